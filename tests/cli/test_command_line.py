@@ -221,18 +221,12 @@ def test_saved_runs_that_are_not_whole_are_refused(folder: Path, capsys: pytest.
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (("rum",), "Did you mean 'run'?"),
-        (("run",), "Missing argument"),
-        (("run", str(PAPER), "--smples", "3"), "--samples"),
         (("run", str(PAPER), "--samples", "many"), 'or "auto"'),
         (("run", str(PAPER), "--samples", "1"), ">= 2"),
         (("run", str(PAPER), "--events", "-1"), "--events"),
-        (("new", "scisor"), "did you mean 'scissor'"),
-        (("laws", "lugr"), "did you mean 'lugre'"),
         (("laws", "liu", "--plot", "no/folder/law.png"), "cannot write"),
         (("laws", "liu", "--plot", "law.pgn"), "did you mean 'png'"),
         (("laws", "steel", "--plot", "law.png"), "material"),
-        (("check", str(PAPER), "--set", "drive.speed"), "an equals sign"),
     ],
 )
 def test_what_was_mistyped_is_refused(

@@ -31,11 +31,7 @@ from scissordyn.study.compute.optimise import candidates, nondominated, optimise
 from scissordyn.study.compute.store import COMPLETE, FAILED, Store
 from scissordyn.study.compute.table import column
 from scissordyn.study.result import StudyResult
-
-
-def arm() -> sd.Mechanism:
-    """The paper's array with joint A."""
-    return sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=sd.rpm(150))
+from study.test_study import arm
 
 
 def study(**changes: Any) -> Study:

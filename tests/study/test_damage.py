@@ -29,6 +29,7 @@ from scissordyn.study.compute.block import Block, ProgramError, pilot, run_block
 from scissordyn.study.compute.execute import execute
 from scissordyn.study.compute.optimise import optimise
 from scissordyn.study.compute.store import COMPLETE, PENDING, Store, StoreError
+from study.test_study import arm, rows
 
 CASES, BLOCK = 8, 2
 
@@ -38,9 +39,8 @@ FLIPS, ALL_FLIPS = 60, 2000
 
 def study() -> Study:
     """Eight clearances, of which all meet the requirement."""
-    arm = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=sd.rpm(150))
     return Study(
-        arm,
+        arm(),
         Options(0.005),
         (Factor("A.clearance", Levels(tuple(np.linspace(1e-4, 5e-4, CASES).tolist()))),),
         measures=("peak_force", "contact_count"),
@@ -60,12 +60,6 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def store(whole: Path, tmp_path: Path) -> Path:
     """A copy of it."""
     return Path(shutil.copy(whole, tmp_path / "a.db"))
-
-
-def rows(path: Path) -> list[Any]:
-    """All rows of cases."""
-    with sqlite3.connect(path) as connection:
-        return connection.execute("SELECT * FROM cases ORDER BY number").fetchall()
 
 
 def change(path: Path, *commands: str) -> None:

@@ -53,9 +53,9 @@ def test_no_run_predicts_itself() -> None:
     changed._runs["peak_force"][5] = 9.0
     before, after = plain.response(FORCE), changed.response(FORCE)
     own, there = np.arange(40) < 40 // GROUPS, np.arange(80) < 80 // GROUPS
-    np.testing.assert_array_equal(before.own[own], after.own[own])
+    np.testing.assert_array_equal(before.of_runs[own], after.of_runs[own])
     np.testing.assert_array_equal(before.others[there], after.others[there])
-    assert np.all(before.own[~own] != after.own[~own])
+    assert np.all(before.of_runs[~own] != after.of_runs[~own])
 
 
 def test_intervals_cover() -> None:
@@ -69,7 +69,7 @@ def test_intervals_cover() -> None:
         found, alone = mean_estimate(accurate, cheap[:24], cheap, predicted), mean_estimate(accurate, cheap[:24], cheap)
         held[0] += found.low <= MEAN <= found.high
         narrower.append(found.width / alone.width)
-        margins = Predicted(2.0 - predicted.own, 2.0 - predicted.others)
+        margins = Predicted(2.0 - predicted.of_runs, 2.0 - predicted.others)
         fraction = fraction_by_margins(2.0 - accurate, 2.0 - cheap[:24], 2.0 - cheap, margins)
         held[1] += fraction.low <= truth <= fraction.high
     assert np.median(narrower) < 0.33

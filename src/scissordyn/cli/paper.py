@@ -40,7 +40,7 @@ def paper(
 ) -> int:
     check_folder(output, "-o paper")
     parts = {"--beyond": beyond, "--readings": readings, "--figure": figure is not None}
-    chosen = [name for name, given in parts.items() if given]
+    chosen = [name for name, wanted in parts.items() if wanted]
     if len(chosen) > 1:
         raise InputError(" with ".join(chosen), "one of them", chosen[0])
     from scissordyn_paper.open_answers import answer_open_question

@@ -36,7 +36,7 @@ from scissordyn.study.answer.verdict import (
 )
 from scissordyn.study.ask.description import Study
 from scissordyn.study.ask.goal import Optimisation, read_goal
-from scissordyn.study.ask.variant import labelled, made
+from scissordyn.study.ask.variant import labelled, mechanism_of
 from scissordyn.study.compute.execute import How, Progress, execute, extend
 from scissordyn.study.compute.optimise import Optimum, candidates, optimise
 from scissordyn.study.compute.screening import screened, verified_path
@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from scissordyn.study.answer.pictures import StudyPictures
 
 FilePath = str | os.PathLike[str]
-Told = Callable[[Progress], None] | None
+ShowProgress = Callable[[Progress], None] | None
 
 
 class StudyResult:
@@ -250,7 +250,7 @@ class StudyResult:
     @property
     def design(self) -> Mechanism:
         """The mechanism with the numbers of the best point."""
-        return made(self.built(), self._best(), nominal=True)
+        return mechanism_of(self.built(), self._best(), nominal=True)
 
     @property
     def plot(self) -> StudyPictures:
@@ -266,7 +266,7 @@ class StudyResult:
         if isinstance(case, bool) or not 0 <= case < self.dataset.sizes["case"]:
             raise InputError(f"case {case!r}", f"0 to {self.dataset.sizes['case'] - 1}", "result.replay(0)")
         numbers = {parameter: float(self.dataset[column(parameter)][case]) for parameter in self.study.factor_names}
-        return made(self.built(), numbers)
+        return mechanism_of(self.built(), numbers)
 
     def replay(self, case: int) -> xr.Dataset:
         """Simulate a case again, with histories.
@@ -284,7 +284,7 @@ class StudyResult:
 
     # --- going on -------------------------------------------------------------------------------------------------------
 
-    def resume(self, *, engine: Engine = None, retry: bool = False, progress: Told = None) -> StudyResult:
+    def resume(self, *, engine: Engine = None, retry: bool = False, progress: ShowProgress = None) -> StudyResult:
         """Do what is missing.
 
         Parameters
@@ -304,7 +304,7 @@ class StudyResult:
         study = replace(self.built(), design=self.store.design())  # which may have more points by now
         return self._now(computed(study, self.store.path, engine=engine, retry=retry, progress=progress))
 
-    def extend(self, points: int, *, engine: Engine = None, progress: Told = None) -> StudyResult:
+    def extend(self, points: int, *, engine: Engine = None, progress: ShowProgress = None) -> StudyResult:
         """Add points to a random, Sobol or Saltelli design, or generations to an optimisation, and do them.
 
         Parameters
@@ -333,7 +333,7 @@ class StudyResult:
         generations: int = 20,
         seed: int = 0,
         engine: Engine = None,
-        progress: Told = None,
+        progress: ShowProgress = None,
     ) -> StudyResult:
         """Search the ranges of this study for the best points.
 

@@ -58,14 +58,14 @@ def conclude(study: Study, results: xr.Dataset, store: str) -> Conclusion:
     return Conclusion(verdict, None if point is None else _margins(study, results, point), tuple(facts), tuple(steps))
 
 
-def _known(value: float) -> float | None:
+def _or_none(value: float) -> float | None:
     return None if math.isnan(value) else value
 
 
 def _verdict(study: Study, results: xr.Dataset) -> Fact:
     """Whether and where the requirements are met."""
     fraction = feasible_fraction(study, results)[-1]
-    about: dict[str, Any] = {"fraction": fraction.fraction, "low": _known(fraction.low), "high": _known(fraction.high)}
+    about: dict[str, Any] = {"fraction": fraction.fraction, "low": _or_none(fraction.low), "high": _or_none(fraction.high)}
     if study.points == 1 and study.uncertain:
         return Fact("probability", numbers={**about, "trials": fraction.trials})
     points = by_point(study, results)

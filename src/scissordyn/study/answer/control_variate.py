@@ -55,7 +55,7 @@ class Estimate:
 class Predicted:
     """What an interpolation between cheap runs says."""
 
-    own: np.ndarray  # (N,) Of these runs, of each by others
+    of_runs: np.ndarray  # (N,) Of these runs, each by others
     others: np.ndarray  # (M,) Of further cases
 
 
@@ -71,10 +71,10 @@ def population_mean(cheap: np.ndarray, predicted: Predicted | None = None) -> tu
     Shapes: `cheap` (N,).
     """
     alone = float(cheap.mean()), float(np.var(cheap, ddof=1)) / cheap.size
-    if predicted is None or not np.ptp(predicted.own) > 0.0:
+    if predicted is None or not np.ptp(predicted.of_runs) > 0.0:
         return alone
-    squares, slope, value, residual = _regressed(cheap, predicted.own, float(predicted.others.mean()))
-    shift = float(predicted.others.mean() - predicted.own.mean())
+    squares, slope, value, residual = _regressed(cheap, predicted.of_runs, float(predicted.others.mean()))
+    shift = float(predicted.others.mean() - predicted.of_runs.mean())
     variance = residual * (1.0 / cheap.size + shift**2 / squares)
     return value, variance + slope**2 * float(np.var(predicted.others, ddof=1)) / predicted.others.size
 

@@ -90,7 +90,7 @@ def _foretold_margins(between: Interpolation | None, requirements: Sequence[Requ
         response = _foretold(between, requirement.response)
         if response is None:
             return None
-        of_runs.append(requirement.margin(response.own))
+        of_runs.append(requirement.margin(response.of_runs))
         others.append(requirement.margin(response.others))
     return Predicted(np.min(of_runs, axis=0), np.min(others, axis=0))
 

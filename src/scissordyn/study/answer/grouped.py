@@ -8,11 +8,11 @@ from collections.abc import Iterable
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
 
-def grouped(said: Iterable[tuple[str, int]]) -> dict[str, list[int]]:
+def grouped(texts: Iterable[tuple[str, int]]) -> dict[str, list[int]]:
     """Cases by what is said of them, the most frequent first; numbers in a text do not make it another one."""
     groups: dict[str, list[int]] = {}
     label: dict[str, str] = {}
-    for text, case in said:
+    for text, case in texts:
         cases = groups.setdefault(label.setdefault(NUMBER.sub("#", text), text), [])
         if not cases or cases[-1] != case:  # of several joints of a case it may say the same
             cases.append(case)

@@ -58,7 +58,7 @@ def fraction_by_margins(
         return by_strata
     foretold = None
     if predicted is not None:
-        foretold = Predicted(*(_chances(accurate, paired, margins) for margins in (predicted.own, predicted.others)))
+        foretold = Predicted(*(_chances(accurate, paired, margins) for margins in (predicted.of_runs, predicted.others)))
     value, variance = population_mean(_chances(accurate, paired, cheap), foretold)
     value = min(1.0, max(0.0, value))
     variance += _variance_of_pairs(accurate, paired, np.sort(cheap))

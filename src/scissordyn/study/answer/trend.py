@@ -69,22 +69,19 @@ class Trend:
 
     def value(self, numbers: dict[str, float]) -> float:
         """The response at given numbers in SI."""
-        total = self.constant + sum(
-            slope * self.term(k, numbers[name]) for k, (name, slope) in enumerate(zip(self.numbers, self.slopes, strict=True))
-        )
+        total = self._total(numbers)
         return math.exp(total) if self.form == "power" else total
+
+    def _total(self, numbers: dict[str, float], without: int = -1) -> float:
+        terms = enumerate(zip(self.numbers, self.slopes, strict=True))
+        return self.constant + sum(float(slope) * self.term(k, numbers[name]) for k, (name, slope) in terms if k != without)
 
     def inverse(self, name: str, response: float, numbers: dict[str, float]) -> float:
         """The value of a number at which the response is a given one, the others as they are; NaN if there is none."""
         k = self.numbers.index(name)
         wanted = response if self.form == "linear" else (math.log(response) if response > 0.0 else math.nan)
-        rest = self.constant + sum(
-            slope * self.term(j, numbers[other])
-            for j, (other, slope) in enumerate(zip(self.numbers, self.slopes, strict=True))
-            if j != k
-        )
         with np.errstate(all="ignore"):
-            term = float(np.float64(wanted - rest) / self.slopes[k])
+            term = float(np.float64(wanted - self._total(numbers, k)) / self.slopes[k])
             return float(np.exp(np.float64(term))) if self.logarithmic[k] else term
 
 

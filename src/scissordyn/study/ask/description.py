@@ -172,14 +172,12 @@ class Study:
                 raise InputError(
                     f"'{factor.path}' varies twice", "each parameter once, or a tolerance of the chosen value", "'+- 20 %'"
                 )
-        for requirement in self.requirements:
-            check_part(mechanism, requirement.response)
-            check_unit(mechanism, requirement.response)
-        for goal in self.optimisation.goals if self.optimisation is not None else ():
-            check_part(mechanism, goal.response)
-            check_unit(mechanism, goal.response)
-        for response in self.responses:
+        judged = [requirement.response for requirement in self.requirements]
+        judged += [goal.response for goal in self.optimisation.goals] if self.optimisation is not None else []
+        for response in (*judged, *self.responses):
             check_part(mechanism, response)
+        for response in judged:
+            check_unit(mechanism, response)
 
     def _check_size(self) -> None:
         """Raise `InputError` if not all cases can be held in memory, where answers are computed from them."""

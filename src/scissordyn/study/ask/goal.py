@@ -82,14 +82,14 @@ class Optimisation:
         return Design("adaptive", generations * self.size(factors))
 
 
-def read_goal(text: str, own: Mapping[str, str] | None = None, parameters: Sequence[str] = ()) -> Goal:
+def read_goal(text: str, units: Mapping[str, str] | None = None, parameters: Sequence[str] = ()) -> Goal:
     """A goal such as ``minimise peak_force``."""
     direction, _, rest = text.strip().partition(" ")
     if direction not in ("minimise", "maximise") or not rest:
         raise InputError(f"goal '{text}'", "minimise or maximise, and a measure", "'minimise peak_force'")
     if rest.strip() in parameters:
         return Goal(rest.strip(), "", direction == "maximise")
-    part, measure, _ = read_response(rest.strip(), own)
+    part, measure, _ = read_response(rest.strip(), units)
     return Goal(measure, part, direction == "maximise")
 
 

@@ -88,9 +88,9 @@ class Requirement:
             return np.asarray(SIGNS[self.sign](values, self.bound))
 
 
-def read_response(text: str, own: Mapping[str, str] | None = None) -> tuple[str, str, str]:
+def read_response(text: str, own_units: Mapping[str, str] | None = None) -> tuple[str, str, str]:
     """Part, measure and unit of what a requirement or a goal is about."""
-    units = {name: measure.units for name, measure in MEASURES.items()} | dict(own or {})
+    units = {name: measure.units for name, measure in MEASURES.items()} | dict(own_units or {})
     if text in units:
         return "", text, units[text]
     part, dot, measure = text.rpartition(".")

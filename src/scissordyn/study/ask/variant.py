@@ -27,7 +27,7 @@ def by_variant(study: Study, values: Mapping[str, np.ndarray]) -> Iterator[tuple
         yield study.variants[place] if chosen else study.mechanism, np.flatnonzero(which == place)
 
 
-def made(study: Study, values: Mapping[str, float], *, nominal: bool = False) -> Mechanism:
+def mechanism_of(study: Study, values: Mapping[str, float], *, nominal: bool = False) -> Mechanism:
     ((mechanism, _),) = by_variant(study, {name: np.array([value]) for name, value in values.items()})
     apart = {factor.name for factor in study.apart}
     numbers = {name: value for name, value in values.items() if name not in apart} if nominal else study.applied(values)
@@ -47,25 +47,23 @@ def own_values(study: Study) -> dict[str, float]:
     return {factor.name: float(factor.variation.levels()[place]) for factor, place in zip(study.apart, places, strict=True)}
 
 
-def with_places(study: Study, given: Mapping[str, Sequence[int]]) -> Study:
+def with_places(study: Study, places: Mapping[str, Sequence[int]]) -> Study:
     """The study with some names and levels of its factors apart only."""
-    if not given:
+    if not places:
         return study
-    places = [given.get(factor.name, range(factor.variation.count)) for factor in study.apart]
-    kept = np.arange(len(study.variants)).reshape(_counts(study))[np.ix_(*places)].ravel()
+    kept = np.ix_(*(places.get(factor.name, range(factor.variation.count)) for factor in study.apart))
 
     def fewer(factor: Factor) -> Factor:
-        if factor.name not in given:
+        if factor.name not in places:
             return factor
-        kind: Any = type(factor.variation)
         every: Any = factor.variation
-        return replace(factor, variation=kind(tuple(every.values[place] for place in given[factor.name])))
+        return replace(factor, variation=type(every)(tuple(every.values[place] for place in places[factor.name])))
 
     return replace(
         study,
         factors=tuple(map(fewer, study.factors)),
         uncertain=tuple(map(fewer, study.uncertain)),
-        variants=tuple(study.variants[place] for place in kept),
+        variants=tuple(study.variants[k] for k in np.arange(len(study.variants)).reshape(_counts(study))[kept].ravel()),
     )
 
 

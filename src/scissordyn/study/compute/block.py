@@ -21,7 +21,7 @@ from scissordyn.run.answer.measure import MEASURES, Ended, Measure
 from scissordyn.run.batch import Perturbed, simulate_cases
 from scissordyn.run.simulate import simulate
 from scissordyn.study.ask.description import Cases, OwnMeasure, Study
-from scissordyn.study.ask.variant import by_variant, made
+from scissordyn.study.ask.variant import by_variant, mechanism_of
 from scissordyn.study.compute.store import COMPLETE, FAILED
 from scissordyn.study.compute.table import column
 
@@ -133,16 +133,16 @@ def _described(study: Study) -> dict[str, dict[str, Any]]:
     return attributes
 
 
-def _accumulated(own: OwnMeasure) -> Measure:
-    function = own.callable()
+def _accumulated(measure: OwnMeasure) -> Measure:
+    function = measure.callable()
 
     def value(ended: Ended) -> float:
         try:
             return float(function(ended))
         except Exception as error:
-            raise ScissordynError(f"measure '{own.name}': {type(error).__name__}: {error}") from error
+            raise ScissordynError(f"measure '{measure.name}': {type(error).__name__}: {error}") from error
 
-    return Measure(own.units, _meaning(own.name, function), (), value)
+    return Measure(measure.units, _meaning(measure.name, function), (), value)
 
 
 def _of_datasets(study: Study, numbers: Cases, runs: xr.Dataset, measures: Sequence[OwnMeasure]) -> xr.Dataset:
@@ -157,7 +157,7 @@ def _of_datasets(study: Study, numbers: Cases, runs: xr.Dataset, measures: Seque
         look()
         name = ""
         try:
-            mechanism = made(study, {parameter: float(column[case]) for parameter, column in numbers.values.items()})
+            mechanism = mechanism_of(study, {parameter: float(column[case]) for parameter, column in numbers.values.items()})
             run = pass_on(simulate(mechanism, **options))
             for name, function in functions.items():
                 values[name][case] = float(function(run))

@@ -14,7 +14,6 @@ import xarray as xr
 from scissordyn.errors import InputError
 from scissordyn.extra import library
 from scissordyn.run.answer.measure import COMPONENT_UNIT
-from scissordyn.study.ask.plain import to_plain
 from scissordyn.study.compute.store import PENDING, TIMES, Store
 from scissordyn.study.compute.table import Array, Columns
 
@@ -33,14 +32,7 @@ def convert(folder: Path, target: Path) -> tuple[Store, list[int]]:
     if (store := Store(target)).begun():
         raise InputError(f"'{target}' exists", "a name that is not taken", "-o another.db")
     columns, cases = _columns(old, names), old.sizes["case"]
-    notes = {
-        "study": plain,
-        "fingerprint": attrs["fingerprint"],
-        "columns": to_plain(columns),
-        "block": block,
-        "cases": cases,
-    }
-    store.create_with(columns, notes)
+    store.create_with(columns, plain, attrs["fingerprint"], block, cases)
     times, damaged = _times(folder), []
     with store.alone():
         for number in range(-(-cases // block)):

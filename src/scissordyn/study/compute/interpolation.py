@@ -46,7 +46,7 @@ class Interpolation:
         if predicted is None:
             return 1.0
         values = response_values(self._runs, wanted)
-        return min(1.0, float(np.mean((values - predicted.own) ** 2) / np.var(values)))
+        return min(1.0, float(np.mean((values - predicted.of_runs) ** 2) / np.var(values)))
 
     def _response(self, wanted: Response) -> Predicted | None:
         """A response at the runs and at the further cases; None where it is not finite, or does not vary."""

@@ -62,14 +62,14 @@ class _Cma:
         self.largest = -np.inf
 
     def ask(self) -> np.ndarray:
-        self.asked = self.strategy.ask()
-        return np.array(self.asked)[:, : self.dimensions]
+        self.proposed = self.strategy.ask()
+        return np.array(self.proposed)[:, : self.dimensions]
 
     def tell(self, goals: np.ndarray, violation: np.ndarray) -> None:
         meets = violation <= 0.0
         self.largest = max(self.largest, *goals[meets, 0], -np.inf)
         behind = self.largest if np.isfinite(self.largest) else 0.0
-        self.strategy.tell(self.asked, np.where(meets, goals[:, 0], behind + violation).tolist())
+        self.strategy.tell(self.proposed, np.where(meets, goals[:, 0], behind + violation).tolist())
 
 
 class _Nsga2:
@@ -83,15 +83,15 @@ class _Nsga2:
         self.algorithm.setup(self.problem, termination=get_termination("n_gen", 10**9), seed=seed, verbose=False)
 
     def ask(self) -> np.ndarray:
-        self.asked = self.algorithm.ask()
-        return np.array(self.asked.get("X"), float)
+        self.proposed = self.algorithm.ask()
+        return np.array(self.proposed.get("X"), float)
 
     def tell(self, goals: np.ndarray, violation: np.ndarray) -> None:
         from pymoo.core.evaluator import Evaluator
         from pymoo.problems.static import StaticProblem
 
-        Evaluator().eval(StaticProblem(self.problem, F=goals, G=violation[:, None]), self.asked)
-        self.algorithm.tell(infills=self.asked)
+        Evaluator().eval(StaticProblem(self.problem, F=goals, G=violation[:, None]), self.proposed)
+        self.algorithm.tell(infills=self.proposed)
 
 
 def proposer(optimisation: Optimisation, dimensions: int) -> Proposer:
@@ -180,7 +180,7 @@ def candidates(study: Study, results: xr.Dataset) -> Optimum:
     for goal, values in zip(plan.goals, matrix.T, strict=True):
         about = {**_about(study, results, goal), "long_name": f"{plan.risk} of {goal.response.name}"}
         variables[goal.label] = ("point", values, about)
-    complete: np.ndarray = study.cells(results["status"].values == COMPLETE).all(axis=(1, 2))
+    complete = np.asarray(study.cells(results["status"].values == COMPLETE).all(axis=(1, 2)))
     front, usable = np.zeros(len(complete), bool), complete & (violation <= 0.0)
     front[usable] = nondominated(matrix[usable])
     about = {"units": "1", "long_name": "violation of the requirements, as a fraction of the bounds"}

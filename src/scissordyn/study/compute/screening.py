@@ -139,7 +139,7 @@ def _least_correlation(study: Study, cheap: xr.Dataset, accurate: xr.Dataset) ->
     """The least correlation of what requirements are about between cheap and accurate runs."""
     both = (cheap["status"].values == "complete") & (accurate["status"].values == "complete")
     cheap, accurate = (_as_measures(study, some) for some in (cheap, accurate))
-    pairs = [(response_values(cheap, some), response_values(accurate, some)) for some in _asked(study)]
+    pairs = [(response_values(cheap, some), response_values(accurate, some)) for some in _responses(study)]
     correlations = [abs(correlation(there[both], here[both])) for here, there in pairs]
     finite = [some for some in correlations if np.isfinite(some)]
     return max(LEAST, min(finite, default=LEAST))
@@ -151,10 +151,10 @@ def _unpredicted(study: Study, runs: xr.Dataset) -> float:
         return 1.0
     runs = _as_measures(study, runs)
     between = interpolation(study, runs, np.arange(study.cases))
-    return max(between.unpredicted(wanted) for wanted in _asked(study)) if between is not None else 1.0
+    return max(between.unpredicted(wanted) for wanted in _responses(study)) if between is not None else 1.0
 
 
-def _asked(study: Study) -> list[Response]:
+def _responses(study: Study) -> list[Response]:
     """What requirements are about, or all measures."""
     return [requirement.response for requirement in study.requirements] or [Response(name) for name in study.measure_names]
 

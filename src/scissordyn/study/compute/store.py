@@ -25,6 +25,7 @@ PENDING, COMPLETE, FAILED = range(len(STATES))  # Status of a case; one without 
 FORMAT = 3  # `user_version` of the file; stores of formats 1 and 2 were folders
 APPLICATION = 0x73636973  # `application_id` of the file, "scis"
 
+NOTES = ("study", "fingerprint", "columns", "block", "cases")
 TIMES = ("seconds", "integration_seconds", "cases", "attempts")
 
 SHOWN = 8  # Damaged cases that are named
@@ -55,21 +56,19 @@ class Store:
         """Whether there is a study; an `InputError` if there is anything else."""
         path = Path(self.path)
         with _one_line(self.path):
-            if not path.exists():
-                return False
             if path.is_dir():
                 raise self._no_study(path)
-            if not path.stat().st_size:
+            if not path.exists() or not path.stat().st_size:
                 return False
         try:
             with self._open() as connection:
-                ours = connection.execute("PRAGMA application_id").fetchone()[0] == APPLICATION
-                version = connection.execute("PRAGMA user_version").fetchone()[0]
-        except table.BROKEN as error:
-            if isinstance(error, sqlite3.OperationalError):
-                raise StoreError(f"'{self.path}' cannot be read: {error}") from None
-            ours = False
-        if not ours:
+                pragmas = [connection.execute(f"PRAGMA {name}").fetchone()[0] for name in ("application_id", "user_version")]
+        except sqlite3.OperationalError as error:
+            raise StoreError(f"'{self.path}' cannot be read: {error}") from None
+        except table.BROKEN:
+            pragmas = [0, 0]
+        application, version = pragmas
+        if application != APPLICATION:
             raise self._no_study(path)
         if version != FORMAT:
             what = f"'{path}' is a study of format {version}, and not of format {FORMAT}"
@@ -95,32 +94,26 @@ class Store:
 
     def create(self, study: Study, pilot: xr.Dataset, block: int) -> None:
         """Make the file; the pilot is of at least one case, with all measures."""
-        columns = table.columns_of(study, pilot)
-        notes = {
-            "study": study.to_plain(),
-            "fingerprint": study.fingerprint(),
-            "columns": to_plain(columns),
-            "block": block,
-            "cases": study.cases,
-        }
-        self.create_with(columns, notes)
+        self.create_with(table.columns_of(study, pilot), study.to_plain(), study.fingerprint(), block, study.cases)
 
-    def create_with(self, columns: table.Columns, notes: Mapping[str, Any]) -> None:
+    def create_with(self, columns: table.Columns, study: Any, fingerprint: Mapping[str, str], block: int, cases: int) -> None:
         """Make the file with these notes, whole or not at all."""
-        with self._made_anew(instead=False) as connection:
-            table.create(connection, columns)
-            for name, value in notes.items():
-                _note(connection, name, value)
+        values = (study, fingerprint, to_plain(columns), block, cases)
+        with self._made_anew(columns, dict(zip(NOTES, values, strict=True)), instead=False):
+            pass
 
     @contextmanager
-    def _made_anew(self, *, instead: bool) -> Iterator[sqlite3.Connection]:
-        """A new file, in the place of the store or of none, once everything is written."""
+    def _made_anew(self, columns: table.Columns, notes: Mapping[str, Any], *, instead: bool) -> Iterator[sqlite3.Connection]:
+        """A new file without rows, in the place of the store or of none, once everything is written."""
         target = os.path.realpath(self.path)
         # a process that is killed here leaves no half of a store; nobody else has a file of this name
         beside = f"{target}.{secrets.token_hex(8)}.part"
         try:
             with _one_line(self.path), closing(sqlite3.connect(beside, isolation_level=None)) as connection:
                 connection.execute("BEGIN")
+                table.create(connection, columns)
+                for name, value in notes.items():
+                    _note(connection, name, value)
                 yield connection
                 connection.execute("COMMIT")
                 connection.execute(f"PRAGMA application_id = {APPLICATION}")
@@ -333,15 +326,11 @@ class Store:
 
     def _leave_out(self, rows: table.Rows) -> None:
         """Replace the file by one with the good rows alone: pages that cannot be read cannot be written either."""
-        names = ("study", "fingerprint", "columns", "block", "cases")
-        notes = {name: self._value(name) for name in names}
+        notes = {name: self._value(name) for name in NOTES}
         with self._reading() as connection:
             written = _blocks(connection)
         columns = from_plain(table.Columns, notes["columns"])
-        with self._made_anew(instead=True) as connection:
-            table.create(connection, columns)
-            for name, value in notes.items():
-                _note(connection, name, value)
+        with self._made_anew(columns, notes, instead=True) as connection:
             table.insert(connection, columns, rows.cases, rows.status, rows.texts, rows.matrix)
             damaged = {case // notes["block"] for case in rows.damaged}
             for number, (size, times) in written.items():
@@ -363,9 +352,7 @@ class Store:
             every = np.full((cases, *array.shape), np.nan)
             every[rows.cases] = values
             variables[array.name] = (("case", *array.dims), every, array.attrs)
-        for k, (name, meaning) in enumerate(
-            {"cause": "why a case failed", "warnings": "of a complete case, one a line"}.items()
-        ):
+        for k, name, meaning in ((0, "cause", "why a case failed"), (1, "warnings", "of a complete case, one a line")):
             texts = np.full(cases, "", object)
             texts[rows.cases] = [pair[k] for pair in rows.texts]
             variables[name] = ("case", texts, {"long_name": meaning})

@@ -247,6 +247,7 @@ def test_bad_values_are_refused_with_their_place(change: str, place: str, says: 
         (LEAST + '[[clearance]]\njoint = "A"\n', "missing key 'clearance'"),
         (LEAST + 2 * '[[clearance]]\njoint = "A"\nclearance = "1 mm"\n', "given twice"),
         ("", "missing key 'structure'"),
+        ('[[body]]\nname = "a"\n', 'structure = { kind = "mechanism" }'),
     ],
 )
 def test_half_written_files_are_refused(tmp_path: Path, text: str, says: str) -> None:

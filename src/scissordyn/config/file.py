@@ -70,6 +70,8 @@ def read_case(path: str | os.PathLike[str], changes: Iterable[str] = ()) -> Case
         raise InputError(
             what, "a case file, as the one that it names", command("scissordyn", "study", path, "-o", f"{path.stem}.db")
         )
+    if "body" in tree and "structure" not in tree:
+        raise InputError(f"{path}: missing key 'structure'", "bodies of a mechanism", 'structure = { kind = "mechanism" }')
     try:
         case = instance(CaseTable, tree, {"folder": path.parent, "code": _code(tree, path.parent)}).case()
         return replace(case, mechanism=with_numbers(case.mechanism, of_parts)) if of_parts else case

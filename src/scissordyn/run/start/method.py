@@ -124,8 +124,9 @@ def _choose(plan: Plan, system: Handle, y: np.ndarray, options: Options, toleran
         if resting:
             soon = "the first tenth of the run" if static else "a few explicit steps"
             return Choice(EXPLICIT, f"the contact of joint '{resting[0]}' opens within {soon}")
+    nothing = Choice(EXPLICIT, "nothing decays faster than it has to be resolved")
     if not plan.components:
-        return Choice(EXPLICIT, "nothing decays faster than it has to be resolved")
+        return nothing
     oiled = plan.lubricated[0][0].name if plan.lubricated and bends(plan.mechanism) else ""
     if oiled and y.size > MOST_EIGENVALUES:
         return Choice(STIFF, f"the film of joint '{oiled}' acts on light cross-sections of bars that bend")
@@ -140,6 +141,8 @@ def _choose(plan: Plan, system: Handle, y: np.ndarray, options: Options, toleran
             STIFF,
             f"the film of joint '{oiled}' would keep explicit steps short where it is thin, on light ends of bars that bend",
         )
+    if decay == 0.0:
+        return nothing
     return Choice(EXPLICIT, f"the fastest decay, {decay:.3g} 1/s, allows steps that accuracy needs anyway")
 
 

@@ -1,5 +1,6 @@
 """Bars that bend: closed forms, a second formulation, limits and identities."""
 
+import dataclasses
 import math
 from pathlib import Path
 
@@ -238,3 +239,20 @@ def test_dissection_leaves_few_coordinates_in_each_other():
     lower = np.linalg.cholesky(chain[order][:, order].toarray())
     entries = np.count_nonzero(np.abs(np.linalg.inv(lower)) > 1e-15, axis=0)
     assert entries.max() <= math.log2(count + 1) + 6  # below six coordinates a part is not divided
+
+
+@pytest.mark.parametrize("elements", [None, 3])
+@pytest.mark.parametrize("unplaced", ["coupler", "coupler rocker", "crank coupler rocker"])
+def test_bars_without_a_place_bend_where_rigid_ones_are_assembled(unplaced: str, elements: int | None) -> None:
+    """Identity: at the start straight bars that bend close a linkage as rigid ones do, on the same branch, to 1e-9."""
+    linkage = sd.four_bar()
+    bodies = (
+        dataclasses.replace(body, points={k: v for k, v in body.points.items() if k != "point"}) for body in linkage.bodies
+    )
+    placed = (dataclasses.replace(body, position=None, angle=None) if body.name in unplaced else body for body in bodies)
+    rigid = dataclasses.replace(linkage, bodies=tuple(placed)).driven(speed=sd.rpm(60))
+    bent = rigid.with_bending("coupler", bending_stiffness=100.0, axial_stiffness=1e6, elements=elements)
+    angles = [
+        sd.simulate(case, until=1e-3, samples=2)["angle"].sel(body=["crank", "coupler", "rocker"])[0] for case in (rigid, bent)
+    ]
+    np.testing.assert_allclose(np.exp(1j * angles[1]), np.exp(1j * angles[0]), atol=1e-9)

@@ -27,7 +27,11 @@ _HOME = _homes()
 __all__ = sorted([*_HOME, "plot"], key=lambda name: (not name.isupper(), not name[0].isupper(), name))
 
 _HOME |= {"case_text": "config.case_text", "record_text": "config.case_text", "read_facts": "config.record"}
-_HOME |= {"read_record": "config.record", "preview_svg": "plot.preview"}  # as the line before, for rooms below these
+_HOME |= {
+    "read_record": "config.record",
+    "preview_svg": "plot.preview",
+    "assembled_places": "run.start.place",
+}  # as before, for rooms below
 
 
 class _Study(ModuleType):

@@ -22,6 +22,7 @@ from scissordyn.model.kinked import UNIFORM, Legs, legs_of
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.pattern import matching
 from scissordyn.model.section import Section, StructuralMaterial, read_material, read_section
+from scissordyn.offer import offered
 from scissordyn.units import Meaning, Quantity, checked, documented
 
 MassKind = Annotated[
@@ -36,6 +37,9 @@ NODE = "node"
 
 SLENDER = 5.0
 """Least length of a bar over its depth: below, shear takes a part of the deflection that beam theory leaves out."""
+
+NEAR = 1e-9
+"""A bar nearer to the origin than this fraction of the mechanism's size is there."""
 
 SAME_MASS = 0.05
 """Largest relative difference of a bar's mass and that of its section and material."""
@@ -93,7 +97,9 @@ def with_bending(
         raise InputError('mass = "section" of bars without a section and a material', "both of them", 'mass = "given"')
     if elements is not None and modes != "auto":
         raise InputError("bars with modes and elements", "one of them", "modes = 6")
-    for body in map(mechanism.body, _names_of_bars(mechanism, bodies)):
+    names = _names_of_bars(mechanism, bodies)
+    mechanism = _placed(mechanism, names)
+    for body in map(mechanism.body, names):
         legs = legs_of(body)
         mechanism = _split(mechanism, body, legs) if legs else mechanism
         for part in legs.bodies if legs else (body,):
@@ -109,6 +115,23 @@ def _names_of_bars(mechanism: Mechanism, bodies: str | Iterable[str]) -> tuple[s
     if not names:
         raise InputError("a mechanism without a uniform bar", "bars with at least two points")
     return names
+
+
+def _placed(mechanism: Mechanism, names: Iterable[str]) -> Mechanism:
+    """The mechanism with the places of its assembly, if a bar that is to bend has none: its cross-sections need theirs."""
+    if not any(None in (body.position, body.angle) for body in map(mechanism.body, names)):
+        return mechanism
+    where = offered("assembled_places")(mechanism)
+
+    def at(body: Body) -> Body:
+        position, angle = where.get(body.name, (body.placed_position, body.placed_angle))
+        apart = math.dist(position, body.placed_position) + mechanism.size * abs(angle - body.placed_angle)
+        if apart <= NEAR * mechanism.size:  # as a bar on its own, which stays at the origin
+            return body
+        changes = {"position": position} if body.position is None else {}
+        return dataclasses.replace(body, **changes, **({"angle": angle} if body.angle is None else {}))
+
+    return mechanism.with_parts({"bodies": tuple(map(at, mechanism.bodies))}, check=False)
 
 
 def _split(mechanism: Mechanism, body: Body, legs: Legs) -> Mechanism:

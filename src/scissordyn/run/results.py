@@ -28,6 +28,14 @@ def described(dims: str | tuple[str, ...], values: np.ndarray, units: str, long_
     return Variable((dims,) if isinstance(dims, str) else dims, values, {"units": units, "long_name": long_name})
 
 
+def located(name: str, dim: str, peaks: np.ndarray, units: str, text: str) -> Variables:
+    """The largest values of a quantity, rows of `log.PEAK`, and when they are reached."""
+    return {
+        name: described(dim, peaks["largest"], units, f"largest {text}"),
+        f"{name}_time": described(dim, peaks["largest_time"], "s", f"when it is largest: {text}"),
+    }
+
+
 def labels(dim: str, texts: Sequence[str], long_name: str = "") -> Variable:
     """Texts along a dimension, by default its names."""
     return Variable((dim,), np.array(texts, dtype=str), {"long_name": long_name or dim.replace("_", " ")})

@@ -39,7 +39,7 @@ from scissordyn.run.answer.peak_estimate import peak_forces
 from scissordyn.run.answer.synchronisation import synchronisation_variables
 from scissordyn.run.answer.track import track_variables
 from scissordyn.run.configuration import TITLE
-from scissordyn.run.results import Results, Variables, described, labels
+from scissordyn.run.results import Results, Variables, described, labels, located
 from scissordyn.run.start.reaction import with_distributed_mass
 
 
@@ -109,7 +109,7 @@ def _motion_variables(plan: Plan, path: Trajectory, record: Record) -> Variables
     }
     guide = plan.output_guide
     if guide is not None:
-        guided = path.plan.coordinates.place(guide.follower)
+        guided = plan.coordinates.place(guide.follower)
         along = np.array([math.cos(guide.direction), math.sin(guide.direction)])
         for name, values, units in (
             ("position", guided.at(record.X) - np.array(guide.through), "m"),
@@ -142,52 +142,51 @@ def _reactions(plan: Plan, record: Record, time: np.ndarray) -> np.ndarray:
     return reaction
 
 
+WEAR = "product of mean pressure F_n/(2 R_J L_b) and slip speed"
+
+
+def spread(values: np.ndarray, places: np.ndarray, count: int, fill: float = np.nan) -> np.ndarray:
+    """Values along the last axis at their places among so many, as many as there are."""
+    full = np.full((*values.shape[:-1], count), fill).astype(values.dtype)
+    full[..., places[: values.shape[-1]]] = values
+    return full
+
+
 def _joint_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
     """Quantities per joint; those that exist at clearance joints only are NaN at ideal ones."""
-    names = list(plan.joint_names)
-    per_joint = ("time", "joint")
+    per_joint, joints = ("time", "joint"), len(plan.joint_names)
     what = "force on the journal (contact and film at clearance joints, reaction at ideal ones), on the follower for guides"
     variables = {"reaction": described((*per_joint, "axis"), _reactions(plan, record, path.samples.time), "N", what)}
     if not plan.contacts:
         return variables
     at = plan.places(contact.name for contact in plan.contacts)
-    instants, contact = record.X.shape[0], record.contact
-
-    def everywhere(values: np.ndarray) -> np.ndarray:
-        full = np.full((instants, len(names)), np.nan)
-        full[:, at] = values
-        return full
-
-    eccentricity = np.full((instants, len(names), 2), np.nan)
-    eccentricity[:, at, 0] = contact["distance"] * contact["nx"]
-    eccentricity[:, at, 1] = contact["distance"] * contact["ny"]
-    touching = np.zeros((instants, len(names)), bool)
-    touching[:, at] = path.samples.mode[:, : at.size] == 1
-    clearance = np.full(len(names), np.nan)
-    clearance[at] = path.system.content.parameters.contact["clearance"]
+    contact, mode = record.contact, path.samples.mode[:, : at.size]
+    parts = [spread(contact["distance"] * contact[component], at, joints) for component in ("nx", "ny")]
+    eccentricity, touching = np.stack(parts, axis=-1), spread(mode == 1, at, joints, fill=False)
+    clearance = spread(path.system.content.parameters.contact["clearance"], at, joints)
     about = "journal centre relative to the bearing centre; for a contact point, the displacement across the guide"
     variables |= {
         "eccentricity": described((*per_joint, "axis"), eccentricity, "m", about),
-        "indentation": described(per_joint, everywhere(contact["depth"]), "m", "indentation, negative in free flight"),
-        "normal_force": described(per_joint, everywhere(contact["normal"]), "N", "normal contact force"),
-        "friction_force": described(per_joint, everywhere(contact["tangential"]), "N", "tangential contact force"),
-        "slip_speed": described(per_joint, everywhere(contact["slip"]), "m/s", "slip speed of the two surfaces"),
+        "indentation": described(per_joint, spread(contact["depth"], at, joints), "m", "indentation, negative in free flight"),
+        "normal_force": described(per_joint, spread(contact["normal"], at, joints), "N", "normal contact force"),
+        "friction_force": described(per_joint, spread(contact["tangential"], at, joints), "N", "tangential contact force"),
+        "slip_speed": described(per_joint, spread(contact["slip"], at, joints), "m/s", "slip speed of the two surfaces"),
         "in_contact": described(per_joint, touching, "1", "journal and bearing in contact"),
         "clearance": described("joint", clearance, "m", "radial clearance"),
     }
     variables |= _joint_peaks(plan, path, at)
     if plan.contact_points:
-        plane = np.isin(names, [point.name for point in plan.contact_points])
+        plane = np.isin(plan.joint_names, [point.name for point in plan.contact_points])
         variables["plane_contact"] = described("joint", plane, "1", "contact point of a block at a guide surface")
     for j, joint in enumerate(plan.contacts):
         assert joint.clearance is not None
         if joint.clearance.contact == "hard":
             continue
-        first = 2 * path.plan.coordinates.free + int(path.system.content.model.state_start[j])
+        first = 2 * plan.coordinates.free + int(path.system.content.model.state_start[j])
         for s, declared in enumerate(joint.clearance.friction.states):
             name = declared.name
             if name not in variables:
-                empty = np.full((instants, len(names)), np.nan)
+                empty = np.full((mode.shape[0], joints), np.nan)
                 variables[name] = described(per_joint, empty, declared.unit, name.replace("_", " "))
             state = path.samples.state[:, first + s]
             variables[name].values[:, at[j]] = np.where(path.samples.mode[:, j] == 1, state, np.nan)
@@ -196,30 +195,20 @@ def _joint_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
 
 def _joint_peaks(plan: Plan, path: Trajectory, at: np.ndarray) -> Variables:
     """Located maxima per joint; NaN where there is no such quantity."""
-    pressure, depth, ratio = (path.peaks(kind) for kind in (PRESSURE_VELOCITY, INDENTATION, FRICTION_RATIO))
-    bristles = at[path.monitored(FRICTION_RATIO)]
-    oiled, whole = at[oiled_contacts(path.system.content.model)], path.peaks(JOINT_FORCE)
-    about = "friction over the static limit of its law"
-    variables: Variables = {}
-    for name, joints, values, units, text in (
-        (
-            "peak_pressure_velocity",
-            at,
-            pressure["largest"],
-            "Pa m/s",
-            "largest product of mean pressure F_n/(2 R_J L_b) and slip speed",
-        ),
-        ("peak_indentation", at, depth["largest"], "m", "largest indentation"),
-        ("peak_indentation_time", at, depth["largest_time"], "s", "when the indentation is largest"),
-        ("joint_peak_force", oiled, whole["largest"], "N", "largest force that an oiled joint transmits, of metal and film"),
-        ("joint_peak_force_time", oiled, whole["largest_time"], "s", "when an oiled joint transmits the largest force"),
-        ("peak_friction_ratio", bristles, ratio["largest"], "1", f"largest {about}, where the law has internal states"),
-        ("friction_excess_time", bristles, ratio["excess_time"], "s", f"how long {about} is above {EXCEEDED:g}"),
-    ):
-        if values.size:
-            full = np.full(len(plan.joint_names), np.nan)
-            full[joints[: values.size]] = values
-            variables[name] = described("joint", full, units, text)
+    joints, about = len(plan.joint_names), "friction over the static limit of its law"
+    bristles, oiled = at[path.monitored(FRICTION_RATIO)], at[oiled_contacts(path.system.content.model)]
+    wear = described("joint", spread(path.peaks(PRESSURE_VELOCITY)["largest"], at, joints), "Pa m/s", f"largest {WEAR}")
+    variables = {"peak_pressure_velocity": wear} if path.peaks(PRESSURE_VELOCITY).size else {}
+    variables |= located("peak_indentation", "joint", spread(path.peaks(INDENTATION), at, joints), "m", "indentation")
+    if oiled.size:
+        text = "force that an oiled joint transmits, of metal and film"
+        variables |= located("joint_peak_force", "joint", spread(path.peaks(JOINT_FORCE), oiled, joints), "N", text)
+    if bristles.size:
+        ratio = spread(path.peaks(FRICTION_RATIO), bristles, joints)
+        text = f"largest {about}, where the law has internal states"
+        variables["peak_friction_ratio"] = described("joint", ratio["largest"], "1", text)
+        text = f"how long {about} is above {EXCEEDED:g}"
+        variables["friction_excess_time"] = described("joint", ratio["excess_time"], "s", text)
     return variables
 
 
@@ -227,7 +216,7 @@ def _component_variables(plan: Plan, path: Trajectory, record: Record) -> Variab
     """What the components declare, along one dimension for each kind."""
     variables: Variables = {}
     peaks = path.peaks(COMPONENT_FORCE)
-    largest_outputs = dict(zip(path.monitored(COMPONENT_OUTPUT).tolist(), path.peaks(COMPONENT_OUTPUT), strict=True))
+    monitored = path.monitored(COMPONENT_OUTPUT).tolist()
     kinds: dict[str, list[int]] = {}
     controlled = dict(plan.actuators)
     for i, component in enumerate(plan.acting):
@@ -245,9 +234,7 @@ def _component_variables(plan: Plan, path: Trajectory, record: Record) -> Variab
             largest = peaks[[i for i in index if i < len(plan.components)]]
             kind = "torque" if declared.port.forces == ("torque",) else "force"
             unit = "N m" if kind == "torque" else "N"
-            variables[f"{section}_peak_{kind}"] = described(section, largest["largest"], unit, f"largest {kind}")
-            when = largest["largest_time"]
-            variables[f"{section}_peak_{kind}_time"] = described(section, when, "s", f"when the {kind} is largest")
+            variables |= located(f"{section}_peak_{kind}", section, largest, unit, kind)
         for output in declared.reported:
             if declared.force is None and not output.coordinate:
                 continue
@@ -258,17 +245,14 @@ def _component_variables(plan: Plan, path: Trajectory, record: Record) -> Variab
             text = f"{output.help} ({declared.label})"
             variables[f"{section}_{output.name}"] = described(dims, np.ascontiguousarray(values), output.unit, text)
         for output in declared.outputs_monitored:
-            found_peaks = [largest_outputs[i * RESULTS + output.first] for i in index]
-            for name, column, unit, text in (
-                (f"{section}_peak_{output.name}", "largest", output.unit, f"largest value: {output.help}"),
-                (f"{section}_peak_{output.name}_time", "largest_time", "s", f"when it is largest: {output.help}"),
-            ):
-                variables[name] = described(section, np.array([peak[column] for peak in found_peaks]), unit, text)
-        first = 2 * path.plan.coordinates.free + path.system.content.model.state_start[[len(plan.contacts) + i for i in index]]
+            rows = [monitored.index(i * RESULTS + output.first) for i in index]
+            peaks_of_output = path.peaks(COMPONENT_OUTPUT)[rows]
+            variables |= located(f"{section}_peak_{output.name}", section, peaks_of_output, output.unit, output.help)
+        first = 2 * plan.coordinates.free + path.system.content.model.state_start[[len(plan.contacts) + i for i in index]]
         for s, state in enumerate(declared.states):
             text = f"{state.name.replace('_', ' ')}, an internal state ({declared.label})"
-            found_there = described(("time", section), path.samples.state[:, first + s], state.unit, text)
-            variables.setdefault(f"{section}_{state.name}", found_there)
+            internal = described(("time", section), path.samples.state[:, first + s], state.unit, text)
+            variables.setdefault(f"{section}_{state.name}", internal)
     variables.update(bar_variables(plan, path.samples.time, record, variables))
     variables.update(film_variables(plan, path.samples.time, variables))
     return variables
@@ -277,11 +261,8 @@ def _component_variables(plan: Plan, path: Trajectory, record: Record) -> Variab
 def _rod_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
     if not plan.rods:
         return {}
-    spans = [
-        path.plan.coordinates.place(rod.end).at(record.X) - path.plan.coordinates.place(rod.start).at(record.X)
-        for rod in plan.rods
-    ]
-    span = np.stack(spans, axis=1)
+    place = plan.coordinates.place
+    span = np.stack([place(rod.end).at(record.X) - place(rod.start).at(record.X) for rod in plan.rods], axis=1)
     length = np.sqrt(np.sum(span * span, axis=-1))
     tension = -np.sum(record.wrench[:, -len(plan.rods) :, :2] * span, axis=-1) / length
     return {
@@ -303,8 +284,7 @@ def _control_variables(plan: Plan, path: Trajectory, record: Record) -> Variable
         "actuator": labels("actuator", [part.name for _, part in chosen]),
         "control_torque": described(over, record.result[:, index, 0], "N m", "torque that a controller gives"),
         "control_error": described(over, record.observed[:, index, 0], "rad", "reference less measured angle"),
-        "peak_control_torque": described("actuator", peaks["largest"], "N m", "largest torque that a controller gives"),
-        "peak_control_torque_time": described("actuator", peaks["largest_time"], "s", "when that torque is largest"),
+        **located("peak_control_torque", "actuator", peaks, "N m", "torque that a controller gives"),
     }
     recorder = content.model.recorder
     if np.any(recorder >= 0):
@@ -315,7 +295,7 @@ def _control_variables(plan: Plan, path: Trajectory, record: Record) -> Variable
                 text = f"{name.replace('_', ' ')} as a controller with a delay records it"
                 variables[f"recorded_{name}"] = described(over, values, unit, text)
     for place, (i, part) in enumerate(chosen):
-        first = 2 * path.plan.coordinates.free + int(content.model.state_start[len(plan.contacts) + i])
+        first = 2 * plan.coordinates.free + int(content.model.state_start[len(plan.contacts) + i])
         for s, declared in enumerate(part.controller.states):
             name = declared.name
             if name not in variables:
@@ -326,8 +306,7 @@ def _control_variables(plan: Plan, path: Trajectory, record: Record) -> Variable
 
 
 def _energy_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
-    found_accounts = accounts(plan, path.samples.total, path.log, path.samples.time)
-    account = dict(zip(ACCOUNTS, found_accounts.T, strict=True))
+    account = dict(zip(ACCOUNTS, accounts(plan, path.samples.total, path.log, path.samples.time).T, strict=True))
     energy = record.kinetic + record.potential + record.elastic + record.stored
     lost = account["damping_loss"] + account["friction_loss"] + account["damper_loss"] + account["switching_loss"]
     work = account["drive_work"] + account["load_work"] + account["motor_work"]
@@ -352,13 +331,11 @@ def _energy_variables(plan: Plan, path: Trajectory, record: Record) -> Variables
 def _drive_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
     if not plan.drives:
         return {}
-    peaks = path.peaks(DRIVE_TORQUE)
     variables = {
         "drive": labels("drive", [drive.body for drive in plan.drives]),
         # with several drives the first is the one that the contract names; all of them stand beside it
         "drive_torque": described("time", record.torque[:, 0].copy(), "N m", "driving torque"),
-        "peak_drive_torque": described("drive", peaks["largest"], "N m", "largest driving torque"),
-        "peak_drive_torque_time": described("drive", peaks["largest_time"], "s", "when the driving torque is largest"),
+        **located("peak_drive_torque", "drive", path.peaks(DRIVE_TORQUE), "N m", "driving torque"),
     }
     if len(plan.drives) > 1:
         variables["drive_torques"] = described(("time", "drive"), record.torque, "N m", "driving torque of each drive")

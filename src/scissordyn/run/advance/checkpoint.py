@@ -80,29 +80,28 @@ class Keeper:
     last: float = field(default_factory=clocks.monotonic)  # When that was [s]
     problem: str = ""  # Why a checkpoint could not be written; empty if all could
 
-    def take_up(self, name: str, driver: Driver) -> float:
-        """Put the state of a part into its driver, if there is one; returns how long it has been computed already [s]."""
-        part = self.parts.get(name)
-        if part is None:
-            return 0.0
-        try:
-            driver.take_up(part.arrays(driver.arrays()))
-        except (InputError, KeyError, ValueError) as error:
-            raise _refused(self.checkpoint.path, f"does not fit this run ({error})") from None
-        return part.seconds
+    def take_up(
+        self, name: str, driver: Driver, progress: Callable[[float], None] | None
+    ) -> tuple[float, Callable[[float], None]]:
+        """Put the state of a part into its driver, if there is one: since when it would have been computed at one stretch.
 
-    def watching(
-        self, name: str, driver: Driver, progress: Callable[[float], None] | None, seconds: Callable[[], float]
-    ) -> Callable[[float], None]:
-        """A function of the simulated time that calls `progress`, and writes a checkpoint when it is time for one."""
+        Also a function of the simulated time that calls `progress`, and writes a checkpoint when it is time for one.
+        """
+        began = clocks.perf_counter()
+        if name in self.parts:
+            began -= self.parts[name].seconds
+            try:
+                driver.take_up(self.parts[name].arrays(driver.arrays()))
+            except (InputError, KeyError, ValueError) as error:
+                raise _refused(self.checkpoint.path, f"does not fit this run ({error})") from None
 
-        def told(time: float) -> None:
+        def keep(time: float) -> None:
             if clocks.monotonic() - self.last >= self.checkpoint.every:
-                self.write(name, driver, seconds())
+                self.write(name, driver, clocks.perf_counter() - began)
             if progress is not None:
                 progress(time)
 
-        return told
+        return began, keep
 
     def write(self, name: str, driver: Driver, seconds: float) -> None:
         """Write all parts, this one as its driver is now; if that fails, `problem` says why."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time as clocks
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -43,6 +43,9 @@ MOST_RECORDED = 2 * MOST_INSTANTS
 UNSOLVED = 0.01
 """Part of the steps with contacts whose impulses are not solved above which a run has failed."""
 
+RUN = "run"
+"""What checkpoints call a run itself."""
+
 FAILED = "the contact model has failed"
 
 INTERRUPTED = "interrupted"
@@ -65,12 +68,13 @@ class Trajectory:
     log: np.ndarray  # (events,)
     peak: np.ndarray  # (guards + monitors,) Of contacts still going on at the end, then of what is monitored throughout
     end: float  # Time reached [s]
-    status: str  # "complete", "interrupted" or "failed"
-    cause: str  # Why it is not complete
-    statistics: dict[str, Any]  # Method and the reason for it, steps, rejected, rates, jacobians, events, seconds
-    immobile: tuple[str, ...]  # Clearance joints that cannot move
-    warnings: tuple[str, ...]  # From the start
     band: np.ndarray  # (monitors,) Of what is monitored throughout
+    status: str = "complete"  # Or "interrupted" or "failed"
+    cause: str = ""  # Why it is not complete
+    # Method and the reason for it, steps, rejected, rates, jacobians, events, seconds
+    statistics: dict[str, Any] = field(default_factory=dict)
+    immobile: tuple[str, ...] = ()  # Clearance joints that cannot move
+    warnings: tuple[str, ...] = ()  # From the start
     # Instants at which the motion passed them, and half the steps across [s]
     change_points: tuple[tuple[float, float], ...] = ()
     recorded: StepRecord | None = None  # Ends of steps, and what is located inside them
@@ -149,7 +153,6 @@ def compute(
     monitor: bool = True,
     ideal: IdealPath | None = None,
     keeper: Keeper | None = None,
-    part: str = "run",
 ) -> Trajectory:
     """Simulate a mechanism; `curves` records what `instants.with_recorded` adds to the samples."""
     driver, prepared, choice = make_driver(plan, options)
@@ -161,7 +164,7 @@ def compute(
         driver.record_steps(inside=curves, most=np.inf if record_steps else MOST_RECORDED)
     if ideal is not None:
         driver.compare_with(ideal.table, ideal.step)
-    cause, seconds = _advance(driver, options, progress, keeper, part)
+    cause, seconds = _advance(driver, options, progress, keeper)
     ended = {"": "complete", INTERRUPTED: INTERRUPTED}.get(cause, "failed")
     if cause:
         cause = f"stopped at t = {driver.time:.9g} s of {options.until:g} s: {cause}"
@@ -177,7 +180,6 @@ def compute(
 
 def reached(driver: Driver, **more: Any) -> Trajectory:
     """What a driver has come to, with further parts of a `Trajectory`."""
-    usual: dict[str, Any] = {"status": "complete", "cause": "", "statistics": {}, "immobile": (), "warnings": ()}
     return Trajectory(
         plan=driver.plan,
         system=driver.system,
@@ -188,25 +190,24 @@ def reached(driver: Driver, **more: Any) -> Trajectory:
         band=driver.band.copy(),
         change_points=tuple(driver.change_points),
         recorded=driver.recorded,
-        **{**usual, **more},
+        **more,
     )
 
 
 def _advance(
-    driver: Driver, options: Options, progress: Callable[[float], None] | None, keeper: Keeper | None, part: str
+    driver: Driver, options: Options, progress: Callable[[float], None] | None, keeper: Keeper | None
 ) -> tuple[str, float]:
     """Go on to the end: why it was not reached, or what is wrong there, empty if nothing is; and the seconds that it took."""
     began = clocks.perf_counter()
     if keeper is not None:
-        began -= keeper.take_up(part, driver)
-        progress = keeper.watching(part, driver, progress, lambda: clocks.perf_counter() - began)
+        began, progress = keeper.take_up(RUN, driver, progress)
     try:
         cause = reach(driver, options.until, options.most_steps, progress)
     except KeyboardInterrupt:
         cause = INTERRUPTED
     seconds = clocks.perf_counter() - began
     if keeper is not None and cause in ("", INTERRUPTED):
-        keeper.write(part, driver, seconds)
+        keeper.write(RUN, driver, seconds)
     return cause or model_failure(driver), seconds
 
 

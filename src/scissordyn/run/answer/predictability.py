@@ -19,7 +19,7 @@ from scissordyn.mechanics import functions
 from scissordyn.plan.plan import Plan
 from scissordyn.run.advance.checkpoint import Keeper
 from scissordyn.run.advance.instants import sample_times, sampled_at
-from scissordyn.run.advance.trajectory import Trajectory, compute, make_driver, stops
+from scissordyn.run.advance.trajectory import INTERRUPTED, Trajectory, compute, make_driver, stops
 from scissordyn.run.options import Options
 from scissordyn.run.results import Run
 from scissordyn.run.start.ideal_path import IdealPath
@@ -128,28 +128,13 @@ def predictability(
     tighter = dataclasses.replace(options, rtol=rtol, atol=atol, method=method)
     if (step := path.statistics.get("step", options.step)) is not None:
         tighter = dataclasses.replace(options, step=0.5 * float(step))
-    second = _repeated(tighter, path, compared, progress, keeper)
-    if second.interrupted:
+    agreement, end, steps, reason = _repeated(tighter, path, compared, progress, keeper)
+    if agreement == INTERRUPTED:
         return Horizon(math.nan, 0, "unknown", "interrupted while the run was repeated", interrupted=True)
-    tried = int(path.statistics["steps"]) + int(path.statistics["rejected"])
-    cost = 1.0 + second.steps / max(tried, 1)
-    count = int(np.sum(starts < second.end))
-    if second.diverged:
-        return Horizon(second.end, count, "diverged", cost=cost)
-    if second.cause:
-        return Horizon(second.end, count, "unknown", f"the more accurate run ended there ({second.cause})", cost=cost)
-    return Horizon(path.end, int(starts.size), "to the end", cost=cost)
-
-
-@dataclass(frozen=True)
-class _Repeated:
-    """How far the second run went: until it had diverged, had come to the end or broke off for a cause."""
-
-    end: float
-    steps: int
-    diverged: bool = False
-    cause: str = ""
-    interrupted: bool = False
+    cost = 1.0 + steps / max(int(path.statistics["steps"]) + int(path.statistics["rejected"]), 1)
+    if agreement == "to the end":
+        return Horizon(path.end, int(starts.size), agreement, cost=cost)
+    return Horizon(end, int(np.sum(starts < end)), agreement, reason, cost=cost)
 
 
 def _repeated(
@@ -158,15 +143,14 @@ def _repeated(
     compared: Comparable,
     progress: Callable[[float], None] | None,
     keeper: Keeper | None,
-) -> _Repeated:
-    """Run again piece by piece, as long as both runs agree."""
+) -> tuple[str, float, int, str]:
+    """Run again piece by piece, as long as both runs agree: how far they do, until when, tried steps and why not further."""
     driver, _, _ = make_driver(path.plan, options)
     driver.monitor(False)
     driver.sample_at(compared.time)
     began = clocks.perf_counter()
     if keeper is not None:
-        began -= keeper.take_up(REPETITION, driver)
-        progress = keeper.watching(REPETITION, driver, progress, lambda: clocks.perf_counter() - began)
+        began, progress = keeper.take_up(REPETITION, driver, progress)
     seen, pieces = 0, max(1, min(PIECES, int(path.statistics["steps"]) // STEPS_OF_A_PIECE))
     ends = np.linspace(0.0, options.until, pieces + 1)[1:].tolist()
     try:
@@ -176,15 +160,15 @@ def _repeated(
             apart = _apart(path, compared.time[new], compared.state[new], states[new])
             beyond = np.flatnonzero(~(apart < 1.0))
             if beyond.size:
-                return _Repeated(float(compared.time[new][beyond[0]]), driver.tried, diverged=True)
+                return "diverged", float(compared.time[new][beyond[0]]), driver.tried, ""
             if cause:
-                return _Repeated(driver.time, driver.tried, cause=cause)
+                return "unknown", driver.time, driver.tried, f"the more accurate run ended there ({cause})"
             seen = len(states)
     except KeyboardInterrupt:
         if keeper is not None:
             keeper.write(REPETITION, driver, clocks.perf_counter() - began)
-        return _Repeated(driver.time, driver.tried, interrupted=True)
-    return _Repeated(driver.time, driver.tried)
+        return INTERRUPTED, driver.time, driver.tried, ""
+    return "to the end", driver.time, driver.tried, ""
 
 
 def _apart(path: Trajectory, times: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:

@@ -267,17 +267,17 @@ def test_ctrl_c_keeps_run_and_checkpoint(
     whole, target = tmp_path / "whole.nc", tmp_path / "run.nc"
     assert status_of([*CASE, "-o", str(whole)]) == 0
     monkeypatch.setattr(driver_module, "FIRST", 20)
-    watching = Keeper.watching
+    take_up = Keeper.take_up
 
-    def once(keeper: Keeper, *arguments: Any) -> Callable[[float], None]:
-        monkeypatch.setattr(Keeper, "watching", watching)
+    def once(keeper: Keeper, *arguments: Any) -> tuple[float, Callable[[float], None]]:
+        monkeypatch.setattr(Keeper, "take_up", take_up)
 
-        def told(_: float) -> None:
+        def interrupt(_: float) -> None:
             raise KeyboardInterrupt
 
-        return told
+        return 0.0, interrupt
 
-    monkeypatch.setattr(Keeper, "watching", once)
+    monkeypatch.setattr(Keeper, "take_up", once)
     kept = [*CASE, "-o", str(target), "--checkpoint", "1 min"]
     assert status_of(kept) == 130
     assert sorted(path.name for path in tmp_path.iterdir()) == ["run.nc", "run.nc.checkpoint", "whole.nc"]

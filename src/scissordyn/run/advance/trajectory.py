@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time as clocks
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -217,20 +217,6 @@ def reach(
     """Go on to a time; returns why it was not reached, empty if it was. `since` steps do not count."""
     status = driver.advance(until, most_steps=most_steps - (driver.tried - since), progress=progress)
     return f"{most_steps} steps are not enough" if status == loop.ADVANCING else broken_off(status, driver)
-
-
-def stops(
-    driver: Driver, instants: Iterable[float], most_steps: int, progress: Callable[[float], None] | None = None
-) -> Iterator[str]:
-    """Go on from instant to instant; yields at each why it was not reached, empty if it was, and ends after the first such.
-
-    Instants that a driver is beyond already, as one from a checkpoint, are passed over.
-    """
-    for until in instants:
-        cause = reach(driver, until, most_steps, progress) if until > driver.time else ""
-        yield cause
-        if cause:
-            return
 
 
 def model_failure(driver: Driver) -> str:

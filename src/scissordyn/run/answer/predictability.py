@@ -19,7 +19,7 @@ from scissordyn.mechanics import functions
 from scissordyn.plan.plan import Plan
 from scissordyn.run.advance.checkpoint import Keeper
 from scissordyn.run.advance.instants import sample_times, sampled_at
-from scissordyn.run.advance.trajectory import INTERRUPTED, Trajectory, compute, make_driver, stops
+from scissordyn.run.advance.trajectory import INTERRUPTED, Trajectory, compute, make_driver, reach
 from scissordyn.run.options import Options
 from scissordyn.run.results import Run
 from scissordyn.run.start.ideal_path import IdealPath
@@ -154,7 +154,9 @@ def _repeated(
     seen, pieces = 0, max(1, min(PIECES, int(path.statistics["steps"]) // STEPS_OF_A_PIECE))
     ends = np.linspace(0.0, options.until, pieces + 1)[1:].tolist()
     try:
-        for cause in stops(driver, ends, options.most_steps, progress):
+        for until in ends:
+            # one from a checkpoint may be beyond already
+            cause = reach(driver, until, options.most_steps, progress) if until > driver.time else ""
             states = driver.samples.state
             new = slice(seen, len(states))
             apart = _apart(path, compared.time[new], compared.state[new], states[new])

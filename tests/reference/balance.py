@@ -1,5 +1,6 @@
 """Newton's law on each body at each sample, from what a run reports: joints, films, drives, components, bars that bend."""
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -33,12 +34,16 @@ class Balance:
         self.force, self.moment = {}, {}
         self.bars = [part for part in mechanism.components if part.declaration.port is AXIS]
         self.sections = {section for bar in self.bars for section in bar.sections}
+        inside = dict.fromkeys(self.sections, 0.0)  # mass of bars that bend, which is between their cross-sections
+        for bar in self.bars:
+            for (one, start), (other, end) in pairwise(zip(bar.sections, bar.places, strict=True)):
+                for name in (one, other):
+                    inside[name] += 0.5 * bar.mass_per_length * (end - start)
         for body in mechanism.bodies:
-            rigid = body.name not in self.sections  # the mass of a bar that bends is inside it
             acceleration = self.over("acceleration", body=body.name)
-            self.force[body.name] = rigid * body.mass * (down - acceleration)
+            self.force[body.name] = (body.mass - inside.get(body.name, 0.0)) * (down - acceleration)
             turning = np.nan_to_num(run["angular_acceleration"].sel(body=body.name).values)
-            self.moment[body.name] = -rigid * (body.inertia or 0.0) * turning
+            self.moment[body.name] = -(body.inertia or 0.0) * turning if body.name not in inside else 0.0 * turning
         self.scale = self.largest_moment = 0.0
         self.loose_moments = {guide.follower[0] for guide in mechanism.guides if guide.aligned and guide.clearance is None}
         self.loose_moments |= {body.name for body in mechanism.bodies if not body.rotates}

@@ -74,8 +74,8 @@ def test_every_drive_is_in_the_table() -> None:
     assert found["quantity"].values.tolist() == ["reaction A", "reaction B", "drive torque upper", "drive torque lower"]
     first, second = found["input"].values.T
     # a drive prescribes its body's angle against the ground
-    np.testing.assert_allclose(found["force"].values[:, 2], 2.0 * G * (0.2 + 0.4) * np.cos(first), rtol=1e-12)
-    np.testing.assert_allclose(found["force"].values[:, 3], 2.0 * G * 0.2 * np.cos(second), rtol=1e-12)
+    np.testing.assert_allclose(found["quantity_value"].values[:, 2], 2.0 * G * (0.2 + 0.4) * np.cos(first), rtol=1e-12)
+    np.testing.assert_allclose(found["quantity_value"].values[:, 3], 2.0 * G * 0.2 * np.cos(second), rtol=1e-12)
 
 
 def test_loads_have_their_values_of_the_instant() -> None:
@@ -83,6 +83,7 @@ def test_loads_have_their_values_of_the_instant() -> None:
     growing = sd.Force("cut", ("slider", "centre"), force=(-100.0, 0.0), time_function=sd.Polynomial((0.0, 1.0)))
     constant = dataclasses.replace(growing, time_function=None)
     one, other = (sd.statics(slider_crank(components=(part,)), until=3.0, points=7) for part in (growing, constant))
+    assert one["force"].values.tolist() == ["cut"]  # the coordinate of loads, beside the table of forces
     np.testing.assert_allclose(one["drive_torque"], other["drive_torque"] * one["time"], atol=1e-12)
 
 

@@ -111,5 +111,5 @@ def _save(solved: xr.Dataset, path: Path) -> Path:
     head = ["time [s]"]
     for kind, unit in (("prescribed", "prescribed_unit"), ("quantity", "quantity_unit")):
         head += [f"{name} [{of}]" for name, of in zip(solved[kind].values, solved[unit].values, strict=True)]
-    rows = np.column_stack([solved["time"].values, solved["input"].values, solved["force"].values])
+    rows = np.column_stack([solved["time"].values, solved["input"].values, solved["quantity_value"].values])
     return write_file(path, csv_text([head, *rows.tolist()]).encode(), sample="-o statics.csv")

@@ -52,12 +52,12 @@ def statics(forces: xr.Dataset, *, over: str = "input", axes: Canvas = None) -> 
         (kind, np.flatnonzero((panel_of == kind) & (units == unit)), unit)
         for kind in ("drive", "component", "coupling", "reaction")
         for unit in ("N", "N m")
-        if np.any((panel_of == kind) & (units == unit) & np.isfinite(forces["force"].values).any(axis=0))
+        if np.any((panel_of == kind) & (units == unit) & np.isfinite(forces["quantity_value"].values).any(axis=0))
     ]
     drawn = panels(axes, len(groups), size=(7.5, 2.2 * len(groups) + 0.8))
     values, label = _over(forces, over)
     for panel, (kind, chosen, unit) in zip(drawn, groups, strict=True):
-        force = forces["force"].values[:, chosen]
+        force = forces["quantity_value"].values[:, chosen]
         order = np.argsort(-np.nanmax(np.abs(force), axis=0), kind="stable")
         scale = engineering(unit, force)
         curves(panel, values, scale.factor * force[:, order], [name.removeprefix("reaction ") for name in names[chosen][order]])

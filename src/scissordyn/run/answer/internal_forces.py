@@ -30,6 +30,9 @@ NODES = 0.5 * (1.0 + POINTS)
 INSIDE = 4
 """Parts of an element at whose ends the largest values are looked for."""
 
+BEFORE = 1.0 - 1e-12
+"""Part of an element where its end is looked at."""
+
 QUANTITIES = {
     "deflection": ("m", "distance from the line through the ends of the bar, towards +y of the bar"),
     "axial_force": ("N", "axial force, tension positive"),
@@ -145,8 +148,8 @@ def _compression(quantities: dict[str, np.ndarray]) -> np.ndarray:
 def largest_variables(mechanism: Mechanism, variables: Variables, time: np.ndarray, ratios: np.ndarray) -> Variables:
     """The largest size of each quantity along each bar, with instant and distance from its first end.
 
-    Among the samples, at the quarters of each element. `bar_buckling_load` is the largest compression of each bar over its
-    largest buckling ratio.
+    Among the samples, at the quarters of each element and on both sides of cross-sections. `bar_buckling_load` is the largest
+    compression of each bar over its largest buckling ratio.
     """
     bars = bars_of(mechanism)
     if not bars or not time.size:
@@ -156,8 +159,12 @@ def largest_variables(mechanism: Mechanism, variables: Variables, time: np.ndarr
     loads = np.full(len(bars), np.inf)
     for b, bar in enumerate(bars):
         ends = marks_of(bar.whole) if bar.whole else np.cumsum([0.0, *(beam.length for beam in bar.beams)])
-        within = ends[:-1, None] + np.diff(ends)[:, None] * np.linspace(0.0, 1.0, INSIDE, endpoint=False)
-        at = np.append(within.ravel() / ends[-1], 1.0)
+        # forces jump at a loaded cross-section: the end of a part is not the start of the next one
+        places, within = (
+            (ends[:-1, None] + np.diff(ends)[:, None] * np.append(np.arange(INSIDE) / INSIDE, end)).ravel()
+            for end in (1.0, BEFORE)
+        )
+        at = within / ends[-1]
         quantities = _along(bar, read, at)
         compression = _compression(quantities)
         if ratios[b] > 0.0 and compression.any():
@@ -166,7 +173,7 @@ def largest_variables(mechanism: Mechanism, variables: Variables, time: np.ndarr
         for name, kept in largest.items():
             size = np.abs(quantities[name])
             row, column = np.unravel_index(int(np.argmax(size)), size.shape)
-            kept[:, b] = quantities[name][row, column], time[row], at[column] * ends[-1]
+            kept[:, b] = quantities[name][row, column], time[row], places[column]
     about = "compression at which the mechanism buckles, its drives locked, if all axial forces of bars grow alike"
     answers = {"bar_buckling_load": described("bar", loads, "N", about)}
     answers["bar"] = labels("bar", [bar.name for bar in bars], "bar that bends")

@@ -63,7 +63,10 @@ SENSES: dict[str, tuple[str, tuple[str, ...]]] = {
 
 Friction = Literal["none", "forward", "backward"]
 
-DYNAMIC = ("_energy", "_loss", "_work", "_residual", "peak_", "_peak", "contact_", "event_", "_speed", "impulse", "_power")
+DYNAMIC = (
+    *("kinetic_energy", "elastic_energy", "dissipated_energy", "_loss", "_work", "_residual", "_power", "impulse"),
+    *("peak_", "_peak", "contact_", "event_", "_speed"),
+)
 """Parts of names of variables that only a motion has."""
 
 
@@ -94,8 +97,9 @@ def statics(
     -------
     Dataset
         The variables of a run that have a meaning at rest, over `time`, and `input (time, prescribed)`, what drives and
-        prescribed distances hold, in `prescribed_unit`. All forces and torques once more in one table, `force (time, quantity)`
-        in `quantity_unit`, with `least`, `largest`, `least_time` and `largest_time` of each, located between the positions.
+        prescribed distances hold, in `prescribed_unit`. All forces and torques once more in one table,
+        `quantity_value (time, quantity)` in `quantity_unit`, of reactions the size, with `least`, `largest`, `least_time` and
+        `largest_time` of each, located between the positions.
 
     Raises
     ------
@@ -244,18 +248,18 @@ def _envelope(variables: Variables, times: np.ndarray) -> Variables:
             several = ["N m" if each == "rad" else "N" for each in coordinate.values.tolist()]
         if not set(several) <= {"N", "N m"}:
             continue
-        values = np.linalg.norm(part.values, axis=-1) if part.dims[-1] == "axis" else part.values
         for label, of in zip(parts, several, strict=True):
             kind = name.replace("force", "torque").replace("torques", "torque") if of == "N m" else name
             names.append(f"{kind.replace('_', ' ')} {label}".strip())
         units += several
-        columns.append(values.reshape(times.size, -1))
-    force = np.concatenate(columns, axis=1) if columns else np.zeros((times.size, 0))
-    largest, least = (np.array([smooth_peak(times, sign * column) for column in force.T]).reshape(-1, 2) for sign in (1, -1))
+        vectors = part.values.reshape(times.size, len(parts), -1)
+        columns += [vectors[:, k] for k in range(len(parts))]
+    force = np.stack([_size(column) for column in columns], axis=1) if columns else np.zeros((times.size, 0))
+    least, largest = (np.array([_extreme(times, column, sign) for column in columns]).reshape(-1, 2) for sign in (-1.0, 1.0))
     return {
         "quantity": Variable(("quantity",), np.array(names, dtype=str), {"long_name": "force or torque"}),
         "quantity_unit": Variable(("quantity",), np.array(units, dtype=str), {"long_name": "unit of its values"}),
-        "force": Variable(("time", "quantity"), force, {"long_name": "force or torque, of reactions the size"}),
+        "quantity_value": Variable(("time", "quantity"), force, {"long_name": "force or torque, of reactions the size"}),
         **{
             name: Variable(("quantity",), column, {"long_name": text})
             for name, column, text in (
@@ -266,6 +270,27 @@ def _envelope(variables: Variables, times: np.ndarray) -> Variables:
             )
         },
     }
+
+
+def _size(vectors: np.ndarray) -> np.ndarray:
+    """Lengths of vectors in the plane; values themselves, with their sign."""
+    return vectors[:, 0] if vectors.shape[1] == 1 else np.hypot(*vectors.T)
+
+
+def _extreme(times: np.ndarray, vectors: np.ndarray, sign: float) -> tuple[float, float]:
+    """The largest size (sign = 1) or minus the least (-1) and when, between the positions.
+
+    A reaction that passes through zero or close by has a kink in its size, not in its components: these are the parabolas.
+    """
+    values = sign * _size(vectors)
+    if vectors.shape[1] > 1 and times.size > 2 and np.isfinite(values).any():
+        k = min(max(1, int(np.nanargmax(values))), times.size - 2)
+        if np.isfinite(values[k - 1 : k + 2]).all():
+            before, here, after = vectors[k - 1 : k + 2, None]
+            part = np.linspace(-1.0, 1.0, 401)[:, None]
+            between = here + 0.5 * part * (after - before) + 0.5 * part**2 * (after - 2.0 * here + before)
+            times, values = times[k] + part[:, 0] * (times[k + 1] - times[k]), sign * _size(between)
+    return smooth_peak(times, values)
 
 
 def _warnings(plan: Plan, variables: Variables, path: Trajectory) -> list[str]:

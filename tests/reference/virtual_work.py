@@ -1,0 +1,94 @@
+"""The principle of virtual work along a stroke: what drives and loads do, from forces and places that statics reports."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from scipy.interpolate import make_interp_spline
+
+import scissordyn as sd
+from reference.balance import Balance, rotated
+from scissordyn.component.port import AXIS, FRAME, HINGE, LINE, POINT, TRAVEL
+
+
+class VirtualWork:
+    """Work of everything that acts along a stroke, cumulated; places are splines of fifth degree over the instants."""
+
+    def __init__(self, forces: xr.Dataset, mechanism: sd.Mechanism) -> None:
+        self.forces, self.mechanism, self.time = forces, mechanism, forces["time"].values
+        self.at = Balance(forces, mechanism).at
+        self.work: dict[str, np.ndarray] = {}
+        self._drives()
+        for part in mechanism.components:
+            if part.declaration.port is not AXIS:
+                self.work[part.name] = self._component(part)
+        down = mechanism.gravity * np.array([np.cos(mechanism.gravity_direction), np.sin(mechanism.gravity_direction)])
+        masses = np.array([body.mass for body in mechanism.bodies])
+        weight = np.einsum("b,tba,a->t", masses, forces["position"].transpose("time", "body", "axis").values, down)
+        if "beam_energy" in forces:  # bars that bend have their mass between their ends
+            weight = -forces["potential_energy"].values
+            self.work["bars"] = self._of_energy(-forces["beam_energy"].sum("beam").values)
+        self.work["weight"] = self._of_energy(weight)
+
+    @property
+    def largest(self) -> float:
+        """Largest work of one of them [J]."""
+        return max(float(np.abs(work).max()) for work in self.work.values())
+
+    def imbalance(self) -> float:
+        """The largest sum of all works, over the largest of them."""
+        return float(np.abs(sum(self.work.values())).max()) / self.largest
+
+    def _of_energy(self, energy: np.ndarray) -> np.ndarray:
+        return energy - energy[0]
+
+    def _along(self, force: np.ndarray, place: np.ndarray) -> np.ndarray:
+        """Work of a force or torque along a coordinate."""
+        rate = make_interp_spline(self.time, place, k=5).derivative()(self.time)
+        work: np.ndarray = make_interp_spline(self.time, force * rate, k=5).antiderivative()(self.time)
+        return work - work[0]
+
+    def _at_point(self, force: np.ndarray, place: np.ndarray) -> np.ndarray:
+        return self._along(force[:, 0], place[:, 0]) + self._along(force[:, 1], place[:, 1])
+
+    def _drives(self) -> None:
+        forces, mechanism = self.forces, self.mechanism
+        held = dict(zip(forces["prescribed"].values.tolist(), forces["input"].values.T, strict=True))
+        torques = forces["drive_torques"].values.T if "drive_torques" in forces else forces.get("drive_torque")
+        for k, drive in enumerate(mechanism.drives):
+            torque = torques[k] if "drive_torques" in forces else torques.values
+            self.work[f"drive of {drive.body}"] = self._along(torque, held[drive.body])
+        for rod in mechanism.rods:
+            if rod.motion is not None:
+                length = np.linalg.norm(self.at(*rod.end) - self.at(*rod.start), axis=1)
+                self.work[rod.name] = self._along(-forces["rod_force"].sel(rod=rod.name).values, length)
+        for drive in mechanism.coordinate_drives:
+            force = forces["coordinate_drive_force"].sel(coordinate_drive=drive.name).values
+            self.work[drive.name] = self._along(force, held[drive.name])
+
+    def _angle(self, body: str) -> np.ndarray:
+        return np.zeros(self.time.size) if body == "ground" else self.forces["angle"].sel(body=body).values
+
+    def _component(self, part: Any) -> np.ndarray:
+        section, port = part.declaration.section, part.declaration.port
+
+        def output(name: str) -> np.ndarray:
+            values = self.forces[f"{section}_{name}"].sel({section: part.name})
+            return values.transpose("time", "axis").values if "axis" in values.dims else values.values
+
+        if port is LINE:
+            return self._along(-output("force"), np.linalg.norm(self.at(*part.end) - self.at(*part.start), axis=1))
+        if port is HINGE:
+            return self._along(output("torque"), self._angle(part.body) - self._angle(part.base))
+        if port is TRAVEL:
+            along = np.array([np.cos(part.direction), np.sin(part.direction)])
+            return self._along(output("force"), self.at(*part.point) @ along)
+        if port is POINT:
+            return self._at_point(output("force"), self.at(*part.point))
+        assert port is FRAME, part
+        base, end = part.start[0], self.at(*part.end)
+        turned, origin = self._angle(base), self.at(*part.start)
+        local = rotated(end - origin, -turned)  # as the base sees the end
+        return self._at_point(output("force"), local) + self._along(output("torque"), self._angle(part.end[0]) - turned)

@@ -73,6 +73,8 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "Torque",
         "PinFriction",
         "GuideFriction",
+        "PinLuGre",
+        "GuideLuGre",
         "NonlinearSpring",
         "GasSpring",
         "StrokeLoad",

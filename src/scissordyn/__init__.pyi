@@ -28,6 +28,8 @@ from scissordyn.component.gas_spring import GasSpring as GasSpring
 from scissordyn.component.guide_friction import GuideFriction as GuideFriction
 from scissordyn.component.latch import Latch as Latch
 from scissordyn.component.linear_motor import LinearMotor as LinearMotor
+from scissordyn.component.lugre import GuideLuGre as GuideLuGre
+from scissordyn.component.lugre import PinLuGre as PinLuGre
 from scissordyn.component.motor import Motor as Motor
 from scissordyn.component.nonlinear_spring import NonlinearSpring as NonlinearSpring
 from scissordyn.component.pin_friction import PinFriction as PinFriction

@@ -80,6 +80,7 @@ OTHER_WORDS = {
     "spring": "damper dashpot spring_damper shock",
     "pin_friction": "joint_friction bearing_friction hinge_friction friction",
     "guide_friction": "slide_friction slider_friction",
+    "pin_lugre": "bristle_friction lugre stick_slip stiction",
     "gas_spring": "gas_strut strut lift_support air_spring",
     "nonlinear_spring": "spring_curve progressive_spring",
     "stroke_load": "cutting_force press_force load_curve force_table gas_pressure",

@@ -21,6 +21,7 @@ from scissordyn.component.gas_spring import GasSpring
 from scissordyn.component.guide_friction import GuideFriction
 from scissordyn.component.latch import Latch
 from scissordyn.component.linear_motor import LinearMotor
+from scissordyn.component.lugre import GuideLuGre, PinLuGre
 from scissordyn.component.motor import Motor
 from scissordyn.component.nonlinear_spring import NonlinearSpring
 from scissordyn.component.pin_friction import PinFriction
@@ -46,6 +47,8 @@ _CLASSES: tuple[Any, ...] = (
     Clutch,
     PinFriction,
     GuideFriction,
+    PinLuGre,
+    GuideLuGre,
     Bushing,
     Beam,
     FlexibleBar,

@@ -366,6 +366,7 @@ FURTHER: Mapping[str, tuple[str, Callable[[Stroke], Given]]] = {
     "tape_spring": ("tape_spring", _tape_spring),
     "clutch": ("clutch", lambda stroke: {**stroke.pair, "capacity": _said(SHARE * stroke.weight * stroke.size, "N m")}),
     "pin_friction": ("pin_friction", _pin_friction),
+    "pin_lugre": ("pin_lugre", _pin_friction),
     "bushing": ("bushing", _bushing),
     "force": (
         "force",
@@ -393,7 +394,7 @@ FURTHER: Mapping[str, tuple[str, Callable[[Stroke], Given]]] = {
 DRIVING = ("motor", "tabulated_motor", "linear_motor", "rod")
 """Parts that move the mechanism in place of a drive."""
 
-assert set(COMPONENTS) - {"actuator", "beam", "flexible_bar", "roller", "guide_friction"} <= set(FURTHER)
+assert set(COMPONENTS) - {"actuator", "beam", "flexible_bar", "roller", "guide_friction", "guide_lugre"} <= set(FURTHER)
 
 
 LOADS = ("payload", "panels")

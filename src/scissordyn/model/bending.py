@@ -13,6 +13,7 @@ import numpy as np
 from scissordyn.component.beam import Beam
 from scissordyn.component.elastic import ACROSS, DAMPING, EXPANSION, WARMER, node_inertia
 from scissordyn.component.flexible_bar import FlexibleBar
+from scissordyn.component.lugre import PinLuGre
 from scissordyn.component.pin_friction import PinFriction
 from scissordyn.component.place import BodyPoint
 from scissordyn.component.time_function import OverTime, TimeFunction
@@ -333,7 +334,7 @@ def _attached(mechanism: Mechanism, body: Body, where: dict[str, str], nodes: li
 
     def at_pin(part: Any) -> Any:
         """Friction in a pin goes to the cross-section that carries it."""
-        pair = {part.body, part.base} if isinstance(part, PinFriction) else set()
+        pair = {part.body, part.base} if isinstance(part, PinFriction | PinLuGre) else set()
         pin = pins.get(frozenset(pair)) if name in pair else None
         if pin is None:
             return part

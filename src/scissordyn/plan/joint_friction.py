@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from scissordyn.component.guide_friction import GuideFriction
+from scissordyn.component.lugre import GuideLuGre
 from scissordyn.errors import InputError
 from scissordyn.mechanics.band import width
 from scissordyn.mechanics.body_maps import BodyMaps
@@ -70,7 +71,7 @@ def _followed(mechanism: Mechanism, part: Any, balance: Balance) -> tuple[int, t
     label = f"{part.declaration.label} '{part.name}'"
     if any(contact.clearance and contact.clearance.contact == "hard" for contact in mechanism.contacts):
         raise InputError(f"{label} beside hard contact", "contact = 'compliant'")
-    if isinstance(part, GuideFriction):
+    if isinstance(part, GuideFriction | GuideLuGre):
         return 1, *_guide(mechanism, part, balance, label)
     pair = {part.body, part.base}
     pins = [k for k, joint in enumerate(mechanism.ideal_joints) if set(joint.bodies) == pair]
@@ -84,7 +85,9 @@ def _followed(mechanism: Mechanism, part: Any, balance: Balance) -> tuple[int, t
     return 0, (int(balance.order[first]), int(balance.order[first + 1])), 0.0
 
 
-def _guide(mechanism: Mechanism, part: GuideFriction, balance: Balance, label: str) -> tuple[tuple[int, int], float]:
+def _guide(
+    mechanism: Mechanism, part: GuideFriction | GuideLuGre, balance: Balance, label: str
+) -> tuple[tuple[int, int], float]:
     guides = mechanism.ideal_guides
     for g, guide in enumerate(guides):
         turned = math.remainder(guide.direction - part.direction, math.pi)

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
+from scissordyn.component.declaration import Component
+from scissordyn.component.lugre import GuideLuGre, PinLuGre
 from scissordyn.component.rod import Rod
 from scissordyn.component.time_function import Polynomial, TimeFunction
 from scissordyn.errors import InputError
@@ -27,7 +29,12 @@ NOT_TURNED: Mapping[str, float] = MappingProxyType({})
 
 
 def frictionless(mechanism: Mechanism) -> Mechanism:
-    """The same mechanism without friction in clearance joints, with compliant contacts; itself if its joints are ideal."""
+    """The same mechanism without friction in clearance joints and bristles in ideal ones, with compliant contacts.
+
+    Itself if its joints are ideal, without bristles.
+    """
+    if any(isinstance(part, PinLuGre | GuideLuGre) for part in mechanism.components):
+        mechanism = mechanism.with_parts({"components": tuple(map(_without_bristles, mechanism.components))}, check=False)
     if not mechanism.contacts:
         return mechanism
     joints, guides = tuple(map(_frictionless, mechanism.joints)), tuple(map(_frictionless, mechanism.guides))
@@ -94,6 +101,10 @@ def _constant(motion: TimeFunction, start: float, time: float) -> TimeFunction:
     value = np.zeros(4)
     function_at(time, function_rows(motion, start), value)
     return Polynomial((float(value[0]),))
+
+
+def _without_bristles(part: Component) -> Component:
+    return part.without_bristles() if isinstance(part, PinLuGre | GuideLuGre) else part
 
 
 def _frictionless(joint: Joint) -> Joint:

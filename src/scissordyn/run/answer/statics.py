@@ -22,7 +22,7 @@ from scissordyn.model.commanded import commanded
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.elimination import in_words
 from scissordyn.plan.plan import Plan, plan
-from scissordyn.plan.rest import loads_at, still_at, with_inputs
+from scissordyn.plan.rest import frictionless, loads_at, still_at, with_inputs
 from scissordyn.run.advance.cause import jam
 from scissordyn.run.advance.log import LOG, PEAK
 from scissordyn.run.advance.system import make_system
@@ -107,7 +107,7 @@ def statics(
         If nothing is prescribed, a position has no static equilibrium, or what depends on the sense of the motion, as friction
         does, acts on a mechanism that the drives do not move alone.
     """
-    ideal = commanded(mechanism).ideal()
+    ideal = frictionless(commanded(mechanism).ideal())
     whole = plan(ideal)
     inputs = Inputs(whole)
     if not inputs.count:

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from scissordyn.component.declaration import Component
 from scissordyn.component.lugre import GuideLuGre, PinLuGre
 from scissordyn.component.rod import Rod
 from scissordyn.component.time_function import Polynomial, TimeFunction
@@ -103,7 +102,7 @@ def _constant(motion: TimeFunction, start: float, time: float) -> TimeFunction:
     return Polynomial((float(value[0]),))
 
 
-def _without_bristles(part: Component) -> Component:
+def _without_bristles(part: Any) -> Any:
     return part.without_bristles() if isinstance(part, PinLuGre | GuideLuGre) else part
 
 

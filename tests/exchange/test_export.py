@@ -1,6 +1,7 @@
 """Mechanisms and runs for other programs: drawings, cut lists, MJCF, and the commands."""
 
 import csv
+import dataclasses
 import io
 import math
 
@@ -17,6 +18,7 @@ from scissordyn.exchange.mjcf_text import mjcf
 ezdxf = pytest.importorskip("ezdxf")
 mujoco = pytest.importorskip("mujoco")
 
+ANGLE = sd.RelativeAngle
 LOOSE = sd.Clearance(0.5e-3, journal_radius=10e-3)
 
 
@@ -100,6 +102,81 @@ def test_the_ideal_mechanism_moves_the_same_in_mujoco(made, allowed):
     names, found = swing(model, 0.5, 11)
     for k, name in enumerate(names):
         assert np.max(abs(found[:, k] - run["position"].sel(body=name).values)) < allowed, name
+
+
+def wheel(name, inertia, position=(0.0, 0.0)):
+    return sd.Body(name, mass=0.5, inertia=inertia, points={"c": (0.0, 0.0)}, position=position, angle=0.0)
+
+
+def belt():
+    """The second arm of a chain turns against the first by a ratio of the angle of that: two joints."""
+    return dataclasses.replace(chain(), couplings=(sd.Coupling("belt", ANGLE("b", "a"), ANGLE("a"), -0.6),))
+
+
+def planetary():
+    """A weight on the arm of a planetary gear, whose coordinates are sums of joints: tendons."""
+    arm = sd.Body("arm", mass=0.2, inertia=2e-4, points={"c": (0.0, 0.0), "p": (0.04, 0.0)}, position=(0.0, 0.0), angle=0.0)
+    pins = ("S", ("sun", "c"), ("ground", "O")), ("A", ("arm", "c"), ("ground", "O")), ("P", ("planet", "c"), ("arm", "p"))
+    gears = (
+        sd.Coupling("sun and planet", ANGLE("planet", "arm"), ANGLE("sun", "arm"), -20 / 17),
+        sd.Coupling("ring and planet", ANGLE("planet", "arm"), ANGLE("ground", "arm"), 54 / 17),
+    )
+    bodies = (wheel("sun", 1e-3), arm, wheel("planet", 7e-5, (0.04, 0.0)))
+    return sd.Mechanism(bodies, tuple(sd.Revolute(*pin) for pin in pins), ground=(("O", (0.0, 0.0)),), couplings=gears)
+
+
+def rack():
+    """A rack on an incline, which its coordinate crosses at an angle."""
+    pinion, tooth = wheel("pinion", 1e-3), sd.point_mass("rack", mass=2.0, position=(0.1, -0.05))
+    bed = sd.Guide("bed", ("rack", "centre"), through=(0.1, -0.05), direction=0.3)
+    teeth = sd.Coupling("teeth", sd.Slide(("rack", "centre"), -0.1), ANGLE("pinion"), 0.05)
+    pin = sd.Revolute("A", ("pinion", "c"), ("ground", "O"))
+    return sd.Mechanism((pinion, tooth), (pin,), guides=(bed,), ground=(("O", (0.0, 0.0)),), couplings=(teeth,))
+
+
+def screw():
+    """An arm that turns a motor by a screw from the ground to its end: a tendon between two points."""
+    arm = sd.bar("arm", length=0.6, mass=3.0, position=(0.0, 0.0), angle=0.5)
+    pins = sd.Revolute("A", ("arm", "start"), ("ground", "O")), sd.Revolute("M", ("motor", "c"), ("ground", "P"))
+    nut = sd.Coupling("screw", sd.Distance(("ground", "P"), ("arm", "end")), ANGLE("motor"), 0.002)
+    ground = (("O", (0.0, 0.0)), ("P", (0.5, 0.0)))
+    return sd.Mechanism((arm, wheel("motor", 1e-4, (0.5, 0.0))), pins, ground=ground, couplings=(nut,))
+
+
+@pytest.mark.parametrize(
+    ("made", "body", "turned", "allowed"),
+    [(belt, "b", 0.5, 1e-8), (planetary, "sun", 3.0, 1e-8), (rack, "pinion", 3.0, 1e-7), (screw, "motor", 30.0, 1e-4)],
+)
+def test_couplings_move_the_same_in_mujoco(made, body, turned, allowed):
+    """Cross-check by a second code: angles of bodies over 0.5 s, which turn by more than a number."""
+    mechanism = made()
+    run = sd.simulate(mechanism, until=0.5, samples=11, rtol=1e-10, atol=1e-12)
+    model = mujoco.MjModel.from_xml_string(mjcf(mechanism).text)
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    angle = run["angle"].sel(body=body).values
+    assert np.ptp(angle) > turned
+    for k in range(11):
+        mujoco.mj_kinematics(model, data)
+        turn = data.body(body).xmat
+        assert abs(math.remainder(math.atan2(turn[3], turn[0]) - angle[k], 2.0 * math.pi)) < allowed
+        mujoco.mj_step(model, data, 500)
+
+
+def test_couplings_that_return_and_those_that_mjcf_cannot_say():
+    """Contract: a relation of joints is read again, a drive is a motor, backlash is named, a point off its guide one line."""
+    found = sd.read_mjcf(mjcf(belt()).text).mechanism.couplings
+    assert [(part.ratio, part.output.unit) for part in found] == [(-0.6, "rad")]
+    drive = sd.CoordinateDrive("elbow", ANGLE("b"), sd.Polynomial((-1.1, 1.0)))
+    model = mjcf(dataclasses.replace(chain(), coordinate_drives=(drive,)))
+    assert "the motion of drive 'elbow': a motor in its place" in model.notes
+    assert mujoco.MjModel.from_xml_string(model.text).nu == 1
+    loose = mjcf(sd.with_backlash(rack(), "teeth", 0.01))
+    assert loose.text == mjcf(rack()).text
+    assert loose.notes == ("the backlash of coupling 'teeth': left out",)
+    off = sd.Coupling("x", sd.Slide(("b", "end")), ANGLE("a"), 0.1)
+    with pytest.raises(InputError, match=r"coupling 'x' of the slide of 'b.end' in MJCF; allowed: a slide along the guide"):
+        mjcf(dataclasses.replace(chain(), couplings=(off,)))
 
 
 def test_drives_and_components_are_named_and_a_rod_is_refused():

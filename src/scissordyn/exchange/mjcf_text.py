@@ -10,6 +10,8 @@ from typing import Any, NamedTuple
 
 from scissordyn.component.place import GROUND, Point
 from scissordyn.errors import InputError
+from scissordyn.exchange.mjcf_coupling import Couplings, Tree
+from scissordyn.model.backlash import closed
 from scissordyn.model.body import Body
 from scissordyn.model.connection import Weld
 from scissordyn.model.joint import Guide, Revolute
@@ -51,10 +53,10 @@ class _Placed:
 
 def mjcf(mechanism: Mechanism) -> Model:
     """The mechanism with ideal joints, as it is assembled at its start."""
-    ideal = mechanism.ideal()
-    refused: tuple[Any, ...] = (*ideal.rods, *ideal.latches, *ideal.coupling_parts)
+    ideal, backlashes = closed(mechanism.ideal())
+    refused: tuple[Any, ...] = (*ideal.rods, *ideal.latches)
     if refused:
-        raise InputError(f"'{refused[0].name}' in MJCF", "joints, guides and welds; no rods, latches and couplings")
+        raise InputError(f"'{refused[0].name}' in MJCF", "joints, guides, welds and couplings; no rods and latches")
     placed = _placed(ideal)
     loops = _spanned(ideal, placed)
     notes = [f"{type(part).__name__} '{part.name}': left out" for part in ideal.components]
@@ -62,6 +64,8 @@ def mjcf(mechanism: Mechanism) -> Model:
         f"the prescribed angle of '{drive.body}': a motor in its place; its speed at the start is kept"
         for drive in ideal.drives
     ]
+    notes += [f"the motion of drive '{drive.name}': a motor in its place" for drive in ideal.coordinate_drives]
+    notes += [f"the backlash of coupling '{name}': left out" for name in backlashes]
     notes += ["joints with clearance are ideal"] if mechanism.clearance_joints else []
     root = ET.Element("mujoco", model="mechanism")
     down = ideal.gravity * math.cos(ideal.gravity_direction), ideal.gravity * math.sin(ideal.gravity_direction)
@@ -69,16 +73,18 @@ def mjcf(mechanism: Mechanism) -> Model:
     ET.SubElement(root, "option", timestep=f"{TIMESTEP:g}", gravity=_numbers(*down, 0.0), integrator="RK4")
     world = ET.SubElement(root, "worldbody")
     speeds: list[float] = []
-    hinges: dict[str, str] = {}
+    led = {name: part.by for name, part in placed.items() if isinstance(part.by, Guide)}
+    tree, bodies = Tree({name: part.parent for name, part in placed.items()}, led), {GROUND: world}
     for name in [name for name, part in placed.items() if part.parent == GROUND]:
-        _add(world, name, placed, speeds, hinges)
+        _add(world, name, placed, speeds, tree, bodies)
     equality = ET.SubElement(root, "equality")
     for loop in loops:
         _close(equality, loop, placed)
     motors = ET.SubElement(root, "actuator")
     for drive in ideal.drives:
-        if drive.body in hinges:
-            ET.SubElement(motors, "motor", name=f"motor of {drive.body}", joint=hinges[drive.body])
+        if drive.body in tree.hinges:
+            ET.SubElement(motors, "motor", name=f"motor of {drive.body}", joint=tree.hinges[drive.body])
+    Couplings(ideal, tree, bodies, root).add(equality, motors, STIFF)
     ET.SubElement(ET.SubElement(root, "keyframe"), "key", name="start", qvel=_numbers(*speeds))
     ET.indent(root)
     return Model(ET.tostring(root, encoding="unicode") + "\n", tuple(notes))
@@ -136,7 +142,9 @@ def _spanned(ideal: Mechanism, placed: dict[str, _Placed]) -> list[Revolute | We
     return loops
 
 
-def _add(above: ET.Element, name: str, placed: dict[str, _Placed], speeds: list[float], hinges: dict[str, str]) -> None:
+def _add(
+    above: ET.Element, name: str, placed: dict[str, _Placed], speeds: list[float], tree: Tree, bodies: dict[str, ET.Element]
+) -> None:
     """Add a body with its joints, and those that are attached to it."""
     body = placed[name]
     parent = placed.get(body.parent)
@@ -147,6 +155,7 @@ def _add(above: ET.Element, name: str, placed: dict[str, _Placed], speeds: list[
     element = ET.SubElement(
         above, "body", name=name, pos=_numbers(*local, 0.0), quat=_numbers(math.cos(0.5 * angle), 0, 0, math.sin(0.5 * angle))
     )
+    bodies[name] = element
     inertia = body.body.inertia if body.body.inertia is not None else body.body.mass * (1e-3 * max(body.body.extent, 1e-2)) ** 2
     ET.SubElement(
         element,
@@ -156,12 +165,14 @@ def _add(above: ET.Element, name: str, placed: dict[str, _Placed], speeds: list[
         diaginertia=_numbers(0.6 * inertia, 0.6 * inertia, inertia),
     )
     for tag, speed in _joints(body, parent):
-        joint = ET.SubElement(element, "joint", **tag)
+        ET.SubElement(element, "joint", **tag)
         speeds.append(speed)
-        if joint.get("type") == "hinge":
-            hinges[name] = str(joint.get("name"))
+        if tag["type"] == "hinge":
+            tree.hinges[name] = tag["name"]
+        else:
+            tree.slides.setdefault(name, []).append(tag["name"])
     for child in [child for child, other in placed.items() if other.parent == name]:
-        _add(element, child, placed, speeds, hinges)
+        _add(element, child, placed, speeds, tree, bodies)
 
 
 def _joints(each: _Placed, parent: _Placed | None) -> Iterator[tuple[dict[str, Any], float]]:

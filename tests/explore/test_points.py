@@ -58,6 +58,9 @@ def test_study_is_shown_with_its_requirement_and_opened_by_a_point(store: Path) 
 
     page = Page(Session(case, lambda what: None), send)
     page.begin()
+    chosen = next(message["chosen"] for message in messages if message["type"] == "form")
+    assert best == 0
+    assert chosen == {"slider pin.clearance": "0.2 mm", "drive.speed": "10 rad/s"}
     assert next(message for message in messages if message["type"] == "points")["axes"] == list(result.study.factor_names)
     page.hear(json.dumps({"type": "open", "point": 4}))
     ends = time.monotonic() + 60.0

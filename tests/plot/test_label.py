@@ -8,6 +8,7 @@ import pytest
 
 from scissordyn.config.file import read_case
 from scissordyn.plot.label import LEADER
+from scissordyn.plot.preview import preview
 from scissordyn.plot.structure import structure
 from scissordyn.run.simulate import simulate
 
@@ -45,3 +46,16 @@ def test_names_are_with_their_joints(anchored: list[tuple[np.ndarray, np.ndarray
             assert np.linalg.norm(points[:, None] - others, axis=2).min() > RADIUS
         else:
             assert away < np.linalg.norm(np.clip(others, low, high) - others, axis=1).min()
+
+
+def test_names_of_a_preview_are_on_no_line() -> None:
+    """Contract: no name in the preview of the ring and of the slider that is driven periodically is upon a bar or a symbol."""
+    for example in ("ring", "periodic"):
+        axes = preview(read_case(RING.with_name(f"{example}.toml")).mechanism)
+        names = [text for text in axes.texts if text.get_text()]
+        lines = [line for line in axes.lines if line.get_linewidth() > 0.5]  # leaders are thinner
+        paths = [line.get_transform().transform_path(line.get_path()).interpolated(40).vertices for line in lines]
+        points = np.concatenate(paths)
+        for text in names:
+            box = text.get_window_extent().padded(-1.5)
+            assert not np.any(np.all((points > box.p0) & (points < box.p1), axis=1)), (example, text.get_text())

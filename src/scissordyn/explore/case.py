@@ -7,6 +7,7 @@ import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import xarray as xr
@@ -34,6 +35,7 @@ class Case:
 
     saved: xr.Dataset | None = None  # Its run, if that was read from a file
     points: Points | None = None  # Those of the study or the diagram that it was opened from
+    chosen: Mapping[str, str] = MappingProxyType({})  # Of such a point: what varies between the points, as text
 
     def __init__(self, name: str, source: str, code: Code, tree: dict[str, Any] | None = None) -> None:
         self.name, self.source, self.code = name, source, code

@@ -90,8 +90,9 @@ class Page:
     def _updated(self, what: str) -> None:
         with self._lock:
             if what == "fields":
-                fields = [field.plain() for field in self.session.case.fields]
-                self.send({"type": "form", "fields": fields, "typed": self.session.typed, "errors": self.session.errors})
+                case, errors = self.session.case, {"typed": self.session.typed, "errors": self.session.errors}
+                more = {"chosen": dict(case.chosen), "folded": self.session.opened.points is not None}
+                self.send({"type": "form", "fields": [field.plain() for field in case.fields], **errors, **more})
             elif what == "pins":
                 self._publish(pins=True)
             elif what == "fine" and self.session.good is self.shown:  # else they come with their run

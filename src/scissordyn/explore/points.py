@@ -64,7 +64,10 @@ def open_study_case(path: Path, allowed: Sequence[Path] = ()) -> Case:
 
     def opened(point: int) -> Case:
         mechanism = result.mechanism(_worst_case(result, point))
-        return Case.of(f"point {point} of {path.name}", mechanism, replace(study.options, trust=False), allowed)
+        case = Case.of(f"point {point} of {path.name}", mechanism, replace(study.options, trust=False), allowed)
+        values = {factor.path: points[factor.path] for factor in study.factors if factor.path in points}
+        case.chosen = {name: scale_of(column).said(float(column.values[point])) for name, column in values.items()}
+        return case
 
     notes = [
         f"{points.sizes['point']} points, {complete} cases complete",
@@ -92,7 +95,9 @@ def open_diagram_case(path: Path, diagram: xr.Dataset, allowed: Sequence[Path] =
     def opened(point: int) -> Case:
         value = float(values[point])
         name = f"{path.name}, {parameter} = {across.said(value)}"
-        return Case.of(name, mechanism.replace(parameter, value), configuration.options or Options(until), allowed)
+        case = Case.of(name, mechanism.replace(parameter, value), configuration.options or Options(until), allowed)
+        case.chosen = {parameter: across.said(value)}
+        return case
 
     def figures(_: str) -> list[Figure]:
         keys = np.repeat(np.arange(values.size), diagram.sizes["cycle"])

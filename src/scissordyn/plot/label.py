@@ -29,7 +29,7 @@ APART = np.array([6.0, 1.5])
 INK = 3.0
 """Lines are looked at in points so far apart [pt]."""
 
-HIDDEN, FAR, CROSSED, TOUCHED, MISLED = 1.6, 0.06, 4.0, 30.0, 60.0
+HIDDEN, FAR, CROSSED, TOUCHED, MISLED = 4.0, 0.06, 4.0, 30.0, 60.0
 """What a hidden point of a line, a point of distance, a leader across a name, a name on a joint, and what seems to be the name
 of another joint weigh."""
 

@@ -28,7 +28,7 @@ RING = 6.5
 STEP = 4.0
 """Lines are looked at in points so far apart [pt]."""
 
-HIDDEN, COVERED, CROSSED, TOUCHED, MISLED, BEYOND, FAR = 1.0, 1e4, 40.0, 12.0, 25.0, 0.4, 0.5
+HIDDEN, COVERED, CROSSED, TOUCHED, MISLED, BEYOND, FAR = 3.0, 1e4, 40.0, 12.0, 25.0, 0.4, 0.5
 """What a hidden point of a line, a name on another one, a leader across another name, a name on a joint, one about as near to
 another joint as to its own, a point beyond the region, and a point of distance weigh."""
 

@@ -17,9 +17,9 @@ export function bar(root, send, curves) {
     } else button.className = "sd-gap";
     line.append(button);
   }
-  const box = made("input"), horizon = made("label", box, " predictability horizon");
+  const box = made("input"), horizon = made("label", box, " horizon");
   box.type = "checkbox"; box.dataset.id = "horizon"; box.onchange = () => send({ type: "horizon", wanted: box.checked });
-  horizon.title = "computes each run twice";
+  horizon.title = "predictability horizon: computes each run twice";
   const state = made("span"), progress = made("progress"), stop = made("button", "Stop"), place = made("span", state, progress, stop);
   progress.max = 1; stop.type = "button"; stop.dataset.id = "stop"; stop.onclick = () => send({ type: "stop" });
   place.className = "sd-now"; state.className = "sd-state"; state.setAttribute("role", "status");
@@ -74,13 +74,14 @@ export function bar(root, send, curves) {
     by.unpin.textContent = of.pins ? `Unpin ${of.pins}` : "Unpin";
     by.pin.disabled = by.run.disabled = by.curves.disabled = by.picture.disabled = by.film.disabled = !run;
     box.checked = Boolean(now.horizon);
-    if (now.name) line.querySelector("h1").textContent = now.name;
+    const heading = line.querySelector("h1");
+    if (now.name) heading.textContent = heading.title = now.name;
     const computing = Boolean(now.computing || (of.note && !words && run < now.ordered));
     Object.assign(state.dataset, { computing, run, ordered: now.ordered || 0, fine: Boolean(of.fine) });
     const write = () => {
       progress.style.display = stop.style.display = computing ? "" : "none";
       if (now.fraction > 0) progress.value = now.fraction; else progress.removeAttribute("value");
-      state.textContent = words || (computing ? doing() : now.text || of.text || "");
+      state.textContent = state.title = words || (computing ? doing() : now.text || of.text || "");
       state.dataset.bad = String(Boolean((words && words !== "reading the case") || (now.text && !computing)));
     };
     if (computing && run && !of.note && now.lasting < LATE / 1000) timer = setTimeout(write, LATE); else write();

@@ -2,7 +2,7 @@
 const STEPS = 1000;
 
 export function form(root, send) {
-  let fields = [], rows = new Map(), stars = null, errors = {}, typed = {}, waiting = null;
+  let fields = [], rows = new Map(), stars = null, errors = {}, typed = {}, chosen = {}, folded = false, waiting = null;
   const open = new Set();
 
   const position = (slider, value) => Math.round(STEPS * (slider.logarithmic
@@ -58,18 +58,27 @@ export function form(root, send) {
       parent.append(made.box);
       rows.set(field.key, [...(rows.get(field.key) || []), made]);
     };
-    const heading = document.createElement("h2");
-    heading.textContent = "Sliders";
-    root.append(heading);
+    const titled = (parent, kind, text) => { const it = document.createElement(kind); it.textContent = text; parent.append(it); return it; };
+    const fold = (parent, name, text = name) => {
+      const details = document.createElement("details");
+      titled(details, "summary", text); details.open = open.has(name);
+      details.ontoggle = () => details.open ? open.add(name) : open.delete(name);
+      parent.append(details);
+      return details;
+    };
+    if (Object.keys(chosen).length) {
+      titled(root, "h2", "Chosen at this point");
+      const list = titled(root, "dl", "");
+      for (const [name, value] of Object.entries(chosen)) { titled(list, "dt", name); titled(list, "dd", value); }
+    }
+    titled(root, "h2", "Sliders");
     for (const field of fields) if (stars.has(field.key)) add(root, field, true);
     const groups = new Map();
     for (const field of fields) { if (!groups.has(field.group)) groups.set(field.group, []); groups.get(field.group).push(field); }
+    const parent = folded ? fold(root, "\n", `All ${fields.length} numbers`) : root;  // no group has this name
     for (const [name, members] of groups) {
-      const details = document.createElement("details"), summary = document.createElement("summary");
-      summary.textContent = name; details.append(summary); details.open = open.has(name);
-      details.ontoggle = () => details.open ? open.add(name) : open.delete(name);
+      const details = fold(parent, name);
       for (const field of members) add(details, field, false);
-      root.append(details);
     }
     refresh();
     if (active) document.getElementById(active)?.focus();
@@ -81,16 +90,16 @@ export function form(root, send) {
       if (wrong) input.value = typed[key]; else if (!range || active !== range) input.value = field.shown;
       input.setAttribute("aria-invalid", String(wrong));
       error.textContent = wrong ? errors[key] : "";
-      if (wrong && box.closest("details")) box.closest("details").open = true;
+      for (let inside = wrong && box.closest("details"); inside; inside = inside.parentElement.closest("details")) inside.open = true;
       if (wrong && active === input) error.scrollIntoView({ block: "nearest" });
       if (range && active !== range && field.slider) range.value = position(field.slider, field.slider.value);
     }
   }
   function show(message) {
-    const before = fields.map(field => field.key).join();
-    ({ fields, errors, typed } = message);
+    const layout = () => JSON.stringify([chosen, fields.map(field => field.key)]), before = layout();
+    ({ fields, errors, typed, chosen, folded } = message);
     stars = stars || new Set(fields.filter(field => field.starred).map(field => field.key));
-    if (before !== fields.map(field => field.key).join()) { build(); performance.mark("scissordyn:numbers"); return; }
+    if (before !== layout()) { build(); performance.mark("scissordyn:numbers"); return; }
     const by = new Map(fields.map(field => [field.key, field]));
     let moved = false;
     for (const [key, several] of rows) for (const made of several) {

@@ -13,8 +13,8 @@ from scissordyn.laws.elastic.linear import Linear
 from scissordyn.model.guide_clearance import GuideClearance
 from scissordyn.model.linkage import slider_crank
 from scissordyn.numeral import numeral
+from scissordyn.plot.animation_scene import GAP
 from scissordyn.plot.canvas import packed_scene
-from scissordyn.plot.channel_scene import GAP
 
 CLEARANCE, WIDTH = 1e-4, 0.02
 

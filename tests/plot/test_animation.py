@@ -22,9 +22,8 @@ from scissordyn.model.clearance import Clearance
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.animation import animate
 from scissordyn.plot.animation_film import Film
-from scissordyn.plot.animation_page import page
-from scissordyn.plot.animation_scene import Scene, scene_of
-from scissordyn.plot.channel_scene import GAP
+from scissordyn.plot.animation_scene import GAP, Scene, scene_of
+from scissordyn.plot.canvas import page
 from scissordyn.plot.place import outline
 from scissordyn.plot.structure import structure
 from scissordyn.plot.style import BLUE, GREEN

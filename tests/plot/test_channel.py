@@ -19,9 +19,8 @@ from scissordyn.model.linkage import slider_crank
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.animation import animate
 from scissordyn.plot.animation_film import Film
-from scissordyn.plot.animation_scene import scene_of
+from scissordyn.plot.animation_scene import GAP, channel_of, guides_of, scene_of
 from scissordyn.plot.canvas import packed
-from scissordyn.plot.channel_scene import GAP, channel_of, guides_of
 from scissordyn.plot.orbit import orbit
 from scissordyn.plot.report import draw_all
 from scissordyn.plot.structure import magnified, structure

@@ -14,7 +14,7 @@ from scissordyn.model.body import Body, bar, point_mass
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.scissor import scissor
-from scissordyn.plot.channel_scene import GAP
+from scissordyn.plot.animation_scene import GAP
 from scissordyn.plot.place import outline
 from scissordyn.plot.series import MOST_JOINTS
 from scissordyn.plot.structure import magnified, structure

@@ -41,7 +41,7 @@ def plot(
     from scissordyn.plot.file import check_format
     from scissordyn.plot.publication import style
     from scissordyn.plot.report import check_kinds, draw_all
-    from scissordyn.plot.window import window
+    from scissordyn.plot.series import window
 
     check_format(form)
     kinds = None if only is None else [kind.strip() for kind in only.split(",") if kind.strip()]
@@ -76,7 +76,7 @@ def animate(
     allow_code: OwnCode = None,
 ) -> int:
     from scissordyn.plot.animation import animate as write_film
-    from scissordyn.plot.window import window
+    from scissordyn.plot.series import window
 
     check_movie(film, run, "film.html")
     begin, end = typed(first, "--from"), typed(last, "--to")
@@ -113,7 +113,7 @@ def export(
     from scissordyn.exchange.export import export as write
     from scissordyn.exchange.forces import missed_peaks
     from scissordyn.file.export import check_export
-    from scissordyn.plot.window import window
+    from scissordyn.plot.series import window
 
     notes: tuple[str, ...] = ()
     if source.suffix.lower() == ".toml":

@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scissordyn.file.output_file import csv_text
-from scissordyn.plot.contact import force_curve
+from scissordyn.plot.contact import TorqueSource, force_curve, torque_sources
 from scissordyn.plot.scale import DEGREES, Scale, engineering
 from scissordyn.plot.series import predictability_horizon
-from scissordyn.plot.source import TorqueSource, torque_sources
 from scissordyn.run.answer.joint_force import clearance_joints
 from scissordyn.run.results import along
 from scissordyn.units import short

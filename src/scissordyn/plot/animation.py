@@ -14,8 +14,8 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.file.output_file import check_target, write_file
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.animation_film import write_film
-from scissordyn.plot.animation_page import write_page
 from scissordyn.plot.animation_scene import scene_of
+from scissordyn.plot.canvas import write_page
 from scissordyn.plot.series import MOST_JOINTS, chosen_joints, clearance_pins, largest_forces
 from scissordyn.run.advance.instants import spread_samples
 from scissordyn.run.answer.deflection import magnified_deflection

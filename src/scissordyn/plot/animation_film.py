@@ -13,9 +13,8 @@ from matplotlib.patheffects import withStroke
 from matplotlib.text import Annotation
 
 from scissordyn.errors import InputError
-from scissordyn.plot.animation_scene import Scene, newtons, scale_in_words
+from scissordyn.plot.animation_scene import Channel, Scene, newtons, scale_in_words
 from scissordyn.plot.bar_diagram import colour_bar
-from scissordyn.plot.channel_scene import Channel
 from scissordyn.plot.drawing import Drawing, draw_magnified
 from scissordyn.plot.series import write_more
 from scissordyn.plot.style import BLACK, literal, small

@@ -18,9 +18,8 @@ from scissordyn.plot.file import figure_of
 from scissordyn.plot.picture import picture
 from scissordyn.plot.place import Corners
 from scissordyn.plot.scale import engineering
-from scissordyn.plot.series import finish, mechanism_of, time_scale
+from scissordyn.plot.series import finish, mechanism_of, time_scale, window
 from scissordyn.plot.style import BLUE, GREY, LINE, dress, figure_size, figure_width, in_lines, is_column, small
-from scissordyn.plot.window import window
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from scissordyn.plot.contact import force_curve
+from scissordyn.plot.contact import force_curve, torque_sources
 from scissordyn.plot.picture import picture
 from scissordyn.plot.scale import DEGREES, engineering
 from scissordyn.plot.series import finish, largest_forces, time_scale
-from scissordyn.plot.source import torque_sources
 from scissordyn.plot.style import BLUE, LINE, VERMILION, Canvas, legend, literal, panels
 from scissordyn.run.answer.joint_force import clearance_joints
 

@@ -9,9 +9,8 @@ from matplotlib.axes import Axes
 
 from scissordyn.plot.picture import picture
 from scissordyn.plot.scale import engineering
-from scissordyn.plot.series import finish, time_scale
+from scissordyn.plot.series import finish, time_scale, window
 from scissordyn.plot.style import BLACK, BLUE, GREEN, LINE, ORANGE, PURPLE, SKY, VERMILION, Canvas, legend, panels
-from scissordyn.plot.window import window
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -10,9 +10,8 @@ from matplotlib.axes import Axes
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plot.picture import picture
 from scissordyn.plot.scale import engineering
-from scissordyn.plot.series import Joints, finish, names_of, time_scale
+from scissordyn.plot.series import Joints, finish, names_of, time_scale, window
 from scissordyn.plot.style import BLUE, GREY, LINE, VERMILION, Canvas, legend, literal, panels
-from scissordyn.plot.window import window
 from scissordyn.run.answer.film import MIXED
 from scissordyn.run.configuration import read_configuration
 

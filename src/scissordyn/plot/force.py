@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from scissordyn.plot.contact import contact_times, force_curve
 from scissordyn.plot.picture import picture
 from scissordyn.plot.scale import Scale, engineering
-from scissordyn.plot.series import Joints, chosen_joints, finish, note_more, time_scale
+from scissordyn.plot.series import Joints, chosen_joints, finish, note_more, time_scale, window
 from scissordyn.plot.style import (
     BLACK,
     BLUE,
@@ -26,7 +26,6 @@ from scissordyn.plot.style import (
     panels,
     small,
 )
-from scissordyn.plot.window import window
 
 if TYPE_CHECKING:
     import xarray as xr

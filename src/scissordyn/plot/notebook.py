@@ -7,8 +7,7 @@ from html import escape
 from typing import TYPE_CHECKING
 
 from scissordyn.errors import InputError
-from scissordyn.plot.animation_page import page
-from scissordyn.plot.canvas import SECONDS, packed_scene, run_scene
+from scissordyn.plot.canvas import SECONDS, packed_scene, page, run_scene
 from scissordyn.run.configuration import read_configuration
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from scissordyn.plot.picture import picture
 from scissordyn.plot.scale import engineering
-from scissordyn.plot.series import BEYOND, Joints, chosen_joints, clearance_pins, note_more, predictability_horizon
+from scissordyn.plot.series import BEYOND, Joints, chosen_joints, clearance_pins, note_more, predictability_horizon, window
 from scissordyn.plot.style import (
     BLACK,
     GREY,
@@ -25,7 +25,6 @@ from scissordyn.plot.style import (
     normal,
     panels,
 )
-from scissordyn.plot.window import window
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -9,7 +9,7 @@ import numpy as np
 
 from scissordyn.model.body import Body
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plot.coupling_symbol import coupling_points
+from scissordyn.plot.symbol import coupling_points
 from scissordyn.run.answer.placement import Placement
 
 MARGIN = 0.1

@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.bending import bending
+from scissordyn.plot.contact import torque_sources
 from scissordyn.plot.energy import energy
 from scissordyn.plot.file import check_format, write
 from scissordyn.plot.film import film
@@ -19,7 +20,6 @@ from scissordyn.plot.force import force
 from scissordyn.plot.orbit import orbit
 from scissordyn.plot.response import response
 from scissordyn.plot.series import chosen_joints, clearance_pins
-from scissordyn.plot.source import torque_sources
 from scissordyn.plot.structure import structure
 from scissordyn.plot.torque import torque
 from scissordyn.plot.track import has_tracks, track

@@ -9,9 +9,8 @@ from matplotlib.axes import Axes
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plot.picture import picture
 from scissordyn.plot.scale import DEGREES
-from scissordyn.plot.series import compare, finish, time_scale
+from scissordyn.plot.series import compare, finish, time_scale, window
 from scissordyn.plot.style import Canvas, legend, literal, normal, panels
-from scissordyn.plot.window import window
 from scissordyn.run.configuration import ATTRIBUTE, read_configuration
 
 if TYPE_CHECKING:

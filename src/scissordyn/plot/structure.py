@@ -12,17 +12,15 @@ from matplotlib.patches import Rectangle
 
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plot.animation_scene import clearance_joint, scene_of
+from scissordyn.plot.animation_scene import channel_of, clearance_joint, guides_of, scene_of
 from scissordyn.plot.bar_diagram import colour_bar
-from scissordyn.plot.channel_scene import channel_of, guides_of
 from scissordyn.plot.drawing import Drawing, draw_magnified
 from scissordyn.plot.file import figure_of
 from scissordyn.plot.label import write_labels
 from scissordyn.plot.picture import picture
 from scissordyn.plot.place import upright
-from scissordyn.plot.series import BEYOND, Joints, chosen_joints, mechanism_of, note_more, predictability_horizon
+from scissordyn.plot.series import BEYOND, Joints, chosen_joints, mechanism_of, note_more, predictability_horizon, window
 from scissordyn.plot.style import BLACK, LIGHT, figure_size, figure_width, in_lines, is_column, legend, literal, small
-from scissordyn.plot.window import window
 from scissordyn.run.answer.deflection import magnified_deflection
 from scissordyn.run.answer.joint_force import clearance_joints
 from scissordyn.run.answer.placement import Placement

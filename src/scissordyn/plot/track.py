@@ -11,9 +11,8 @@ from scissordyn.errors import InputError
 from scissordyn.plot.contact import with_instants
 from scissordyn.plot.picture import picture
 from scissordyn.plot.scale import engineering
-from scissordyn.plot.series import draw_limit, finish, mark_largest, time_scale
+from scissordyn.plot.series import draw_limit, finish, mark_largest, time_scale, window
 from scissordyn.plot.style import BLUE, LINE, VERMILION, Canvas, legend, literal, panels, small
-from scissordyn.plot.window import window
 from scissordyn.run.answer.summary import summary_of
 
 if TYPE_CHECKING:

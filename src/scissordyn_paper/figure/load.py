@@ -9,11 +9,10 @@ from functools import partial
 import xarray as xr
 from matplotlib.figure import Figure
 
-from scissordyn.plot.contact import force_curve
+from scissordyn.plot.contact import force_curve, torque_sources
 from scissordyn.plot.file import figure_of
 from scissordyn.plot.scale import Scale
 from scissordyn.plot.series import compare, finish, time_scale
-from scissordyn.plot.source import torque_sources
 from scissordyn.plot.style import BLUE, GREEN, VERMILION, legend, normal, panels
 from scissordyn_paper.cases import SIZES, SPEEDS, PaperCase
 from scissordyn_paper.measures import JOINT

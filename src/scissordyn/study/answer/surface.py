@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from scipy.stats import qmc
 
-from scissordyn.plot.study_field import Bound, Field
+from scissordyn.plot.study import Bound, Field
 from scissordyn.study.answer.trend import CLEAR
 from scissordyn.study.ask.description import Study
 from scissordyn.study.compute.kriging import LEAST, MOST, Kriging

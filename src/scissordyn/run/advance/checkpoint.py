@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import io
 import json
 import os
 import time as clocks
@@ -10,7 +11,7 @@ import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -52,22 +53,11 @@ class Checkpoint:
         Path(self.path).unlink(missing_ok=True)
 
 
-@dataclass
-class Part:
+class Part(NamedTuple):
     """One computation of a run, such as the run itself or its repetition at a tighter tolerance."""
 
-    words: np.ndarray  # The arrays of its driver one after the other, as the eight bytes of their numbers
-    layout: Mapping[str, tuple[int, ...]]  # Names and shapes of the arrays
+    content: bytes  # The arrays of its driver by name, as `numpy.savez` writes them
     seconds: float  # How long it has been computed [s]
-
-    def arrays(self, like: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-        """The arrays, with the types of those of a driver."""
-        arrays, at = {}, 0
-        for name, shape in self.layout.items():
-            size = int(np.prod(shape)) * (like[name].dtype.itemsize // 8)
-            arrays[name] = self.words[at : at + size].view(like[name].dtype).reshape(shape)
-            at += size
-        return arrays
 
 
 @dataclass
@@ -89,9 +79,11 @@ class Keeper:
         """
         began = clocks.perf_counter()
         if name in self.parts:
-            began -= self.parts[name].seconds
+            part = self.parts[name]
+            began -= part.seconds
             try:
-                driver.take_up(self.parts[name].arrays(driver.arrays()))
+                with np.load(io.BytesIO(part.content)) as arrays:
+                    driver.take_up(dict(arrays))
             except (InputError, KeyError, ValueError) as error:
                 raise _refused(self.checkpoint.path, f"does not fit this run ({error})") from None
 
@@ -105,31 +97,21 @@ class Keeper:
 
     def write(self, name: str, driver: Driver, seconds: float) -> None:
         """Write all parts, this one as its driver is now; if that fails, `problem` says why."""
-        arrays = driver.arrays()
-        words = [np.ascontiguousarray(part).reshape(-1).view(np.int64) for part in arrays.values()]
-        self.parts[name] = Part(np.concatenate(words), {key: part.shape for key, part in arrays.items()}, seconds)
-        content = np.concatenate([part.words for part in self.parts.values()])
-        layout = json.dumps(
-            {
-                key: {"arrays": part.layout, "words": part.words.size, "seconds": part.seconds}
-                for key, part in self.parts.items()
-            }
-        )
-        attributes = {
-            "title": TITLE,
-            **self.attributes,
-            "layout": layout,
-            DIGEST: _digest(content, layout),
-            "reached": driver.time,
-        }
         import xarray as xr  # takes longer to import than most runs
 
         from scissordyn.run.store import save
 
-        stored = xr.Dataset({"content": (("word",), content, {"long_name": "states of the run, as words of eight bytes"})})
+        stream = io.BytesIO()
+        np.savez(stream, **driver.arrays())  # type: ignore[arg-type]  # its keywords are arrays
+        self.parts[name] = Part(stream.getvalue(), seconds)
+        variables = {
+            key: ((f"byte_of_{key}",), np.frombuffer(part.content, np.uint8), {"long_name": "state", "seconds": part.seconds})
+            for key, part in self.parts.items()
+        }
+        about = {"title": TITLE, **self.attributes, DIGEST: _digest(self.parts), "reached": driver.time}
         self.last = clocks.monotonic()
         try:
-            save(stored.assign_attrs(attributes), self.checkpoint.path)
+            save(xr.Dataset(variables, attrs=about), self.checkpoint.path)
         except InputError as error:  # a full disk is no reason to lose the run itself
             self.problem = error.what
 
@@ -164,21 +146,24 @@ def _read(path: str | os.PathLike[str], wanted: Mapping[str, str]) -> dict[str, 
         there = stored.attrs.get(name)
         if not isinstance(there, str) or there != text:
             raise _refused(path, f"is of another run: {_difference(there, text, name)}")
-    content = stored["content"].values if "content" in stored else np.zeros(0, np.int64)
-    layout, digest = stored.attrs.get("layout"), stored.attrs.get(DIGEST)
-    if content.dtype != np.int64 or not isinstance(layout, str) or str(digest) != _digest(content, layout):
+    try:
+        parts = {
+            str(key): Part(part.values.astype(np.uint8, casting="no").tobytes(), float(part.attrs["seconds"]))
+            for key, part in stored.variables.items()
+        }
+    except (KeyError, TypeError, ValueError):
+        parts = {}
+    if str(stored.attrs.get(DIGEST)) != _digest(parts):
         raise _refused(path, "is damaged")
-    parts, at = {}, 0
-    for key, part in json.loads(layout).items():
-        shapes = {name: tuple(shape) for name, shape in part["arrays"].items()}
-        parts[key] = Part(content[at : at + part["words"]], shapes, float(part["seconds"]))
-        at += part["words"]
     return parts
 
 
-def _digest(content: np.ndarray, layout: str) -> str:
-    """Of the words and of what they are."""
-    return hashlib.sha256(content.tobytes() + layout.encode("utf-8", "surrogateescape")).hexdigest()
+def _digest(parts: Mapping[str, Part]) -> str:
+    digest = hashlib.sha256()
+    for name, part in sorted(parts.items()):
+        digest.update(f"{name} {part.seconds!r} ".encode("utf-8", "surrogateescape"))
+        digest.update(part.content)
+    return digest.hexdigest()
 
 
 def _refused(path: str | os.PathLike[str], why: str) -> InputError:

@@ -355,7 +355,7 @@ def test_heavy_libraries_are_imported_when_needed() -> None:
     code = "import sys; from scissordyn.cli.main import *; [load_command(name) for name in COMMANDS]; print(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60).stdout.split()
     assert main.__name__ in loaded
-    assert not {"numba", "numpy", "scipy", "xarray", "pint", "pydantic", "matplotlib"} & set(loaded)
+    assert not {"numba", "numpy", "scipy", "xarray", "pint", "pydantic", "matplotlib", "rich.console"} & set(loaded)
 
 
 @pytest.mark.parametrize(("command", "files"), [("run", False), ("run", True), ("check", False)])

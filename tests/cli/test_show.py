@@ -16,7 +16,7 @@ from scissordyn.cli.compare import change
 from scissordyn.cli.formula import plain_formula
 from scissordyn.cli.main import status_of
 from scissordyn.cli.show import column, show_answer, show_events, show_summary
-from scissordyn.cli.terminal import TextConsole
+from scissordyn.cli.text_console import TextConsole
 from scissordyn.laws.catalogue import BY_KIND, MATERIALS
 from scissordyn.numeral import PREFIXES, prefix
 from scissordyn.run.store import load

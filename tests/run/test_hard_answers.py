@@ -13,7 +13,7 @@ import xarray as xr
 import scissordyn as sd
 from scissordyn.cli.compare import measures
 from scissordyn.cli.show import show_events, show_summary
-from scissordyn.cli.terminal import TextConsole
+from scissordyn.cli.text_console import TextConsole
 from scissordyn.errors import InputError
 from scissordyn.exchange.fmu.pack import fmu
 from scissordyn.explore.answers import cards, contact_table

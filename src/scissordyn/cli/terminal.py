@@ -3,33 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from rich import box
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
-
-from scissordyn.errors import printable
+if TYPE_CHECKING:  # the help of a command loads no libraries
+    from rich.console import Console
 
 WIDTH = 100  # Columns of the output without a terminal
 
 
-class TextConsole(Console):
-    """A console on which every text is shown as it is: names from files are no markup, no emoji and no escape codes."""
-
-    def on_broken_pipe(self) -> None:
-        """Leave the error of a pipe that its reader has closed to whoever runs the command; rich would end the process."""
-        raise
-
-    def render_str(self, text: str, **look: Any) -> Text:
-        """The text, line by line, with its control characters made visible."""
-        lines = "\n".join(map(printable, text.split("\n")))
-        return super().render_str(lines, **{**look, "emoji": False, "markup": False})
-
-
 def console() -> Console:
     """Console on stdout, not narrower than the tables for a file or a pipe."""
+    from scissordyn.cli.text_console import TextConsole
+
     plain = TextConsole(highlight=False, soft_wrap=False)
     return plain if plain.is_terminal else TextConsole(highlight=False, width=WIDTH)
 
@@ -51,6 +36,9 @@ LOOKS: dict[str, dict[str, Any]] = {
 
 def print_table(columns: Mapping[str, str], rows: Iterable[Sequence[str]], title: str | None = None) -> None:
     """Print a table with columns of `LOOKS`, by their heads."""
+    from rich import box
+    from rich.table import Table
+
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0), title=title, title_justify="left")
     for head, look in columns.items():
         table.add_column(head, **LOOKS[look])

@@ -1,0 +1,23 @@
+"""A console on which every text is shown as it is."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rich.console import Console
+from rich.text import Text
+
+from scissordyn.errors import printable
+
+
+class TextConsole(Console):
+    """Names from files are no markup, no emoji and no escape codes."""
+
+    def on_broken_pipe(self) -> None:
+        """Leave the error of a pipe that its reader has closed to whoever runs the command; rich would end the process."""
+        raise
+
+    def render_str(self, text: str, **look: Any) -> Text:
+        """The text, line by line, with its control characters made visible."""
+        lines = "\n".join(map(printable, text.split("\n")))
+        return super().render_str(lines, **{**look, "emoji": False, "markup": False})

@@ -189,6 +189,14 @@ def test_measures_of_the_user(tmp_path: Path) -> None:
     assert str(refused["cause"].values[0]) == "measure 'unfit': InputError: this run; allowed: another"
 
 
+def test_a_function_whose_file_has_other_lines_by_now(tmp_path: Path) -> None:
+    """Limit: where its source is no Python, the function itself stands for it."""
+    space: dict[str, Any] = {}
+    (tmp_path / "page.md").write_text("(\n" * 9)
+    exec(compile("\n\ndef late(run):\n    return 1.0\n", tmp_path / "page.md", "exec"), space)
+    assert len(OwnMeasure("late", space["late"]).to_plain()["digest"]) == 16
+
+
 def test_requirements_and_responses() -> None:
     """Closed form: the worst part decides; NaN meets nothing."""
     values = np.array([[1.0, 3.0], [2.0, np.nan], [np.nan, np.nan]])

@@ -8,6 +8,7 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
+from tokenize import TokenError
 from typing import Any
 
 import numpy as np
@@ -82,7 +83,7 @@ class OwnMeasure:
             return {"name": self.name, "function": "", "of": self.of, "units": self.units, "motor": asdict(self.function)}
         try:
             source = inspect.getsource(self.function)
-        except (OSError, TypeError):
+        except (OSError, TypeError, SyntaxError, TokenError):  # no file, or one that has other lines by now
             source = repr(getattr(self.function, "__code__", self.function))
         digest = hashlib.sha256(source.encode()).hexdigest()[:16]
         return {"name": self.name, "function": "", "of": self.of, "units": self.units, "digest": digest}

@@ -13,7 +13,7 @@ from scissordyn.study.answer.control_variate import (
     mean_estimate,
     quantile_estimates,
     split,
-    strangers,
+    unseen_outliers,
 )
 
 MEDIAN, SPREAD = 1.0, 0.5
@@ -32,7 +32,8 @@ def test_equal_runs_are_the_cheap_ones():
     found = mean_estimate(cheap[:20], cheap[:20], cheap)
     assert found.value == pytest.approx(cheap.mean(), rel=1e-12)
     assert found.correlation == pytest.approx(1.0)
-    half = stats.t.ppf(0.975, 18) * math.hypot(cheap.std(ddof=1) / 20.0, math.sqrt(strangers(20)) * cheap[:20].std(ddof=1))
+    unseen = math.sqrt(unseen_outliers(20)) * cheap[:20].std(ddof=1)
+    half = stats.t.ppf(0.975, 18) * math.hypot(cheap.std(ddof=1) / 20.0, unseen)
     assert found.high - found.value == pytest.approx(half, rel=1e-9)
     met = cheap < 1.5
     assert fraction_estimate(met[:20], met[:20], met).value == pytest.approx(met.mean(), rel=1e-12)

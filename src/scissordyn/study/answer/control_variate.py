@@ -79,7 +79,7 @@ def population_mean(cheap: np.ndarray, predicted: Predicted | None = None) -> tu
     return value, variance + slope**2 * float(np.var(predicted.others, ddof=1)) / predicted.others.size
 
 
-def strangers(pairs: int) -> float:
+def unseen_outliers(pairs: int) -> float:
     """Mean square of the part of cases whose accurate runs have nothing to do with their cheap ones, none of which was seen.
 
     The part has the distribution of Jeffreys.
@@ -109,10 +109,10 @@ def mean_estimate(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarray, p
     centre, uncertain = population_mean(cheap, predicted)
     squares, slope, value, residual = _regressed(accurate, paired, centre)
     variance = residual * (1.0 / m + (centre - float(paired.mean())) ** 2 / squares) + slope**2 * uncertain
-    variance += strangers(m) * float(np.var(accurate, ddof=1))
+    variance += unseen_outliers(m) * float(np.var(accurate, ddof=1))
     half = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, m - 2)) * math.sqrt(variance)
-    correlated, foretold = correlation(accurate, paired), predicted is not None
-    return Estimate(value, value - half, value + half, _mean(cheap), *alone, correlated, n, m, foretold)
+    correlated, interpolated = correlation(accurate, paired), predicted is not None
+    return Estimate(value, value - half, value + half, _mean(cheap), *alone, correlated, n, m, interpolated)
 
 
 def fraction_estimate(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarray) -> Estimate:
@@ -140,9 +140,9 @@ def fraction_estimate(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarra
     value = weights[0] * within[0] + weights[1] * within[1]
     numbers = np.random.default_rng(0)
     share = numbers.beta(yes + JEFFREYS, total - yes + JEFFREYS, DRAWS)
-    there, elsewhere = (numbers.beta(hits + JEFFREYS, of - hits + JEFFREYS, DRAWS) for hits, of in pairs)
+    hits_if_yes, hits_if_no = (numbers.beta(hits + JEFFREYS, of - hits + JEFFREYS, DRAWS) for hits, of in pairs)
     tail = 0.5 * (1.0 - CONFIDENCE)
-    low, high = (float(values) for values in np.quantile(share * there + (1.0 - share) * elsewhere, [tail, 1.0 - tail]))
+    low, high = (float(values) for values in np.quantile(share * hits_if_yes + (1.0 - share) * hits_if_no, [tail, 1.0 - tail]))
     low = 0.0 if accurate.sum() == 0.0 else min(low, value)
     high = 1.0 if accurate.sum() == m else max(high, value)
     return Estimate(value, low, high, _mean(cheap), *alone, correlated, n, m)

@@ -58,7 +58,7 @@ def estimates(study: Study, cheap: xr.Dataset, accurate: xr.Dataset) -> list[Cor
 
     def met(requirements: Sequence[Requirement]) -> Estimate:
         if single:
-            return fraction_by_margins(*both(partial(_margins, requirements)), _foretold_margins(between, requirements))
+            return fraction_by_margins(*both(partial(_margins, requirements)), _predicted_margins(between, requirements))
         return fraction_estimate(*both(lambda runs: np.all([_met(requirement, runs) for requirement in requirements], axis=0)))
 
     numbers = [Corrected(response.label, "fraction", "1", met([response])) for response in study.requirements]
@@ -69,7 +69,7 @@ def estimates(study: Study, cheap: xr.Dataset, accurate: xr.Dataset) -> list[Cor
         if not all(np.all(np.isfinite(estimate)) for estimate in three):
             continue
         units = response_unit(cheap, response)
-        numbers.append(Corrected(f"mean {response.name}", "mean", units, mean_estimate(*three, _foretold(between, response))))
+        numbers.append(Corrected(f"mean {response.name}", "mean", units, mean_estimate(*three, _predicted(between, response))))
         if single:
             both_ends = zip(LEVELS, quantile_estimates(*three, LEVELS), strict=True)
             numbers += [
@@ -79,15 +79,15 @@ def estimates(study: Study, cheap: xr.Dataset, accurate: xr.Dataset) -> list[Cor
     return numbers
 
 
-def _foretold(between: Interpolation | None, response: Response) -> Predicted | None:
+def _predicted(between: Interpolation | None, response: Response) -> Predicted | None:
     return between.response(response) if between is not None else None
 
 
-def _foretold_margins(between: Interpolation | None, requirements: Sequence[Requirement]) -> Predicted | None:
+def _predicted_margins(between: Interpolation | None, requirements: Sequence[Requirement]) -> Predicted | None:
     """The least margins by interpolation; None where one of the responses has none."""
     of_runs, others = [], []
     for requirement in requirements:
-        response = _foretold(between, requirement.response)
+        response = _predicted(between, requirement.response)
         if response is None:
             return None
         of_runs.append(requirement.margin(response.of_runs))

@@ -23,7 +23,7 @@ from scissordyn.study.answer.control_variate import (
     correlation,
     fraction_estimate,
     population_mean,
-    strangers,
+    unseen_outliers,
 )
 
 FEWEST = 16  # Pairs with which margins are used
@@ -56,17 +56,19 @@ def fraction_by_margins(
     spread = math.sqrt(float(np.sum(chances * (1.0 - chances))) + JEFFREYS**2)
     if abs(float(np.sum(accurate > 0.0) - np.sum(chances))) > CONTRADICTED * spread:
         return by_strata
-    foretold = None
+    predicted_chances = None
     if predicted is not None:
-        foretold = Predicted(*(_chances(accurate, paired, margins) for margins in (predicted.of_runs, predicted.others)))
-    value, variance = population_mean(_chances(accurate, paired, cheap), foretold)
+        predicted_chances = Predicted(
+            *(_chances(accurate, paired, margins) for margins in (predicted.of_runs, predicted.others))
+        )
+    value, variance = population_mean(_chances(accurate, paired, cheap), predicted_chances)
     value = min(1.0, max(0.0, value))
     variance += _variance_of_pairs(accurate, paired, np.sort(cheap))
-    variance += strangers(m) * (1.0 / 12.0 + (0.5 - value) ** 2)  # of them any part meets the bound
+    variance += unseen_outliers(m) * (1.0 / 12.0 + (0.5 - value) ** 2)  # of them any part meets the bound
     half = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, min(m, GROUPS) - 1)) * math.sqrt(variance)
     alone = by_strata.accurate, by_strata.accurate_low, by_strata.accurate_high
     low, high = max(0.0, value - half), min(1.0, value + half)
-    return Estimate(value, low, high, by_strata.cheap, *alone, correlated, n, m, foretold is not None)
+    return Estimate(value, low, high, by_strata.cheap, *alone, correlated, n, m, predicted_chances is not None)
 
 
 def _chances(accurate: np.ndarray, paired: np.ndarray, margins: np.ndarray) -> np.ndarray:

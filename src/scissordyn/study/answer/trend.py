@@ -154,11 +154,11 @@ def fitted(
         terms = np.where(logarithmic, np.log(np.where(logarithmic, x, 1.0)), x)
         y = np.log(values) if form == "power" else values
         slopes, constant, intervals, inner, outer = _jackknife(terms, y, groups, count)
-        guessed = np.exp(np.clip(outer, -700.0, 700.0)) if form == "power" else outer
-        wrong = values - guessed
+        predictions = np.exp(np.clip(outer, -700.0, 700.0)) if form == "power" else outer
+        errors = values - predictions
         r2 = 1.0 - float(np.sum((y - inner) ** 2) / np.sum((y - y.mean()) ** 2))
-        predicted = 1.0 - float(np.sum(wrong**2) / np.sum((values - values.mean()) ** 2))
-        error = float(np.sqrt(np.mean(wrong**2)) / np.mean(np.abs(values)))
+        predicted = 1.0 - float(np.sum(errors**2) / np.sum((values - values.mean()) ** 2))
+        error = float(np.sqrt(np.mean(errors**2)) / np.mean(np.abs(values)))
         both.append(
             Trend(response, units, form, names, constant, slopes, intervals, logarithmic, ranges, r2, predicted, error, count)
         )

@@ -69,11 +69,11 @@ class Kriging:
         y = self.process.y_train_ - self.process.alpha_ / np.diag(inverse)
         deviation = 1.0 / np.sqrt(np.diag(inverse))
         self.left_out = np.stack([self._shift + self._scale * y, self._scale * deviation], axis=1)
-        guessed = np.exp(self.left_out[:, 0]) if self.of_logarithm else self.left_out[:, 0]
-        wrong = values - guessed
+        predictions = np.exp(self.left_out[:, 0]) if self.of_logarithm else self.left_out[:, 0]
+        errors = values - predictions
         spread = float(np.sum((values - values.mean()) ** 2))
-        self.predicted = 1.0 - float(np.sum(wrong**2)) / spread if spread > 0.0 else 0.0
-        self.error = float(np.sqrt(np.mean(wrong**2)) / max(float(np.mean(np.abs(values))), 1e-300))
+        self.predicted = 1.0 - float(np.sum(errors**2)) / spread if spread > 0.0 else 0.0
+        self.error = float(np.sqrt(np.mean(errors**2)) / max(float(np.mean(np.abs(values))), 1e-300))
 
 
 def _likeliest(x: np.ndarray, y: np.ndarray) -> Any:

@@ -278,6 +278,97 @@ def test_a_controller_that_looks_back_is_for_co_simulation(units):
     assert description.coSimulation is not None
 
 
+def crane():
+    """An arm that a motor lifts by a screw between two points, and a tool on it whose angle against it is driven."""
+    arm = sd.bar("arm", length=0.6, mass=3.0, position=(0.0, 0.0), angle=0.5)
+    tool = sd.bar("tool", length=0.2, mass=0.5, position=arm.place("end"), angle=-0.4)
+    motor = sd.Body("motor", mass=1.0, inertia=1e-4, points={"c": (0.0, 0.0)}, position=(0.5, 0.0), angle=0.0)
+    pins = (
+        ("A", ("arm", "start"), ("ground", "O")),
+        ("M", ("motor", "c"), ("ground", "P")),
+        ("T", ("tool", "start"), ("arm", "end")),
+    )
+    nut = sd.Coupling("screw", sd.Distance(("ground", "P"), ("arm", "end")), sd.RelativeAngle("motor"), 0.002)
+    elbow = sd.CoordinateDrive("elbow", sd.RelativeAngle("tool", "arm"), sd.Cycloidal(-0.9, 0.3, 0.4))
+    return sd.Mechanism(
+        (arm, motor, tool),
+        tuple(sd.Revolute(*pin) for pin in pins),
+        ground=(("O", (0.0, 0.0)), ("P", (0.5, 0.0))),
+        couplings=(nut,),
+        coordinate_drives=(elbow,),
+    )
+
+
+def rattling():
+    """A wheel between the flanks of a driven pinion."""
+    wheels = tuple(
+        sd.Body(name, mass=1.0, inertia=0.02, points={"c": (0.0, 0.0)}, position=(x, 0.0), angle=0.0)
+        for name, x in (("pinion", 0.0), ("wheel", 0.3))
+    )
+    pins = tuple(sd.Revolute(f"{name} pin", (name, "c"), ("ground", f"O {name}")) for name in ("pinion", "wheel"))
+    mesh = sd.Coupling("mesh", sd.RelativeAngle("wheel"), sd.RelativeAngle("pinion"), -0.5)
+    ground = (("O pinion", (0.0, 0.0)), ("O wheel", (0.3, 0.0)))
+    gears = sd.Mechanism(wheels, pins, ground=ground, couplings=(mesh,)).driven(speed=4.0, body="pinion")
+    return sd.with_backlash(gears, "mesh", 0.02, stiffness=1e5, restitution=0.8)
+
+
+COUPLED = {"crane": (crane, 0.4), "rattling": (rattling, 0.1)}
+
+
+@pytest.fixture(scope="module")
+def coupled(tmp_path_factory):
+    """Units with couplings and a coordinate drive, each made when it is first asked for."""
+    folder = tmp_path_factory.mktemp("coupled")
+
+    @functools.cache
+    def unit(name):
+        made, until = COUPLED[name]
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(pack, "FLAGS", tuple("-O0" if flag == "-O2" else flag for flag in pack.FLAGS))
+            content = pack.fmu(made(), sd.Options(until=until, rtol=OURS, atol=1e-12), name=name)
+        (folder / f"{name}.fmu").write_bytes(content)
+        return str(folder / f"{name}.fmu")
+
+    return unit
+
+
+@pytest.mark.parametrize(("name", "kind"), [(name, kind) for name in COUPLED for kind in TOLERANCE])
+def test_couplings_and_driven_coordinates_in_a_unit(coupled, name, kind):
+    """Cross-check: angles to the accuracy of the solver, and what couplings and coordinate drives exert."""
+    made, until = COUPLED[name]
+    run = sd.simulate(made(), until=until, samples=SAMPLES, rtol=OURS, atol=1e-12)
+    found = simulated(coupled(name), kind, until)
+    for body in made().bodies:
+        assert apart(found[f"bodies.{body.name}.angle"], run["angle"].sel(body=body.name)) < 2e-8  # of up to 52 rad
+    label = {"crane": "couplings.screw.force", "rattling": "couplings.mesh.torque"}[name]
+    force = run["coupling_force"].values[:, 0]
+    largest = np.max(abs(force))
+    assert largest > 0.1
+    assert apart(found[label], force) < (1e-6 if name == "crane" else 1e-4) * largest
+    if name == "crane":
+        torque = run["coordinate_drive_force"].values[:, 0]
+        assert apart(found["drives.elbow.torque"], torque) < 1e-6 * np.max(abs(torque))
+
+
+def test_an_input_drives_a_coordinate(coupled):
+    """Cross-check: inputs in the place of a coordinate's motion are our run with that other motion."""
+    speed, acceleration, until = -0.5, 30.0, 0.1
+    motion = sd.Polynomial((-0.9, speed, 0.5 * acceleration))
+    drives = (dataclasses.replace(crane().coordinate_drives[0], motion=motion),)
+    run = sd.simulate(
+        dataclasses.replace(crane(), coordinate_drives=drives), until=until, samples=SAMPLES, rtol=OURS, atol=1e-12
+    )
+    time, label = np.linspace(0.0, until, SAMPLES), "drives.elbow"
+    given = np.zeros(time.size, [("time", "f8"), *((f"{label}.{x}", "f8") for x in ("angle", "speed", "acceleration"))])
+    given["time"] = time
+    given[f"{label}.angle"] = -0.9 + speed * time + 0.5 * acceleration * time**2
+    given[f"{label}.speed"], given[f"{label}.acceleration"] = speed + acceleration * time, acceleration
+    found = simulated(coupled("crane"), "CoSimulation", until, input=given, start_values={f"{label}.external": True})
+    for body in ("arm", "tool"):
+        assert apart(found[f"bodies.{body}.angle"], run["angle"].sel(body=body)) < 1e-8
+    assert np.ptp(run["angle"].sel(body="tool").values) > 0.05
+
+
 @pytest.mark.parametrize("name", ["arm", "servo"])
 def test_inputs_give_another_motion(units, name):
     """Cross-check: a unit that was made with one motion, moved by inputs on another one, is our run with that other motion.

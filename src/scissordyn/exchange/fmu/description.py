@@ -11,6 +11,7 @@ from scissordyn.exchange.fmu.variable import Variable, Variables
 UNITS: dict[str, dict[str, Any]] = {
     "m": {"m": "1"},
     "m/s": {"m": "1", "s": "-1"},
+    "m/s2": {"m": "1", "s": "-2"},
     "rad": {"rad": "1"},
     "rad/s": {"rad": "1", "s": "-1"},
     "rad/s2": {"rad": "1", "s": "-2"},

@@ -233,7 +233,7 @@ EXPORT fmi3Status fmi3GetFloat64(void *c, const uint32_t references[], size_t n,
         }
         found = place(m, references[k]);
         if (found == NULL) return failed(m, "a value reference that is no Float64");
-        values[k] = *found;
+        values[k] = factor(references[k]) * *found;
     }
     return fmi3OK;
 }

@@ -145,7 +145,14 @@ class Source:
 
     def _places(self) -> str:
         cases = [f"        case {output.reference}: return {output.place};" for output in self.variables.outputs]
-        return "\n".join((PLACE, *cases, "        default: return NULL;", "    }", "}\n"))
+        factors = [
+            f"        case {output.reference}: return {written(output.factor)};"
+            for output in self.variables.outputs
+            if output.factor != 1.0
+        ]
+        factor = ("static double factor(uint32_t reference) {", "    switch (reference) {", *factors)
+        places = (PLACE, *cases, "        default: return NULL;", "    }", "}", *factor)
+        return "\n".join((*places, "        default: return 1.0;", "    }", "}\n"))
 
 
 def _own(name: str, part: np.ndarray) -> np.ndarray:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -24,15 +25,17 @@ class Variable:
     description: str = ""
     start: float | bool | None = None
     place: str = ""  # In C, for an output
+    factor: float = 1.0  # Of what is there
 
 
 @dataclass(frozen=True)
 class Prescribed:
-    """A prescribed angle that an input can take the place of."""
+    """A prescribed angle or length that an input can take the place of."""
 
     name: str
     function: int  # Which time function
-    start: tuple[float, float, float]  # Angle, speed and acceleration at t = 0
+    start: tuple[float, float, float]  # Value, speed and acceleration at t = 0
+    unit: str  # Of the value
 
 
 @dataclass(frozen=True)
@@ -48,18 +51,22 @@ class Variables:
 
 
 def prescribed(plan: Plan, driver: Driver) -> tuple[Prescribed, ...]:
-    """The drives, and the references of actuators."""
+    """The drives, the references of actuators, and the motions of coordinates and rods."""
     model, parameters = driver.system.content.model, driver.system.content.parameters
-    motions = [(f"drives.{drive.body}", k) for k, drive in enumerate(plan.drives)]
+    motions = [(f"drives.{drive.body}", k, "rad") for k, drive in enumerate(plan.drives)]
     for i, component in enumerate(plan.acting):
         if isinstance(component, Actuator) and model.function[i] >= 0:
-            motions.append((f"references.{component.name}", int(model.function[i])))
+            motions.append((f"references.{component.name}", int(model.function[i]), "rad"))
+    units = {drive.name: drive.coordinate.unit for drive in plan.mechanism.coordinate_drives}
+    for k, function in zip(model.timed.tolist(), model.timed_function.tolist(), strict=True):
+        name = plan.coordinates.constraints[k].name
+        motions.append((f"{'drives' if name in units else 'rods'}.{name}", function, units.get(name, "m")))
     rows = []
-    for name, function in motions:
+    for name, function, unit in motions:
         value = np.zeros(4)
         start, stop = parameters.motion_start[function : function + 2].tolist()
         function_at(0.0, np.ascontiguousarray(parameters.motion[start:stop]), value)
-        rows.append(Prescribed(name, function, (float(value[0]), float(value[1]), float(value[2]))))
+        rows.append(Prescribed(name, function, (float(value[0]), float(value[1]), float(value[2])), unit))
     return tuple(rows)
 
 
@@ -69,7 +76,7 @@ class _Numbers:
     def __init__(self) -> None:
         self.next = 1
 
-    def take(self, rows: Iterable[tuple[str, str, str, float | bool | None, str]]) -> tuple[Variable, ...]:
+    def take(self, rows: Iterable[tuple[Any, ...]]) -> tuple[Variable, ...]:
         variables = [Variable(name, self.next + k, *rest) for k, (name, rest) in enumerate((row[0], row[1:]) for row in rows)]
         self.next += len(variables)
         return tuple(variables)
@@ -81,7 +88,8 @@ def variables(plan: Plan, driver: Driver, record: Record) -> Variables:
     states = driver.state.y.size
     guards = [getattr(contact, "name", str(k)) for k, contact in enumerate(plan.contacts)]
     guards += [f"component {k + 1}" for k in range(driver.state.mode.size - len(guards))]
-    orders = (("angle", "rad"), ("speed", "rad/s"), ("acceleration", "rad/s2"))
+    orders = ("value", ""), ("speed", "/s"), ("acceleration", "/s2")
+    values = {"rad": "angle", "m": "length"}
     return Variables(
         states=numbers.take((f"states.{k + 1}", "", "state of the equations", None, "") for k in range(states)),
         rates=numbers.take((f"der(states.{k + 1})", "", "its rate", None, "") for k in range(states)),
@@ -92,23 +100,24 @@ def variables(plan: Plan, driver: Driver, record: Record) -> Variables:
             (f"{motion.name}.external", "", "whether the inputs prescribe the motion", False, "") for motion in motions
         ),
         inputs=numbers.take(
-            (f"{motion.name}.{name}", unit, f"prescribed {name}", motion.start[k], "")
+            (f"{motion.name}.{named}", motion.unit + per, f"prescribed {named}", motion.start[k], "")
             for motion in motions
-            for k, (name, unit) in enumerate(orders)
+            for k, (name, per) in enumerate(orders)
+            for named in (values[motion.unit] if name == "value" else name,)
         ),
         outputs=numbers.take(_outputs(plan, record)),
     )
 
 
-def _outputs(plan: Plan, record: Record) -> list[tuple[str, str, str, float | None, str]]:
-    rows: list[tuple[str, str, str, float | None, str]] = []
+def _outputs(plan: Plan, record: Record) -> list[tuple[Any, ...]]:
+    rows: list[tuple[Any, ...]] = []
 
-    def add(name: str, unit: str, what: str, array: str, *at: int) -> None:
+    def add(name: str, unit: str, what: str, array: str, *at: int, factor: float = 1.0) -> None:
         shape = getattr(record, array.partition(".")[0]).shape[1:]
         index = int(np.ravel_multi_index(at, shape)) if shape else 0
         head, _, tail = array.partition(".")
         place = f"&m->record.{head}.p[{index}]" + (f".{tail}" if tail else "")
-        rows.append((name, unit, what, None, place))
+        rows.append((name, unit, what, None, place, factor))
 
     for b, body in enumerate(plan.bodies):
         for axis, letter in enumerate("xy"):
@@ -120,6 +129,14 @@ def _outputs(plan: Plan, record: Record) -> list[tuple[str, str, str, float | No
             add(f"bodies.{body.name}.angular_velocity", "rad/s", "angular velocity", "angular_velocity", b)
     for d, drive in enumerate(plan.drives):
         add(f"drives.{drive.body}.torque", "N.m", "torque of the drive", "torque", d)
+    coordinates = {part.name: part.terms[0][1] for part in plan.mechanism.coupling_parts}
+    coupled = {part.name for part in plan.mechanism.couplings}
+    for k, constraint in enumerate(plan.coordinates.constraints):
+        if constraint.linear and constraint.name in coordinates:
+            name, turns = constraint.name, coordinates[constraint.name].unit == "rad"
+            label = f"{'couplings' if name in coupled else 'drives'}.{name}.{'torque' if turns else 'force'}"
+            unit, what = "N.m" if turns else "N", "on the output of the coupling" if name in coupled else "of the drive"
+            add(label, unit, what, "multiplier", k, factor=-1.0 / constraint.scale)
     for j, contact in enumerate(plan.contacts):
         for axis, letter in enumerate("xy"):
             add(f"joints.{contact.name}.force_{letter}", "N", "force on the journal", "wrench", j, axis)

@@ -243,7 +243,7 @@ def test_a_fault_of_ours_is_one_line(capsys: pytest.CaptureFixture[str], monkeyp
     def broken(*_: object) -> None:
         raise ZeroDivisionError("two\nlines")
 
-    monkeypatch.setattr("scissordyn.config.file.read_case", broken)
+    monkeypatch.setattr("scissordyn.cli.check_lines.read_case", broken)
     monkeypatch.delenv("SCISSORDYN_TRACEBACK", raising=False)
     assert status_of(["check", str(PAPER)]) == 1
     line = capsys.readouterr().err

@@ -2,43 +2,14 @@
 
 from __future__ import annotations
 
-import json
-import math
-import time
-from collections.abc import Callable, Sequence
-from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import Annotated
 
 from typer import Option
 
 from scissordyn.cli.option import AsJson, CaseFile, Changes, Quiet
-from scissordyn.cli.output import check_picture, print_json
+from scissordyn.cli.output import DONE, check_picture, print_json
 from scissordyn.cli.terminal import say
-from scissordyn.config.quantity import written
-from scissordyn.errors import InputError, command
-from scissordyn.units import counted, short
-
-if TYPE_CHECKING:  # the help of a command loads no libraries
-    import xarray as xr
-
-    from scissordyn.component.declaration import Component
-    from scissordyn.component.time_function import TimeFunction
-    from scissordyn.kinematics.inertia import DriveInertia
-    from scissordyn.model.mechanism import Mechanism
-    from scissordyn.plan.plan import Plan
-    from scissordyn.run.advance.driver import Driver
-    from scissordyn.run.results import Results, Run
-    from scissordyn.study.compute.convergence import Convergence
-
-MOST_NAMES = 20  # All joints of a mechanism that has more than these are not named one by one
-PATIENCE = 2.0  # Time for the motion with ideal joints [s]; where that takes longer, what follows from it is not shown
-TRIED = 0.3  # Time that is spent on the beginning of a run [s]
-LONG = 20.0  # Time from which a run is long enough to say so [s]
-SAMPLES = 501  # Instants of the motion with ideal joints at which torques are compared with limits
-
-UNMOVED = 1e-6
-"""Assembly is said to move nothing if it moves bodies by less than this fraction of the mechanism's size, or angle [rad]."""
 
 
 def check(
@@ -53,295 +24,14 @@ def check(
         bool, Option("--modes", help="With --converge: several numbers of bending modes in place of tolerances.")
     ] = False,
 ) -> int:
-    from scissordyn.config.file import read_case
-    from scissordyn.kinematics.branching import drive_warnings
-    from scissordyn.kinematics.time_functions import check_tables
-    from scissordyn.model.commanded import commanded, rigid
-    from scissordyn.plan.plan import plan
-    from scissordyn.run.advance.trajectory import make_driver
-    from scissordyn.run.answer.coupling import centre_warnings
-    from scissordyn.run.answer.summary import summary_of
-    from scissordyn.run.start.demand import check_samples
+    from scissordyn.cli.check_lines import check_lines
 
-    read = read_case(case, change or [])
-    mechanism, until = read.mechanism, read.run.until
-    planned = plan(mechanism)
-    check_tables(planned, until)
-    check_samples(planned, read.run.count)
-    driver, start, choice = make_driver(planned, read.run)
-
-    rods: tuple[Any, ...] = mechanism.rods  # type checkers do not see what makes them components
-    components: tuple[Component, ...] = (*planned.acting, *rods)
-    lines = [f"{case} is complete and can be assembled.", *_parts(planned, components)]
-    ideal = _ideal(mechanism, until, 2)
-    span, impossible = (None, ideal) if isinstance(ideal, str) else (summary_of(ideal).span, "")
-    inertia = None if impossible else _inertia(mechanism, until)
-    lines += [] if span is None else [f"{span} (ideal joints)".replace(". (", " (") + "."]
-    lines += [] if inertia is None else [f"Inertia about {inertia.drive}: {inertia} (ideal joints)."]
-    followed = commanded(mechanism)
-    exact = "" if followed is mechanism else _ideal(rigid(followed), until, SAMPLES)
-    servos = [] if isinstance(exact, str) else servo_demands(mechanism, followed, exact)
-    lines += map(str, servos)
-    method = choice.method if read.run.method != "auto" else f"{choice.method} ({choice.reason})"
-    lines.append(f"Run: {short(until, 's')}, {read.run.start} start, {read.run.samples} samples, {method}.")
-    cost = cost_line(driver, until)
-    lines += [f"{cost}."] if cost else []
-    warnings = [
-        *start.warnings,
-        *map(str, centre_warnings(mechanism)),
-        *drive_warnings(planned, until),
-        *[f"without clearance: {impossible}"] * bool(impossible),
-    ]
-    lines += [f"Warning: {text}." for text in warnings]
-    converged = None
-    if converge is not None:
-        from scissordyn.study.compute.convergence import convergence, read_wanted
-
-        response, within = read_wanted(converge)
-        converged = convergence(mechanism, read.run, response, within=within, over="modes" if modes else "accuracy")
-        lines += converged_lines(converged, str(case), change or [])
+    lines, record = check_lines(case, change or [], converge, modes)
     if as_json:
-        print_json(
-            {
-                "bodies": len(mechanism.bodies),
-                "ideal_joints": [joint.name for joint in mechanism.ideal_joints],
-                "clearance_joints": [joint.name for joint in mechanism.clearance_joints],
-                "free_coordinates": planned.coordinates.free,
-                "constraints": len(planned.coordinates.constraints),
-                "drives": [*(drive.body for drive in mechanism.drives), *(drive.name for drive in mechanism.coordinate_drives)],
-                "degrees_of_freedom": _mobility(planned),
-                "couplings": [coupling.name for coupling in mechanism.couplings],
-                "components": [part.name for part in components],
-                "until": until,
-                "span": None if span is None else span.plain(),
-                "drive_inertia": None if inertia is None else inertia.plain(),
-                "method": choice.method,
-                "servos": [servo._asdict() for servo in servos],
-                "cost": cost,
-                **({} if converged is None else {"convergence": _plain(converged)}),
-                "warnings": warnings,
-            }
-        )
+        print_json(record)
     elif not quiet:
         say(*lines)
-    return 0
-
-
-def _parts(planned: Plan, components: Sequence[Component]) -> list[str]:
-    """Lines for the size of a mechanism, its drives, its components and its clearances."""
-    from scissordyn.config.coupling import coordinate_words, coupling_lines
-
-    mechanism, coordinates = planned.mechanism, planned.coordinates
-    return [
-        f"Mechanism: {len(mechanism.bodies)} bodies, {len(mechanism.ideal_joints)} ideal and "
-        f"{len(mechanism.clearance_joints)} clearance joints, "
-        f"{coordinates.free} free coordinates with {len(coordinates.constraints)} constraints: "
-        f"{counted(_mobility(planned), 'degree')} of freedom beside the drives.",
-        *(f"Drive of {drive.body}: {_in_words(drive.motion)}." for drive in mechanism.drives),
-        *(
-            f"Drive {drive.name} of the {coordinate_words(drive.coordinate)}: {_in_words(drive.motion, drive.coordinate.unit)}."
-            for drive in mechanism.coordinate_drives
-        ),
-        *coupling_lines(mechanism),
-        *(f"{part.declaration.label.capitalize()} {part.name}." for part in components),
-        *_clearances("Joint", mechanism.joints),
-        *_clearances("Guide", mechanism.guides),
-    ]
-
-
-def _mobility(planned: Plan) -> int:
-    """Degrees of freedom that are left beside drives and couplings while latches are open."""
-    return planned.coordinates.free - sum(not constraint.latch for constraint in planned.coordinates.constraints)
-
-
-def _clearances(kind: str, parts: Sequence[Any]) -> list[str]:
-    """A line for each clearance and its laws, with the names of the parts that have it, or the number of many."""
-    from scissordyn.model.hard_contact import hard_numbers
-
-    names: dict[str, list[str]] = {}
-    for part in parts:
-        if (gap := part.clearance) is not None:
-            laws = f"{gap.stiffness.name} stiffness, {gap.damping.name} damping, friction {gap.friction.name}"
-            if gap.contact == "hard":
-                e, kinetic, static = hard_numbers(gap)
-                laws = f"hard contact, restitution {e:g}, friction {kinetic:g} ({static:g} at rest)"
-            text = f"clearance {1e3 * gap.clearance:g} mm, {gap.surfaces.journal.name}, {laws}."
-            names.setdefault(text, []).append(part.name)
-
-    def subject(those: list[str]) -> str:
-        every = len(those) == len(parts) > MOST_NAMES
-        return f"All {len(parts)} {kind.lower()}s" if every else f"{kind}{'s' * (len(those) > 1)} {', '.join(those)}"
-
-    return [f"{subject(those)}: {text}" for text, those in names.items()]
-
-
-def _ideal(mechanism: Mechanism, until: float, samples: int) -> Results | str:
-    """The whole motion with ideal joints; why there is none, or "" where it ends early or takes long."""
-    from scissordyn.run.options import Options
-    from scissordyn.run.simulate import results_of
-
-    try:
-        ideal = results_of(mechanism.ideal(), Options(until, samples=samples), limited(PATIENCE))
-    except TimeIsOverError:
-        return ""
-    except InputError as error:  # the case itself may run: its joints may bridge what ideal ones cannot
-        return error.what
-    return ideal if ideal.attrs["status"] == "complete" else ""
-
-
-def _inertia(mechanism: Mechanism, until: float) -> DriveInertia | None:
-    """What the only drive, or the only servo in its place, has to accelerate; None where they do not determine the motion."""
-    import numpy as np
-
-    from scissordyn.component.actuator import Actuator
-    from scissordyn.kinematics.inertia import DriveInertia, drive_inertia
-    from scissordyn.kinematics.path import path_of
-    from scissordyn.plan.plan import plan
-
-    servos = [part for part in mechanism.components if isinstance(part, Actuator) and part.reference is not None]
-    ideal = mechanism.ideal()
-    if len(servos) == 1 and not mechanism.drives:
-        others = tuple(part for part in ideal.components if not isinstance(part, Actuator))
-        ideal = replace(ideal, components=others).driven(servos[0].reference, body=servos[0].body)
-    path = path_of(plan(ideal), until) if len(ideal.drives) == 1 else None
-    if path is None or path.parameter != "angle":
-        return None
-    values = drive_inertia(path)
-    first, last = (int(np.argmin(np.abs(path.place - path.closure.inputs.at(time)[0]))) for time in (0.0, until))
-    return DriveInertia(ideal.drives[0].body, float(values[first]), float(values[last]), float(np.nanmax(values)))
-
-
-def _in_words(motion: TimeFunction, unit: str = "rad") -> str:
-    from scissordyn.component.time_function import ConstantSpeed, Polynomial, Tabulated
-    from scissordyn.config.time_function import units_of
-
-    if isinstance(motion, Tabulated):
-        return f"a table of {len(motion.times)} instants from {1e3 * motion.times[0]:g} to {1e3 * motion.times[-1]:g} ms"
-    if isinstance(motion, Polynomial):
-        return f"a polynomial of degree {len(motion.coefficients) - 1}"
-    kind: type = type(motion)
-    values = {name: (getattr(motion, name), of) for name, of in units_of(kind, unit).items()}
-    numbers = ", ".join(f"{name} {written(value, of)}" for name, (value, of) in values.items() if value or name != "begin")
-    return numbers if kind is ConstantSpeed else f"{kind.__name__.lower()}, {numbers}"
-
-
-class TimeIsOverError(Exception):
-    """Ends a run after the time that it may take."""
-
-
-def limited(seconds: float) -> Callable[[float], None]:
-    """A function of the progress that ends a run after so many seconds, by `TimeIsOverError`."""
-    ends = time.perf_counter() + seconds
-
-    def progress(_: float) -> None:
-        if time.perf_counter() > ends:
-            raise TimeIsOverError
-
-    return progress
-
-
-def cost_line(driver: Driver, until: float) -> str:
-    """How long the run of a new driver will take, from a fraction of a second of it; empty if that is short or fails."""
-    from scissordyn.run.start.demand import duration
-
-    began = time.perf_counter()
-    try:
-        driver.advance(until, progress=limited(TRIED))
-        return ""
-    except TimeIsOverError:
-        taken, reached, steps = time.perf_counter() - began, driver.time, driver.tried
-    if reached <= 0.0 or taken * until / reached < LONG:
-        return ""
-    return (
-        f"Cost: about {duration(taken * until / reached)} and {steps * until / reached:.2g} steps on this machine, as the "
-        f"first {steps} steps take {taken:.2g} s and reach {reached:.3g} s of {until:g} s; a shorter run: --set run.until=VALUE"
-    )
-
-
-class ServoDemand(NamedTuple):
-    """Of one servo that follows its reference exactly, with ideal joints and rigid bars."""
-
-    name: str
-    torque: float  # Largest [N m]
-    time: float  # When it is largest [s]
-    limit: float | None
-    above: float  # Fraction of the time for which it is above the limit
-    speed: float  # Largest [rad/s]
-
-    def __str__(self) -> str:
-        peak = f"up to {short(self.torque, 'N m')}, at {short(self.time, 's')}, and {self.speed * 30.0 / math.pi:.4g} rpm"
-        text = f"Servo '{self.name}' follows its reference with {peak}"
-        if self.limit is None:
-            return f"{text}."
-        ratio, limit = self.torque / self.limit, f"its limit of {short(self.limit, 'N m')}"
-        if ratio <= 1.0:
-            return f"{text}, {ratio:.2g} of {limit}."
-        return (
-            f"Warning: {text}, {ratio:.3g} times {limit}: it cannot hold for {self.above:.0%} of the time, and forces with "
-            "ideal joints are those of a servo that can."
-        )
-
-
-def servo_demands(mechanism: Mechanism, followed: Mechanism, ideal: Run) -> list[ServoDemand]:
-    """The demands in a motion in which drives stand in the place of servos, see `commanded`."""
-    import numpy as np
-
-    from scissordyn.component.actuator import Actuator
-    from scissordyn.kinematics.peak import smooth_peak
-
-    demands, driven = [], [drive.body for drive in followed.drives]
-    torques = np.abs(ideal["drive_torque"].values.reshape(ideal.sizes["time"], -1)) if driven else np.zeros((0, 0))
-    for part in mechanism.components:
-        if isinstance(part, Actuator) and part not in followed.components:
-            torque = torques[:, driven.index(part.body)]
-            largest, when = smooth_peak(ideal["time"].values, torque)
-            limit = getattr(part.controller, "limit", None)
-            limit = limit if limit is not None and math.isfinite(limit) else None
-            above = 0.0 if limit is None else float(np.mean(torque > limit))
-            speeds = ideal["angular_velocity"].values[:, ideal["body"].values.tolist().index(part.body)]
-            speed = float(np.abs(speeds).max(initial=0.0))
-            demands.append(ServoDemand(part.name, float(largest), float(when), limit, above, speed))
-    return demands
-
-
-def converged_lines(converged: Convergence, case: str, changes: Sequence[str] = ()) -> list[str]:
-    """Which tolerance, step or number of modes a number of the run needs, a line each."""
-    import xarray as xr
-
-    from scissordyn.plot.scale import scale_of
-
-    def setting(value: float) -> str:
-        """As it is typed."""
-        return short(value, "s") if converged.varied == "step" else f"{value:g}"
-
-    scale = scale_of(xr.DataArray(converged.value, attrs={"units": converged.units}))
-    what = {"step": "steps", "modes": "numbers of bending modes"}.get(converged.varied, "rtol = atol")
-    lines = [f"{converged.response} to within {100.0 * converged.within:g} %, with {what} from coarse to fine:"]
-    for level in converged.levels:
-        numbers = f"{scale.said(level.value, 5)}, members differ by {level.spread:.2%}, {level.seconds:.3g} s a run"
-        lines.append(f"  {setting(level.setting)}  " + (f"failed: {level.cause}" if level.cause else numbers))
-    if math.isnan(converged.setting):
-        finest = f"{'up' if converged.varied == 'modes' else 'down'} to {setting(converged.levels[-1].setting)}"
-        return [*lines, f"None {finest} agrees with the two that follow it."]
-    lines.append(f"{setting(converged.setting)} is enough: the next two agree with it.")
-    if converged.chaotic:
-        lines.append(
-            "The motion is chaotic: starts that differ by round-off give numbers that differ by more than that at any "
-            f"{converged.varied}. Agreement is that of means; a study with members gives the distribution."
-        )
-    if converged.varied == "modes":
-        return [*lines, f"To run it so: modes = {converged.setting:.0f} in [[bending]] of {case}."]
-    settings = [f"run.{name}={setting(converged.setting)}" for name in converged.options]
-    words = [part for change in (*changes, *settings) for part in ("--set", change)]
-    return [*lines, f"To run it so: {command('scissordyn', 'run', case, *words)}"]
-
-
-def _plain(converged: Convergence) -> dict[str, object]:
-    """The same for JSON."""
-    record = {name: getattr(converged, name) for name in ("response", "units", "within", "varied", "setting", "chaotic")}
-    columns, without = ("setting", "value", "spread", "seconds", "cause"), {"value": None, "spread": None}
-    levels = [{name: getattr(level, name) for name in columns} | (without if level.cause else {}) for level in converged.levels]
-    return {**record, "setting": None if math.isnan(converged.setting) else converged.setting, "levels": levels}
+    return DONE
 
 
 def preview(
@@ -354,6 +44,7 @@ def preview(
     ] = None,
     change: Changes = None,
 ) -> int:
+    from scissordyn.cli.check_lines import preview_lines
     from scissordyn.config.file import read_case
     from scissordyn.model.commanded import commanded
     from scissordyn.run.ideal import ideal_kinematics
@@ -363,11 +54,7 @@ def preview(
     read = read_case(case, change or [])
     followed = commanded(read.mechanism)
     ideal = ideal_kinematics(followed, until=read.run.until)
-    say(_assembled(read.mechanism, ideal), *_range(followed, ideal), *_forces(ideal))
-    say(*servo_demands(read.mechanism, followed, ideal))
-    say(*(f"Warning: {warning}." for warning in json.loads(ideal.attrs["singular_warnings"])))
-    if ideal.attrs["status"] != "complete":
-        say(f"The run with ideal joints {ideal.attrs['cause']}.")
+    say(*preview_lines(read.mechanism, followed, ideal))
     if output is not None or curves is not None:
         from scissordyn.plot.file import write
         from scissordyn.plot.kinematics import kinematics
@@ -377,73 +64,4 @@ def preview(
             say(write(draw(read.mechanism, start=ideal), output))
         if curves is not None:
             say(write(kinematics(ideal), curves))
-    return 0
-
-
-def _assembled(mechanism: Mechanism, ideal: xr.Dataset) -> str:
-    """How far assembly moved the bodies from where they are placed."""
-    moves, turns = [], []
-    start = ideal.isel(time=0)
-    for body in mechanism.bodies:
-        (px, py), (x, y) = body.placed_position, body.centre
-        cos, sin = math.cos(body.placed_angle), math.sin(body.placed_angle)
-        placed, there = (px + cos * x - sin * y, py + sin * x + cos * y), start.sel(body=body.name)
-        moves.append((math.dist(placed, there["position"].values.tolist()), body.name))
-        turns.append((abs(math.remainder(float(there["angle"]) - body.placed_angle, 2.0 * math.pi)), body.name))
-    (far, farthest), (turn, turned) = (max(pairs, key=lambda pair: pair[0], default=(0.0, "")) for pairs in (moves, turns))
-    parts = [f"moves the mass centre of body '{farthest}' by {1e3 * far:.4g} mm"] * (far > UNMOVED * mechanism.size)
-    parts += [f"rotates body '{turned}' by {math.degrees(turn):.4g} deg"] * (turn > UNMOVED)
-    return f"Assembly {' and '.join(parts)}, more than any other body." if parts else "The mechanism closes as it is placed."
-
-
-def _range(mechanism: Mechanism, ideal: xr.Dataset) -> list[str]:
-    """The stroke of the only drive and where it locks."""
-    import numpy as np
-
-    low, high, unit = (ideal.attrs[f"range_{name}"] for name in ("low", "high", "unit"))
-    if not unit:
-        return [] if mechanism.drives or mechanism.coordinate_drives else ["No drive prescribes the motion."]
-    factor, sign = (180.0 / math.pi, "deg") if unit == "rad" else (1e3, "mm")
-    name = f"Drive of '{mechanism.drives[0].body}'" if mechanism.drives else "Driven rod"
-    name = f"Drive '{mechanism.coordinate_drives[0].name}'" if mechanism.coordinate_drives else name
-    locks = [f"{factor * place:.6g} {sign}" for place in (low, high) if math.isfinite(place)]
-    stroke = ""
-    if mechanism.drives:
-        angle = np.degrees(ideal["angle"].sel(body=mechanism.drives[0].body).values)
-        stroke = f" goes from {angle[0]:.6g} to {angle[-1]:.6g} deg and" if angle.size else ""
-    nowhere = "locks nowhere within a revolution" if unit == "rad" else "locks at no length"
-    return [f"{name}{stroke} {'locks at ' + ' and '.join(locks) if locks else nowhere}."]
-
-
-def _forces(ideal: xr.Dataset) -> list[str]:
-    """Transmission angle, torque and reactions at their worst."""
-    import numpy as np
-
-    from scissordyn.kinematics.peak import smooth_peak
-
-    lines, time = [], ideal["time"].values
-    angle = np.degrees(ideal["transmission_angle"].values)
-    if angle.size:
-        i, k = np.unravel_index(int(np.argmin(angle)), angle.shape)
-        smallest = round(float(angle[i, k]), 6)  # zero at a change point, whatever round-off says
-        joint = ideal["dyad"].values[k]
-        lines.append(f"Smallest transmission angle: {smallest:.4g} deg at joint '{joint}', at {short(time[i], 's')}.")
-    for dim in ("coordinate_drive", "coupling"):
-        for place, name in enumerate(ideal[dim].values if dim in ideal else ()):
-            quantity, unit = ("torque", "N m") if ideal[f"{dim}_unit"].values[place] == "rad" else ("force", "N")
-            peak, when = (float(ideal[part].values[place]) for part in (f"peak_{dim}_force", f"peak_{dim}_force_time"))
-            size = f"{short(peak, unit)} at {short(when, 's')}"
-            lines.append(f"Largest {quantity} of '{name}' with ideal joints: {size}.")
-    for name, unit, subject in (("drive_torque", "N m", "driving torque"), ("rod_force", "N", "force in a rod")):
-        if name in ideal and ideal[name].size:
-            values = np.abs(ideal[name].values.reshape(time.size, -1)).max(axis=1)
-            largest, when = smooth_peak(time, values)
-            if np.isfinite(largest):
-                lines.append(f"Largest {subject} with ideal joints: {short(largest, unit)} at {short(when, 's')}.")
-    force = ideal["peak_reaction"].values
-    if np.isfinite(force).any():
-        most = int(np.nanargmax(force))
-        worst, joint = short(float(force[most]), "N"), ideal["joint"].values[most]
-        instant = short(float(ideal["peak_reaction_time"].values[most]), "s")
-        lines.append(f"Largest reaction with ideal joints: {worst} at '{joint}', at {instant}.")
-    return lines
+    return DONE

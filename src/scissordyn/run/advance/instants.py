@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scissordyn.integrate.integration import Samples
-from scissordyn.run.answer.contacts import columns
+from scissordyn.run.answer.events import columns
 from scissordyn.run.options import EQUALLY_SPACED, Options
 
 if TYPE_CHECKING:

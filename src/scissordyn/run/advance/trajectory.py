@@ -22,7 +22,7 @@ from scissordyn.run.advance.checkpoint import Keeper
 from scissordyn.run.advance.driver import Driver, counted
 from scissordyn.run.advance.instants import MOST_INSTANTS
 from scissordyn.run.advance.system import make_system
-from scissordyn.run.answer.contacts import Contact, contacts
+from scissordyn.run.answer.events import Contact, contacts
 from scissordyn.run.options import Options
 from scissordyn.run.start.method import Choice, choose_method
 from scissordyn.run.start.start import Prepared, prepare_start

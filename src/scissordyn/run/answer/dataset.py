@@ -30,9 +30,8 @@ from scissordyn.plan.plan import Plan
 from scissordyn.run.advance.trajectory import Trajectory
 from scissordyn.run.answer.bars import bar_variables
 from scissordyn.run.answer.buckling_ratio import buckling_ratios
-from scissordyn.run.answer.contacts import columns
 from scissordyn.run.answer.coupling import coupling_variables
-from scissordyn.run.answer.events import ACCOUNTS, accounts, event_variables
+from scissordyn.run.answer.events import ACCOUNTS, accounts, columns, event_variables
 from scissordyn.run.answer.film import film_variables
 from scissordyn.run.answer.internal_forces import largest_variables
 from scissordyn.run.answer.peak_estimate import peak_forces

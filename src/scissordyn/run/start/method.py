@@ -56,7 +56,7 @@ PARTS, PARTS_OF_A_FALL = 5000, 5
 """Steps of a run, and of a fall across the smallest clearance from rest, that time stepping makes at least."""
 
 OSCILLATION_STEP = 0.5
-"""Step of time stepping [s], and why: the one that was asked for, or what the fastest part needs."""
+"""Step of time stepping times the fastest angular frequency of components, at most."""
 
 SPIN_GAIN = 1e-6
 """Part of its energy that a body that rotates freely gains in a run, at most, by steps that were not asked for. At omega a step
@@ -163,10 +163,7 @@ def open_soon(plan: Plan, system: Handle, y: np.ndarray, tolerances: Tolerances,
 
 
 def time_step(plan: Plan, system: Handle, y: np.ndarray, options: Options, tolerances: Tolerances) -> tuple[float, str]:
-    """Step of time stepping [s], and why: the one that was asked for, or what the fastest part needs.
-
-    Shapes: `y` (ny,).
-    """
+    """Step of time stepping [s], and why: the one that was asked for, or what the fastest part needs."""
     if options.step is not None:
         return options.step, "the step was asked for"
     step, why = options.until / PARTS, f"the step is 1/{PARTS} of the run"

@@ -102,7 +102,7 @@ class Driver:
             history_length=state.history_length,
         )
         integrated.clock["crosses"], integrated.clock["fixed"] = crosses, method.fixed
-        coefficients = tableau(_stores(method))
+        coefficients = tableau("dopri5" if method.step > 0.0 else method.method)  # time stepping needs few stores
         absolute, relative, rounding = tolerances.weights(coefficients.kind)
         work = make_work(
             integrated,
@@ -391,11 +391,6 @@ def _doubled(rows: np.ndarray) -> np.ndarray:
 def _rows_of(steps: StepRecord) -> list[tuple[str, np.ndarray]]:
     """The arrays of a record that have a row for each instant."""
     return [(name, getattr(steps, name)) for name in (*Samples._fields, "end")]
-
-
-def _stores(method: Choice) -> str:
-    """The method whose stores the loop uses; time stepping needs few."""
-    return "dopri5" if method.step > 0.0 else method.method
 
 
 _GROWING = (loop.LOG_FULL, loop.HISTORY_FULL, loop.RECORD_FULL)

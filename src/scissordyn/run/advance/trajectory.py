@@ -130,16 +130,13 @@ def crosses(plan: Plan, options: Options) -> int:
     """What steps do where contacts begin and end: `ENDS`, `CROSSES` or `IGNORES`."""
     if options.step is not None and not plan.hard_places:
         return IGNORES
-    return CROSSES if _across(plan, options) else ENDS
-
-
-def _across(plan: Plan, options: Options) -> bool:
-    if options.events != "auto":
-        return options.events == "crossed"
-    if not plan.hard_places:
-        return len(plan.contacts) >= CROSSED_FROM
-    loose = {contact.guide if isinstance(contact, ContactPoint) else contact.name for contact in plan.contacts}
-    return len(loose) >= HARD_CROSSED_FROM or any(part.declaration.gap is not None for part in plan.acting)
+    across = options.events == "crossed"
+    if options.events == "auto" and plan.hard_places:
+        loose = {contact.guide if isinstance(contact, ContactPoint) else contact.name for contact in plan.contacts}
+        across = len(loose) >= HARD_CROSSED_FROM or any(part.declaration.gap is not None for part in plan.acting)
+    elif options.events == "auto":
+        across = len(plan.contacts) >= CROSSED_FROM
+    return CROSSES if across else ENDS
 
 
 def compute(

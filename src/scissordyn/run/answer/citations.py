@@ -77,18 +77,14 @@ def citations(run: xr.Dataset) -> Citations:
     for use, source in _sources((configuration.mechanism, configuration.absent)):
         named = references(source)
         for reference in named:
-            _add(uses_of, reference, use)
+            uses_of.setdefault(reference, []).append(use)
         if not named and source == "the user":
             without.append(use)
     start = configuration.options.start if configuration.options is not None else ""
     for key, use in _methods(run, start):
-        _add(uses_of, bibliography()[key], use)
+        uses_of.setdefault(bibliography()[key], []).append(use)
     entries = tuple(Citation(reference, tuple(dict.fromkeys(uses))) for reference, uses in uses_of.items())
     return Citations(entries, tuple(dict.fromkeys(without)))
-
-
-def _add(uses_of: dict[Reference, list[str]], reference: Reference, use: str) -> None:
-    uses_of.setdefault(reference, []).append(use)
 
 
 def _package(run: xr.Dataset) -> Reference:

@@ -20,7 +20,7 @@ from scissordyn.run.advance.trajectory import compute
 from scissordyn.run.answer.coupling import SampledCoordinates
 from scissordyn.run.configuration import write_configuration
 from scissordyn.run.options import EndTime, Options, SampleCount
-from scissordyn.run.results import Results, Variable, Variables, described, labels
+from scissordyn.run.results import Results, Variable, described, labels
 from scissordyn.units import Meaning, checked
 
 if TYPE_CHECKING:
@@ -102,24 +102,11 @@ def inverse_dynamics(
     measured = SampledCoordinates(path.plan, motion)
     values, rates = (np.stack(part, axis=1) for part in zip(*map(measured.coordinate, inputs.values()), strict=True))
     output = np.stack([measured.coordinate(drive.coordinate)[0] for drive in outputs], axis=1)
-    variables = _variables(path.samples.time, inputs, [drive.name for drive in outputs], (force, values, rates), output)
-    attributes = {"title": "scissordyn inverse dynamics", "configuration": write_configuration(mechanism, options)}
-    return Results(variables, attributes).dataset()
-
-
-def _variables(
-    time: np.ndarray,
-    inputs: Mapping[str, Coordinate],
-    outputs: list[str],
-    at_inputs: tuple[np.ndarray, np.ndarray, np.ndarray],
-    output: np.ndarray,
-) -> Variables:
-    force, values, rates = at_inputs
     over = ("time", "input")
-    return {
-        "time": described("time", time, "s", "time"),
+    variables = {
+        "time": described("time", path.samples.time, "s", "time"),
         "input": labels("input", list(inputs)),
-        "output": labels("output", outputs, "driven coordinate"),
+        "output": labels("output", [drive.name for drive in outputs], "driven coordinate"),
         "input_unit": labels("input", [coordinate.unit for coordinate in inputs.values()], "its unit"),
         "input_force": Variable(over, force, {"long_name": "torque [N m] or force [N] at an input"}),
         "input_value": Variable(over, values, {"long_name": "angle [rad] or length [m] of an input"}),
@@ -127,6 +114,8 @@ def _variables(
         "input_power": described(over, force * rates, "W", "power of an input"),
         "output_value": Variable(("time", "output"), output, {"long_name": "prescribed coordinate"}),
     }
+    attributes = {"title": "scissordyn inverse dynamics", "configuration": write_configuration(mechanism, options)}
+    return Results(variables, attributes).dataset()
 
 
 def _dense(matrix: np.ndarray) -> np.ndarray:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from scissordyn.component.declaration import Component
-from scissordyn.kernel import Handle
 from scissordyn.mechanics import functions
 from scissordyn.run.advance.trajectory import Trajectory
 from scissordyn.run.options import Options
@@ -27,28 +26,30 @@ def scale_warnings(options: Options, path: Trajectory) -> list[RunWarning]:
     instants = path.samples.time.size
     if not places or not instants:
         return []
-    content, warnings = path.system.content, list[RunWarning]()
+    content, warnings, samples, state = path.system.content, list[RunWarning](), path.samples, path.system.content.state
     allowed = state_tolerance(options.rtol, options.atol)
     change, size = np.zeros(len(places)), np.zeros(len(places))
     for at in np.unique(np.linspace(0, instants - 1, min(instants, MOST)).astype(int)).tolist():
-        _put(path, at)
-        y = path.samples.state[at].copy()
+        state.mode[:], state.memory[:], state.reference[:] = samples.mode[at], samples.memory[at], samples.reference[at]
+        functions.activate(path.system.address)
+        y = samples.state[at].copy()
         for k, (i, component, entry, _) in enumerate(places):
             forces, here = len(component.declaration.port.forces), y[entry]
             error = allowed * content.parameters.state_scale[entry - 2 * path.plan.coordinates.free]
             answers = []
             for moved in (here, here + error, here - error):
                 y[entry] = moved
-                answers.append(_forces(path.system, path.samples.time[at], y, i, forces))
+                functions.rate(samples.time[at], y, path.system.address, np.zeros(y.size))
+                answers.append(np.array(content.work.result[i, :forces]))
             y[entry] = here
             size[k] = max(size[k], np.abs(answers[0]).max())
             change[k] = max(change[k], 0.5 * np.abs(answers[1] - answers[2]).max())
-    for k, (_, component, entry, state) in enumerate(places):
+    for k, (_, component, entry, declared) in enumerate(places):
         if not change[k] > COARSE * allowed * size[k] > 0.0:
             continue
         scale, share = content.parameters.state_scale[entry - 2 * path.plan.coordinates.free], change[k] / size[k]
         force = component.declaration.port.forces[0].partition("_")[0]
-        numbers = {"error": allowed * scale, "unit": state.unit, "state": state.name, "share": share, "force": force}
+        numbers = {"error": allowed * scale, "unit": declared.unit, "state": declared.name, "share": share, "force": force}
         numbers |= {"scale": scale, "fitting": scale * allowed / share}
         warnings.append(warning("state scale", component.name, component.declaration.label, **numbers))
     return warnings
@@ -63,16 +64,3 @@ def _places(path: Trajectory) -> list[tuple[int, Component, int, State]]:
             first = 2 * path.plan.coordinates.free + int(start[len(path.plan.contacts) + i])
             places += [(i, component, first + s, state) for s, state in enumerate(component.states)]
     return places
-
-
-def _put(path: Trajectory, at: int) -> None:
-    """Let act what acts at a sample."""
-    state, samples = path.system.content.state, path.samples
-    state.mode[:], state.memory[:], state.reference[:] = samples.mode[at], samples.memory[at], samples.reference[at]
-    functions.activate(path.system.address)
-
-
-def _forces(system: Handle, time: float, y: np.ndarray, component: int, forces: int) -> np.ndarray:
-    """What a component exerts in a state."""
-    functions.rate(time, y, system.address, np.zeros(y.size))
-    return np.array(system.content.work.result[component, :forces])

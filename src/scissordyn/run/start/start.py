@@ -26,8 +26,6 @@ from scissordyn.laws.evaluate import elastic_energy, elastic_force
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.system import APPROACH_FLOOR, System
 from scissordyn.mechanics.time_function import function_at
-from scissordyn.model.clearance import Clearance
-from scissordyn.model.guide_clearance import GuideClearance
 from scissordyn.plan.acting import start_coordinates
 from scissordyn.plan.bending import beams_of, is_straight, straight_bar, straight_maps
 from scissordyn.plan.coordinates import combined
@@ -228,14 +226,11 @@ def _touching(plan: Plan, system: Handle, y: np.ndarray, kind: StartKind) -> lis
         functions.touch(0.0, y, guard, system.address, data)
         row = [0.0, float(guard), float(RISE), max(float(data[0]), APPROACH_FLOOR), float(data[1])]
         rows.append(row + [0.0] * (LOG_COLUMNS - len(row)))
-        if guard in plan.compliant_places and data[0] <= APPROACH_FLOOR and _has_range(plan.contacts[guard].clearance):
-            content.state.memory[guard] = -APPROACH_FLOOR  # see `rate_in_range`
+        # a damping factor is derived for rates up to the speed at which the contact began, see `rate_in_range`
+        damping = getattr(plan.contacts[guard].clearance, "damping", None) if guard in plan.compliant_places else None
+        if isinstance(damping, DampingFactor) and data[0] <= APPROACH_FLOOR:
+            content.state.memory[guard] = -APPROACH_FLOOR
     return rows
-
-
-def _has_range(clearance: Clearance | GuideClearance | None) -> bool:
-    """Whether the damping of a contact is a factor, derived for rates up to the speed at which the contact began."""
-    return clearance is not None and isinstance(clearance.damping, DampingFactor)
 
 
 def _store_energy(plan: Plan, system: Handle, y: np.ndarray) -> None:

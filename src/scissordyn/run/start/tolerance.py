@@ -84,6 +84,9 @@ def error_weights(plan: Plan, system: Handle, y: np.ndarray, *, rtol: float, ato
     vibration, bent = np.ones(y.size), content.model.shape_column[content.model.shape_column < n]
     if contacts and not plan.lubricated:  # a film turns errors of rates into forces
         vibration[bent] = vibration[n + bent] = VIBRATIONS
+    start = content.model.state_start
+    # where groups of internal states end: those of all friction laws, then those of each component and controller
+    ends = range(2 * n + int(start[contacts]), 2 * n + int(start[-1]) + 1)
     delays = [part.controller.delay for _, part in plan.actuators]
     crossable, precision = [1] * contacts, (LOCATED * parameters.contact["clearance"]).tolist()
     for part in plan.acting:
@@ -94,7 +97,7 @@ def error_weights(plan: Plan, system: Handle, y: np.ndarray, *, rtol: float, ato
         absolute=np.concatenate([position, position / duration, internal[0]]),
         relative=np.concatenate([np.full(n, ROUND_OFF), np.full(n, rtol), internal[1]]),
         rounding=rounding,
-        group=np.array([0, n, 2 * n, *(2 * n + end for end in _state_groups(content))], np.int64),
+        group=np.array([0, n, 2 * n, *ends], np.int64),
         precision=np.array(precision, float),
         crossable=np.array(crossable, np.int64),
         delays=tuple(sorted({delay for delay in delays if delay > 0.0})),
@@ -130,11 +133,6 @@ def _internal_weights(
                 absolute[k], relative[k] = state_tolerance(rtol, atol) * declared[k], ROUND_OFF
             k += 1
     return absolute, relative
-
-
-def _state_groups(system: System) -> list[int]:
-    """Where each group of internal states ends: those of all friction laws, then each one of components and controllers."""
-    return list(range(int(system.model.state_start[system.parameters.contact.size]), int(system.model.state_start[-1]) + 1))
 
 
 def _sliding_states(system: System) -> np.ndarray:

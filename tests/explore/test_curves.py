@@ -34,7 +34,8 @@ def page() -> Iterator[Any]:
         page.set_content(
             "<style>figure { margin: 0 } canvas { width: 800px }</style><div id=curves style='width: 800px'></div>"
         )
-        page.evaluate(LOAD, (ASSETS / "curves.js").read_text(encoding="utf-8") + unpack)
+        parts = "".join((ASSETS / name).read_text(encoding="utf-8") for name in ("element.js", "curves.js"))
+        page.evaluate(LOAD, parts.replace('import { element } from "./element.js";', "") + unpack)
         yield page
 
 

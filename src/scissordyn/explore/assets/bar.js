@@ -1,4 +1,6 @@
 // The bar above: undo, runs to compare, what to save, progress and the state of the run; below it warnings, answers and the legend.
+import { element } from "./element.js";
+
 const BUTTONS = [["undo", "Undo"], ["redo", "Redo"], null, ["pin", "Pin run"], ["unpin", "Unpin"], null, ["case", "Save case"], ["run", "Save run"], ["curves", "CSV"],
   ["picture", "Picture"], ["film", "Film"], ["python", "Copy as Python"], null, ["theme", "Dark"]];
 const LATE = 200;  // the state of shorter runs does not flicker [ms]
@@ -6,54 +8,35 @@ const LATE = 200;  // the state of shorter runs does not flicker [ms]
 export function bar(root, send, curves) {
   const line = root.querySelector(".sd-bar"), warnings = root.querySelector(".sd-warnings"), by = {};
   let time = 0, dark = matchMedia("(prefers-color-scheme: dark)").matches, now = {}, of = {}, run = 0, words = "reading the case", timer = 0;
-  // an element of a kind with texts and elements in it
-  function made(kind, ...inside) { const it = document.createElement(kind); it.append(...inside); return it; }
-
+  const button = (id, words, onclick, disabled = false) => by[id] = element("button", { type: "button", "data-id": id, onclick, disabled }, words);
+  const checkbox = (words, checked, onchange, data) => element("label", {}, element("input", { type: "checkbox", checked, onchange: event => onchange(event.target.checked), ...data }), ` ${words}`);
   for (const item of BUTTONS) {
-    const button = made(item ? "button" : "span");
-    if (item) {
-      [button.dataset.id, button.textContent] = item; button.type = "button"; by[item[0]] = button; button.disabled = item[0] !== "theme";
-      button.onclick = () => item[0] === "theme" ? theme(!dark) : send({ type: item[0], time });
-    } else button.className = "sd-gap";
-    line.append(button);
+    line.append(item ? button(...item, () => item[0] === "theme" ? theme(!dark) : send({ type: item[0], time }), item[0] !== "theme") : element("span", { className: "sd-gap" }));
   }
-  const box = made("input"), horizon = made("label", box, " horizon");
-  box.type = "checkbox"; box.dataset.id = "horizon"; box.onchange = () => send({ type: "horizon", wanted: box.checked });
+  const horizon = checkbox("horizon", false, wanted => send({ type: "horizon", wanted }), { "data-id": "horizon" });
   horizon.title = "predictability horizon: computes each run twice";
-  const state = made("span"), progress = made("progress"), stop = made("button", "Stop"), place = made("span", state, progress, stop);
-  progress.max = 1; stop.type = "button"; stop.dataset.id = "stop"; stop.onclick = () => send({ type: "stop" });
-  place.className = "sd-now"; state.className = "sd-state"; state.setAttribute("role", "status");
-  const choices = made("div"), chosen = made("details", made("summary", "Curves"), choices);
-  chosen.className = "sd-menu";
-  chosen.onkeydown = event => { if (event.key === "Escape") { chosen.open = false; chosen.firstChild.focus(); } };
+  const state = element("span", { className: "sd-state", role: "status" }), progress = element("progress", { max: 1 }), stop = button("stop", "Stop", () => send({ type: "stop" }));
+  const choices = element("div"), chosen = element("details", {
+    className: "sd-menu", onkeydown: event => { if (event.key === "Escape") { chosen.open = false; chosen.firstChild.focus(); } },
+  }, element("summary", {}, "Curves"), choices);
   chosen.addEventListener("focusout", event => { if (!chosen.contains(event.relatedTarget)) setTimeout(() => { if (!chosen.contains(document.activeElement)) chosen.open = false; }, 150); });
-  line.append(chosen, horizon, place);
+  line.append(chosen, horizon, element("span", { className: "sd-now" }, state, progress, stop));
 
   // which figures there are, each with a box that hides it
   function offer(figures) {
     const names = figures.map(({ name, title }) => name + title).join();
     if (choices.dataset.names === names) return;
     choices.dataset.names = names;
-    choices.replaceChildren(...figures.map(({ name, title }) => {
-      const box = made("input");
-      box.type = "checkbox"; box.checked = !curves.hidden.has(name); box.dataset.figure = name;
-      box.onchange = () => { box.checked ? curves.hidden.delete(name) : curves.hidden.add(name); curves.choose(); };
-      return made("label", box, ` ${title}`);
-    }));
+    const choose = name => wanted => { wanted ? curves.hidden.delete(name) : curves.hidden.add(name); curves.choose(); };
+    choices.replaceChildren(...figures.map(({ name, title }) => checkbox(title, !curves.hidden.has(name), choose(name), { "data-figure": name })));
   }
   function answers(cards, legend) {
-    root.querySelector(".sd-cards").replaceChildren(...cards.map(({ title, value, detail, judged }) => {
-      const card = made("div", `${title} `, made("b", value), made("span", detail));
-      card.className = "sd-card"; card.dataset.judged = judged;
-      return card;
-    }));
+    root.querySelector(".sd-cards").replaceChildren(...cards.map(({ title, value, detail, judged }) =>
+      element("div", { className: "sd-card", "data-judged": judged }, `${title} `, element("b", {}, value), element("span", {}, detail))));
     const list = root.querySelector(".sd-legend");
     list.hidden = !legend.length;
-    list.replaceChildren(...legend.map(([color, numbers], k) => {
-      const mark = made("i");
-      mark.style.color = `var(--sd-${color})`;
-      return made("li", mark, `${k ? "pinned" : "now"}: ${numbers}`);
-    }));
+    list.replaceChildren(...legend.map(([color, numbers], k) =>
+      element("li", {}, element("i", { style: `color: var(--sd-${color})` }), `${k ? "pinned" : "now"}: ${numbers}`)));
   }
   function theme(wanted) {
     dark = wanted;
@@ -73,7 +56,7 @@ export function bar(root, send, curves) {
     by.undo.disabled = !now.undo; by.redo.disabled = !now.redo; by.unpin.disabled = !of.pins; by.case.disabled = by.python.disabled = !now.ordered;
     by.unpin.textContent = of.pins ? `Unpin ${of.pins}` : "Unpin";
     by.pin.disabled = by.run.disabled = by.curves.disabled = by.picture.disabled = by.film.disabled = !run;
-    box.checked = Boolean(now.horizon);
+    horizon.firstChild.checked = Boolean(now.horizon);
     const heading = line.querySelector("h1");
     if (now.name) heading.textContent = heading.title = now.name;
     const computing = Boolean(now.computing || (of.note && !words && run < now.ordered));
@@ -87,12 +70,10 @@ export function bar(root, send, curves) {
     if (computing && run && !of.note && now.lasting < LATE / 1000) timer = setTimeout(write, LATE); else write();
   }
   function code(text) {
-    const area = made("textarea"), close = made("button", "Close"), note = made("span", "Copied to the clipboard."), dialog = made("div", note, area, close);
     const leave = () => { dialog.remove(); by.python.focus(); };
-    dialog.className = "sd-code"; dialog.setAttribute("role", "dialog"); dialog.setAttribute("aria-label", "copied");
-    area.value = text; area.readOnly = true; area.setAttribute("aria-label", "the case as Python");
-    close.type = "button"; close.onclick = leave;
-    dialog.onkeydown = event => { if (event.key === "Escape") leave(); };
+    const area = element("textarea", { value: text, readOnly: true, "aria-label": "the case as Python" }), note = element("span", {}, "Copied to the clipboard.");
+    const dialog = element("div", { className: "sd-code", role: "dialog", "aria-label": "copied", onkeydown: event => { if (event.key === "Escape") leave(); } },
+      note, area, element("button", { type: "button", onclick: leave }, "Close"));
     root.append(dialog);
     area.focus(); area.select();
     const failed = () => { note.textContent = "Press Ctrl+C to copy."; };
@@ -122,7 +103,7 @@ export function bar(root, send, curves) {
       answers(message.cards, of.legend); offer(message.figures);
       warnings.hidden = !of.warnings.length;
       warnings.querySelector("summary").textContent = of.warnings.length === 1 ? "1 warning" : `${of.warnings.length} warnings`;
-      warnings.querySelector("ul").replaceChildren(...of.warnings.map(text => made("li", text)));
+      warnings.querySelector("ul").replaceChildren(...of.warnings.map(text => element("li", {}, text)));
       show();
     },
   };

@@ -1,6 +1,7 @@
 // Curves on canvases: axes, grid, lines with their gaps and peaks, a cursor, zoom and pan, legends, keys. A figure is what figures.py
 // and points.py make: { name, title, unit, axis, lines: [{ label, color, x, y, style }], levels, reach }. All figures of a group have
 // one range in x, [from, to]; that in y is of what is seen.
+import { element } from "./element.js";
 
 const LEFT = 62, RIGHT = 12, TOP = 6, BOTTOM = 22, HIGH = 112, NEAR = 9;  // room of axes, height of a figure, reach of a click [pixel]
 const SHORT = 64;  // points of one path
@@ -88,11 +89,8 @@ export class Curves {
   }
 
   make(name) {
-    const box = document.createElement("figure"), caption = document.createElement("figcaption"), canvas = document.createElement("canvas"), line = document.createElement("div");
-    box.dataset.figure = name; canvas.tabIndex = 0; canvas.setAttribute("role", "img"); line.className = "sd-cursor";
-    const area = document.createElement("div");
-    area.className = "sd-plot"; area.append(canvas, line);
-    box.append(caption, area);
+    const caption = element("figcaption"), canvas = element("canvas", { tabIndex: 0, role: "img" }), line = element("div", { className: "sd-cursor" });
+    const box = element("figure", { "data-figure": name }, caption, element("div", { className: "sd-plot" }, canvas, line));
     const view = { box, caption, canvas, line, figure: null, range: null, last: false };
     this.views.set(name, view);
     this.listen(view);
@@ -103,33 +101,27 @@ export class Curves {
     const { title, unit, lines } = view.figure, words = JSON.stringify([title, unit, lines.map(({ label, color }) => [label, color])]);
     if (view.words === words) return;
     view.words = words;
-    const name = document.createElement("b"), save = document.createElement("button");
-    name.textContent = unit ? `${title} [${unit}]` : title;
-    save.type = "button"; save.textContent = "PNG"; save.title = "save this figure as a picture"; save.onclick = () => this.save(view);
-    const labels = lines.filter(line => line.label).map(line => {
-      const label = document.createElement("span"), mark = document.createElement("i");
-      mark.style.color = `var(--sd-${line.color})`;
-      label.append(mark, line.label);
-      return label;
-    });
-    view.caption.replaceChildren(name, ...labels, save);
+    const save = element("button", { type: "button", title: "save this figure as a picture", onclick: () => this.save(view) }, "PNG");
+    const labels = lines.filter(line => line.label).map(line => element("span", {}, element("i", { style: `color: var(--sd-${line.color})` }), line.label));
+    view.caption.replaceChildren(element("b", {}, unit ? `${title} [${unit}]` : title), ...labels, save);
     view.canvas.setAttribute("aria-label", `${title}${labels.length ? ": " : ""}${labels.map(label => label.textContent).join(", ")}`
       + "; plus and minus zoom, arrow keys move, Home shows all" + (this.square ? "" : ", Enter goes to the cursor"));
   }
 
   save(view) {
-    const link = document.createElement("a");
-    link.href = view.canvas.toDataURL("image/png"); link.download = `${view.figure.name}.png`;
-    link.click();
+    element("a", { href: view.canvas.toDataURL("image/png"), download: `${view.figure.name}.png` }).click();
   }
 
   // ---- places
   plot({ width, height, last, figure }) {
     return { left: LEFT, right: width - RIGHT, top: TOP, bottom: height - (figure.own ? 2 * BOTTOM - 6 : last || this.square ? BOTTOM : 6) };
   }
-  across(view) { return this.square || view.figure.own ? view.range || view.figure.full || [-view.figure.reach, view.figure.reach] : this.range; }
+  // a figure over time has the range of its group
+  own(view) { return this.square || view.figure.own; }
+  whole(view) { return this.own(view) ? view.figure.full || [-view.figure.reach, view.figure.reach] : this.full; }
+  across(view) { return this.own(view) ? view.range || this.whole(view) : this.range; }
   zoom(view, from, to) {
-    const own = this.square || view.figure.own, [low, high] = own ? view.figure.full || [-view.figure.reach, view.figure.reach] : this.full, wide = Math.min(to - from, high - low);
+    const own = this.own(view), [low, high] = this.whole(view), wide = Math.min(to - from, high - low);
     if (!(wide > 1e-9 * (high - low))) return;
     const start = Math.max(low, Math.min(from, high - wide)), next = [start, start + wide];
     if (own) view.range = wide >= (high - low) * (1 - 1e-9) ? null : next; else this.range = next;
@@ -174,7 +166,7 @@ export class Curves {
     const X = x => left + (x - from) / (to - from) * (right - left), Y = y => bottom - (y - low) / (high - low) * (bottom - top);
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     context.fillStyle = color("back"); context.fillRect(0, 0, width, height);
-    if (this.horizon !== null && !this.square && !figure.own && this.horizon < to) {
+    if (this.horizon !== null && !this.own(view) && this.horizon < to) {
       context.fillStyle = color("fill"); context.globalAlpha = 0.6;
       context.fillRect(Math.max(left, X(this.horizon)), top, right - Math.max(left, X(this.horizon)), bottom - top); context.globalAlpha = 1;
     }
@@ -241,7 +233,7 @@ export class Curves {
   }
 
   axes(context, view, { left, right, top, bottom, from, to, low, high, X, Y, color }) {
-    const { figure, last } = view, labelled = last || this.square || figure.own;
+    const { figure, last } = view, labelled = last || this.own(view);
     context.font = "11px system-ui, sans-serif"; context.lineWidth = 1; context.setLineDash([]);
     context.textBaseline = "middle"; context.textAlign = "right";
     const upright = ticks(low, high, Math.max(2, (bottom - top) / 20)), along = ticks(from, to, Math.max(2, (right - left) / 70));
@@ -269,7 +261,7 @@ export class Curves {
     for (const view of this.order) {
       if (!view.width) continue;
       const { left, right, top, bottom } = this.plot(view), [from, to] = this.across(view), pixel = left + (x - from) / (to - from) * (right - left);
-      view.line.hidden = this.square || view.figure.own || view.box.hidden || !(pixel >= left && pixel <= right);
+      view.line.hidden = this.own(view) || view.box.hidden || !(pixel >= left && pixel <= right);
       view.line.style.cssText = `transform:translateX(${pixel.toFixed(1)}px);top:${top}px;height:${bottom - top}px`;
     }
   }
@@ -278,8 +270,8 @@ export class Curves {
   listen(view) {
     const { canvas, line } = view, where = event => event.clientX - canvas.getBoundingClientRect().left;
     let hold = null;
-    const band = document.createElement("div");
-    band.className = "sd-band"; band.hidden = true; line.after(band);
+    const band = element("div", { className: "sd-band", hidden: true });
+    line.after(band);
     canvas.addEventListener("wheel", event => {
       event.preventDefault();
       const here = this.at(view, where(event)), [from, to] = this.across(view), factor = Math.exp(0.0015 * event.deltaY);
@@ -312,7 +304,7 @@ export class Curves {
       else if (!moved) this.pick(view, x, y);
     };
     for (const kind of ["pointerup", "pointercancel"]) canvas.addEventListener(kind, end);
-    const all = () => { view.range = null; if (!this.square && !view.figure.own) this.range = [...this.full]; this.redraw(); };
+    const all = () => { view.range = null; if (!this.own(view)) this.range = [...this.full]; this.redraw(); };
     canvas.addEventListener("dblclick", all);
     canvas.addEventListener("keydown", event => {
       const [from, to] = this.across(view), wide = to - from;

@@ -1,14 +1,14 @@
 // The numbers of the case: a form, with a slider for what is starred. An error stands beside its number.
+import { element } from "./element.js";
+
 const STEPS = 1000;
 
 export function form(root, send) {
   let fields = [], rows = new Map(), stars = null, errors = {}, typed = {}, chosen = {}, folded = false, waiting = null;
   const open = new Set();
 
-  const position = (slider, value) => Math.round(STEPS * (slider.logarithmic
-    ? Math.log(value / slider.low) / Math.log(slider.high / slider.low) : (value - slider.low) / (slider.high - slider.low)));
-  const valueAt = (slider, step) => slider.logarithmic
-    ? slider.low * (slider.high / slider.low) ** (step / STEPS) : slider.low + (slider.high - slider.low) * step / STEPS;
+  const position = ({ logarithmic, low, high, value }) => Math.round(STEPS * (logarithmic ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low)));
+  const valueAt = ({ logarithmic, low, high }, step) => logarithmic ? low * (high / low) ** (step / STEPS) : low + (high - low) * step / STEPS;
   function textOf(field, value) {
     if (field.whole) return String(Math.round(value));
     const number = Number((value / field.factor).toPrecision(4));
@@ -20,65 +20,41 @@ export function form(root, send) {
     if (!waiting) setTimeout(() => { if (waiting) send(waiting); waiting = null; }, 40);
     waiting = message;
   }
-  function row(field, starred) {
-    const box = document.createElement("div");
-    box.className = "sd-row"; box.dataset.key = field.key;
-    const star = document.createElement("button"), label = document.createElement("label"), input = document.createElement("input");
-    star.type = "button"; star.textContent = starred ? "★" : "☆"; star.disabled = !field.slider;
-    star.setAttribute("aria-pressed", String(starred)); star.setAttribute("aria-label", `slider for ${field.name}`);
-    star.title = field.slider ? "a slider for this number" : "";
-    star.onclick = () => { stars.has(field.key) ? stars.delete(field.key) : stars.add(field.key); build(); };
-    input.type = "text"; input.value = field.shown; input.id = `sd-${starred ? "star-" : ""}${field.key}`; input.spellcheck = false;
-    label.textContent = starred && field.group ? `${field.group}: ${field.name}` : field.name; label.htmlFor = input.id;
-    label.title = input.title = [field.shown === field.text ? "" : field.text, field.help, field.allowed].filter(Boolean).join("; ");
-    const error = document.createElement("div");
-    error.className = "sd-error"; error.setAttribute("role", "alert"); error.id = `${input.id}-error`;
-    input.setAttribute("aria-describedby", error.id);
-    input.onchange = () => change(field, input.value, true);
-    box.append(star, label, input);
-    let range = null;
-    if (starred && field.slider) {
-      range = document.createElement("input");
-      range.type = "range"; range.min = 0; range.max = STEPS; range.step = 1; range.value = position(field.slider, field.slider.value);
-      range.setAttribute("aria-label", `${field.group} ${field.name}`);
-      const slider = { ...field.slider };  // its ends stay while it moves
-      range.oninput = () => { input.value = textOf(field, valueAt(slider, Number(range.value))); change(field, input.value, false); };
-      range.onchange = () => { window.scissordyn.released = performance.now(); change(field, input.value, true); };
-      box.append(range);
-    }
-    box.append(error);
-    return { box, input, range, error, field };
+  function row(parent, field, starred) {
+    const id = `sd-${starred ? "star-" : ""}${field.key}`, slider = starred && field.slider && { ...field.slider };  // its ends stay while it moves
+    const title = [field.shown === field.text ? "" : field.text, field.help, field.allowed].filter(Boolean).join("; ");
+    const input = element("input", { type: "text", value: field.shown, id, title, spellcheck: false, "aria-describedby": `${id}-error`, onchange: () => change(field, input.value, true) });
+    const error = element("div", { className: "sd-error", role: "alert", id: `${id}-error` });
+    const star = element("button", {
+      type: "button", textContent: starred ? "★" : "☆", disabled: !field.slider, title: field.slider ? "a slider for this number" : "",
+      "aria-pressed": starred, "aria-label": `slider for ${field.name}`, onclick: () => { stars.has(field.key) ? stars.delete(field.key) : stars.add(field.key); build(); },
+    });
+    const range = slider && element("input", {
+      type: "range", min: 0, max: STEPS, step: 1, value: position(slider), "aria-label": `${field.group} ${field.name}`,
+      oninput: () => { input.value = textOf(field, valueAt(slider, Number(range.value))); change(field, input.value, false); },
+      onchange: () => { window.scissordyn.released = performance.now(); change(field, input.value, true); },
+    });
+    const label = element("label", { htmlFor: id, title }, starred && field.group ? `${field.group}: ${field.name}` : field.name);
+    const box = element("div", { className: "sd-row", "data-key": field.key }, star, label, input, ...(range ? [range] : []), error);
+    parent.append(box);
+    rows.set(field.key, [...(rows.get(field.key) || []), { box, input, range, error, field }]);
+  }
+  function fold(parent, name, text = name) {
+    const details = element("details", { open: open.has(name), ontoggle: () => details.open ? open.add(name) : open.delete(name) }, element("summary", {}, text));
+    parent.append(details);
+    return details;
   }
   function build() {
-    const active = document.activeElement && root.contains(document.activeElement) ? document.activeElement.id : "";
+    const active = root.contains(document.activeElement) ? document.activeElement.id : "", pairs = Object.entries(chosen);
     rows = new Map();
     root.replaceChildren();
-    const add = (parent, field, starred) => {
-      const made = row(field, starred);
-      parent.append(made.box);
-      rows.set(field.key, [...(rows.get(field.key) || []), made]);
-    };
-    const titled = (parent, kind, text) => { const it = document.createElement(kind); it.textContent = text; parent.append(it); return it; };
-    const fold = (parent, name, text = name) => {
-      const details = document.createElement("details");
-      titled(details, "summary", text); details.open = open.has(name);
-      details.ontoggle = () => details.open ? open.add(name) : open.delete(name);
-      parent.append(details);
-      return details;
-    };
-    if (Object.keys(chosen).length) {
-      titled(root, "h2", "Chosen at this point");
-      const list = titled(root, "dl", "");
-      for (const [name, value] of Object.entries(chosen)) { titled(list, "dt", name); titled(list, "dd", value); }
-    }
-    titled(root, "h2", "Sliders");
-    for (const field of fields) if (stars.has(field.key)) add(root, field, true);
-    const groups = new Map();
-    for (const field of fields) { if (!groups.has(field.group)) groups.set(field.group, []); groups.get(field.group).push(field); }
-    const parent = folded ? fold(root, "\n", `All ${fields.length} numbers`) : root;  // no group has this name
-    for (const [name, members] of groups) {
-      const details = fold(parent, name);
-      for (const field of members) add(details, field, false);
+    if (pairs.length) root.append(element("h2", {}, "Chosen at this point"), element("dl", {}, ...pairs.flatMap(([name, value]) => [element("dt", {}, name), element("dd", {}, value)])));
+    root.append(element("h2", {}, "Sliders"));
+    for (const field of fields) if (stars.has(field.key)) row(root, field, true);
+    const parent = folded ? fold(root, "\n", `All ${fields.length} numbers`) : root, groups = new Map();  // no group has this name
+    for (const field of fields) {
+      if (!groups.has(field.group)) groups.set(field.group, fold(parent, field.group));
+      row(groups.get(field.group), field, false);
     }
     refresh();
     if (active) document.getElementById(active)?.focus();
@@ -92,7 +68,7 @@ export function form(root, send) {
       error.textContent = wrong ? errors[key] : "";
       for (let inside = wrong && box.closest("details"); inside; inside = inside.parentElement.closest("details")) inside.open = true;
       if (wrong && active === input) error.scrollIntoView({ block: "nearest" });
-      if (range && active !== range && field.slider) range.value = position(field.slider, field.slider.value);
+      if (range && active !== range && field.slider) range.value = position(field.slider);
     }
   }
   function show(message) {
@@ -102,11 +78,11 @@ export function form(root, send) {
     if (before !== layout()) { build(); performance.mark("scissordyn:numbers"); return; }
     const by = new Map(fields.map(field => [field.key, field]));
     let moved = false;
-    for (const [key, several] of rows) for (const made of several) {
-      const next = by.get(key), before = made.field.slider;
-      Object.assign(made.field, next, before && next.slider ? { slider: { ...before, value: next.slider.value } } : {});
-      const slider = made.field.slider;
-      moved ||= Boolean(slider && made.range && document.activeElement !== made.range && (slider.value < slider.low || slider.value > slider.high));
+    for (const [key, several] of rows) for (const shown of several) {
+      const next = by.get(key), before = shown.field.slider;
+      Object.assign(shown.field, next, before && next.slider ? { slider: { ...before, value: next.slider.value } } : {});
+      const slider = shown.field.slider;
+      moved ||= Boolean(slider && shown.range && document.activeElement !== shown.range && (slider.value < slider.low || slider.value > slider.high));
     }
     if (moved) build(); else refresh();
   }

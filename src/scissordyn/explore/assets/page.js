@@ -3,6 +3,7 @@
 import canvas from "./canvas.js";
 import { bar } from "./bar.js";
 import { Curves } from "./curves.js";
+import { element } from "./element.js";
 import { form } from "./form.js";
 import { table } from "./table.js";
 
@@ -87,11 +88,9 @@ const shows = {
     drawn(message.run);
   },
   file: message => {
-    const link = document.createElement("a");
-    link.href = URL.createObjectURL(new Blob([message.content], { type: message.mime }));
-    link.download = message.name;
-    link.click();
-    setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+    const href = URL.createObjectURL(new Blob([message.content], { type: message.mime }));
+    element("a", { href, download: message.name }).click();
+    setTimeout(() => URL.revokeObjectURL(href), 10000);
   },
 };
 // the next run is sent when this one has been drawn; in a tab that is not looked at nothing is

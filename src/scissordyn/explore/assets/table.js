@@ -1,4 +1,5 @@
 // The contacts of the run that is shown: a table of which only the rows in sight are made, however many there are.
+import { element } from "./element.js";
 import { numeral } from "./numeral.js";
 
 const HIGH = 22, HEAD = 46;
@@ -17,11 +18,8 @@ export function table(root, go) {
     if (sorted && sorted.down) order.reverse();
   }
   function row(place, k) {
-    const made = document.createElement("div");
-    made.setAttribute("role", "row"); made.setAttribute("aria-selected", String(k === chosen)); made.style.top = `${HIGH * place}px`;
-    made.append(...cells(k).map(words => { const cell = document.createElement("span"); cell.setAttribute("role", "gridcell"); cell.textContent = words; return cell; }));
-    made.onclick = () => choose(place);
-    return made;
+    const inside = cells(k).map(words => element("span", { role: "gridcell" }, words));
+    return element("div", { role: "row", "aria-selected": String(k === chosen), style: `top: ${HIGH * place}px`, onclick: () => choose(place) }, ...inside);
   }
   function choose(place) {
     if (place < 0 || place >= order.length) return;
@@ -38,14 +36,9 @@ export function table(root, go) {
   }
   function titles() {
     head.replaceChildren(...["#", "joint", ...content.columns.map(column => column.title)].map((words, column) => {
-      const cell = document.createElement("button");
-      cell.type = "button"; cell.setAttribute("role", "columnheader"); cell.title = "sort";
-      cell.textContent = words + (sorted && sorted.column === column ? (sorted.down ? " ▾" : " ▴") : "");
-      cell.onclick = () => {
-        sorted = sorted && sorted.column === column && sorted.down ? null : { column, down: Boolean(sorted && sorted.column === column) };
-        titles(); sort(); draw(); head.children[column].focus();
-      };
-      return cell;
+      const here = sorted && sorted.column === column;
+      const onclick = () => { sorted = here && sorted.down ? null : { column, down: Boolean(here) }; titles(); sort(); draw(); head.children[column].focus(); };
+      return element("button", { type: "button", role: "columnheader", title: "sort", onclick }, words + (here ? (sorted.down ? " ▾" : " ▴") : ""));
     }));
   }
   root.addEventListener("scroll", draw);

@@ -78,7 +78,7 @@ def test_first_run_is_computed_once(case: Case, gate: tuple[threading.Event, lis
     until(lambda: not late.computing)
     assert late.good.number > early.good.number
     for session in (early, late):
-        session.close()
+        session.worker.close()
 
 
 def test_page_that_stops_leaves_others_alone(case: Case, gate: tuple[threading.Event, list[int]]) -> None:
@@ -86,7 +86,7 @@ def test_page_that_stops_leaves_others_alone(case: Case, gate: tuple[threading.E
     opened, runs = gate
     stopping = Session(case, lambda what: None)
     until(lambda: runs == [1])
-    stopping.stop()
+    stopping.worker.stop()
     other = Session(case, lambda what: None, stopping.first)
     opened.set()
     until(lambda: not (stopping.computing or other.computing))
@@ -96,7 +96,7 @@ def test_page_that_stops_leaves_others_alone(case: Case, gate: tuple[threading.E
     assert other.good.run.attrs["status"] == "complete"
     assert stopping.first is None
     for session in (stopping, other):
-        session.close()
+        session.worker.close()
 
 
 def test_ideal_motion_is_shown_before_the_run(case: Case, gate: tuple[threading.Event, list[int]]) -> None:
@@ -117,8 +117,8 @@ def test_ideal_motion_is_shown_before_the_run(case: Case, gate: tuple[threading.
     assert session.first is not None
     assert session.first.note == ""
     assert session.first.case.options == case.options
-    assert session.first.number == session.ordered > ideal.number
-    session.close()
+    assert session.first.number == session.worker.number > ideal.number
+    session.worker.close()
 
 
 def test_long_run_is_preceded_by_a_coarse_one(case: Case, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -160,7 +160,7 @@ def test_curves_follow_with_the_instants_of_contacts(case: Case, samples: int | 
     session.change({"drive.speed": "120 rpm"})
     until(lambda: not session.computing)
     assert found.index("fine") > found.index("run")
-    session.close()
+    session.worker.close()
 
 
 def test_saved_run_is_shown_without_computing(case: Case, gate: tuple[threading.Event, list[int]], tmp_path: Path) -> None:
@@ -182,4 +182,4 @@ def test_saved_run_is_shown_without_computing(case: Case, gate: tuple[threading.
     assert len(runs) == 1
     assert session.good.number > 1
     assert float(session.good.run["time"][-1]) == pytest.approx(7e-3)
-    session.close()
+    session.worker.close()

@@ -102,7 +102,7 @@ def test_next_run_waits_until_one_is_drawn(heard: Heard) -> None:
     heard.blind = False
     last = heard.until_run(max(sent))
     assert heard.page.session.case.field("drive.speed").text == "116 rpm"
-    assert last["run"] == heard.page.session.ordered
+    assert last["run"] == heard.page.session.worker.number
 
 
 @pytest.mark.parametrize(

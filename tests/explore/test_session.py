@@ -120,9 +120,9 @@ def test_session_keeps_the_last_good_run(case: Case) -> None:
     assert session.good is not good
     session.undo()
     assert session.case is case
-    session.redo()
+    session.undo(again=True)
     assert session.case.field("structure.bar_length").text == "2.2 m"
-    session.close()
+    session.worker.close()
 
 
 def test_slider_on_its_way_is_one_change(case: Case) -> None:
@@ -135,7 +135,7 @@ def test_slider_on_its_way_is_one_change(case: Case) -> None:
     session.undo()
     assert session.case is case
     assert not session.state()["undo"]
-    session.close()
+    session.worker.close()
 
 
 def test_latest_order_wins(case: Case) -> None:
@@ -181,7 +181,7 @@ def test_wrong_mechanism_is_reported(case: Case) -> None:
     until(lambda: not session.computing)
     assert "cannot be assembled" in session.message
     assert session.good is None
-    session.close()
+    session.worker.close()
 
 
 @pytest.mark.parametrize(

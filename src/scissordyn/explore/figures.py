@@ -38,46 +38,45 @@ MOST_TORQUES = 4
 NEAR = 5.0
 """What is allowed is drawn from a fifth of it on: further off it would flatten the curve."""
 
-FIGURES: Mapping[str, tuple[str, str]] = {
-    "output": ("m", ""),
-    "torque": ("N m", "torque"),
-    "force": ("N", "contact force at {joint}"),
-    "slip": ("m/s", "slip speed at {joint}"),
-    "energy": ("J", "energy"),
-    "loss": ("J", "dissipated energy"),
-    "film": ("m", "film thickness at {joint}"),
-    "stress": ("Pa", "largest stress of the bars"),
-    "track": ("m", "deviation of {point}"),
-}
-"""SI units and titles."""
-
 TORQUES = tuple(f"torque {k}" for k in range(1, MOST_TORQUES + 1))
 
-LINES: Mapping[str, Mapping[str, tuple[str, str]]] = {
-    "output": {"output": ("", "")},
-    "torque": dict.fromkeys(TORQUES, ("", "")),
-    "force": {
-        "force": ("force", "force at {joint}"),
-        "friction": ("friction", "friction force at {joint}"),
-        "metal": ("metal alone", "normal force of the metal at {joint}"),
-    },
-    "slip": {"slip": ("slip", "slip speed at {joint}")},
-    "energy": {
-        "kinetic_energy": ("kinetic", "kinetic energy"),
-        "potential_energy": ("potential", "potential energy"),
-        "stored_energy": ("springs", "energy of springs"),
-        "drive_work": ("drives", "work of drives"),
-        "motor_work": ("motors", "work of motors"),
-        "load_work": ("loads", "work of loads"),
-    },
-    "loss": {"dissipated_energy": ("dissipated", "dissipated energy")},
-    "film": {"film": ("film", "film")},
-    "stress": {"stress": ("stress", "stress")},
-    "track": {"track": ("track", "deviation of {point}")},
+FIGURES: Mapping[str, tuple[str, str, Mapping[str, tuple[str, str]]]] = {
+    "output": ("m", "", {"output": ("", "")}),
+    "torque": ("N m", "torque", dict.fromkeys(TORQUES, ("", ""))),
+    "force": (
+        "N",
+        "contact force at {joint}",
+        {
+            "force": ("force", "force at {joint}"),
+            "friction": ("friction", "friction force at {joint}"),
+            "metal": ("metal alone", "normal force of the metal at {joint}"),
+        },
+    ),
+    "slip": ("m/s", "slip speed at {joint}", {"slip": ("slip", "slip speed at {joint}")}),
+    "energy": (
+        "J",
+        "energy",
+        {
+            "kinetic_energy": ("kinetic", "kinetic energy"),
+            "potential_energy": ("potential", "potential energy"),
+            "stored_energy": ("springs", "energy of springs"),
+            "drive_work": ("drives", "work of drives"),
+            "motor_work": ("motors", "work of motors"),
+            "load_work": ("loads", "work of loads"),
+        },
+    ),
+    "loss": ("J", "dissipated energy", {"dissipated_energy": ("dissipated", "dissipated energy")}),
+    "film": ("m", "film thickness at {joint}", {"film": ("film", "film")}),
+    "stress": ("Pa", "largest stress of the bars", {"stress": ("stress", "stress")}),
+    "track": ("m", "deviation of {point}", {"track": ("track", "deviation of {point}")}),
 }
-"""Columns of the figures: labels of their lines, and heads in a file. Energies have the names of their variables."""
+"""Figures with their SI units, titles, and columns, of which each has the label of its line and its head in a file.
 
-ALWAYS = ("kinetic_energy", "potential_energy")
+Energies have the names of their variables.
+"""
+
+NOTHING = ("friction", "stored_energy", "drive_work", "motor_work", "load_work", "dissipated_energy", "stress")
+"""Columns that are left out where they are zero throughout."""
 
 Columns = dict[str, np.ndarray]
 
@@ -105,41 +104,39 @@ class Chosen:
 
         Straight between samples, as a line is drawn. What a run does not have is left out.
         """
-        variables, joint, point = run.variables, self.joint, self.words["point"]
-        time = variables["time"].values
+        variables, joint, time = run.variables, self.joint, run.variables["time"].values
         labels = {dim: variables[dim].values.astype(str).tolist() for dim in ("joint", "body", "film", "track") if dim in run}
-
-        def of(name: str, dim: str, label: str) -> np.ndarray:
-            return np.asarray(along(variables[name], dim, "time")[labels[dim].index(label)])
-
+        films = labels.get("film", [])
         curves = {source.name: source.curve for source in (self._sources if run is self._run else torque_sources(run))}
         names = zip(TORQUES, (source.name for source in self.torques), strict=False)
         exact = {column: curves[name] for column, name in names if name in curves}
-        sampled: Columns = {}
         if joint in clearance_joints(run):
             exact["force"] = force_curve(run, joint)
-            sampled["slip"] = of("slip_speed", "joint", joint)
-            if np.any(np.nan_to_num(friction := of("friction_force", "joint", joint))):
-                sampled["friction"] = friction
-            if joint in labels.get("film", ()):
-                sampled["metal"] = of("normal_force", "joint", joint)
-        slides = "slider_position" in run
-        sampled["output"] = variables["slider_position"].values if slides else of("angle", "body", self.output)
-        for name in (*LINES["energy"], *LINES["loss"]):
-            if name in ALWAYS or (name in run and np.any(np.nan_to_num(variables[name].values))):
-                sampled[name] = variables[name].values
-        if films := labels.get("film"):
-            sampled["film"] = of("film_thickness", "film", joint if joint in films else films[0])
-        if "beam_stress" in run and np.any(variables["beam_stress"].values):
+        parts = [
+            ("slip", "slip_speed", "joint", joint),
+            ("friction", "friction_force", "joint", joint),
+            ("metal", "normal_force", "joint", joint if joint in films else ""),
+            ("output", "angle", "body", self.output),
+            ("film", "film_thickness", "film", joint if joint in films else "".join(films[:1])),
+            ("track", "track_deviation", "track", self.words["point"]),
+        ]
+        sampled = {
+            column: along(variables[name], dim, "time")[labels[dim].index(label)]
+            for column, name, dim, label in parts
+            if name in run and label in labels[dim]
+        }
+        sampled |= {name: variables[name].values for name in (*FIGURES["energy"][2], "dissipated_energy") if name in run}
+        if "slider_position" in run:
+            sampled["output"] = variables["slider_position"].values
+        if "beam_stress" in run:
             sampled["stress"] = along(variables["beam_stress"], "beam", "time").max(axis=0)
-        if "track_deviation" in run and point in labels["track"]:
-            sampled["track"] = of("track_deviation", "track", point)
         every = np.unique(np.concatenate([time, *(curve["time"].values for curve in exact.values())]))
         values = {name: np.interp(every, curve["time"].values, curve.values) for name, curve in exact.items()}
         for name, column in sampled.items():
-            values[name] = column if every.size == time.size else np.interp(every, time, column)
-        present = (name for lines in LINES.values() for name in lines if name in values and np.isfinite(values[name]).any())
-        return every, {name: values[name] for name in present}
+            if name not in NOTHING or np.any(np.nan_to_num(column)):
+                values[name] = column if every.size == time.size else np.interp(every, time, column)
+        present = (name for _, _, lines in FIGURES.values() for name in lines if name in values)
+        return every, {name: values[name] for name in present if np.isfinite(values[name]).any()}
 
     def scaled(self, runs: Sequence[xr.Dataset]) -> tuple[dict[str, Scale], list[Columns]]:
         """Scales by the names of figures and "time", and the columns of each run with them, "time" among them.
@@ -148,17 +145,16 @@ class Chosen:
         """
         raw = [self.columns(run) for run in runs]
         scales = {"time": engineering("s", runs[0]["time"].values)}
-        for name, (unit, _) in FIGURES.items():
+        drawn: list[Columns] = [{} for _ in runs]
+        kept = [thinned(time.size, list(columns.values())) for time, columns in raw]
+        for data, chosen, (time, _) in zip(drawn, kept, raw, strict=True):
+            data["time"] = scales["time"].factor * time[chosen]
+        for name, (unit, _, lines) in FIGURES.items():
             angular = name == "output" and "slider_position" not in runs[0]
-            shown = [columns[line] for _, columns in raw for line in LINES[name] if line in columns]
+            shown = [columns[line] for _, columns in raw for line in lines if line in columns]
             scales[name] = DEGREES if angular else engineering(unit, *shown)
-        drawn = []
-        for time, columns in raw:
-            kept = thinned(time.size, list(columns.values()))
-            data = {"time": scales["time"].factor * time[kept]}
-            for name, lines in LINES.items():
-                data |= {line: scales[name].factor * columns[line][kept] for line in lines if line in columns}
-            drawn.append(data)
+            for data, chosen, (_, columns) in zip(drawn, kept, raw, strict=True):
+                data |= {line: scales[name].factor * columns[line][chosen] for line in lines if line in columns}
         return scales, drawn
 
     def levels(self, data: Columns, scales: Mapping[str, Scale]) -> dict[str, list[float]]:
@@ -170,12 +166,9 @@ class Chosen:
             for side in (1.0, -1.0)
             if source.limit is not None and NEAR * np.nanmax(side * data[name], initial=0.0) >= factor * source.limit
         ]
-        tolerance = None if point is None or point.tolerance is None else point.tolerance
-        near = tolerance is not None and point is not None and NEAR * point.deviation >= tolerance
-        return {
-            "torque": list(dict.fromkeys(limits)),
-            "track": [scales["track"].factor * tolerance] if near and tolerance else [],
-        }
+        tolerances = [] if point is None or point.tolerance is None else [point.tolerance]
+        track = [scales["track"].factor * size for size in tolerances if point is not None and NEAR * point.deviation >= size]
+        return {"torque": list(dict.fromkeys(limits)), "track": track}
 
 
 def thinned(count: int, curves: Sequence[np.ndarray]) -> np.ndarray | slice:
@@ -200,28 +193,18 @@ def figures(run: xr.Dataset, summary: Summary, pins: Sequence[xr.Dataset], joint
     scales, (data, *before) = chosen.scaled([run, *reversed(pins)])
     time, horizon, levels = scales["time"], predictability_horizon(run), chosen.levels(data, scales)
     drawn = []
-    for name, lines in LINES.items():
-        first = next(iter(lines))
+    for name, (_, _, lines) in FIGURES.items():
         labels = {line: label for line, (label, _) in lines.items() if line in data}
         if name == "torque":
             labels = dict(zip(labels, map(_label, chosen.torques), strict=False))
-        if not labels:
-            continue
-        if len(labels) == 1 and name != "torque":
+        elif len(labels) == 1:
             labels = dict.fromkeys(labels, "")
-        colors = dict(zip(lines, ENERGIES if name == "energy" else COLORS, strict=False))
+        first, colors = next(iter(lines)), dict(zip(lines, ENERGIES if name == "energy" else COLORS, strict=False))
         pinned = [_line("", PINNED[k], pin["time"], pin[first], "dash") for k, pin in enumerate(before) if first in pin]
         shown = [_line(label, colors[line], data["time"], data[line]) for line, label in labels.items()]
-        drawn.append(
-            {
-                "name": name,
-                "title": _title(name, chosen, run),
-                "unit": scales[name].unit or "1",
-                "axis": f"time [{time.unit}]",
-                "lines": [*pinned, *shown],
-                "levels": levels.get(name, []),
-            }
-        )
+        about = {"name": name, "title": _title(name, chosen, run), "unit": scales[name].unit or "1"}
+        about |= {"axis": f"time [{time.unit}]", "lines": [*pinned, *shown], "levels": levels.get(name, [])}
+        drawn += [about] if shown else []
     return {
         "figures": drawn,
         "orbit": _orbit(run, pins, joint),
@@ -297,8 +280,7 @@ def curves_as_csv(run: xr.Dataset, summary: Summary, joint: str, output: str) ->
     moved = "output angle [rad]" if "slider_position" not in run else "slider displacement [m]"
     named = {"output": moved} | {name: f"{source.name} [N m]" for name, source in zip(TORQUES, chosen.torques, strict=False)}
     heads = {"time": "time [s]"}
-    for figure, lines in LINES.items():
-        for name, (_, head) in lines.items():
-            heads[name] = named.get(name) or f"{head.format(**chosen.words)} [{FIGURES[figure][0]}]"
+    for unit, _, lines in FIGURES.values():
+        heads |= {name: named.get(name) or f"{head.format(**chosen.words)} [{unit}]" for name, (_, head) in lines.items()}
     rows = zip(time.tolist(), *(column.tolist() for column in values.values()), strict=True)
     return csv_text([[heads[name] for name in ("time", *values)], *rows])

@@ -58,7 +58,7 @@ class Page:
             "change": lambda of: session.change({text(of, "key"): text(of, "text")}, final=bool(of.get("final", True))),
             "select": self._select,
             "drawn": lambda of: self._drawn(whole(of, "run")),
-            "horizon": lambda of: session.horizon(bool(of.get("wanted"))),
+            "horizon": lambda of: session.open(session.case.with_horizon(bool(of.get("wanted")))),
             "magnify": self._magnify,
             "drag": self._dragged,
             "pin": self._pin,
@@ -66,9 +66,9 @@ class Page:
             "axis": lambda of: self._show_points(text(of, "name")),
             "open": self._open,
             "undo": lambda of: session.undo(),
-            "redo": lambda of: session.redo(),
-            "unpin": lambda of: session.unpin(),
-            "stop": lambda of: session.stop(),
+            "redo": lambda of: session.undo(again=True),
+            "unpin": lambda of: session.pin(),
+            "stop": lambda of: session.worker.stop(),
             **dict.fromkeys(("case", "run", "curves", "picture", "film"), self._save),
         }
 
@@ -83,7 +83,7 @@ class Page:
 
     def close(self) -> None:
         """End the page."""
-        self.session.close()
+        self.session.worker.close()
 
     # what comes from the session, also from its thread
 
@@ -120,7 +120,7 @@ class Page:
     def _drawn(self, run: int) -> None:
         if self.shown is not None and self.shown.number == run:
             self._drawing = False
-            self.session.drawn(run)
+            self.session.worker.drawn(run)
             self._show_run()
             self._show_state()
 

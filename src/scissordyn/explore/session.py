@@ -49,7 +49,7 @@ class Session:
         self._base: Case | None = None
         if known is None and case.saved is not None:
             known = Outcome(1, case, case.saved)
-        self._worker = Worker(self._take, self._progress, earlier=0 if known is None else known.number)
+        self.worker = Worker(self._take, self._progress, earlier=0 if known is None else known.number)
         if known is None:
             self._order(staged=True)
         else:
@@ -62,11 +62,6 @@ class Session:
         """Whether a run is going on."""
         return self.fraction is not None
 
-    @property
-    def ordered(self) -> int:
-        """Number of the newest run that was asked for; that of the last good run is smaller while it is computed."""
-        return self._worker.number
-
     def state(self) -> dict[str, Any]:
         """What the bar shows; "left" is how much longer the present stage takes if it goes on like this [s]."""
         stage = time.monotonic() - self._stage
@@ -75,7 +70,7 @@ class Session:
             "redo": bool(self._redo),
             "horizon": self.case.options.trust,
             "computing": self.computing,
-            "ordered": self.ordered,
+            "ordered": self.worker.number,
             "fraction": self.fraction or 0.0,
             "lasting": self._lasting(),
             "left": stage * (1.0 - self.fraction) / self.fraction if self.fraction else None,
@@ -98,9 +93,9 @@ class Session:
             # a slider that is released says once more what it said last
             new = before if all(written.get(key) == text for key, text in texts.items()) else before.changed(texts)
         except ScissordynError as error:
-            if not written.keys() & texts:
+            if not (wrong := written.keys() & texts):
                 raise
-            for key in written.keys() & texts:
+            for key in wrong:
                 self.errors[key], self.typed[key] = _beside_field(error), texts[key]
             self.updated("fields")
             return False
@@ -117,26 +112,17 @@ class Session:
         self.updated("fields")  # while the run is going on
         return True
 
-    def horizon(self, wanted: bool) -> None:
-        """Compute the predictability horizon with each run, or not."""
-        self.open(self.case.with_horizon(wanted))
-
     def open(self, case: Case) -> None:
         """Go to another case; it is a change that can be taken back."""
         self._remember(self.case)
         self._go(case)
 
-    def undo(self) -> None:
-        """Take the last change back."""
-        if self._undo:
-            self._redo.append(self.case)
-            self._go(self._undo.pop())
-
-    def redo(self) -> None:
-        """Make the change again that was taken back."""
-        if self._redo:
-            self._undo.append(self.case)
-            self._go(self._redo.pop())
+    def undo(self, *, again: bool = False) -> None:
+        """Take the last change back, or make it again."""
+        cases, others = (self._redo, self._undo) if again else (self._undo, self._redo)
+        if cases:
+            others.append(self.case)
+            self._go(cases.pop())
 
     def _go(self, case: Case) -> None:
         self.case = case
@@ -157,29 +143,12 @@ class Session:
     def _order(self, *, staged: bool) -> None:
         self.fraction, self.message = 0.0, ""
         self._began = self._stage = self._told = time.monotonic()
-        self._worker.order(self.case, staged=staged)
+        self.worker.order(self.case, staged=staged)
         self.updated("status")
 
-    def stop(self) -> None:
-        """Stop the run that is going on."""
-        self._worker.stop()
-
-    def drawn(self, number: int) -> None:
-        """The browser shows a run."""
-        self._worker.drawn(number)
-
-    def close(self) -> None:
-        """End the page."""
-        self._worker.close()
-
-    def pin(self, shown: Outcome) -> None:
-        """Keep a run for comparison; the oldest goes if there are too many."""
-        self.pins = [*self.pins, shown][-MOST_PINS:]
-        self.updated("pins")
-
-    def unpin(self) -> None:
-        """Forget the pinned runs."""
-        self.pins = []
+    def pin(self, *more: Outcome) -> None:
+        """Keep a run for comparison, the oldest goes if there are too many; without one, forget all."""
+        self.pins = [*self.pins, *more][-MOST_PINS:] if more else []
         self.updated("pins")
 
     def _progress(self, number: int, fraction: float) -> None:

@@ -55,11 +55,11 @@ def _cards(summary: Summary) -> Iterator[Card]:
     torques.sort(key=lambda actuator: -actuator.torque / (actuator.limit or math.inf))
     yield from map(_of_torque, torques[:MOST_CARDS])
     if bars is not None and math.isfinite(bars.stress):
-        detail, known = f"{bars.bar}, at {short(bars.when, 's')}", math.isfinite(bars.utilisation)
-        utilised = f"{bars.utilisation:.3g} of yield strength" if known else ""
-        yield _card(
-            "largest stress", short(bars.stress, "Pa"), detail, utilised, met=bars.utilisation <= 1.0 if known else None
-        )
+        detail = f"{bars.bar}, at {short(bars.when, 's')}"
+        utilised, met = f"{bars.utilisation:.3g} of yield strength", bars.utilisation <= 1.0
+        if not math.isfinite(bars.utilisation):
+            utilised, met = "", None
+        yield _card("largest stress", short(bars.stress, "Pa"), detail, utilised, met=met)
     if summary.span is not None:
         start, end = (max(sides) for sides in (summary.span.start, summary.span.end))
         yield _card("span", short(end, "m"), summary.span.change, f"{short(start, 'm')} at the start")

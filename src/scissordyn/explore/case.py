@@ -176,8 +176,8 @@ def _carry(document: Any, before: Any, after: Any) -> None:
     """Write what has changed between two trees into a document of the same shape."""
     keys = range(len(after)) if isinstance(after, list) else list(after)
     for key in keys:
-        known = key in before if isinstance(before, Mapping) else True
-        if known and type(before[key]) is type(after[key]) and isinstance(after[key], dict | list):
+        new = isinstance(before, Mapping) and key not in before
+        if not new and type(before[key]) is type(after[key]) and isinstance(after[key], dict | list):
             _carry(document[key], before[key], after[key])
-        elif not known or before[key] != after[key]:
+        elif new or before[key] != after[key]:
             document[key] = after[key]

@@ -92,13 +92,15 @@ class Drag:
         return np.array([math.dist(ends[0], ends[-1])])
 
     def _numbers(self) -> list[_Number]:
-        found = []
-        for field in self.start.fields:
-            table = str(field.place[0])
-            inside = "clearance" in field.place or "contact" in field.place
-            if table in TABLES and field.quantity.unit in ("m", "rad") and field.name not in NOT_GEOMETRY and not inside:
-                found += [_Number(field, part) for part in range(len(field.value))]
-        return found
+        return [
+            _Number(field, part)
+            for field in self.start.fields
+            if str(field.place[0]) in TABLES
+            and field.quantity.unit in ("m", "rad")
+            and field.name not in NOT_GEOMETRY
+            and not {"clearance", "contact"} & set(field.place)
+            for part in range(len(field.value))
+        ]
 
     def _slopes(self) -> np.ndarray:
         """How the target moves with each number, by finite differences; zero where the mechanism cannot be assembled."""

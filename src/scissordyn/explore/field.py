@@ -164,11 +164,11 @@ def fields_of(tree: Mapping[str, Any], code: Code) -> list[Field]:
     kind = STRUCTURES[structure["kind"]]
     fields = list(_of_table(kind, structure, ("structure",), "structure", code, star=not _places(tree)))
     for section in CaseTable.declared_keys():
-        given = tree.get(section)
-        if section not in (*LISTS, "component") or given is None:
+        tables = tree.get(section)
+        if section not in (*LISTS, "component") or tables is None:
             continue
-        many = isinstance(given, list)
-        for index, item in enumerate(given if many else [given]):
+        many = isinstance(tables, list)
+        for index, item in enumerate(tables if many else [tables]):
             group = f"{section.replace('_', ' ')} {handle(item)}".strip()
             place: Route = (section, index) if many else (section,)
             table = LISTS[section] if section in LISTS else _component(item["type"], code)
@@ -185,7 +185,7 @@ def _component(kind: str, code: Code) -> type[Table]:
 def _places(tree: Mapping[str, Any]) -> bool:
     """Whether a drive, a reference or an actuated length, and not the structure's angle, says where the motion starts."""
     many = [table if isinstance(table, list) else [table] for table in (tree.get("drive", []), tree.get("control", []))]
-    references = (each.get("reference", {}) for each in many[1])
+    references = (control.get("reference", {}) for control in many[1])
     actuated = any("motion" in rod for rod in tree.get("rod", []))
     return actuated or any({*motion} - {"speed", "body"} for motion in (*many[0], *references))
 
@@ -194,26 +194,26 @@ def _of_table(
     table: type[Table], given: Mapping[str, Any], place: Route, group: str, code: Code, *, star: bool
 ) -> Iterator[Field]:
     """The fields of one table, those that are not written included."""
-    for key, known in table.declared_keys().items():
+    for key, declaration in table.declared_keys().items():
         here = (*place, key)
-        value = given.get(key, None if known.required else known.default)
-        quantity = known.quantity
+        value = given.get(key, None if declaration.required else declaration.default)
+        quantity = declaration.quantity
         if isinstance(value, str | int) and (table, key) in CHOICES:
-            yield _choice(here, group, str(value), known.help, CHOICES[table, key])
+            yield _choice(here, group, str(value), declaration.help, CHOICES[table, key])
         elif quantity is not None and quantity.unit and not isinstance(value, tuple | Mapping | list):
             yield from _field(here, group, key, value, quantity, star=star)
         elif key == "points" and isinstance(value, Mapping):
             for name, point in value.items():
-                yield from _field((*here, name), group, f"point {name}", point, Quantity("m", help=known.help), count=2)
+                yield from _field((*here, name), group, f"point {name}", point, Quantity("m", help=declaration.help), count=2)
         elif isinstance(value, str) and key in PAIRS:
-            yield from _field(here, group, key, value, Quantity(PAIRS[key], help=known.help), count=2)
+            yield from _field(here, group, key, value, Quantity(PAIRS[key], help=declaration.help), count=2)
         elif key in BY_KIND or key == "controller":
             yield from _of_law(key, value, given, here, group, code, star=star)
         elif key in INNER and isinstance(value, Mapping):
             inner = DriveTable if "angle" in given.get("coordinate", ()) else INNER[key]
             yield from _of_table(inner, value, here, f"{group}, {key.replace('_', ' ')}", code, star=False)
         elif isinstance(value, Mapping):
-            kind = next((each for each in get_args(known.hint) if dataclasses.is_dataclass(each)), None)
+            kind = next((hint for hint in get_args(declaration.hint) if dataclasses.is_dataclass(hint)), None)
             if kind is not None:
                 yield from _of_dataclass(kind, value, here, f"{group}, {key}", star=star)
 
@@ -237,12 +237,12 @@ def _of_law(
 def _of_dataclass(
     kind: Any, given: Mapping[str, Any], place: Route, group: str, *, star: bool, law: str = ""
 ) -> Iterator[Field]:
-    for name, known in declared(kind).items():
-        value = given.get(name, None if known.default is dataclasses.MISSING else known.default)
+    for name, declaration in declared(kind).items():
+        value = given.get(name, None if declaration.default is dataclasses.MISSING else declaration.default)
         if isinstance(value, str) and (kind, name) in CHOICES:
             yield _choice((*place, name), group, value, "by its name", CHOICES[kind, name])
-        elif known.quantity is not None:
-            yield from _field((*place, name), group, name, value, known.quantity, star=star, law=law)
+        elif declaration.quantity is not None:
+            yield from _field((*place, name), group, name, value, declaration.quantity, star=star, law=law)
 
 
 def _choice(place: Route, group: str, value: str, help: str, choices: str) -> Field:

@@ -176,20 +176,20 @@ class Pages:
             return _response(refusal[0], f"{refusal[1]}\n".encode())
         if getattr(request, "method", "GET") not in ("GET", "HEAD"):
             return _response(405, b"the page only answers GET\n")
-        asked = request.path.partition("?")[0].removeprefix(self.access.folder) or "page.html"
-        if asked == "ws":
+        name = request.path.partition("?")[0].removeprefix(self.access.folder) or "page.html"
+        if name == "ws":
             return None
-        if asked not in FILES:
+        if name not in FILES:
             return _response(404, b"nothing here\n")
-        if asked == "canvas.js":
+        if name == "canvas.js":
             from scissordyn.plot.canvas import CANVAS
 
             content = CANVAS.encode()
         else:
-            content = (ASSETS / asked).read_bytes()
-        if asked == "page.html":
+            content = (ASSETS / name).read_bytes()
+        if name == "page.html":
             content = content.replace(b"{name}", escape(self.name).encode())
-        return _response(200, content, Path(asked).suffix)
+        return _response(200, content, Path(name).suffix)
 
     def _connected(self, connection: ServerConnection) -> None:
         """Talk to one page, in its own thread, until it is closed."""

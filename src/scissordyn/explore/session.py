@@ -29,10 +29,10 @@ class Session:
     """The state of one page; it knows nothing of browsers.
 
     `updated` is called, also from a thread, with what has changed: "fields", "run", "fine" (its curves), "status", "pins".
-    `known` is the run of the case as it was opened, where it has been computed for another session.
+    `computed` is the run of the case as it was opened, where it has been computed for another session.
     """
 
-    def __init__(self, case: Case, updated: Callable[[str], None], known: Outcome | None = None) -> None:
+    def __init__(self, case: Case, updated: Callable[[str], None], computed: Outcome | None = None) -> None:
         self.opened = self.case = case
         self.updated = updated
         self._undo: list[Case] = []
@@ -41,21 +41,21 @@ class Session:
         self.typed: dict[str, str] = {}
         self.pins: list[Outcome] = []
         self.good: Outcome | None = None
-        self.first: Outcome | None = known
+        self.first: Outcome | None = computed
         self.message = ""
         self.fraction: float | None = None
         self._began = self._stage = self._told = 0.0
         self._slow = False
         self._base: Case | None = None
-        if known is None and case.saved is not None:
-            known = Outcome(1, case, case.saved)
-        self.worker = Worker(self._take, self._progress, earlier=0 if known is None else known.number)
-        if known is None:
+        if computed is None and case.saved is not None:
+            computed = Outcome(1, case, case.saved)
+        self.worker = Worker(self._take, self._progress, earlier=0 if computed is None else computed.number)
+        if computed is None:
             self._order(staged=True)
         else:
-            self._take(replace(known, fine=None))
-            if known.fine is not None:
-                self._take(known)
+            self._take(replace(computed, fine=None))
+            if computed.fine is not None:
+                self._take(computed)
 
     @property
     def computing(self) -> bool:

@@ -56,9 +56,9 @@ def _cards(summary: Summary) -> Iterator[Card]:
     yield from map(_of_torque, torques[:MOST_CARDS])
     if bars is not None and math.isfinite(bars.stress):
         detail = f"{bars.bar}, at {short(bars.when, 's')}"
-        utilised, met = f"{bars.utilisation:.3g} of yield strength", bars.utilisation <= 1.0
-        if not math.isfinite(bars.utilisation):
-            utilised, met = "", None
+        limited = math.isfinite(bars.utilisation)
+        utilised = f"{bars.utilisation:.3g} of yield strength" if limited else ""
+        met = bars.utilisation <= 1.0 if limited else None
         yield _card("largest stress", short(bars.stress, "Pa"), detail, utilised, met=met)
     if summary.span is not None:
         start, end = (max(sides) for sides in (summary.span.start, summary.span.end))

@@ -202,7 +202,7 @@ def figures(run: xr.Dataset, summary: Summary, pins: Sequence[xr.Dataset], joint
         first, colors = next(iter(lines)), dict(zip(lines, ENERGIES if name == "energy" else COLORS, strict=False))
         pinned = [_line("", PINNED[k], pin["time"], pin[first], "dash") for k, pin in enumerate(before) if first in pin]
         shown = [_line(label, colors[line], data["time"], data[line]) for line, label in labels.items()]
-        about = {"name": name, "title": _title(name, chosen, run), "unit": scales[name].unit or "1"}
+        about: dict[str, Any] = {"name": name, "title": _title(name, chosen, run), "unit": scales[name].unit or "1"}
         about |= {"axis": f"time [{time.unit}]", "lines": [*pinned, *shown], "levels": levels.get(name, [])}
         drawn += [about] if shown else []
     return {

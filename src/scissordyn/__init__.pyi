@@ -96,6 +96,7 @@ from scissordyn.model.coupling import Slide as Slide
 from scissordyn.model.drive import Drive as Drive
 from scissordyn.model.guide_clearance import GuideClearance as GuideClearance
 from scissordyn.model.joint import Guide as Guide, Revolute as Revolute
+from scissordyn.model.joint_friction import with_joint_friction as with_joint_friction
 from scissordyn.model.linkage import (
     common_pin as common_pin,
     four_bar as four_bar,

@@ -78,7 +78,7 @@ OTHER_WORDS = {
     "joint": "revolute hinge pin pivot bearing",
     "guide": "prismatic slider slide translational track",
     "spring": "damper dashpot spring_damper shock",
-    "pin_friction": "joint_friction bearing_friction hinge_friction friction",
+    "pin_friction": "bearing_friction hinge_friction friction",
     "guide_friction": "slide_friction slider_friction",
     "pin_lugre": "bristle_friction lugre stick_slip stiction",
     "gas_spring": "gas_strut strut lift_support air_spring",

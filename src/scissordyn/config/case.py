@@ -11,6 +11,7 @@ from scissordyn.component.place import Point
 from scissordyn.config.bending import BendingTable
 from scissordyn.config.clearance import ClearanceTable, GuideClearanceTable
 from scissordyn.config.control import ControlTable
+from scissordyn.config.joint_friction import JointFrictionTable
 from scissordyn.config.part import COMPONENT_SECTIONS, PARTS, assembled
 from scissordyn.config.payload import PanelsTable, PayloadTable
 from scissordyn.config.shape import About, Context, reader
@@ -84,6 +85,9 @@ class _CaseTable(Table):
     ] = ()
     panels: Annotated[Sequence[Annotated[Any, PanelsTable.reader()]], About("a panel on each of some bars")] = ()
     bending: Annotated[Sequence[Annotated[Any, BendingTable.reader()]], About("bars that bend; one table for each kind")] = ()
+    joint_friction: Annotated[
+        Sequence[Annotated[Any, JointFrictionTable.reader()]], About("friction in many ideal pins; a later table replaces")
+    ] = ()
     code: Annotated[
         Mapping[str, Any], _read_values, About("digests of the files of your own that the case was written with")
     ] = MappingProxyType({})
@@ -110,6 +114,9 @@ class _CaseTable(Table):
                 with placed("structure"):
                     mechanism = self.structure.bars.result(mechanism)
         mechanism = self._with_clearances(mechanism)
+        for index, friction in enumerate(self.joint_friction):
+            with placed("joint_friction", index):
+                mechanism = friction.result(mechanism)
         driven = set[str]()
         for index, table in enumerate(self.drive):
             with placed("drive", index):

@@ -18,6 +18,7 @@ from scissordyn.units import Quantity
 
 SAMPLE = "--set drive.speed='250 rpm'"
 DIMENSION = Quantity("m", above=0.0, help="dimension of a section")
+OF_PINS = ("pin_friction", "pin_lugre")
 LAW_KEYS = ("stiffness", "damping", "friction")
 
 
@@ -107,7 +108,8 @@ def sorted_changes(tree: dict[str, Any], changes: Iterable[str], sections: Set[s
     for change in changes:
         parameter, equals, _ = change.partition("=")
         head, dot, _ = (word.strip() for word in parameter.partition("."))
-        of_part = head in KINDS and not tree.get(head)  # a kind of part of which the file itself has none
+        # a kind of part of which the file itself has none
+        of_part = not tree.get(head) and (head in KINDS or (head in OF_PINS and "joint_friction" in tree))
         of_table = not of_part and bool(get_close_matches(head, sections, n=1, cutoff=0.75))
         if not (equals and dot) or of_table:  # also a misspelt one, which is named there
             of_file.append(change)

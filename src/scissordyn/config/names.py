@@ -22,7 +22,7 @@ from scissordyn.study.ask.distribution import Interval, Levels, Names, Variation
 from scissordyn.study.ask.factor import Factor
 from scissordyn.units import Quantity
 
-OF_FILE = ("structure", "bending", "panels", "payload")
+OF_FILE = ("structure", "bending", "panels", "payload", "joint_friction")
 """Tables of a case file that make parts of a mechanism, which has their numbers no more."""
 
 SI = ("m", "rad", "kg", "s", "N", "N m", "rad/s", "m/s", "m/s^2", "kg m^2", "kg/m", "K", "Pa", "N m^2", "N/m", "1/K")

@@ -19,7 +19,7 @@ from scissordyn.run.options import Options
 
 WRITTEN = "a Dataset that scissordyn made"
 
-NOT_WRITTEN = {"control", "payload", "panels", "bending"}
+NOT_WRITTEN = {"control", "payload", "panels", "bending", "joint_friction"}
 """Tables that are computed with; a run has the bodies and components that they make."""
 
 

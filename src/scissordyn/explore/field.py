@@ -16,6 +16,7 @@ from scissordyn.config.clearance import ClearanceTable, GuideClearanceTable
 from scissordyn.config.code import Code
 from scissordyn.config.control import ControlTable
 from scissordyn.config.coupling import BacklashTable
+from scissordyn.config.joint_friction import JointFrictionTable
 from scissordyn.config.line import handle
 from scissordyn.config.part import PARTS, component_part
 from scissordyn.config.payload import PanelsTable, PayloadTable
@@ -54,6 +55,7 @@ LISTS: Mapping[str, type[Table]] = {
     "payload": PayloadTable,
     "panels": PanelsTable,
     "bending": BendingTable,
+    "joint_friction": JointFrictionTable,
 }
 CHOICES: Mapping[tuple[Any, str], str] = {
     (BendingTable, "section"): "; ".join(sample for _, sample in SECTIONS.values()),

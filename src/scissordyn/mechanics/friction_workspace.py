@@ -34,9 +34,9 @@ class FrictionWorkspace(NamedTuple):
     acceleration: F3
     angular_acceleration: F2  # (f + 1, bodies)
     load: F3  # (f + 1, bodies, 3)
-    matrix: F3  # (unknowns, 2 band + 1, f + 1)
-    rows: F3
-    right: F2
+    matrix: F3  # (unknowns, 2 band + 1, 1)
+    rows: F3  # (3, widest body, 1)
+    right: F2  # (3, f + 1)
     reaction: F2  # (unknowns, f + 1)
     force: F1  # (n + nb,)
     change: F1  # (n + nb,)

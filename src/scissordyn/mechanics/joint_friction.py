@@ -22,7 +22,7 @@ from scissordyn.mechanics.component import REACTION, evaluate, sense, write_cont
 from scissordyn.mechanics.constraint_solver import solve_constraints, subtract_gradients
 from scissordyn.mechanics.force_element import add_forces, map_values, write_wrench
 from scissordyn.mechanics.port import port_forces, port_wrench
-from scissordyn.mechanics.reactions import REDUNDANT, normal_equations, solve_lanes
+from scissordyn.mechanics.reactions import REDUNDANT, sides_of_one, solve_sides
 
 _factorize, _solve = band.factorize, band.solve
 
@@ -50,10 +50,8 @@ def find_reactions(t, y, S):
     for k in range(f):
         start, stop = M.state_start[contacts + R.component[k]], M.state_start[contacts + R.component[k] + 1]
         respond(t, k, y[2 * M.n + start : 2 * M.n + stop], S)
-    normal_equations(
+    sides_of_one(
         R.balance,
-        0,
-        f + 1,
         R.gravity,
         R.direction,
         R.position,
@@ -65,7 +63,7 @@ def find_reactions(t, y, S):
         R.right,
         R.reaction,
     )
-    solve_lanes(R.balance.band, R.matrix, R.reaction)
+    solve_sides(R.balance.band, R.matrix, R.reaction)
     smallest = largest = R.matrix[0, 0, 0]
     for row in range(R.matrix.shape[0]):
         smallest, largest = min(smallest, R.matrix[row, 0, 0]), max(largest, R.matrix[row, 0, 0])
@@ -107,7 +105,7 @@ def load_bodies(lane, multiplier, S):
     """Add what rods, latches and couplings exert, and in lane 0 what contacts and components do."""
     M, W, R = S.model, S.work, S.friction
     B, acting, contacts = R.maps, W.wrench.shape[0], S.parameters.contact.size
-    for e in range(B.body.shape[0]):
+    for e in range(0 if lane == 0 else acting, B.body.shape[0]):
         fx = fy = torque_a = torque_b = 0.0
         if e >= acting:
             k = B.rod[e - acting]
@@ -116,7 +114,7 @@ def load_bodies(lane, multiplier, S):
                 part += 1
             factor = -multiplier[k] / B.rod_scale[e - acting]
             fx, fy = factor * W.direction[part, 0], factor * W.direction[part, 1]
-        elif lane == 0 and (e >= contacts or S.state.mode[e] == 1):  # what an open contact exerted last is left there
+        elif e >= contacts or S.state.mode[e] == 1:  # what an open contact exerted last is left there
             fx, fy, torque_a, torque_b = W.wrench[e, 0], W.wrench[e, 1], W.wrench[e, 2], W.wrench[e, 3]
         push(lane, B.body[e, 0], B.arm[e, 0, 0], B.arm[e, 0, 1], fx, fy, torque_a, R)
         push(lane, B.body[e, 1], B.arm[e, 1, 0], B.arm[e, 1, 1], -fx, -fy, torque_b, R)

@@ -67,8 +67,8 @@ class Balance(NamedTuple):
 
 
 @kernel
-def body_rows(B, body, first, lanes, gravity, direction, position, acceleration, angular_acceleration, known, rows, right):
-    """Write the balance of a body at some instants: `rows` (3, entries, lanes) of the unknowns, `right` (3, lanes)."""
+def body_right(B, body, first, lanes, gravity, acceleration, angular_acceleration, known, right):
+    """Write the right side of the balance of a body at some instants, (3, lanes)."""
     rotates = B.inertia[body] > 0.0
     for lane in range(lanes):
         at = first + lane
@@ -76,7 +76,12 @@ def body_rows(B, body, first, lanes, gravity, direction, position, acceleration,
         right[1, lane] = B.mass[body] * (acceleration[at, body, 1] - gravity[1]) - known[at, body, 1]
         moment = B.inertia[body] * angular_acceleration[at, body] - known[at, body, 2]
         right[2, lane] = moment / B.length if rotates else 0.0
-    start = B.start[body]
+
+
+@kernel
+def body_rows(B, body, first, lanes, direction, position, rows):
+    """Write the unknowns in the balance of a body at some instants, (3, entries, lanes)."""
+    rotates, start = B.inertia[body] > 0.0, B.start[body]
     for i in range(start, B.start[body + 1]):
         anchor, frame = B.anchor[i], B.frame[i]
         for lane in range(lanes):
@@ -100,7 +105,8 @@ def normal_equations(
     matrix[:, :, :] = 0.0
     load[:, :] = 0.0
     for body in range(B.mass.size):
-        body_rows(B, body, first, lanes, gravity, direction, position, acceleration, angular_acceleration, known, rows, right)
+        body_right(B, body, first, lanes, gravity, acceleration, angular_acceleration, known, right)
+        body_rows(B, body, first, lanes, direction, position, rows)
         start, stop = B.start[body], B.start[body + 1]
         for i in range(start, stop):
             row = B.unknown[i]
@@ -135,6 +141,50 @@ def solve_lanes(reach, matrix, load):
         for below in range(1, min(reach, size - 1 - i) + 1):
             for lane in range(lanes):
                 load[i, lane] -= matrix[i, reach + below, lane] * load[i + below, lane]
+
+
+@kernel
+def sides_of_one(B, gravity, direction, position, acceleration, angular_acceleration, known, matrix, rows, right, load):
+    """The normal equations at one position with several sides: `matrix` (unknowns, 2 band + 1, 1), `load` (unknowns, sides)."""
+    matrix[:, :, :] = 0.0
+    load[:, :] = 0.0
+    sides = load.shape[1]
+    for body in range(B.mass.size):
+        body_right(B, body, 0, sides, gravity, acceleration, angular_acceleration, known, right)
+        body_rows(B, body, 0, 1, direction, position, rows)
+        start, stop = B.start[body], B.start[body + 1]
+        for i in range(start, stop):
+            row = B.unknown[i]
+            for r in range(3):
+                for side in range(sides):
+                    load[row, side] += rows[r, i - start, 0] * right[r, side]
+            for k in range(start, stop):
+                below = row - B.unknown[k]
+                if below >= 0:
+                    for r in range(3):
+                        matrix[row, below, 0] += rows[r, i - start, 0] * rows[r, k - start, 0]
+
+
+@kernel
+def solve_sides(reach, matrix, load):
+    """Solve them in place, in the order of `solve_lanes`."""
+    size, sides = load.shape[0], load.shape[1]
+    for j in range(size):
+        for below in range(1, min(reach, size - 1 - j) + 1):
+            i = j + below
+            factor = matrix[i, below, 0] / matrix[j, 0, 0]
+            matrix[j, reach + below, 0] = factor
+            for side in range(sides):
+                load[i, side] -= factor * load[j, side]
+            for other in range(1, below + 1):
+                matrix[i, below - other, 0] -= factor * matrix[j + other, other, 0]
+    for i in range(size - 1, -1, -1):
+        for side in range(sides):
+            load[i, side] /= matrix[i, 0, 0]
+        for below in range(1, min(reach, size - 1 - i) + 1):
+            factor = matrix[i, reach + below, 0]
+            for side in range(sides):
+                load[i, side] -= factor * load[i + below, side]
 
 
 @kernel

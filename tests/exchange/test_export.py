@@ -16,7 +16,7 @@ from scissordyn.exchange.cut import cut_list, drawing
 from scissordyn.exchange.mjcf_text import mjcf
 
 ezdxf = pytest.importorskip("ezdxf")
-mujoco = pytest.importorskip("mujoco")
+from .peer import by_mujoco, mujoco
 
 ANGLE = sd.RelativeAngle
 LOOSE = sd.Clearance(0.5e-3, journal_radius=10e-3)
@@ -67,17 +67,8 @@ def test_equal_bars_are_one_row_of_the_cut_list():
 def swing(model, until, samples):
     """Mass centres of all bodies in MuJoCo."""
     made = mujoco.MjModel.from_xml_string(model.text)
-    data = mujoco.MjData(made)
-    mujoco.mj_resetDataKeyframe(made, data, 0)
     names = [mujoco.mj_id2name(made, mujoco.mjtObj.mjOBJ_BODY, k) for k in range(1, made.nbody)]
-    every = round(until / made.opt.timestep / (samples - 1))
-    rows = []
-    for step in range(every * (samples - 1) + 1):
-        if step % every == 0:
-            mujoco.mj_kinematics(made, data)
-            rows.append(data.xipos[1:, :2].copy())
-        mujoco.mj_step(made, data)
-    return names, np.array(rows)
+    return names, by_mujoco(model.text, until, samples, lambda data: data.xipos[1:, :2])
 
 
 def chain():

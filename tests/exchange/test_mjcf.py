@@ -7,7 +7,7 @@ import scissordyn as sd
 from scissordyn.errors import InputError
 from scissordyn.exchange.mjcf_text import mjcf
 
-mujoco = pytest.importorskip("mujoco")
+from .peer import by_mujoco, centres
 
 DOUBLE = """<mujoco>
   <option gravity="0 0 -9.81" timestep="0.0005" integrator="RK4"/>
@@ -64,15 +64,7 @@ def test_a_double_pendulum_swings_as_in_the_program_it_comes_from():
     mechanism, notes = sd.read_mjcf(DOUBLE)
     assert all("<option>" in note for note in notes)  # its time step and method
     run = sd.simulate(mechanism, until=0.6, samples=13, rtol=1e-11, atol=1e-13)
-    model = mujoco.MjModel.from_xml_string(DOUBLE)
-    data = mujoco.MjData(model)
-    rows = []
-    for step in range(1201):
-        if step % 100 == 0:
-            mujoco.mj_kinematics(model, data)
-            rows.append(data.xipos[1:, [0, 2]].copy())
-        mujoco.mj_step(model, data)
-    assert np.max(abs(run["position"].values - np.array(rows))) < 2e-9
+    assert np.max(abs(run["position"].values - by_mujoco(DOUBLE, 0.6, 13, centres, keyframe=False))) < 2e-9
 
 
 def test_a_loop_closed_by_connections_is_a_slider_crank():
@@ -128,17 +120,10 @@ def test_a_keyframe_a_spring_and_a_massless_tool(sign):
     text = HINGED.format(sign=sign)
     mechanism, notes = sd.read_mjcf(text)
     run = sd.simulate(mechanism, until=0.3, samples=4)
-    model = mujoco.MjModel.from_xml_string(text)
-    data = mujoco.MjData(model)
-    mujoco.mj_resetDataKeyframe(model, data, 0)
-    turned = []
-    for step in range(3001):
-        if step % 1000 == 0:
-            turned.append(float(data.qpos[0]))
-        mujoco.mj_step(model, data)
+    turned = by_mujoco(text, 0.3, 4, lambda data: data.qpos[0])
     angle = run["angle"].sel(body="arm").values
     sense = 1.0 if sign else -1.0
-    assert angle - angle[0] == pytest.approx(sense * (np.array(turned) - turned[0]), abs=2e-4)
+    assert angle - angle[0] == pytest.approx(sense * (turned - turned[0]), abs=2e-4)
     assert float(run["angular_velocity"].sel(body="arm")[0]) == pytest.approx(3.0 * sense)
     assert mechanism.bodies[0].points["tip"] == pytest.approx((0.5, 0.0))
     assert {"attribute 'group' of 1 <joint>: left out", "attribute 'rgba' of 1 <geom>: left out"} <= set(notes)
@@ -184,16 +169,7 @@ SLIDING = """<mujoco><compiler angle="radian"/><option gravity="0 0 -9.81" times
 
 def followed(text: str) -> tuple[np.ndarray, np.ndarray]:
     run = sd.simulate(sd.read_mjcf(text).mechanism, until=0.5, samples=6, rtol=1e-10, atol=1e-12)
-    model = mujoco.MjModel.from_xml_string(text)
-    data = mujoco.MjData(model)
-    mujoco.mj_resetDataKeyframe(model, data, 0)
-    rows = []
-    for step in range(5001):
-        if step % 1000 == 0:
-            mujoco.mj_kinematics(model, data)
-            rows.append(data.xipos[1:, [0, 2]].copy())
-        mujoco.mj_step(model, data)
-    return run["position"].values, np.array(rows)
+    return run["position"].values, by_mujoco(text, 0.5, 6, centres)
 
 
 @pytest.mark.parametrize("tilt", [0.0, 0.5])

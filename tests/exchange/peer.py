@@ -1,0 +1,29 @@
+"""Motions of models by MuJoCo."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+mujoco = pytest.importorskip("mujoco")
+
+
+def by_mujoco(text: str, until: float, samples: int, read: Callable[[Any], Any], *, keyframe: bool = True) -> np.ndarray:
+    """What is read of a model at equal times, from its keyframe or from its own position."""
+    model = mujoco.MjModel.from_xml_string(text)
+    data = mujoco.MjData(model)
+    if keyframe:
+        mujoco.mj_resetDataKeyframe(model, data, 0)
+    every, rows = round(until / model.opt.timestep / (samples - 1)), []
+    for step in range(every * (samples - 1) + 1):
+        if step % every == 0:
+            mujoco.mj_kinematics(model, data)
+            rows.append(np.copy(read(data)))
+        mujoco.mj_step(model, data)
+    return np.array(rows)
+
+
+def centres(data: Any) -> np.ndarray:
+    """Mass centres of the bodies in the plane of x and z."""
+    return np.asarray(data.xipos[1:, [0, 2]])

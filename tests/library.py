@@ -1,11 +1,16 @@
-"""Kernels of tests, compiled to libraries of their own."""
+"""What tests of several rooms share: kernels that are compiled to libraries of their own, and a bar on a pin."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
+import numpy as np
+import xarray as xr
+
+import scissordyn as sd
 from scissordyn.compiler.c import loaded
 from scissordyn.compiler.unit import Unit
 from scissordyn.integrate import advance as loop
@@ -34,3 +39,17 @@ def _loop(problem: Problem) -> Callable[..., None]:
             statuses[k] = loop.advance(problem, systems[k], addresses[k], most_steps)
 
     return in_c(advance_problem)
+
+
+def hanging(*elements: Any, inertia: float = 0.2, angle: float = 0.3, gravity: float = 0.0, spin: float = 0.0) -> sd.Mechanism:
+    """A bar of 1 kg and 1 m that rotates about a ground pin at its start, with some elements."""
+    rod = replace(sd.bar("rod", length=1.0, mass=1.0, inertia=inertia, angle=angle), angular_velocity=spin)
+    pin = sd.Revolute("pin", ("rod", "start"), ("ground", "origin"))
+    ground = (("origin", (0.0, 0.0)), ("wall", (1.5, 0.5)))
+    return sd.Mechanism((rod,), joints=(pin,), components=elements, ground=ground, gravity=gravity, input_body="rod")
+
+
+def balanced(run: xr.Dataset, bound: float = 1e-9, *, terms: tuple[str, ...] = ("load_work",)) -> bool:
+    """Whether the energy balance closes relative to the energy that is converted, in motion or in some terms."""
+    turnover = max(float(run["kinetic_energy"].max()), *(float(np.ptp(run[name].values)) for name in terms))
+    return float(np.max(np.abs(run["energy_residual"]))) < bound * turnover

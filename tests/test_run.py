@@ -133,7 +133,7 @@ def test_small_clearance_tends_to_ideal(array):
 
 @pytest.mark.parametrize(("kinetic", "until", "tolerance", "contacts"), [(None, 0.012, 1e-11, 5), (0.01, 0.0045, 1e-10, 2)])
 def test_stiff_and_explicit_agree(array, kinetic, until, tolerance, contacts):
-    """Cross-check: methods of two families give the same first contacts; with LuGre friction the stiff one takes fewer steps."""
+    """Cross-check: methods of two families give the same first contacts; with LuGre friction the stiff one in fewer steps."""
     friction = sd.NoFriction() if kinetic is None else sd.LuGre(kinetic)
     arm = array.with_clearance("A", sd.Clearance(0.5e-3, friction=friction))
     tight = {"until": until, "samples": 11, "rtol": tolerance, "atol": tolerance}

@@ -8,6 +8,7 @@ import math
 import numpy as np
 import pint
 import pytest
+from tests.library import hanging
 
 import scissordyn as sd
 from scissordyn.component.time_function import Polynomial
@@ -15,17 +16,9 @@ from scissordyn.control.delayed.extended import ExtendedDelayedFeedback
 from scissordyn.control.delayed.pyragas import Pyragas
 from scissordyn.control.tracking.pid import PID
 from scissordyn.integrate.tableau import METHODS
-from scissordyn.model.mechanism import Mechanism
 
 INERTIA = 0.45
 """Of the bar below about its pin [kg m^2]."""
-
-
-def turning(angle=0.3, gravity=0.0, spin=0.0):
-    """A bar of 1 kg and 1 m that rotates about a ground pin at its start."""
-    rod = sd.Body("rod", 1.0, 0.2, {"start": (0.0, 0.0)}, centre=(0.5, 0.0), angle=angle, angular_velocity=spin)
-    pin = sd.Revolute("pin", ("rod", "start"), ("ground", "origin"))
-    return Mechanism((rod,), joints=(pin,), ground=(("origin", (0.0, 0.0)),), gravity=gravity, input_body="rod")
 
 
 @sd.element(slot="controller", delay=1.0, recorded="speed")
@@ -44,7 +37,7 @@ def by_steps(t):
 
 def lagged(method, tolerance, until=5.0, **options):
     """The delay equation on a mechanism; returns the run, its largest error at the samples and its steps."""
-    controlled = turning(spin=1.0).controlled(lagging())
+    controlled = hanging(spin=1.0).controlled(lagging())
     run = sd.simulate(controlled, until=until, samples=101, rtol=tolerance, atol=tolerance, method=method, **options)
     error = float(np.max(np.abs(run["angular_velocity"][:, 0].values - by_steps(run["time"].values))))
     return run, error, json.loads(run.attrs["statistics"])["steps"]
@@ -76,7 +69,7 @@ def test_history_grows():
 
 def test_nothing_is_kept_without_a_delay():
     """Limit: steps are not limited and nothing is recorded where no controller has a delay."""
-    run = sd.simulate(turning(spin=1.0).controlled(PID(1.0)), until=1.0, samples=3)
+    run = sd.simulate(hanging(spin=1.0).controlled(PID(1.0)), until=1.0, samples=3)
     assert not [name for name in run if str(name).startswith("recorded")]
 
 
@@ -106,7 +99,7 @@ def test_delayed_feedback_stabilises_an_oscillator(recursion_gain):
     """Closed form: a self-excited oscillator (a complex pair of multipliers) decays at the root of its quasi-polynomial."""
     delay = math.pi / math.sqrt(18.0 / INERTIA)
     law = ExtendedDelayedFeedback(0.5, delay, recursion_gain, onset=0.0) if recursion_gain else Pyragas(0.5, delay, onset=0.0)
-    free = turning().controlled(excited(), reference=Polynomial((0.0,)), start_on_reference=False)
+    free = hanging().controlled(excited(), reference=Polynomial((0.0,)), start_on_reference=False)
     options = {"rtol": 1e-10, "atol": 1e-10, "samples": 4001, "method": "dop853"}
     assert np.abs(sd.simulate(free, until=6.0, **options)["angle"][:, 0].values[-500:]).max() > 0.6
     run = sd.simulate(free.controlled(law), until=20.0, **options)
@@ -124,7 +117,7 @@ def test_delayed_feedback_stabilises_an_oscillator(recursion_gain):
 @pytest.mark.parametrize("gain", [-20.0, 3.0, 10.0, 40.0])
 def test_odd_number_limitation(gain):
     """Limit: an upright bar has one real multiplier above 1; delayed feedback stabilises it at no gain, plain feedback does."""
-    upright = turning(angle=0.5 * math.pi + 1e-3, gravity=9.81)
+    upright = hanging(angle=0.5 * math.pi + 1e-3, gravity=9.81)
     reference = Polynomial((0.5 * math.pi,))
     delayed = upright.controlled(Pyragas(gain, 0.2, "error", onset=0.0), reference=reference, start_on_reference=False)
     # on the error y = r - th the torque K [y(t-T) - y] is that on the angle with the gain -K
@@ -139,13 +132,13 @@ def test_odd_number_limitation(gain):
 def test_extended_without_memory_is_pyragas():
     """Contract: with R = 0 the extended feedback is Pyragas's, to the last bit."""
     pair = Pyragas(0.5, 0.2, onset=0.0), ExtendedDelayedFeedback(0.5, 0.2, 0.0, onset=0.0)
-    runs = [sd.simulate(turning(spin=1.0).controlled(PID(18.0)).controlled(law), until=1.0, samples=101) for law in pair]
+    runs = [sd.simulate(hanging(spin=1.0).controlled(PID(18.0)).controlled(law), until=1.0, samples=101) for law in pair]
     assert np.array_equal(runs[0]["angle"].values, runs[1]["angle"].values)
 
 
 def extended(limit):
     """A bar on a servo with extended feedback, R = 0.5, T = 0.25 s, from 0.5 s on; 100 samples a second."""
-    controlled = turning(spin=1.0).controlled(PID(18.0), reference=Polynomial((0.3,)), start_on_reference=False)
+    controlled = hanging(spin=1.0).controlled(PID(18.0), reference=Polynomial((0.3,)), start_on_reference=False)
     law = ExtendedDelayedFeedback(5.0, 0.25, 0.5, onset=0.5, limit=limit)
     return sd.simulate(controlled.controlled(law), until=2.0, samples=201, rtol=1e-10, atol=1e-10)
 
@@ -171,7 +164,7 @@ def test_onset_limit_and_record():
 def test_every_recorded_signal_has_its_unit():
     """Contract: signals of different kinds are variables of their own with units that pint reads, NaN at the other actuator."""
     law = Pyragas(0.5, 0.2, onset=0.0)
-    both = turning(spin=1.0).controlled(law).controlled(dataclasses.replace(law, recorded="error"), name="second")
+    both = hanging(spin=1.0).controlled(law).controlled(dataclasses.replace(law, recorded="error"), name="second")
     run = sd.simulate(both, until=0.1, samples=3)
     for name, unit in {"recorded_speed": "rad/s", "recorded_error": "rad"}.items():
         assert run[name].attrs["units"] == unit

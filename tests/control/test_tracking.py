@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from tests.library import balanced, hanging
 
 import scissordyn as sd
 from scissordyn.component.actuator import Actuator
@@ -21,20 +22,6 @@ from scissordyn.run.feed_forward import feed_forward
 TIGHT = {"rtol": 1e-11, "atol": 1e-11, "samples": 101}
 INERTIA = 0.45
 """Of the bar below about its pin [kg m^2]."""
-
-
-def hanging(*elements, angle=0.3, gravity=0.0, spin=0.0):
-    """A bar of 1 kg and 1 m that rotates about a ground pin at its start."""
-    rod = sd.Body("rod", 1.0, 0.2, {"start": (0.0, 0.0)}, centre=(0.5, 0.0), angle=angle, angular_velocity=spin)
-    pin = sd.Revolute("pin", ("rod", "start"), ("ground", "origin"))
-    ground = (("origin", (0.0, 0.0)),)
-    return Mechanism((rod,), joints=(pin,), components=elements, ground=ground, gravity=gravity, input_body="rod")
-
-
-def balanced(run, bound=1e-9):
-    """Whether the energy balance closes relative to the converted energy."""
-    turnover = max(float(np.ptp(run["load_work"].values)), float(run["kinetic_energy"].max()))
-    return float(np.max(np.abs(run["energy_residual"]))) < bound * turnover
 
 
 @pytest.mark.parametrize("method", ["dop853", "rodas5p"])
@@ -81,20 +68,21 @@ def test_integral_removes_the_error(method):
     assert 60.0 * sagged == pytest.approx(9.81 * 0.5 * math.cos(0.6 - sagged), rel=1e-6)
 
 
-def test_limit_is_exact():
-    """Closed form: at its limit an actuator accelerates the bar uniformly."""
-    run = sd.simulate(
-        hanging().controlled(PID(1e4, limit=0.9), reference=Polynomial((2.5,)), start_on_reference=False), until=1.0, **TIGHT
-    )
-    assert np.allclose(run["angle"][:, 0], 0.3 + run["time"] ** 2, atol=1e-9)
-    assert np.all(run["control_torque"] == 0.9)
-
-
-def test_ramp_is_exact():
-    """Closed form: while the limit rises in proportion to time, the angle grows with the third power of time."""
-    ramped = hanging().controlled(PID(1e4, limit=2.7, ramp=1.0), reference=Polynomial((2.5,)), start_on_reference=False)
-    run = sd.simulate(ramped, until=0.9, **TIGHT)
-    assert np.allclose(run["angle"][:, 0], 0.3 + run["time"] ** 3, atol=1e-9)
+@pytest.mark.parametrize(
+    ("law", "rotor", "until", "power", "factor"),
+    [
+        (PID(1e4, limit=0.9), 0.0, 1.0, 2, 1.0),
+        (PID(1e4, limit=2.7, ramp=1.0), 0.0, 0.9, 3, 1.0),
+        (PID(1e4, limit=0.9), INERTIA, 1.0, 2, 0.5),
+    ],
+    ids=["limit", "ramp", "rotor"],
+)
+def test_limited_torque_is_exact(law, rotor, until, power, factor):
+    """Closed form: uniform acceleration at the limit, t^3 while it rises, half of it with a rotor of the bar's inertia."""
+    steered = hanging().controlled(law, reference=Polynomial((2.5,)), start_on_reference=False, inertia=rotor)
+    run = sd.simulate(steered, until=until, **TIGHT)
+    assert np.allclose(run["angle"][:, 0], 0.3 + factor * run["time"] ** power, atol=1e-9)
+    assert law.ramp or np.all(run["control_torque"] == 0.9)
 
 
 def test_integral_does_not_wind_up():
@@ -140,16 +128,6 @@ def test_actuators_add_up():
     assert split.sizes["actuator"] == 2
     assert np.allclose(whole["angle"], split["angle"], atol=1e-10)
     assert np.allclose(whole["control_torque"][:, 0], split["control_torque"].sum("actuator"), atol=1e-8)
-
-
-def test_rotor_counts():
-    """Closed form: the rotor's inertia is added to the bar's."""
-    run = sd.simulate(
-        hanging().controlled(PID(1e4, limit=0.9), reference=Polynomial((2.5,)), start_on_reference=False, inertia=0.45),
-        until=1.0,
-        **TIGHT,
-    )
-    assert np.allclose(run["angle"][:, 0], 0.3 + 0.5 * run["time"] ** 2, atol=1e-9)
 
 
 def test_no_control_is_no_torque():

@@ -15,8 +15,9 @@ from scissordyn.errors import InputError
 from scissordyn.exchange.cut import cut_list, drawing
 from scissordyn.exchange.mjcf_text import mjcf
 
-ezdxf = pytest.importorskip("ezdxf")
 from .peer import by_mujoco, mujoco
+
+ezdxf = pytest.importorskip("ezdxf")
 
 ANGLE = sd.RelativeAngle
 LOOSE = sd.Clearance(0.5e-3, journal_radius=10e-3)

@@ -1,9 +1,11 @@
 """Springs, dampers, loads, motors, welds and time functions, against closed forms and energy balance."""
 
 import math
+from functools import partial
 
 import numpy as np
 import pytest
+from tests.library import balanced, hanging
 
 import scissordyn as sd
 from scissordyn.component.force import Force
@@ -19,20 +21,7 @@ from scissordyn.model.mechanism import Mechanism
 TIGHT = {"rtol": 1e-11, "atol": 1e-11, "samples": 101}
 
 
-def hanging(*elements, inertia=0.2, angle=0.3, gravity=0.0, spin=0.0):
-    """A bar of 1 kg that rotates about a ground pin at its start, with some elements."""
-    rod = sd.bar("rod", length=1.0, mass=1.0, inertia=inertia, angle=angle)
-    rod = sd.Body(**{**rod.__dict__, "angular_velocity": spin})
-    pin = sd.Revolute("pin", ("rod", "start"), ("ground", "origin"))
-    ground = (("origin", (0.0, 0.0)), ("wall", (1.5, 0.5)))
-    return Mechanism((rod,), joints=(pin,), components=elements, ground=ground, gravity=gravity)
-
-
-def balanced(run, bound=1e-9):
-    """Whether the energy balance closes relative to the converted energy."""
-    turnover = max(float(np.ptp(run[name].values)) for name in ("stored_energy", "potential_energy", "load_work"))
-    turnover = max(turnover, float(run["kinetic_energy"].max()))
-    return float(np.max(np.abs(run["energy_residual"]))) < bound * turnover
+balanced = partial(balanced, terms=("stored_energy", "potential_energy", "load_work"))
 
 
 def test_hinge_spring_oscillates():

@@ -7,6 +7,13 @@ from scissordyn_paper.runs import fetch_runs
 
 
 @pytest.fixture(scope="session")
+def few_periods():
+    """Counts of periods that suffice to have something to show; what hundreds of them say is the test of the measures."""
+    diagram = {"DIAGRAM_VALUES": 2, "DIAGRAM_CYCLES": 4, "DIAGRAM_KEPT": 2}
+    return {"CYCLES": 10, "SKIP": 4, "MEMBERS": 2, "GROWTH_CYCLES": 2, "GROWTH_SKIP": 1, **diagram}
+
+
+@pytest.fixture(scope="session")
 def runs_folder(tmp_path_factory):
     """Folder of the runs of the default choice."""
     return tmp_path_factory.mktemp("paper") / "runs"

@@ -41,17 +41,8 @@ def test_a_large_clearance_does_not_and_neighbours_part():
 
 
 @pytest.fixture
-def short(monkeypatch):
-    for name, count in {
-        "CYCLES": 10,
-        "SKIP": 4,
-        "MEMBERS": 2,
-        "GROWTH_CYCLES": 2,
-        "GROWTH_SKIP": 1,
-        "DIAGRAM_VALUES": 2,
-        "DIAGRAM_CYCLES": 4,
-        "DIAGRAM_KEPT": 2,
-    }.items():
+def short(monkeypatch, few_periods):
+    for name, count in few_periods.items():
         monkeypatch.setattr(periodic, name, count)
 
 

@@ -26,24 +26,11 @@ VOID = {"meta", "img", "br"}
 BADGES = len(CLAUSES) + sum(clause.periodically is not None for clause in CLAUSES)
 
 
-SHORT = {
-    "CYCLES": 10,
-    "SKIP": 4,
-    "MEMBERS": 2,
-    "GROWTH_CYCLES": 2,
-    "GROWTH_SKIP": 1,
-    "DIAGRAM_VALUES": 3,
-    "DIAGRAM_CYCLES": 4,
-    "DIAGRAM_KEPT": 2,
-}
-"""Counts of periods that suffice to have something to show; what hundreds of them say is the test of the measures."""
-
-
 @pytest.fixture(scope="module")
-def report(runs, runs_folder):
+def report(runs, runs_folder, few_periods):
     """The report on the default choice, with short periodic runs."""
     with pytest.MonkeyPatch.context() as patch:
-        for name, count in SHORT.items():
+        for name, count in few_periods.items():
             patch.setattr(periodic, name, count)
         short = dataclasses.replace(controlled.MANOEUVRES["periodic"], until=2.0, samples=1001, after=0.5)
         patch.setitem(controlled.MANOEUVRES, "periodic", short)

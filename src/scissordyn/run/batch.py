@@ -154,7 +154,6 @@ def _columns(mechanism: Mechanism, over: Mapping[str, ArrayLike]) -> dict[str, n
 
 
 def _chosen(measures: Sequence[str] | Mapping[str, Measure]) -> dict[str, Measure]:
-    """Measures by name."""
     if isinstance(measures, Mapping):
         return dict(measures)
     for name in measures:
@@ -176,7 +175,6 @@ class Perturbed:
             raise InputError(f"perturbation = {self.perturbation!r}", f"a number from 0 to {LARGEST_PERTURBATION:g}")
 
     def member_of_each(self, cases: int) -> np.ndarray:
-        """The members of so many cases."""
         members = np.asarray(self.members)
         if members.dtype.kind not in "iu" or members.ndim > 1 or members.size not in (1, cases) or np.any(members < 0):
             raise InputError(f"members of shape {members.shape} for {cases} cases", "a whole number >= 0, or one for each case")
@@ -282,8 +280,6 @@ class Worker:
 
 
 class _Slot:
-    """The arrays of one case at a time."""
-
     def __init__(self, plan: Plan) -> None:
         self.plan, self.system = plan, make_system(plan)
         self.driver: Driver | None = None

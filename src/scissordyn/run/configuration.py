@@ -38,13 +38,11 @@ class Configuration:
         return self.text.partition("\n[run]\n")[0].partition("\n[diagram]\n")[0].rstrip()
 
     def build_mechanism(self, allow_code: str | os.PathLike[str] | Sequence[str | os.PathLike[str]] = ()) -> Mechanism:
-        """The mechanism itself."""
         files = [allow_code] if isinstance(allow_code, str | os.PathLike) else allow_code
         return read_mechanism(self.text, [Path(file) for file in files])
 
 
 def read_mechanism(text: str, allow_code: Sequence[Path] = ()) -> Mechanism:
-    """The mechanism of a case file that a run or a study carries."""
     mechanism: Mechanism = offered("read_record")(str(text), allow_code).mechanism
     return mechanism
 
@@ -64,7 +62,6 @@ def read_configuration(run: Run) -> Configuration:
 
 
 def number_attribute(run: Run, name: str) -> float:
-    """An attribute of a run that is a number."""
     value = run.attrs.get(name)
     if not is_number(value):
         raise InputError(f"a dataset whose attribute '{name}' is {shown(value)}", "a number, as scissordyn writes it")

@@ -82,7 +82,6 @@ class Results:
 
     @property
     def sizes(self) -> dict[str, int]:
-        """Lengths of the dimensions."""
         return {dim: size for part in self.variables.values() for dim, size in zip(part.dims, part.values.shape, strict=True)}
 
     @property

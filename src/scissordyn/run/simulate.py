@@ -210,7 +210,6 @@ def _answered(
     ideal: IdealPath | None,
     progress: Callable[[float], None] | None,
 ) -> Results:
-    """All results of a trajectory, with its warnings."""
     plan = path.plan
     path, record = recorded(plan, options, path, progress, ideal=ideal)
     run = results(plan, configuration, path, record)

@@ -218,7 +218,6 @@ def _write_samples(
     power: np.ndarray,
     gain: np.ndarray,
 ) -> None:
-    """Write the samples inside the step."""
     state, samples, counts = driver.state, driver.integration.content.samples, driver.state.counts
     while counts["samples"][0] < samples.time.size and samples.time[counts["samples"][0]] <= time + h:
         at = int(counts["samples"][0])

@@ -116,7 +116,6 @@ class Keeper:
             self.problem = error.what
 
     def finish(self) -> None:
-        """The run is over."""
         if not self.checkpoint.keep:
             self.checkpoint.remove()
 

@@ -67,8 +67,6 @@ def next_slice(steps: int, seconds: float, most: int) -> int:
 
 
 class Driver:
-    """A mechanism on its way through time."""
-
     def __init__(
         self,
         plan: Plan,
@@ -201,7 +199,6 @@ class Driver:
 
     @property
     def samples(self) -> Samples:
-        """The samples written so far."""
         written: Samples = self.integration.content.samples
         reached = int(self.state.counts["samples"][0])
         return Samples(*(part[:reached] for part in written))
@@ -262,7 +259,6 @@ class Driver:
             self.state.history_length[0] = length - old
 
     def advance(self, until: float, *, most_steps: int = 50_000_000, progress: Callable[[float], None] | None = None) -> int:
-        """Go on until a time."""
         status, left = loop.ADVANCING, most_steps
         while status == loop.ADVANCING and left > 0:
             before, called = self.tried, clocks.perf_counter()
@@ -290,7 +286,6 @@ class Driver:
         return int(counts["steps"][0] + counts["rejected"][0])
 
     def grow(self, status: int) -> None:
-        """Double the store that is full."""
         content = self.integration.content
         if status == loop.LOG_FULL:
             self._exchange(log=_doubled(content.log))
@@ -410,6 +405,5 @@ def _fill_history(system: Handle, y: np.ndarray) -> None:
 
 
 def counted(state: State) -> dict[str, int]:
-    """The counters of the loop by name."""
     counts = state.counts[0]
     return {name: int(counts[name]) for name in ("steps", "rejected", "rates", "jacobians", "events")}

@@ -25,7 +25,6 @@ EQUAL = 1e-6
 
 
 def equally_spaced(time: np.ndarray) -> bool:
-    """Whether all samples are equally far apart."""
     step = np.diff(time)
     return bool(step.size == 0 or np.ptp(step) <= EQUAL * float(np.mean(step)))
 

@@ -41,7 +41,6 @@ class Stepping:
 
     @property
     def content(self) -> HardContacts:
-        """Live arrays."""
         content: HardContacts = self.hard.content
         return content
 

@@ -43,7 +43,6 @@ def put_numbers(system: Handle, plan: Plan) -> bool:
 
 @contextmanager
 def state_kept(system: Handle) -> Iterator[None]:
-    """Put the state of a system back afterwards."""
     state = system.content.state
     before = [part.copy() for part in state]
     yield

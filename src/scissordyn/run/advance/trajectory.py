@@ -87,7 +87,6 @@ class Trajectory:
         return self.recorded.time[ends], self.recorded.state[ends], self.recorded.mode[ends]
 
     def contacts(self) -> list[Contact]:
-        """All contacts in order of their starts."""
         return contacts(self.log, self.peak, companions(self.system.content.model)[: len(self.plan.contacts)])
 
     def peaks(self, kind: int) -> np.ndarray:

@@ -66,7 +66,6 @@ def marks_of(bar: FlexibleBar) -> np.ndarray:
 
 
 def part_names(bar: FlexibleBar) -> list[str]:
-    """Names of the parts of a bar."""
     return [f"{bar.name} {k + 1}" for k in range(PARTS * (len(bar.sections) - 1))]
 
 

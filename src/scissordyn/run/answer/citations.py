@@ -107,7 +107,6 @@ def _sources(value: Any) -> Iterator[tuple[str, str]]:
 
 
 def _source(described: Any) -> Iterator[tuple[str, str]]:
-    """The source of one part of a mechanism."""
     kind = type(described)
     if kind is Mechanism:
         yield "mechanism", described.source
@@ -128,7 +127,6 @@ def _of_docstring(kind: type) -> str:
 
 
 def _methods(run: xr.Dataset, start: str) -> Iterator[tuple[str, str]]:
-    """Who describes the methods of a run."""
     yield FORMULATION, "natural coordinates"
     method = json.loads(run.attrs.get("statistics", "{}")).get("method", "")
     if method in METHODS:

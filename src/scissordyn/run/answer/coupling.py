@@ -24,8 +24,6 @@ if TYPE_CHECKING:
 
 
 class SampledCoordinates:
-    """Coordinates and their rates at the samples of a run."""
-
     def __init__(self, plan: Plan, motion: Record) -> None:
         self.plan, self.motion = plan, motion
         self.index = {body.name: k for k, body in enumerate(plan.bodies)}

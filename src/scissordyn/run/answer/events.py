@@ -20,7 +20,6 @@ EVENT = ("guard", "mode", "time", "rate", "angle", "mass", *LARGEST)
 
 
 def event_variables(plan: Plan, log: np.ndarray) -> Variables:
-    """Table of the events of components, for the Dataset."""
     guarded = [part for part in plan.acting if part.declaration.gap is not None]
     if not guarded:
         return {}
@@ -52,8 +51,6 @@ def accounts(plan: Plan, total: np.ndarray, log: np.ndarray, time: np.ndarray) -
 
 
 class Contact(NamedTuple):
-    """One contact of one joint."""
-
     joint: int  # Which clearance joint
     start: float  # [s]
     approach_speed: float  # delta'(-) [m/s]
@@ -103,7 +100,6 @@ def contacts(log: np.ndarray, peak: np.ndarray, companion: np.ndarray) -> list[C
 
 
 def columns(table: list[Contact]) -> dict[str, np.ndarray]:
-    """The contacts as one array per field."""
     return {
         name: np.array([contact[place] for contact in table], int if name == "joint" else float)
         for place, name in enumerate(Contact._fields)

@@ -56,7 +56,6 @@ class Bar(NamedTuple):
 
     @property
     def parts(self) -> tuple[Beam | FlexibleBar, ...]:
-        """The components that it is made of."""
         return (self.whole,) if self.whole else self.beams
 
     @property
@@ -209,7 +208,6 @@ class _Read:
         return acceleration, speed, rate
 
     def beam(self, output: str, name: str) -> np.ndarray:
-        """An output of a beam."""
         return np.asarray(self.source[f"beam_{output}"].values[:, self.beams[name]])
 
 

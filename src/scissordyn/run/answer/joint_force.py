@@ -49,7 +49,6 @@ def _plain(value: Any) -> Any:
 
 
 def clearance_joints(run: Run) -> list[str]:
-    """Names of the joints with clearance, in order."""
     if "clearance" not in run:
         return []
     names: list[str] = run.variables["joint"].values[np.isfinite(run.variables["clearance"].values)].astype(str).tolist()

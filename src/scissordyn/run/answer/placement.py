@@ -55,7 +55,6 @@ class Placement:
 
     @property
     def count(self) -> int:
-        """Number of samples."""
         return int(self.angles.shape[0])
 
     def angle(self, body: str) -> np.ndarray:

@@ -58,16 +58,12 @@ TOO_NEAR = 0.2
 
 
 class Comparable(NamedTuple):
-    """A run at many instants."""
-
     time: np.ndarray  # (nt,) Increasing [s]
     state: np.ndarray  # (nt, ny)
 
 
 @dataclass(frozen=True)
 class Horizon:
-    """Until when a run can be predicted."""
-
     until: float  # Time until which both runs agree [s]
     contacts: int  # Contacts that began before it
     agreement: str  # "to the end", "diverged" or "unknown"

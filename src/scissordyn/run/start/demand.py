@@ -57,7 +57,6 @@ def count_in_words(count: int) -> str:
 
 
 def size(count: int) -> str:
-    """An amount of memory in words."""
     for unit, factor in (("TB", 10**12), ("GB", 10**9)):
         if count >= factor:
             return f"{Decimal(count) / factor:.3g} {unit}"
@@ -65,7 +64,6 @@ def size(count: int) -> str:
 
 
 def duration(seconds: float | Decimal) -> str:
-    """A time in words."""
     for unit, factor in (("years", 31_557_600), ("days", 86_400), ("hours", 3600), ("minutes", 60)):
         if seconds >= 2 * factor:
             return f"{Decimal(seconds) / factor:.3g} {unit}"
@@ -73,7 +71,6 @@ def duration(seconds: float | Decimal) -> str:
 
 
 def check_memory(what: str, needed: int, seconds: float | Decimal, allowed: str, type_this: str = "") -> None:
-    """Raise `InputError` if something takes more memory than this machine has."""
     here = machine_memory()
     if needed > here:
         raise InputError(
@@ -84,7 +81,6 @@ def check_memory(what: str, needed: int, seconds: float | Decimal, allowed: str,
 
 
 def check_samples(plan: Plan, samples: int) -> None:
-    """Raise `InputError` if the samples of a run do not fit into the memory of this machine."""
     joints = len(plan.joint_names)
     numbers = BODY * len(plan.bodies) + (JOINT + (CONTACT_JOINT if plan.contacts else 0)) * joints
     most = machine_memory() // (NUMBER * numbers)
@@ -98,7 +94,6 @@ def check_samples(plan: Plan, samples: int) -> None:
 
 
 def check_cycles(contacts: int, cycles: int) -> None:
-    """Raise `InputError` if what is kept of each cycle does not fit into the memory of this machine."""
     needed = NUMBER * (CYCLE + CYCLE_CONTACT * contacts)
     check_memory(
         f"{count_in_words(cycles)} cycles",
@@ -110,7 +105,6 @@ def check_cycles(contacts: int, cycles: int) -> None:
 
 
 def check_cases(points: int, samples: int, members: int, numbers: int) -> None:
-    """Raise `InputError` if not all cases of a study fit into the memory of this machine."""
     cases, needed = points * samples * members, NUMBER * (CASE_NUMBERS + numbers)
     named = (("points", points), ("samples of each", samples), ("members of each", members))
     factors = [f"{count_in_words(count)} {name}" for name, count in named if count > 1]

@@ -69,8 +69,6 @@ more times shorter than this: implicit damping is stable, and what decays so fas
 
 @dataclass(frozen=True)
 class Choice:
-    """A method, and why it was chosen."""
-
     method: str
     reason: str
     step: float = 0.0  # Of time stepping [s]; 0 for another method

@@ -66,8 +66,6 @@ MOST_GROWTH = 10.0
 
 
 class Rest(NamedTuple):
-    """A position of equilibrium."""
-
     position: np.ndarray  # (n,) Free coordinates
     load: float  # That unbalanced forces were compared with
     growth: float  # Rate at which the smallest motion away from it grows [rad/s]; 0 where it is stable
@@ -290,7 +288,6 @@ class _Descent:
         return float(np.linalg.norm(self.state[: self.free] - self.first)) / self.size
 
     def failure(self, step: float) -> str:
-        """Why no equilibrium was found."""
         if self.gone > AWAY:
             return f"no equilibrium: nothing holds the mechanism, which moves away by {AWAY:g} times its size and farther"
         left = "the first step cannot be solved"

@@ -53,15 +53,12 @@ KEPT = 1e-6
 
 @dataclass(frozen=True)
 class Prepared:
-    """A state to start from."""
-
     y: np.ndarray  # (ny,)
     initial_events: tuple[list[float], ...]  # Of contacts and components that act from the start on
     warnings: tuple[str, ...]
 
 
 def prepare_start(plan: Plan, system: Handle, kind: StartKind) -> Prepared:
-    """The state to start from."""
     content = system.content
     guess, holds = placed_start(plan, content), Held(places=True, speeds=True)
     held_rods(plan, content, holds)

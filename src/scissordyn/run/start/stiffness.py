@@ -26,7 +26,6 @@ class At(NamedTuple):
 
     @property
     def natural(self) -> np.ndarray:
-        """Natural coordinates."""
         n = self.plan.coordinates.free
         return natural_state(self.plan, self.system.content, Start(self.state[:n], 0.0 * self.state[:n]))[0]
 

@@ -57,6 +57,8 @@ def test_a_number_and_its_change(frictional, path, value, unit):
         ("B.clearance", "no part 'B'"),
         ("drive.speed", "no field 'speed' in Harmonic"),
         ("drive.slider.frequency", "no field 'slider' in Harmonic"),
+        ("clearance.each.clearance", "each is no name; allowed: all as the name, and each = true beside the values"),
+        ("clearance.each", r"values = \"0.3 mm \+- 20 %\", each = true"),
         ("A.clearance.deeper", "nothing is called 'deeper'"),
         ("gravty", "did you mean 'gravity'"),
         ("clearnce.all.clearance", "did you mean 'clearance.all'"),

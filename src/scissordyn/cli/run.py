@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -60,7 +61,7 @@ def run(
     changes = [*(change or ()), *["run.trust=true"] * trust, *([] if samples is None else [f"run.samples={samples}"])]
     drawn = plot is not None or film is not None
     if _is_saved(case):
-        mechanism, result = _again(case, changes, allow_code or [], keeper, drawn=drawn)
+        mechanism, result = _again(case, changes, allow_code or [], keeper, drawn=drawn, silent=quiet or as_json)
     elif allow_code:
         raise InputError("--allow-code for a case file", "a saved run; a case file names its own Python files")
     else:
@@ -187,8 +188,21 @@ def _unchosen(options: Options | None) -> bool:
     return options is not None and options.samples == EQUALLY_SPACED
 
 
+def _cost_again(path: Path, saved: Any, until: float, *, kept: bool) -> str:
+    """What an interrupted run costs when it is computed anew."""
+    from scissordyn.run.start.demand import duration
+    from scissordyn.units import short
+
+    reached, taken = float(saved.attrs["end"]), float(json.loads(saved.attrs["statistics"])["seconds"])
+    cost = f", about {duration(taken * until / reached)}" if reached > 0.0 else ""
+    return (
+        f"scissordyn: '{path}' was interrupted at {short(reached, 's')} of {short(until, 's')}, after {duration(taken)}: it is "
+        f"computed from its start again{cost}" + ("" if kept else "; with -o FILE --checkpoint '60 s' a run can go on")
+    )
+
+
 def _again(
-    path: Path, changes: list[str], allow_code: list[Path], keeper: Checkpoint | None, *, drawn: bool
+    path: Path, changes: list[str], allow_code: list[Path], keeper: Checkpoint | None, *, drawn: bool, silent: bool
 ) -> tuple[Mechanism, Results]:
     from scissordyn.run.configuration import read_configuration
     from scissordyn.run.simulate import replayed
@@ -201,6 +215,8 @@ def _again(
     saved = load(path)
     configuration = read_configuration(saved)
     until = 0.0 if configuration.options is None else configuration.options.until
+    if saved.attrs["status"] == "interrupted" and not silent:
+        print(_cost_again(path, saved, until, kept=keeper is not None), file=sys.stderr)
     with progress_bar(until) as progress:
         curves = drawn and _unchosen(configuration.options)
         result = replayed(saved, allow_code=allow_code, progress=progress, checkpoint=keeper, curves=curves)

@@ -29,7 +29,7 @@ from scissordyn.config.variation import (
 )
 from scissordyn.errors import InputError, command
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.parameter_path import number, single
+from scissordyn.model.parameter_path import EACH_SAMPLE, number, single
 from scissordyn.run.options import Options
 from scissordyn.study.ask.accurate import Accurate
 from scissordyn.study.ask.description import Factor, OwnMeasure, Sampling, Study, check_part
@@ -41,7 +41,6 @@ from scissordyn.study.ask.requirement import BY_COMPONENT, KINDS, SHORTFALL, Req
 OWN = re.compile(r"\s*([^\s\[\]]+)\s*(?:\[([^\[\]]*)\])?\s*(?:\bof\s+(\S+))?\s*")
 """What stands before the equals sign of a measure of the user's: a name, a unit in brackets, and what its function gets."""
 
-EACH_SAMPLE = '"clearance.all.clearance" = { values = "0.3 mm +- 20 %", each = true }'
 
 MOTOR = "motor_fraction"
 """Measure of a study with the curve of a motor."""

@@ -15,8 +15,8 @@ from itertools import pairwise
 from typing import Any
 
 from scissordyn.component.place import Point
-from scissordyn.errors import InputError
-from scissordyn.exchange.drawing import LINEAR_DENSITY, Block, Drawing, DrawnBar, Imported, assembled, uniform
+from scissordyn.errors import InputError, did_you_mean
+from scissordyn.exchange.drawing import LINEAR_DENSITY, UNITS, Block, Drawing, DrawnBar, Imported, assembled, uniform
 from scissordyn.extra import library
 
 GROUND_LAYER, GUIDE_LAYER, INPUT_LAYER = "ground", "guide", "input"
@@ -27,16 +27,8 @@ TOLERANCE = 1e-6
 NEAR = 1e-3
 """Ends nearer than this fraction that are not one pin are named."""
 
-UNITS = {
-    1: ("in", 0.0254),
-    2: ("ft", 0.3048),
-    4: ("mm", 1e-3),
-    5: ("cm", 1e-2),
-    6: ("m", 1.0),
-    13: ("um", 1e-6),
-    14: ("dm", 0.1),
-}
-"""Units of length by the number of $INSUNITS, and how many metres they are."""
+NUMBERED = {1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m", 13: "um", 14: "dm"}
+"""Units of length by the number of $INSUNITS."""
 
 SAMPLE = "scissordyn import linkage.dxf --unit mm -o case.toml"
 
@@ -105,19 +97,18 @@ def _document(text: str) -> Any:
 
 def _unit(document: Any, text: str, unit: str) -> float:
     """Metres in the drawing's unit."""
-    units = dict(UNITS.values())
     # a document of the library has units of its own where the file has none
     code = int(document.header.get("$INSUNITS", 0)) if "$INSUNITS" in text else 0
-    named, metres = UNITS.get(code, ("", 0.0))
-    if unit and unit not in units:
-        raise InputError(f"unit '{unit}' of a drawing", "one of " + ", ".join(units), SAMPLE)
+    named = NUMBERED.get(code, "")
+    if unit and unit not in UNITS:
+        raise InputError(f"unit '{unit}'{did_you_mean(unit, UNITS)} of a drawing", "one of " + ", ".join(UNITS), SAMPLE)
     if code and not named:
-        raise InputError(f"$INSUNITS = {code} in the DXF", "one of " + ", ".join(units), SAMPLE)
+        raise InputError(f"$INSUNITS = {code} in the DXF", "one of " + ", ".join(UNITS), SAMPLE)
     if unit and named and unit != named:
         raise InputError(f"unit '{unit}', but the DXF says '{named}'", f"'{named}', or a DXF with another $INSUNITS")
     if not unit and not named:
-        raise InputError("a DXF without a unit of length ($INSUNITS)", "one of " + ", ".join(units), SAMPLE)
-    return units[unit] if unit else metres
+        raise InputError("a DXF without a unit of length ($INSUNITS)", "one of " + ", ".join(UNITS), SAMPLE)
+    return UNITS[unit or named]
 
 
 def _expanded(entities: Iterable[Any], notes: list[str]) -> Iterator[Any]:

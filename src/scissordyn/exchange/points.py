@@ -8,10 +8,8 @@ import math
 
 from scissordyn.component.place import Point
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.exchange.drawing import LINEAR_DENSITY, Block, Drawing, Imported, assembled, plain_name, uniform
+from scissordyn.exchange.drawing import LINEAR_DENSITY, UNITS, Block, Drawing, Imported, assembled, plain_name, uniform
 from scissordyn.units import checked
-
-UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254, "ft": 0.3048}
 
 COLUMNS = "name", "x", "y", "bars", "support"
 
@@ -31,7 +29,7 @@ def read_points(text: str, *, unit: str = "m", linear_density: float = LINEAR_DE
         A table whose first line names its columns: `name`, `x`, `y`; `bars`, the names of the bars that a point is on, with
         blanks between them; `support`, empty, "fixed", or "slide" with an angle in degrees, along which a block with that point
         slides. Columns are separated by commas, semicolons or tabs.
-    unit : {"m", "cm", "mm", "in", "ft"}
+    unit : {"m", "mm", "cm", "dm", "um", "in", "ft"}
         Of the coordinates.
     linear_density : float
         Mass per length of the bars [kg/m].

@@ -35,10 +35,23 @@ OF_LAWS = {"restitution": "damping"}
 AXES = ("x", "y")
 """The two numbers of a place."""
 
+EACH_SAMPLE = '"clearance.all.clearance" = { values = "0.3 mm +- 20 %", each = true }'
+
 SAMPLE = "'A.clearance', 'drive.speed', 'body.slider.mass', 'servo.controller.limit', 'gravity'"
 
 
 def find(mechanism: Mechanism, parameter: str) -> list[Place]:
+    """The places that a parameter path means."""
+    try:
+        return _find(mechanism, parameter)
+    except InputError:
+        if "each" not in parameter.split(".")[1:]:
+            raise
+        allowed = "all as the name, and each = true beside the values, in a study, for places that vary independently"
+        raise InputError(f"'{parameter}': each is no name", allowed, EACH_SAMPLE) from None
+
+
+def _find(mechanism: Mechanism, parameter: str) -> list[Place]:
     field = declared(type(mechanism)).get(parameter)
     if field is not None:
         return [Place((parameter,), getattr(mechanism, parameter), field.quantity)]

@@ -64,4 +64,4 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "note: no gravity and no drive" in capsys.readouterr().out
     assert sd.read_case(case).mechanism.bodies == sd.read_points(TABLE, unit="mm").mechanism.bodies
     assert status_of(["import", str(path), "--unit", "furlong", "-o", str(case)]) == 2
-    assert "unit 'furlong' of a table; allowed: m, cm, mm, in, ft" in capsys.readouterr().err
+    assert "unit 'furlong' of a table; allowed: mm, cm, dm, m, um, in, ft" in capsys.readouterr().err

@@ -59,7 +59,7 @@ def estimates(study: Study, cheap: xr.Dataset, accurate: xr.Dataset) -> list[Cor
     def met(requirements: Sequence[Requirement]) -> Estimate:
         if single:
             return fraction_by_margins(*both(partial(_margins, requirements)), _predicted_margins(between, requirements))
-        return fraction_estimate(*both(lambda runs: np.all([_met(requirement, runs) for requirement in requirements], axis=0)))
+        return fraction_estimate(*both(lambda runs: np.all([requirement.met_in(runs) for requirement in requirements], axis=0)))
 
     numbers = [Corrected(response.label, "fraction", "1", met([response])) for response in study.requirements]
     if study.requirements:
@@ -95,17 +95,12 @@ def _predicted_margins(between: Interpolation | None, requirements: Sequence[Req
     return Predicted(np.min(of_runs, axis=0), np.min(others, axis=0))
 
 
-def _met(requirement: Requirement, runs: xr.Dataset) -> np.ndarray:
-    """Whether each case meets a requirement."""
-    return requirement.met(response_values(runs, requirement.response))
-
-
 def _margins(requirements: Sequence[Requirement], runs: xr.Dataset) -> np.ndarray:
     """The least margin of each case, positive where it meets all requirements."""
     margins = []
     for requirement in requirements:
-        margin = requirement.margin(response_values(runs, requirement.response))
-        margins.append(np.where(margin == 0.0, np.where(_met(requirement, runs), TINY, -TINY), margin))
+        margin = requirement.margin_in(runs)
+        margins.append(np.where(margin == 0.0, np.where(requirement.met_in(runs), TINY, -TINY), margin))
     return np.asarray(np.min(margins, axis=0))
 
 

@@ -9,7 +9,7 @@ import xarray as xr
 
 from scissordyn.errors import InputError
 from scissordyn.extra import library
-from scissordyn.study.answer.verdict import by_point, responses
+from scissordyn.study.answer.verdict import answered, by_point
 from scissordyn.study.ask.description import Study
 from scissordyn.study.ask.design import DRAWN_IN, FEWEST, MORRIS_LEVELS, morris_numbers
 
@@ -74,7 +74,7 @@ def sensitivity(study: Study, results: xr.Dataset) -> tuple[dict[str, xr.Dataset
     names: list[str] = [factor.path for factor in study.factors]
     indices: dict[str, Any] = {}
     left_out: dict[str, str] = {}
-    for name in responses(study, results):
+    for name in (response.name for response in answered(study, results)):
         values = np.asarray(points[name].values)
         try:
             if study.design.kind == "saltelli":

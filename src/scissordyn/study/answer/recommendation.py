@@ -83,8 +83,7 @@ def recommended(study: Study, results: xr.Dataset) -> Recommendation | None:
 
 def least_margins(study: Study, results: xr.Dataset) -> np.ndarray:
     """Margin of each case from the requirement that it is farthest beyond, or nearest to, shape (cases,)."""
-    margins = [requirement.margin(response_values(results, requirement.response)) for requirement in study.requirements]
-    return np.asarray(np.min(margins, axis=0))
+    return np.asarray(np.min([requirement.margin_in(results) for requirement in study.requirements], axis=0))
 
 
 def recommended_point(study: Study, results: xr.Dataset) -> int:

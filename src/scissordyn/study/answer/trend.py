@@ -14,7 +14,7 @@ from scipy import stats
 from scissordyn.study.answer.control_variate import CONFIDENCE
 from scissordyn.study.answer.verdict import answered, case_values
 from scissordyn.study.ask.description import Study
-from scissordyn.study.ask.requirement import Requirement, response_unit, response_values
+from scissordyn.study.ask.requirement import Requirement, response_unit
 from scissordyn.study.compute.store import COMPLETE
 from scissordyn.study.compute.table import column
 
@@ -222,7 +222,7 @@ def _failing(
     numbers, complete = results[column(name)].values, results["status"].values == COMPLETE
     there = complete & ((numbers <= value) if upper else (numbers >= value))
     point = np.arange(numbers.size) // study.per_point
-    missed = there & ~requirement.met(response_values(results, requirement.response))
+    missed = there & ~requirement.met_in(results)
     return int(np.unique(point[missed]).size), int(np.unique(point[there]).size)
 
 

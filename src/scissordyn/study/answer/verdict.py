@@ -48,14 +48,6 @@ class Worst:
     numbers: dict[str, Any] = field(default_factory=dict)
 
 
-def responses(study: Study, results: xr.Dataset) -> dict[str, np.ndarray]:
-    """The numbers that requirements and goals are about, and all other measures.
-
-    Shapes: returns (cases,).
-    """
-    return {response.name: response_values(results, response) for response in answered(study, results)}
-
-
 def answered(study: Study, results: xr.Dataset) -> list[Response]:
     """The responses that requirements and goals are about, and those of the other measures."""
     chosen: list[Response] = [requirement.response for requirement in study.requirements]
@@ -134,16 +126,13 @@ def meets_all(study: Study, results: xr.Dataset) -> np.ndarray:
     """
     met = results["status"].values == COMPLETE
     for requirement in study.requirements:
-        met = met & requirement.met(response_values(results, requirement.response))
+        met = met & requirement.met_in(results)
     return np.asarray(met)
 
 
 def feasible_fraction(study: Study, results: xr.Dataset) -> list[FeasibleFraction]:
     """Fractions of the range that meet each requirement, and all of them; cases that failed are left out."""
-    labelled = [
-        (requirement.label, requirement.met(response_values(results, requirement.response)))
-        for requirement in study.requirements
-    ]
+    labelled = [(requirement.label, requirement.met_in(results)) for requirement in study.requirements]
     every = [*labelled, ("all requirements", meets_all(study, results))] if labelled else []
     complete, fractions_met = study.cells(results["status"].values == COMPLETE), []
     by_samples = len(complete) == 1

@@ -87,6 +87,14 @@ class Requirement:
         with np.errstate(invalid="ignore"):
             return np.asarray(SIGNS[self.sign](values, self.bound))
 
+    def margin_in(self, results: xr.Dataset) -> np.ndarray:
+        """The margin of each case."""
+        return self.margin(response_values(results, self.response))
+
+    def met_in(self, results: xr.Dataset) -> np.ndarray:
+        """Whether each case meets it."""
+        return self.met(response_values(results, self.response))
+
 
 def read_response(text: str, own_units: Mapping[str, str] | None = None) -> tuple[str, str, str]:
     """Part, measure and unit of what a requirement or a goal is about."""

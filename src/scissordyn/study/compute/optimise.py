@@ -213,7 +213,7 @@ def judged(study: Study, results: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
         goals.append(risk((-1.0 if goal.maximise else 1.0) * values))
     violation = np.zeros(results.sizes["case"] // study.per_point)
     for requirement in study.requirements:
-        beyond = risk(-requirement.margin(response_values(results, requirement.response)))
+        beyond = risk(-requirement.margin_in(results))
         violation += np.where(np.isnan(beyond), np.inf, np.maximum(beyond, 0.0))
     violation[~np.all(np.isfinite(goals), axis=0)] = np.inf
     return np.stack(goals, axis=1), violation

@@ -6,7 +6,7 @@ import json
 import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -109,7 +109,7 @@ def check_lines(case: Path, changes: Sequence[str], converge: str | None, modes:
         "method": choice.method,
         "servos": [servo._asdict() for servo in servos],
         "cost": cost,
-        **({} if converged is None else {"convergence": _plain(converged)}),
+        **({} if converged is None else {"convergence": asdict(converged)}),
         "warnings": warnings,
     }
     return lines, record
@@ -300,14 +300,6 @@ def converged_lines(converged: Convergence, case: str, changes: Sequence[str] = 
     settings = [f"run.{name}={setting(converged.setting)}" for name in converged.options]
     words = [part for change in (*changes, *settings) for part in ("--set", change)]
     return [*lines, f"To run it so: {command('scissordyn', 'run', case, *words)}"]
-
-
-def _plain(converged: Convergence) -> dict[str, object]:
-    """The same for JSON."""
-    record = {name: getattr(converged, name) for name in ("response", "units", "within", "varied", "setting", "chaotic")}
-    columns, without = ("setting", "value", "spread", "seconds", "cause"), {"value": None, "spread": None}
-    levels = [{name: getattr(level, name) for name in columns} | (without if level.cause else {}) for level in converged.levels]
-    return {**record, "setting": None if math.isnan(converged.setting) else converged.setting, "levels": levels}
 
 
 def preview_lines(mechanism: Mechanism, followed: Mechanism, ideal: xr.Dataset) -> list[str]:

@@ -18,7 +18,6 @@ from scissordyn.errors import InputError, did_you_mean, printable
 from scissordyn.units import Quantity, cell
 
 if TYPE_CHECKING:
-    import numpy as np
     import xarray as xr
 
     from scissordyn.config.case import Case
@@ -179,20 +178,19 @@ def _show(fitted: xr.Dataset, predicted: xr.Dataset | None) -> None:
 
 def _record(fitted: xr.Dataset, predicted: xr.Dataset | None) -> dict[str, object]:
     """The fit for other programs, in SI."""
-
-    def finite(numbers: np.ndarray) -> list[float | None]:
-        return [number if math.isfinite(number) else None for number in numbers.tolist()]
-
-    names, paths = ("start_value", "value", "standard_error", "low", "high"), fitted["parameter"].values.astype(str).tolist()
-    columns = zip(*(finite(fitted[name].values) for name in names), fitted["unit"].values.tolist(), strict=True)
+    names, paths = (
+        ("start_value", "value", "standard_error", "low", "high", "unit"),
+        fitted["parameter"].values.astype(str).tolist(),
+    )
+    columns = zip(*(fitted[name].values.tolist() for name in names), strict=True)
     headings = fitted["column"].values.astype(str).tolist()
     record: dict[str, object] = {
         "status": fitted.attrs["status"],
-        "numbers": {path: dict(zip((*names, "unit"), row, strict=True)) for path, row in zip(paths, columns, strict=True)},
-        "rms": dict(zip(headings, finite(fitted["rms"].values), strict=True)),
+        "numbers": {path: dict(zip(names, row, strict=True)) for path, row in zip(paths, columns, strict=True)},
+        "rms": dict(zip(headings, fitted["rms"].values.tolist(), strict=True)),
         "warnings": json.loads(fitted.attrs["warnings"]),
         **json.loads(fitted.attrs["statistics"]),
     }
     if predicted is not None:
-        record["prediction_rms"] = dict(zip(headings, finite(predicted["rms"].values), strict=True))
+        record["prediction_rms"] = dict(zip(headings, predicted["rms"].values.tolist(), strict=True))
     return record

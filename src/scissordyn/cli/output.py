@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
@@ -88,8 +89,16 @@ def _try(target: Path, folder: Path, sample: str) -> None:
 
 
 def print_json(record: dict[str, Any]) -> None:
-    """Print plain data as one line of JSON, with every character beyond ASCII as its code."""
-    print(json.dumps(record, allow_nan=False))
+    """Print plain data as one line of JSON; numbers that are not finite are null, letters beyond ASCII their codes."""
+    print(json.dumps(_finite(record), allow_nan=False))
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {name: _finite(part) for name, part in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(part) for part in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 @contextmanager

@@ -178,8 +178,6 @@ def show_summary(run: Run, to: Console, mechanism: Mechanism | None = None) -> N
 
 def run_record(run: Run, files: Sequence[Path | str] = ()) -> dict[str, Any]:
     """A run in plain data, in SI units."""
-    trusted = float(run.attrs.get("trusted_until", math.nan))
-    residual = float(np.abs(run["energy_residual"].values).max()) if run.sizes["time"] else math.nan
     return {
         "status": run.attrs["status"],
         "cause": run.attrs["cause"],
@@ -187,8 +185,8 @@ def run_record(run: Run, files: Sequence[Path | str] = ()) -> dict[str, Any]:
         "statistics": json.loads(run.attrs["statistics"]),
         "summary": summary_of(run).plain(),
         "joints": [joint.plain() for joint in joint_summaries(run)],
-        "energy_residual": residual if math.isfinite(residual) else None,
-        "trusted_until": trusted if math.isfinite(trusted) else None,
+        "energy_residual": float(np.abs(run["energy_residual"].values).max()) if run.sizes["time"] else None,
+        "trusted_until": float(run.attrs.get("trusted_until", math.nan)),
         "warnings": json.loads(run.attrs["warnings"]),
         "warnings_in_short": warning_lines(warnings_of(run)),
         "warning_data": [warning.data for warning in warnings_of(run)],

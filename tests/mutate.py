@@ -48,24 +48,12 @@ PATIENCE = 400
 
 @dataclass(frozen=True)
 class Target:
-    """Kernel files and the tests that have to notice their mutations.
+    """Kernel files and the tests that have to notice their mutations."""
 
-    Parameters
-    ----------
-    files : tuple of str
-        Patterns below the package.
-    tests : tuple of str
-        Test files below tests/.
-    by_name : bool
-        Whether only tests that carry the name of a law in the file, or of one that imports it, are run.
-    compiled : bool
-        Whether the tests need the compiler.
-    """
-
-    files: tuple[str, ...]
-    tests: tuple[str, ...]
-    by_name: bool = False
-    compiled: bool = False
+    files: tuple[str, ...]  # Patterns below the package
+    tests: tuple[str, ...]  # Test files below tests/
+    by_name: bool = False  # Run only tests that carry the name of a law in the file, or of one that imports it
+    compiled: bool = False  # The tests need the compiler
 
 
 COMPONENT_TESTS = ("component/test_closed_forms.py",)
@@ -96,32 +84,15 @@ TARGETS = (
 
 @dataclass(frozen=True)
 class Mutation:
-    """One number that is changed.
+    """One number that is changed."""
 
-    Parameters
-    ----------
-    file : str
-        Below the package.
-    index : int
-        Which number of the file.
-    line : int
-    owner : str
-        Class in which it stands, empty outside.
-    function : str
-        Function in which it stands, empty outside.
-    text : str
-        The number.
-    which : int
-        How many times the function had it before.
-    """
-
-    file: str
-    index: int
+    file: str  # Below the package
+    index: int  # Which number of the file
     line: int
-    owner: str
-    function: str
-    text: str
-    which: int
+    owner: str  # Class in which it stands, empty outside
+    function: str  # Function in which it stands, empty outside
+    text: str  # The number
+    which: int  # How many times the function had it before
 
     @property
     def reason(self) -> str:
@@ -132,26 +103,13 @@ class Mutation:
 
 @dataclass(frozen=True)
 class Job:
-    """Tests to run on a mutation, or on the package as it is.
-
-    Parameters
-    ----------
-    mutation : Mutation, Change or None
-    tests : tuple of str
-        Test files below tests/.
-    compiled : bool
-        Whether they need the compiler.
-    chosen : str
-        Which of them, as pytest's option -k; all if empty.
-    in_place : bool
-        Whether the file is above the kernels, which are then taken as they are, compiled.
-    """
+    """Tests to run on a mutation, or on the package as it is."""
 
     mutation: Mutation | Change | None
-    tests: tuple[str, ...]
-    compiled: bool
-    chosen: str
-    in_place: bool = False
+    tests: tuple[str, ...]  # Test files below tests/
+    compiled: bool  # They need the compiler
+    chosen: str  # Which of them, as pytest's option -k; all if empty
+    in_place: bool = False  # The file is above the kernels, which are then taken as they are, compiled
 
     @property
     def digest(self) -> str:

@@ -34,29 +34,14 @@ KINDS = {
 
 @dataclass(frozen=True)
 class Change:
-    """One expression of a file, changed.
+    """One expression of a file, changed."""
 
-    Parameters
-    ----------
-    file : str
-        Below the package.
-    line : int
-    function : str
-        Where it stands.
-    kind : str
-        One of `KINDS`.
-    index : int
-        Which expression of that kind in the file.
-    text : str
-        The expression as it is.
-    """
-
-    file: str
+    file: str  # Below the package
     line: int
-    function: str
-    kind: str
-    index: int
-    text: str
+    function: str  # Where it stands
+    kind: str  # One of `KINDS`
+    index: int  # Which expression of that kind in the file
+    text: str  # The expression as it is
 
 
 class _Changer(ast.NodeTransformer):

@@ -11,39 +11,21 @@ RTOL, ATOL = 1e-12, 1e-15
 
 @dataclass
 class Block:
-    """A block with four rounded corners in the channel |y| < H/2; its mass centre is off the middle.
+    """A block with four rounded corners in the channel |y| < H/2; its mass centre is off the middle."""
 
-    Parameters
-    ----------
-    mass, inertia : float
-        [kg], [kg m^2] about the mass centre.
-    centre : (float, float)
-        Mass centre from the block's middle [m].
-    half_length, half_width, radius : float
-        From the middle to the centres of the corners' arcs, and their radius [m].
-    clearance : float
-        [m]
-    coefficient, exponent, damping : float
-        F = K delta^n (1 + xi delta'/delta'(-)).
-    friction, ramp_speed : float
-        mu and v_0 of mu (1 - exp(-3 |v|/v_0)).
-    load : (float, float)
-        Constant force on the mass centre [N].
-    """
-
-    mass: float
-    inertia: float
-    centre: tuple[float, float]
-    half_length: float
-    half_width: float
-    radius: float
-    clearance: float
-    coefficient: float
+    mass: float  # [kg]
+    inertia: float  # About the mass centre [kg m^2]
+    centre: tuple[float, float]  # Mass centre from the block's middle [m]
+    half_length: float  # From the middle to the centres of the corners' arcs [m]
+    half_width: float  # [m]
+    radius: float  # Of the arcs [m]
+    clearance: float  # [m]
+    coefficient: float  # F = K delta^n (1 + xi delta'/delta'(-)): K, then n and xi
     exponent: float
     damping: float
-    friction: float
+    friction: float  # mu (1 - exp(-3 |v|/v_0)): mu, then v_0
     ramp_speed: float
-    load: tuple[float, float]
+    load: tuple[float, float]  # Constant force on the mass centre [N]
     touching: list[bool] = field(default_factory=lambda: [False] * 4)
     approach: list[float] = field(default_factory=lambda: [0.0] * 4)
 

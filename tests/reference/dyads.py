@@ -12,15 +12,7 @@ def polar(length: float, angle: float) -> complex:
 
 
 def meet(first: complex, near: float, second: complex, far: float, *, left: bool) -> complex:
-    """The point at distance `near` from the first one and `far` from the second one.
-
-    Parameters
-    ----------
-    first, second : complex
-    near, far : float
-    left : bool
-        On the left of the line from the first to the second point.
-    """
+    """The point at distance `near` from the first and `far` from the second one, `left`: of the line from first to second."""
     span = abs(second - first)
     along = (near**2 - far**2 + span**2) / (2.0 * span)
     height = math.sqrt(near**2 - along**2)

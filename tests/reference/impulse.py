@@ -15,16 +15,11 @@ import numpy as np
 
 @dataclass
 class Chain:
-    """Bars one after another from a bearing on the ground, each pinned to the end of the one before.
+    """Bars one after another from a bearing on the ground, each pinned to the end of the one before."""
 
-    Parameters
-    ----------
-    length, mass, angle : ndarray, shape (bars,)
-    """
-
-    length: np.ndarray
-    mass: np.ndarray
-    angle: np.ndarray
+    length: np.ndarray  # (bars,)
+    mass: np.ndarray  # (bars,)
+    angle: np.ndarray  # (bars,)
 
     @property
     def masses(self) -> np.ndarray:
@@ -57,15 +52,8 @@ class Chain:
 def plastic_impact(chain: Chain, before: np.ndarray, drives: dict[int, float], latch: tuple[int, int]) -> tuple[float, float]:
     """Loss of the kinetic energy and of the drives' work together, and this work [J].
 
-    Parameters
-    ----------
-    chain : Chain
-    before : ndarray, shape (3 bars,)
-        Velocities.
-    drives : dict of int to float
-        Angular velocities [rad/s] of bars against the ground.
-    latch : (int, int)
-        Bars that no longer rotate against each other.
+    Of the velocities `before`, shape (3 bars,); `drives` are angular velocities of bars against the ground, `latch` are bars
+    that no longer rotate against each other.
     """
     rows = [chain.pins(), chain.rotation(*latch), *(chain.rotation(bar) for bar in drives)]
     rates = np.concatenate([np.zeros(2 * chain.mass.size + 1), list(drives.values())])

@@ -38,28 +38,16 @@ class Array:
     clearance, so that tolerances and rounding stay small against it:
 
         e_x = (L/2) (cos p - cos k),  e_y = (L/2) (sin p - sin k) - y
-
-    Parameters
-    ----------
-    joint : ClearanceJoint
-    motion : TimeFunction
-        th_1.
-    units : int
-    driven_bar : {"pinned", "slider"}
-    length, mass, slider : float
-        L [m], m [kg], m_s [kg].
-    gravity : float
-        Along -y [m/s^2].
     """
 
     joint: ClearanceJoint
-    motion: TimeFunction
+    motion: TimeFunction  # th_1
     units: int = 2
     driven_bar: str = "pinned"
-    length: float = 2.0
-    mass: float = 5.68
-    slider: float = 5.0
-    gravity: float = 9.81
+    length: float = 2.0  # L [m]
+    mass: float = 5.68  # m [kg]
+    slider: float = 5.0  # m_s [kg]
+    gravity: float = 9.81  # Along -y [m/s^2]
 
     size = 2
 

@@ -38,21 +38,12 @@ class LuGre:
     """Bristle friction (doi:10.1109/9.376053) in coefficient form; static coefficient 1.5 times the kinetic one.
 
     The bristle damping fades with the slip speed, within sqrt(2 e) mu_k/sigma_1.
-
-    Parameters
-    ----------
-    kinetic : float
-        mu_k [1].
-    stiffness, damping : float
-        sigma_0 [1/m] and sigma_1 [s/m]; there is no viscous part.
-    stribeck : float
-        v_s [m/s].
     """
 
-    kinetic: float
-    stiffness: float = 1e5
-    damping: float = 316.0
-    stribeck: float = 1e-3
+    kinetic: float  # mu_k [1]
+    stiffness: float = 1e5  # sigma_0 [1/m]
+    damping: float = 316.0  # sigma_1 [s/m]; there is no viscous part
+    stribeck: float = 1e-3  # v_s [m/s]
 
     def sliding(self, slip: float) -> float:
         """Coefficient of steady sliding, with Stribeck's exponent 2."""

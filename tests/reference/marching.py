@@ -152,22 +152,12 @@ class March:
 
     The state is coordinates, rates, one bristle deflection per joint, then drive work, elastic energy, damping loss and
     friction loss, which ride along so that the energy balance can be drawn.
-
-    Parameters
-    ----------
-    model : Model
-    rtol : float
-        Relative to each component of the state.
-    atol : float
-        As a fraction of the smallest clearance for coordinates, of 1 m/s for rates, of mu_k/sigma_0 for bristles.
-    max_step : float
-        Longest step [s]; two crossings of the gap nearer than this might go unseen.
     """
 
     model: Model
-    rtol: float = 1e-12
-    atol: float = 1e-12
-    max_step: float = 5e-5
+    rtol: float = 1e-12  # Relative to each component of the state
+    atol: float = 1e-12  # Of the smallest clearance for coordinates, of 1 m/s for rates, of mu_k/sigma_0 for bristles
+    max_step: float = 5e-5  # [s]; two crossings of the gap nearer than this might go unseen
     contacts: list[Contact] = field(default_factory=list)
     pieces: list[Piece] = field(default_factory=list)
 

@@ -73,25 +73,8 @@ def corner(p, q, k):
 def impulses(p, u, free, inverse, active, normals, tangents, most, accuracy):
     """Velocities after a step: Newton's law along the normals, Coulomb friction, by Gauss and Seidel.
 
-    Parameters
-    ----------
-    p : SliderCrank
-    u, free : ndarray
-        Velocities before the step, and after it without contacts.
-    inverse : ndarray
-        Of the mass matrix.
-    active : ndarray of bool
-        Corners that touch.
-    normals, tangents : ndarray, shape (4, 3)
-        Directions at the corners.
-    most : int
-        Rounds.
-    accuracy : float
-        Largest change of a velocity in the last round [m/s].
-
-    Returns
-    -------
-    ndarray
+    `u, free`: velocities before the step, and after it without contacts; `normals, tangents` (4, 3): directions at the corners;
+    `most` rounds, or until no velocity changes by more than `accuracy` [m/s].
     """
     new = free.copy()
     push, drag = np.zeros(4), np.zeros(4)

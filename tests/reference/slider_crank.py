@@ -17,26 +17,14 @@ class SliderCrank:
 
     The journal is the end of the rod; integrated is its place (e_x, e_y) in the slider's bearing, from which the rod's
     direction b follows: r sin a + l sin b = e_y.
-
-    Parameters
-    ----------
-    joint : ClearanceJoint
-    speed : float
-        Of the crank [rad/s].
-    crank, rod : float
-        r and l [m].
-    rod_mass, rod_inertia, slider_mass : float
-        [kg], [kg m^2] about the rod's middle, where its mass centre is, [kg].
-    crank_inertia : float
-        About the ground pin [kg m^2]; at constant speed it has no say.
     """
 
     joint: ClearanceJoint
-    speed: float
-    crank: float = 0.05
-    rod: float = 0.12
+    speed: float  # Of the crank [rad/s]
+    crank: float = 0.05  # r [m]
+    rod: float = 0.12  # l [m]
     rod_mass: float = 0.21
-    rod_inertia: float = 2.5e-4
+    rod_inertia: float = 2.5e-4  # About the rod's middle, where its mass centre is [kg m^2]
     slider_mass: float = 0.14
     crank_inertia: float = 0.0
 

@@ -122,13 +122,7 @@ def _distances(_: float, state: np.ndarray) -> float:
 
 
 def first_contact(start: np.ndarray) -> tuple[float, float]:
-    """When something touches the pole first [s], and how fast [m/s].
-
-    Parameters
-    ----------
-    start : ndarray, shape (8,)
-        x, y, angle of the sleeve, angle of the bird, and their rates.
-    """
+    """When something touches the pole first [s], and how fast [m/s], from x, y, the angles of sleeve and bird, and rates."""
     touch = lambda time, state: _distances(time, state)  # noqa: E731
     touch.terminal, touch.direction = True, -1.0  # type: ignore[attr-defined]
     found = solve_ivp(_motion, (0.0, 0.2), start, method="DOP853", rtol=1e-12, atol=1e-14, events=touch)

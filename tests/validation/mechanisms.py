@@ -36,18 +36,11 @@ class Draft:
     """A mechanism in the making; each method adds one part and names it.
 
     Bodies that do not rotate are held at their mass centres only.
-
-    Parameters
-    ----------
-    random : Generator
-        Of places, masses and speeds; they are generic, so that no two conditions depend on each other by accident.
-    freedom, tight : int
-        Degrees of freedom left, as drawn and with all joints ideal.
     """
 
-    random: np.random.Generator
-    freedom: int = 0
-    tight: int = 0
+    random: np.random.Generator  # Generic places, masses and speeds: no two conditions depend on each other by accident
+    freedom: int = 0  # Degrees of freedom that are left, as drawn
+    tight: int = 0  # and with all joints ideal
     bodies: list[Body] = field(default_factory=list)
     points: list[dict[str, Point]] = field(default_factory=list)
     joints: list[Revolute] = field(default_factory=list)
@@ -171,21 +164,7 @@ def mechanisms(
 ) -> Mechanism:
     """Two to five bodies with every kind of joint with at least one degree of freedom.
 
-    Parameters
-    ----------
-    draw : callable
-    floating : bool
-        Nothing is tied to the ground, and there is no gravity.
-    clearances : tuple of Clearance
-        How clearance joints may be.
-    everywhere : bool
-        Every joint has clearance.
-    turning_only : bool
-        Every body turns.
-
-    Returns
-    -------
-    Mechanism
+    `floating`: nothing is tied to the ground, and there is no gravity; `everywhere`: every joint has clearance.
     """
     draft = Draft(np.random.default_rng(draw(st.integers(0, 2**32 - 1), label="seed")))
     pick = st.sampled_from(clearances)

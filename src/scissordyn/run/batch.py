@@ -130,13 +130,11 @@ def simulate_cases(
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
     """The same with the options of `simulate` together, and the perturbations of the starts; nothing has to vary."""
-    values = _columns(mechanism, over)
-    chosen, spread = _chosen(measures), workers_of(threads)
+    columns, chosen, spread = _columns(mechanism, over), _chosen(measures), workers_of(threads)
     check_bars(mechanism, chosen)
-    batch = _Batch(mechanism, values, chosen, perturbed)
-    began = clocks.perf_counter()
-    interrupted = _run_all(batch, options, spread, progress)
-    return _dataset(mechanism, values, options, batch, clocks.perf_counter() - began, interrupted=interrupted)
+    batch, began = _Batch(mechanism, columns, options, chosen, perturbed), clocks.perf_counter()
+    interrupted = batch.run(spread, progress)
+    return batch.dataset(clocks.perf_counter() - began, interrupted=interrupted)
 
 
 def _columns(mechanism: Mechanism, over: Mapping[str, ArrayLike]) -> dict[str, np.ndarray]:
@@ -305,10 +303,11 @@ class _Batch:
         self,
         mechanism: Mechanism,
         columns: Mapping[str, np.ndarray],
+        options: Options,
         measures: Mapping[str, Measure],
         perturbed: Perturbed,
     ) -> None:
-        self.base, self.columns, self.measures, self.perturbed = mechanism, columns, measures, perturbed
+        self.base, self.columns, self.options, self.measures, self.perturbed = mechanism, columns, options, measures, perturbed
         self.places = {parameter: find(mechanism, parameter) for parameter in columns}
         cases = len(next(iter(columns.values()))) if columns else np.size(perturbed.members)
         self.members = perturbed.member_of_each(cases)
@@ -346,76 +345,66 @@ class _Batch:
         self.seconds[case] = row.seconds
         self.status[case] = "complete"
 
-
-def _run_all(batch: _Batch, options: Options, threads: int, progress: Callable[[int, int], None] | None) -> bool:
-    """Run all cases; returns whether the user stopped it."""
-    base, cases, chosen = plan(batch.base), batch.status.size, batch.measures.values()
-    compares = any(measure.compares for measure in chosen) and bool(batch.base.tracks)
-    sampled = any(measure.sampled for measure in chosen)
-    free: queue.SimpleQueue[Worker] = queue.SimpleQueue()
-    workers = [Worker(base, options, compares=compares, sampled=sampled) for _ in range(min(threads, cases))]
-    for worker in workers:
-        free.put(worker)
-
-    def groups() -> Iterator[range]:
-        first = 0
-        while first < cases:
-            last = min(first + min(worker.size(cases, len(workers)) for worker in workers), cases)
-            yield range(first, last)
-            first = last
-
-    def run(group: range) -> None:
-        worker = free.get()
-        try:
-            for row in worker.rows(group, batch.mechanism, batch.start):
-                batch.enter(row)
-        finally:
+    def run(self, threads: int, progress: Callable[[int, int], None] | None) -> bool:
+        """Run all cases; returns whether the user stopped it."""
+        base, cases, chosen = plan(self.base), self.status.size, self.measures.values()
+        compares = any(measure.compares for measure in chosen) and bool(self.base.tracks)
+        sampled = any(measure.sampled for measure in chosen)
+        free: queue.SimpleQueue[Worker] = queue.SimpleQueue()
+        workers = [Worker(base, self.options, compares=compares, sampled=sampled) for _ in range(min(threads, cases))]
+        for worker in workers:
             free.put(worker)
 
-    try:
-        for outcome in outcomes(len(workers), run, groups()):
-            if outcome.error is not None:
-                raise outcome.error
-            if progress is not None:
-                progress(int(np.sum(batch.status != "pending")), cases)
-    except KeyboardInterrupt:
-        return True
-    return False
+        def groups() -> Iterator[range]:
+            first = 0
+            while first < cases:
+                last = min(first + min(worker.size(cases, len(workers)) for worker in workers), cases)
+                yield range(first, last)
+                first = last
 
+        def compute(group: range) -> None:
+            worker = free.get()
+            try:
+                for row in worker.rows(group, self.mechanism, self.start):
+                    self.enter(row)
+            finally:
+                free.put(worker)
 
-def _dataset(
-    mechanism: Mechanism,
-    values: dict[str, np.ndarray],
-    options: Options,
-    batch: _Batch,
-    seconds: float,
-    *,
-    interrupted: bool,
-) -> xr.Dataset:
-    exerted = component_units(mechanism)
-    every = " or ".join(dict.fromkeys(exerted.values())) or "1"
-    variables: dict[str, Any] = {}
-    for name, measure in batch.measures.items():
-        about = {"units": every if measure.dims == ("component",) else measure.units, "long_name": measure.long_name}
-        variables[name] = (("case", *measure.dims), batch.values[name], about)
-    variables["status"] = ("case", batch.status.astype(str), {"long_name": "complete, failed or pending"})
-    variables["cause"] = ("case", batch.cause.astype(str), {"long_name": "why a case failed"})
-    variables["warnings"] = ("case", batch.warnings.astype(str), {"long_name": "warnings of a complete case, one a line"})
-    coordinates: dict[str, Any] = {}
-    for parameter, column in values.items():
-        quantity = number(mechanism, parameter).quantity
-        assert quantity is not None
-        coordinates[parameter] = ("case", column, {"units": quantity.unit, "long_name": quantity.help or parameter})
-    used = {dim for measure in batch.measures.values() for dim in measure.dims}
-    coordinates |= {dim: batch.sizes[dim] for dim in sorted(used)}
-    if "component" in used:
-        coordinates[COMPONENT_UNIT] = ("component", np.array(list(exerted.values()), dtype=str))
-    attributes = {
-        "title": TITLE,
-        "status": "interrupted" if interrupted else "complete",
-        "failed_cases": int(np.sum(batch.status == "failed")),
-        "seconds": seconds,
-        "integration_seconds": float(np.nansum(batch.seconds)),
-        "configuration": write_configuration(mechanism, options),
-    }
-    return xr.Dataset(variables, coords=coordinates, attrs=attributes)
+        try:
+            for outcome in outcomes(len(workers), compute, groups()):
+                if outcome.error is not None:
+                    raise outcome.error
+                if progress is not None:
+                    progress(int(np.sum(self.status != "pending")), cases)
+        except KeyboardInterrupt:
+            return True
+        return False
+
+    def dataset(self, seconds: float, *, interrupted: bool) -> xr.Dataset:
+        exerted = component_units(self.base)
+        every = " or ".join(dict.fromkeys(exerted.values())) or "1"
+        variables: dict[str, Any] = {}
+        for name, measure in self.measures.items():
+            about = {"units": every if measure.dims == ("component",) else measure.units, "long_name": measure.long_name}
+            variables[name] = (("case", *measure.dims), self.values[name], about)
+        variables["status"] = ("case", self.status.astype(str), {"long_name": "complete, failed or pending"})
+        variables["cause"] = ("case", self.cause.astype(str), {"long_name": "why a case failed"})
+        variables["warnings"] = ("case", self.warnings.astype(str), {"long_name": "warnings of a complete case, one a line"})
+        coordinates: dict[str, Any] = {}
+        for parameter, column in self.columns.items():
+            quantity = number(self.base, parameter).quantity
+            assert quantity is not None
+            coordinates[parameter] = ("case", column, {"units": quantity.unit, "long_name": quantity.help or parameter})
+        used = {dim for measure in self.measures.values() for dim in measure.dims}
+        coordinates |= {dim: self.sizes[dim] for dim in sorted(used)}
+        if "component" in used:
+            coordinates[COMPONENT_UNIT] = ("component", np.array(list(exerted.values()), dtype=str))
+        attributes = {
+            "title": TITLE,
+            "status": "interrupted" if interrupted else "complete",
+            "failed_cases": int(np.sum(self.status == "failed")),
+            "seconds": seconds,
+            "integration_seconds": float(np.nansum(self.seconds)),
+            "configuration": write_configuration(self.base, self.options),
+        }
+        return xr.Dataset(variables, coords=coordinates, attrs=attributes)

@@ -28,7 +28,7 @@ from scissordyn.run.configuration import is_run, read_configuration, write_confi
 from scissordyn.run.options import AUTO, EndTime, EventKind, Options, SampleCount, StartKind
 from scissordyn.run.results import Results, Run
 from scissordyn.run.start.demand import check_samples
-from scissordyn.run.start.ideal_path import IdealPath, deviates, ideal_path
+from scissordyn.run.start.ideal_path import deviates, ideal_path
 from scissordyn.units import Meaning, checked
 from scissordyn.warning import RunWarning, plain, warning
 
@@ -186,10 +186,26 @@ def results_of(
     else:
         times = sample_times(options, curves=records)
         path = compute(tables, options, progress, times=times, curves=records, ideal=ideal, keeper=keeper)
+
+    def answered(path: Trajectory) -> Results:
+        path, record = recorded(tables, options, path, progress, ideal=ideal)
+        run = results(tables, configuration, path, record)
+        warnings = [*plain(path.warnings), *Extremes(tables).add(path).warnings(), *run_warnings(tables, run, path.immobile)]
+        warnings += plain(passing_warnings(tables, run, options.until)) + painleve_warnings(path, record)
+        warnings += scale_warnings(options, path) + hard_contact_warnings(path, options)
+        if run.attrs["status"] == "failed":
+            failures = [str(failure) for failure in contact_failures(tables, run)]
+            run.attrs["cause"] = "; ".join(failures if failures and FAILED in path.cause else [path.cause, *failures])
+        if ideal is not None:
+            run.variables.update(deviation_variables(run, path, ideal, options))
+            warnings += plain(ideal.warnings)
+        _add_warnings(run, warnings)
+        return run
+
     sampled = with_recorded(path) if options.samples == AUTO else sampled_at(path, sample_times(options)) if records else path
-    run = _answered(sampled, options, configuration, ideal, progress)
+    run = answered(sampled)
     if records and options.samples != AUTO and path.status == "complete":
-        run.make_finer = lambda: _answered(with_recorded(path), options, configuration, ideal, progress)
+        run.make_finer = lambda: answered(with_recorded(path))
     if states is not None:
         horizon = predictability(options, path, states, run, progress, keeper)
         run.attrs.update(horizon.attributes)
@@ -200,29 +216,6 @@ def results_of(
         _add_warnings(run, [*warnings_of(run), warning("checkpoints", problem=keeper.problem)])
     if keeper is not None and run.attrs["status"] != "interrupted":
         keeper.finish()
-    return run
-
-
-def _answered(
-    path: Trajectory,
-    options: Options,
-    configuration: str,
-    ideal: IdealPath | None,
-    progress: Callable[[float], None] | None,
-) -> Results:
-    plan = path.plan
-    path, record = recorded(plan, options, path, progress, ideal=ideal)
-    run = results(plan, configuration, path, record)
-    warnings = [*plain(path.warnings), *Extremes(plan).add(path).warnings(), *run_warnings(plan, run, path.immobile)]
-    warnings += plain(passing_warnings(plan, run, options.until)) + painleve_warnings(path, record)
-    warnings += scale_warnings(options, path) + hard_contact_warnings(path, options)
-    if run.attrs["status"] == "failed":
-        failures = [str(failure) for failure in contact_failures(plan, run)]
-        run.attrs["cause"] = "; ".join(failures if failures and FAILED in path.cause else [path.cause, *failures])
-    if ideal is not None:
-        run.variables.update(deviation_variables(run, path, ideal, options))
-        warnings += plain(ideal.warnings)
-    _add_warnings(run, warnings)
     return run
 
 

@@ -14,10 +14,9 @@ from scissordyn.run.answer.joint_force import LESS, ForceAnswer, kinds_left_out,
 from scissordyn.units import counted, short
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from scissordyn.explore.case import Case
     from scissordyn.run.answer.summary import ActuatorAnswer, PointAnswer, Summary
+    from scissordyn.run.results import Run
 
 MOST_CARDS = 3
 """Cards of tracked points, and of torques; those that are furthest beyond what is allowed come first."""
@@ -97,7 +96,7 @@ def _of_torque(actuator: ActuatorAnswer) -> Card:
     return _card(title, value, when, limit, met=True if limit else None)
 
 
-def contact_table(run: xr.Dataset) -> dict[str, Any]:
+def contact_table(run: Run) -> dict[str, Any]:
     """The contacts of a run as columns, in units that suit its numbers."""
     columns = []
     left_out = kinds_left_out(run)

@@ -130,8 +130,8 @@ class Page:
             return
         run, mechanism, pinned = self.shown.run, self.shown.case.mechanism, self.session.pins
         if self._summary is None or self._summary[0] is not self.shown:
-            of = self.shown.case
-            self._summary = self.shown, summary_of(run, Configuration(run.attrs[ATTRIBUTE], mechanism, of.options))
+            configuration = Configuration(run.attrs[ATTRIBUTE], mechanism, self.shown.case.options)
+            self._summary = self.shown, summary_of(self.shown.results or run, configuration)
         summary, before = self._summary[1], [pin.run for pin in pinned if pin.run is not None]
         message: dict[str, Any] = {
             "type": "run",
@@ -143,7 +143,7 @@ class Page:
         if scene:
             message |= {
                 "scene": self._scene(self.shown, run),
-                "table": contact_table(run),
+                "table": contact_table(self.shown.results or run),
                 "bends": bends(mechanism),
                 "selected": self.selected,
             }

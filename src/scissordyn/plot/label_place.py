@@ -69,7 +69,7 @@ def asides(
         cost = FAR * np.tile(distance, (len(chosen), 1))
         for here, points, before, paid in zip(places, ink, chosen_places, cost, strict=True):
             paid += _hidden(here, k, tries, half, points, edges)
-            if not alone:
+            if k and not alone:
                 paid += _covered(here, k, tries, half, before, halves)
         chosen_places[:, k] = tries[_calmest(cost, JUMP * len(chosen))]
     return chosen_places

@@ -28,7 +28,7 @@ export function lowerBound(x, value) {
 // lowest, the highest and the last
 export function decimated(x, y, from, to, columns) {
   const first = Math.max(0, lowerBound(x, from) - 1), last = Math.min(x.length - 1, lowerBound(x, to));
-  if (last - first < 4 * columns) {
+  if (last - first < 2 * columns) {
     const all = new Float64Array(2 * Math.max(0, last - first + 1));
     for (let k = first, n = 0; k <= last; k++) { all[n++] = x[k]; all[n++] = Number.isFinite(y[k]) ? y[k] : NaN; }
     return all;

@@ -11,6 +11,7 @@ import xarray as xr
 from scissordyn.study.answer.control_variate import fraction_interval
 from scissordyn.study.answer.grouped import grouped, grouped_lines
 from scissordyn.study.ask.description import Study
+from scissordyn.study.ask.design import INDEPENDENT
 from scissordyn.study.ask.requirement import Response, response_unit, response_values, value_text, whole_responses
 from scissordyn.study.compute.store import COMPLETE, FAILED, PENDING
 from scissordyn.study.compute.table import chosen_numbers, column
@@ -149,7 +150,7 @@ def feasible_fraction(study: Study, results: xr.Dataset) -> list[FeasibleFractio
 
 def _is_sample(study: Study, by_samples: bool) -> bool:
     kind = study.sampling.kind if by_samples else study.design.kind
-    return kind in ("random", "latin-hypercube", "sobol") and (by_samples or bool(study.factors))
+    return kind in INDEPENDENT and (by_samples or bool(study.factors))
 
 
 def worst_cases(study: Study, results: xr.Dataset, count: int = 5) -> list[Worst]:

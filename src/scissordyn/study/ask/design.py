@@ -208,5 +208,6 @@ DESIGNS: Mapping[str, Points] = MappingProxyType(
 )
 """Designs by kind."""
 
-SAMPLED = ("random", "latin-hypercube", "sobol", "saltelli", "morris")
+INDEPENDENT = ("random", "latin-hypercube", "sobol")  # Of which the points are a sample of the range
+SAMPLED = (*INDEPENDENT, "saltelli", "morris")
 EXTENDABLE = ("random", "sobol", "saltelli", "adaptive")

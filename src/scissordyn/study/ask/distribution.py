@@ -23,7 +23,6 @@ class Variation:
     """A set of values with a measure of probability on it."""
 
     kind: ClassVar[str]
-    count: int = LEVELS  # Of values of a grid
 
     def _check_finite(self, *numbers: float) -> None:
         if not all(map(math.isfinite, numbers)):
@@ -41,6 +40,11 @@ class Variation:
     def levels(self) -> np.ndarray:
         """Values of a grid: quantiles in the middle of equally probable parts, or all that were given."""
         return self.quantile((np.arange(LEVELS) + 0.5) / LEVELS)
+
+    @property
+    def count(self) -> int:
+        """Number of values of a grid."""
+        return len(self.levels())
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -71,10 +75,6 @@ class Levels(Variation):
 
     def levels(self) -> np.ndarray:
         return np.asarray(self.values)
-
-    @property
-    def count(self) -> int:  # type: ignore[override]
-        return len(self.values)
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -112,11 +112,7 @@ class Names(Variation):
         return np.searchsorted(np.cumsum(shares)[:-1], u, side="right").astype(float)
 
     def levels(self) -> np.ndarray:
-        return np.arange(float(self.count))
-
-    @property
-    def count(self) -> int:  # type: ignore[override]
-        return len(self.values)
+        return np.arange(float(len(self.values)))
 
     @property
     def ends(self) -> tuple[float, float]:

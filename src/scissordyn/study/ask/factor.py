@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from scissordyn.errors import InputError, did_you_mean, whole_number
-from scissordyn.study.ask.design import check_seed
+from scissordyn.study.ask.design import INDEPENDENT, check_seed
 from scissordyn.study.ask.distribution import Interval, Names, Variation
 
 
@@ -78,9 +78,9 @@ class Sampling:
     common: bool = True
 
     def __post_init__(self) -> None:
-        if self.kind not in ("random", "latin-hypercube", "sobol"):
-            kinds = ("random", "latin-hypercube", "sobol")
-            raise InputError(f"sampling '{self.kind}'{did_you_mean(self.kind, kinds)}", ", ".join(kinds), 'kind = "sobol"')
+        if self.kind not in INDEPENDENT:
+            near = did_you_mean(self.kind, INDEPENDENT)
+            raise InputError(f"sampling '{self.kind}'{near}", ", ".join(INDEPENDENT), 'kind = "sobol"')
         whole_number("samples", self.samples)
         check_seed(whole_number("seed", self.seed, 0))
         if not self.common and self.kind == "latin-hypercube":

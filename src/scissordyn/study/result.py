@@ -76,7 +76,11 @@ class StudyResult:
 
     @cached_property
     def points(self) -> xr.Dataset:
-        """What is known of each point of the design; see `study.answer.by_point`."""
+        """What is known of each point of the design.
+
+        Its numbers; the mean of each response, its ``worst`` value and relative ``spread`` of members; `met` and `complete`,
+        fractions of its cases; `disagrees` and `undecided`, whether members differ, and on the requirements.
+        """
         return by_point(self.study, self.dataset)
 
     @property
@@ -91,7 +95,7 @@ class StudyResult:
 
     @property
     def damage(self) -> str:
-        """Blocks of the store that are damaged, whose cases are pending; empty if there are none."""
+        """Rows of the store that are damaged, whose cases are pending; empty if there are none."""
         return str(self.dataset.attrs.get("damage", ""))
 
     @property
@@ -151,7 +155,7 @@ class StudyResult:
 
     @property
     def trends(self) -> dict[str, Trend]:
-        """By response, the power law or straight line that predicts points it has not seen best; see `study.trend.Trend`."""
+        """By response, the power law or straight line that predicts points it has not seen best."""
         return {name: both[0] for name, both in trends(self.study, self.dataset).items()}
 
     @cached_property
@@ -164,12 +168,12 @@ class StudyResult:
 
     @property
     def estimates(self) -> list[Corrected]:
-        """Fractions, means and quantiles from cheap and accurate runs together, with 95 % intervals: see `study.fidelity`."""
+        """Fractions, means and quantiles from cheap and accurate runs together, `estimate` of each with its 95 % interval."""
         return estimates(self.study, self.dataset, self._verified().dataset)
 
     @property
     def confirmed(self) -> pd.DataFrame:
-        """The points of a search by cheap runs that were run accurately: see `study.fidelity.confirmed`."""
+        """The points of a search by cheap runs that were run accurately: numbers, goals and violation by both kinds of runs."""
         self._need_goals()
         return confirmed(self.study, self._verified().dataset, self.dataset)
 
@@ -212,7 +216,7 @@ class StudyResult:
 
     @property
     def optimum(self) -> Optimum:
-        """All points that an optimisation has tried; see `study.optimise.candidates`."""
+        """All points that a search has tried, with goals, `violation`, `front` and `generation`; and which is the best."""
         self._need_goals()
         return candidates(self.study, self.dataset)
 
@@ -294,7 +298,7 @@ class StudyResult:
         retry : bool
             Do cases that failed again.
         progress : callable, optional
-            Called after each block with a `study.execute.Progress`.
+            Called after each block with how far it is: `complete`, `failed`, `cases`, `rate` [1/s], `left` [s].
 
         Returns
         -------

@@ -45,7 +45,7 @@ class OwnMeasure:
     name: str
     function: Callable[..., float] | str  # Or ``"file.py:function"``. Returns a number
     # What it gets: the Dataset that `simulate` returns (each case is then simulated once more, with samples), or the
-    # `run.measure.Ended` of the batch
+    # `Ended` of the batch
     of: str = "dataset"
     units: str = "1"
     digest: str = ""  # Of its file

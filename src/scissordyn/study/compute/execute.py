@@ -60,13 +60,8 @@ class How(TypedDict, total=False):
     progress: Callable[[Progress], None] | None
 
 
-def prepare(
-    study: Study, store: Store, *, block: int | None = None, workers: int = 1, points: np.ndarray | None = None
-) -> None:
-    """Make the store of a study, or check that it is this study's."""
-    if store.exists():
-        store.check(study)
-        return
+def _begin(study: Study, store: Store, block: int | None, workers: int, points: np.ndarray | None) -> None:
+    """Make the store of a study."""
     store.check_place()
     if block is not None:
         whole_number("block", block)
@@ -112,7 +107,8 @@ def execute(
     store = Store(path)
     if store.exists():
         store.check(study)  # before workers are started for nothing
-    prepare(study, store, block=how.get("block"), workers=workers_of(how.get("engine")), points=points)
+    else:
+        _begin(study, store, how.get("block"), workers_of(how.get("engine")), points)
     with store.alone():
         if study.cases > store.cases or (study.cases < store.cases and points is None):
             raise InputError(

@@ -13,7 +13,7 @@ from scissordyn.run.answer.measure import MEASURES
 
 CASES = 12
 
-ACCUMULATED = tuple(name for name, measure in MEASURES.items() if not measure.sampled)
+ACCUMULATED = tuple(name for name, measure in MEASURES.items() if not (measure.sampled or measure.static))
 
 
 def arm(**clearance: Any) -> sd.Mechanism:

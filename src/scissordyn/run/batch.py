@@ -23,7 +23,7 @@ from scissordyn.run.advance.driver import FIRST, SLICE, UNFINISHED, Driver, adva
 from scissordyn.run.advance.system import make_system, put_numbers
 from scissordyn.run.advance.trajectory import broken_off, make_driver, model_failure, reach
 from scissordyn.run.answer.hard_contact import ignored_roots, stepping_warnings
-from scissordyn.run.answer.measure import COMPONENT_UNIT, MEASURES, Ended, Measure, check_bars, component_units, parts_of
+from scissordyn.run.answer.measure import COMPONENT_UNIT, MEASURES, Ended, Measure, check_measures, component_units, parts_of
 from scissordyn.run.answer.warn import Extremes
 from scissordyn.run.configuration import write_configuration
 from scissordyn.run.engine import outcomes, workers_of
@@ -131,7 +131,7 @@ def simulate_cases(
 ) -> xr.Dataset:
     """The same with the options of `simulate` together, and the perturbations of the starts; nothing has to vary."""
     columns, chosen, spread = _columns(mechanism, over), _chosen(measures), workers_of(threads)
-    check_bars(mechanism, chosen)
+    check_measures(mechanism, chosen)
     batch, began = _Batch(mechanism, columns, options, chosen, perturbed), clocks.perf_counter()
     interrupted = batch.run(spread, progress)
     return batch.dataset(clocks.perf_counter() - began, interrupted=interrupted)
@@ -199,8 +199,10 @@ class Row(NamedTuple):
 class Worker:
     """One thread's arrays, which it keeps from case to case: it prepares some cases and advances them one after another."""
 
-    def __init__(self, base: Plan, options: Options, *, compares: bool = False, sampled: bool = False) -> None:
-        self.base, self.options, self.compares, self.sampled = base, options, compares, sampled
+    def __init__(
+        self, base: Plan, options: Options, *, compares: bool = False, sampled: bool = False, still: bool = False
+    ) -> None:
+        self.base, self.options, self.compares, self.sampled, self.still = base, options, compares, sampled, still
         self.slots: list[_Slot] = []
         self.path: IdealPath | None = None
         self.seconds, self.slice = 0.0, FIRST
@@ -230,6 +232,9 @@ class Worker:
                 ready.append((case, slot, driver))
             except ScissordynError as error:
                 rows.append(Row(case, None, str(error)))
+        if self.still:
+            yield from rows + [Row(case, Ended(driver, None, self.options), warned=slot.warned) for case, slot, driver in ready]
+            return
         statuses, seconds = self._together([driver for _, _, driver in ready])
         for (case, slot, driver), status in zip(ready, statuses, strict=True):
             cause, taken = self._advance(driver, status)
@@ -351,7 +356,8 @@ class _Batch:
         compares = any(measure.compares for measure in chosen) and bool(self.base.tracks)
         sampled = any(measure.sampled for measure in chosen)
         free: queue.SimpleQueue[Worker] = queue.SimpleQueue()
-        workers = [Worker(base, self.options, compares=compares, sampled=sampled) for _ in range(min(threads, cases))]
+        kinds = {"compares": compares, "sampled": sampled, "still": bool(chosen) and all(measure.static for measure in chosen)}
+        workers = [Worker(base, self.options, **kinds) for _ in range(min(threads, cases))]
         for worker in workers:
             free.put(worker)
 

@@ -10,9 +10,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
+from scissordyn.component.actuator import Actuator
 from scissordyn.errors import InputError, ScissordynError
 from scissordyn.mechanics.monitored import (
     COMPONENT_FORCE,
@@ -34,6 +36,7 @@ from scissordyn.run.answer.dataset import largest_along_bars
 from scissordyn.run.answer.events import ACCOUNTS, Contact, accounts
 from scissordyn.run.answer.internal_forces import bars_of
 from scissordyn.run.answer.peak_estimate import peak_forces
+from scissordyn.run.answer.statics import check_stroke, static_peaks
 from scissordyn.run.answer.track import SETTLING, settling_times
 from scissordyn.run.options import Options
 from scissordyn.run.start.ideal_path import PARTS, IdealPath, deviation_parts
@@ -117,6 +120,12 @@ class Ended:
             return record(self.plan.maps, self.driver.system, self.path.samples)
 
     @cached_property
+    def static_peaks(self) -> dict[str, float]:
+        """The largest sizes of forces and torques without inertia, by name."""
+        assert self.options is not None
+        return static_peaks(self.mechanism, self.options.until)
+
+    @cached_property
     def bars(self) -> dict[str, np.ndarray]:
         """Sizes of the largest values along bars that bend, among the samples, by the names of their variables."""
         undefined = np.flatnonzero(~np.all(np.isfinite(self.record.A), axis=1))
@@ -142,15 +151,38 @@ class Measure:
 
     units: str
     long_name: str
-    dims: tuple[str, ...]  # (), ("joint",), ("drive",), ("component",), ("track",) or ("bar",)
+    dims: tuple[str, ...]  # () or the name of a dimension of `parts_of`
     value: Callable[[Ended], float | np.ndarray]  # From an `Ended` to a float or an array along the dimension
     compares: bool = False  # Whether it is a deviation from the commanded path, which is then computed too
     sampled: bool = False  # Whether it needs equally spaced samples
+    static: bool = False  # Whether it needs no run
 
 
 def _of_bars(quantity: str, units: str, text: str) -> Measure:
     about = f"largest {text} of each bar that bends, among the samples"
     return Measure(units, about, ("bar",), lambda ended: ended.bars[f"bar_largest_{quantity}"], sampled=True)
+
+
+def _static(dim: str, text: str, units: str, *kinds: str) -> Measure:
+    """The largest size of what statics has by a kind and the name of a part, or by the kind alone if there is one part."""
+
+    def value(ended: Ended) -> np.ndarray:
+        peaks = ended.static_peaks
+        names = [[f"{kind} {part}" for kind in kinds] for part in parts_of(ended.mechanism)[dim]]
+        if dim == "component":
+            names = [_component_names(part) for part in ended.mechanism.components]
+        sizes = [[peaks[name] for name in (*of_part, *kinds) if name in peaks] for of_part in names]
+        return np.array([size[0] if size else math.nan for size in sizes], float)
+
+    return Measure(units, f"largest {text} without inertia", (dim,), value, static=True)
+
+
+def _component_names(part: Any) -> list[str]:
+    """What statics calls that which a component exerts; a servo is a drive there."""
+    if isinstance(part, Actuator):
+        return [f"drive torque {part.body}", "drive torque"]
+    section = part.declaration.section.replace("_", " ")
+    return [f"{section} {kind} {part.name}" for kind in ("force", "torque")]
 
 
 def _energy(name: str) -> Measure:
@@ -241,8 +273,24 @@ MEASURES: Mapping[str, Measure] = MappingProxyType(
         "peak_buckling_ratio": _of_bars(
             "buckling_ratio", "1", "compression over that at which the mechanism buckles, drives locked"
         ),
+        "static_drive_torque": _static("drive", "driving torque", "N m", "drive torque"),
+        "static_rod_force": _static("rod", "force of a rod", "N", "rod force"),
+        "static_coordinate_drive_force": _static(
+            "coordinate_drive",
+            "force or torque of the drive of a coordinate",
+            "N or N m",
+            *("coordinate drive force", "coordinate drive torque"),
+        ),
+        "static_coupling_force": _static(
+            "coupling", "force or torque of a coupling on its output", "N or N m", "coupling force", "coupling torque"
+        ),
+        "static_component_force": _static("component", "force or torque of a component", "N or N m"),
+        "static_reaction": _static("ideal_joint", "reaction of a joint or guide, taken as ideal,", "N", "reaction"),
+        "static_bar_stress": _static("bar", "stress in the extreme fibre of a bar that bends", "Pa", "bar stress"),
         **{name: _energy(name) for name in POWERS},
-        "mass": Measure("kg", "mass of all bodies", (), lambda e: float(sum(body.mass for body in e.mechanism.bodies))),
+        "mass": Measure(
+            "kg", "mass of all bodies", (), lambda e: float(sum(body.mass for body in e.mechanism.bodies)), static=True
+        ),
         "steps": Measure("1", "integration steps", (), lambda e: float(e.driver.state.counts["steps"][0])),
         "end": Measure("s", "time reached", (), lambda e: e.time),
     }
@@ -266,6 +314,8 @@ def parts_of(mechanism: Mechanism) -> dict[str, list[str]]:
         "joint": [contact.name for contact in mechanism.contacts],
         "drive": [drive.body for drive in mechanism.drives],
         "component": [component.name for component in mechanism.components],
+        "rod": [rod.name for rod in mechanism.rods],
+        "ideal_joint": [*mechanism.ideal().joint_names],
         "coupling": [coupling.name for coupling in mechanism.couplings],
         "coordinate_drive": [drive.name for drive in mechanism.coordinate_drives],
         "track": [track.name for track in mechanism.tracks],
@@ -279,12 +329,14 @@ def _padded(values: np.ndarray, count: int) -> np.ndarray:
     return full
 
 
-NEEDED = {"peak_bar_stress": "youngs_modulus", "peak_utilisation": "yield_strength"}
+NEEDED = {"peak_bar_stress": "youngs_modulus", "static_bar_stress": "youngs_modulus", "peak_utilisation": "yield_strength"}
 """What bars have to know for a measure."""
 
 
-def check_bars(mechanism: Mechanism, measures: Mapping[str, Measure]) -> None:
-    """Raise `InputError` for a measure of bars that bend where none does, or where one lacks a number."""
+def check_measures(mechanism: Mechanism, measures: Mapping[str, Measure]) -> None:
+    """Raise `InputError` for a measure of statics without a stroke, or of bars that bend where none does or lacks a number."""
+    if any(name.startswith("static_") for name in measures):
+        check_stroke(mechanism)
     bars = bars_of(mechanism)
     for name in (name for name, measure in measures.items() if measure.dims == ("bar",)):
         if not bars:

@@ -31,7 +31,7 @@ from scissordyn.run.answer.dataset import results
 from scissordyn.run.answer.warn import ROUNDED, beyond_outputs
 from scissordyn.run.configuration import write_configuration
 from scissordyn.run.options import EndTime, Options
-from scissordyn.run.results import Variable, Variables
+from scissordyn.run.results import Results, Variable, Variables
 from scissordyn.run.start.rest import count_turns
 from scissordyn.run.start.small_motion import along
 from scissordyn.run.start.stiffness import At
@@ -43,7 +43,8 @@ if TYPE_CHECKING:
 
 TITLE = "scissordyn statics"
 
-POINTS = 201
+POINTS, MEASURED = 201, 51
+"""Positions, and those of a measure of many cases."""
 
 CREEP = 1e-9
 """Speed of the fastest drive [rad/s, m/s], which tells friction and one-way loads their sense; squares of it are round-off."""
@@ -107,14 +108,15 @@ def statics(
         If nothing is prescribed, a position has no static equilibrium, or what depends on the sense of the motion, as friction
         does, acts on a mechanism that the drives do not move alone.
     """
+    return static_results(mechanism, until, points, friction).dataset()
+
+
+def static_results(mechanism: Mechanism, until: float, points: int, friction: Friction) -> Results:
+    """The same as plain arrays."""
+    check_stroke(mechanism)
     ideal = frictionless(commanded(mechanism).ideal())
     whole = plan(ideal)
     inputs = Inputs(whole)
-    if not inputs.count:
-        raise InputError(
-            "statics of a mechanism without a drive, a servo, a driven rod or coordinate, which has no stroke",
-            "a drive, or a rod with a motion",
-        )
     times = np.linspace(0.0, until, points)
     path, rested = _rested(whole, inputs, times, friction)
     forces = results(whole, write_configuration(ideal, Options(until=until, samples=points)), path, rested)
@@ -123,7 +125,30 @@ def statics(
     variables |= _envelope(variables, times)
     forces.variables = variables
     forces.attrs.update(title=TITLE, warnings=json.dumps(_warnings(whole, variables, path)))
-    return forces.dataset()
+    return forces
+
+
+def static_peaks(mechanism: Mechanism, until: float) -> dict[str, float]:
+    """The largest size of each force and torque, with friction as the drives move if there is some, and of stresses of bars."""
+    parts = frictionless(mechanism.ideal()).components
+    rubbing = any(getattr(part, name) for part in parts for name in SENSES.get(part.declaration.section, ("", ()))[1])
+    forces = static_results(mechanism, until, MEASURED, "forward" if rubbing else "none").variables
+    sizes = np.maximum(np.abs(forces["least"].values), np.abs(forces["largest"].values))
+    peaks = dict(zip(forces["quantity"].values.tolist(), sizes.tolist(), strict=True))
+    if "bar" in forces:
+        names, stresses = (forces[name].values.tolist() for name in ("bar", "bar_largest_stress"))
+        peaks |= {f"bar stress {name}": stress for name, stress in zip(names, stresses, strict=True)}
+    return peaks
+
+
+def check_stroke(mechanism: Mechanism) -> None:
+    """Raise `InputError` where nothing is prescribed."""
+    driven = commanded(mechanism)
+    if not (driven.drives or driven.coordinate_drives or any(rod.motion for rod in driven.rods)):
+        raise InputError(
+            "statics of a mechanism without a drive, a servo, a driven rod or coordinate, which has no stroke",
+            "a drive, or a rod with a motion",
+        )
 
 
 def _rested(whole: Plan, inputs: Inputs, times: np.ndarray, friction: Friction) -> tuple[Trajectory, Record]:

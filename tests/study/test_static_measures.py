@@ -1,0 +1,113 @@
+"""Measures of statics in batches and studies: the jack of a lift over a payload, against its closed form."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import scissordyn as sd
+from scissordyn.cli.main import status_of
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+G, ARMS = 9.81, 36.0
+
+
+def jack_force(payload: np.ndarray) -> np.ndarray:
+    """Of the lift of three stages with its arms as low as they are, across its foot [N]."""
+    foot = 0.9397
+    return 3.0 * G * (payload + 0.5 * ARMS) * foot / math.sqrt(1.0 - foot**2)
+
+
+def test_batch_is_statics_of_each_case() -> None:
+    """Identity: the largest sizes are those of statics; nothing is integrated if no measure asks for it."""
+    lift = sd.read_case(EXAMPLES / "lift.toml").mechanism
+    names = ("static_rod_force", "static_reaction", "static_component_force")
+    batch = sd.simulate_many(lift, {"gravity": [4.0, 9.81]}, until=0.9, start="static", measures=(*names, "mass"))
+    assert list(batch["status"].values) == ["complete"] * 2
+    assert batch.attrs["integration_seconds"] == 0.0
+    np.testing.assert_allclose(batch["static_rod_force"].values[:, 0], jack_force(40.0) * np.array([4.0, G]) / G, rtol=1e-11)
+    forces = sd.statics(lift, until=0.9, points=401)
+    sizes = np.maximum(np.abs(forces["least"]), np.abs(forces["largest"]))
+    for name, dim, kind in (
+        ("static_reaction", "ideal_joint", "reaction"),
+        ("static_component_force", "component", "travel stop force"),
+    ):
+        for part in batch[dim].values.tolist():
+            largest = float(batch[name].sel({dim: part})[1])
+            assert largest == pytest.approx(float(sizes.sel(quantity=f"{kind} {part}")), rel=1e-3)
+    also = sd.simulate_many(lift, {"gravity": [9.81]}, until=0.1, measures=("static_rod_force", "steps"))
+    assert float(also["steps"][0]) > 0.0
+
+
+def test_measures_of_couplings_servos_and_bars() -> None:
+    """Identity: couplings, drives, servos and bars that bend have the numbers of statics."""
+    entry = sd.zoo["screw-driven-array"]
+    forces = sd.statics(entry.mechanism, until=0.5)
+    names = ("static_drive_torque", "static_coupling_force")
+    batch = sd.simulate_many(entry.mechanism, {"gravity": [G]}, until=0.5, measures=names)
+    sizes = [float(np.abs(forces[name]).max()) for name in ("drive_torque", "coupling_force")]
+    assert [float(batch[name].values[0, 0]) for name in names] == pytest.approx(sizes)
+    servo = sd.read_case(EXAMPLES / "controlled.toml")
+    batch = sd.simulate_many(servo.mechanism, {"gravity": [G]}, until=servo.run.until, measures=("static_component_force",))
+    torque = sd.statics(servo.mechanism, until=servo.run.until)["drive_torque"]
+    assert float(batch["static_component_force"].values[0, 0]) == pytest.approx(float(np.abs(torque).max()), rel=1e-3)
+    table = sd.read_case(EXAMPLES / "lift_table.toml")
+    batch = sd.simulate_many(table.mechanism, {"gravity": [G]}, until=0.6, measures=("static_bar_stress",))
+    stress = sd.statics(table.mechanism, until=0.6, points=51)["bar_largest_stress"]
+    np.testing.assert_allclose(batch["static_bar_stress"].values[0], stress)
+    with pytest.raises(sd.InputError, match="which has no stroke"):
+        sd.simulate_many(sd.zoo["press"].mechanism, {"gravity": [G]}, until=0.1, measures=("static_reaction",))
+
+
+def test_friction_counts_as_the_drives_move() -> None:
+    """Closed form: a bearing of radius R adds its friction circle to the torque of a crank that presses."""
+    crank = sd.slider_crank(crank=0.1, rod=0.3, gravity=0.0).driven(sd.Polynomial((0.5, 1.0)))
+    parts = (sd.Force("cut", ("slider", "centre"), force=(-250.0, 0.0)), sd.PinFriction("bearing", "crank", 0.02, 0.2))
+    rubbed = crank.with_parts({"components": parts})
+    batch = sd.simulate_many(rubbed, {"bearing.kinetic": [0.2]}, until=2.0, measures=("static_drive_torque",))
+    forward = sd.statics(rubbed, until=2.0, friction="forward")
+    assert float(batch["static_drive_torque"].values[0, 0]) == pytest.approx(
+        float(np.abs(forward["drive_torque"]).max()), rel=1e-4
+    )
+
+
+STUDY = """
+case = "lift.toml"
+measures = ["static_rod_force"]
+require = ["jack.static_rod_force < 4.9 kN"]
+
+[uncertain]
+"load.mass" = "normal(40, 4) kg"
+
+[sampling]
+samples = 8
+"""
+
+LOAD = """[[body]]
+name = "load"
+mass = "40 kg"
+points = { centre = "0, 0 m" }
+position = "1.026, 0.940 m"
+
+[[joint]]
+name = "platform"
+journal = "load.centre"
+bearing = "unit 3/bar 1.end"
+
+"""
+
+
+def test_study_sizes_the_jack(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Closed form: the force of each sample of the payload, and how many meet the bound."""
+    text = (EXAMPLES / "lift.toml").read_text()
+    payload, rod = text.index("[[payload]]"), text.index("[[rod]]")
+    (tmp_path / "lift.toml").write_text(text[:payload] + LOAD + text[rod:])
+    (tmp_path / "study.toml").write_text(STUDY)
+    assert status_of(["study", str(tmp_path / "study.toml"), "-o", str(tmp_path / "study.db"), "--threads", "1"]) == 0
+    report = capsys.readouterr().out
+    results = sd.open_study(tmp_path / "study.db").dataset
+    force = results["static_rod_force"].sel(rod="jack").values
+    np.testing.assert_allclose(force, jack_force(results["load.mass"].values), rtol=1e-10)
+    assert f"{100.0 * np.mean(force < 4900.0):.1f}%" in report

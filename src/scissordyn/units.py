@@ -226,8 +226,10 @@ Described = TypeVar("Described", bound=Callable[..., Any])
 def documented(described: Described, meanings: Mapping[str, str] = MappingProxyType({}), source: str = "") -> Described:
     """A class or function whose docstring gets parameters, with units and meanings from their annotations, and a source."""
     text = inspect.cleandoc(described.__doc__ or "")
-    hints, rows = get_type_hints(described, include_extras=True), []
+    hints, rows = _hints(inspect.unwrap(described)), []
     for name, parameter in inspect.signature(described).parameters.items():
+        if name == "self":
+            continue
         about = extras(hints[name])
         units = next((extra.units for extra in about if isinstance(extra, Pairs)), ())
         unit = " and ".join(units) or next((extra.unit for extra in about if hasattr(extra, "unit")), "1")

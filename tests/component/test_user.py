@@ -202,7 +202,10 @@ def weight(length, rate):
         ({"port": "hinge"}, "has no field 'body'"),
         ({"port": "line", "states": ("slip",)}, r"state 'slip' has no unit or no scale.*type: states=\(sd\.State\(\"slip\""),
         ({"port": "line", "states": (sd.State("slip", "m"),)}, r"state 'slip' has no unit or no scale"),
-        ({"port": "line", "states": (SLIP,)}, r"kernel 'weight' .* takes \(length, rate\).*\(length, rate, slip\)"),
+        (
+            {"port": "line", "gap": lambda length, spead: (length, spead)},
+            "kernel 'gap' names 'spead'.*length, rate",
+        ),
     ],
 )
 def test_a_wrong_declaration(options: dict[str, object], message: str) -> None:

@@ -14,7 +14,7 @@ from scissordyn.units import Quantity
 
 
 @kernel
-def gap(angle, speed, mode, approach_speed, stiffness, exponent, damping, stop, side):
+def gap(angle, speed, stop, side):
     """How far the stop is passed [rad], and how fast [rad/s]."""
     return side * (angle - stop), side * speed
 
@@ -22,7 +22,7 @@ def gap(angle, speed, mode, approach_speed, stiffness, exponent, damping, stop, 
 @kernel
 def force(angle, speed, mode, approach_speed, stiffness, exponent, damping, stop, side):
     """Torque [N m], elastic energy [J], dissipated power [W]."""
-    depth, rate = gap(angle, speed, mode, approach_speed, stiffness, exponent, damping, stop, side)
+    depth, rate = gap(angle, speed, stop, side)
     torque, energy, dissipation = push(mode, approach_speed, depth, rate, stiffness, exponent, damping)
     return -side * torque, energy, dissipation
 

@@ -10,7 +10,7 @@ from scissordyn.component.port import LINE, Output
 from scissordyn.units import Quantity
 
 
-def gap(length, rate, mode, stiffness, free_length, damping):
+def gap(length, rate, free_length):
     """Beyond zero the cable is taut."""
     return length - free_length, rate
 

@@ -11,7 +11,7 @@ from scissordyn.component.time_function import Factor
 from scissordyn.units import Quantity, State
 
 
-def force(angle, speed, load, factor, capacity, yield_angle):
+def force(speed, load, factor, capacity, yield_angle):
     """Torque [N m], stored energy [J], dissipated power [W] and the rate of the load [1/s]."""
     torque = factor * capacity * load
     return -torque, 0.0, torque * speed, (speed - abs(speed) * load) / yield_angle

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from scissordyn.compiler.recipe import Recipe
-from scissordyn.component.declaration import CONTEXT, Component, Declaration, Kernel
+from scissordyn.component.declaration import Component
 from scissordyn.errors import InputError
 from scissordyn.plugin.pointer import arguments_of, pointer_of
 
@@ -30,31 +30,11 @@ def kernels_of(described: type[Component]) -> Kernels:
 def recipes_of(described: type[Component]) -> dict[str, Recipe]:
     """What the kernels of a component class are made into, by their names."""
     declaration = described.declaration
-    kernels = {"force": declaration.force, "gap": declaration.gap, "switch": declaration.switch}
-    counts = {"force": len(declaration.results), "gap": 2, "switch": 1}
-    return {
-        key: Recipe(kernel, _handed(kernel, declaration), tuple(f"out[{k}]" for k in range(counts[key])))
-        for key, kernel in kernels.items()
-        if kernel is not None
-    }
-
-
-def _handed(kernel: Kernel, declaration: Declaration) -> tuple[str, ...]:
-    handed = [f"q[{k}]" for k in range(len(declaration.port.coordinates))]
-    handed += [f"v[{k}]" for k in range(len(declaration.port.rates))]
-    handed += [f"z[{k}]" for k in range(len(declaration.states))]
-    handed += [f"x[{CONTEXT.index(name)}]" for name in declaration.context]
-    names = arguments_of(kernel)
-    table = names[-1] == "table"
-    numbers = (f"p[{k}]" for k in range(len(names) - len(handed) - table))
-    return (*handed, *numbers, *(["p"] if table else []))
-
-
-def place_of(declaration: Declaration, argument: str) -> int:
-    """Where an argument of the force kernel stands among the numbers that a component has for it."""
-    assert declaration.force is not None
-    given = (declaration.port.coordinates, declaration.port.rates, declaration.states, declaration.context)
-    return arguments_of(declaration.force).index(argument) - sum(map(len, given))
+    places, counts, recipes = declaration.places, {"force": len(declaration.results), "gap": 2, "switch": 1}, {}
+    for key, kernel in declaration.kernels.items():
+        handed = tuple(places[name] for name in arguments_of(kernel))
+        recipes[key] = Recipe(kernel, handed, tuple(f"out[{k}]" for k in range(counts[key])))
+    return recipes
 
 
 def at_rest(component: Component, start: tuple[float, ...], at: tuple[float, ...] | None = None) -> tuple[float, ...]:
@@ -62,25 +42,24 @@ def at_rest(component: Component, start: tuple[float, ...], at: tuple[float, ...
     declaration = component.declaration
     if declaration.force is None:
         return ()
-    names = arguments_of(declaration.force)
-    rest = (0.0,) * (len(declaration.port.rates) + len(declaration.states))
-    context = tuple(1.0 if name == "factor" else 0.0 for name in declaration.context)
+    arguments, names = arguments_of(declaration.force), declaration.numbers
+    values: dict[str, Any] = dict.fromkeys(declaration.places, 0.0) | {"factor": 1.0}
+    values |= zip(declaration.port.coordinates, start if at is None else at, strict=True)
     try:
-        parameters: tuple[Any, ...] = component.parameters(start)
-        leading = len(start) + len(rest) + len(context)
-        if names[-1] == "table":
-            fixed = len(names) - leading - 1
-            parameters = (*parameters[:fixed], np.array(parameters))
-        result = declaration.force(*(start if at is None else at), *rest, *context, *parameters)
+        numbers = component.parameters(start)
+        if not len(names) <= len(numbers) <= (len(numbers) if "table" in arguments else len(names)):
+            raise TypeError(f"{len(numbers)} numbers for {', '.join(names)}")
+        values |= {**dict(zip(names, numbers, strict=False)), "table": np.array(numbers)}
+        result = declaration.force(*map(values.__getitem__, arguments))
     except Exception as error:
         raise InputError(
             f"{declaration.label} '{component.name}': its kernel raises {type(error).__name__} ({error}) where it starts",
             f"{len(declaration.results)} numbers: {', '.join(declaration.results)}",
         ) from None
-    numbers = result if isinstance(result, tuple) else (result,)
-    if len(numbers) != len(declaration.results) or not all(math.isfinite(number) for number in numbers):
+    results = result if isinstance(result, tuple) else (result,)
+    if len(results) != len(declaration.results) or not all(math.isfinite(number) for number in results):
         raise InputError(
             f"{declaration.label} '{component.name}': its kernel gives {result!r} where it starts",
             f"{len(declaration.results)} finite numbers: {', '.join(declaration.results)}",
         )
-    return numbers
+    return results

@@ -14,7 +14,7 @@ from scissordyn.component.port import PORTS, TRAVEL, Output, Port
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plugin.origin import note_origin
 from scissordyn.plugin.pointer import Kernel as Kernel
-from scissordyn.plugin.pointer import arguments_of
+from scissordyn.plugin.pointer import arguments_of, check_names
 from scissordyn.units import State, check_quantities, documented, quantities
 
 PARAMETERS = 64
@@ -54,12 +54,12 @@ class Declaration:
     section: str
     label: str  # What messages call it
     port: Port
-    # ``force(coordinates..., rates..., states..., context..., parameters...)`` to the port's forces, then for a passive
-    # component energy and dissipation, then the outputs, then the rates of the states. An argument named `table`, the last
-    # one, gets all parameters as an array. None for a constraint
+    # Of what it names of coordinates, rates, states, context and numbers to the port's forces, then for a passive component
+    # energy and dissipation, then the outputs, then the rates of the states. An argument named `table` gets all numbers as an
+    # array. None for a constraint
     force: Kernel | None
-    gap: Kernel | None  # Of the same arguments, to the value of a guard, 0 where the mode changes, and its rate over time
-    switch: Kernel | None  # Of the same arguments, to the energy [J] that is dissipated when the mode changes
+    gap: Kernel | None  # To the value of a guard, 0 where the mode changes, and its rate over time
+    switch: Kernel | None  # To the energy [J] that is dissipated when the mode changes
     outputs: tuple[Output, ...]  # Beyond those of the port
     states: tuple[State, ...]  # Internal states, which start at zero, each with its unit and the scale of its errors
     context: tuple[str, ...]  # From `CONTEXT`
@@ -72,6 +72,15 @@ class Declaration:
     # Whether it is passive but for its time function, which changes the stored energy at a given position: the kernel then
     # returns this power [W] after the dissipated one, and it counts as the work of a load
     supplied: bool = False
+    numbers: tuple[str, ...] = ()  # Names of what `parameters` of a component gives, but for tables
+
+    @property
+    def places(self) -> dict[str, str]:
+        """Where a kernel has what it may name."""
+        states = tuple(state.name for state in self.states)
+        rows = {"q": self.port.coordinates, "v": self.port.rates, "z": states, "p": self.numbers}
+        places = {name: f"{row}[{k}]" for row, names in rows.items() for k, name in enumerate(names)}
+        return places | {name: f"x[{CONTEXT.index(name)}]" for name in self.context} | {"table": "p"}
 
     @property
     def kernels(self) -> Mapping[str, Kernel]:
@@ -171,10 +180,41 @@ def component(
     supplied: bool = False,
     source: str = "",
 ) -> Callable[[Class], Class]:
-    """Make a class a component: a frozen dataclass whose annotated numbers are what its kernels read.
+    """Make a class a component: a frozen dataclass whose annotated numbers its kernels name.
 
-    A method `check` of it raises `InputError` for numbers that do not fit each other. With a `source` its docstring gets the
-    fields and that source.
+    A method `check(self)` raises `InputError` for numbers that do not fit each other, a method `parameters(self, start)` gives
+    the numbers in place of the fields, by the names that the first kernel has beside coordinates, rates, states and context.
+
+    Parameters
+    ----------
+    port : str
+        "line", "hinge", "travel", "point" or "frame".
+    force, gap, switch : function, optional
+        Kernels; each gets by name what it names, `force` returns what `Declaration` says, `gap` the value of a guard and its
+        rate, `switch` the energy [J] that is dissipated when the mode changes.
+    section, label : str, optional
+        Of its table and variables, and in messages; from the name of the class if not given.
+    outputs : tuple of Output
+    states : tuple of State
+        Internal states, which start at zero.
+    context : tuple of str
+        What the kernels name of time, factor, mode, approach_speed, factor_rate, differences and reaction.
+    passive : bool
+        Whether it stores and dissipates energy; else its power is the work of a load.
+    symbol : str, optional
+        How pictures draw it, one of the port's symbols.
+    example : mapping
+        What a case file may say for its keys.
+    events : (str, str)
+        Names of a fall and of a rise of its guard.
+    motor, supplied : bool
+        Whether its power is that of a motor, with a field `inertia`; whether its time function gives it power.
+    source : str
+        Who describes it, several apart by semicolons.
+
+    Returns
+    -------
+    decorator
     """
     if isinstance(port, str) and port not in PORTS:
         raise InputError(f"port = {port!r}{did_you_mean(port, PORTS)}", ", ".join(PORTS))
@@ -207,6 +247,9 @@ def component(
         if not hasattr(cls, "states"):  # of the class, unless its instances decide
             cls.states = states
         _check_fields(cls)
+        cls.declaration = dataclasses.replace(cls.declaration, numbers=_numbers_of(cls))
+        for key, kernel in cls.declaration.kernels.items():
+            check_names(f"component '{cls.__name__}'", key, kernel, cls.declaration.places)
         if "\n    Parameters\n" not in (cls.__doc__ or "") and (source or cls.__module__.startswith("scissordyn.")):
             documented(cls, MEANINGS, source)
         note_origin(cls, described)
@@ -246,19 +289,12 @@ def _check_fields(described: Any) -> None:
     unknown = [name for name in declaration.context if name not in CONTEXT]
     if unknown:
         raise InputError(f"context {unknown[0]!r}{did_you_mean(unknown[0], CONTEXT)}", ", ".join(CONTEXT))
-    if described.parameters is not _own_parameters:  # the class says itself what its kernels read
-        return
-    wanted = (
-        *declaration.port.coordinates,
-        *declaration.port.rates,
-        *(state.name for state in declaration.states),
-        *declaration.context,
-        *quantities(described),
-    )
-    for kernel in filter(None, (declaration.force, declaration.gap, declaration.switch)):
-        argument_names = arguments_of(kernel)
-        if argument_names != wanted:
-            raise InputError(
-                f"kernel '{kernel.__name__}' of component '{described.__name__}' takes ({', '.join(argument_names)})",
-                f"({', '.join(wanted)})",
-            )
+
+
+def _numbers_of(described: Any) -> tuple[str, ...]:
+    """What the kernels of a component class name beside coordinates, rates, states and context."""
+    if described.parameters is _own_parameters:
+        return tuple(quantities(described))
+    kernel = next(iter(described.declaration.kernels.values()), None)  # of a class that says itself what its kernels read
+    places = described.declaration.places
+    return () if kernel is None else tuple(name for name in arguments_of(kernel) if name not in places)

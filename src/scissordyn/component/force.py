@@ -11,7 +11,7 @@ from scissordyn.component.time_function import Factor
 from scissordyn.units import Meaning, Quantity
 
 
-def force(x, y, cosine, sine, x_rate, y_rate, cosine_rate, sine_rate, factor, force_x, force_y, follows):
+def force(cosine, sine, factor, force_x, force_y, follows):
     """Both components of the force in the fixed frame [N]."""
     if follows == 0.0:
         return factor * force_x, factor * force_y

@@ -11,7 +11,7 @@ from scissordyn.component.port import HINGE
 from scissordyn.units import Quantity
 
 
-def force(angle, speed, stall_torque, no_load_speed, limit):
+def force(speed, stall_torque, no_load_speed, limit):
     """Torque [N m]."""
     return min(limit, max(-limit, stall_torque - abs(stall_torque) * speed / no_load_speed))
 

@@ -18,7 +18,7 @@ FIRST = 2
 
 
 @kernel
-def force(angle, speed, factor, ratio, count, table):
+def force(speed, factor, ratio, count, table):
     """Torque [N m], and how far the speed is beyond the curve [rad/s]."""
     torque, _, beyond = curve_at(ratio * speed, table, FIRST, int(count))
     return factor * ratio * torque, beyond

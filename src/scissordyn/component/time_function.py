@@ -10,62 +10,41 @@ from typing import Annotated
 import numpy as np
 
 from scissordyn.errors import InputError
-from scissordyn.units import Quantity, check_quantities, checked
+from scissordyn.units import Meaning, Quantity, check_quantities, checked, documented
 
 
+@documented
 @dataclass(frozen=True)
 class ConstantSpeed:
-    """theta = theta_0 + w t, with theta_0 the angle of the body at the start.
+    """theta = theta_0 + w t, with theta_0 the angle of the body at the start."""
 
-    Parameters
-    ----------
-    speed : float
-        w [rad/s].
-    """
-
-    speed: Annotated[float, Quantity("rad/s", help="angular velocity")]
+    speed: Annotated[float, Quantity("rad/s", help="angular velocity w")]
 
     def __post_init__(self) -> None:
         check_quantities(self)
 
 
+@documented
 @dataclass(frozen=True)
 class Harmonic:
-    """theta = theta_m + theta_a sin(W t + phi).
+    """theta = theta_m + theta_a sin(W t + phi)."""
 
-    Parameters
-    ----------
-    mean, amplitude : float
-        theta_m and theta_a [rad].
-    angular_frequency : float
-        W [rad/s].
-    phase : float
-        phi [rad].
-    """
-
-    mean: Annotated[float, Quantity("rad", help="mean angle")]
-    amplitude: Annotated[float, Quantity("rad", help="amplitude of the angle")]
-    angular_frequency: Annotated[float, Quantity("rad/s", above=0.0, help="angular frequency; 1 Hz is one turn per second")]
-    phase: Annotated[float, Quantity("rad", help="phase at t = 0")] = 0.0
+    mean: Annotated[float, Quantity("rad", help="mean angle theta_m")]
+    amplitude: Annotated[float, Quantity("rad", help="amplitude theta_a of the angle")]
+    angular_frequency: Annotated[float, Quantity("rad/s", above=0.0, help="angular frequency W; 1 Hz is one turn per second")]
+    phase: Annotated[float, Quantity("rad", help="phase phi at t = 0")] = 0.0
 
     def __post_init__(self) -> None:
         check_quantities(self)
 
 
+@documented
 @dataclass(frozen=True)
 class Tabulated:
-    """Values at instants, interpolated by a spline of fifth degree, which is four times continuously differentiable.
+    """Values at instants, interpolated by a spline of fifth degree, which is four times continuously differentiable."""
 
-    Parameters
-    ----------
-    times : tuple of float
-        Increasing instants [s], at least six.
-    values : tuple of float
-        Values there: [rad] for an angle, [m] for a length, [N m] for a torque, [1] for a factor.
-    """
-
-    times: Annotated[tuple[float, ...], Quantity("s", help="instants")]
-    values: Annotated[tuple[float, ...], Quantity("1", help="values in SI")]
+    times: Annotated[tuple[float, ...], Quantity("s", help="increasing instants, at least six")]
+    values: Annotated[tuple[float, ...], Quantity("1", help="values there, in SI")]
 
     def __post_init__(self) -> None:
         check_quantities(self)
@@ -78,23 +57,18 @@ class Tabulated:
             raise InputError("table with times that do not increase", "increasing times")
 
 
+@documented
 @checked
 def tabulated(
-    function: Callable[[float], float],
+    function: Annotated[Callable[[float], float], Meaning("value at a time [s]")],
     *,
     until: Annotated[float, Quantity("s", above=0.0, help="last instant")],
-    points: Annotated[int, Quantity("1", minimum=6, maximum=10_000_000, help="number of instants")] = 2001,
+    points: Annotated[
+        int,
+        Quantity("1", minimum=6, maximum=10_000_000, help="number of instants; the error is of sixth order"),
+    ] = 2001,
 ) -> Tabulated:
     """Any time function: a Python function of time, sampled into a table.
-
-    Parameters
-    ----------
-    function : callable
-        Value at time [s].
-    until : float
-        Last instant of the table [s].
-    points : int
-        Number of instants; the error of the spline is of sixth order in their distance.
 
     Returns
     -------
@@ -104,17 +78,12 @@ def tabulated(
     return Tabulated(tuple(times.tolist()), tuple(float(function(t)) for t in times.tolist()))
 
 
+@documented
 @dataclass(frozen=True)
 class Polynomial:
-    """A polynomial of time of at most fifth degree: c_0 + c_1 t + c_2 t^2 + ...
+    """A polynomial of time of at most fifth degree: c_0 + c_1 t + c_2 t^2 + ..."""
 
-    Parameters
-    ----------
-    coefficients : tuple of float
-        c_0 [rad], c_1 [rad/s], ..., at most six.
-    """
-
-    coefficients: Annotated[tuple[float, ...], Quantity("1", minimum=-1e15, maximum=1e15, help="from the constant up, in SI")]
+    coefficients: Annotated[tuple[float, ...], Quantity("1", minimum=-1e15, maximum=1e15, help="c_0, c_1, ..., at most six")]
 
     def __post_init__(self) -> None:
         check_quantities(self)
@@ -122,17 +91,10 @@ class Polynomial:
             raise InputError(f"polynomial with {len(self.coefficients)} coefficients", "one to six")
 
 
+@documented
 @dataclass(frozen=True)
 class Cycloidal:
-    """A smooth move from one value to another, at rest before and after, with zero acceleration at both ends.
-
-    Parameters
-    ----------
-    start, end : float
-        Values before and after [rad].
-    duration : float
-        Of the move [s], which starts at t = 0.
-    """
+    """A smooth move from one value to another, at rest before and after, with zero acceleration at both ends."""
 
     start: Annotated[float, Quantity("rad", help="value before the move")]
     end: Annotated[float, Quantity("rad", help="value after the move")]
@@ -142,28 +104,18 @@ class Cycloidal:
         check_quantities(self)
 
 
+@documented
 @dataclass(frozen=True)
 class Trapezoidal:
     """A move from one value to another with constant acceleration, constant speed, constant deceleration, to and fro if wanted.
 
-    Parameters
-    ----------
-    start, end : float
-        Values before and after the first stroke [rad].
-    duration : float
-        Of a stroke [s]; the first one starts at t = 0. The constant speed is |end - start| / (duration (1 - ramp)).
-    ramp : float
-        Fraction of the duration that each of the two ramps takes [1].
-    strokes : int
-        Strokes to and fro, each of which reverses the one before; it rests after the last.
-    begin : float
-        Time of the first stroke that is over at t = 0 [s].
+    The constant speed is |end - start| / (duration (1 - ramp)). Each stroke reverses the one before.
     """
 
     start: Annotated[float, Quantity("rad", help="value before the move")]
     end: Annotated[float, Quantity("rad", help="value after the move")]
     duration: Annotated[float, Quantity("s", above=0.0, help="duration of the move")]
-    ramp: Annotated[float, Quantity("1", above=0.0, maximum=0.5, help="fraction of each ramp")] = 0.25
+    ramp: Annotated[float, Quantity("1", above=0.0, maximum=0.5, help="fraction of the duration that each ramp takes")] = 0.25
     strokes: Annotated[int, Quantity("1", minimum=1, maximum=10_000, help="strokes to and fro before it rests")] = 1
     begin: Annotated[float, Quantity("s", minimum=0.0, help="time of the first stroke that is over at t = 0")] = 0.0
 

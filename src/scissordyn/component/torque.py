@@ -11,7 +11,7 @@ from scissordyn.component.time_function import Factor
 from scissordyn.units import Quantity
 
 
-def force(angle, speed, factor, torque):
+def force(factor, torque):
     """Torque [N m]."""
     return factor * torque
 

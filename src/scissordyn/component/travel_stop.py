@@ -13,7 +13,7 @@ from scissordyn.units import Quantity
 
 
 @kernel
-def gap(travel, speed, mode, approach_speed, stiffness, exponent, damping, limit):
+def gap(travel, speed, limit):
     """How far the stop is passed [m], and how fast [m/s]."""
     return travel - limit, speed
 

@@ -16,7 +16,7 @@ from scissordyn.component.declaration import Component
 from scissordyn.component.latch import Latch
 from scissordyn.component.place import GROUND, BodyPoint, Point
 from scissordyn.component.rod import Rod
-from scissordyn.component.time_function import ConstantSpeed, TimeFunction
+from scissordyn.component.time_function import ConstantSpeed, OverTime, TimeFunction
 from scissordyn.control.controller import Controller
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.body import Body
@@ -32,13 +32,13 @@ from scissordyn.model.parameter_path import changed
 from scissordyn.model.pattern import matching
 from scissordyn.model.track import Track
 from scissordyn.offer import offered
-from scissordyn.units import Meaning, Quantity, check_quantities, checked
+from scissordyn.units import Meaning, Quantity, check_quantities, checked, documented
 
 PLAN, LENT, LOOSE = "_plan", "_lent", "_loose"
 """Where the plan of a mechanism is kept, that of the one that it was made from (plan/plan.py), and whether that was loose."""
 
 Gravity = Annotated[float, Quantity("m/s^2", minimum=0.0, help="gravitational acceleration")]
-GravityDirection = Annotated[float, Quantity("rad", help="direction of gravity")]
+GravityDirection = Annotated[float, Quantity("rad", help="direction of gravity; -pi/2 is along -y")]
 
 LISTED = ("components", "rods", Rod), ("components", "latches", Latch), ("drives", "coordinate_drives", CoordinateDrive)
 """What constrains has lists of its own: among components it would exert nothing."""
@@ -46,40 +46,13 @@ LISTED = ("components", "rods", Rod), ("components", "latches", Latch), ("drives
 Named = TypeVar("Named", Body, Revolute, Guide)
 
 
+@documented
 @dataclass(frozen=True)
 class Mechanism:
     """The description of a planar mechanism. It is frozen; every change returns a new one.
 
-    Parameters
-    ----------
-    bodies : tuple of Body
-    joints : tuple of Revolute
-    guides : tuple of Guide
-    drives : tuple of Drive
-        A `CoordinateDrive` in it joins `coordinate_drives`.
-    welds : tuple of Weld
-        Rigid connections.
-    components : tuple of Component
-        Springs, loads, motors, end stops and their like. Rods and latches in it join `rods` and `latches`.
-    ground : tuple of (str, (float, float))
-        Named points of the fixed frame [m].
-    gravity : float
-        Gravitational acceleration [m/s^2].
-    gravity_direction : float
-        Direction of gravity [rad]; -pi/2 is along -y.
-    input_body : str
-        The body that `driven` drives by default.
-    output_body : str
-        The output body, such as the slider of an array.
-    rods : tuple of Rod
-        Massless rods and prescribed distances between points.
-    latches : tuple of Latch
-    tracks : tuple of Track
-        Points whose motion is recorded.
-    couplings : tuple of Coupling
-    coordinate_drives : tuple of CoordinateDrive
-    source : str
-        Who describes it, as "Flores, Ambrosio 2004, doi:10.1016/...", several apart by semicolons; `citations` looks there.
+    A `CoordinateDrive` among the drives joins `coordinate_drives`; rods and latches among the components join `rods` and
+    `latches`.
     """
 
     bodies: tuple[Body, ...]
@@ -88,17 +61,17 @@ class Mechanism:
     drives: tuple[Drive, ...] = ()
     welds: tuple[Weld, ...] = ()
     components: tuple[Component, ...] = ()
-    ground: tuple[tuple[str, Point], ...] = ()
+    ground: Annotated[tuple[tuple[str, Point], ...], Meaning("named points of the fixed frame [m]")] = ()
     gravity: Gravity = 9.81
     gravity_direction: GravityDirection = -math.pi / 2
-    input_body: str = ""
-    output_body: str = ""
+    input_body: Annotated[str, Meaning("the body that `driven` drives by default")] = ""
+    output_body: Annotated[str, Meaning("the output body, such as the slider of an array")] = ""
     rods: tuple[Rod, ...] = ()
     latches: tuple[Latch, ...] = ()
-    tracks: tuple[Track, ...] = ()
+    tracks: Annotated[tuple[Track, ...], Meaning("points whose motion is recorded")] = ()
     couplings: tuple[Coupling, ...] = ()
     coordinate_drives: tuple[CoordinateDrive, ...] = ()
-    source: str = ""
+    source: Annotated[str, Meaning("who describes it, for `citations`; several apart by semicolons")] = ""
 
     def __post_init__(self) -> None:
         for source, field, kind in LISTED:
@@ -267,20 +240,17 @@ class Mechanism:
         """
         return str(offered("case_text")(self, run))
 
+    @documented
     @checked
     def with_clearance(
         self,
-        joints: str | Iterable[str],
+        joints: Annotated[str | Iterable[str], Meaning("names or patterns of joints, or of guides")],
         clearance: Annotated[Clearance | GuideClearance, Meaning("the clearance", "Clearance(5e-4)")],
     ) -> Mechanism:
         """The same mechanism with a clearance at one joint or guide or at several.
 
-        Parameters
-        ----------
-        joints : str or iterable of str
-            Names of revolute joints, "all", "pivots" (inside the units of an array), "ends" (between units), or patterns
-            such as ``"unit 3/*"``; with a `GuideClearance` the names of guides.
-        clearance : Clearance or GuideClearance
+        Beside names there are "all", "pivots" (inside the units of an array), "ends" (between units), and patterns such as
+        ``"unit 3/*"``; with a `GuideClearance` they are of guides.
 
         Returns
         -------
@@ -301,24 +271,16 @@ class Mechanism:
         named = {self.joint(name).name for name in joints if name not in {guide.name for guide in guides}}
         return self._with_joints(_tight(self.joint(name)) for name in named)._with_guides(map(_tight, guides))
 
+    @documented
     @checked
     def driven(
         self,
         motion: Annotated[TimeFunction | None, Meaning("the prescribed angle", "speed=rpm(150)")] = None,
         *,
-        speed: Annotated[float | None, Quantity("rad/s", help="angular velocity")] = None,
-        body: str = "",
+        speed: Annotated[float | None, Quantity("rad/s", help="short for `ConstantSpeed`")] = None,
+        body: Annotated[str, Meaning("which body; the mechanism's input body without it")] = "",
     ) -> Mechanism:
         """The same mechanism with a drive of a body, which replaces any drive of that body.
-
-        Parameters
-        ----------
-        motion : TimeFunction, optional
-            The prescribed angle.
-        speed : float, optional
-            Short for `ConstantSpeed` [rad/s].
-        body : str, optional
-            Which body; the mechanism's input body if not given.
 
         Returns
         -------
@@ -333,46 +295,26 @@ class Mechanism:
         others = tuple(other for other in self.drives if other.body != chosen)
         return self.with_parts({"drives": (*others, drive)})
 
+    @documented
     @checked
     def controlled(
         self,
         controller: Annotated[Controller, Meaning("a controller", "PID(100.0)")],
         *,
         reference: Annotated[TimeFunction | None, Meaning("the reference angle", "speed=rpm(150)")] = None,
-        speed: Annotated[float | None, Quantity("rad/s", help="angular velocity")] = None,
-        body: str = "",
-        feed_forward: TimeFunction | None = None,
-        sensor: str | BodyPoint | None = None,
-        inertia: Annotated[float, Quantity("kg m^2", minimum=0.0)] = 0.0,
-        start_on_reference: bool = True,
-        base: str = GROUND,
-        name: str = "",
+        speed: Annotated[float | None, Quantity("rad/s", help="short for `ConstantSpeed`")] = None,
+        body: Annotated[str, Meaning("which body; the mechanism's input body without it")] = "",
+        feed_forward: Annotated[TimeFunction | None, OverTime("N m", "a torque over time, for controllers with it")] = None,
+        sensor: Annotated[str | BodyPoint | None, Meaning("a joint, whose eccentricity is measured, or a point")] = None,
+        inertia: Annotated[float, Quantity("kg m^2", minimum=0.0, help="of the rotor")] = 0.0,
+        start_on_reference: Annotated[bool, Meaning("whether the body starts at angle and speed of the reference")] = True,
+        base: Annotated[str, Meaning("the body against which the torque acts and the angle is measured")] = GROUND,
+        name: Annotated[str, Meaning('of the actuator; "actuator of BODY" without it')] = "",
     ) -> Mechanism:
         """The same mechanism with a controlled torque on a body, which replaces any drive of that body.
 
-        The torques of several actuators on one body add up.
-
-        Parameters
-        ----------
-        controller : Controller
-        reference : TimeFunction, optional
-            The reference angle; that of the body's drive, or else of the start, if neither it nor speed is given.
-        speed : float, optional
-            Short for `ConstantSpeed` [rad/s].
-        body : str, optional
-            Which body; the mechanism's input body if not given.
-        feed_forward : TimeFunction, optional
-            A torque over time, for controllers with feed-forward [N m].
-        sensor : str or (str, str), optional
-            A joint, whose eccentricity is measured, or a body and its point, as "BODY.POINT" or a pair.
-        inertia : float
-            Of the rotor [kg m^2].
-        start_on_reference : bool
-            Whether the body starts at the angle and speed of the reference; not for further actuators or against a body.
-        base : str
-            The body against which the torque acts and the angle is measured.
-        name : str, optional
-            Of the actuator; "actuator of BODY" if not given.
+        The torques of several actuators on one body add up. Without a reference it is the motion of the body's drive, or the
+        angle at the start. Further actuators, and those against a body, do not start on theirs.
 
         Returns
         -------
@@ -414,18 +356,16 @@ class Mechanism:
         others = tuple(other for other in self.drives if other.body != chosen)
         return dataclasses.replace(self, drives=others, components=(*self.components, actuator))
 
+    @documented
     @checked
-    def track(self, name: str, body: str, point: str | Point, tolerance: float | None = None) -> Mechanism:
+    def track(
+        self,
+        name: str,
+        body: str,
+        point: Annotated[str | Point, Meaning("a point of the body, or a place in its frame [m]")],
+        tolerance: Annotated[float | None, Meaning("deviation within which the point has settled [m]")] = None,
+    ) -> Mechanism:
         """The same mechanism with one more tracked point: its motion, and its deviation from the commanded path, are recorded.
-
-        Parameters
-        ----------
-        name : str
-        body : str
-        point : str or (float, float)
-            A named point of the body, or a place in its frame [m].
-        tolerance : float, optional
-            Deviation within which the point has settled [m].
 
         Returns
         -------
@@ -433,18 +373,17 @@ class Mechanism:
         """
         return dataclasses.replace(self, tracks=(*self.tracks, Track(name, body, point, tolerance)))
 
+    @documented
     @checked
-    def replace(self, parameter: str, value: Any) -> Mechanism:
+    def replace(
+        self,
+        parameter: Annotated[str, Meaning("a field of it, or a part and a field of that")],
+        value: Annotated[Any, Meaning("in SI")],
+    ) -> Mechanism:
         """The same mechanism with one value changed.
 
-        Parameters
-        ----------
-        parameter : str
-            A field of the mechanism ("gravity", "components"), or a part and a field of it: "A.clearance",
-            "A.damping.restitution", "drive.speed", "body.slider.mass", "servo.controller.limit", "joint.all.friction"; see
-            `model.parameter_path`.
-        value
-            The new value, in SI.
+        Parameters are "gravity", "components", "A.clearance", "A.damping.restitution", "drive.speed", "body.slider.mass",
+        "servo.controller.limit", "joint.all.friction" and so on; see `model.parameter_path`.
 
         Returns
         -------

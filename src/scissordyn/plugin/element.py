@@ -16,7 +16,7 @@ import numpy as np
 from scissordyn.compiler.recipe import ANSWER, Recipe
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plugin.origin import class_in, note_origin
-from scissordyn.plugin.pointer import Kernel, arguments_of, pointer_of
+from scissordyn.plugin.pointer import Kernel, arguments_of, check_names, pointer_of
 from scissordyn.units import Quantity, State, check_quantities, quantities
 
 PARAMETERS = 16
@@ -200,12 +200,7 @@ def _check(made: Any) -> None:
                 f'states=(sd.State("{called}", "m", scale=1e-6),)',
             )
     for key, kernel in declared.kernels.items():
-        places = _places(declared, key, tuple(state.name for state in declared.states))
-        for argument in arguments_of(kernel):
-            if argument not in places:
-                raise InputError(
-                    f"{what}: its kernel '{key}' names '{argument}'{did_you_mean(argument, places)}", ", ".join(places)
-                )
+        check_names(what, key, kernel, _places(declared, key, tuple(state.name for state in declared.states)))
 
 
 def _places(declared: Element, key: str, present: tuple[str, ...]) -> dict[str, str]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import ctypes
 import inspect
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cache
 from typing import Any
 
@@ -16,6 +16,7 @@ from scissordyn.compiler.c import loaded
 from scissordyn.compiler.kind import SourceError
 from scissordyn.compiler.recipe import Recipe
 from scissordyn.compiler.unit import Unit
+from scissordyn.errors import InputError, did_you_mean
 from scissordyn.kernel import CALLED, PYTHON
 from scissordyn.library import library
 
@@ -23,6 +24,15 @@ Kernel = Callable[..., Any]
 
 RECIPES: dict[int, Recipe] = {}
 """What was made into the function at each pointer."""
+
+
+def check_names(what: str, key: str, kernel: Kernel, places: Mapping[str, str]) -> None:
+    """Raise `InputError` if a kernel names what it cannot be given."""
+    for argument in arguments_of(kernel):
+        if argument not in places:
+            raise InputError(
+                f"{what}: its kernel '{key}' names '{argument}'{did_you_mean(argument, places)}", ", ".join(places)
+            )
 
 
 def arguments_of(kernel: Kernel) -> tuple[str, ...]:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
 from scissordyn.component.port import hinge
-from scissordyn.component.port.declaration import Attachment, Output, Port, place
+from scissordyn.component.port.declaration import Attachment, Output, place
 
 
 def attachments(component: Any) -> tuple[Attachment, ...]:
@@ -18,18 +19,11 @@ def attachments(component: Any) -> tuple[Attachment, ...]:
     return places
 
 
-ACTUATOR = Port(
+ACTUATOR = dataclasses.replace(
+    hinge.HINGE,
     name="actuator",
     code=5,
-    coordinates=("angle",),
-    rates=("speed",),
-    forces=("torque",),
-    turning=("body", "base"),
     outputs=(Output("torque", "N m", "torque on the body"),),
     symbols={"motor": hinge.MOTOR},
     attachments=attachments,
-    start=hinge.start,
-    ends=hinge.ends,
-    drawn=hinge.drawn,
-    angle=hinge.bodies,
 )

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 
-from scissordyn.component.compiled import place_of
 from scissordyn.component.time_function import Polynomial
 from scissordyn.errors import InputError
 from scissordyn.integrate.integration import Samples
@@ -231,10 +230,10 @@ def _creeping(at: At, turned: Mapping[str, float], motion: Sequence[Sequence[flo
     for i, part in enumerate(slow.components):
         if part.declaration.section in SENSES:
             speed, coefficients = SENSES[part.declaration.section]
-            row = content.parameters.component[i]
-            row[place_of(part.declaration, speed)] = AT_ONCE
+            row, numbers = content.parameters.component[i], part.declaration.numbers
+            row[numbers.index(speed)] = AT_ONCE
             for name in coefficients:
-                row[place_of(part.declaration, name)] *= friction != "none"
+                row[numbers.index(name)] *= friction != "none"
     position = at.state[: slow.coordinates.free]
     start = assemble(slow, content, Start(position, 0.0 * position), Held())
     content.state.mode[:], content.state.memory[:] = at.system.content.state.mode, at.system.content.state.memory

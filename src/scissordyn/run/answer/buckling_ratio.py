@@ -106,11 +106,9 @@ class _Frozen:
         stiffness = force_slopes(at, float(samples.time[k]))
         geometric, strains = [], self._other_parts()
         for force, axial in forces:
-            now, added, strain = (
-                self._of_whole(k, samples, record, force, axial)
-                if force.bar.whole
-                else self._of_elements(k, record, force, axial)
-            )
+            whole = force.bar.whole is not None
+            parts = self._of_whole(k, samples, record, force, axial) if whole else self._of_elements(force, axial)
+            now, added, strain = parts
             stiffness -= now
             geometric.append(added)
             strains.append(strain)
@@ -158,9 +156,7 @@ class _Frozen:
         strain = moved - np.einsum("npa,pa->n", moved, normal)[:, None, None] * normal
         return now, added, strain.reshape(len(strain), -1).T / np.linalg.norm(tangent)
 
-    def _of_elements(
-        self, k: int, record: Record, force: Forces, axial: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _of_elements(self, force: Forces, axial: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The same of a chain of beam elements."""
         content = self.system.content
         now, added = np.zeros((2, content.model.n, content.model.n))

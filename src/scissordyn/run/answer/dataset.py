@@ -49,9 +49,9 @@ def results(plan: Plan, configuration: str, path: Trajectory, record: Record) ->
         "body": labels("body", [body.name for body in plan.bodies]),
         "joint": labels("joint", list(plan.joint_names)),
         "axis": labels("axis", ["x", "y"]),
-        **_motion_variables(plan, path, record),
+        **_motion_variables(plan, record),
         **_joint_variables(plan, path, record),
-        **_rod_variables(plan, path, record),
+        **_rod_variables(plan, record),
         **_control_variables(plan, path, record),
         **_energy_variables(plan, path, record),
         **_drive_variables(plan, path, record),
@@ -85,14 +85,14 @@ def largest_along_bars(path: Trajectory, record: Record) -> Variables:
     plan = path.plan
     variables = {
         "body": labels("body", [body.name for body in plan.bodies]),
-        **_motion_variables(plan, path, record),
+        **_motion_variables(plan, record),
         **_component_variables(plan, path, record),
     }
     ratios = buckling_ratios(plan, path.samples, record, variables)
     return largest_variables(plan.mechanism, variables, path.samples.time, ratios)
 
 
-def _motion_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
+def _motion_variables(plan: Plan, record: Record) -> Variables:
     point, rotation = ("time", "body", "axis"), ("time", "body")
     x, y = np.array([body.centre for body in plan.bodies]).T
     cos, sin = np.cos(record.angle), np.sin(record.angle)
@@ -257,7 +257,7 @@ def _component_variables(plan: Plan, path: Trajectory, record: Record) -> Variab
     return variables
 
 
-def _rod_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
+def _rod_variables(plan: Plan, record: Record) -> Variables:
     if not plan.rods:
         return {}
     place = plan.coordinates.place

@@ -128,7 +128,7 @@ def _choose(plan: Plan, system: Handle, y: np.ndarray, options: Options, toleran
     oiled = plan.lubricated[0][0].name if plan.lubricated and bends(plan.mechanism) else ""
     if oiled and y.size > MOST_EIGENVALUES:
         return Choice(STIFF, f"the film of joint '{oiled}' acts on light cross-sections of bars that bend")
-    decay, oscillation = fastest_modes(plan, system, y, tolerances)
+    decay, oscillation = fastest_modes(plan, system, y)
     resolved = max(oscillation, 2.0 * math.pi / tolerances.time_scale) * RESOLVED / (2.0 * math.pi)
     if decay / STABLE > resolved:
         return Choice(
@@ -175,7 +175,7 @@ def time_step(plan: Plan, system: Handle, y: np.ndarray, options: Options, toler
         modes = system.content.state.mode
         closed = modes[plan.compliant_places]
         modes[plan.compliant_places] = 0  # steps adapt to these
-        decay, oscillation = fastest_modes(plan, system, y, tolerances)
+        decay, oscillation = fastest_modes(plan, system, y)
         modes[plan.compliant_places] = closed
         if decay * step > DECAY_STEP:
             step, why = max(DECAY_STEP / decay, step / FINEST), f"the step resolves the fastest decay, {decay:.3g} 1/s"
@@ -211,12 +211,12 @@ def film_steps(plan: Plan, system: Handle, y: np.ndarray, tolerances: Tolerances
         if isinstance(part, Film):
             thinnest = min(thinnest, part.roughness / part.clearance)
             parameters[i] = thinned(parameters[i], content.work.coordinates[i])
-    decay, _ = fastest_modes(plan, system, y, tolerances)
+    decay, _ = fastest_modes(plan, system, y)
     parameters[...], modes[...] = kept
     return (decay * tolerances.time_scale) ** 2 * thinnest / (2.0 * STABLE)
 
 
-def fastest_modes(plan: Plan, system: Handle, y: np.ndarray, tolerances: Tolerances) -> tuple[float, float]:
+def fastest_modes(plan: Plan, system: Handle, y: np.ndarray) -> tuple[float, float]:
     """Largest rate of decay of strongly damped modes, and largest angular frequency of the others, near the start [1/s].
 
     End stops, cables and their like are taken as acting too, contacts as pressed in by a hundredth of their clearance.

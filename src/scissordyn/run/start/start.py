@@ -71,7 +71,7 @@ def prepare_start(plan: Plan, system: Handle, kind: StartKind) -> Prepared:
             start = assembled = assemble(plan, content, guess, holds)
         case "in-contact" if plan.contacts:
             assembled = _concentric(plan, content, guess, holds)
-            start = _resting(plan, content, assembled, holds)
+            start = _resting(plan, content, assembled)
         case "static":
             place, turned, growth = _resting_place(plan)
             if growth > 0.0:
@@ -111,7 +111,7 @@ def _concentric(plan: Plan, system: System, guess: Start, holds: Held) -> Start:
     return assemble(plan, system, guess, holds)
 
 
-def _resting(plan: Plan, system: System, start: Start, holds: Held) -> Start:
+def _resting(plan: Plan, system: System, start: Start) -> Start:
     """The state in which the journals rest in contact along the ideal reactions."""
     if plan.contact_points:
         raise InputError(

@@ -8,6 +8,7 @@ import shlex
 import sys
 import tomllib
 import types
+from collections.abc import Callable
 from pathlib import Path
 
 import matplotlib as mpl
@@ -123,23 +124,24 @@ def write_tables(page: Path, folder: Path) -> None:
             (folder / named[1]).write_text(table, encoding="utf-8")
 
 
-def run_all(page: Path, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> int:
-    """Run the commands of a page but those that need other machines, a browser or minutes; how many were run."""
-    monkeypatch.chdir(folder)
-    (folder / "examples").symlink_to(ROOT / "examples")
-    write_tables(page, folder)
-    count = 0
-    for words in commands(page.read_text(encoding="utf-8")):
-        elsewhere = any(word.startswith("/shared/") for word in words)
-        if words[0] != "scissordyn" or words[1] in ("explore", "paper", "bifurcation") or elsewhere:
-            continue
+Say = Callable[[list[str]], str]
+
+
+@pytest.fixture
+def say(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Say:
+    """Runs a command in an empty folder: what it says, which goes into the file behind ">" where there is one."""
+    monkeypatch.chdir(tmp_path)
+
+    def said(words: list[str]) -> str:
         capsys.readouterr()
-        target = words[words.index(">") + 1] if ">" in words else ""
-        assert status_of(words[1 : words.index(">")] if target else words[1:]) == 0, words
+        *command, target = [*words[1:-2], words[-1]] if ">" in words else [*words[1:], ""]
+        assert status_of(command) == 0, words
+        answer = capsys.readouterr().out
         if target:
-            (folder / target).write_text(capsys.readouterr().out, encoding="utf-8")
-        count += 1
-    return count
+            (tmp_path / target).write_text(answer, encoding="utf-8")
+        return answer
+
+    return said
 
 
 @pytest.mark.parametrize(
@@ -152,11 +154,16 @@ def run_all(page: Path, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: p
         pytest.param("README.md", 11, id="readme", marks=pytest.mark.slow),
     ],
 )
-def test_commands_run(
-    page: str, least: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """Cross-check: the commands of a page run one after the other in a folder that has the examples."""
-    assert run_all(ROOT / page, tmp_path, monkeypatch, capsys) >= least
+def test_commands_run(page: str, least: int, tmp_path: Path, say: Say) -> None:
+    """Cross-check: the commands of a page, but for other machines, a browser or minutes, in a folder with the examples."""
+    (tmp_path / "examples").symlink_to(ROOT / "examples")
+    write_tables(ROOT / page, tmp_path)
+    ours = [words for words in commands((ROOT / page).read_text(encoding="utf-8")) if words[0] == "scissordyn"]
+    ours = [words for words in ours if words[1] not in ("explore", "paper", "bifurcation")]
+    ours = [words for words in ours if not any(word.startswith("/shared/") for word in words)]
+    for words in ours:
+        say(words)
+    assert len(ours) >= least
 
 
 ASKED = DOCS / "howto" / "asked_elsewhere.md"
@@ -178,19 +185,14 @@ def numbers_asked_elsewhere() -> dict[str, tuple[str, str]]:
     return {f"{case}.toml": (pattern, f"{value:.4g}") for case, (pattern, value) in closed.items()}
 
 
-def test_questions_asked_elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_questions_asked_elsewhere(tmp_path: Path, say: Say) -> None:
     """Closed form: the number of each case of the page, in the digits that are printed; these are in its table, too."""
-    monkeypatch.chdir(tmp_path)
     write_tables(ASKED, tmp_path)
     text = ASKED.read_text(encoding="utf-8")
     numbers = numbers_asked_elsewhere()
     for words in commands(text):
-        target = words[-1] if ">" in words else ""
-        assert status_of(words[1:-2] if target else words[1:]) == 0, words
-        answer = capsys.readouterr().out
-        if target:
-            (tmp_path / target).write_text(answer, encoding="utf-8")
-        elif words[2] in numbers:
+        answer = say(words)
+        if ">" not in words and words[2] in numbers:
             pattern, closed = numbers.pop(words[2])
             assert re.search(pattern, " ".join(answer.split())).group(1) == closed  # type: ignore[union-attr]
             assert f"| {closed} " in text
@@ -209,28 +211,18 @@ def test_questions_asked_elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 TASK = DOCS / "howto" / "choose_clearance_and_motor.md"
 
 
-def describe_task(
-    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *changes: str
-) -> list[list[str]]:
+def describe_task(folder: Path, say: Say, *changes: str) -> list[list[str]]:
     """Write the files of the page on the task of a designer, with changes of its case; its other commands."""
-    monkeypatch.chdir(folder)
     write_tables(TASK, folder)
     new, *others = commands(TASK.read_text(encoding="utf-8"))
     assert new[-2:] == [">", "array.toml"]
-    capsys.readouterr()
-    assert status_of([*new[1:-2], *(word for change in changes for word in ("--set", change))]) == 0
-    (folder / "array.toml").write_text(capsys.readouterr().out, encoding="utf-8")
+    say([*new[:-2], *(word for change in changes for word in ("--set", change)), *new[-2:]])
     return others
 
 
-def test_task_says_what_its_commands_say(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_task_says_what_its_commands_say(tmp_path: Path, say: Say) -> None:
     """Cross-check: spans, inertia and ideal reactions; hand calculations of the pivot's force and the torque are near them."""
-    said = []
-    for words in describe_task(tmp_path, monkeypatch, capsys)[:3]:
-        assert status_of(words[1:]) == 0
-        said.append(" ".join(capsys.readouterr().out.split()))
+    said = [" ".join(say(words).split()) for words in describe_task(tmp_path, say)[:3]]
     assert all(figure in said[0] for figure in ("1.026 m", "2.819 m", "111.9 kg m^2", "19.35 kg m^2"))
     assert "ideal joints: 3.169 kN at 'unit 1/pivot'" in said[1]
     assert "ideal joints: 363.7 N at" in said[2]
@@ -243,18 +235,13 @@ def test_task_says_what_its_commands_say(
     assert 111.9 * 2.0 * math.pi * math.radians(50.0) / 3.0**2 == pytest.approx(float(run["peak_control_torque"][0]), rel=0.12)
 
 
-def test_task_of_one_unit_goes_from_new_to_a_design(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_task_of_one_unit_goes_from_new_to_a_design(tmp_path: Path, say: Say) -> None:
     """Cross-check: the commands of the page for one unit and few cases; the proposed point, run anew, meets what it has to."""
-    others = describe_task(tmp_path, monkeypatch, capsys, "structure.units=1", "drive.cycloidal.duration=0.9 s")
+    others = describe_task(tmp_path, say, "structure.units=1", "drive.cycloidal.duration=0.9 s")
     for path in tmp_path.glob("*.toml"):
         text = re.sub(r"^samples = \d+$", "samples = 1", path.read_text(encoding="utf-8"), flags=re.MULTILINE)
         path.write_text(text.replace("points = 16", "points = 2"), encoding="utf-8")
-    said = {}
-    for words in others:
-        assert status_of(words[1:]) == 0, words
-        said[words[2]] = capsys.readouterr().out
+    said = {words[2]: say(words) for words in others}
     assert set(said) >= {"array.toml", "study.toml", "check.toml", "ground.toml"}
     assert "scissordyn study refine" in said["study.toml"]
     study = sd.open_study(tmp_path / "study.db")
@@ -265,12 +252,10 @@ def test_task_of_one_unit_goes_from_new_to_a_design(
 
 
 @pytest.mark.slow
-def test_task_is_answered_as_its_page_says(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_task_is_answered_as_its_page_says(tmp_path: Path, say: Say) -> None:
     """Cross-check: all commands of the page, 25 minutes; what its answer rests on, from the stores."""
-    for words in describe_task(tmp_path, monkeypatch, capsys):
-        assert status_of(words[1:]) == 0
+    for words in describe_task(tmp_path, say):
+        say(words)
     assert int((sd.open_study(tmp_path / "study.db").points["met"] == 1.0).sum()) == 8
     for name, met, tip in (("check", 16, 1.722e-3), ("ground", 0, 2.260e-3)):
         study = sd.open_study(tmp_path / f"{name}.db")
@@ -282,30 +267,17 @@ def test_task_is_answered_as_its_page_says(
 BARS = DOCS / "howto" / "rigid_or_bending_bars.md"
 
 
-def run_bars(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *names: str) -> list[str]:
+def run_bars(folder: Path, say: Say, *names: str) -> list[str]:
     """Run the commands of the page on rigid and bending bars that have one of these names; what they say."""
-    monkeypatch.chdir(folder)
     write_tables(BARS, folder)
-    answers = []
-    for words in commands(BARS.read_text(encoding="utf-8")):
-        if words[1] not in names:
-            continue
-        capsys.readouterr()
-        target = words[-1] if ">" in words else ""
-        assert status_of(words[1:-2] if target else words[1:]) == 0, words
-        answer = capsys.readouterr().out
-        if target:
-            (folder / target).write_text(answer, encoding="utf-8")
-        else:
-            answers.append(" ".join(answer.split()))
-    return answers
+    chosen = [words for words in commands(BARS.read_text(encoding="utf-8")) if words[1] in names]
+    answers = [(words, " ".join(say(words).split())) for words in chosen]
+    return [answer for words, answer in answers if ">" not in words]
 
 
-def test_rigid_array_is_that_of_free_bodies(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_rigid_array_is_that_of_free_bodies(tmp_path: Path, say: Say) -> None:
     """Second formulation: inertia, reactions and torques of the page by the equations of each bar cut free."""
-    checked, *previews = run_bars(tmp_path, monkeypatch, capsys, "new", "check", "preview")
+    checked, *previews = run_bars(tmp_path, say, "new", "check", "preview")
     start, end = math.radians(65.0), math.radians(25.0)
     for preview, gravity in zip(previews, ((0.0, 0.0), (0.0, -9.81), (-9.81, 0.0)), strict=True):
         array = Scissor(6, 0.9, 0.733, 0.5, 8.0, gravity)
@@ -323,11 +295,9 @@ def test_rigid_array_is_that_of_free_bodies(
 
 
 @pytest.mark.slow
-def test_bars_rigid_and_bending_are_answered_as_the_page_says(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_bars_rigid_and_bending_are_answered_as_the_page_says(tmp_path: Path, say: Say) -> None:
     """Cross-check: all commands of the page, some minutes; the figures of its tables."""
-    answers = run_bars(tmp_path, monkeypatch, capsys, "new", "run", "study")
+    answers = run_bars(tmp_path, say, "new", "run", "study")
     figures = [(1.73, 1.47), (2.06, 2.02), (36.0, 0.96), (161.0, 138.0)]
     for answer, figure in zip(answers[:2] + answers[3:], figures, strict=True):
         largest, end, prefix = re.search(r"off by up to ([0-9.]+) mm.*?([0-9.]+) ([mµ])m at the end", answer).groups()

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import scissordyn as sd
+from reference.kernels import element_slopes
 from scissordyn.config.file import read_case
 from scissordyn.errors import InputError
 from scissordyn.mechanics import functions
@@ -132,14 +133,7 @@ def test_the_analytic_derivatives_are_those_of_the_forces() -> None:
     y[n : 2 * n] += random.standard_normal(n)
     by_time = np.zeros_like(y)
     functions.linearise(t, y, system.address, np.zeros_like(y), by_time)
-    model, work = system.content.model, system.content.work
-    analytic = np.zeros((2, n, n))
-    for e in range(model.element_start.size - 1):
-        columns = model.element_column[model.element_start[e] : model.element_start[e + 1]]
-        free = columns < n
-        for found, blocks in zip(analytic, (work.block_x, work.block_v), strict=True):
-            block = blocks[model.block_start[e] : model.block_start[e + 1]].reshape(columns.size, -1)
-            found[np.ix_(columns[free], columns[free])] += block[np.ix_(free, free)]
+    analytic = element_slopes(system, n)
 
     def rate(y: np.ndarray, t: float = t) -> np.ndarray:
         found = np.zeros_like(y)

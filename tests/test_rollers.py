@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import scissordyn as sd
+from reference.kernels import element_slopes
 from scissordyn.errors import InputError
 from scissordyn.mechanics import functions
 from scissordyn.plan.plan import plan
@@ -102,14 +103,7 @@ def test_the_analytic_derivatives_are_those_of_the_forces() -> None:
         y[:n] = moved + 1e-2 * random.standard_normal(n)
         y[n : 2 * n] += random.standard_normal(n)
         functions.linearise(0.0, y, system.address, np.zeros_like(y), np.zeros_like(y))
-        model, work = system.content.model, system.content.work
-        analytic = np.zeros((2, n, n))
-        for e in range(model.element_start.size - 1):
-            columns = model.element_column[model.element_start[e] : model.element_start[e + 1]]
-            free = columns < n
-            for found, blocks in zip(analytic, (work.block_x, work.block_v), strict=True):
-                own = blocks[model.block_start[e] : model.block_start[e + 1]].reshape(columns.size, -1)
-                found[np.ix_(columns[free], columns[free])] += own[np.ix_(free, free)]
+        analytic = element_slopes(system, n)
 
         def force(y: np.ndarray) -> np.ndarray:
             functions.rate(0.0, y.copy(), system.address, np.zeros_like(y))

@@ -47,6 +47,19 @@ def check_time_derivative(system: Handle, state: np.ndarray, h: float, *, time: 
     return by_time
 
 
+def element_slopes(system: Handle, n: int) -> np.ndarray:
+    """Derivatives of the forces of elements by free coordinates and by their rates, shape (2, n, n)."""
+    model, work = system.content.model, system.content.work
+    slopes = np.zeros((2, n, n))
+    for e in range(model.element_start.size - 1):
+        columns = model.element_column[model.element_start[e] : model.element_start[e + 1]]
+        free = columns < n
+        for total, blocks in zip(slopes, (work.block_x, work.block_v), strict=True):
+            block = blocks[model.block_start[e] : model.block_start[e + 1]].reshape(columns.size, -1)
+            total[np.ix_(columns[free], columns[free])] += block[np.ix_(free, free)]
+    return slopes
+
+
 def accepted(system: Handle, y: np.ndarray, time: float = 0.0) -> np.ndarray:
     """The state brought back to the constraints, in place."""
     functions.accept(time, y, system.address, np.zeros(2))

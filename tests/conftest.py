@@ -23,7 +23,6 @@ collect_ignore = (
         "cli/test_signals.py",
         "cli/test_streams.py",
         "run/test_output_file.py",
-        "study/test_runner.py",
     ]
 )
 

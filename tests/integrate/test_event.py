@@ -7,13 +7,9 @@ import pytest
 from course import WAVES, polynomials, run, waves
 
 from scissordyn.integrate import advance as loop
-from scissordyn.integrate import event
+from scissordyn.integrate.event import cubic_root, cubic_summit, cubic_value, may_rise
 from scissordyn.integrate.integration import DATA, FALL, GUARD, MODE, RISE, TIME
 from scissordyn.integrate.tableau import METHODS
-
-cubic_root, cubic_summit, cubic_value, may_rise = (
-    getattr(each, "py_func", each) for each in (event.cubic_root, event.cubic_summit, event.cubic_value, event.may_rise)
-)
 
 
 def shifted(*roots: float, factor: float = 1.0) -> tuple[float, ...]:
@@ -173,9 +169,8 @@ def test_cubic():
     assert found == pytest.approx(summit, abs=0.5 * abs(hump.deriv(2)(0.5)) / 64.0**2)
 
 
-def test_where_a_rise_may_hide(monkeypatch):
+def test_where_a_rise_may_hide():
     """Contract: a cubic that stays below zero hides no rise, one with a hump above does; an error halfway may hide one, too."""
-    monkeypatch.setattr(event, "cubic_value", cubic_value)
     below = np.polynomial.Polynomial((-0.3, 1.0, -1.0))  # highest at -0.05
     above = np.polynomial.Polynomial((-0.2, 1.0, -1.0))  # highest at 0.05
     for cubic, rises in ((below, False), (above, True)):

@@ -12,8 +12,6 @@ from scissordyn.integrate import advance as loop
 from scissordyn.integrate.history import NODES, make_history, up_to_multiple
 from scissordyn.integrate.tableau import METHODS
 
-up_to_multiple = getattr(up_to_multiple, "py_func", up_to_multiple)
-
 
 def looked_back(row: np.ndarray, signal: int, t: float) -> float:
     """A signal at an instant of a row's step, by the series in s = -1 .. 1."""

@@ -5,8 +5,6 @@ import pytest
 
 from scissordyn.integrate.step_scaling import AFTER_START, BEFORE_END, EVEN, fraction, place, speed
 
-fraction, place, speed = (getattr(each, "py_func", each) for each in (fraction, place, speed))
-
 
 @pytest.mark.parametrize("scaling", [EVEN, AFTER_START, BEFORE_END])
 def test_time_inside_a_step(scaling):

@@ -17,11 +17,6 @@ PORTS = {
 SEEDS = range(3)
 
 
-def plain(module, name):
-    """A kernel of a port in plain Python."""
-    return getattr(getattr(module, name), "py_func", getattr(module, name))
-
-
 def at(seed):
     """Maps u, a, b with unit directions, and their rates as two rotating bodies have them: with the speeds of both."""
     rng = np.random.default_rng(seed)
@@ -38,7 +33,7 @@ def sensed(name, maps, rates):
     port, module = PORTS[name]
     q, v = np.zeros(4), np.zeros(4)
     _, _, ax, ay, bx, by = maps
-    plain(module, "sense")((*maps, *rates), math.atan2(bx * ay - by * ax, bx * ax + by * ay), q, v)
+    module.sense((*maps, *rates), math.atan2(bx * ay - by * ax, bx * ax + by * ay), q, v)
     count = len(port.coordinates)
     return q[:count], v[:count]
 
@@ -58,7 +53,7 @@ def gradients(name, maps, rates):
     """Of coordinates and of rates by the maps, as the port says."""
     port, module = PORTS[name]
     G, R = np.zeros((4, 6)), np.zeros((4, 6))
-    plain(module, "gradients")((*maps, *rates), G, R)
+    module.gradients((*maps, *rates), G, R)
     return G[: len(port.coordinates)], R[: len(port.coordinates)]
 
 
@@ -88,12 +83,12 @@ def test_forces_do_the_work_of_their_coordinates(name, seed):
     out = np.random.default_rng(seed + 10).normal(size=4)
     q, v = sensed(name, maps, rates)
     G, _ = gradients(name, maps, rates)
-    forces = np.array(plain(module, "forces")((*maps, *rates), q, out))
+    forces = np.array(module.forces((*maps, *rates), q, out))
     count = len(port.forces)
     assert forces == pytest.approx(port.sense * G[:count].T @ out[:count], abs=1e-12)
     # the same as a force on the first body's point and torques on both bodies
     along = np.array([0.6, 0.8])
-    fx, fy, torque_a, torque_b = plain(module, "wrench")((*maps, *rates), along, out, forces[0], forces[1])
+    fx, fy, torque_a, torque_b = module.wrench((*maps, *rates), along, out, forces[0], forces[1])
     moved = rates[0] * along if name == "travel" else rates[:2]
     power = fx * moved[0] + fy * moved[1] + torque_a * speeds[0] + torque_b * speeds[1]
     assert power == pytest.approx(port.sense * out[:count] @ v[:count], abs=1e-12)
@@ -108,11 +103,11 @@ def test_curvature(name, seed):
     out = np.random.default_rng(seed + 20).normal(size=4)
 
     def forces(x):
-        return plain(module, "forces")((*x, *rates), sensed(name, x, rates)[0], out)
+        return module.forces((*x, *rates), sensed(name, x, rates)[0], out)
 
     K = np.ones((6, 6))  # it is added to what is there
     G, _ = gradients(name, maps, rates)
-    plain(module, "curvature")(sensed(name, maps, rates)[0], out, np.vstack([G, np.zeros((4 - len(G), 6))]), K)
+    module.curvature(sensed(name, maps, rates)[0], out, np.vstack([G, np.zeros((4 - len(G), 6))]), K)
     assert pytest.approx(slopes(forces, maps), abs=1e-8) == K - 1.0
 
 
@@ -121,12 +116,12 @@ def test_a_line_without_length():
     maps, rates = np.array([0.0, 0.0, 1.0, 0.0, 1.0, 0.0]), np.array([0.3, -0.4, 0.0, 0.0, 0.0, 0.0])
     q, v = sensed("line", maps, rates)
     assert (q[0], v[0]) == (0.0, pytest.approx(0.5))
-    assert plain(line, "forces")((*maps, *rates), q, np.ones(4)) == (0.0,) * 6
+    assert line.forces((*maps, *rates), q, np.ones(4)) == (0.0,) * 6
     G, R = gradients("line", maps, rates)
     assert not np.any(G)
     assert not np.any(R)
     K = np.zeros((6, 6))
-    plain(line, "curvature")(q, np.ones(4), np.zeros((4, 6)), K)
+    line.curvature(q, np.ones(4), np.zeros((4, 6)), K)
     assert not np.any(K)
 
 

@@ -22,14 +22,6 @@ ROWS = np.array(
 STARTS = np.array([0, 1, 3, 4])
 
 
-@pytest.fixture(autouse=True)
-def plain(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A kernel that is always written into its caller has no arguments of Python's."""
-    for name in ("motion_at", "piece_time"):
-        kernel = getattr(time_function, name)
-        monkeypatch.setattr(time_function, name, getattr(kernel, "py_func", kernel))
-
-
 def at(t: float, which: int, segment: tuple[float, float] = (-math.inf, math.inf)) -> np.ndarray:
     """Value and derivatives of one of the functions."""
     work = SimpleNamespace(function_value=np.zeros(4), segment=np.array(segment))

@@ -32,7 +32,7 @@ def deviation(t: float, x: float, y: float) -> float:
     model = SimpleNamespace(track_start=np.array([0, 0, 2]), track_row=np.eye(2), track_column=np.array([0, 1]))
     parameters = SimpleNamespace(ideal=table(), ideal_step=np.array([STEP]))
     state = SimpleNamespace(model=model, parameters=parameters, work=SimpleNamespace(X=np.array([x, y])))
-    return float(getattr(track_deviation, "py_func", track_deviation)(t, 1, state))
+    return float(track_deviation(t, 1, state))
 
 
 @pytest.mark.parametrize("t", [0.0, 0.05, 0.1, 0.33, 0.4, 0.47, 0.6])

@@ -278,6 +278,25 @@ def test_refused_beside_other_parts() -> None:
         sd.simulate(dataclasses.replace(hard, components=frictions), until=0.01)
 
 
+def test_is_the_limit_of_a_small_clearance() -> None:
+    """Second model: the contact of a journal that rubs in its bearing, which knows nothing of reactions."""
+
+    def pendulum(*parts: Any) -> Mechanism:
+        bar = sd.bar("bar", length=1.0, mass=2.0, angle=-0.3)
+        pin = sd.Revolute("O", ("bar", "start"), ("ground", "O"))
+        return Mechanism((bar,), (pin,), ground=(("O", (0.0, 0.0)),), gravity=G, components=parts)
+
+    ideal = sd.simulate(pendulum(sd.PinFriction("friction", "bar", 0.01, 0.3, transition=1e-4)), until=1.0)
+    apart = []
+    for clearance in (8e-6, 2e-6):
+        joint = sd.Clearance(clearance, journal_radius=0.01, friction=sd.Ambrosio(0.3, 0.0, 1e-4))
+        run = sd.simulate(pendulum().with_clearance("O", joint), until=1.0)
+        assert float(run["friction_loss"][-1]) == pytest.approx(float(ideal["dissipated_energy"][-1]), rel=500.0 * clearance)
+        apart.append(float(np.abs(run["angle"] - ideal["angle"]).max()))
+    assert apart[1] < 6e-5
+    assert apart[1] < 0.5 * apart[0]
+
+
 def test_batch_is_the_runs() -> None:
     """Identity: cases of a batch are the single runs bit for bit, whatever was evaluated before them."""
     crank = rubbing_crank(0.15, transition=0.02)

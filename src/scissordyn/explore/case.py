@@ -30,12 +30,15 @@ if TYPE_CHECKING:
     from scissordyn.explore.points import Points
 
 
+NOTHING: Mapping[str, str] = MappingProxyType({})
+
+
 class Case:
     """A case, frozen: a change makes another one."""
 
     saved: xr.Dataset | None = None  # Its run, if that was read from a file
     points: Points | None = None  # Those of the study or the diagram that it was opened from
-    chosen: Mapping[str, str] = MappingProxyType({})  # Of such a point: what varies between the points, as text
+    chosen: Mapping[str, str] = NOTHING  # Of such a point: what varies between the points, as text
 
     def __init__(self, name: str, source: str, code: Code, tree: dict[str, Any] | None = None) -> None:
         self.name, self.source, self.code = name, source, code
@@ -45,9 +48,18 @@ class Case:
         self.options: Options = table.run
 
     @classmethod
-    def of(cls, name: str, mechanism: Mechanism, options: Options, allowed: Sequence[Path] = ()) -> Case:
-        """The case of a mechanism."""
-        return cls.carried(name, record_text(mechanism, options), allowed)
+    def of(
+        cls,
+        name: str,
+        mechanism: Mechanism,
+        options: Options,
+        allowed: Sequence[Path] = (),
+        chosen: Mapping[str, str] = NOTHING,
+    ) -> Case:
+        """The case of a point of a study or a diagram."""
+        case = cls.carried(name, record_text(mechanism, options), allowed)
+        case.chosen = chosen
+        return case
 
     @classmethod
     def carried(cls, name: str, source: str, allowed: Sequence[Path]) -> Case:

@@ -64,10 +64,9 @@ def open_study_case(path: Path, allowed: Sequence[Path] = ()) -> Case:
 
     def opened(point: int) -> Case:
         mechanism = result.mechanism(_worst_case(result, point))
-        case = Case.of(f"point {point} of {path.name}", mechanism, replace(study.options, trust=False), allowed)
-        values = {factor.path: points[factor.path] for factor in study.factors if factor.path in points}
-        case.chosen = {name: scale_of(column).said(float(column.values[point])) for name, column in values.items()}
-        return case
+        columns = {factor.path: points[factor.path] for factor in study.factors if factor.path in points}
+        chosen = {name: scale_of(column).said(float(column.values[point])) for name, column in columns.items()}
+        return Case.of(f"point {point} of {path.name}", mechanism, replace(study.options, trust=False), allowed, chosen)
 
     notes = [
         f"{points.sizes['point']} points, {complete} cases complete",
@@ -93,11 +92,9 @@ def open_diagram_case(path: Path, diagram: xr.Dataset, allowed: Sequence[Path] =
     until = CYCLES * float(diagram.attrs["period"]) if "period" in diagram.attrs else 1.0
 
     def opened(point: int) -> Case:
-        value = float(values[point])
-        name = f"{path.name}, {parameter} = {across.said(value)}"
-        case = Case.of(name, mechanism.replace(parameter, value), configuration.options or Options(until), allowed)
-        case.chosen = {parameter: across.said(value)}
-        return case
+        value, options = float(values[point]), configuration.options or Options(until)
+        name, chosen = f"{path.name}, {parameter} = {across.said(value)}", {parameter: across.said(value)}
+        return Case.of(name, mechanism.replace(parameter, value), options, allowed, chosen)
 
     def figures(_: str) -> list[Figure]:
         keys = np.repeat(np.arange(values.size), diagram.sizes["cycle"])

@@ -9,6 +9,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable
+from concurrent.futures import Future
 from html import escape
 from http import HTTPStatus
 from pathlib import Path
@@ -101,8 +102,7 @@ def serve(
         if show:
             threading.Thread(target=_show, args=(url, Path(private)), daemon=True).start()
         pages.ended.wait()
-    if pages.error is not None:
-        raise pages.error
+    pages.first.result()
 
 
 def _show(url: str, private: Path) -> None:
@@ -122,14 +122,13 @@ class Pages:
 
     def __init__(self, name: str, access: Access, opened: Callable[[], Case]) -> None:
         self.name, self.access, self._opened = name, access, opened
-        self.error: BaseException | None = None
         self.ended = threading.Event()
-        self._drawn, self._read = threading.Event(), threading.Event()
-        self._early = ""
+        self._early, self.first = (
+            Future[str](),
+            Future["Session"](),
+        )  # The case as it is declared, and the session of the first page
         self._lock = threading.Lock()
         self._count = 0
-        self._case: Case | None = None
-        self._first: Session | None = None
         self._taken = False
 
     def serve(self, listening: socket.socket) -> None:
@@ -149,22 +148,20 @@ class Pages:
     def read(self) -> None:
         """Read the case, draw it as it is declared, and begin its run before there is a page."""
         try:
-            self._case = self._opened()
+            case = self._opened()
             from scissordyn.plot.canvas import declared_scene
 
-            self._early = declared_scene(self._case.mechanism)
-            self._drawn.set()
+            self._early.set_result(declared_scene(case.mechanism))
             # all that a page and its run need, in one thread: modules that import each other must not be imported by two
             import scissordyn.explore.page
             import scissordyn.run.simulate  # noqa: F401
             from scissordyn.explore.session import Session
 
-            self._first = Session(self._case, lambda what: None)
+            self.first.set_result(Session(case, lambda what: None))
         except BaseException as error:
-            self.error = error
-        self._drawn.set()
-        self._read.set()
-        if self.error is not None:
+            if not self._early.done():
+                self._early.set_result("")
+            self.first.set_exception(error)
             time.sleep(LAST_WORDS if self._count else 0.0)
             self.ended.set()
 
@@ -203,13 +200,11 @@ class Pages:
             full = self._count > MOST_PAGES
         try:
             words = f"{MOST_PAGES} pages of this case are open: close one, then reload this" if full else ""
-            if not words:
-                self._drawn.wait()
-                if self._early:
-                    send({"type": "early", "scene": self._early})
-                self._read.wait()
-                if self.error is not None:
-                    words = str(self.error) if isinstance(self.error, ScissordynError) else "a fault: see the terminal"
+            if not full:
+                if early := self._early.result():
+                    send({"type": "early", "scene": early})
+                if error := self.first.exception():
+                    words = str(error) if isinstance(error, ScissordynError) else "a fault: see the terminal"
             if words:
                 send({"type": "said", "text": words})
                 return
@@ -234,13 +229,12 @@ class Pages:
         """The session whose run has begun already, for the first page; a new one, with that run if it is there, for others."""
         from scissordyn.explore.session import Session
 
+        first = self.first.result()
         with self._lock:
-            assert self._case is not None
-            assert self._first is not None
             if not self._taken:
                 self._taken = True
-                return self._first
-            return Session(self._case, lambda what: None, self._first.first)
+                return first
+            return Session(first.opened, lambda what: None, first.first)
 
 
 def _response(status: int, content: bytes, ending: str = "") -> Response:

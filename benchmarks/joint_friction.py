@@ -3,11 +3,19 @@
 from __future__ import annotations
 
 import time
+from unittest.mock import patch
 
 import scissordyn as sd
 from benchmarks.measure import command, table
+from scissordyn.plan import joint_friction
 
 UNITS = (1, 3, 10, 20)
+FRICTIONS = {
+    "transition 10 mm/s": {"transition": 1e-2},
+    "transition 1 mm/s": {"transition": 1e-3},
+    "transition 0.1 mm/s": {"transition": 1e-4},
+    "bristles 1e5 1/m": {"bristle_stiffness": 1e5},
+}
 STAGES, SIZE = 12, 1e-5
 
 
@@ -33,17 +41,18 @@ def measure(quick: bool = False) -> str:
         counts = str(units), str(len(rubbing.components))
         costs.append((*counts, microseconds(array, 20_000), microseconds(rubbing, 6000 // units**2 + 100)))
     steps = []
-    for transition in (1e-1, 1e-2, 1e-3)[: 2 if quick else None]:
+    for label, friction in list(FRICTIONS.items())[: 1 if quick else None]:
         crank = sd.slider_crank(crank=0.1, rod=0.3).replace("crank.angular_velocity", 30.0)
-        rubbing = sd.with_joint_friction(crank, radius=0.012, kinetic=0.15, transition=transition)
-        counts = [
-            sd.simulate_many(rubbing, {"gravity": [9.81]}, until=0.3, method=method, measures=["steps"])["steps"]
-            for method in ("dop853", "rodas5p")
-        ]
-        steps.append((f"{1e3 * transition:g}", *(f"{float(count[0]):.0f}" for count in counts)))
+        rubbing = sd.with_joint_friction(crank, radius=0.012, kinetic=0.3, **friction)
+        counts = []
+        for method, most in (("dop853", 0), ("rodas5p", 0), ("rodas5p", joint_friction.MOST_STATES)):
+            with patch.object(joint_friction, "MOST_STATES", most):
+                batch = sd.simulate_many(rubbing, {"gravity": [9.81]}, until=20.0, method=method, measures=["steps"])
+            counts.append(f"{float(batch['steps'][0]):.0f}")
+        steps.append((label, *counts))
     return (
         f"{table(('units', 'pins', 'without friction [us]', 'with it [us]'), costs)}\n\n"
-        f"{table(('transition [mm/s]', 'dop853 steps', 'rodas5p steps'), steps)}"
+        f"{table(('friction', 'dop853 steps', 'rodas5p, constant reactions', 'rodas5p'), steps)}"
     )
 
 

@@ -44,3 +44,13 @@ class FrictionWorkspace(NamedTuple):
     slope: F2  # (f, width) a full matrix as a band
     pivots: I1  # (2 f,)
     step: F1  # (f,)
+    # Of implicit steps, see `reaction_slopes`; empty where there are too many states for that
+    by_state: F2  # (f, states) derivatives of the reactions by the state
+    by_time: F1  # (f,)
+    response: F2  # (f, n) what a reaction of one changes of the accelerations, as last evaluated
+    frozen: F2  # (f, n) the same where the step matrix was linearised
+    solved: F2  # (f, states) that, as rates, through the inverse of the matrix for constant reactions
+    share: F2  # (f, width)
+    share_pivots: I1  # (2 f,)
+    rates: F1  # (states,)
+    upper: F1  # (f,)

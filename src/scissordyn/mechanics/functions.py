@@ -5,14 +5,15 @@ from __future__ import annotations
 import math
 
 from scissordyn.kernel import F1, F2, entry
-from scissordyn.mechanics import constraint_solver, equations, monitored, step_matrix
+from scissordyn.mechanics import constraint_solver, equations, monitored, reaction_slopes
 from scissordyn.mechanics import guard as guards_of
 from scissordyn.mechanics.latch import engage
 from scissordyn.mechanics.rotation import count_turns
 from scissordyn.mechanics.system import open_system
 
 _accelerate, _linearise, _record = equations.accelerate, equations.linearise, equations.record_signals
-_factorize, _solve = step_matrix.factorize, step_matrix.solve
+_factorize, _solve = reaction_slopes.factorize, reaction_slopes.solve
+_write_slopes, _add_time_slopes = reaction_slopes.write_slopes, reaction_slopes.add_time_slopes
 _singular_ahead = constraint_solver.singular_ahead
 _project, _monitor, _probe = constraint_solver.project, monitored.monitor, monitored.probe
 _guards, _guard, _reset, _touch = guards_of.guards, guards_of.guard, guards_of.reset, guards_of.touch
@@ -45,18 +46,24 @@ def rate(t: float, y: F1, address: int, dy: F1) -> None:
 @entry
 def linearise(t: float, y: F1, address: int, dy: F1, dt: F1) -> None:
     """See `equations.linearise`."""
-    _linearise(t, y, open_system(address), dy, dt)
+    S = open_system(address)
+    reactions = S.friction.rates.size > 0
+    if reactions:
+        _write_slopes(t, y, S)
+    _linearise(t, y, S, dy, dt)
+    if reactions:
+        _add_time_slopes(S, dt)
 
 
 @entry
 def factorize(hg: float, address: int) -> int:
-    """See `step_matrix.factorize`."""
+    """See `step_matrix.factorize` and `reaction_slopes`."""
     return _factorize(hg, open_system(address))
 
 
 @entry
 def solve(r: F1, address: int) -> None:
-    """See `step_matrix.solve`."""
+    """See `step_matrix.solve` and `reaction_slopes`."""
     _solve(r, open_system(address))
 
 

@@ -152,6 +152,8 @@ def respond(t, k, z, S):
     for j in range(M.n):
         R.change[j] = R.force[j]
     subtract_gradients(S, R.multiplier, R.change, 0)
+    for j in range(M.n):
+        R.response[k, j] = R.change[j]
     # the equations subtract gravity, which is no part of a response
     move_bodies(lane, R.change, R.gravity[0], R.gravity[1], S)
     load_bodies(lane, R.multiplier, S)

@@ -21,6 +21,9 @@ from scissordyn.plan.bending import bends
 from scissordyn.plan.bending_loads import bending_loads, no_bending_loads
 from scissordyn.plan.coordinates import Coordinates
 
+MOST_STATES = 40
+"""Beyond so many numbers of the state implicit steps leave out how reactions depend on them: it takes two evaluations each."""
+
 ALIKE = 1e-9
 """Directions that differ by less are the same [rad]."""
 
@@ -35,6 +38,8 @@ def make_friction_workspace(
     place[chosen] = np.arange(len(chosen))
     rows = [_followed(mechanism, parts[i], balance) for i in chosen]
     f, bodies, unknowns = len(chosen), len(mechanism.bodies) if chosen else 0, balance.order.size if chosen else 0
+    states = 2 * model.n + int(model.state_start[-1])
+    states = states if chosen and states <= MOST_STATES else 0
     lanes, widest = f + 1, int(np.max(np.diff(balance.start), initial=0))
     return FrictionWorkspace(
         component=np.array(chosen, np.int64),
@@ -63,6 +68,15 @@ def make_friction_workspace(
         slope=np.zeros((f, width(f, f))),
         pivots=np.zeros(2 * f, np.int64),
         step=np.zeros(f),
+        by_state=np.zeros((f, states)),
+        by_time=np.zeros(f),
+        response=np.zeros((f, model.n)),
+        frozen=np.zeros((f, model.n)),
+        solved=np.zeros((f, states)),
+        share=np.zeros((f if states else 0, width(f, f))),
+        share_pivots=np.zeros(2 * f, np.int64),
+        rates=np.zeros(states),
+        upper=np.zeros(f),
     )
 
 

@@ -1,0 +1,106 @@
+"""How the reactions that friction follows depend on the state, in the matrix of implicit steps.
+
+With N_k the reactions and u_k what N_k = 1 adds to the rates, the matrix is W - sum_k u_k dN_k/dy, with W that of constant
+reactions. W stays banded; by Woodbury's formula
+
+    x = W^-1 r + P (1 - V P)^-1 V W^-1 r,    P = W^-1 U,    V = dN/dy.
+
+V is found by central differences: a reaction depends on all numbers of the state.
+"""
+
+from __future__ import annotations
+
+import math
+
+from scissordyn.kernel import kernel
+from scissordyn.mechanics import band, step_matrix
+from scissordyn.mechanics.component import DIFFERENCE, STATE_DIFFERENCE
+from scissordyn.mechanics.equations import accelerate
+
+LEAST = 1e-11
+"""Least step of a state of no scale [m]."""
+
+_band_factorize, _band_solve = band.factorize, band.solve
+
+
+@kernel
+def write_slopes(t, y, S):
+    """Write the derivatives of the reactions by state and time."""
+    R, n = S.friction, S.model.n
+    f, states = R.by_state.shape[0], R.rates.size
+    for i in range(states + 1):
+        here = t if i == states else y[i]
+        least = DIFFERENCE
+        if 2 * n <= i < states:  # the scale of bristles of contacts is that of their law
+            least = max(STATE_DIFFERENCE * S.parameters.state_scale[i - 2 * n], LEAST)
+        h = max(DIFFERENCE * abs(here), least)
+        for side in range(2):
+            moved = here + h if side == 0 else here - h
+            if i < states:
+                y[i] = moved
+            accelerate(moved if i == states else t, y, S, R.rates)
+            for k in range(f):
+                if side == 0:
+                    R.upper[k] = R.size[k]
+                    continue
+                slope = (R.upper[k] - R.size[k]) / (2.0 * h)
+                if not abs(slope) < math.inf:  # a jam beside the state
+                    slope = 0.0
+                if i == states:
+                    R.by_time[k] = slope
+                else:
+                    R.by_state[k, i] = slope
+        if i < states:
+            y[i] = here
+
+
+@kernel
+def add_time_slopes(S, dt):
+    """Add what reactions change over time to the partial derivative of the rates; `accelerate` has been at the state."""
+    R, n = S.friction, S.model.n
+    for k in range(R.by_state.shape[0]):
+        for i in range(n):
+            R.frozen[k, i] = R.response[k, i]
+            dt[n + i] += R.frozen[k, i] * R.by_time[k]
+
+
+@kernel
+def factorize(hg, S):
+    """Factorize the matrix of a step for `solve`; returns a singular row or -1."""
+    R = S.friction
+    singular = step_matrix.factorize(hg, S)
+    if singular >= 0 or R.rates.size == 0:
+        return singular
+    f, n, states = R.by_state.shape[0], S.model.n, R.rates.size
+    R.share[:, :] = 0.0
+    for k in range(f):
+        for i in range(states):
+            R.rates[i] = R.frozen[k, i - n] if n <= i < 2 * n else 0.0
+        step_matrix.solve(R.rates, S)
+        for i in range(states):
+            R.solved[k, i] = R.rates[i]
+        for j in range(f):
+            total = 1.0 if j == k else 0.0
+            for i in range(states):
+                total -= R.by_state[j, i] * R.rates[i]
+            R.share[j, k - j + f - 1] = total
+    return _band_factorize(R.share, f - 1, f - 1, R.share_pivots)
+
+
+@kernel
+def solve(r, S):
+    """Overwrite r with the inverse of the matrix times r."""
+    R = S.friction
+    step_matrix.solve(r, S)
+    if R.rates.size == 0:
+        return
+    f, states = R.by_state.shape[0], R.rates.size
+    for k in range(f):
+        total = 0.0
+        for i in range(states):
+            total += R.by_state[k, i] * r[i]
+        R.upper[k] = total
+    _band_solve(R.share, f - 1, R.share_pivots, R.upper)
+    for k in range(f):
+        for i in range(states):
+            r[i] += R.upper[k] * R.solved[k, i]

@@ -107,6 +107,11 @@ SWEEP = ("sweep", "array.toml", "-o", "a.db", "--vary", "A.clearance=0.1..0.4 mm
         (("study", "statos", "a.db"), "did you mean 'status'"),
         (("study", "status", "mine"), "is no study"),
         (("study", "status"), "without a store"),
+        (
+            ("study", "study.toml", "-o", "a.db", "--points", "8"),
+            "--points without extend; allowed: study extend, study refine",
+        ),
+        (("study", "status", "a.db", "--plot", "figures"), "--plot without report"),
         (("study", "bad.toml", "-o", "a.db"), "unknown key 'varry' (did you mean 'vary'?)"),
         (("study", "sampling.toml", "-o", "a.db"), "sampling 'sobel' (did you mean 'sobol'?); allowed: random, latin"),
         (("study", "study.toml", "-o", "s3://bucket/a.db"), "a file on a disk"),

@@ -36,6 +36,13 @@ if TYPE_CHECKING:
 
 ACTIONS = ("status", "resume", "retry", "extend", "refine", "report", "export", "replay", "convert")
 
+USED_BY = {
+    **dict.fromkeys(("vary", "uncertain", "samples", "seed", "goal"), ("refine",)),
+    "points": ("extend", "refine"),
+    "plot": ("report",),
+}
+"""Words before which an option says something."""
+
 UNITS = (("a second", 1.0), ("a minute", 60.0), ("an hour", 3600.0))
 
 EVENTS = 20  # Contacts of a replayed case that are shown
@@ -84,13 +91,11 @@ def study(
     ] = None,
 ) -> int:
     where = Where(threads, workers, scheduler, cluster)
-    changes = {"vary": vary, "uncertain": uncertain, "samples": samples, "seed": seed, "goal": goal}
-    changed = next((name for name, value in changes.items() if value is not None), None)
-    if changed is not None and what != "refine":
-        sample = "scissordyn study refine study.db --samples 64 -o next.db"
-        raise InputError(f"--{changed} without refine", "study refine", sample)
-    if plot is not None and what != "report":
-        raise InputError("--plot without a report", "study report", "scissordyn study report study.db --plot figures")
+    chosen = {"vary": vary, "uncertain": uncertain, "samples": samples, "seed": seed, "goal": goal, "points": points}
+    for name, value in {**chosen, "plot": plot}.items():
+        if value is not None and what not in USED_BY[name]:
+            words = [f"study {word}" for word in USED_BY[name]]
+            raise InputError(f"--{name} without {USED_BY[name][0]}", ", ".join(words), f"scissordyn {words[0]} study.db")
     if what not in ACTIONS:
         return _from_file(what, store, output, where, block, budget)
     if budget is not None:

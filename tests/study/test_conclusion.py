@@ -219,7 +219,7 @@ def test_joints_are_ranked_from_any_sampling() -> None:
         uncertain=uncertain, sampling=Sampling(1, "random", common=False), design=Design("random", 6), measures=("peak_force",)
     )
     found = made_up(described, described.numbers(np.arange(6)).values["A.clearance"])
-    table = rankings(described, found)[0]
+    table = rankings(described, found, trends(described, found))[0]
     assert table.rows[0][:2] == ("A.clearance", "+1.00")
     assert "6 samples of 4 numbers" in table.notes[0]
 
@@ -232,7 +232,7 @@ def test_numbers_of_an_unclear_trend_are_ranked() -> None:
     for values, tables in ((1.0 + 0.0 * numbers + noise, 1), (numbers, 0)):
         found = made_up(described, values)
         assert [trend.clear for trend, *_ in trends(described, found).values()] == [not tables]
-        assert len(rankings(described, found)) == tables
+        assert len(rankings(described, found, trends(described, found))) == tables
 
 
 def test_where_they_are_met_is_said() -> None:
@@ -248,7 +248,7 @@ def test_where_they_are_met_is_said() -> None:
     assert str(said.verdict[1]).startswith("Recommended: point ")
     assert any(fact.kind == "need" and "needs A.clearance of at most about 0.25 mm" in str(fact) for fact in said.trends)
     assert "--uncertain" in said.next[0][1]
-    table = trend_table(described, found)
+    table = trend_table(described, trends(described, found))
     assert table is not None
     assert table.rows[0][:2] == ("peak_force", "1.00 ± 0.00")
 
@@ -269,7 +269,7 @@ def test_many_numbers_make_no_wall_of_text() -> None:
     said = str(conclusion.verdict[0])
     assert (said.count("(of "), said.count("A.clearance")) == (6, 1)
     assert said.endswith(", and wider parts of the range of 2 numbers more.")
-    table = trend_table(described, found)
+    table = trend_table(described, trends(described, found))
     assert table is not None
     assert table.head == ("response", "peak_force")
     assert [row[0] for row in table.rows] == [*numbers, "R2", "error at points left out"]

@@ -23,7 +23,7 @@ from scissordyn.study.answer.fidelity import Corrected, confirmed, estimates
 from scissordyn.study.answer.indices import sensitivity
 from scissordyn.study.answer.recommendation import Recommendation, recommended, recommended_point
 from scissordyn.study.answer.summary import design_size
-from scissordyn.study.answer.trend import Trend, trends
+from scissordyn.study.answer.trend import Trend
 from scissordyn.study.answer.verdict import (
     FeasibleFraction,
     Worst,
@@ -156,7 +156,7 @@ class StudyResult:
     @property
     def trends(self) -> dict[str, Trend]:
         """By response, the power law or straight line that predicts points it has not seen best."""
-        return {name: both[0] for name, both in trends(self.study, self.dataset).items()}
+        return {name: both[0] for name, both in self.conclusion.fitted.items()}
 
     @cached_property
     def verified(self) -> StudyResult | None:

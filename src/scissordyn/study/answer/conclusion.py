@@ -34,6 +34,7 @@ class Conclusion:
     margins: Section | None  # Of that point
     trends: tuple[Fact, ...]  # Of each response, and what requirements need
     next: tuple[tuple[Fact, str], ...]  # Why, and a command
+    fitted: Mapping[str, tuple[Trend, ...]]  # By response
 
     def to_plain(self) -> list[dict[str, Any]]:
         """All facts as plain data for JSON."""
@@ -55,7 +56,8 @@ def conclude(study: Study, results: xr.Dataset, store: str) -> Conclusion:
     verdict = () if point is None else (_verdict(study, results), *_point(study, results, point))
     if not verdict and study.requirements:
         verdict = (Fact("unknown"),)
-    return Conclusion(verdict, None if point is None else _margins(study, results, point), tuple(facts), tuple(steps))
+    margins = None if point is None else _margins(study, results, point)
+    return Conclusion(verdict, margins, tuple(facts), tuple(steps), by_response)
 
 
 def _or_none(value: float) -> float | None:
@@ -235,10 +237,10 @@ def _need(results: xr.Dataset, study: Study, need: Need, by_response: dict[str, 
     return Fact(kind, need.requirement, about, _scale(results, study, need.number, first, last))
 
 
-def trend_table(study: Study, results: xr.Dataset) -> Section | None:
+def trend_table(study: Study, fitted: Mapping[str, tuple[Trend, ...]]) -> Section | None:
     """Exponents of the power laws with their 95 % intervals, and how well they fit; None without any."""
     columns: list[tuple[str, ...]] = [("response", *study.factor_names, "R2", "error at points left out")]
-    for name, both in trends(study, results).items():
+    for name, both in fitted.items():
         law = next((trend for trend in both if trend.form == "power"), None)
         if law is not None:
             cells = dict(zip(law.numbers, zip(law.slopes, law.intervals, law.logarithmic, strict=True), strict=True))

@@ -50,10 +50,10 @@ def _sections(result: StudyResult, store: str, most: int) -> Iterator[Section]:
         yield requirement_fractions(study, results)
     if study.optimisation is not None:
         yield best_points(study, results, most)
-    if (exponents := trend_table(study, results)) is not None:
+    if (exponents := trend_table(study, conclusion.fitted)) is not None:
         yield exponents
     indices, left_out = sensitivity(study, results)
-    yield from (*sensitivities(indices), *rankings(study, results))
+    yield from (*sensitivities(indices), *rankings(study, results, conclusion.fitted))
     yield Section(title="Responses without indices", lines=[f"{name}: {why}." for name, why in left_out.items()])
     worst = [
         (case.requirement, case.text, margin_text(case.margin), numbers_text(study, results, case.numbers), case.case)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 import xarray as xr
@@ -10,7 +11,7 @@ from scipy import stats
 
 from scissordyn.study.answer.control_variate import CONFIDENCE
 from scissordyn.study.answer.summary import Section
-from scissordyn.study.answer.trend import trends
+from scissordyn.study.answer.trend import Trend
 from scissordyn.study.answer.verdict import answered, case_values
 from scissordyn.study.ask.description import Study
 from scissordyn.study.compute.table import column
@@ -20,13 +21,13 @@ SHOWN = 6  # Numbers that a table has
 RESAMPLES = 400  # Of the bootstrap that says how often a number is the first
 
 
-def rankings(study: Study, results: xr.Dataset) -> list[Section]:
+def rankings(study: Study, results: xr.Dataset, fitted: Mapping[str, tuple[Trend, ...]]) -> list[Section]:
     """A table for each response without a clear trend: the numbers by their rank correlation with it, and how sure that is."""
     names = [factor.name for factor in (*study.factors, *study.uncertain) if not factor.labels]
     if len(names) < 2 or study.design.kind in ("saltelli", "morris"):
         return []
     numbers = np.stack([results[column(name)].values[:: study.members] for name in names], axis=1)
-    fitted, tables = trends(study, results), []
+    tables = list[Section]()
     for response in answered(study, results):
         values = case_values(study, results, response)[:: study.members]
         rows = ~np.isnan(values) & np.all(np.isfinite(numbers), axis=1)

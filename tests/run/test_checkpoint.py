@@ -369,9 +369,6 @@ def test_twenty_real_kills(tmp_path: Path) -> None:
     assert sorted(tmp_path.iterdir()) == [target, undisturbed]
 
 
-FUZZED_QUICK, FUZZED, FUZZED_PART = 25, 1000, 250
-
-
 def spoiled(path: Path, chance: random.Random) -> str:
     """Do something to a checkpoint, below or above the library of its format, and say what."""
     what = chance.choice(("cut", "flip", "flips", "attribute", "content", "overwrite"))
@@ -434,13 +431,12 @@ def fuzzed(first: int, last: int, tmp_path: Path, capfd: pytest.CaptureFixture[s
     return statuses
 
 
-def test_spoiled_checkpoints(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+SLOWLY = [pytest.param(first, 250, marks=pytest.mark.slow) for first in range(0, 1000, 250)]
+
+
+@pytest.mark.parametrize(("first", "count"), [(0, 25), *SLOWLY])
+def test_spoiled_checkpoints(first: int, count: int, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     """Contract: whatever a checkpoint holds, statuses 0, 2 and 3 with one line, and no other numbers."""
-    assert 2 in fuzzed(0, FUZZED_QUICK, tmp_path, capfd)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("first", range(0, FUZZED, FUZZED_PART))
-def test_a_thousand_spoiled_checkpoints(first: int, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """Contract: as above."""
-    assert len(fuzzed(first, first + FUZZED_PART, tmp_path, capfd)) == FUZZED_PART
+    statuses = fuzzed(first, first + count, tmp_path, capfd)
+    assert len(statuses) == count
+    assert 2 in statuses

@@ -68,39 +68,28 @@ def check(case: Case, run: xr.Dataset) -> None:
         assert float(np.sum(run[f"contact_{name}"])) == pytest.approx(total, rel=1e-9, abs=1e-12 * scale), name
 
 
+def run_part(case: Case, part: float) -> xr.Dataset:
+    """The run of an example up to a part of its time."""
+    options = case.run.keywords | ({} if part == 1.0 else {"until": part * case.run.until, "samples": 51})
+    return sd.simulate(case.mechanism, **options)
+
+
+@pytest.mark.parametrize("part", [SHORT, pytest.param(1.0, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
-def test_an_example_begins_with_hard_contact(path: Path) -> None:
-    """Limit: surfaces that do not press into each other, and the energy balance."""
+def test_an_example_with_hard_contact(path: Path, part: float) -> None:
+    """Limit: surfaces that do not press into each other, and the energy balance; slowly until the end of the example."""
     case = hard(path)
     assert all(joint.clearance.contact == "hard" for joint in case.mechanism.joints if joint.clearance is not None)
-    options = {**case.run.keywords, "until": SHORT * case.run.until, "samples": 51}
-    check(case, sd.simulate(case.mechanism, **options))
+    check(case, run_part(case, part))
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
-def test_an_example_ends_with_hard_contact(path: Path) -> None:
-    """Limit: surfaces that do not press into each other, and the energy balance, until the end of the example."""
-    case = hard(path)
-    check(case, sd.simulate(case.mechanism, **case.run.keywords))
-
-
+@pytest.mark.parametrize("part", [PIECE, pytest.param(1.0, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("path", [path for path in EXAMPLES if alternate(path)], ids=lambda path: path.stem)
-def test_an_example_begins_with_every_other_contact_hard(path: Path) -> None:
+def test_an_example_with_every_other_contact_hard(path: Path, part: float) -> None:
     """Limit: surfaces that do not press into each other, and the energy balance, beside compliant contacts."""
     case = alternate(path)
     assert case is not None
-    options = {**case.run.keywords, "until": PIECE * case.run.until, "samples": 51}
-    check(case, sd.simulate(case.mechanism, **options))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("path", [path for path in EXAMPLES if alternate(path)], ids=lambda path: path.stem)
-def test_an_example_ends_with_every_other_contact_hard(path: Path) -> None:
-    """The same until the end of the example."""
-    case = alternate(path)
-    assert case is not None
-    check(case, sd.simulate(case.mechanism, **case.run.keywords))
+    check(case, run_part(case, part))
 
 
 def test_a_latch_strikes_contacts_of_both_kinds() -> None:

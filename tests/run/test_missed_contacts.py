@@ -46,10 +46,11 @@ def test_contact_agrees_with_another_method() -> None:
     assert np.max(np.abs(energy)) < 1e-7 * float(np.ptp(runs[0]["kinetic_energy"].values))
 
 
+@pytest.mark.parametrize("numbers", [range(2), pytest.param(range(CASES), marks=pytest.mark.slow)], ids=len)
 @pytest.mark.parametrize("kind", [*KINDS, RELEASED])
-def test_random_runs(kind: str) -> None:
+def test_random_runs(kind: str, numbers: range) -> None:
     """Contract, on random mechanisms: `python -m benchmarks.missed_contacts` has all of them."""
-    for number in (0, 1):
+    for number in numbers:
         found = judge(kind, number)
         assert max(found.sample, found.step) < SEEN, found
 
@@ -58,12 +59,3 @@ def test_contact_that_shows_in_the_shorter_step_only() -> None:
     """Contract: a touch of 0.1 ms, which the dense output of the step does not show before it is shortened to its event."""
     found = judge("slider-crank", 33)
     assert max(found.sample, found.step) < SEEN, found
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", [*KINDS, RELEASED])
-def test_every_random_run(kind: str) -> None:
-    """The same, on all of them."""
-    for number in range(CASES):
-        found = judge(kind, number)
-        assert max(found.sample, found.step) < SEEN, found

@@ -2,13 +2,17 @@
 
 import dataclasses
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import scissordyn as sd
+from reference.free_bodies import Scissor
 from scissordyn.errors import InputError
 from scissordyn.laws.elastic.linear import Linear
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
 
 
 def array(angle: float) -> sd.Mechanism:
@@ -144,3 +148,10 @@ def test_options_that_do_not_fit_are_refused(options: dict, said: str) -> None:
     with pytest.raises(InputError, match=said) as raised:
         sd.modes(array(0.5), **options)
     assert "\n" not in str(raised.value)
+
+
+def test_servo_on_its_reference_without_any_load() -> None:
+    """Second formulation: nothing of an array in orbit is loaded; stiffness of its servo over the inertia of bars cut free."""
+    modes = sd.modes(sd.read_case(EXAMPLES / "solar_array.toml").mechanism)
+    inertia = Scissor(4, 0.6, 0.4, 0.5, 1.5, (0.0, 0.0)).inertia(math.radians(75.0))
+    assert modes["angular_frequency"].values == pytest.approx([math.sqrt(400.0 / inertia)], rel=1e-11)

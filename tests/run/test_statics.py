@@ -11,6 +11,7 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of
+from scissordyn.model.commanded import rigid
 
 G = 9.81
 
@@ -251,3 +252,22 @@ def test_friction_that_is_not_there_or_jams() -> None:
     )
     jammed = sd.statics(drawer, until=1.0, points=3, friction="forward")
     assert "the mechanism jams: no reactions are in balance with friction 'rails', first at t = " in jammed.attrs["warnings"]
+
+
+def test_lift_table_in_statics_preview_and_runs() -> None:
+    """Limit: preview and run have the torque of statics where the drive rests, and tend to it with the square of the speed."""
+    table = rigid(sd.read_case(EXAMPLES / "lift_table.toml").mechanism.ideal())
+    still = sd.statics(table, until=0.5)
+    assert float(still["least"].sel(quantity="drive torque")) == pytest.approx(-355.5, abs=0.05)
+    beyond = []
+    for duration in (0.5, 5.0, 10.0):
+        slow = table.driven(sd.Cycloidal(math.radians(70.0), math.radians(45.0), duration))
+        ideal, run = sd.ideal_kinematics(slow, until=duration, samples=201), sd.simulate(slow, until=duration, samples=201)
+        for one, other in ((ideal, still), (run, ideal)):
+            difference = np.abs(one["drive_torque"].values - other["drive_torque"].values)
+            assert max(difference[0], difference[-1]) < 1e-9
+        assert difference.max() < 1e-8
+        beyond.append(float(np.abs(ideal["drive_torque"].values - still["drive_torque"].values).max()))
+    assert beyond == pytest.approx([653.64, 6.5364, 1.63411], rel=1e-4)
+    # what the example does in half a second takes 2.8 times the torque at rest
+    assert float(np.abs(sd.ideal_kinematics(table, until=0.5)["drive_torque"]).max()) == pytest.approx(1004.5, abs=0.5)

@@ -51,6 +51,9 @@ EASY = 1e-4
 ROUNDING = 2e-16
 """Of a coordinate, relative to it."""
 
+UNLOADED = 100.0
+"""So many of these where nothing weighs: angles and references are rounded, too."""
+
 FIRST_STEP, SHORTEST = 1e-3, 1e-9
 """Step [s] to begin with, and below which the iteration is given up."""
 
@@ -186,7 +189,11 @@ class _Descent:
         self.force, self.scale = np.inf, self.load
         first = self.system.parameters.contact.size
         self.actuators = plan.actuators
-        self.beams = [first + i for i, part in enumerate(plan.components) if isinstance(part, Beam | FlexibleBar)]
+        # without weight there may be no load at all, as of a servo on its reference: what is left of all forces is round-off
+        self.stiff = [
+            first + i for i, part in enumerate(plan.components) if not self.load or isinstance(part, Beam | FlexibleBar)
+        ]
+        self.roundings = 1.0 if self.load else UNLOADED
         functions.accept(0.0, self.state, handle.address, np.zeros(2))  # turns are counted from where it begins
 
     def implicit_step(self, step: float) -> str:
@@ -273,14 +280,14 @@ class _Descent:
                 return
 
     def rounding(self) -> float:
-        """What the rounding of coordinates makes of the forces of beam elements, whose axial stiffness exceeds all others."""
+        """What the rounding of coordinates makes of the forces of elements; with a load only of bars, the stiffest by far."""
         model, work = self.system.model, self.system.work
         error = np.zeros(model.n + model.nb)
-        for e in self.beams:
+        for e in self.stiff:
             columns = model.element_column[model.element_start[e] : model.element_start[e + 1]]
             block = work.block_x[model.block_start[e] : model.block_start[e + 1]].reshape(columns.size, columns.size)
             error[columns] += np.abs(block) @ np.abs(work.X[columns])
-        return ROUNDING * float(np.linalg.norm(error))
+        return self.roundings * ROUNDING * float(np.linalg.norm(error))
 
     @property
     def gone(self) -> float:

@@ -14,7 +14,7 @@ export function bar(root, send, curves) {
     line.append(item ? button(...item, () => item[0] === "theme" ? theme(!dark) : send({ type: item[0], time }), item[0] !== "theme") : element("span", { className: "sd-gap" }));
   }
   const horizon = checkbox("horizon", false, wanted => send({ type: "horizon", wanted }), { "data-id": "horizon" });
-  horizon.title = "predictability horizon: computes each run twice";
+  horizon.title = "predictability horizon: computes each run twice"; horizon.firstChild.after(element("span", { className: "sd-wide" }, " predictability"));
   const state = element("span", { className: "sd-state", role: "status" }), progress = element("progress", { max: 1 }), stop = button("stop", "Stop", () => send({ type: "stop" }));
   const choices = element("div"), chosen = element("details", {
     className: "sd-menu", onkeydown: event => { if (event.key === "Escape") { chosen.open = false; chosen.firstChild.focus(); } },

@@ -284,7 +284,7 @@ def converged_lines(converged: Convergence, case: str, changes: Sequence[str] = 
     what = {"step": "steps", "modes": "numbers of bending modes"}.get(converged.varied, "rtol = atol")
     lines = [f"{converged.response} to within {100.0 * converged.within:g} %, with {what} from coarse to fine:"]
     for level in converged.levels:
-        numbers = f"{scale.said(level.value, 5)}, members differ by {level.spread:.2%}, {level.seconds:.3g} s a run"
+        numbers = f"{scale.with_unit(level.value, 5)}, members differ by {level.spread:.2%}, {level.seconds:.3g} s a run"
         lines.append(f"  {setting(level.setting)}  " + (f"failed: {level.cause}" if level.cause else numbers))
     if math.isnan(converged.setting):
         finest = f"{'up' if converged.varied == 'modes' else 'down'} to {setting(converged.levels[-1].setting)}"

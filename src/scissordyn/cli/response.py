@@ -304,6 +304,9 @@ def _print_diagram(diagram: xr.Dataset, output: Path | None, plot: Path | None, 
     from scissordyn.plot.scale import scale_of
 
     first = states.index("failed")
-    value, cause = scale_of(diagram["value"]).said(float(diagram["value"][first]), 6), printable(diagram["cause"].values[first])
+    value, cause = (
+        scale_of(diagram["value"]).with_unit(float(diagram["value"][first]), 6),
+        printable(diagram["cause"].values[first]),
+    )
     print(f"scissordyn: {states.count('failed')} of {total} values failed; the first, {value}: {cause}", file=sys.stderr)
     return UNFINISHED

@@ -76,8 +76,12 @@ class Couplings:
             ends = [self._joints(coordinate, what) for coordinate in (part.output, part.input)]
             single = [next(iter(end.items())) for end in ends if end and len(end) == 1]
             if len(single) == 2:
-                (first, one), (second, other) = single
-                pair: dict[str, Any] = {"joint1": first, "joint2": second, "polycoef": f"0 {part.ratio * other / one!r} 0 0 0"}
+                (first, weight), (second, other) = single
+                pair: dict[str, Any] = {
+                    "joint1": first,
+                    "joint2": second,
+                    "polycoef": f"0 {part.ratio * other / weight!r} 0 0 0",
+                }
                 ET.SubElement(equality, "joint", name=part.name, **pair, **stiff)
             else:
                 sides = zip(("output", "input"), ends, strict=True)

@@ -65,7 +65,7 @@ def open_study_case(path: Path, allowed: Sequence[Path] = ()) -> Case:
     def opened(point: int) -> Case:
         mechanism = result.mechanism(_worst_case(result, point))
         columns = {factor.path: points[factor.path] for factor in study.factors if factor.path in points}
-        chosen = {name: scale_of(column).said(float(column.values[point])) for name, column in columns.items()}
+        chosen = {name: scale_of(column).with_unit(float(column.values[point])) for name, column in columns.items()}
         return Case.of(f"point {point} of {path.name}", mechanism, replace(study.options, trust=False), allowed, chosen)
 
     notes = [
@@ -93,7 +93,7 @@ def open_diagram_case(path: Path, diagram: xr.Dataset, allowed: Sequence[Path] =
 
     def opened(point: int) -> Case:
         value, options = float(values[point]), configuration.options or Options(until)
-        name, chosen = f"{path.name}, {parameter} = {across.said(value)}", {parameter: across.said(value)}
+        name, chosen = f"{path.name}, {parameter} = {across.with_unit(value)}", {parameter: across.with_unit(value)}
         return Case.of(name, mechanism.replace(parameter, value), options, allowed, chosen)
 
     def figures(_: str) -> list[Figure]:

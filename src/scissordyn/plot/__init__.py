@@ -51,7 +51,7 @@ class _Room(ModuleType):
 
 
 def _function(name: str) -> property:
-    def found(room: ModuleType) -> Any:
+    def load(room: ModuleType) -> Any:
         from scissordyn.keyword import suggesting
 
         home = import_module(f"{__name__}.{_HOMES[name]}")
@@ -62,7 +62,7 @@ def _function(name: str) -> property:
     def loaded(room: ModuleType, module: ModuleType) -> None:
         """Called by Python with the module that it has loaded, which stays out of sight."""
 
-    return property(found, loaded)
+    return property(load, loaded)
 
 
 for _name in __all__:

@@ -78,7 +78,7 @@ class Diagram:
         if self.coloured:
             return self.scale.label(self.quantity)
         side = " on the side in tension" if self.quantity == MOMENT else ""
-        return f"{self.quantity}{side}, longest {self.scale.said(self.largest, 3)}"
+        return f"{self.quantity}{side}, longest {self.scale.with_unit(self.largest, 3)}"
 
     def at(self, samples: Sequence[int] | np.ndarray) -> Diagram:
         """Of some samples, on the same scale."""
@@ -163,13 +163,13 @@ def _parts(mechanism: Mechanism) -> list[str]:
     return [*(beam.name for beam in beams_of(mechanism)), *parts]
 
 
-def part_indices(name: str, known: Mapping[str, int]) -> tuple[int, ...]:
+def part_indices(name: str, place_of: Mapping[str, int]) -> tuple[int, ...]:
     """Where the parts of a component are among all: the element itself, or the parts of a flexible bar."""
-    if name in known:
-        return (known[name],)
+    if name in place_of:
+        return (place_of[name],)
     indices: list[int] = []
-    while (part := f"{name} {len(indices) + 1}") in known:
-        indices.append(known[part])
+    while (part := f"{name} {len(indices) + 1}") in place_of:
+        indices.append(place_of[part])
     return tuple(indices)
 
 

@@ -79,7 +79,7 @@ def bending(
         if diagram.coloured:
             colour_bar([axes], diagram)
         most, where = diagram.most()
-        caption = f"{diagram.quantity}, {title}: {diagram.scale.said(most, 3)} in {where}"
+        caption = f"{diagram.quantity}, {title}: {diagram.scale.with_unit(most, 3)} in {where}"
         axes.set_title(in_lines(caption, min(figure_width(), 5.5) - 1.0, small()), loc="left", fontsize=small())
     figure = figure_of(drawn)
     drawn.append(figure.add_subplot(below))

@@ -25,19 +25,19 @@ PERIODS, FRAMES = 2, 100
 """Of a film."""
 
 
-def frequencies(found: xr.Dataset, *, axes: Canvas = None) -> Axes:
+def frequencies(eigenmodes: xr.Dataset, *, axes: Canvas = None) -> Axes:
     """Natural frequencies over what the first drive holds."""
-    if "time" not in found.dims or found.sizes["time"] < 2:
+    if "time" not in eigenmodes.dims or eigenmodes.sizes["time"] < 2:
         raise InputError("frequencies of one position", "modes along the motion", "sd.modes(mechanism, times=[0.0, 0.1, 0.2])")
     drawn = panels(axes, 1, size=(7.0, 4.5))[0]
-    inputs = found["input"].values[:, 0]
-    angle = str(found["unit"].values[0]) == "rad"
+    inputs = eigenmodes["input"].values[:, 0]
+    angle = str(eigenmodes["unit"].values[0]) == "rad"
     x = np.degrees(inputs) if angle else inputs
-    for mode in found["mode"].values.tolist():
-        drawn.plot(x, found["frequency"].sel(mode=mode).values, marker=".", ms=3.0, linewidth=1.1, label=f"mode {mode}")
-    drawn.set_xlabel(f"{found['drive'].values[0]} [{'deg' if angle else 'm'}]")
+    for mode in eigenmodes["mode"].values.tolist():
+        drawn.plot(x, eigenmodes["frequency"].sel(mode=mode).values, marker=".", ms=3.0, linewidth=1.1, label=f"mode {mode}")
+    drawn.set_xlabel(f"{eigenmodes['drive'].values[0]} [{'deg' if angle else 'm'}]")
     drawn.set_ylabel("natural frequency [Hz]")
-    if float(found["frequency"].min()) > 0.0:
+    if float(eigenmodes["frequency"].min()) > 0.0:
         drawn.set_yscale("log")
         for place in (drawn.yaxis.set_major_formatter, drawn.yaxis.set_minor_formatter):
             place(ScalarFormatter())
@@ -45,9 +45,9 @@ def frequencies(found: xr.Dataset, *, axes: Canvas = None) -> Axes:
     return drawn
 
 
-def shapes(found: xr.Dataset, mechanism: Mechanism, *, count: int = 6) -> list[Axes]:
+def shapes(eigenmodes: xr.Dataset, mechanism: Mechanism, *, count: int = 6) -> list[Axes]:
     """The first modes, each at its largest displacement on both sides."""
-    here, still = found.isel(time=0) if "time" in found.dims else found, mechanism.ideal()
+    here, still = eigenmodes.isel(time=0) if "time" in eigenmodes.dims else eigenmodes, mechanism.ideal()
     modes = here["mode"].values[:count].tolist()
     drawn = [oscillation(here, still, mode, frames=5, periods=1) for mode in modes]
     scenes = [scene_of(mode_run, still, np.arange(5), []) for mode_run in drawn]
@@ -71,13 +71,13 @@ def shapes(found: xr.Dataset, mechanism: Mechanism, *, count: int = 6) -> list[A
 
 
 def oscillation(
-    found: xr.Dataset, mechanism: Mechanism, mode: int, *, frames: int = FRAMES, periods: int = PERIODS
+    eigenmodes: xr.Dataset, mechanism: Mechanism, mode: int, *, frames: int = FRAMES, periods: int = PERIODS
 ) -> xr.Dataset:
     """A mode as a motion: what pictures and films need of a run."""
-    if mode not in found["mode"].values:
-        raise InputError(f"mode {mode}", f"1 to {found.sizes['mode']}", "count=20")
-    shape = found.sel(mode=mode)
-    placed = found[["position", "angle"]].expand_dims(time=[0.0])
+    if mode not in eigenmodes["mode"].values:
+        raise InputError(f"mode {mode}", f"1 to {eigenmodes.sizes['mode']}", "count=20")
+    shape = eigenmodes.sel(mode=mode)
+    placed = eigenmodes[["position", "angle"]].expand_dims(time=[0.0])
     low, high = corners_of(Placement.at(mechanism, placed, [0]))
     size = AMPLITUDE * float(np.max(high - low))
     phase = np.sin(2.0 * np.pi * periods * np.linspace(0.0, 1.0, frames))
@@ -86,8 +86,8 @@ def oscillation(
     wave = xr.DataArray(size * phase, dims="time", coords={"time": time})
     return xr.Dataset(
         {
-            "position": (found["position"] + wave * shape["shape"]).transpose("time", "body", "axis"),
-            "angle": (found["angle"] + wave * shape["rotation"]).transpose("time", "body"),
+            "position": (eigenmodes["position"] + wave * shape["shape"]).transpose("time", "body", "axis"),
+            "angle": (eigenmodes["angle"] + wave * shape["rotation"]).transpose("time", "body"),
         },
         attrs={"title": "scissordyn mode"},
     )

@@ -29,8 +29,8 @@ def picture(axes: str = "One.") -> Callable[[Draw], Draw]:
     def completed(draw: Draw) -> Draw:
         summary, *parts = SECTION.split(inspect.cleandoc(draw.__doc__ or ""))
         sections = {"Parameters": "", "Returns": "list of Axes", **dict(zip(parts[::2], parts[1::2], strict=True))}
-        own = {entry.split(" ")[0].strip(","): entry.strip() for entry in ENTRY.split(sections["Parameters"]) if entry}
-        described = COMMON | {"axes": COMMON["axes"].format(axes)} | own
+        special = {entry.split(" ")[0].strip(","): entry.strip() for entry in ENTRY.split(sections["Parameters"]) if entry}
+        described = COMMON | {"axes": COMMON["axes"].format(axes)} | special
         names = [name for name in inspect.signature(draw).parameters if name in described]
         sections["Parameters"] = "\n".join(described[name] for name in names)
         written = [f"{title}\n{'-' * len(title)}\n{text}" for title, text in sections.items()]

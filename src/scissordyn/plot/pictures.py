@@ -36,8 +36,8 @@ def _method(
     """A picture of a run as a method of `Pictures`, with its other arguments."""
 
     @functools.wraps(picture)
-    def draw(self: Pictures, /, *given: Arguments.args, **named: Arguments.kwargs) -> list[Axes]:
-        return picture(self._run, *given, **named)
+    def draw(self: Pictures, /, *arguments: Arguments.args, **named: Arguments.kwargs) -> list[Axes]:
+        return picture(self._run, *arguments, **named)
 
     return draw
 

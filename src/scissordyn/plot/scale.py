@@ -46,7 +46,7 @@ class Scale:
         """One number in SI units as the cell of a table, with its unit."""
         return f"{self.cells(value, digits=digits)[0]} {self.unit}".rstrip()
 
-    def said(self, value: float, digits: int = 4) -> str:
+    def with_unit(self, value: float, digits: int = 4) -> str:
         """A number in SI units as a shown number with its unit."""
         return f"{self.text(value, digits)} {self.unit}".rstrip()
 

@@ -272,7 +272,7 @@ def response_curves(points: xr.Dataset, *, limits: dict[str, float] | None = Non
             x = points[factor].values * sx.factor
             dot = float(np.clip(200.0 / np.sqrt(x.size), 1.0, 6.0))
             panel.plot(x, values, **DOTS, color=GREY, alpha=0.5, markersize=dot, label="points", rasterized=True)
-            middle, low, high, at = _binned(x, values, each=bool(sx.labels))
+            middle, low, high, at = _binned(x, values, by_level=bool(sx.labels))
             if sx.labels:
                 panel.vlines(at, low, high, color=BLUE, alpha=0.4, linewidth=4.0 * LINE, label=literal("middle 80 %"))
                 panel.plot(at, middle, linestyle="", marker="_", markersize=12.0, color=BLUE, label="median")
@@ -342,12 +342,12 @@ def _scale_axis(axis: Axis, scale: Scale, values: np.ndarray) -> None:
     (axis.axes.set_xlim if across else axis.axes.set_ylim)(-0.5, len(scale.labels) - 0.5)
 
 
-def _binned(x: np.ndarray, values: np.ndarray, *, each: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Median, 10 % and 90 % quantile for each level or part of x, or `each` level, and where; linear between sorted values."""
+def _binned(x: np.ndarray, values: np.ndarray, *, by_level: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Median, 10 % and 90 % quantile for each part of x or, `by_level`, each level, and where; linear between sorted values."""
     finite = np.isfinite(values)
     x, values = x[finite], values[finite]
     levels = np.unique(x)
-    if each or (levels.size <= MOST_LEVELS and x.size >= EACH * levels.size):
+    if by_level or (levels.size <= MOST_LEVELS and x.size >= EACH * levels.size):
         parts, at = [values[x == level] for level in levels], levels
     else:
         count = min(BINS, x.size // EACH)

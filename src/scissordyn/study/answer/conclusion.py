@@ -204,7 +204,7 @@ def _line(results: xr.Dataset, study: Study, trend: Trend, k: int) -> Fact:
     """How a straight line goes with a number."""
     name, change = trend.numbers[k], float(trend.effects[k])
     first, last = (float(end) for end in trend.ranges[k])
-    shown = scale_of(xr.DataArray(change, attrs={"units": trend.units})).said(abs(change), 3)
+    shown = scale_of(xr.DataArray(change, attrs={"units": trend.units})).with_unit(abs(change), 3)
     about = {"verb": "rises" if change > 0.0 else "falls", "change": shown, "effect": change, "first": first, "last": last}
     if name not in study.factor_names:
         return Fact("line of a name", name, about)

@@ -75,7 +75,7 @@ class Requirement:
             return self.text
         unit = self.unit or (MEASURES[self.measure].units if self.measure in MEASURES else "1")
         scale = engineering(unit if unit in KINDS or self.measure not in BY_COMPONENT else "1", self.bound)
-        return f"{self.response.name} {self.sign} {scale.said(self.bound, 6)}"
+        return f"{self.response.name} {self.sign} {scale.with_unit(self.bound, 6)}"
 
     def margin(self, values: np.ndarray) -> np.ndarray:
         """How far values are on the right side of the bound, as a fraction of it; negative on the wrong one, and for NaN."""

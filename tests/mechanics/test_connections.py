@@ -240,6 +240,14 @@ def test_constrained_contact_warns_of_negative_force():
     assert "joint 'A': negative normal force from t = " in sentence
 
 
+def test_constrained_contact_at_an_indentation():
+    """Identity: an indentation lengthens the rod as a wider clearance does, and the force changes with it."""
+    rounds = [sd.simulate(sd.constrain_contact(paper(), indentation=d), until=0.01)["rod_force"].values for d in (2e-4, 0.0)]
+    wider = sd.constrain_contact(paper().replace("A.clearance", 0.5e-3 + 2e-4))
+    np.testing.assert_allclose(rounds[0], sd.simulate(wider, until=0.01)["rod_force"].values, rtol=1e-9)
+    assert np.max(np.abs(rounds[0] - rounds[1])) > 1e-6 * np.max(rounds[1])
+
+
 def test_constrained_contact_is_the_limit_of_stiff_contact():
     """Limit: a clearance joint that starts in contact carries the same force when its steel gets ten times stiffer."""
     constrained = sd.simulate(sd.constrain_contact(paper()), until=0.02)["rod_force"].isel(rod=0).values

@@ -80,7 +80,7 @@ class Driver:
     ) -> None:
         self.plan, self.system, self.method = plan, system, method.method
         self.stepping: Stepping | None = None
-        self._pace, self._most, self._rows = FIRST, np.inf, dict[int, np.ndarray]()
+        self._pace, self._most = FIRST, np.inf
         content: System = system.content
         state, model = content.state, content.model
         signals = state.initial_history.size
@@ -212,9 +212,7 @@ class Driver:
 
     def rows(self, kind: int) -> np.ndarray:
         """Rows, among those of guards and of what is monitored throughout, of one kind of quantity."""
-        if kind not in self._rows:
-            self._rows[kind] = monitored_rows(self.system.content.model, kind)
-        return self._rows[kind]
+        return monitored_rows(self.system.content.model, kind)
 
     def _limits(self) -> np.ndarray:
         """A limit for each quantity that is monitored throughout: the tolerances of tracked points."""

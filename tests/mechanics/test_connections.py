@@ -242,10 +242,10 @@ def test_constrained_contact_warns_of_negative_force():
 
 def test_constrained_contact_at_an_indentation():
     """Identity: an indentation lengthens the rod as a wider clearance does, and the force changes with it."""
-    rounds = [sd.simulate(sd.constrain_contact(paper(), indentation=d), until=0.01)["rod_force"].values for d in (2e-4, 0.0)]
+    forces = [sd.simulate(sd.constrain_contact(paper(), indentation=d), until=0.01)["rod_force"].values for d in (2e-4, 0.0)]
     wider = sd.constrain_contact(paper().replace("A.clearance", 0.5e-3 + 2e-4))
-    np.testing.assert_allclose(rounds[0], sd.simulate(wider, until=0.01)["rod_force"].values, rtol=1e-9)
-    assert np.max(np.abs(rounds[0] - rounds[1])) > 1e-6 * np.max(rounds[1])
+    np.testing.assert_allclose(forces[0], sd.simulate(wider, until=0.01)["rod_force"].values, rtol=1e-9)
+    assert np.max(np.abs(forces[0] - forces[1])) > 1e-6 * np.max(forces[1])
 
 
 def test_constrained_contact_is_the_limit_of_stiff_contact():

@@ -50,7 +50,9 @@ def jam(plan: Plan, system: Handle) -> str:
     names = in_words([f"'{plan.acting[i].name}'" for i in friction.component.tolist()])
     if friction.fault[0] == UNDETERMINED:
         return f"the reactions that friction {names} follows are not determined: redundant joints, or a singular position"
-    return f"the mechanism jams: no reactions are in balance with friction {names}"
+    bent = any(axis.shapes.modes > 1 for axis in plan.coordinates.natural.axes)
+    why = "; pins of a bar that bends jam from a friction circle of some hundredths of its length on, later with modes = 1"
+    return f"the mechanism jams: no reactions are in balance with friction {names}{why if bent else ''}"
 
 
 def singular_position(plan: Plan, system: Handle, state: np.ndarray, time: float) -> str:

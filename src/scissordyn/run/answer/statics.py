@@ -19,6 +19,7 @@ from scissordyn.mechanics.monitored import POWERS
 from scissordyn.mechanics.outputs import Record, record
 from scissordyn.model.commanded import commanded
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.bending import bends
 from scissordyn.plan.elimination import in_words
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.plan.rest import frictionless, loads_at, still_at, with_inputs
@@ -212,9 +213,8 @@ def _moving(whole: Plan, inputs: Inputs, times: np.ndarray, friction: Friction) 
     closure = Closure(whole)
     if start_of(closure) is None or closure.mobility != 0:
         name = (one_way or friction_parts)[0].name
-        raise InputError(
-            f"statics with '{name}', whose sense is unknown, as the drives do not determine the motion", "a drive more"
-        )
+        allowed = "rigid bars" if bends(whole.mechanism) else "a drive more"
+        raise InputError(f"statics with '{name}', whose sense is unknown, as the drives do not determine the motion", allowed)
     rates = np.gradient(inputs.over(times), times, axis=0)
     fastest = np.abs(rates).max(axis=1, keepdims=True)
     sense = -1.0 if friction == "backward" else 1.0

@@ -82,6 +82,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "Motor",
         "TabulatedMotor",
         "LinearMotor",
+        "Cam",
         "Actuator",
         "component",
         "Output",

@@ -18,6 +18,7 @@ from scissordyn.component.angle_stop import AngleStop as AngleStop
 from scissordyn.component.beam import Beam as Beam
 from scissordyn.component.bushing import Bushing as Bushing
 from scissordyn.component.cable import Cable as Cable
+from scissordyn.component.cam import Cam as Cam
 from scissordyn.component.clutch import Clutch as Clutch
 from scissordyn.component.constant_force_spring import ConstantForceSpring as ConstantForceSpring
 from scissordyn.component.declaration import component as component

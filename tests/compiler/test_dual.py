@@ -120,7 +120,7 @@ def exact_slopes(recipe: Recipe, inputs: np.ndarray, row: np.ndarray, places: li
     return slopes
 
 
-CANCELLING = ("gonthier-bristle force",)
+CANCELLING = ("gonthier-bristle force", "Cam force", "Cam gap")
 """A slope that is a small difference of large numbers."""
 
 

@@ -76,6 +76,15 @@ OTHERWISE: Mapping[type, tuple[Any, ...]] = {
             depth=0.06,
         ),
     ),
+    sd.Cam: (
+        sd.Cam(
+            "cam",
+            ("crank", "start"),
+            ("rod", "end"),
+            tuple((k * math.pi / 4, 0.01 * (1.0 + 0.1 * math.cos(k * math.pi / 4) / 3.0)) for k in range(9)),
+            1e-4 / 3.0,
+        ),
+    ),
     sd.Roller: (
         sd.Roller("wheel", ("rod", "end"), "crank"),
         sd.Roller("wheel", ("rod", "end"), "crank", stiffness=1e6 / 3.0, damping=7.0, clearance=1e-4, restitution=0.7),

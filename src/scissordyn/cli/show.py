@@ -112,9 +112,10 @@ def _locked_and_stopped(run: Run) -> list[str]:
             locked.append(f"Latch {name} locked at {short(when, 's')}, with a loss of {short(loss, 'J')}.")
         elif kind == "reached":
             reached.setdefault(name, []).append(when)
+    kinds = {name: kind for kind in ("cam", "roller") if kind in run for name in run[kind].values.astype(str).tolist()}
+    named = ((f"{kinds.get(name, 'end stop').capitalize()} {name}", times) for name, times in reached.items())
     return locked + [
-        f"End stop {name} was reached {counted(len(times), 'time')}, first at {short(times[0], 's')}."
-        for name, times in reached.items()
+        f"{name} was reached {counted(len(times), 'time')}, first at {short(times[0], 's')}." for name, times in named
     ]
 
 

@@ -13,7 +13,7 @@ FILES = (
     *("spring", "constant_force_spring", "nonlinear_spring", "gas_spring", "cable", "torsion_spring", "tape_spring"),
     *("clutch", "pin_friction", "guide_friction", "lugre", "bushing", "beam", "flexible_bar", "roller"),
     *("force", "torque", "stroke_load", "angle_load", "motor", "tabulated_motor", "linear_motor", "actuator"),
-    *("angle_stop", "travel_stop", "rod", "latch"),
+    *("angle_stop", "travel_stop", "cam", "rod", "latch"),
 )
 """Of this room, in the order in which a case file has their tables."""
 

@@ -394,7 +394,7 @@ FURTHER: Mapping[str, tuple[str, Callable[[Stroke], Given]]] = {
 DRIVING = ("motor", "tabulated_motor", "linear_motor", "rod")
 """Parts that move the mechanism in place of a drive."""
 
-assert set(COMPONENTS) - {"actuator", "beam", "flexible_bar", "roller", "guide_friction", "guide_lugre"} <= set(FURTHER)
+assert set(COMPONENTS) - {"actuator", "beam", "flexible_bar", "roller", "cam", "guide_friction", "guide_lugre"} <= set(FURTHER)
 
 
 LOADS = ("payload", "panels")

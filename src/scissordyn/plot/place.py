@@ -9,7 +9,7 @@ import numpy as np
 
 from scissordyn.model.body import Body
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plot.symbol import coupling_points
+from scissordyn.plot.symbol import wheel_points
 from scissordyn.run.answer.placement import Placement
 
 MARGIN = 0.1
@@ -37,7 +37,7 @@ def corners_of(placement: Placement, bodies: Sequence[np.ndarray] | None = None)
     """The region of a mechanism, whose outlines can be given, and of the points of the ground at all samples, with a margin."""
     fixed = placement.vectors(np.array([place for _, place in placement.mechanism.ground], float).reshape(-1, 2))
     everything = np.concatenate(
-        [*(part.reshape(-1, 2) for part in bodies or outlines(placement)), fixed, coupling_points(placement)]
+        [*(part.reshape(-1, 2) for part in bodies or outlines(placement)), fixed, wheel_points(placement)]
     )
     low, high = everything.min(axis=0), everything.max(axis=0)
     margin = MARGIN * (float(np.max(high - low)) or 1.0)

@@ -21,7 +21,7 @@ from scissordyn.plot.label import Label, write_labels
 from scissordyn.plot.place import upright
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILION, Canvas, panels, small
-from scissordyn.plot.symbol import coupling_points, coupling_symbols
+from scissordyn.plot.symbol import coupling_symbols, wheel_points
 from scissordyn.run.answer.placement import Placement
 from scissordyn.run.simulate import simulate
 
@@ -135,7 +135,7 @@ class _Drawing:
             [
                 *(self.points(body.name) for body in self.mechanism.bodies),
                 *(self.place(GROUND, name)[None] for name, _ in self.mechanism.ground),
-                coupling_points(self.placed),
+                wheel_points(self.placed),
             ]
         )
         low, high = everything.min(axis=0), everything.max(axis=0)

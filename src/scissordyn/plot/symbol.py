@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scissordyn.component.cam import Cam
 from scissordyn.component.place import GROUND
 from scissordyn.component.port import AXIS
-from scissordyn.component.port.stroke import Strokes
+from scissordyn.component.port.stroke import Strokes, turned
 from scissordyn.model.coupling import Coordinate, Coupling, RelativeAngle, Slide
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.answer.placement import Placement
@@ -148,9 +149,12 @@ def drive_strokes(coordinate: Coordinate, placement: Placement, size: float) -> 
     return (outline, np.stack([barrel, end], axis=1)), 0.5 * (start + end)
 
 
-def coupling_points(placement: Placement) -> np.ndarray:
-    """Points of the wheels of couplings, for the region of a picture, shape (points, 2) [m]."""
+def wheel_points(placement: Placement) -> np.ndarray:
+    """Points of the wheels of couplings and of cams, for the region of a picture, shape (points, 2) [m]."""
     strokes = [stroke for part in placement.mechanism.couplings for stroke in coupling_strokes(part, placement, 0.0)[0]]
+    cams: list[Any] = [part for part in placement.mechanism.components if isinstance(part, Cam)]
+    for cam in cams:
+        strokes += turned(cam.outline[:1], placement.place(cam.start), placement.angle(cam.start[0]), 1.0)
     return np.concatenate([np.empty((0, 2)), *(stroke.reshape(-1, 2) for stroke in strokes)])
 
 

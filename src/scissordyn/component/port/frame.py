@@ -47,6 +47,9 @@ def drawn(component: Any, strokes: Strokes, scene: Scene) -> Drawn:
         angles = scene.angle(component.start[0]), scene.angle(component.end[0])
         axis = bent(strokes[0][:, 0], start, end, component.length, angles)
         return (axis,), axis[:, len(strokes[0]) // 2]
+    if component.declaration.symbol == "cam":
+        (cam, roller), still = component.outline, np.zeros(len(end))
+        return (*turned((cam,), start, scene.angle(component.start[0]), 1.0), *turned((roller,), end, still, 1.0)), start
     return (*turned(strokes, start, scene.angle(component.start[0]), scene.size), np.stack([start, end], axis=1)), start
 
 
@@ -70,6 +73,7 @@ FRAME = Port(
         "frame": (_SQUARE,),
         "bushing": (arc(0.45, 0.0, 360.0, 37), arc(1.0, 0.0, 360.0, 37), *_SPOKES),
         "beam": (AXIS_LINE,),
+        "cam": (arc(1.0, 0.0, 360.0, 37),),
     },
     attachments=attachments,
     start=start,

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import threading
-import time
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -23,9 +21,7 @@ from scissordyn.run.simulate import results_of, simulate
 from scissordyn.run.store import save
 
 from .browser import CASE
-
-PATIENCE = 600.0
-"""A thread may have to compile all kernels first, on a machine that does other things [s]."""
+from .heard import PATIENCE, until
 
 
 @pytest.fixture
@@ -47,16 +43,6 @@ def gate(monkeypatch: pytest.MonkeyPatch) -> tuple[threading.Event, list[int]]:
 
     monkeypatch.setattr("scissordyn.run.simulate.results_of", wait)
     return opened, runs
-
-
-def until(condition: Callable[[], bool]) -> None:
-    """Wait for a thread."""
-    ends = time.monotonic() + PATIENCE
-    while time.monotonic() < ends:
-        if condition():
-            return
-        time.sleep(0.05)
-    raise AssertionError(f"it did not happen within {PATIENCE:g} s")
 
 
 def test_first_run_is_computed_once(case: Case, gate: tuple[threading.Event, list[int]]) -> None:

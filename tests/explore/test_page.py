@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import json
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -16,12 +14,10 @@ pytest.importorskip("tomlkit", reason="the package tomlkit is not installed")
 from scissordyn.config.code import Code
 from scissordyn.explore.case import Case, open_case
 from scissordyn.explore.drag import assembled
-from scissordyn.explore.message import packed
-from scissordyn.explore.page import Page
-from scissordyn.explore.session import Session
 from scissordyn.plot.canvas import declared
 
 from .browser import CASE
+from .heard import Heard, until
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
 GUESSED = {"four_bar": 0.2, "lift": 1e-4, "press": 1e-6}
@@ -38,44 +34,12 @@ def test_declared_position_is_the_assembled_one(path: Path) -> None:
     assert np.abs(apart).max() < GUESSED.get(path.stem, 1e-12)
 
 
-class Heard:
-    """A page with the messages that it has sent; each run is drawn at once unless `blind`."""
-
-    def __init__(self) -> None:
-        self.messages: list[Mapping[str, Any]] = []
-        self.blind = False
-        case = Case("case.toml", CASE, Code(Path()))
-        self.page = Page(Session(case, lambda what: None), self.send)
-        self.page.begin()
-
-    def send(self, message: Mapping[str, Any]) -> None:
-        packed(message)
-        self.messages.append(message)
-
-    def of(self, kind: str) -> list[Mapping[str, Any]]:
-        return [message for message in self.messages if message["type"] == kind]
-
-    def until_run(self, number: int) -> Mapping[str, Any]:
-        """Wait for a run of the case that is later than one."""
-        ends = time.monotonic() + 60.0
-        while time.monotonic() < ends:
-            runs = self.of("run")
-            if runs and not self.blind:
-                self.page.hear(json.dumps({"type": "drawn", "run": runs[-1]["run"]}))
-            runs = [run for run in self.of("run") if run["run"] > number and not run["bar"]["note"]]
-            if runs and not self.of("state")[-1]["computing"]:
-                self.page.hear(json.dumps({"type": "drawn", "run": runs[-1]["run"]}))
-                return runs[-1]
-            time.sleep(0.02)
-        raise AssertionError("no run within 60 s")
-
-
 @pytest.fixture
 def heard() -> Iterator[Heard]:
     """A page of a case with two clearance joints."""
-    made = Heard()
-    yield made
-    made.page.close()
+    heard = Heard(Case("case.toml", CASE, Code(Path())))
+    yield heard
+    heard.page.close()
 
 
 def test_page_begins_with_the_numbers_and_ends_with_the_run(heard: Heard) -> None:
@@ -95,7 +59,7 @@ def test_next_run_waits_until_one_is_drawn(heard: Heard) -> None:
     first = heard.until_run(0)["run"]
     heard.blind = True
     for speed in range(100, 120, 4):
-        heard.page.hear(json.dumps({"type": "change", "key": "drive.speed", "text": f"{speed} rpm", "final": True}))
+        heard.say("change", key="drive.speed", text=f"{speed} rpm")
         time.sleep(0.25)
     sent = {run["run"] for run in heard.of("run") if run["run"] > first}
     assert len(sent) == 1
@@ -131,11 +95,9 @@ def test_long_run_says_how_long_it_will_take(heard: Heard) -> None:
     """Contract: the time that is left is the time so far over the part that is done, for the part that is not."""
     heard.until_run(0)
     heard.messages.clear()
-    heard.page.hear(json.dumps({"type": "change", "key": "run.until", "text": "60 s", "final": True}))
-    ends = time.monotonic() + 60.0
-    while not any(state["lasting"] > 1.0 for state in heard.of("state")) and time.monotonic() < ends:
-        time.sleep(0.05)
-    heard.page.hear('{"type": "stop"}')
+    heard.say("change", key="run.until", text="60 s")
+    until(lambda: any(state["lasting"] > 1.0 for state in heard.of("state")))
+    heard.say("stop")
     state = next(state for state in heard.of("state") if state["lasting"] > 1.0)
     assert state["computing"]
     assert 0.0 < state["fraction"] < 1.0

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import json
-import time
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -16,9 +12,8 @@ import scissordyn as sd
 pytest.importorskip("tomlkit", reason="the package tomlkit is not installed")
 
 from scissordyn.explore.case import open_case
-from scissordyn.explore.message import packed
-from scissordyn.explore.page import Page
-from scissordyn.explore.session import Session
+
+from .heard import Heard, until
 
 
 @pytest.fixture(scope="module")
@@ -50,33 +45,24 @@ def test_study_is_shown_with_its_requirement_and_opened_by_a_point(store: Path) 
     large = [int(key) for line in figure["lines"] for key, size in zip(line["keys"], line["sizes"], strict=True) if size > 4.0]
     assert large == [best]
 
-    messages: list[Mapping[str, Any]] = []
-
-    def send(message: Mapping[str, Any]) -> None:
-        packed(message)
-        messages.append(message)
-
-    page = Page(Session(case, lambda what: None), send)
-    page.begin()
-    chosen = next(message["chosen"] for message in messages if message["type"] == "form")
+    heard = Heard(case)
+    session = heard.page.session
     assert best == 0
-    assert chosen == {"slider pin.clearance": "0.2 mm", "drive.speed": "10 rad/s"}
-    assert next(message for message in messages if message["type"] == "points")["axes"] == list(result.study.factor_names)
-    page.hear(json.dumps({"type": "open", "point": 4}))
-    ends = time.monotonic() + 60.0
-    while page.session.computing and time.monotonic() < ends:
-        time.sleep(0.05)
-    good = page.session.good
+    assert heard.of("form")[0]["chosen"] == {"slider pin.clearance": "0.2 mm", "drive.speed": "10 rad/s"}
+    assert heard.of("points")[0]["axes"] == list(result.study.factor_names)
+    heard.say("open", point=4)
+    until(lambda: not session.computing)
+    good = session.good
     assert good is not None
     assert good.run is not None
     assert good.case.mechanism == result.mechanism(4)
     assert float(good.run["peak_force"].max()) == pytest.approx(float(wanted[4]), rel=1e-9)
-    page.hear('{"type": "undo"}')
-    assert page.session.case is case
-    page.hear('{"type": "open", "point": 99}')
-    page.hear('{"type": "axis", "name": "nothing"}')
-    assert [message["text"][:8] for message in messages if message["type"] == "said"] == ["point 99", "points o"]
-    page.close()
+    heard.say("undo")
+    assert session.case is case
+    heard.say("open", point=99)
+    heard.say("axis", name="nothing")
+    assert [message["text"][:8] for message in heard.of("said")] == ["point 99", "points o"]
+    heard.page.close()
 
 
 def test_diagram_is_shown_and_opened_by_a_point(tmp_path: Path) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-import time
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +22,7 @@ from scissordyn.explore.session import Session
 from scissordyn.explore.worker import Outcome, Worker
 
 from .browser import CASE
+from .heard import until
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
 
@@ -33,15 +33,6 @@ def case(tmp_path: Path) -> Case:
     path = tmp_path / "case.toml"
     path.write_text(CASE)
     return open_case(path)
-
-
-def until(condition: Any) -> None:
-    """Wait for a thread."""
-    for _ in range(600):
-        if condition():
-            return
-        time.sleep(0.05)
-    raise AssertionError("it did not happen within 30 s")
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)

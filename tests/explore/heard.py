@@ -1,0 +1,64 @@
+"""A page without a browser, with what it sends, and waiting for what its threads do."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from scissordyn.explore.case import Case
+from scissordyn.explore.message import packed
+from scissordyn.explore.page import Page
+from scissordyn.explore.session import Session
+
+PATIENCE = 600.0
+"""A thread may have to compile all kernels first, on a machine that does other things [s]."""
+
+
+def until(condition: Callable[[], object]) -> None:
+    """Wait for a thread."""
+    ends = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < ends, f"it did not happen within {PATIENCE:g} s"
+        time.sleep(0.02)
+
+
+class Heard:
+    """A page of a case with the messages that it has sent; each run is drawn at once unless `blind`."""
+
+    def __init__(self, case: Case) -> None:
+        self.messages: list[Mapping[str, Any]] = []
+        self.blind = False
+        self.page = Page(Session(case, lambda what: None), self.send)
+        self.page.begin()
+
+    def send(self, message: Mapping[str, Any]) -> None:
+        """Keep a message of the page."""
+        packed(message)
+        self.messages.append(message)
+
+    def say(self, kind: str, **more: Any) -> None:
+        """Send a message to the page."""
+        self.page.hear(json.dumps({"type": kind, **more}))
+
+    def of(self, kind: str) -> list[Mapping[str, Any]]:
+        """The messages of a kind."""
+        return [message for message in self.messages if message["type"] == kind]
+
+    def until_run(self, number: int) -> Mapping[str, Any]:
+        """Wait for a run of the case that is later than one."""
+
+        def is_there() -> bool:
+            runs = self.of("run")
+            if runs and not self.blind:
+                self.say("drawn", run=runs[-1]["run"])
+            return self._later(number) != [] and not self.of("state")[-1]["computing"]
+
+        until(is_there)
+        run = self._later(number)[-1]
+        self.say("drawn", run=run["run"])
+        return run
+
+    def _later(self, number: int) -> list[Mapping[str, Any]]:
+        return [run for run in self.of("run") if run["run"] > number and not run["bar"]["note"]]

@@ -36,26 +36,25 @@ KINDS = {
 
 
 def saved(
-    session: Session, shown: Outcome | None, what: str, time: float, joint: str, magnify: float = 1.0
+    session: Session, shown: Outcome | None, what: str, time: float, joint: str, magnify: float
 ) -> tuple[str, str, bytes]:
     """A file of what a page shows: its name, type and content."""
     end, mime = KINDS[what]
-    return f"{Path(session.opened.name).stem}.{end}", mime, _content(session, shown, what, time, joint, magnify)
-
-
-def _content(session: Session, shown: Outcome | None, what: str, time: float, joint: str, magnify: float) -> bytes:
+    name = f"{Path(session.opened.name).stem}.{end}"
     if what == "case":
-        return session.case.text().encode()
+        return name, mime, session.case.text().encode()
     if shown is None or shown.run is None or shown.curves is None:
         raise InputError("no run yet", "a case that can be run")
     run, mechanism = shown.run, shown.case.mechanism
     if what == "curves":
-        return curves_as_csv(shown.curves, summary_of(shown.curves), joint, mechanism.output_body).encode()
+        text = curves_as_csv(shown.curves, summary_of(shown.curves), joint, mechanism.output_body)
+        return name, mime, text.encode()
     if what == "picture":
         instant = float(np.clip(time, 0.0, float(run["time"].values[-1])))
-        return svg(structure(run, mechanism, times=[instant], magnify=magnify)).encode()
+        return name, mime, svg(structure(run, mechanism, times=[instant], magnify=magnify)).encode()
     if shown.case.options.samples == AUTO:
         run = shown.curves
     with tempfile.TemporaryDirectory(prefix="scissordyn-explore-") as folder:
-        path = Path(folder) / f"made.{KINDS[what][0]}"
-        return (save(run, path) if what == "run" else animate(run, mechanism, path, magnify=magnify)).read_bytes()
+        path = Path(folder) / f"run.{end}"
+        written = save(run, path) if what == "run" else animate(run, mechanism, path, magnify=magnify)
+        return name, mime, written.read_bytes()

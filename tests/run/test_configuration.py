@@ -89,7 +89,8 @@ def mechanisms(draw: st.DrawFn) -> Mechanism:
     for name in names:
         position, angle, mass = draw(PLACES), draw(SIGNED), draw(NUMBERS)
         if draw(st.booleans()):
-            bodies.append(sd.bar(name, length=draw(NUMBERS), mass=mass, position=position, angle=angle))
+            length = draw(NUMBERS.filter(lambda length: length > 1e-6))  # with an inertia that a body may have
+            bodies.append(sd.bar(name, length=length, mass=mass, position=position, angle=angle))
         else:
             points = {"start": draw(PLACES), "end": draw(PLACES), draw(WORDS): draw(PLACES)}
             bodies.append(sd.Body(name, mass, draw(NUMBERS), points=points, centre=draw(PLACES), position=position))

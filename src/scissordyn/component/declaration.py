@@ -38,6 +38,7 @@ MEANINGS: Mapping[str, str] = {
     "body": "the body that it acts on",
     "base": "the body that it acts against",
     "controller": "scissordyn controllers lists them",
+    "time_function": "a factor over time, 1 without it",
 }
 """What fields mean that several components have, unless an annotation says more."""
 

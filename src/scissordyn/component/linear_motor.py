@@ -8,7 +8,7 @@ from scissordyn.component.curve import check_curve, curve_at, curve_numbers
 from scissordyn.component.declaration import component
 from scissordyn.component.place import BodyPoint, Point
 from scissordyn.component.port import LINE, Output
-from scissordyn.component.time_function import TimeFunction
+from scissordyn.component.time_function import Factor
 from scissordyn.kernel import kernel
 from scissordyn.units import Pairs
 
@@ -50,7 +50,7 @@ class LinearMotor:
     start: BodyPoint
     end: BodyPoint
     curve: Annotated[tuple[Point, ...], CURVE]
-    time_function: TimeFunction | None = None
+    time_function: Factor = None
 
     def check(self) -> None:
         check_curve(f"linear motor '{self.name}'", self.curve, CURVE)

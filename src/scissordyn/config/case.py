@@ -7,24 +7,18 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Annotated, Any
 
-from scissordyn.component.place import Point
 from scissordyn.config.bending import BendingTable
 from scissordyn.config.clearance import ClearanceTable, GuideClearanceTable
 from scissordyn.config.control import ControlTable
 from scissordyn.config.joint_friction import JointFrictionTable
-from scissordyn.config.part import COMPONENT_SECTIONS, PARTS, assembled
+from scissordyn.config.part import PARTS, assembled
 from scissordyn.config.payload import PanelsTable, PayloadTable
-from scissordyn.config.shape import About, Context, reader
+from scissordyn.config.shape import About, Context, Reader, reader
 from scissordyn.config.structure import STRUCTURE, StructureTable
 from scissordyn.config.table import Table, described, made_table, placed, read_list
 from scissordyn.config.time_function import DriveTable
 from scissordyn.errors import InputError
-from scissordyn.model.body import Body
-from scissordyn.model.connection import Weld
-from scissordyn.model.coupling import CoordinateDrive
-from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.track import Track
 from scissordyn.run.options import Options
 
 
@@ -42,15 +36,14 @@ class Case:
     run: Options
 
 
-@reader(lambda: {"anyOf": [DriveTable, {"type": "array", "items": DriveTable}]})
-def _read_drives(given: Any, context: Context) -> list[DriveTable]:
-    return read_list(given, DriveTable, context) if isinstance(given, list) else [DriveTable.read(given, context)]
+def _one_or_several(table: type[Table]) -> Reader:
+    """One table, or a list of them."""
 
+    @reader(lambda: {"anyOf": [table, {"type": "array", "items": table}]})
+    def read(given: Any, context: Context) -> list[Table]:
+        return read_list(given, table, context) if isinstance(given, list) else [table.read(given, context)]
 
-@reader(lambda: {"anyOf": [ControlTable, {"type": "array", "items": ControlTable}]})
-def _read_controls(given: Any, context: Context) -> list[ControlTable]:
-    """One controller as a table, several as a list of tables."""
-    return read_list(given, ControlTable, context) if isinstance(given, list) else [ControlTable.read(given, context)]
+    return read
 
 
 @reader(lambda: {"type": "object", "additionalProperties": {"type": ["string", "number", "boolean"]}})
@@ -64,29 +57,11 @@ class _CaseTable(Table):
     """A whole case file, apart from the components."""
 
     structure: Annotated[StructureTable, STRUCTURE, About("the structure", examples=[{"kind": "scissor"}])]
-    drive: Annotated[Sequence[DriveTable], _read_drives, About("a drive; [[drive]] for several")] = ()
+    drive: Annotated[Sequence[DriveTable], _one_or_several(DriveTable), About("a drive; [[drive]] for several")] = ()
     control: Annotated[
-        Sequence[ControlTable], _read_controls, About("a controlled torque in place of a drive; [[control]] for several")
-    ] = ()
-    clearance: Annotated[Sequence[Annotated[Any, ClearanceTable.reader()]], About("a clearance joint; one table for each")] = ()
-    guide_clearance: Annotated[
-        Sequence[Annotated[Any, GuideClearanceTable.reader()]], About("a clearance guide; one table for each")
-    ] = ()
-    body: Sequence[Annotated[Body, PARTS["body"].reader]] = ()
-    ground: Sequence[Annotated[tuple[str, Point], PARTS["ground"].reader]] = ()
-    joint: Sequence[Annotated[Revolute, PARTS["joint"].reader]] = ()
-    guide: Sequence[Annotated[Guide, PARTS["guide"].reader]] = ()
-    weld: Sequence[Annotated[Weld, PARTS["weld"].reader]] = ()
-    track: Sequence[Annotated[Track, PARTS["track"].reader]] = ()
-    coupling: Sequence[Annotated[Any, PARTS["coupling"].reader]] = ()
-    coordinate_drive: Sequence[Annotated[CoordinateDrive, PARTS["coordinate_drive"].reader]] = ()
-    payload: Annotated[
-        Sequence[Annotated[Any, PayloadTable.reader()]], About("a mass fixed to a body; one table for each")
-    ] = ()
-    panels: Annotated[Sequence[Annotated[Any, PanelsTable.reader()]], About("a panel on each of some bars")] = ()
-    bending: Annotated[Sequence[Annotated[Any, BendingTable.reader()]], About("bars that bend; one table for each kind")] = ()
-    joint_friction: Annotated[
-        Sequence[Annotated[Any, JointFrictionTable.reader()]], About("friction in many ideal pins; a later table replaces")
+        Sequence[ControlTable],
+        _one_or_several(ControlTable),
+        About("a controlled torque in place of a drive; [[control]] for several"),
     ] = ()
     code: Annotated[
         Mapping[str, Any], _read_values, About("digests of the files of your own that the case was written with")
@@ -148,10 +123,21 @@ class _CaseTable(Table):
         return mechanism
 
 
+_LISTS: Mapping[str, tuple[Reader, str]] = {
+    "clearance": (ClearanceTable.reader(), "a clearance joint; one table for each"),
+    "guide_clearance": (GuideClearanceTable.reader(), "a clearance guide; one table for each"),
+    **{section: (part.reader, part.help) for section, part in PARTS.items()},
+    "payload": (PayloadTable.reader(), "a mass fixed to a body; one table for each"),
+    "panels": (PanelsTable.reader(), "a panel on each of some bars"),
+    "bending": (BendingTable.reader(), "bars that bend; one table for each kind"),
+    "joint_friction": (JointFrictionTable.reader(), "friction in many ideal pins; a later table replaces"),
+}
+"""Lists of tables: how each is read, and what it is."""
+
 CaseTable = made_table(
     "CaseTable",
     _CaseTable,
-    {section: (Sequence[Annotated[Any, PARTS[section].reader]], ()) for section in (*COMPONENT_SECTIONS, "component")},
+    {key: (Annotated[Sequence[Annotated[Any, read]], About(about)], ()) for key, (read, about) in _LISTS.items()},
 )
 """A whole case file."""
 

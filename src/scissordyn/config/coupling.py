@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from scissordyn.component.place import GROUND, BodyPoint
 from scissordyn.component.time_function import TimeFunction
@@ -118,10 +118,6 @@ _FLANKS = {"angle": "0.5 deg", "stiffness": 1e5, "restitution": 0.5}
 
 class _Coupling(Table):
     """A linear relation of two coordinates."""
-
-    if TYPE_CHECKING:  # what `CouplingTable` declares
-        name: str
-        backlash: Call | None
 
     def check(self) -> None:
         self.coupling()

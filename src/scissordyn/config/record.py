@@ -59,8 +59,8 @@ def _read(text: str, code: Any) -> Record:
         digests = tree.get("code", {})
         chosen: Code = code(digests if isinstance(digests, dict) else {})
         table = instance(RecordTable, tree, {"code": chosen})
-        absent = tuple(part for part in table.component if isinstance(part, AbsentPart))  # type: ignore[attr-defined]
-        return Record(table.mechanism(), table.run, table.diagram, absent)  # type: ignore[attr-defined]
+        absent = tuple(part for part in table.component if isinstance(part, AbsentPart))
+        return Record(table.mechanism(), table.run, table.diagram, absent)
     except (ValueError, RecursionError) as error:
         if isinstance(error, InputError):
             raise

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from dataclasses import MISSING, dataclass
 from functools import cache
 from types import MappingProxyType, NoneType
-from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar, get_args, get_origin, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, TypeVar, get_args, get_origin, get_type_hints
 
 from scissordyn.annotation import members, plain_hint
 from scissordyn.component.declaration import MEANINGS
@@ -180,6 +180,10 @@ class Table:
     exactly_one: ClassVar[tuple[str, ...]] = ()
     """Keys of which a file gives one."""
     _keys: ClassVar[Mapping[str, Key]]
+
+    if TYPE_CHECKING:  # keys that `made_table` declares
+
+        def __getattr__(self, name: str) -> Any: ...
 
     @classmethod
     def declared_keys(cls) -> Mapping[str, Key]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import io
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,9 @@ import xarray as xr
 
 import scissordyn as sd
 from benchmarks.drawings import clearance_joint, result
+from scissordyn.config.case import CaseTable
 from scissordyn.config.file import read_case
+from scissordyn.config.table import instance
 from scissordyn.plot.animation import animate, magnified_first
 from scissordyn.plot.animation_film import Film
 from scissordyn.plot.animation_scene import scene_of
@@ -41,6 +44,9 @@ FILM, FILM_RATE, FILM_WIDTH = 4.0, 15, 720
 
 STILLS = 0.0, 0.4, 0.8
 """Instants of the stills of the zoo, as fractions of the run; a crank is not at the same place at two of them."""
+
+ACROSS, TILE_DOTS = 4, 110
+"""Components in a row of their picture, and dots of each per inch."""
 
 COLOURS = 128
 """Of a screenshot: drawings need no more, and files are a quarter as large."""
@@ -112,6 +118,34 @@ def zoo(name: str) -> None:
     print(film, f"{film.stat().st_size / 1e3:.0f} kB", flush=True)
 
 
+def components() -> Path:
+    """Draw each component in the example of its section of the page, under the name of its table."""
+    from PIL import Image
+
+    from component.page import PAGE, SECTIONS, heading, parts, snippets
+
+    base, tiles = snippets(PAGE.read_text(encoding="utf-8"))[0], []
+    for section in SECTIONS:
+        text = f"{base}\n{snippets(parts()[heading(section)])[0]}".replace('"example"', f'"{section}"')
+        mechanism = instance(CaseTable, tomllib.loads(text), {}).case().mechanism
+        run = simulate(mechanism, until=0.1, samples=11)
+        axes = structure(run, mechanism, times=[0.03])[0]
+        axes.set(xlabel="", ylabel="", xticklabels=[], yticklabels=[])
+        axes.set_title("", loc="left")
+        figure = axes.get_figure(root=True)
+        assert figure is not None
+        figure.set_size_inches(3.3, 1.8)
+        drawn = io.BytesIO()
+        figure.savefig(drawn, dpi=TILE_DOTS)
+        tiles.append(Image.open(drawn).convert("RGB"))
+    width, height = tiles[0].size
+    whole = Image.new("RGB", (ACROSS * width, -(-len(tiles) // ACROSS) * height), "white")
+    for k, tile in enumerate(tiles):
+        whole.paste(tile, (k % ACROSS * width, k // ACROSS * height))
+    whole.quantize(COLOURS).save(DOCS / "components.png", optimize=True)
+    return DOCS / "components.png"
+
+
 def gallery() -> None:
     """Draw every picture of the paper's case."""
     case = read_case(ROOT / "examples" / "paper.toml")
@@ -141,6 +175,8 @@ def main(wanted: list[str]) -> None:
     names = [path.stem for path in sorted((ROOT / "examples").glob("*.toml")) if not wanted or path.stem in wanted]
     if not wanted or "gallery" in wanted:
         gallery()
+    if not wanted or "components" in wanted:
+        print(components(), flush=True)
     if not wanted or "front" in wanted:
         front()
     if not wanted or "joint" in wanted:

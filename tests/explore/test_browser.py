@@ -369,10 +369,11 @@ def test_hard_contact(browser: Any, tmp_path: Path) -> None:
 @pytest.mark.parametrize("width", [420, 800, 1280, 1920])
 @pytest.mark.parametrize("dark", [False, True])
 def test_layout_fits_the_window(browser: Any, url: str, width: int, dark: bool) -> None:
-    """Contract: no horizontal scroll, no heading cut in the table, and figures in the colours that the system asks for."""
+    """Contract: no horizontal scroll, a wide bar in one row, no heading cut in the table, figures in the colours asked for."""
     tab = Tab(browser, url, size=(width, 900), dark=dark)
     page = tab.page
     assert page.evaluate("document.documentElement.scrollWidth") <= width
+    assert (page.locator(".sd-bar").bounding_box()["height"] < 45.0) == (width >= 1180)
     back = "() => [...document.querySelector('[data-figure=force] canvas').getContext('2d').getImageData(1, 1, 1, 1).data]"
     tab.until(lambda: page.evaluate(back) == ([0x1D, 0x21, 0x26, 255] if dark else [255] * 4))
     assert page.evaluate("""() => [...document.querySelectorAll("figure")].every(box => box.scrollWidth <= box.clientWidth)""")

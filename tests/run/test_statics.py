@@ -271,3 +271,27 @@ def test_lift_table_in_statics_preview_and_runs() -> None:
     assert beyond == pytest.approx([653.64, 6.5364, 1.63411], rel=1e-4)
     # what the example does in half a second takes 2.8 times the torque at rest
     assert float(np.abs(sd.ideal_kinematics(table, until=0.5)["drive_torque"]).max()) == pytest.approx(1004.5, abs=0.5)
+
+
+def test_many_turns() -> None:
+    """Closed form: a measure has the largest torque of a crank over many turns; statics with too few positions says so."""
+    crank = slider_crank(components=(sd.Force("cut", ("slider", "centre"), force=(-250.0, 0.0)),))
+    angle = np.linspace(0.0, 2.0 * math.pi, 100_001)
+    slope = 0.1 * np.sin(angle) + 0.3 * (np.sin(angle) / 3.0) * (np.cos(angle) / 3.0) / np.sqrt(
+        1.0 - (np.sin(angle) / 3.0) ** 2
+    )
+    batch = sd.simulate_many(crank, {"gravity": [0.0]}, until=40.0 * math.pi, measures=("static_drive_torque",))
+    assert float(batch["static_drive_torque"].values[0, 0]) == pytest.approx(250.0 * slope.max(), rel=1e-3)
+    coarse = sd.statics(crank, until=40.0 * math.pi, points=51)
+    assert "positions are up to 144 deg of rotation apart" in coarse.attrs["warnings"]
+    assert sd.statics(crank, until=6.0, points=31).attrs["warnings"] == "[]"
+
+
+def test_preview_has_the_forces_at_rest(capsys: pytest.CaptureFixture[str]) -> None:
+    """Closed form: the jack of the lift, 3 (W + W_a/2) / tan(20 deg); nothing where nothing is loaded."""
+    assert status_of(["preview", str(EXAMPLES / "lift.toml")]) == 0
+    assert "At most without inertia: rod force 4.69 kN at 'jack', reaction 7.504 kN at" in capsys.readouterr().out.replace(
+        "\n", " "
+    )
+    assert status_of(["preview", str(EXAMPLES / "slider_crank.toml")]) == 0
+    assert "inertia" not in capsys.readouterr().out

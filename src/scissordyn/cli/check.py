@@ -54,7 +54,7 @@ def preview(
     read = read_case(case, change or [])
     followed = commanded(read.mechanism)
     ideal = ideal_kinematics(followed, until=read.run.until)
-    say(*preview_lines(read.mechanism, followed, ideal))
+    say(*preview_lines(read.mechanism, followed, ideal, read.run.until))
     if output is not None or curves is not None:
         from scissordyn.plot.file import write
         from scissordyn.plot.kinematics import kinematics

@@ -30,6 +30,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.run.advance.trajectory import make_driver
 from scissordyn.run.answer.coupling import centre_warnings
+from scissordyn.run.answer.statics import rotations, static_peaks
 from scissordyn.run.answer.summary import summary_of
 from scissordyn.run.options import Options
 from scissordyn.run.results import Results, Run
@@ -49,6 +50,12 @@ PATIENCE = 2.0  # Time for the motion with ideal joints [s]; where that takes lo
 TRIED = 0.3  # Time that is spent on the beginning of a run [s]
 LONG = 20.0  # Time from which a run is long enough to say so [s]
 SAMPLES = 501  # Instants of the motion with ideal joints at which torques are compared with limits
+
+TURNS = 2
+"""Of a drive, of which forces without inertia are looked at."""
+
+ROUND_OFF = 1e-9
+"""Forces without inertia below this part of the largest reaction are round-off: nothing is loaded."""
 
 UNMOVED = 1e-6
 """Assembly is said to move nothing if it moves bodies by less than this fraction of the mechanism's size, or angle [rad]."""
@@ -302,14 +309,36 @@ def converged_lines(converged: Convergence, case: str, changes: Sequence[str] = 
     return [*lines, f"To run it so: {command('scissordyn', 'run', case, *words)}"]
 
 
-def preview_lines(mechanism: Mechanism, followed: Mechanism, ideal: xr.Dataset) -> list[str]:
+def preview_lines(mechanism: Mechanism, followed: Mechanism, ideal: xr.Dataset, until: float) -> list[str]:
     """How a case closes and moves with ideal joints, in which drives stand in the place of servos."""
-    lines = [_assembled(mechanism, ideal), *_range(followed, ideal), *_forces(ideal)]
+    lines = [_assembled(mechanism, ideal), *_range(followed, ideal), *_forces(ideal), *_at_rest(followed, ideal, until)]
     lines += map(str, servo_demands(mechanism, followed, ideal))
     lines += [f"Warning: {warning}." for warning in json.loads(ideal.attrs["singular_warnings"])]
     if ideal.attrs["status"] != "complete":
         lines.append(f"The run with ideal joints {ideal.attrs['cause']}.")
     return lines
+
+
+def _at_rest(mechanism: Mechanism, ideal: xr.Dataset, until: float) -> list[str]:
+    """The largest forces without inertia of rigid bars, unless nothing is loaded."""
+    if not (mechanism.drives or mechanism.coordinate_drives or any(rod.motion for rod in mechanism.rods)):
+        return []
+    turned = rotations(mechanism, until)
+    turns, shown = "", np.searchsorted(turned, TURNS * 2.0 * math.pi, side="right")
+    if shown < turned.size:
+        turns, until = f" in {TURNS} turns", until * float(shown - 1) / (turned.size - 1)
+    try:
+        peaks = static_peaks(rigid(mechanism), until)
+    except InputError as error:
+        return [f"Without inertia: {error.what}."]
+    parts, round_off = [], ROUND_OFF * float(np.nanmax(ideal["peak_reaction"].values, initial=0.0))
+    for kind in ("drive torque", "rod force", "coordinate drive torque", "coordinate drive force", "reaction"):
+        sizes = {name: size for name, size in peaks.items() if name.startswith(kind) and size > round_off}
+        if sizes:
+            name = max(sizes, key=lambda name: sizes[name])
+            at = f" at '{name.removeprefix(kind).strip()}'" if name != kind else ""
+            parts.append(f"{kind} {short(sizes[name], 'N m' if 'torque' in kind else 'N')}{at}")
+    return [f"At most without inertia{turns}: {', '.join(parts)}."] if parts else []
 
 
 def _assembled(mechanism: Mechanism, ideal: xr.Dataset) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -13,7 +14,7 @@ from scissordyn.errors import InputError
 from scissordyn.integrate.integration import Samples
 from scissordyn.kinematics.assembly import Held, Start, assemble
 from scissordyn.kinematics.closure import Closure, Inputs
-from scissordyn.kinematics.path import start_of
+from scissordyn.kinematics.path import GRID, start_of
 from scissordyn.kinematics.peak import smooth_peak
 from scissordyn.mechanics.monitored import POWERS
 from scissordyn.mechanics.outputs import Record, record
@@ -44,7 +45,10 @@ if TYPE_CHECKING:
 TITLE = "scissordyn statics"
 
 POINTS, MEASURED = 201, 51
-"""Positions, and those of a measure of many cases."""
+"""Positions, and the fewest of a measure of many cases."""
+
+FINE, COARSE = 0.1, 0.4
+"""Rotation of a drive between two positions of such a measure, and from which on it is warned of [rad]."""
 
 CREEP = 1e-9
 """Speed of the fastest drive [rad/s, m/s], which tells friction and one-way loads their sense; squares of it are round-off."""
@@ -130,15 +134,24 @@ def static_results(mechanism: Mechanism, until: float, points: int, friction: Fr
 
 def static_peaks(mechanism: Mechanism, until: float) -> dict[str, float]:
     """The largest size of each force and torque, with friction as the drives move if there is some, and of stresses of bars."""
+    points = max(MEASURED, 1 + math.ceil(rotations(mechanism, until)[-1] / FINE))
     parts = frictionless(mechanism.ideal()).components
     rubbing = any(getattr(part, name) for part in parts for name in SENSES.get(part.declaration.section, ("", ()))[1])
-    forces = static_results(mechanism, until, MEASURED, "forward" if rubbing else "none").variables
+    forces = static_results(mechanism, until, points, "forward" if rubbing else "none").variables
     sizes = np.maximum(np.abs(forces["least"].values), np.abs(forces["largest"].values))
     peaks = dict(zip(forces["quantity"].values.tolist(), sizes.tolist(), strict=True))
     if "bar" in forces:
         names, stresses = (forces[name].values.tolist() for name in ("bar", "bar_largest_stress"))
         peaks |= {f"bar stress {name}": stress for name, stress in zip(names, stresses, strict=True)}
     return peaks
+
+
+def rotations(mechanism: Mechanism, until: float) -> np.ndarray:
+    """How far the drive that rotates most has turned at evenly spaced instants, to and fro [rad]."""
+    inputs = Inputs(plan(commanded(mechanism).ideal()))
+    turned = np.abs(np.diff(inputs.over(np.linspace(0.0, until, GRID)), axis=0, prepend=inputs.at(0.0)[None]))
+    angles = turned[:, np.array(inputs.units) == "rad"]
+    return np.asarray(np.cumsum(angles.max(axis=1, initial=0.0)))
 
 
 def check_stroke(mechanism: Mechanism) -> None:
@@ -318,8 +331,14 @@ def _extreme(times: np.ndarray, vectors: np.ndarray, sign: float) -> tuple[float
 
 
 def _warnings(plan: Plan, variables: Variables, path: Trajectory) -> list[str]:
-    """Reactions that are not determined, and curves and strokes that are left, in words."""
+    """Reactions that are not determined, curves and strokes that are left, and positions that are far apart, in words."""
     warnings, times = list(path.warnings), variables["time"].values
+    angles = variables["input"].values[:, variables["prescribed_unit"].values == "rad"]
+    apart = float(np.abs(np.diff(angles, axis=0)).max(initial=0.0))
+    if apart > COARSE:
+        enough = math.ceil(times.size * apart / FINE)
+        words = f"positions are up to {math.degrees(apart):.3g} deg of rotation apart: larger forces between them are missed"
+        warnings.append(f"{words}, less with {enough} points")
     for _, part, output in beyond_outputs(plan):
         section = part.declaration.section
         far = variables[f"{section}_beyond"].values[:, variables[section].values.tolist().index(part.name)]

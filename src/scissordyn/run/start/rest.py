@@ -10,6 +10,8 @@ import numpy as np
 
 from scissordyn.component.beam import Beam
 from scissordyn.component.flexible_bar import FlexibleBar
+from scissordyn.component.guide_friction import GuideFriction
+from scissordyn.component.pin_friction import PinFriction
 from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.kernel import Handle
@@ -87,7 +89,8 @@ def equilibrium(plan: Plan, handle: Handle, position: np.ndarray, load: float = 
     Kelley and Keyes 1998, doi:10.1137/S0036142996304796
     """
     # friction in ideal joints exerts nothing at rest, and would slow the descent down: its coefficients come first
-    rows, rubbing = handle.content.parameters.component, handle.content.friction.component
+    rows = handle.content.parameters.component
+    rubbing = [i for i, part in enumerate(plan.acting) if isinstance(part, PinFriction | GuideFriction)]
     coefficients = rows[rubbing, :2].copy()
     rows[rubbing, :2] = 0.0
     try:

@@ -51,8 +51,8 @@ class Paddle:
 
 def example(section: str) -> str:
     """The case file of a component's example."""
-    (only,) = snippets(parts()[heading(section)])
-    return BASE + "\n" + only
+    (own,) = [text for text in snippets(parts()[heading(section)]) if f"[[{section}]]" in text]
+    return BASE + "\n" + own
 
 
 def run_of(mechanism: Mechanism) -> xr.Dataset:

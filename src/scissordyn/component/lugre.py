@@ -15,7 +15,7 @@ from scissordyn.kernel import kernel
 from scissordyn.laws.friction.bristle import BristleDamping, BristleStiffness, fading_speed, micro_damping
 from scissordyn.laws.friction.coefficients import Kinetic, Viscous
 from scissordyn.laws.friction.stribeck import sliding_coefficient
-from scissordyn.units import Quantity, State
+from scissordyn.units import Meaning, Quantity, State
 
 BRISTLES = (State("bristles", "1", scale=0.1),)
 """sigma_0 z, the part of the friction coefficient that bent bristles exert."""
@@ -30,7 +30,6 @@ def bristle_ratio(slip, bristles, kinetic, static, stribeck_speed, stiffness, da
 
 @kernel
 def pin_force(
-    angle,
     speed,
     bristles,
     reaction,
@@ -68,6 +67,7 @@ def _coefficients(part: PinLuGre | GuideLuGre) -> tuple[float, ...]:
     context=("reaction",),
     symbol="hinge",
     example={"body": "rod", "base": "crank", "radius": "10 mm", "kinetic": 0.12, "static": 0.15},
+    source="Canudas de Wit, Olsson, Astrom and Lischinsky 1995, doi:10.1109/9.376053",
 )
 class PinLuGre:
     r"""Friction in an ideal pin with bristles that hold at rest: LuGre's law of the force that the pin transmits.
@@ -78,29 +78,11 @@ class PinLuGre:
     W is the reaction as in `PinFriction`. At rest the pin holds up to R W sin(arctan(mu_s)), and yields elastically by
     T/(sigma_0 R^2 W) before. The energy of bent bristles counts as dissipated and is given back as they relax. v_d is such
     that friction stays within mu_s, as in the law "lugre" of clearance joints.
-
-    Parameters
-    ----------
-    name : str
-    body, base : str
-        Both bodies of one ideal pin; the base may be "ground".
-    radius : float
-        R, of the journal [m].
-    kinetic, static : float
-        mu_k; mu_s, mu_k if 0.
-    stribeck_speed : float
-        v_s [m/s].
-    bristle_stiffness, bristle_damping, viscous : float
-        sigma_0 [1/m], sigma_1 and sigma_2 [s/m], per unit of the reaction.
-
-    References
-    ----------
-    Canudas de Wit, Olsson, Astrom and Lischinsky 1995, doi:10.1109/9.376053
     """
 
     name: str
     body: str
-    radius: Annotated[float, Quantity("m", above=0.0, maximum=1e3, help="of the journal")]
+    radius: Annotated[float, Quantity("m", above=0.0, maximum=1e3, help="radius R of the journal")]
     kinetic: Kinetic
     base: str = GROUND
     static: Static = 0.0
@@ -119,12 +101,8 @@ class PinLuGre:
 
 
 def guide_force(
-    x,
-    y,
-    angle,
     x_rate,
     y_rate,
-    speed,
     bristles,
     reaction,
     kinetic,
@@ -154,6 +132,7 @@ def guide_force(
     context=("reaction",),
     symbol="frame",
     example={"start": "ground.O", "end": "slider.centre", "direction": "90 deg", "kinetic": 0.1, "static": 0.15},
+    source="Canudas de Wit, Olsson, Astrom and Lischinsky 1995, doi:10.1109/9.376053",
 )
 class GuideLuGre:
     r"""Friction in an ideal guide with bristles that hold at rest: LuGre's law of the force that the guide transmits.
@@ -162,33 +141,11 @@ class GuideLuGre:
         z' = v - \sigma_0 \frac{|v|}{g(v)} z,\quad g = \mu_k + (\mu_s - \mu_k) e^{-(v/v_s)^2}
 
     N is the force across the guide as in `GuideFriction`, the rest as in `PinLuGre`.
-
-    Parameters
-    ----------
-    name : str
-    start : (str, str)
-        A point of the body that carries the guide, or of the ground.
-    end : (str, str)
-        The guided point.
-    direction : float
-        Of the guide, in the frame of the body that carries it [rad].
-    kinetic, static : float
-        mu_k; mu_s, mu_k if 0.
-    stribeck_speed : float
-        v_s [m/s].
-    bristle_stiffness, bristle_damping, viscous : float
-        sigma_0 [1/m], sigma_1 and sigma_2 [s/m], per unit of the normal force.
-    length : float
-        l, of a follower that is kept aligned [m].
-
-    References
-    ----------
-    Canudas de Wit, Olsson, Astrom and Lischinsky 1995, doi:10.1109/9.376053
     """
 
     name: str
-    start: BodyPoint
-    end: BodyPoint
+    start: Annotated[BodyPoint, Meaning("a point of the body that carries the guide, or of the ground")]
+    end: Annotated[BodyPoint, Meaning("the guided point")]
     direction: Annotated[float, Quantity("rad", minimum=-1e4, maximum=1e4, help="of the guide, in the frame of its body")]
     kinetic: Kinetic
     static: Static = 0.0
@@ -196,7 +153,7 @@ class GuideLuGre:
     bristle_stiffness: BristleStiffness = 1e5
     bristle_damping: BristleDamping = 316.0
     viscous: Viscous = 0.0
-    length: Annotated[float, Quantity("m", minimum=0.0, maximum=1e4, help="of a follower that is kept aligned")] = 0.0
+    length: Annotated[float, Quantity("m", minimum=0.0, maximum=1e4, help="length l of a follower that is kept aligned")] = 0.0
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
         """Coefficients and direction."""

@@ -67,6 +67,9 @@ def test_planetary_gear() -> None:
     np.testing.assert_allclose(forces["drive_torque"], torque, rtol=1e-13)
     np.testing.assert_allclose(forces["coupling_force"], np.tile([-planet / sun * torque, planet / sun * torque], (10, 1)))
     np.testing.assert_allclose(forces["angle"].sel(body="arm"), forces["time"] / (1.0 + ring / sun), atol=1e-12)
+    # pins carry round-off only, and have no panel
+    labels = [axes.get_ylabel() for axes in sd.plot.statics(forces)]
+    assert [label.split()[0] for label in labels] == ["drive", "component", "coupling"]
 
 
 def test_rack_on_an_incline() -> None:

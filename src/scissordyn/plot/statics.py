@@ -20,6 +20,9 @@ SAMPLE = "over='time'"
 CONSTANT = 1e-6
 """Forces that vary by less than this part of the largest are constant but for round-off, and drawn from zero on."""
 
+ROUND_OFF = 1e-12
+"""Forces below this part of the largest number are round-off; a panel of such is left out."""
+
 PANELS = {
     "drive": ("drive torque", "rod force ", "coordinate drive "),
     "coupling": ("coupling ",),
@@ -48,11 +51,13 @@ def statics(forces: xr.Dataset, *, over: str = "input", axes: Canvas = None) -> 
     panel_of = np.array(
         [next((kind for kind, starts in PANELS.items() if name.startswith(starts)), "component") for name in names.tolist()]
     )
+    sizes = np.nan_to_num(np.abs(forces["quantity_value"].values)).max(axis=0)
+    loaded = sizes >= ROUND_OFF * sizes.max(initial=0.0)
     groups = [
         (kind, np.flatnonzero((panel_of == kind) & (units == unit)), unit)
         for kind in ("drive", "component", "coupling", "reaction")
         for unit in ("N", "N m")
-        if np.any((panel_of == kind) & (units == unit) & np.isfinite(forces["quantity_value"].values).any(axis=0))
+        if np.any((panel_of == kind) & (units == unit) & np.isfinite(forces["quantity_value"].values).any(axis=0) & loaded)
     ]
     drawn = panels(axes, len(groups), size=(7.5, 2.2 * len(groups) + 0.8))
     values, label = _over(forces, over)

@@ -11,7 +11,9 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of
+from scissordyn.component.catalogue import COMPONENTS
 from scissordyn.model.commanded import rigid
+from scissordyn.run.answer.statics import SENSES as SENSITIVE
 
 G = 9.81
 
@@ -295,3 +297,10 @@ def test_preview_has_the_forces_at_rest(capsys: pytest.CaptureFixture[str]) -> N
     )
     assert status_of(["preview", str(EXAMPLES / "slider_crank.toml")]) == 0
     assert "inertia" not in capsys.readouterr().out
+
+
+def test_components_that_depend_on_the_sense_of_motion_are_known() -> None:
+    """Contract: every component with a speed over which a force changes its sense is one that statics lets creep."""
+    over = {"transition", "friction_speed"}
+    parts = [part.declaration for part in COMPONENTS.values()]
+    assert {part.section for part in parts if over & set(part.numbers)} == set(SENSITIVE)

@@ -90,7 +90,8 @@ def _deviations(problem: Problem, unknowns: np.ndarray) -> np.ndarray:
         [problem.misfit(curve, k).reshape(-1, len(problem.columns)) for k, curve in enumerate(curves_found)]
     )
     values = np.concatenate([segment.record.values for segment in problem.segments])
-    least = SMALLEST * (np.ptp(values, axis=0) + 1e-300)
+    span = np.ptp(values, axis=0)
+    least = SMALLEST * np.where(span > 0.0, span, 1.0)
     return np.asarray(np.maximum(np.sqrt(np.mean(residuals**2, axis=0)) * problem.deviation, least))
 
 

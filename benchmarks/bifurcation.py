@@ -20,15 +20,13 @@ from scissordyn.periodic.cycles import cycle
 
 __all__ = ["CLEARANCES", "FREQUENCY", "array", "measure"]
 
-FREQUENCY = 8.0
-"""Of the drive [Hz]."""
+FREQUENCY = 8.0  # Of the drive [Hz]
 
 CLEARANCES = (0.1e-3, 0.7e-3)
 VALUES, CYCLES, KEPT, WORKERS = 300, 200, 60, 2
 
 TOLERANCES = (1e-8, 1e-6, 1e-5, 1e-4, 1e-3)
-TARGET = {None: 100.0, 0.05: 300.0}
-"""Targets for the time of the diagrams [s], by kinetic friction coefficient."""
+TARGET = {None: 100.0, 0.05: 300.0}  # Targets for the time of the diagrams [s], by kinetic friction coefficient
 
 KINETIC = tuple(TARGET)
 

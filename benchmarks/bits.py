@@ -37,8 +37,7 @@ OWN = {
 }
 """Cases that fold, while their files deploy."""
 
-HORIZON = 0.12
-"""End of the runs of random mechanisms [s]; those without contact go on for ten times as long."""
+HORIZON = 0.12  # End of the runs of random mechanisms [s]; those without contact go on for ten times as long
 
 
 def _example(name: str) -> sd.Case:

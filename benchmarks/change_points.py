@@ -17,8 +17,7 @@ CASES = 500
 KINDS = ("four-bar, stretched", "four-bar, folded", "antiparallelogram", "parallelogram", "kite", "slider-crank")
 MOTIONS = ("driven", "free", "driven, a clearance joint on the coupler", "turned by a torque")
 
-ALLOWED = 1e-5
-"""Error of an angle [rad], and of the energy as a fraction, up to which a linkage stays on its branch."""
+ALLOWED = 1e-5  # Error of an angle [rad], and of the energy as a fraction, up to which a linkage stays on its branch
 
 
 @dataclasses.dataclass(frozen=True)

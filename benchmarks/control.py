@@ -35,12 +35,10 @@ STROKE = Cycloidal(math.radians(30.0), math.radians(60.0), 1.0)
 FAST = sd.ConstantSpeed(sd.rpm(150.0))
 GAINS = 2e4, 1500.0
 
-FREQUENCY = 2.0
-"""Of the periodic drive [Hz]."""
+FREQUENCY = 2.0  # Of the periodic drive [Hz]
 
 PER_PERIOD = 200
-FIRST, LAST, LATE = 40, 60, (130, 150)
-"""Periods over which the mismatch is taken."""
+FIRST, LAST, LATE = 40, 60, (130, 150)  # Periods over which the mismatch is taken
 
 FEEDBACKS = (
     ("servo alone", None),

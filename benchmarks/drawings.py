@@ -23,8 +23,7 @@ if TYPE_CHECKING:
 __all__ = ["clearance_joint", "result"]
 
 ROOT = Path(__file__).parent.parent
-BEARING, JOURNAL = 1.0, 0.72
-"""Radii of the drawing; the clearance of a real pin is a hundredth of its radius or less."""
+BEARING, JOURNAL = 1.0, 0.72  # Radii of the drawing; the clearance of a real pin is a hundredth of its radius or less
 
 
 def clearance_joint(target: Path) -> Path:

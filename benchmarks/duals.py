@@ -27,8 +27,7 @@ from scissordyn.run.advance.trajectory import make_driver
 POINTERS = (("model", ("force_kernel", "gap_kernel", "switch_kernel")), ("parameters", ("law", "controller")))
 """Arrays of kernel pointers, by the part of a system that has them."""
 
-DERIVATIVES = 8
-"""In one call of the right-hand side."""
+DERIVATIVES = 8  # In one call of the right-hand side
 
 
 def number_type(derivatives: int) -> Any:

@@ -12,15 +12,13 @@ import xarray as xr
 import scissordyn as sd
 from benchmarks.measure import command, table
 
-UNTIL = 1.0 / 15.0
-"""The stroke of the paper's array at 150 rpm from 30 to 90 degrees [s]."""
+UNTIL = 1.0 / 15.0  # The stroke of the paper's array at 150 rpm from 30 to 90 degrees [s]
 
 CLEARANCES = (2e-4, 5e-4, 1e-3)
 
 OILS = {"dry": None, "10 mPa s": 0.01, "50 mPa s": 0.05, "200 mPa s": 0.2}
 
-MEMBERS = 5
-"""Neighbours whose clearances differ by a relative 1e-9."""
+MEMBERS = 5  # Neighbours whose clearances differ by a relative 1e-9
 
 
 CASE = """The paper's array of two units, joint A loose, LuGre friction of 0.05, 150 rpm over the stroke from 30 to 90 degrees;

@@ -14,13 +14,11 @@ import numpy as np
 from scissordyn.component.film.grid import directions, eccentricities, steepness
 from scissordyn.component.film.reynolds import impedance
 
-RATIOS = tuple(2.0 ** (0.5 * k) for k in range(-4, 5))
-"""Length over diameter: from 0.25 to 4."""
+RATIOS = tuple(2.0 ** (0.5 * k) for k in range(-4, 5))  # Length over diameter: from 0.25 to 4
 
 AROUND, ALONG = 200, 20
 
-THICK = 0.01
-"""Thinner films that separate have a force so much smaller than in approach that the table cannot show it well."""
+THICK = 0.01  # Thinner films that separate have a force so much smaller than in approach that the table cannot show it well
 
 FILE = Path(__file__).parents[1] / "src" / "scissordyn" / "component" / "film" / "finite.npz"
 

@@ -26,8 +26,7 @@ UNTIL = 1.0 / 15.0
 CLEARANCE, RADIUS, LENGTH, VISCOSITY, ROUGHNESS = 5e-4, 10e-3, 15e-3, 0.05, 1e-6
 BANDS = (1e-6, 3e-6, 10e-6)
 
-LAST = FIRST + padded(finite_table(1.0)).size
-"""Where the band stands among the parameters."""
+LAST = FIRST + padded(finite_table(1.0)).size  # Where the band stands among the parameters
 
 
 def blended_film(x, y, angle, x_rate, y_rate, speed, viscosity, clearance, radius, length, thinnest, model, full, table):

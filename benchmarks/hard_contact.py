@@ -20,8 +20,7 @@ STEP, STEPS = 1e-4, 2000
 SOLAR = "examples/solar_array.toml"
 STEPS_OF_SOLAR = (1e-3, 5e-4, 2e-4, 1e-4)
 DRAWN = 2e-4
-LEAST_IMPULSE = 1e-7
-"""Shown [N s]; smaller ones are round-off of closed contacts."""
+LEAST_IMPULSE = 1e-7  # Shown [N s]; smaller ones are round-off of closed contacts
 
 STARTS = ("concentric", "in-contact")
 

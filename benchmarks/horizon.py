@@ -18,20 +18,11 @@ from benchmarks.measure import command, table
 
 __all__ = ["Judged", "judge", "measure"]
 
-CASES = 30
-"""Of each kind."""
-
-SAMPLES = 20_001
-"""Instants at which runs are compared with references, at most 5e-5 of the run apart."""
-
-REFERENCES = (1e-13, 1e-12)
-"""Tolerances of the two references, at most 1e-4 of that of a run."""
-
-AGREE = 0.01
-"""Fraction of the true horizon to which both references have to agree."""
-
-LATE, EARLY = 0.05, 0.1
-"""What a horizon may be off, as a fraction of the true one."""
+CASES = 30  # Of each kind
+SAMPLES = 20_001  # Instants at which runs are compared with references, at most 5e-5 of the run apart
+REFERENCES = (1e-13, 1e-12)  # Tolerances of the two references, at most 1e-4 of that of a run
+AGREE = 0.01  # Fraction of the true horizon to which both references have to agree
+LATE, EARLY = 0.05, 0.1  # What a horizon may be off, as a fraction of the true one
 
 
 @dataclasses.dataclass(frozen=True)

@@ -13,17 +13,10 @@ from benchmarks.measure import command, table
 from scissordyn.laws.evaluate import friction_force, friction_limit, friction_states
 from scissordyn.plugin.element import pointers, row_of
 
-CONSTANT = 1e6
-"""A damping speed [m/s] at which sigma_1 does not fade."""
-
-KINETIC = (0.01, 0.03, 0.05, 0.1)
-"""The paper's kinetic friction coefficients."""
-
-REPEATS = 7
-"""Runs that are timed; the shortest counts."""
-
-PRESSED = 1.0
-"""Below this normal force [N] both forces round to nothing and their ratio to anything."""
+CONSTANT = 1e6  # A damping speed [m/s] at which sigma_1 does not fade
+KINETIC = (0.01, 0.03, 0.05, 0.1)  # The paper's kinetic friction coefficients
+REPEATS = 7  # Runs that are timed; the shortest counts
+PRESSED = 1.0  # Below this normal force [N] both forces round to nothing and their ratio to anything
 
 
 def variants(kinetic: float) -> dict[str, sd.LuGre]:

@@ -19,13 +19,11 @@ from scissordyn.run.options import Options
 
 __all__ = ["Judged", "judge", "measure"]
 
-CASES = 250
-"""Of each kind."""
+CASES = 250  # Of each kind
 
 SAMPLES = 5001
 
-SEEN = 1e-6
-"""Fraction of the clearance beyond which a journal counts as outside."""
+SEEN = 1e-6  # Fraction of the clearance beyond which a journal counts as outside
 
 RELEASED = "two joints, released from rest"
 

@@ -33,23 +33,15 @@ from scissordyn.run.simulate import simulate
 ROOT = Path(__file__).parent.parent
 DOCS = ROOT / "docs"
 FRAMES = 151
-WINDOW = 1500, 860
-"""Width and height of the explorer [pixel]."""
-
-PATIENCE = 600.0
-"""Longest time that the run of an example may take on a busy machine [s]."""
-
-FILM, FILM_RATE, FILM_WIDTH = 4.0, 15, 720
-"""Length of a film of the zoo [s], its frames per second, and its width [pixel]."""
+WINDOW = 1500, 860  # Width and height of the explorer [pixel]
+PATIENCE = 600.0  # Longest time that the run of an example may take on a busy machine [s]
+FILM, FILM_RATE, FILM_WIDTH = 4.0, 15, 720  # Length of a film of the zoo [s], its frames per second, and its width [pixel]
 
 STILLS = 0.0, 0.4, 0.8
 """Instants of the stills of the zoo, as fractions of the run; a crank is not at the same place at two of them."""
 
-ACROSS, TILE_DOTS = 4, 110
-"""Components in a row of their picture, and dots of each per inch."""
-
-COLOURS = 128
-"""Of a screenshot: drawings need no more, and files are a quarter as large."""
+ACROSS, TILE_DOTS = 4, 110  # Components in a row of their picture, and dots of each per inch
+COLOURS = 128  # Of a screenshot: drawings need no more, and files are a quarter as large
 
 
 def draw(name: str, browser: Any) -> None:

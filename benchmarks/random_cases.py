@@ -21,11 +21,8 @@ from scissordyn.model.connection import Weld
 
 __all__ = ["Case", "random_case"]
 
-LENGTHS = 1e-3, 10.0
-"""Sizes of the bodies [m]."""
-
-MASSES = 1e-3, 1e3
-"""Masses of the bodies [kg]."""
+LENGTHS = 1e-3, 10.0  # Sizes of the bodies [m]
+MASSES = 1e-3, 1e3  # Masses of the bodies [kg]
 
 GRAVITY = 9.81
 

@@ -23,14 +23,12 @@ __all__ = ["Outcome", "judge", "measure"]
 
 CASES = 3000
 
-MOST_STEPS = 100_000
-"""Of a run; a contact that rattles may need more, which is a named cause."""
+MOST_STEPS = 100_000  # Of a run; a contact that rattles may need more, which is a named cause
 
 BALANCED = 1e-6
 """Residual of the energy balance, as a fraction of the energy that changes or is carried, up to which a run balances."""
 
-CORRIDOR = 1e-3
-"""Residual above which a run must say so itself."""
+CORRIDOR = 1e-3  # Residual above which a run must say so itself
 
 
 @dataclasses.dataclass(frozen=True)

@@ -16,11 +16,8 @@ from scissordyn.exchange.dxf import read_dxf
 
 CASES = 2000
 
-ALLOWED = 100.0
-"""Error of an angle times a bar's length, in roundings, up to which an array moves as the exact one."""
-
-STROKE = 0.35
-"""Of the first unit [rad]."""
+ALLOWED = 100.0  # Error of an angle times a bar's length, in roundings, up to which an array moves as the exact one
+STROKE = 0.35  # Of the first unit [rad]
 
 
 @dataclasses.dataclass(frozen=True)

@@ -18,14 +18,12 @@ from scissordyn.run.configuration import write_configuration
 from scissordyn.run.options import Options
 
 UNITS = (2, 10, 50, 200)
-SHARED = 1.5
-"""Target for the integration time of a long array with one clearance joint, relative to two units."""
+SHARED = 1.5  # Target for the integration time of a long array with one clearance joint, relative to two units
 
 FLIGHT, CONTACT = 1e-3, 2e-3
 """Simulated times with clearance at every joint [s]: before the first contact at 1.4 ms, and after it."""
 
-FRICTION = 20e-3
-"""Simulated time in contact with friction at every joint [s]."""
+FRICTION = 20e-3  # Simulated time in contact with friction at every joint [s]
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,7 @@ from scissordyn.plan.plan import plan
 from scissordyn.run.advance.trajectory import compute
 from scissordyn.run.options import Options
 
-TARGET = {None: 10e-3, 0.01: 20e-3, 0.1: 20e-3}
-"""Target for a complete run [s]."""
+TARGET = {None: 10e-3, 0.01: 20e-3, 0.1: 20e-3}  # Target for a complete run [s]
 
 
 def measure(quick: bool = False) -> str:

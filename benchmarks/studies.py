@@ -31,14 +31,9 @@ from scissordyn.study.compute.execute import BUSY, TASK_SECONDS, Progress, block
 
 __all__ = ["Measured", "measure"]
 
-CASES = 100_000
-"""Of the study whose cost and memory are measured."""
-
-FEWER = 20
-"""One worker against two, and processes, are measured with so many times fewer cases: a rate needs no more."""
-
-TASKS = 2000
-"""Tasks without work by which dask's cost of one is measured, and its memory: two for each of a thousand workers."""
+CASES = 100_000  # Of the study whose cost and memory are measured
+FEWER = 20  # One worker against two, and processes, are measured with so many times fewer cases: a rate needs no more
+TASKS = 2000  # Tasks without work by which dask's cost of one is measured, and its memory: two for each of a thousand workers
 
 WORKERS, PLANNED = 1000, 10_000_000
 

@@ -28,13 +28,11 @@ VICTIMS = ("coordinator", "worker", "scheduler")
 
 KILLS, SEED = 20, 1
 
-BLOCK = 5
-"""Cases of a block, a fifth of a second of work."""
+BLOCK = 5  # Cases of a block, a fifth of a second of work
 
 CASES = 300
 
-AHEAD, WAIT = 6, 0.3
-"""The victim is killed after up to so many more blocks and up to so many seconds."""
+AHEAD, WAIT = 6, 0.3  # The victim is killed after up to so many more blocks and up to so many seconds
 
 SWEEP = (
     *("sweep", str(Path(__file__).parents[1] / "examples" / "paper.toml"), "--set", "run.until=20 ms"),

@@ -11,8 +11,7 @@ import numpy as np
 
 import scissordyn as sd
 
-UNTIL, STEP = 3.0, 1e-5
-"""End of the runs [s], the last second of which is measured, and the step of time stepping [s]."""
+UNTIL, STEP = 3.0, 1e-5  # End of the runs [s], the last second of which is measured, and the step of time stepping [s]
 
 
 def changed(mechanism: sd.Mechanism, **fields: Any) -> sd.Mechanism:

@@ -42,8 +42,7 @@ HERE = Path(__file__).parent
 PACKAGE = HERE.parent / "src" / "scissordyn"
 PAGE = HERE.parent / "docs" / "decisions" / "measured" / "mutations.md"
 LOG = HERE.parent / "out" / "mutations.log"
-PATIENCE = 400
-"""A test file that takes longer [s] has noticed, too: a mutation can keep a loop from ending."""
+PATIENCE = 400  # A test file that takes longer [s] has noticed, too: a mutation can keep a loop from ending
 
 
 @dataclass(frozen=True)

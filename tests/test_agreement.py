@@ -34,8 +34,7 @@ PAIRS = {"liu": (Liu(), Flores(0.9)), "hertz": (Hertz(), LankaraniNikravesh(0.9)
 
 CLOSE = 1e-6
 """Both roads err by about 1e-11 in a step, and each contact multiplies an error by 10 to 300: three leave about 1e-7."""
-CLOSE_PEAK_TIME = 1e-5
-"""A force is flat at its peak: its round-off of 1e-12 shifts the peak by 1e-6 of the contact's length."""
+CLOSE_PEAK_TIME = 1e-5  # A force is flat at its peak: its round-off of 1e-12 shifts the peak by 1e-6 of the contact's length
 
 
 def pin_clearance(pair: str = "liu", kinetic: float | None = None) -> Clearance:

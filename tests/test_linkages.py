@@ -10,8 +10,7 @@ import scissordyn as sd
 from scissordyn.errors import InputError
 
 TIGHT = {"rtol": 1e-12, "atol": 1e-12}
-CLOSE = 1e-9
-"""Of lengths, of lengths times the crank's speed, of lengths times its square."""
+CLOSE = 1e-9  # Of lengths, of lengths times the crank's speed, of lengths times its square
 
 
 @pytest.mark.parametrize(("offset", "angle"), [(0.0, 0.0), (0.02, 0.5), (-0.03, 4.0)])

@@ -8,8 +8,7 @@ import pytest
 
 import scissordyn as sd
 
-TUBE = 42743.0, 7.5e7
-"""EI [N m^2] and EA [N]."""
+TUBE = 42743.0, 7.5e7  # EI [N m^2] and EA [N]
 
 
 def array(viscosity: float = 0.1, stiffness: float | None = 1.0, clearance: float = 4e-4, **how: Any) -> sd.Mechanism:

@@ -13,8 +13,7 @@ __all__ = ["Curve", "draw"]
 Curve = tuple[str, Sequence[tuple[float, float]]]
 """Name of a code, and its errors and seconds: none if it is not installed, infinite ones if it fails."""
 
-COLOURS = 10
-"""Colours of matplotlib's cycle; curves beyond are dotted."""
+COLOURS = 10  # Colours of matplotlib's cycle; curves beyond are dotted
 
 
 def draw(curves: Sequence[Curve], goal: float, error: str, path: Path) -> None:

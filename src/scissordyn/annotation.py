@@ -13,14 +13,12 @@ from typing import Annotated, Any, TypeGuard, TypeVar
 _ACCEPTED: set[tuple[Any, type]] = set()
 """Hints and the types that were found to fit them as they are: descriptions are made by the thousand in a batch."""
 
-LONGEST = 60
-"""Characters of a value that a message shows."""
+LONGEST = 60  # Characters of a value that a message shows
 
 
 Kind = TypeVar("Kind")
 
-_IS_A: dict[tuple[type, type], bool] = {}
-"""Dataclasses of which it is known whether they are what a protocol says."""
+_IS_A: dict[tuple[type, type], bool] = {}  # Dataclasses of which it is known whether they are what a protocol says
 
 
 class MismatchError(ValueError):

@@ -7,12 +7,10 @@ import unicodedata
 from collections.abc import Iterable
 from difflib import get_close_matches
 
-BREAKS = re.compile(r"[\t\n\v\f\r\x1c-\x1e\x85\u2028\u2029]+")
-"""Characters that end a line or jump within it."""
+BREAKS = re.compile(r"[\t\n\v\f\r\x1c-\x1e\x85\u2028\u2029]+")  # Characters that end a line or jump within it
 
 
-LONG_NUMBER = re.compile(r"(\d{12})\d{48,}")
-"""A number that nobody reads to its end."""
+LONG_NUMBER = re.compile(r"(\d{12})\d{48,}")  # A number that nobody reads to its end
 
 
 def shortened(text: str) -> str:
@@ -118,8 +116,7 @@ OTHER_WORDS = {
 }
 """Words of the field, by what they are called here; a word stands for whichever of its lines a message allows first."""
 
-ABSENT_WORDS = ("cam", "wheel")
-"""Parts that there are not, so that a similar name is no hint."""
+ABSENT_WORDS = ("cam", "wheel")  # Parts that there are not, so that a similar name is no hint
 
 
 def did_you_mean(name: object, known: Iterable[str]) -> str:

@@ -20,8 +20,7 @@ import numpy as np
 
 from scissordyn.library import library
 
-PYTHON = os.environ.get("SCISSORDYN_ENGINE", "") == "python"
-"""Whether kernels run as plain Python."""
+PYTHON = os.environ.get("SCISSORDYN_ENGINE", "") == "python"  # Whether kernels run as plain Python
 
 
 @dataclass(frozen=True)
@@ -49,8 +48,7 @@ def vanishes(x: float) -> bool:
     return x == 0.0
 
 
-ENTRIES: dict[str, Entry] = {}
-"""All entries by the names of their symbols in the library."""
+ENTRIES: dict[str, Entry] = {}  # All entries by the names of their symbols in the library
 
 
 def entry(function: Callable[..., Any]) -> Any:
@@ -117,8 +115,7 @@ def _words(hint: Any) -> list[Any]:
     return [{int: ctypes.c_int64, float: ctypes.c_double}.get(hint, ctypes.c_void_p)]
 
 
-_NOWHERE = np.zeros(1).ctypes.data
-"""Where arrays without entries begin."""
+_NOWHERE = np.zeros(1).ctypes.data  # Where arrays without entries begin
 
 
 def _array_words(array: Any, kind: ArrayType, owner: str) -> tuple[int, ...]:
@@ -247,8 +244,7 @@ class Opener:
 opener = Opener
 
 
-CALLED: dict[int, Callable[..., float]] = {}
-"""Functions by the numbers that stand for kernel pointers in Python."""
+CALLED: dict[int, Callable[..., float]] = {}  # Functions by the numbers that stand for kernel pointers in Python
 
 
 def call_at(address: int, q: Any, v: Any, z: Any, x: Any, p: Any, out: Any) -> Any:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import sys
 
-LOCKS = sys.platform != "win32"
-"""Whether there are any. On Windows an open file cannot be deleted, which protects it as well."""
+LOCKS = sys.platform != "win32"  # Whether there are any. On Windows an open file cannot be deleted, which protects it as well
 
 
 def hold(handle: int, *, shared: bool = False) -> bool:

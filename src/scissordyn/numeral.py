@@ -6,17 +6,10 @@ import math
 from collections.abc import Iterable
 from decimal import ROUND_HALF_UP, Decimal
 
-PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
-"""By power of ten."""
-
-LEAST = 3
-"""Significant digits of every number."""
-
-LARGEST = 4
-"""Significant digits of the largest number of a column, whose decimals the others take."""
-
-MOST = 7
-"""Numbers with more digits after the point than this, or before it, are written with a power of ten."""
+PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}  # By power of ten
+LEAST = 3  # Significant digits of every number
+LARGEST = 4  # Significant digits of the largest number of a column, whose decimals the others take
+MOST = 7  # Numbers with more digits after the point than this, or before it, are written with a power of ten
 
 
 def prefix(largest: float, low: int = -12, high: int = 9, *, from_tenth: bool = False) -> int:

@@ -37,8 +37,7 @@ RANGES: Mapping[str, tuple[float, float]] = {
 """By unit, the smallest number above zero and the largest of any machine, with orders of magnitude to spare. Numbers beyond
 them are slips, and their powers leave the range of floating-point numbers. Bounds that a field declares take precedence."""
 
-ANY_RANGE = (1e-30, 1e30)
-"""The same for units that are not listed."""
+ANY_RANGE = (1e-30, 1e30)  # The same for units that are not listed
 
 
 @dataclass(frozen=True)

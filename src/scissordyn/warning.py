@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 
-NAMED = 3
-"""Most names of parts in one line."""
+NAMED = 3  # Most names of parts in one line
 
 _DAMPED = (
     "reaches {force:.4g} N, its joint's deepest indentation gives {elastic:.4g} N: the rest is damping, whose law holds for "

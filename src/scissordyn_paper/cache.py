@@ -17,8 +17,7 @@ from scissordyn.file.provenance import provenance as made_with
 from scissordyn.run.engine import Engine, error_text, outcomes
 from scissordyn.run.store import load, save
 
-Progress = Callable[[str, int, int], None]
-"""Kind of work, number done, total number."""
+Progress = Callable[[str, int, int], None]  # Kind of work, number done, total number
 
 SHOWN = (
     *FACES,

@@ -23,25 +23,15 @@ CLEARANCES = (0.7e-3, 0.6e-3, 0.5e-3, 0.4e-3, 0.3e-3, 0.2e-3)
 SIZES = (0.6e-3, 0.4e-3, 0.2e-3)
 FRICTION = (0.01, 0.03, 0.05, 0.1)
 CONTROLLED = (0.7e-3, 0.5e-3, 0.3e-3, 0.1e-3)
-ARRAY = 0.5e-3
-"""Clearance of the runs in which another parameter is varied."""
-
-STROKE = 0.05
-"""Longest run of one stroke [s]; the text describes the time after 0.03 s."""
-
-MARGIN = degrees(10)
-"""A falling stroke ends at this angle [rad], before zero, where the two assembly modes of the array meet."""
-
-SPACING = 2.5e-5
-"""Between two recorded instants [s]: a tenth of the shortest contacts."""
-
-OSCILLATION = degrees(15)
-"""Amplitude of the periodic drive [rad]; its largest speed is that of the stroke."""
+ARRAY = 0.5e-3  # Clearance of the runs in which another parameter is varied
+STROKE = 0.05  # Longest run of one stroke [s]; the text describes the time after 0.03 s
+MARGIN = degrees(10)  # A falling stroke ends at this angle [rad], before zero, where the two assembly modes of the array meet
+SPACING = 2.5e-5  # Between two recorded instants [s]: a tenth of the shortest contacts
+OSCILLATION = degrees(15)  # Amplitude of the periodic drive [rad]; its largest speed is that of the stroke
 
 PERIODS = 2
 
-DRIVEN = {"pinned": "pinned bar driven", "slider": "slider bar driven"}
-"""The two variants of the driven bar in words."""
+DRIVEN = {"pinned": "pinned bar driven", "slider": "slider bar driven"}  # The two variants of the driven bar in words
 
 LUGRE = {
     "stribeck_speed": "m/s",
@@ -104,8 +94,7 @@ class Choice:
         )
 
 
-DEFAULT = Choice()
-"""Chosen before any agreement was looked at."""
+DEFAULT = Choice()  # Chosen before any agreement was looked at
 
 
 @dataclass(frozen=True)

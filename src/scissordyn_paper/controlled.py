@@ -33,21 +33,16 @@ from scissordyn.units import degrees
 from scissordyn_paper.cases import ARRAY, SPEED, STROKE, Choice, PaperCase
 from scissordyn_paper.measures import JOINT
 
-PROPORTIONAL, DERIVATIVE = 2e4, 1500.0
-"""Gains of the practical controller [N m/rad, N m s/rad]."""
+PROPORTIONAL, DERIVATIVE = 2e4, 1500.0  # Gains of the practical controller [N m/rad, N m s/rad]
 
 LIMIT, RAMP = 770.0, 0.02
 """Its torque limit on the deployment, 1.5 times the ideal torque [N m], and the time in which that rises from zero [s]."""
 
-ECCENTRICITY_RATE_DAMPING = -1000.0
-"""Its damping of the rate of the eccentricity during the stroke [N s]."""
-
-SERVO = PID(2e5, derivative=4e3)
-"""Tracks the periodic reference; delayed feedback is added to it."""
+ECCENTRICITY_RATE_DAMPING = -1000.0  # Its damping of the rate of the eccentricity during the stroke [N s]
+SERVO = PID(2e5, derivative=4e3)  # Tracks the periodic reference; delayed feedback is added to it
 
 PERIOD = 0.5
-SINCE = 40.0 * PERIOD
-"""Of the slow periodic manoeuvre, and the start of its evaluation [s]."""
+SINCE = 40.0 * PERIOD  # Of the slow periodic manoeuvre, and the start of its evaluation [s]
 
 GUST: Any = Force(
     "gust",
@@ -177,8 +172,7 @@ CONTROLLED_RUNS = (
 )
 """The runs that are not the paper's."""
 
-LONGEST_FIRST = CONTROLLED_RUNS[::-1]
-"""Delayed feedback of the periodic drive takes some seconds, a stroke a fraction of one."""
+LONGEST_FIRST = CONTROLLED_RUNS[::-1]  # Delayed feedback of the periodic drive takes some seconds, a stroke a fraction of one
 
 
 def ideal_of(job: ControlledRun) -> ControlledRun:

@@ -10,11 +10,8 @@ from scissordyn_paper.cases import CLEARANCES, CONTROLLED, FRICTION, SIZES, SPEE
 from scissordyn_paper.measures import CONTINUOUS, Measures
 from scissordyn_paper.verdict import Finding, Measured
 
-VISIBLE = 0.01
-"""Smallest visible difference as a fraction of a curve's range: a line's width in a printed figure."""
-
-QUARTER = math.radians(99.0)
-""" "About a quarter" of the bearing: 90 deg and a tenth of it."""
+VISIBLE = 0.01  # Smallest visible difference as a fraction of a curve's range: a line's width in a printed figure
+QUARTER = math.radians(99.0)  # "About a quarter" of the bearing: 90 deg and a tenth of it
 
 OSCILLATING = {
     "slider_velocity": ("slider velocity", "m/s"),

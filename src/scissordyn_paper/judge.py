@@ -25,8 +25,7 @@ from scissordyn_paper.runs import compute, described
 from scissordyn_paper.statements import CLAUSES
 from scissordyn_paper.verdict import Clause, Finding
 
-NEIGHBOUR = 1e-9
-"""Neighbours differ by this fraction of the clearance."""
+NEIGHBOUR = 1e-9  # Neighbours differ by this fraction of the clearance
 
 MOST_STEPS = 50_000
 """A stroke takes hundreds, one at rest in contact thousands; more is chatter of an integrator that is too coarse."""

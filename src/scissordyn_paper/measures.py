@@ -14,20 +14,11 @@ from scissordyn.kinematics.peak import smooth_peak
 
 JOINT = "A"
 
-SETTLED = 5e-3
-"""The paper's first interval [s]: "the fluctuation of the curves within 0.005 s"."""
-
-LATE = 0.03
-"""The paper's "when the working time exceeds 0.03 s" [s]."""
-
-CONTINUOUS = 0.99
-"""Fraction of time in contact from which contact is called continuous."""
-
-LAST = 0.2
-"""Fraction of a run that is its end, for contact that becomes continuous "eventually"."""
-
-CENTRAL_PART = 0.95
-"""Fraction of the contact time inside the contact arc."""
+SETTLED = 5e-3  # The paper's first interval [s]: "the fluctuation of the curves within 0.005 s"
+LATE = 0.03  # The paper's "when the working time exceeds 0.03 s" [s]
+CONTINUOUS = 0.99  # Fraction of time in contact from which contact is called continuous
+LAST = 0.2  # Fraction of a run that is its end, for contact that becomes continuous "eventually"
+CENTRAL_PART = 0.95  # Fraction of the contact time inside the contact arc
 
 
 @dataclass(frozen=True)
@@ -182,8 +173,7 @@ _SERIES = (
     "angular_acceleration",
 )
 
-FREE_BAR = "unit 1/bar 2"
-"""The bar whose response figure 6 shows; it is not driven in either variant."""
+FREE_BAR = "unit 1/bar 2"  # The bar whose response figure 6 shows; it is not driven in either variant
 
 
 def _series(run: xr.Dataset) -> dict[str, np.ndarray]:

@@ -44,14 +44,12 @@ BARS: Mapping[str, Mapping[str, str]] = {
 }
 """Sections of the same mass as the paper's bars, 5.68 kg on 2 m."""
 
-TUBE = 42_743.0, 7.66e7
-"""EI [N m^2] and EA [N] of the steel tube."""
+TUBE = 42_743.0, 7.66e7  # EI [N m^2] and EA [N] of the steel tube
 
 STIFFER = {f"{factor:g} times the tube": factor for factor in (10.0, 100.0, 1000.0)}
 """Bars between the tube and rigid ones, and their stiffness over that of the tube."""
 
-OILS = (0.01, 0.1)
-"""Viscosities [Pa s]."""
+OILS = (0.01, 0.1)  # Viscosities [Pa s]
 
 MEMBERS = 2
 """Neighbours of a run, whose clearances differ by 1e-12 of themselves: what they disagree on is not the mechanism's answer."""

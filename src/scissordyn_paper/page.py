@@ -13,8 +13,7 @@ from matplotlib.figure import Figure
 
 from scissordyn.plot.file import write
 
-FORMATS = ("png", "svg")
-"""Of the pictures beside the page."""
+FORMATS = ("png", "svg")  # Of the pictures beside the page
 
 _ENVIRONMENT = Environment(
     loader=PackageLoader("scissordyn_paper", "."), autoescape=True, undefined=StrictUndefined, keep_trailing_newline=True

@@ -31,8 +31,7 @@ from scissordyn_paper.cache import Progress
 from scissordyn_paper.cases import CLEARANCES, FRICTION, Choice, PaperCase
 from scissordyn_paper.measures import JOINT
 
-PERIODIC = Choice(angle=degrees(45), travel="oscillating")
-"""The default choice with the periodic drive."""
+PERIODIC = Choice(angle=degrees(45), travel="oscillating")  # The default choice with the periodic drive
 
 BY_CLEARANCE = tuple(PaperCase(clearance, choice=PERIODIC) for clearance in CLEARANCES)
 BY_FRICTION = tuple(PaperCase(friction=friction, choice=PERIODIC) for friction in FRICTION)
@@ -43,11 +42,8 @@ LONGEST_FIRST = tuple(dict.fromkeys((*BY_FRICTION, *BY_CLEARANCE)))
 CYCLES, SKIP = 320, 80
 """Periods of a run, and number of the first that are left out of its map: 240 remain, and 200 are needed for a verdict."""
 
-MEMBERS = 4
-"""Number of starts that differ by round-off, where one trajectory is no evidence."""
-
-PAIR = 2
-"""Number of starts where the samples repeat, for as many periods as are skipped."""
+MEMBERS = 4  # Number of starts that differ by round-off, where one trajectory is no evidence
+PAIR = 2  # Number of starts where the samples repeat, for as many periods as are skipped
 
 GROWTH_CYCLES, GROWTH_SKIP = 120, 80
 INTERVALS = 4

@@ -21,8 +21,7 @@ from scissordyn_paper.statements import CLAUSES
 
 TITLE = "The paper, read best: parameters whose tables are lost"
 
-ODDS = 3.0
-"""A reading that meets one statement more than another is taken as so many times as likely."""
+ODDS = 3.0  # A reading that meets one statement more than another is taken as so many times as likely
 
 SHOWN = 5
 

@@ -37,8 +37,7 @@ SOURCE = (
 )
 DOI = "10.1177/1369433220971728"
 
-CONTROL_FIGURE = 13
-"""The paper's figure of its control; it is shown with the torque of the control."""
+CONTROL_FIGURE = 13  # The paper's figure of its control; it is shown with the torque of the control
 
 STATEMENTS = {
     1: "Response with and without clearance",

@@ -11,8 +11,7 @@ from scissordyn_paper.periodic import Regularity
 
 Measured = Mapping[PaperCase, Measures]
 
-Settled = Mapping[PaperCase, Regularity]
-"""The asymptotic motions under the periodic drive."""
+Settled = Mapping[PaperCase, Regularity]  # The asymptotic motions under the periodic drive
 
 
 @dataclass(frozen=True)

@@ -36,8 +36,7 @@ LINES = (
 
 ENTRY = re.compile(r"^(\s*[\w.-]+\s*=\s*)([^\n#]*)", re.MULTILINE)
 UNITS_KEY = re.compile(r"\bunits = (\d[\d_]*)")
-MOST_UNITS = 40
-"""A larger array that can be computed takes its time and shows nothing new."""
+MOST_UNITS = 40  # A larger array that can be computed takes its time and shows nothing new
 
 INNER = re.compile(r'([\w-]+ = )("[^"\n]*"|[-\w.]+)')
 

@@ -18,8 +18,7 @@ from scissordyn.run.store import load, save
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 QUICK, ALL, BLOCK = 30, 2000, 100
-SHORT = ("--set", "run.most_steps=2000", "--samples", "5")
-"""Options with which any run ends soon."""
+SHORT = ("--set", "run.most_steps=2000", "--samples", "5")  # Options with which any run ends soon
 
 LEAST = '[structure]\nkind = "scissor"\n[drive]\nspeed = "1 rpm"\n[run]\nuntil = "1 ms"\n'
 JOINT = '[[clearance]]\njoint = "A"\nclearance = "0.5 mm"\n'

@@ -42,8 +42,7 @@ DRAWING = (
     ("animate", "damaged.nc", "film.html"),
 )
 AGAIN = ("run", "damaged.nc", "--events", "3")
-DRAWN = 10
-"""One of so many files is drawn, which takes a second and more, and one of so many is run again."""
+DRAWN = 10  # One of so many files is drawn, which takes a second and more, and one of so many is run again
 
 
 def command_of(number: int) -> tuple[str, ...]:

@@ -20,8 +20,7 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 COMMAND = [sys.executable, "-m", "scissordyn.cli.main"]
 LONG = ("--set", "run.until=2000 s", "--set", "run.most_steps=1000000000", "--set", "run.samples=2000")
 
-PROMISED = 2.0
-"""Seconds within which a command ends on an idle machine."""
+PROMISED = 2.0  # Seconds within which a command ends on an idle machine
 
 LOADED = 1.0 if "PYTEST_XDIST_WORKER" not in os.environ else 5.0
 """How much longer that may take while other tests, with processes of their own, use the processors. Run alone, these tests hold

@@ -23,8 +23,7 @@ from scissordyn.units import Quantity
 
 NAMES = tuple(sd.zoo)
 
-WRITTEN = 1e-10
-"""Numbers are declared with twelve digits."""
+WRITTEN = 1e-10  # Numbers are declared with twelve digits
 
 
 @pytest.mark.parametrize("name", NAMES)

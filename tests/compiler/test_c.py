@@ -34,8 +34,7 @@ from scissordyn.plugin.element import pointers, row_of
 from scissordyn.plugin.pointer import RECIPES
 from scissordyn.run.advance.trajectory import make_driver
 
-QUICK = tuple("-O0" if flag == "-O2" else flag for flag in FLAGS)
-"""Compilers take a fifth of the time so."""
+QUICK = tuple("-O0" if flag == "-O2" else flag for flag in FLAGS)  # Compilers take a fifth of the time so
 
 JOINT = JointContact(clearance=4e-4, journal_radius=10e-3, length=15e-3, journal=sd.STEEL, bearing=sd.STEEL)
 

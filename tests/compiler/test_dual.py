@@ -120,8 +120,7 @@ def exact_slopes(recipe: Recipe, inputs: np.ndarray, row: np.ndarray, places: li
     return slopes
 
 
-CANCELLING = ("gonthier-bristle force", "Cam force", "Cam gap")
-"""A slope that is a small difference of large numbers."""
+CANCELLING = ("gonthier-bristle force", "Cam force", "Cam gap")  # A slope that is a small difference of large numbers
 
 
 @pytest.mark.parametrize(("name", "pointer", "row"), KERNELS, ids=[name for name, _, _ in KERNELS])

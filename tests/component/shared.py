@@ -14,8 +14,7 @@ from scissordyn.cli.main import status_of
 from scissordyn.config.file import read_case
 from scissordyn.model.mechanism import Mechanism
 
-METHODS = ("dop853", "rodas5p")
-"""An explicit method and a stiff one."""
+METHODS = ("dop853", "rodas5p")  # An explicit method and a stiff one
 
 TIGHT = {"rtol": 1e-11, "atol": 1e-11}
 

@@ -16,8 +16,7 @@ from scissordyn.model.mechanism import Mechanism
 
 from .shared import METHODS, TIGHT, assert_balance
 
-A, E, B = 0.03, 0.01, 0.008
-"""Radius of the circle, its eccentricity, radius of the roller [m]."""
+A, E, B = 0.03, 0.01, 0.008  # Radius of the circle, its eccentricity, radius of the roller [m]
 
 MASS, G = 0.5, 9.81
 

@@ -21,8 +21,7 @@ from scissordyn.laws.oil import OILS
 
 plain = getattr(force, "py_func", force)
 BEARING = ("ground", "O"), ("shaft", "centre")
-SOMMERFELD = {0.2: 0.631, 0.6: 0.121, 0.8: 0.0446, 0.9: 0.0188}
-"""Raimondi and Boyd 1958, full bearing, L/D = 1."""
+SOMMERFELD = {0.2: 0.631, 0.6: 0.121, 0.8: 0.0446, 0.9: 0.0188}  # Raimondi and Boyd 1958, full bearing, L/D = 1
 
 
 def film(model: str = "finite", **given) -> Film:

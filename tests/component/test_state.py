@@ -14,8 +14,7 @@ from scissordyn.plan.plan import plan
 from scissordyn.run.advance.system import make_system
 from scissordyn.run.start.tolerance import Tolerances, error_weights
 
-TORQUE = 2.0
-"""Of the dashpot at the speed of the tests [N m]."""
+TORQUE = 2.0  # Of the dashpot at the speed of the tests [N m]
 
 
 def creep_force(angle, speed, twist, stiffness, viscosity):

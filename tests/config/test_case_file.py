@@ -270,8 +270,7 @@ def test_unreadable_files_are_refused(tmp_path: Path) -> None:
             read_case(path)
 
 
-OWN = "import scissordyn as sd\n\n\n@sd.element(slot='stiffness')\n"
-"""How a file with a law begins."""
+OWN = "import scissordyn as sd\n\n\n@sd.element(slot='stiffness')\n"  # How a file with a law begins
 
 
 def test_a_law_in_the_users_own_file(tmp_path: Path) -> None:

@@ -17,8 +17,7 @@ from scissordyn.control.delayed.pyragas import Pyragas
 from scissordyn.control.tracking.pid import PID
 from scissordyn.integrate.tableau import METHODS
 
-INERTIA = 0.45
-"""Of the bar below about its pin [kg m^2]."""
+INERTIA = 0.45  # Of the bar below about its pin [kg m^2]
 
 
 @sd.element(slot="controller", delay=1.0, recorded="speed")

@@ -20,8 +20,7 @@ from scissordyn.plugin.element import PARAMETERS
 from scissordyn.run.feed_forward import feed_forward
 
 TIGHT = {"rtol": 1e-11, "atol": 1e-11, "samples": 101}
-INERTIA = 0.45
-"""Of the bar below about its pin [kg m^2]."""
+INERTIA = 0.45  # Of the bar below about its pin [kg m^2]
 
 
 @pytest.mark.parametrize("method", ["dop853", "rodas5p"])

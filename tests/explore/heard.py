@@ -12,8 +12,7 @@ from scissordyn.explore.message import packed
 from scissordyn.explore.page import Page
 from scissordyn.explore.session import Session
 
-PATIENCE = 600.0
-"""A thread may have to compile all kernels first, on a machine that does other things [s]."""
+PATIENCE = 600.0  # A thread may have to compile all kernels first, on a machine that does other things [s]
 
 
 def until(condition: Callable[[], object]) -> None:

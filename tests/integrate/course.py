@@ -29,8 +29,7 @@ from scissordyn.integrate.integration import (
 from scissordyn.integrate.tableau import Tableau, tableau
 from scissordyn.kernel import F1, F2, I1, Handle, kernel, opener
 
-TERMS = 12
-"""Coefficients of a polynomial, constant first; the last two are sine and cosine of 40 t, to leave every polynomial."""
+TERMS = 12  # Coefficients of a polynomial, constant first; the last two are sine and cosine of 40 t, to leave every polynomial
 
 WAVES = 40.0
 

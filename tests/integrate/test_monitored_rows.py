@@ -11,8 +11,7 @@ from scipy.optimize import brentq
 from scissordyn.integrate.integration import ENDED, FIRST_WITHIN, INTEGRAL, LARGEST, LAST_ABOVE, TIME, WHEN
 from scissordyn.integrate.tableau import METHODS
 
-HUMP = np.polynomial.Polynomial((0.1, 1.3, -2.0, 2.2, -1.7))
-"""With one maximum in (0, 1)."""
+HUMP = np.polynomial.Polynomial((0.1, 1.3, -2.0, 2.2, -1.7))  # With one maximum in (0, 1)
 
 
 def coefficients(polynomial: np.polynomial.Polynomial) -> tuple[float, ...]:

@@ -12,8 +12,7 @@ from scissordyn.integrate.tableau import EXPLICIT, METHODS, tableau
 
 Tree = tuple  # of trees: the branches above its root
 
-ORDER = {"dop853": (8, 7), "dopri5": (5, 4), "rodas5p": (5, 4), "rodas4p": (4, 3)}
-"""Of the step, and of its dense output."""
+ORDER = {"dop853": (8, 7), "dopri5": (5, 4), "rodas5p": (5, 4), "rodas4p": (4, 3)}  # Of the step, and of its dense output
 
 
 @cache

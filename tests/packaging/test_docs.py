@@ -20,8 +20,7 @@ ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 GENERATED = ("api/", "theory/catalogue.md")
 PAGES = sorted(path for path in DOCS.rglob("*.md") if not str(path.relative_to(DOCS)).startswith(GENERATED))
-NUMBERED = re.compile(r"\\tag\{([A-Z]\d+)\}")
-"""The name of an equation of docs/theory."""
+NUMBERED = re.compile(r"\\tag\{([A-Z]\d+)\}")  # The name of an equation of docs/theory
 
 
 def name(path: Path) -> str:

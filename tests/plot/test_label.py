@@ -14,8 +14,7 @@ from scissordyn.run.simulate import simulate
 
 RING = Path(__file__).parents[2] / "examples" / "ring.toml"
 
-RADIUS = 4.1
-"""Of the circle about a clearance joint, with its line [pt]."""
+RADIUS = 4.1  # Of the circle about a clearance joint, with its line [pt]
 
 
 @pytest.fixture(scope="module")

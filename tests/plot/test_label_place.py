@@ -8,8 +8,7 @@ import numpy as np
 from scissordyn.plot.label_place import LETTER, LINE, REGION, asides
 from scissordyn.plot.place import ring_size
 
-RING = 5.5
-"""Radius of a drawn joint with its line [pt]."""
+RING = 5.5  # Radius of a drawn joint with its line [pt]
 
 
 def test_names_keep_off_lines_joints_and_each_other() -> None:

@@ -10,8 +10,7 @@ import scissordyn as sd
 from scissordyn.component.port import AXIS, FRAME, HINGE, LINE, POINT, TRAVEL
 from scissordyn.component.port.actuator import ACTUATOR
 
-BESIDE = 1e-12
-"""How far from a cross-section its two sides are, in lengths of the bar."""
+BESIDE = 1e-12  # How far from a cross-section its two sides are, in lengths of the bar
 
 
 def rotated(vector: Any, angle: Any) -> np.ndarray:

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-Plane = np.ndarray
-"""Two components."""
+Plane = np.ndarray  # Two components
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,7 @@ import numpy as np
 
 from reference.marching import ClearanceJoint, Load, Relative
 
-TimeFunction = Callable[[float], tuple[float, float, float]]
-"""Angle [rad], angular velocity and angular acceleration at a time."""
+TimeFunction = Callable[[float], tuple[float, float, float]]  # Angle [rad], angular velocity and angular acceleration at a time
 
 
 def constant_speed(angle: float, speed: float) -> TimeFunction:

@@ -13,8 +13,7 @@ from scipy.optimize import minimize_scalar
 
 from reference.laws import Elastic, LuGre
 
-FLOOR = 1e-6
-"""Least approach speed that a damping law is given [m/s], docs/theory (C4)."""
+FLOOR = 1e-6  # Least approach speed that a damping law is given [m/s], docs/theory (C4)
 
 
 @dataclass(frozen=True)

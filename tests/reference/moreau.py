@@ -33,8 +33,7 @@ class SliderCrank(NamedTuple):
 
 
 ALONG = (-1.0, 1.0, -1.0, 1.0)
-ACROSS = (1.0, 1.0, -1.0, -1.0)
-"""The corners: rear and front at the upper surface, rear and front at the lower one."""
+ACROSS = (1.0, 1.0, -1.0, -1.0)  # The corners: rear and front at the upper surface, rear and front at the lower one
 
 
 @njit

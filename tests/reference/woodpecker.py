@@ -105,8 +105,7 @@ def _motion(_: float, state: np.ndarray) -> np.ndarray:
     return np.concatenate([state[4:], np.linalg.solve(mass, force)])
 
 
-EDGE = 0.1e-3
-"""Rounding of the sleeve's edges [m]."""
+EDGE = 0.1e-3  # Rounding of the sleeve's edges [m]
 
 
 def _distances(_: float, state: np.ndarray) -> float:

@@ -13,8 +13,7 @@ EXAMPLES = {path.stem: path for path in sorted((Path(__file__).parents[2] / "exa
 
 NAMES = [*(f"example {name}" for name in EXAMPLES), *(f"zoo {name}" for name in sd.zoo)]
 
-ALLOWED = 1e-3
-"""Part of the largest speed by which the change over a sample may miss the accelerations at both of its ends."""
+ALLOWED = 1e-3  # Part of the largest speed by which the change over a sample may miss the accelerations at both of its ends
 
 
 def largest_jump(run, instants: np.ndarray) -> float:

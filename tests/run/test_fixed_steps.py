@@ -15,8 +15,7 @@ from reference.laws import flores, liu
 from reference.marching import ClearanceJoint, march_in_steps
 from scissordyn.errors import InputError
 
-EXACT = 0.0013651259130
-"""Start of the first contact [s], from the theory's reference events."""
+EXACT = 0.0013651259130  # Start of the first contact [s], from the theory's reference events
 
 JOINT = sd.Clearance(5e-4)
 ARM = sd.scissor(units=2).driven(speed=sd.rpm(150))

@@ -17,15 +17,11 @@ from scissordyn.config.file import read_case
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
 
-SHORT = 0.1
-"""Part of the run of an example that is computed in every test run."""
-
-FARTHEST = 2.0
-"""Largest place of a journal in its bearing, in clearances: with more the run has failed."""
+SHORT = 0.1  # Part of the run of an example that is computed in every test run
+FARTHEST = 2.0  # Largest place of a journal in its bearing, in clearances: with more the run has failed
 
 
-PIECE = 0.02
-"""The same for contacts of both kinds, whose vibrations are resolved."""
+PIECE = 0.02  # The same for contacts of both kinds, whose vibrations are resolved
 
 
 def hard(path: Path) -> Case:

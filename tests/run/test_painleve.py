@@ -13,8 +13,7 @@ from scissordyn.model.mechanism import Mechanism
 HALF, MASS, RADIUS = 0.5, 1.0, 0.02
 """Half the length of a uniform rod [m], its mass [kg], and the radius of the journal at its tip [m]."""
 
-CLEARANCE, DEPTH = 0.01, 1e-7
-"""Of the bearing, at whose bottom the journal slides, and the indentation at the start [m]."""
+CLEARANCE, DEPTH = 0.01, 1e-7  # Of the bearing, at whose bottom the journal slides, and the indentation at the start [m]
 
 
 def sliding(angle: float, friction: float, speed: float) -> Mechanism:

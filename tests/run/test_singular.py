@@ -20,8 +20,7 @@ from scissordyn.plan.plan import plan
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
 
-LOCATED = 1e-6
-"""Asked of the place of a singular position, as a fraction of the stroke."""
+LOCATED = 1e-6  # Asked of the place of a singular position, as a fraction of the stroke
 
 
 def stroke(mechanism: sd.Mechanism, until: float) -> Stroke:

@@ -31,8 +31,7 @@ WITHOUT_STROKE = (
     "woodpecker",
 )
 
-POINTS = {"jansen": 161, "klann": 161}
-"""Where a leg's step takes a small part of a turn."""
+POINTS = {"jansen": 161, "klann": 161}  # Where a leg's step takes a small part of a turn
 
 
 LOADED = {

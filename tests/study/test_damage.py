@@ -33,8 +33,7 @@ from study.test_study import arm, rows
 
 CASES, BLOCK = 8, 2
 
-FLIPS, ALL_FLIPS = 60, 2000
-"""Bits of a file that are flipped, one at a time."""
+FLIPS, ALL_FLIPS = 60, 2000  # Bits of a file that are flipped, one at a time
 
 
 def study() -> Study:

@@ -18,8 +18,7 @@ import scissordyn as sd
 from scissordyn.run.advance.interrupt import look, stopped_by
 from scissordyn.run.engine import EngineError, Outcome, error_text, outcomes, workers_of
 
-LONG = 2000.0
-"""Simulated time that takes minutes [s]."""
+LONG = 2000.0  # Simulated time that takes minutes [s]
 
 
 def divided(task: object) -> float:

@@ -14,12 +14,9 @@ from scissordyn.run.simulate import simulate
 
 PIN = Clearance(5e-4)
 START, SPEED = math.pi / 6.0, math.radians(60.0)  # 10 rpm: the joints move apart under their loads, not by inertia
-ROAD = 1e-11
-"""Tolerance of both roads."""
-CLOSE = 1e-7
-"""Errors of 1e-11 in a step, over some hundred steps and one contact, which magnifies them up to 300 times."""
-CLOSE_PEAK_TIME = 1e-5
-"""A force is flat at its peak: round-off of 1e-12 of it shifts the peak by 1e-6 of the contact's length."""
+ROAD = 1e-11  # Tolerance of both roads
+CLOSE = 1e-7  # Errors of 1e-11 in a step, over some hundred steps and one contact, which magnifies them up to 300 times
+CLOSE_PEAK_TIME = 1e-5  # A force is flat at its peak: round-off of 1e-12 of it shifts the peak by 1e-6 of the contact's length
 
 
 def places(units: int) -> list[tuple[str, ...]]:

@@ -9,8 +9,7 @@ from validation.case import Case, Code, Model, installed, scan
 from validation.catalogue import CASES
 from validation.page import codes_table, models_table
 
-COMPILED = ("numbalsoda",), ("squeezer",)
-"""Packages and cases whose models take half a minute to compile."""
+COMPILED = ("numbalsoda",), ("squeezer",)  # Packages and cases whose models take half a minute to compile
 
 MODELS = [
     pytest.param(

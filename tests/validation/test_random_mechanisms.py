@@ -33,8 +33,7 @@ CLOSED = 1e-12
 """Joints stay closed to some hundred roundings of coordinates of about 1 m; 3e-13 was the worst of a thousand runs."""
 ROUNDING = 1e-10
 """Of the energy: positions round by 1e-16 m, so a force of 1e4 N errs by 1e-12 J in each of some hundred steps in contact."""
-ROUND_OFF = 1e-13
-"""Linear momentum is a linear invariant, which every one-step method keeps; what is left is rounding."""
+ROUND_OFF = 1e-13  # Linear momentum is a linear invariant, which every one-step method keeps; what is left is rounding
 
 
 def run(mechanism: Mechanism, tolerance: float, *, until: float = 0.1):

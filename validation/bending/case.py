@@ -27,8 +27,7 @@ ELASTICA = {
 }
 """P L^2/EI to the angle at the tip, its way along the bar and across it, over L."""
 
-MODES = 24
-"""Of a bar as one part against a wall."""
+MODES = 24  # Of a bar as one part against a wall
 
 BETA = 1.87510406871196, 4.69409113297417, 7.85475743823761
 FLAPPING = {1.0: (3.681647, 22.181011, 61.841763), 2.0: (4.137320, 22.614922, 62.273184)}

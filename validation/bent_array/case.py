@@ -8,14 +8,12 @@ from validation.case import Case, Check, run
 __all__ = ["CASE"]
 
 NAME = "bent_array"
-BARS = {"tube": (42743.0, 7.5e7, 3.4e-3), "solid bar": (2252.0, 7.6e7, 6e-3)}
-"""EI [N m^2], EA [N], end [s]."""
+BARS = {"tube": (42743.0, 7.5e7, 3.4e-3), "solid bar": (2252.0, 7.6e7, 6e-3)}  # EI [N m^2], EA [N], end [s]
 
 ELEMENTS, FINER, MODES = 16, 32, 24
 """Of our chains; of the second formulation beside our modes, which both are converged then; and these."""
 
-ONE_UNIT = "tube", 3.0e-3
-"""The bar of one unit, and the end [s]."""
+ONE_UNIT = "tube", 3.0e-3  # The bar of one unit, and the end [s]
 
 
 def checks() -> list[Check]:

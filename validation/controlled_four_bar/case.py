@@ -13,13 +13,11 @@ from validation.controlled_four_bar.steering import torque
 __all__ = ["CASE"]
 
 NAME = "controlled_four_bar"
-AMPLITUDE, FREQUENCY = 6.0, 0.75 * math.pi
-"""The reference motion of the crank [rad], [rad/s]."""
+AMPLITUDE, FREQUENCY = 6.0, 0.75 * math.pi  # The reference motion of the crank [rad], [rad/s]
 
 JOINTS = ("crank pin", "rocker pin", "rocker bearing")
 
-LATE = 2
-"""The first instant at which the journals of all joints have settled in contact."""
+LATE = 2  # The first instant at which the journals of all joints have settled in contact
 
 
 def _torque(time: float, angle: float, speed: float) -> float:

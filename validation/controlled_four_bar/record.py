@@ -4,8 +4,7 @@ import numpy as np
 
 __all__ = ["ANGLES", "ECCENTRICITIES", "SPEEDS", "TIMES", "TORQUES"]
 
-TIMES = np.linspace(0.0, 1.0, 21)
-"""[s]."""
+TIMES = np.linspace(0.0, 1.0, 21)  # [s]
 
 _ROWS = np.array(
     [
@@ -69,14 +68,7 @@ _ROWS = np.array(
     ]
 )
 
-ANGLES = _ROWS[:, :3]
-"""Angles of crank, coupler and rocker [rad]."""
-
-SPEEDS = _ROWS[:, 3]
-"""Angular velocity of the crank [rad/s]."""
-
-TORQUES = _ROWS[:, 4]
-"""Torque on the crank [N m]."""
-
-ECCENTRICITIES = _ROWS[:, 5:]
-"""Places of the three journals in their bearings, x and y [mm]."""
+ANGLES = _ROWS[:, :3]  # Angles of crank, coupler and rocker [rad]
+SPEEDS = _ROWS[:, 3]  # Angular velocity of the crank [rad/s]
+TORQUES = _ROWS[:, 4]  # Torque on the crank [N m]
+ECCENTRICITIES = _ROWS[:, 5:]  # Places of the three journals in their bearings, x and y [mm]

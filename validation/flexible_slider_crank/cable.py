@@ -21,13 +21,11 @@ __all__ = ["CLEARANCE", "TIMES", "UNTIL", "Settings", "orbit", "vibration"]
 CRANK, ROD, ROD_MASS, SLIDER_MASS, SPEED = 0.05, 0.3, 0.0942, 0.5, 10.0 * math.pi
 BENDING, AXIAL = 11.2, 8.4e6
 CLEARANCE, JOURNAL, STIFFNESS, RESTITUTION = 5e-4, 9.5e-3, 5e6, 0.9
-LOSS = 0.75 * (1.0 - RESTITUTION**2)
-"""Of Lankarani and Nikravesh: F = K delta (1 + loss delta'/approach)."""
+LOSS = 0.75 * (1.0 - RESTITUTION**2)  # Of Lankarani and Nikravesh: F = K delta (1 + loss delta'/approach)
 
 UNTIL = 0.015
 TIMES = np.linspace(0.0, UNTIL, 1501)
-KEPT = 1e10
-"""Mass and inertia of the crank [kg, kg m^2]: it keeps its place and its speed."""
+KEPT = 1e10  # Mass and inertia of the crank [kg, kg m^2]: it keeps its place and its speed
 
 
 @dataclass(frozen=True)

@@ -19,8 +19,7 @@ __all__ = ["CASE", "GOAL", "error"]
 
 NAME = "flexible_slider_crank"
 GOAL = 1e-3
-FINE = 32
-"""Elements of the reference and of Exudyn's model where it is checked alone."""
+FINE = 32  # Elements of the reference and of Exudyn's model where it is checked alone
 
 PIN = "slider pin"
 

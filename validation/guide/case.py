@@ -18,11 +18,8 @@ __all__ = ["CASE", "agreeing", "published"]
 
 NAME = "guide"
 MODEL = SliderCrank()
-BEGIN, END = 2.69e-3, 2.6926e-3
-"""Free flight until shortly before the first contact; end of the cluster of impacts [s]."""
-
-WITHIN = 0.02
-"""Revolutions that differ by more than this are said to differ."""
+BEGIN, END = 2.69e-3, 2.6926e-3  # Free flight until shortly before the first contact; end of the cluster of impacts [s]
+WITHIN = 0.02  # Revolutions that differ by more than this are said to differ
 
 
 def compliant(stiffness: float, until: float, tolerance: float) -> list[Impact]:

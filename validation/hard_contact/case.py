@@ -16,11 +16,8 @@ __all__ = ["CASE"]
 
 NAME = "hard_contact"
 GRAVITY = 9.81
-FIRST = math.sqrt(2.0 / GRAVITY)
-"""Time of fall [s]."""
-
-HALF, SIDE, GAP = 0.05, 0.1, 0.02
-"""Of the block, and the gap on either side of it in its channel [m]."""
+FIRST = math.sqrt(2.0 / GRAVITY)  # Time of fall [s]
+HALF, SIDE, GAP = 0.05, 0.1, 0.02  # Of the block, and the gap on either side of it in its channel [m]
 
 SLIDING, FRICTION = 0.5, 0.2
 

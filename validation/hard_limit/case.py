@@ -16,15 +16,13 @@ from validation.case import Case, Check, case_file, mechanism
 __all__ = ["CASE"]
 
 NAME = "hard_limit"
-FACTORS = (1, 10, 100)
-"""Of the stiffness."""
+FACTORS = (1, 10, 100)  # Of the stiffness
 
 TOLERANCE, STEP = 1e-6, 1e-4
 NEIGHBOURS = np.array([0.0, 1e-9, -1e-9, 2e-9, -2e-9])
 """Relative changes of the clearances of the compliant runs: single ones differ by chaos, their means hardly."""
 
-OF_ALL = 0.01
-"""Part of all losses by which those of a joint, or of restitution, may differ."""
+OF_ALL = 0.01  # Part of all losses by which those of a joint, or of restitution, may differ
 
 
 def stiffer(joint: Clearance, factor: float, other: float) -> Clearance:

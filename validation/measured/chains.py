@@ -31,8 +31,7 @@ FREE = {
 }
 """Masses and the last mass centre stay as the authors have them: a free oscillation does not determine them all."""
 
-LEAST = 1e-5
-"""Damping that the search starts from, at least [N m s/rad]."""
+LEAST = 1e-5  # Damping that the search starts from, at least [N m s/rad]
 
 
 @dataclass(frozen=True)

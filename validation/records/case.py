@@ -26,8 +26,7 @@ STEPS = {"slider-crank": (1e-4, 2000), "woodpecker": (2e-5, 14_999), "four-bar":
 
 JOINTS = ["crank pin", "rocker pin", "rocker bearing"]
 
-SETTLED = 2
-"""The first of the 21 instants at which all journals have settled in contact."""
+SETTLED = 2  # The first of the 21 instants at which all journals have settled in contact
 
 
 def by_its_scheme(name: str, count: int | None = None) -> np.ndarray:

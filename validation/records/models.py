@@ -15,8 +15,7 @@ from validation.case import mechanism
 
 __all__ = ["four_bar", "slider_crank", "woodpecker_of_small_angles"]
 
-SHARP = 1e-9
-"""Radius of the corners [m]."""
+SHARP = 1e-9  # Radius of the corners [m]
 
 RIGID = Linear(1e15)
 """Stiffness of surfaces that do not yield, as those of the records; edges this sharp would, by more than a scaled gap."""

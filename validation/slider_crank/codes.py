@@ -28,14 +28,9 @@ from validation.slider_crank.equations import (
 
 __all__ = ["Found", "numbalsodas", "scipys"]
 
-Found = tuple[float, np.ndarray]
-"""Seconds, and eccentricities (samples, 2)."""
-
-AHEAD = 20
-"""Samples that numbalsoda computes at a time: the fastest of 4, 10, 20, 40 and 200."""
-
-ROUND_OFF = 1e-12
-"""Gap, in clearances, at which a contact begins or ends."""
+Found = tuple[float, np.ndarray]  # Seconds, and eccentricities (samples, 2)
+AHEAD = 20  # Samples that numbalsoda computes at a time: the fastest of 4, 10, 20, 40 and 200
+ROUND_OFF = 1e-12  # Gap, in clearances, at which a contact begins or ends
 
 
 def orbit(states: np.ndarray) -> np.ndarray:

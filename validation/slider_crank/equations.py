@@ -33,8 +33,7 @@ __all__ = [
 
 CRANK, ROD, ROD_MASS, ROD_INERTIA, SLIDER_MASS = 0.05, 0.12, 0.21, 2.5e-4, 0.14
 SPEED, CLEARANCE, JOURNAL, RESTITUTION = 5000.0 * math.pi / 30.0, 0.5e-3, 9.5e-3, 0.9
-UNTIL, SAMPLES = 0.012, 2001
-"""One revolution [s]."""
+UNTIL, SAMPLES = 0.012, 2001  # One revolution [s]
 
 STIFFNESS = float(sd.Hertz().parameters(sd.Clearance(CLEARANCE, journal_radius=JOURNAL).surfaces)[0])
 LOSS = 0.75 * (1.0 - RESTITUTION**2)

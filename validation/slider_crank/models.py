@@ -36,8 +36,7 @@ from validation.slider_crank.exudyn_pin import Settings, contact_free, exudyns
 
 __all__ = ["free_orbit", "models", "second_formulation", "until_second_contact"]
 
-SECOND_CONTACT = 0.63e-3
-"""Just before it [s]."""
+SECOND_CONTACT = 0.63e-3  # Just before it [s]
 
 
 def free_orbit() -> np.ndarray:

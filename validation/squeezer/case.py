@@ -22,8 +22,7 @@ SAMPLES = 101
 NAMES = ("beta", "Theta", "gamma", "Phi", "delta", "Omega", "epsilon")
 
 
-compiled = njit(rate)
-"""The second formulation's right-hand side, for scipy; compiled at the first call."""
+compiled = njit(rate)  # The second formulation's right-hand side, for scipy; compiled at the first call
 
 
 @functools.cache

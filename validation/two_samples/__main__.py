@@ -21,8 +21,7 @@ from validation.case import HERE
 from validation.two_samples.tests import energy_test
 
 STUDY = HERE.parent / "examples" / "studies" / "solar_array_screened.toml"
-PAIRS, POINTS = 128, 256
-"""Points with compliant runs too, and all points: those with hard contact alone are the other sample."""
+PAIRS, POINTS = 128, 256  # Points with compliant runs too, and all points: those with hard contact alone are the other sample
 
 NUMBERS = {
     "deviation of the tip [mm]": ("tip.peak_track_deviation [m]", 1e3),

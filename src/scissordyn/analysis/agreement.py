@@ -14,11 +14,8 @@ from scissordyn.file.export import TimeColumn, time_columns
 FORCES = ("normal_force", "indentation", "friction_force")
 """Quantities that are zero but for events: an event is a rise above a small part of the largest value."""
 
-SMALL = 0.05
-"""That part."""
-
-LEAST = 3
-"""Instants that a comparison needs."""
+SMALL = 0.05  # That part
+LEAST = 3  # Instants that a comparison needs
 
 
 def agreement(run: xr.Dataset, record: Measured) -> xr.Dataset:

@@ -14,8 +14,7 @@ from scissordyn.errors import InputError
 from scissordyn.run.answer.joint_force import some_clearance_joints
 from scissordyn.run.configuration import ATTRIBUTE, number_attribute, read_configuration
 
-MAPS = ("strobe", "cycle")
-"""Dimensions of stroboscopic maps: of `stroboscopic`, and of long periodic runs."""
+MAPS = ("strobe", "cycle")  # Dimensions of stroboscopic maps: of `stroboscopic`, and of long periodic runs
 
 
 def classify(

@@ -14,11 +14,8 @@ from scissordyn.component.place import GROUND
 from scissordyn.run.answer.joint_force import largest_force, some_clearance_joints
 from scissordyn.run.configuration import ATTRIBUTE, read_configuration
 
-QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
-"""Quantiles of forces and impulses."""
-
-CENTRAL_PART = 0.95
-"""Fraction of the contact time inside the smaller of the two contact arcs."""
+QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)  # Quantiles of forces and impulses
+CENTRAL_PART = 0.95  # Fraction of the contact time inside the smaller of the two contact arcs
 
 
 def contact_spans(run: xr.Dataset, joint: str) -> np.ndarray:

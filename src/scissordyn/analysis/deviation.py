@@ -12,8 +12,7 @@ from scissordyn.errors import InputError
 from scissordyn.run.advance.instants import time_mean
 from scissordyn.run.configuration import ATTRIBUTE, read_configuration
 
-PART = re.compile(r"unit (\d+)/(bar \d+)")
-"""Names of the bars of an array."""
+PART = re.compile(r"unit (\d+)/(bar \d+)")  # Names of the bars of an array
 
 
 def deviation(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0, until: float | None = None) -> xr.Dataset:

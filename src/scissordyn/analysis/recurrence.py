@@ -12,11 +12,8 @@ from scipy.spatial.distance import cdist
 from scissordyn.analysis.variable import as_table, described
 from scissordyn.errors import InputError
 
-MOST_SAMPLES = 5000
-"""Largest number of samples; the recurrence matrix has its square of entries."""
-
-NEAR = 0.2
-"""Threshold as a fraction of the standard deviation, unless one is given."""
+MOST_SAMPLES = 5000  # Largest number of samples; the recurrence matrix has its square of entries
+NEAR = 0.2  # Threshold as a fraction of the standard deviation, unless one is given
 
 
 def recurrence(

@@ -15,11 +15,8 @@ from scissordyn.errors import InputError, did_you_mean
 Direction = Literal["both", "rising", "falling"]
 SIGNS: dict[str, tuple[int, ...]] = {"both": (-1, 1), "rising": (1,), "falling": (-1,)}
 
-POLISHING = 3
-"""Newton steps on each root; the companion matrix gives at least half the digits, and each step doubles them."""
-
-TWICE = 1e-7
-"""Roots nearer than this fraction of an interval are one: the same root in the intervals on both sides of a sample."""
+POLISHING = 3  # Newton steps on each root; the companion matrix gives at least half the digits, and each step doubles them
+TWICE = 1e-7  # Roots nearer than this fraction of an interval are one: the same root in the intervals on both sides of a sample
 
 
 def section(

@@ -12,8 +12,7 @@ from scipy import signal
 from scissordyn.analysis.variable import described, series
 from scissordyn.errors import InputError
 
-BROADBAND = 10.0
-"""A frequency dominates if its power density is this many times the median."""
+BROADBAND = 10.0  # A frequency dominates if its power density is this many times the median
 
 
 def spectrum(

@@ -11,8 +11,7 @@ from scissordyn.analysis.hermite import interpolate
 from scissordyn.analysis.variable import described
 from scissordyn.errors import InputError
 
-ON_THE_GRID = 1e-9
-"""A sample within this fraction of the period of an instant of the map is used as it is."""
+ON_THE_GRID = 1e-9  # A sample within this fraction of the period of an instant of the map is used as it is
 
 
 def stroboscopic(run: xr.Dataset, *, period: float, phase: float = 0.0, skip: int = 0) -> xr.Dataset:

@@ -17,14 +17,12 @@ from scissordyn.errors import InputError
 
 Kind = Literal["continuous contact", "periodic", "quasi-periodic", "irregular", "transient only"]
 
-ENOUGH = 200
-"""Smallest number of samples for the 0-1 test, whose displacements extend over a tenth of them only."""
+ENOUGH = 200  # Smallest number of samples for the 0-1 test, whose displacements extend over a tenth of them only
 
 REGULAR, CHAOTIC = 0.2, 0.8
 """K of the 0-1 test below which the motion is regular and above which it is irregular. Between, a longer run is needed."""
 
-REPEATS = 4
-"""Smallest number of repetitions of a period."""
+REPEATS = 4  # Smallest number of repetitions of a period
 
 SETTLING = 4.0
 """The spread of a settled motion does not change by this factor from the first to the last quarter of the samples."""

@@ -10,11 +10,8 @@ from scipy import fft
 from scissordyn.analysis.variable import described, series
 from scissordyn.errors import InputError, whole_number
 
-LAGS = 0.1
-"""Lags go up to this fraction of the samples (Gottwald and Melbourne 2009, section 3)."""
-
-CONSTANT = 1e-12
-"""Values that vary by less than this fraction of their size are constant up to round-off."""
+LAGS = 0.1  # Lags go up to this fraction of the samples (Gottwald and Melbourne 2009, section 3)
+CONSTANT = 1e-12  # Values that vary by less than this fraction of their size are constant up to round-off
 
 
 UNDECIDED = "the values vary by no more than their errors, which would look like chaos"

@@ -19,18 +19,14 @@ DOI = re.compile(r"10\.\d{4,9}/(?!\.)[^\s}\"'`;,|<>\]]+")
 NAMED = re.compile(r"\b(?P<name>[^\W\d_a-z][\w'’-]+(?: (?:de|van|von|da) \w+)?).*?\b(?P<year>1[6-9]\d\d|20\d\d)\b")
 """A source that names its first author and its year."""
 
-BIBTEX = {"software": "misc", "patent": "misc"}
-"""Kinds that BibTeX does not have."""
+BIBTEX = {"software": "misc", "patent": "misc"}  # Kinds that BibTeX does not have
 
 PLACES = ("journal", "booktitle", "publisher", "school", "institution")
 
 UMLAUTS = str.maketrans({umlaut: f"{plain}e" for umlaut, plain in zip("äöü", "aou", strict=True)})
 
-SIGNIFICANT = 9
-"""Letters of a family name that are compared: what follows is a particle or another author."""
-
-ENOUGH = 2
-"""Places at which a DOI was found, at least, for it to count as verified."""
+SIGNIFICANT = 9  # Letters of a family name that are compared: what follows is a particle or another author
+ENOUGH = 2  # Places at which a DOI was found, at least, for it to count as verified
 
 
 @dataclass(frozen=True)

@@ -51,11 +51,8 @@ TRIED = 0.3  # Time that is spent on the beginning of a run [s]
 LONG = 20.0  # Time from which a run is long enough to say so [s]
 SAMPLES = 501  # Instants of the motion with ideal joints at which torques are compared with limits
 
-TURNS = 2
-"""Of a drive, of which forces without inertia are looked at."""
-
-ROUND_OFF = 1e-9
-"""Forces without inertia below this part of the largest reaction are round-off: nothing is loaded."""
+TURNS = 2  # Of a drive, of which forces without inertia are looked at
+ROUND_OFF = 1e-9  # Forces without inertia below this part of the largest reaction are round-off: nothing is loaded
 
 UNMOVED = 1e-6
 """Assembly is said to move nothing if it moves bodies by less than this fraction of the mechanism's size, or angle [rad]."""

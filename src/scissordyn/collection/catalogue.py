@@ -11,8 +11,7 @@ from pathlib import Path
 from scissordyn.collection.entry import DECLARATION, Entry, read_entry
 from scissordyn.errors import InputError, did_you_mean
 
-GROUP = "scissordyn.zoo"
-"""The group of entry points by which other packages name folders of theirs."""
+GROUP = "scissordyn.zoo"  # The group of entry points by which other packages name folders of theirs
 
 HERE = Path(__file__).parent / "entries"
 

@@ -24,8 +24,7 @@ from scissordyn.run.simulate import simulate
 if TYPE_CHECKING:
     import xarray as xr
 
-DECLARATION, CASE = "zoo.toml", "case.toml"
-"""Files of an entry's folder."""
+DECLARATION, CASE = "zoo.toml", "case.toml"  # Files of an entry's folder
 
 Kind = Literal["benchmark", "clearance joints", "linkage", "scissor structure", "deployable", "machine", "toy"]
 

@@ -18,11 +18,8 @@ from scissordyn.units import Quantity
 if TYPE_CHECKING:
     import xarray as xr
 
-Origin = Literal["closed form", "published", "second formulation", "this program"]
-"""Who says how large a number is."""
-
-BETWEEN = 1e-6
-"""Samples are at an instant if they are no farther from it than this fraction of their distance."""
+Origin = Literal["closed form", "published", "second formulation", "this program"]  # Who says how large a number is
+BETWEEN = 1e-6  # Samples are at an instant if they are no farther from it than this fraction of their distance
 
 
 @dataclass(frozen=True)

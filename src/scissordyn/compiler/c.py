@@ -18,8 +18,7 @@ COMPILERS = ("cc", "gcc", "clang")
 FLAGS = ("-std=gnu11", "-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno")
 """Products and sums are not contracted: numbers are the same with every compiler and processor."""
 
-LIMIT = 600
-"""Longest time that a compiler may take [s]."""
+LIMIT = 600  # Longest time that a compiler may take [s]
 
 
 def compiler_command(target: str = "") -> list[str]:

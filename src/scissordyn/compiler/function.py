@@ -27,8 +27,7 @@ from scissordyn.compiler.kind import (
 if TYPE_CHECKING:
     from scissordyn.compiler.unit import Unit
 
-MOST_PASSES = 8
-"""Passes over a function after which the types of its variables must have settled."""
+MOST_PASSES = 8  # Passes over a function after which the types of its variables must have settled
 
 
 class Body:

@@ -44,8 +44,7 @@ VOID = Scalar("void", "v", -1)
 BOOL = Scalar("int", "b", 0)
 INT = Scalar("int64_t", "i", 1)
 FLOAT = Scalar("double", "f", 2)
-DUAL = Scalar("dual", "d", 3)
-"""A value and its derivatives, see dual.c."""
+DUAL = Scalar("dual", "d", 3)  # A value and its derivatives, see dual.c
 
 
 @dataclass(frozen=True)

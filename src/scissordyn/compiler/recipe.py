@@ -14,8 +14,7 @@ from typing import Any, NamedTuple
 
 SIGNATURE = "double *q, double *v, double *z, double *x, double *p, double *out"
 
-ANSWER = "answer"
-"""Among the places of a kernel's results: the number that the call itself returns."""
+ANSWER = "answer"  # Among the places of a kernel's results: the number that the call itself returns
 
 
 class Recipe(NamedTuple):

@@ -23,11 +23,8 @@ TURN = 2.0 * math.pi
 
 FIRST = 4
 
-NODES, DENSE = 720, 5760
-"""Nodes of the pitch curve in the kernels' table, and points of the profile from which they are made."""
-
-DEEP = 0.01
-"""Of the radius: how far a follower may start within the profile."""
+NODES, DENSE = 720, 5760  # Nodes of the pitch curve in the kernels' table, and points of the profile from which they are made
+DEEP = 0.01  # Of the radius: how far a follower may start within the profile
 
 
 @kernel

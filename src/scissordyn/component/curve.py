@@ -12,8 +12,7 @@ from scissordyn.errors import InputError
 from scissordyn.kernel import kernel
 from scissordyn.units import Meaning, Pairs
 
-KNOT = 4
-"""Numbers of a knot: place, value, slope, integral from the first one."""
+KNOT = 4  # Numbers of a knot: place, value, slope, integral from the first one
 
 ACTS = ("both", "forward", "backward")
 

@@ -17,8 +17,7 @@ from scissordyn.plugin.pointer import Kernel as Kernel
 from scissordyn.plugin.pointer import arguments_of, check_names
 from scissordyn.units import State, check_quantities, documented, quantities
 
-PARAMETERS = 64
-"""Most parameters of a component, the numbers of its table included."""
+PARAMETERS = 64  # Most parameters of a component, the numbers of its table included
 
 CONTEXT = ("time", "factor", "mode", "approach_speed", "factor_rate", "differences", "reaction")
 """What a kernel may ask for beside coordinates, rates and states: the time [s], the component's time function, the mode of its
@@ -42,8 +41,7 @@ MEANINGS: Mapping[str, str] = {
 }
 """What fields mean that several components have, unless an annotation says more."""
 
-SUPPLY = ("supply",)
-"""What follows them where a component is supplied: the power [W] that its time function gives it."""
+SUPPLY = ("supply",)  # What follows them where a component is supplied: the power [W] that its time function gives it
 
 
 @dataclass(frozen=True)

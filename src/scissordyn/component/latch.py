@@ -11,8 +11,7 @@ from scissordyn.component.port import HINGE
 from scissordyn.errors import InputError
 from scissordyn.units import Quantity
 
-AT_ANGLE = 1e-6
-"""A latch nearer than this [rad] to its angle at the start would be locked before it moves."""
+AT_ANGLE = 1e-6  # A latch nearer than this [rad] to its angle at the start would be locked before it moves
 
 
 def gap(angle, speed, mode, stop, side):

@@ -17,8 +17,7 @@ from scissordyn.laws.friction.coefficients import Kinetic, Viscous
 from scissordyn.laws.friction.stribeck import sliding_coefficient
 from scissordyn.units import Meaning, Quantity, State
 
-BRISTLES = (State("bristles", "1", scale=0.1),)
-"""sigma_0 z, the part of the friction coefficient that bent bristles exert."""
+BRISTLES = (State("bristles", "1", scale=0.1),)  # sigma_0 z, the part of the friction coefficient that bent bristles exert
 
 
 @kernel

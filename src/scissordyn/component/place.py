@@ -6,11 +6,8 @@ from typing import Annotated
 
 from scissordyn.units import Meaning
 
-GROUND = "ground"
-"""Name under which joints and components refer to the fixed frame."""
-
-Point = tuple[float, float]
-"""Coordinates in a body's frame, or in the fixed frame [m]."""
+GROUND = "ground"  # Name under which joints and components refer to the fixed frame
+Point = tuple[float, float]  # Coordinates in a body's frame, or in the fixed frame [m]
 
 BodyPoint = tuple[str, str]
 """A body's name and the name of one of its points; the body may be "ground". Where one is given, "BODY.POINT" is the same."""

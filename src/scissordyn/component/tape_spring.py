@@ -14,8 +14,7 @@ from scissordyn.errors import InputError
 from scissordyn.kernel import kernel
 from scissordyn.units import Pairs, Quantity
 
-FIRST = 4
-"""Where the tables begin among the parameters."""
+FIRST = 4  # Where the tables begin among the parameters
 
 
 @kernel

@@ -43,5 +43,4 @@ def _all_bars(given: Any, context: Context) -> Any:
     return BendingTable.read({"bars": "all", **mass, **given}, context)
 
 
-ALL_BARS = _all_bars
-"""For a key of [structure] whose value is a table of all bars."""
+ALL_BARS = _all_bars  # For a key of [structure] whose value is a table of all bars

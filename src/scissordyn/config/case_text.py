@@ -55,16 +55,12 @@ CONTROL = re.compile(r"[\x00-\x1f\x7f]")
 
 SURROGATE = "[\ud800-\udfff]"
 
-NO_CODE = Code()
-"""For tables in which no class of the user's can be."""
-
-UNTIL = 0.05
-"""End of the simulated time where none is given [s], as in the files that ``scissordyn new`` prints."""
+NO_CODE = Code()  # For tables in which no class of the user's can be
+UNTIL = 0.05  # End of the simulated time where none is given [s], as in the files that ``scissordyn new`` prints
 
 BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
-Entries = dict[str, str]
-"""Keys of a table and their values as TOML."""
+Entries = dict[str, str]  # Keys of a table and their values as TOML
 
 
 def case_text(described: Mechanism | Case, run: Options | None = None, *, folder: Path | None = None) -> str:

@@ -15,8 +15,7 @@ from scissordyn.plugin.element import SLOTS, Element, element_class
 from scissordyn.plugin.origin import origin_of
 from scissordyn.plugin.user_file import file_digest, split_reference
 
-CLASS = "class"
-"""What the name of a class begins with that is in no file: "class Rubber"."""
+CLASS = "class"  # What the name of a class begins with that is in no file: "class Rubber"
 
 
 class Code:

@@ -35,11 +35,8 @@ REASONS = (
 )
 """What Python says of TOML in other words."""
 
-OF_CASES = frozenset(("structure", "body", "joint", "run"))
-"""Tables of which each case file has one."""
-
-DEEPEST = 32
-"""Tables and lists inside each other; a case has six."""
+OF_CASES = frozenset(("structure", "body", "joint", "run"))  # Tables of which each case file has one
+DEEPEST = 32  # Tables and lists inside each other; a case has six
 
 
 def read_case(path: str | os.PathLike[str], changes: Iterable[str] = ()) -> Case:

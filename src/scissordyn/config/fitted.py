@@ -28,32 +28,15 @@ from scissordyn.run.feed_forward import feed_forward
 from scissordyn.run.start.reaction import ideal_reactions
 from scissordyn.units import Quantity
 
-Given = Mapping[str, Any]
-"""Values of the keys of a table."""
-
-Changes = Callable[[str, Given], Given]
-"""From the name of a section and its values to what the user has asked for."""
-
-DURATION = 2.0
-"""Of the move from rest to rest, unless another is asked for [s]."""
-
-HELD = 1.1
-"""The run lasts longer than the move by this factor, so that what settles is seen."""
-
-OSCILLATIONS, DAMPING = 6.0, 0.7
-"""Of the servo's error: natural frequency times the duration of the move, and damping ratio."""
-
-SHARE = 0.1
-"""Of the mechanism's mass, weight or size, for payloads and loads."""
-
-RESERVE = 1.5
-"""The servo's limit over the torque of the ideal mechanism."""
-
-AT_REST = 0.01
-"""Points that move less, as a fraction of the size, do not carry or measure anything."""
-
-BEYOND = 0.02
-"""Of the move, by which stops stand behind its end."""
+Given = Mapping[str, Any]  # Values of the keys of a table
+Changes = Callable[[str, Given], Given]  # From the name of a section and its values to what the user has asked for
+DURATION = 2.0  # Of the move from rest to rest, unless another is asked for [s]
+HELD = 1.1  # The run lasts longer than the move by this factor, so that what settles is seen
+OSCILLATIONS, DAMPING = 6.0, 0.7  # Of the servo's error: natural frequency times the duration of the move, and damping ratio
+SHARE = 0.1  # Of the mechanism's mass, weight or size, for payloads and loads
+RESERVE = 1.5  # The servo's limit over the torque of the ideal mechanism
+AT_REST = 0.01  # Points that move less, as a fraction of the size, do not carry or measure anything
+BEYOND = 0.02  # Of the move, by which stops stand behind its end
 
 
 @dataclass(frozen=True)
@@ -391,8 +374,7 @@ FURTHER: Mapping[str, tuple[str, Callable[[Stroke], Given]]] = {
 }
 """What can be asked for: the table of each, and its values for a structure and its move."""
 
-DRIVING = ("motor", "tabulated_motor", "linear_motor", "rod")
-"""Parts that move the mechanism in place of a drive."""
+DRIVING = ("motor", "tabulated_motor", "linear_motor", "rod")  # Parts that move the mechanism in place of a drive
 
 assert set(COMPONENTS) - {"actuator", "beam", "flexible_bar", "roller", "cam", "guide_friction", "guide_lugre"} <= set(FURTHER)
 

@@ -14,8 +14,7 @@ from scissordyn.errors import InputError
 from scissordyn.model.parameter_path import number
 from scissordyn.study.ask.distribution import Levels
 
-VALUES = 8
-"""Values that are tried at a time."""
+VALUES = 8  # Values that are tried at a time
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,8 @@ import tomllib
 from collections.abc import Iterator
 from typing import Any
 
-Place = tuple[int | str, ...]
-"""Keys from the top of a file down, with the index of each table of a list."""
-
-HANDLES = ("joint", "guide", "name", "body")
-"""Keys that identify a table of a list; the first one present is used."""
+Place = tuple[int | str, ...]  # Keys from the top of a file down, with the index of each table of a list
+HANDLES = ("joint", "guide", "name", "body")  # Keys that identify a table of a list; the first one present is used
 
 TOKEN = re.compile(
     r'"""(?:[^\\]|\\.)*?"""|\'\'\'.*?\'\'\'|"(?:[^"\\\n]|\\.)*"|\'[^\'\n]*\'|#[^\n]*|[\[\]{}\n]',

@@ -16,8 +16,7 @@ from scissordyn.errors import InputError, did_you_mean
 
 SAMPLE = "time [s], angle of crank [deg]"
 HEADING = re.compile(r"\s*(?P<name>.*?)\s*(?:\[(?P<unit>[^\]]*)\])?\s*")
-GAP = 10.0
-"""A step of so many usual ones is a gap."""
+GAP = 10.0  # A step of so many usual ones is a gap
 
 
 def read_measured(path: Path, known: Mapping[str, str]) -> Measured:

@@ -30,11 +30,8 @@ SI = ("m", "rad", "kg", "s", "N", "N m", "rad/s", "m/s", "m/s^2", "kg m^2", "kg/
 
 NAMES_SAMPLE = '"structure.bars.material" = ["steel", "aluminium"]'
 
-MOST = 64
-"""Combinations of names: each mechanism is read, kept in the store, and simulated in a batch of its own."""
-
-Reader = Callable[[Mapping[str, str]], Mechanism]
-"""Makes the mechanism with some names, by parameter."""
+MOST = 64  # Combinations of names: each mechanism is read, kept in the store, and simulated in a batch of its own
+Reader = Callable[[Mapping[str, str]], Mechanism]  # Makes the mechanism with some names, by parameter
 
 
 def names_of(given: Sequence[Any], probabilities: Sequence[Any] = ()) -> Names:

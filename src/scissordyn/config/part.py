@@ -103,8 +103,7 @@ def _part(kind: type, fills: str, help: str, hints: Hints = (), **examples: Any)
     return Part(keys, filler(kind, keys), fills, help)
 
 
-_LISTED = {"rod": "rods", "latch": "latches"}
-"""Components that a mechanism has in lists of their own."""
+_LISTED = {"rod": "rods", "latch": "latches"}  # Components that a mechanism has in lists of their own
 
 
 @cache
@@ -160,8 +159,7 @@ def component_part(type: str, folder: Path) -> Part:
     return _component_part(classes[type] if type in classes else component_class(type, folder))
 
 
-_IDEAL: Hints = (("clearance", None),)
-"""Tables of their own give the clearance."""
+_IDEAL: Hints = (("clearance", None),)  # Tables of their own give the clearance
 
 PARTS: Mapping[str, Part] = {
     "body": Part(lambda: BodyTable, _read_body, "bodies", "a rigid body"),
@@ -215,8 +213,7 @@ PARTS: Mapping[str, Part] = {
 }
 """The further tables of a case file, apart from [structure], [drive], [[clearance]] and [run]."""
 
-COMPONENT_SECTIONS = tuple(section for section in PARTS if section in COMPONENTS)
-"""Tables of the package's own components."""
+COMPONENT_SECTIONS = tuple(section for section in PARTS if section in COMPONENTS)  # Tables of the package's own components
 
 
 def assembled(base: Mapping[str, Any], parts: Mapping[str, list[Any]]) -> Mechanism:

@@ -63,8 +63,7 @@ FAMILIAR = {
 }
 """Units to write a number in, largest first, by the SI unit of its quantity."""
 
-CELSIUS = ("degC", "°C")
-"""Units of a temperature, which has an offset."""
+CELSIUS = ("degC", "°C")  # Units of a temperature, which has an offset
 
 USUAL = {
     ("mm", "m"): 1e-3,
@@ -148,8 +147,7 @@ def unit_typed(text: str) -> str:
     return match[2].strip() if match is not None else ""
 
 
-LARGEST = 2**1023
-"""A whole number beyond it is no floating-point number."""
+LARGEST = 2**1023  # A whole number beyond it is no floating-point number
 
 
 def _with_unit(number: float, quantity: Quantity, sample: str) -> str:
@@ -242,8 +240,7 @@ def si_value(text: str) -> float:
     return float(number) * (unit_factor(unit.strip(), target) if target else 1.0)
 
 
-SHORT = 12
-"""Digits up to which a number is written in mm in place of m and the like; full digits stay in SI."""
+SHORT = 12  # Digits up to which a number is written in mm in place of m and the like; full digits stay in SI
 
 
 def exact(values: Iterable[float], unit: str) -> str:

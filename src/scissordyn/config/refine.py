@@ -19,8 +19,7 @@ from scissordyn.study.ask.goal import Optimisation, read_goal
 from scissordyn.study.ask.variant import with_places
 from scissordyn.units import Quantity
 
-POINTS = 32
-"""Points of a study that follows a search, if no number is given."""
+POINTS = 32  # Points of a study that follows a search, if no number is given
 
 
 def refined(

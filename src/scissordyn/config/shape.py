@@ -9,8 +9,7 @@ from typing import Any
 
 from scissordyn.annotation import members
 
-Shape = Any
-"""A class of tables, or a mapping of JSON Schema whose values may be such classes."""
+Shape = Any  # A class of tables, or a mapping of JSON Schema whose values may be such classes
 
 Context = dict[str, Any]
 """What readers know beside their value: the "folder" of relative file names, and the "values" of the keys before in a table."""

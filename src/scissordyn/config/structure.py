@@ -105,5 +105,4 @@ def _read(given: Any, context: Context) -> StructureTable:
     return STRUCTURES[_Kind.read(alone, context).kind].read(given, context)
 
 
-STRUCTURE = _read
-"""For ``Annotated[StructureTable, STRUCTURE]``: a key whose value is the table of some kind of structure."""
+STRUCTURE = _read  # For ``Annotated[StructureTable, STRUCTURE]``: a key whose value is the table of some kind of structure

@@ -42,8 +42,7 @@ OWN = re.compile(r"\s*([^\s\[\]]+)\s*(?:\[([^\[\]]*)\])?\s*(?:\bof\s+(\S+))?\s*"
 """What stands before the equals sign of a measure of the user's: a name, a unit in brackets, and what its function gets."""
 
 
-MOTOR = "motor_fraction"
-"""Measure of a study with the curve of a motor."""
+MOTOR = "motor_fraction"  # Measure of a study with the curve of a motor
 
 OWN_SAMPLE = "'late [N] = mine.py:late'"
 

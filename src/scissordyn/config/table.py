@@ -20,15 +20,11 @@ from scissordyn.config.shape import About, Context, Reader, reader_of
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.units import Quantity, Sample, help_of
 
-Hints = tuple[tuple[str, Any], ...]
-"""Names of fields, and the annotations by which they are read in place of their own."""
-
-LARGEST_SHOWN = 10**300
-"""Whole numbers beyond it are not written out; Python refuses to write more than 4300 digits."""
+Hints = tuple[tuple[str, Any], ...]  # Names of fields, and the annotations by which they are read in place of their own
+LARGEST_SHOWN = 10**300  # Whole numbers beyond it are not written out; Python refuses to write more than 4300 digits
 
 
-WORDS = {str: "text", int: "a whole number", bool: "true or false", float: "a number"}
-"""What a value has to be, by its type."""
+WORDS = {str: "text", int: "a whole number", bool: "true or false", float: "a number"}  # What a value has to be, by its type
 
 
 def toml(value: Any) -> str:

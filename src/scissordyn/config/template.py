@@ -23,16 +23,12 @@ from scissordyn.model.commanded import rigid
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.options import AUTO, Options
 
-TEMPLATES = tuple(STRUCTURES)
-"""Structures that a case file can be made for."""
+TEMPLATES = tuple(STRUCTURES)  # Structures that a case file can be made for
 
 LOADS: Mapping[str, type[Table]] = {"payload": PayloadTable, "panels": PanelsTable}
 
-WIDE = 44
-"""Longer values have their comment on the line above."""
-
-RUN = table_of(Options, until="50 ms", step="0.1 ms")
-"""The table of the options of a run."""
+WIDE = 44  # Longer values have their comment on the line above
+RUN = table_of(Options, until="50 ms", step="0.1 ms")  # The table of the options of a run
 
 OPTIONAL: Mapping[type[Table], tuple[str, ...]] = {
     DriveTable: tuple(DriveTable.declared_keys()),

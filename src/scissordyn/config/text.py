@@ -9,8 +9,7 @@ from pathlib import Path
 from scissordyn.errors import InputError, command, did_you_mean
 from scissordyn.file.output_file import HDF_MAGIC
 
-LARGEST = 64 * 2**20
-"""Largest text file that is read [bytes]: a table of a million instants takes about 30 MB."""
+LARGEST = 64 * 2**20  # Largest text file that is read [bytes]: a table of a million instants takes about 30 MB
 
 
 def read_text(path: Path, what: str, sample: str = "") -> str:

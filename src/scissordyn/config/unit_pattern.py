@@ -9,14 +9,12 @@ from functools import cache
 from scissordyn.config.quantity import CELSIUS, PREFIXES, SMALL_PREFIXES, UNITS, unit_factor
 from scissordyn.errors import InputError
 
-WORD = 3
-"""Letters of the longest symbol."""
+WORD = 3  # Letters of the longest symbol
 
 DIGITS = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 ZERO = r"-(?:0+\.?0*|\.0+)(?:[eE][+-]?[0-9]+)?"
 NUMBER = rf"[+-]?{DIGITS}"
-OPERATORS = r"[ ²³^*/·()0-9-]+"
-"""What stands between two units."""
+OPERATORS = r"[ ²³^*/·()0-9-]+"  # What stands between two units
 
 
 def _names(definition: str) -> list[str]:

@@ -59,11 +59,8 @@ SHAPES = ("uniform", "normal", "triangular")
 EACH = re.compile(r"(.*?)\s*,\s*each\s*", re.DOTALL)
 
 CALL = re.compile(r"\s*([a-z]+)\s*\((.*)\)\s*(.*)", re.DOTALL)
-LONGEST = 18
-"""Digits of a number of values; Python reads no more than 4300."""
-
-HYPHEN = re.compile(r"\s*(\d+\.?\d*|\.\d+)\s*-\s*(?=[\d.])")
-"""A range that is written with a hyphen."""
+LONGEST = 18  # Digits of a number of values; Python reads no more than 4300
+HYPHEN = re.compile(r"\s*(\d+\.?\d*|\.\d+)\s*-\s*(?=[\d.])")  # A range that is written with a hyphen
 
 OPTION = re.compile(r"(\d+)\s+values|(log)")
 

@@ -8,8 +8,7 @@ from typing import Any
 from scissordyn.control import delayed, tracking
 from scissordyn.plugin.catalogue import element_named, elements_in
 
-CONTROLLERS: Mapping[str, type[Any]] = elements_in(tracking, delayed)
-"""Controllers by name."""
+CONTROLLERS: Mapping[str, type[Any]] = elements_in(tracking, delayed)  # Controllers by name
 
 
 def controller(name: str) -> type[Any]:

@@ -27,8 +27,7 @@ SIGNALS = (
 """Reference motion [rad, rad/s, rad/s^2]; reference less measured angle, in (-pi, pi]; measured speed; the sensor's vector [m]
 and its rate [m/s]; the recorded signal one delay ago; the feed-forward torque [N m]."""
 
-REFERENCE, ERROR, SPEED, SENSOR, DELAYED, FEED_FORWARD = 0, 3, 4, 5, 9, 10
-"""Their indices."""
+REFERENCE, ERROR, SPEED, SENSOR, DELAYED, FEED_FORWARD = 0, 3, 4, 5, 9, 10  # Their indices
 
 MEASURED: Mapping[str, str] = MappingProxyType(
     {"error": "rad", "speed": "rad/s", "sensor_x": "m", "sensor_y": "m", "sensor_rate_x": "m/s", "sensor_rate_y": "m/s"}

@@ -15,14 +15,9 @@ from scissordyn.model.body import Body
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.section import read_material
 
-PIECES = 12
-"""Elements between two points of a bar."""
-
-STRAIGHT = 1e-9
-"""Points this fraction of a bar's length beside its line are on it."""
-
-UNIFORM = 1e-6
-"""A bar whose mass centre and inertia are this near those of a uniform one has its mass along its length."""
+PIECES = 12  # Elements between two points of a bar
+STRAIGHT = 1e-9  # Points this fraction of a bar's length beside its line are on it
+UNIFORM = 1e-6  # A bar whose mass centre and inertia are this near those of a uniform one has its mass along its length
 
 RECTANGLE = re.compile(r"\s*([\d.]+)\s*x\s*([\d.]+)\s*(mm|cm|m)\s*")
 METRES = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}

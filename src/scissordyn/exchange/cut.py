@@ -13,8 +13,7 @@ from scissordyn.model.body import Body
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.mechanism import Mechanism
 
-MARGIN = 2.0
-"""Distance of the outline from a hole's centre, in hole radii, unless a width is given."""
+MARGIN = 2.0  # Distance of the outline from a hole's centre, in hole radii, unless a width is given
 
 
 class Hole:

@@ -21,8 +21,7 @@ from scissordyn.model.track import Track
 UNITS = {"mm": 1e-3, "cm": 1e-2, "dm": 0.1, "m": 1.0, "um": 1e-6, "in": 0.0254, "ft": 0.3048}
 """Units of length of drawings and tables [m]."""
 
-LINEAR_DENSITY = 1.0
-"""Mass of a drawn bar whose mass nobody gave [kg/m]."""
+LINEAR_DENSITY = 1.0  # Mass of a drawn bar whose mass nobody gave [kg/m]
 
 
 class Imported(NamedTuple):

@@ -21,14 +21,9 @@ from scissordyn.extra import library
 
 GROUND_LAYER, GUIDE_LAYER, INPUT_LAYER = "ground", "guide", "input"
 
-TOLERANCE = 1e-6
-"""Ends nearer than this fraction of the drawing are one pin."""
-
-NEAR = 1e-3
-"""Ends nearer than this fraction that are not one pin are named."""
-
-NUMBERED = {1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m", 13: "um", 14: "dm"}
-"""Units of length by the number of $INSUNITS."""
+TOLERANCE = 1e-6  # Ends nearer than this fraction of the drawing are one pin
+NEAR = 1e-3  # Ends nearer than this fraction that are not one pin are named
+NUMBERED = {1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m", 13: "um", 14: "dm"}  # Units of length by the number of $INSUNITS
 
 SAMPLE = "scissordyn import linkage.dxf --unit mm -o case.toml"
 

@@ -14,11 +14,8 @@ from scissordyn.file.output_file import check_target, write_file
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.options import Options
 
-FORCES = (".csv", ".json", ".inp")
-"""Endings of files of pin forces."""
-
-MECHANISMS = (".dxf", ".csv", ".xml", ".fmu")
-"""Endings of files that a mechanism is written into."""
+FORCES = (".csv", ".json", ".inp")  # Endings of files of pin forces
+MECHANISMS = (".dxf", ".csv", ".xml", ".fmu")  # Endings of files that a mechanism is written into
 
 
 def check_ending(path: str | os.PathLike[str], allowed: tuple[str, ...], what: str, sample: str) -> str:

@@ -18,8 +18,7 @@ from scissordyn.run.answer.joint_force import joint_force
 if TYPE_CHECKING:
     import pandas as pd
 
-MISSED = 0.01
-"""Samples that miss a located peak by more than this fraction are said."""
+MISSED = 0.01  # Samples that miss a located peak by more than this fraction are said
 
 
 def pin_forces(run: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
@@ -214,8 +213,7 @@ ENVELOPE = (
 )  # fmt: skip
 """Columns of an envelope behind the names."""
 
-LOCATED = "largest force within the steps [N]"
-"""The last column, for clearance joints."""
+LOCATED = "largest force within the steps [N]"  # The last column, for clearance joints
 
 
 def to_csv(table: pd.DataFrame) -> bytes:

@@ -29,13 +29,11 @@ from scissordyn.model.coupling import Coordinate, Coupling, RelativeAngle, Slide
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
 
-PARALLEL = 1e-9
-"""Axes are parallel, and gravity is in the plane, within this sine."""
+PARALLEL = 1e-9  # Axes are parallel, and gravity is in the plane, within this sine
 
 SAMPLE = "scissordyn import model.xml -o case.toml"
 
-FURTHER_FILES = re.compile(r"<\s*include\b|\bfile(name)?\s*=")
-"""What would make MuJoCo read other files."""
+FURTHER_FILES = re.compile(r"<\s*include\b|\bfile(name)?\s*=")  # What would make MuJoCo read other files
 
 LEFT_OUT = {
     "nu": "actuators",

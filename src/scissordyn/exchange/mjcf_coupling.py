@@ -14,8 +14,7 @@ from scissordyn.model.coupling import Coordinate, CoordinateDrive, Coupling, Dis
 from scissordyn.model.joint import Guide
 from scissordyn.model.mechanism import Mechanism
 
-SAME = 1e-12
-"""Weights of a joint below this are those of a slide across it."""
+SAME = 1e-12  # Weights of a joint below this are those of a slide across it
 
 
 @dataclass

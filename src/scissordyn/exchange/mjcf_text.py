@@ -22,8 +22,7 @@ TIMESTEP = 1e-4
 STIFF: dict[str, Any] = {"solref": f"{2 * TIMESTEP:g} 1", "solimp": "0.9999 0.9999 0.001"}
 """MuJoCo's constraints are soft; so they are as stiff as its time step allows."""
 
-SHORT = 1e-6
-"""Time of the run whose start is taken [s]."""
+SHORT = 1e-6  # Time of the run whose start is taken [s]
 
 
 class Model(NamedTuple):

@@ -38,17 +38,13 @@ DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_-"
 SAMPLE = "scissordyn import 'https://app.pmksplus.com/?...' -o case.toml"
 ALLOWED = "a link that 'Share' of PMKS+ gives"
 
-PRISMATIC, INPUT, GROUNDED, WELDED, _, SEALED = range(6)
-"""Bits of a joint."""
-
-CLOCKWISE, GRAVITY = 0, 1
-"""Bits of the settings."""
+PRISMATIC, INPUT, GROUNDED, WELDED, _, SEALED = range(6)  # Bits of a joint
+CLOCKWISE, GRAVITY = 0, 1  # Bits of the settings
 
 LENGTHS = (("in", 0.0254, 0.45359237, 4.4482216152605), ("cm", 0.01, 1.0, 1.0), ("m", 1.0, 1.0, 1.0))
 """Length in m, mass in kg and force in N of each unit of length; masses of drawings in inches are pounds."""
 
-SWING = 0.98
-"""Part of the way between two locking positions that an input takes."""
+SWING = 0.98  # Part of the way between two locking positions that an input takes
 
 RAMP, STROKES = 0.05, 10_000
 """Part of a stroke in which an input that reverses slows down, and as many strokes as a motion can have."""

@@ -15,8 +15,7 @@ COLUMNS = "name", "x", "y", "bars", "support"
 
 SAMPLE = "name,x,y,bars,support"
 
-BLOCK_MASS = 0.1
-"""Of a block that slides with a point [kg]."""
+BLOCK_MASS = 0.1  # Of a block that slides with a point [kg]
 
 
 @checked

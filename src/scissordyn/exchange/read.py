@@ -11,8 +11,7 @@ TABLES = (".csv", ".tsv")
 
 ENDINGS = (".dxf", ".xml", ".mjcf", ".urdf", *TABLES)
 
-LARGEST = 50_000_000
-"""Size of a file [bytes] beyond which it is not read."""
+LARGEST = 50_000_000  # Size of a file [bytes] beyond which it is not read
 
 
 def read_drawing(

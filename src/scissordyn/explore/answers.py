@@ -18,11 +18,8 @@ if TYPE_CHECKING:
     from scissordyn.run.answer.summary import ActuatorAnswer, PointAnswer, Summary
     from scissordyn.run.results import Run
 
-MOST_CARDS = 3
-"""Cards of tracked points, and of torques; those that are furthest beyond what is allowed come first."""
-
-MOST_NUMBERS = 4
-"""Of one run in a legend; of more the number is said."""
+MOST_CARDS = 3  # Cards of tracked points, and of torques; those that are furthest beyond what is allowed come first
+MOST_NUMBERS = 4  # Of one run in a legend; of more the number is said
 
 COLUMNS = (
     ("contact_start", "start", "s"),

@@ -18,23 +18,12 @@ from scissordyn.plot.place import outline, upright
 from scissordyn.run.answer.placement import Placement, turned
 from scissordyn.run.simulate import simulate
 
-INSTANT = 1e-9
-"""A run of this length with ideal joints gives the assembled position [s]."""
-
-STEP = 1e-5
-"""Of finite differences: relative to the mechanism's size, and for angles [rad]."""
-
-LEAST = 1e-3
-"""Numbers that move the target by less than this, relative to those that move it most, do not take part."""
-
-CLOSE = 1e-4
-"""The target counts as reached at this distance, relative to the mechanism's size."""
-
-ONE_POINT = 1.5
-"""By how much the two numbers of one point are preferred to numbers of two parts."""
-
-SHORTEST = 0.02
-"""A length is drawn down to this fraction of what it was."""
+INSTANT = 1e-9  # A run of this length with ideal joints gives the assembled position [s]
+STEP = 1e-5  # Of finite differences: relative to the mechanism's size, and for angles [rad]
+LEAST = 1e-3  # Numbers that move the target by less than this, relative to those that move it most, do not take part
+CLOSE = 1e-4  # The target counts as reached at this distance, relative to the mechanism's size
+ONE_POINT = 1.5  # By how much the two numbers of one point are preferred to numbers of two parts
+SHORTEST = 0.02  # A length is drawn down to this fraction of what it was
 
 TABLES = ("structure", "body", "ground", "guide", "rod")
 NOT_GEOMETRY = ("gravity_direction", "corner_radius", "thickness", "journal_radius", "bearing_length", "phase")

@@ -37,14 +37,9 @@ from scissordyn.units import Quantity, short
 STARRED = ("clearance", "speed", "kinetic", "angle", "end", "duration", "limit")
 """Names of fields that have a slider at first, in the tables of `STARRED_IN`."""
 
-STARRED_IN = ("drive", "control", "clearance", "guide_clearance")
-"""Tables with such fields, and that of the structure."""
-
-SPREAD = 4.0
-"""A slider goes from a value divided by this number to the value times it, on a logarithmic scale."""
-
-TURN = math.radians(30.0)
-"""The slider of an angle goes so far to either side [rad]."""
+STARRED_IN = ("drive", "control", "clearance", "guide_clearance")  # Tables with such fields, and that of the structure
+SPREAD = 4.0  # A slider goes from a value divided by this number to the value times it, on a logarithmic scale
+TURN = math.radians(30.0)  # The slider of an angle goes so far to either side [rad]
 
 LISTS: Mapping[str, type[Table]] = {
     "drive": DriveTable,
@@ -77,8 +72,7 @@ INNER: Mapping[str, type[Table]] = {
 PAIRS = {"position": "m", "centre": "m", "through": "m", "coupler_point": "m", "velocity": "m/s"}
 """Keys of two numbers, with their units."""
 
-LONG = 14
-"""Letters of a text that has room in the form."""
+LONG = 14  # Letters of a text that has room in the form
 
 NUMBER = r"\s*[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?\s*"
 

@@ -29,14 +29,9 @@ COLORS = ("blue", "orange", "green", "purple", "vermilion", "sky")
 
 ENERGIES = ("blue", "green", "purple", "vermilion", "orange", "sky")
 
-MOST_POINTS = 100_000
-"""Points of a curve in the browser; of longer runs each interval keeps its smallest and its largest value."""
-
-MOST_TORQUES = 4
-"""Torques in one figure, those with the largest values."""
-
-NEAR = 5.0
-"""What is allowed is drawn from a fifth of it on: further off it would flatten the curve."""
+MOST_POINTS = 100_000  # Points of a curve in the browser; of longer runs each interval keeps its smallest and its largest value
+MOST_TORQUES = 4  # Torques in one figure, those with the largest values
+NEAR = 5.0  # What is allowed is drawn from a fifth of it on: further off it would flatten the curve
 
 TORQUES = tuple(f"torque {k}" for k in range(1, MOST_TORQUES + 1))
 

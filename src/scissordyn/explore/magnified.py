@@ -17,11 +17,8 @@ AUTO = "auto"
 
 LARGEST = 1e6
 
-SHARE = 0.05
-"""The largest deflection, magnified, is at most this part of the size of the mechanism."""
-
-FRAMES = 61
-"""Of a drawing with magnified deflections: each needs the mechanism assembled with straight bars."""
+SHARE = 0.05  # The largest deflection, magnified, is at most this part of the size of the mechanism
+FRAMES = 61  # Of a drawing with magnified deflections: each needs the mechanism assembled with straight bars
 
 STEPS = (1.0, 2.0, 5.0)
 

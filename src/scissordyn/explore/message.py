@@ -11,8 +11,7 @@ import numpy as np
 
 from scissordyn.errors import InputError
 
-LONGEST = 200
-"""Letters of a text from the browser: a number with its unit, or a name."""
+LONGEST = 200  # Letters of a text from the browser: a number with its unit, or a name
 
 
 def packed(message: Mapping[str, Any]) -> bytes:

@@ -19,14 +19,9 @@ if TYPE_CHECKING:
 
     from scissordyn.study.result import StudyResult
 
-MOST_FIGURES = 6
-"""Responses that are drawn, those of requirements first."""
-
-CYCLES = 4
-"""A point of a diagram is run for so many periods of its drive."""
-
-SMALL, LARGE = 3.0, 6.0
-"""Radius of a point, and of the recommended one [pixel]."""
+MOST_FIGURES = 6  # Responses that are drawn, those of requirements first
+CYCLES = 4  # A point of a diagram is run for so many periods of its drive
+SMALL, LARGE = 3.0, 6.0  # Radius of a point, and of the recommended one [pixel]
 
 Figure = dict[str, Any]
 

@@ -19,11 +19,8 @@ from scissordyn.run.answer.summary import summary_of
 from scissordyn.run.options import AUTO
 from scissordyn.run.store import save
 
-MOST_MADE = 2
-"""Files that are made at the same time, by all pages together: each keeps a processor busy."""
-
-slots = threading.BoundedSemaphore(MOST_MADE)
-"""One is taken while a file is made."""
+MOST_MADE = 2  # Files that are made at the same time, by all pages together: each keeps a processor busy
+slots = threading.BoundedSemaphore(MOST_MADE)  # One is taken while a file is made
 
 KINDS = {
     "case": ("toml", "text/plain"),

@@ -33,14 +33,9 @@ log = logging.getLogger(__name__)
 quiet = logging.getLogger("scissordyn.explore.connections")
 quiet.setLevel(logging.CRITICAL + 1)  # what does not speak the protocol is no fault of this program
 
-LAST_WORDS = 0.5
-"""Time for open pages to show why the case cannot be read, before the server ends [s]."""
-
-LARGEST = 2**16
-"""Of a message from a page [byte]."""
-
-MOST_PAGES = 20
-"""Pages that are open at the same time: each has a thread, its runs and its undo."""
+LAST_WORDS = 0.5  # Time for open pages to show why the case cannot be read, before the server ends [s]
+LARGEST = 2**16  # Of a message from a page [byte]
+MOST_PAGES = 20  # Pages that are open at the same time: each has a thread, its runs and its undo
 
 CAREFUL = {
     "X-Content-Type-Options": "nosniff",

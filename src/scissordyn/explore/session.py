@@ -13,16 +13,12 @@ from scissordyn.explore.worker import Outcome, Worker
 if TYPE_CHECKING:
     from scissordyn.explore.case import Case
 
-MOST_PINS = 3
-"""Runs that can be compared at the same time."""
+MOST_PINS = 3  # Runs that can be compared at the same time
 
 MOST_UNDO = 200
 
-SLOW = 2.0
-"""After a run that takes longer than this, the next is preceded by the ideal motion and a coarse run [s]."""
-
-LOOK = 0.2
-"""How often the progress of a run is reported [s]."""
+SLOW = 2.0  # After a run that takes longer than this, the next is preceded by the ideal motion and a coarse run [s]
+LOOK = 0.2  # How often the progress of a run is reported [s]
 
 
 class Session:

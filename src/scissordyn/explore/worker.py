@@ -20,14 +20,9 @@ if TYPE_CHECKING:
 
 log = logging.getLogger(__name__)
 
-COARSE, COARSE_SAMPLES = 1e-5, 201
-"""Tolerances of a coarse run, and its most samples."""
-
-PREVIEW = 2.0
-"""Longest time that the motion with ideal joints may take [s]; what it has reached by then is shown."""
-
-PICTURE = 0.5
-"""Longest time that the finer curves of a run wait for its first picture [s]."""
+COARSE, COARSE_SAMPLES = 1e-5, 201  # Tolerances of a coarse run, and its most samples
+PREVIEW = 2.0  # Longest time that the motion with ideal joints may take [s]; what it has reached by then is shown
+PICTURE = 0.5  # Longest time that the finer curves of a run wait for its first picture [s]
 
 JUDGED, LONG = 1.0, 5.0
 """When the length of an accurate run is estimated; a longer one than the second is preceded by a coarse one [s]."""

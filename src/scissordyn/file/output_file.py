@@ -17,8 +17,7 @@ from scissordyn.lock import LOCKS, hold
 
 HDF_MAGIC = b"\x89HDF\r\n\x1a\n"
 
-OURS = "scissordyn"
-"""What the title of a NetCDF file of this package begins with."""
+OURS = "scissordyn"  # What the title of a NetCDF file of this package begins with
 
 BEGINNINGS = {
     ".png": (b"\x89PNG\r\n\x1a\n",),

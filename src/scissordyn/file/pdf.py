@@ -13,8 +13,7 @@ from scissordyn.errors import InputError, ScissordynError
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "microsoft-edge", "msedge")
 """Commands of browsers that print without a window."""
 
-LONGEST = 120
-"""Time that a browser may take [s]."""
+LONGEST = 120  # Time that a browser may take [s]
 
 START = b"%PDF-"
 

@@ -12,8 +12,7 @@ LIBRARIES = ("scissordyn", "numpy", "scipy", "xarray")
 
 PACKAGE = Path(__file__).parents[1]
 
-FACES = ("cli", "plot")
-"""Rooms that only show numbers. Every other source counts, so that a new one does without being named."""
+FACES = ("cli", "plot")  # Rooms that only show numbers. Every other source counts, so that a new one does without being named
 
 
 @cache

@@ -22,8 +22,7 @@ MOTION = {
 }
 ENERGIES = ("kinetic_energy", "potential_energy", "drive_work", "dissipated_energy", "energy_residual")
 
-FINITE = {"time": ("time",), **MOTION, **dict.fromkeys(ENERGIES, ("time",))}
-"""What every run has as numbers at every instant."""
+FINITE = {"time": ("time",), **MOTION, **dict.fromkeys(ENERGIES, ("time",))}  # What every run has as numbers at every instant
 
 JOINTS = {
     "reaction": ("time", "joint", "axis"),

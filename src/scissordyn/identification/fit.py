@@ -22,8 +22,7 @@ from scissordyn.identification.uncertainty import uncertainty
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.options import Options
 
-TIGHT = 1e-10
-"""Tolerance of the runs of a fit, unless the case has a smaller one: derivatives are differences of runs."""
+TIGHT = 1e-10  # Tolerance of the runs of a fit, unless the case has a smaller one: derivatives are differences of runs
 
 
 def known_headings(mechanism: Mechanism, options: Options) -> dict[str, str]:

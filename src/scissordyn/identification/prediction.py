@@ -17,8 +17,7 @@ from scissordyn.identification.solve import estimated_start
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.options import Options
 
-WINDOW = 0.1
-"""Part of a record from which its start is estimated, in growing windows."""
+WINDOW = 0.1  # Part of a record from which its start is estimated, in growing windows
 
 
 def prediction(

@@ -15,17 +15,10 @@ from scissordyn.identification.start import Chart, placed_at
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.options import Options
 
-STEP = 1e-5
-"""Of a finite difference, as a fraction of the scale of a number."""
-
-ACCURATE_STEP = 1e-4
-"""Of a central difference; its error is its square."""
-
-FARTHEST = 1e4
-"""Bounds that are farther away, in scales of a number, are none."""
-
-REJECTED = 1e3
-"""Residuals of a trial whose run fails, as a multiple of a standard deviation: the search turns back from it."""
+STEP = 1e-5  # Of a finite difference, as a fraction of the scale of a number
+ACCURATE_STEP = 1e-4  # Of a central difference; its error is its square
+FARTHEST = 1e4  # Bounds that are farther away, in scales of a number, are none
+REJECTED = 1e3  # Residuals of a trial whose run fails, as a multiple of a standard deviation: the search turns back from it
 
 
 @dataclass(frozen=True)

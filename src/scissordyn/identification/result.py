@@ -14,14 +14,9 @@ from scissordyn.run.configuration import write_configuration
 
 TITLE = "scissordyn fit"
 
-ALIKE = 0.98
-"""Numbers whose correlation is larger are hardly distinguished."""
-
-DEPENDENT = 2.0
-"""Errors that grow by more than this factor by the dependence of residuals show that they are no noise."""
-
-AT_BOUND = 1e-6
-"""A number within this fraction of its scale of a bound is at the bound."""
+ALIKE = 0.98  # Numbers whose correlation is larger are hardly distinguished
+DEPENDENT = 2.0  # Errors that grow by more than this factor by the dependence of residuals show that they are no noise
+AT_BOUND = 1e-6  # A number within this fraction of its scale of a bound is at the bound
 
 
 def fit_dataset(found: Search, errors: Uncertainty, seconds: float) -> xr.Dataset:

@@ -22,20 +22,11 @@ from scissordyn.run.options import Options
 WINDOWS = (0.05, 0.25, 1.0)
 """Parts of a segment over which its start is estimated, one after the other: a short one has no second minimum."""
 
-FEW = 8
-"""Instants of a window, at least."""
-
-ROUNDS = 3
-"""Most rounds of weights."""
-
-SETTLED = 0.05
-"""Standard deviations that change by less than this fraction are final."""
-
-SMALLEST = 1e-9
-"""A standard deviation is at least this fraction of the range of its quantity."""
-
-ENOUGH = 1e-8
-"""Relative change of the sum of squares, or of the unknowns, at which the search ends."""
+FEW = 8  # Instants of a window, at least
+ROUNDS = 3  # Most rounds of weights
+SETTLED = 0.05  # Standard deviations that change by less than this fraction are final
+SMALLEST = 1e-9  # A standard deviation is at least this fraction of the range of its quantity
+ENOUGH = 1e-8  # Relative change of the sum of squares, or of the unknowns, at which the search ends
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,7 @@ from scissordyn.plan.gradients import Gradients
 from scissordyn.plan.plan import plan
 from scissordyn.run.advance.system import make_system
 
-ROUND_OFF = 1e-9
-"""Singular values of the constraints below this fraction of the largest are zero."""
+ROUND_OFF = 1e-9  # Singular values of the constraints below this fraction of the largest are zero
 
 
 def check_autonomous(mechanism: Mechanism) -> None:

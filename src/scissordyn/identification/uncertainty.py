@@ -10,20 +10,11 @@ from scipy.stats import t as student
 
 from scissordyn.identification.problem import Problem
 
-BLOCKS = 24
-"""At least so many blocks of consecutive residuals, within which errors may depend on each other."""
-
-LEVEL = 0.95
-"""Probability that an interval holds the number."""
-
-UNKNOWN = 1.0
-"""A direction whose standard error is larger than this fraction of the numbers' scales is not determined."""
-
-NUMERICAL = 1e-6
-"""Singular values below this fraction of the largest are errors of the derivatives."""
-
-PART = 0.2
-"""Numbers with at least this share of the largest change in a direction are named."""
+BLOCKS = 24  # At least so many blocks of consecutive residuals, within which errors may depend on each other
+LEVEL = 0.95  # Probability that an interval holds the number
+UNKNOWN = 1.0  # A direction whose standard error is larger than this fraction of the numbers' scales is not determined
+NUMERICAL = 1e-6  # Singular values below this fraction of the largest are errors of the derivatives
+PART = 0.2  # Numbers with at least this share of the largest change in a direction are named
 
 
 @dataclass(frozen=True)

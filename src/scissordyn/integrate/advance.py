@@ -64,18 +64,12 @@ After `CHANGE_POINT` the caller makes a step across a singular position."""
 
 _EXPLICIT = EXPLICIT
 
-MOST_STALLED = 1000
-"""Trials and events without progress in time after which a run is stuck."""
+MOST_STALLED = 1000  # Trials and events without progress in time after which a run is stuck
 
 
-AT_THE_END = 0.999
-"""Part of a step beyond which a crossing is the one that it ends on."""
-
-TURNED = 1.1
-"""A step that is to end behind the turn of a guard goes this many times as far as its rate says."""
-
-MISSED = 100.0
-"""Error with which a step is rejected whose crossings were not all found; its size is about halved."""
+AT_THE_END = 0.999  # Part of a step beyond which a crossing is the one that it ends on
+TURNED = 1.1  # A step that is to end behind the turn of a guard goes this many times as far as its rate says
+MISSED = 100.0  # Error with which a step is rejected whose crossings were not all found; its size is about halved
 
 
 @kernel

@@ -15,17 +15,10 @@ _EXPLICIT = EXPLICIT
 
 SAFETY = 0.9
 SMALLEST_FACTOR = 0.2
-LARGEST_FACTOR = 8.0
-"""A step's size changes by no more than these factors."""
-
-AIM = 1.3
-"""The end of a contact is tried to be reached in one step of this many times the size that worked after its start."""
-
-NEARER = 0.6
-"""Largest part of the way to the end of a contact that an even step goes."""
-
-ATTEMPTS = 8
-"""Attempts to end a step on an event; Newton's method needs two or three."""
+LARGEST_FACTOR = 8.0  # A step's size changes by no more than these factors
+AIM = 1.3  # The end of a contact is tried to be reached in one step of this many times the size that worked after its start
+NEARER = 0.6  # Largest part of the way to the end of a contact that an even step goes
+ATTEMPTS = 8  # Attempts to end a step on an event; Newton's method needs two or three
 
 SMALL_START, LARGEST_FACTOR_WITHOUT_STATE = 1e-3, 1.5
 """Without a state there is no error that steps go by, only their longest size, which follows the speed at their start: the
@@ -34,8 +27,7 @@ first one is this part of the whole time, and they grow no faster, so that a mot
 RESOLVED = 4e-16
 """A step below this part of its instant is not one: the clock cannot resolve it, nor a Rosenbrock method divide by it."""
 
-REMAINDER = 1e-3
-"""A rest of the whole time shorter than this part of the step is added to it."""
+REMAINDER = 1e-3  # A rest of the whole time shorter than this part of the step is added to it
 
 
 @kernel

@@ -15,8 +15,7 @@ from scissordyn.integrate.step import NOTHING, attempt, error_norm, prepare
 from scissordyn.integrate.step_scaling import fraction
 from scissordyn.kernel import kernel
 
-LARGEST_ERROR = 1.0
-"""Error of a step across rises beyond which it is better to end on the first of them."""
+LARGEST_ERROR = 1.0  # Error of a step across rises beyond which it is better to end on the first of them
 
 
 @kernel

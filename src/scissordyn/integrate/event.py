@@ -17,20 +17,14 @@ from scissordyn.integrate.dense import complete, guard_at, guards_at
 from scissordyn.integrate.step_scaling import speed
 from scissordyn.kernel import kernel
 
-PROBES = 6
-"""Points inside a step at which guards are evaluated."""
+PROBES = 6  # Points inside a step at which guards are evaluated
 
 REACH = 0.75
 """A guard that cannot come to zero within this share of the step at the larger of its rates at both ends is not looked at."""
 
-LOOKS = 100
-"""Places between two probes at which such a rise is looked for at most."""
-
-CAUTION = 4.0
-"""The cubic's error is taken for this many times what the value halfway shows."""
-
-ITERATIONS = 60
-"""Bracketed Newton steps need two to five; bisection alone would need fifty."""
+LOOKS = 100  # Places between two probes at which such a rise is looked for at most
+CAUTION = 4.0  # The cubic's error is taken for this many times what the value halfway shows
+ITERATIONS = 60  # Bracketed Newton steps need two to five; bisection alone would need fifty
 
 
 @kernel

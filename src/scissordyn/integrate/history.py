@@ -14,8 +14,7 @@ from scissordyn.integrate.dense import dense_value
 from scissordyn.integrate.step_scaling import place
 from scissordyn.kernel import kernel
 
-COUNT = 8
-"""Coefficients of a signal: the dense output of the most accurate method has degree seven."""
+COUNT = 8  # Coefficients of a signal: the dense output of the most accurate method has degree seven
 
 NODES: np.ndarray = -np.cos(np.pi * np.arange(COUNT) / (COUNT - 1))
 TRANSFORM: np.ndarray = np.linalg.inv(np.vander(NODES, increasing=True))

@@ -10,17 +10,10 @@ from scissordyn.integrate.history import NODES
 from scissordyn.integrate.tableau import Tableau
 from scissordyn.kernel import F1, F2, F3, I1, I2, ArrayType, opener
 
-MONITORED = 3
-"""Monitored numbers of a row: the first one's largest value is wanted, all are integrated."""
-
-RESET_DATA = 3
-"""Numbers that a reset may write into the event log."""
-
-SPARE_ROWS = 4
-"""Rows of `Work.monitored` for points inside a step: three even ones, and one for the search of a maximum."""
-
-HALVINGS = 12
-"""How often the distance between two probes is halved in search of a rise that is followed by a fall."""
+MONITORED = 3  # Monitored numbers of a row: the first one's largest value is wanted, all are integrated
+RESET_DATA = 3  # Numbers that a reset may write into the event log
+SPARE_ROWS = 4  # Rows of `Work.monitored` for points inside a step: three even ones, and one for the search of a maximum
+HALVINGS = 12  # How often the distance between two probes is halved in search of a rise that is followed by a fall
 
 TIME, GUARD, MODE, DATA = range(4)
 ENDED = DATA + RESET_DATA
@@ -32,13 +25,11 @@ PEAK_COLUMNS = STRUCK + 2
 """Columns of `State.peak`: the largest value, when, the integrals from `INTEGRAL` on; then a second value and when: where the
 state jumps the largest impact, else that of the guard's companion."""
 
-LIMIT, LAST_ABOVE, FIRST_WITHIN = range(3)
-"""Columns of `State.band`."""
+LIMIT, LAST_ABOVE, FIRST_WITHIN = range(3)  # Columns of `State.band`
 
 LOG_COLUMNS = ENDED + PEAK_COLUMNS
 
-NO_EVENT, FALL, RISE = -1, 0, 1
-"""Kinds of events; a rise ends in mode 1, a fall in mode 0."""
+NO_EVENT, FALL, RISE = -1, 0, 1  # Kinds of events; a rise ends in mode 1, a fall in mode 0
 
 ENDS, CROSSES, IGNORES = range(3)
 """What steps do at roots of guards: end there, go across as long as their error allows it, or ignore them, so that the modes
@@ -202,8 +193,7 @@ class Integration(NamedTuple):
     log: F2
 
 
-open_integration = opener(Integration)
-"""From the address of an integration's handle to the integration, inside kernels."""
+open_integration = opener(Integration)  # From the address of an integration's handle to the integration, inside kernels
 
 
 def make_state(

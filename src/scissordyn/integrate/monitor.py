@@ -29,23 +29,18 @@ _EXPLICIT = EXPLICIT
 INSIDE = SPARE_ROWS - 1
 """Equidistant points inside an explicit step at which a maximum is looked for once its stages hint at one."""
 
-NEARLY = 0.5
-"""A maximum that its parabola puts so little outside a step, in parts of the step, may lie inside."""
-
-EDGE = 2e-5
-"""A maximum nearer to the end of a step, in parts of the step, is taken to be there."""
+NEARLY = 0.5  # A maximum that its parabola puts so little outside a step, in parts of the step, may lie inside
+EDGE = 2e-5  # A maximum nearer to the end of a step, in parts of the step, is taken to be there
 
 HINT = 0.98
 """Stages this near to the largest number so far hint at a maximum, unless all of them are further below it than they differ, or
 they rise or fall throughout: they are less accurate than the dense output."""
 
-STEADY = 0.5
-"""A number rises to the end of a step if its slope there is at least this part of that over the whole step."""
+STEADY = 0.5  # A number rises to the end of a step if its slope there is at least this part of that over the whole step
 
 GOLDEN = 0.3819660112501051
 
-WIDTH = 1e-7
-"""A maximum is located within this part of the step: below it the parabola is flat to round-off."""
+WIDTH = 1e-7  # A maximum is located within this part of the step: below it the parabola is flat to round-off
 
 
 @kernel

@@ -11,8 +11,7 @@ import math
 
 from scissordyn.kernel import kernel
 
-EVEN, AFTER_START, BEFORE_END = range(3)
-"""Ways in which time runs inside a step."""
+EVEN, AFTER_START, BEFORE_END = range(3)  # Ways in which time runs inside a step
 
 
 @kernel

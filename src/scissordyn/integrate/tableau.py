@@ -10,8 +10,7 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.integrate.quadrature import gauss_nodes, primitives
 from scissordyn.kernel import F1, F2, I1
 
-EXPLICIT, ROSENBROCK = range(2)
-"""Kinds of methods."""
+EXPLICIT, ROSENBROCK = range(2)  # Kinds of methods
 
 
 class Tableau(NamedTuple):
@@ -123,8 +122,7 @@ def rosenbrock_tableau(
     )
 
 
-METHODS = ("dop853", "dopri5", "rodas5p", "rodas4p")
-"""Names of the methods, explicit ones first."""
+METHODS = ("dop853", "dopri5", "rodas5p", "rodas4p")  # Names of the methods, explicit ones first
 
 
 def tableau(name: str) -> Tableau:

@@ -54,14 +54,9 @@ from scissordyn.kernel import F1, F2, I1, kernel, opener
 ANGLE, APPROACH, MASS, IMPULSE, RESTITUTION_LOSS, FRICTION_LOSS, REBOUND, CLOSED, SUDDEN, STRUCK_NOW = range(10)
 """Columns of `Touching.result` that are read here, see `mechanics.hard_contact`."""
 
-SHORTEST = 1.0 / 64.0
-"""A step that is still too long at this fraction of the size that was chosen is made all the same."""
-
-IN_ANY_CASE, AS_DEEP, STEP, TOO_LONG = range(-2, 2)
-"""What is asked of a step, or said of it, see `mechanics.hard_rows`."""
-
-ROUND_OFF, NEAR = 1e-14, 1e-9
-"""An impact is located to this part of a step, other events to that one."""
+SHORTEST = 1.0 / 64.0  # A step that is still too long at this fraction of the size that was chosen is made all the same
+IN_ANY_CASE, AS_DEEP, STEP, TOO_LONG = range(-2, 2)  # What is asked of a step, or said of it, see `mechanics.hard_rows`
+ROUND_OFF, NEAR = 1e-14, 1e-9  # An impact is located to this part of a step, other events to that one
 
 JUMPED = 1e-3
 """Part of what a whole step goes beyond a guard's root, above which an impact has made it jump where the root is located."""

@@ -30,8 +30,7 @@ MOST_VELOCITIES = 200
 NEARER = 0.9
 """Places and speeds are changed if that brings what is given of them nearer by a factor below this: else they are rounded."""
 
-FAR = 0.01
-"""Errors above this fraction of the largest are named when a mechanism cannot be assembled."""
+FAR = 0.01  # Errors above this fraction of the largest are named when a mechanism cannot be assembled
 
 
 @dataclass(frozen=True)

@@ -18,11 +18,8 @@ from scissordyn.kinematics.path import Path, instants, path_of, start_of
 from scissordyn.kinematics.singular import CHANGE, LOCKING, NEAR, SingularPosition, concerned, measure, smallest, suspects
 from scissordyn.plan.plan import Plan
 
-ROTATED = 0.05
-"""Samples are looked at that are about so far apart in the angles of the bodies [rad]."""
-
-COARSE = 0.2
-"""Samples further apart than this cannot tell; the ideal mechanism is asked at once [rad]."""
+ROTATED = 0.05  # Samples are looked at that are about so far apart in the angles of the bodies [rad]
+COARSE = 0.2  # Samples further apart than this cannot tell; the ideal mechanism is asked at once [rad]
 
 FEWEST = 9
 
@@ -37,8 +34,7 @@ what it is at them."""
 PRESSED = 0.1
 """A journal pressed in by more than this fraction of its clearance may be forced by a drive beyond a locking position."""
 
-BETWEEN = 9
-"""So many instants around the sample at which an input is farthest are looked at as well."""
+BETWEEN = 9  # So many instants around the sample at which an input is farthest are looked at as well
 
 APART = 0.1
 """A position of the ideal mechanism so far from a sample, in lengths as a fraction of the size or in rad, is not its own."""

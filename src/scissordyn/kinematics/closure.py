@@ -13,19 +13,13 @@ from scissordyn.mechanics.time_function import function_at, function_rows
 from scissordyn.plan.linear_constraints import origins
 from scissordyn.plan.plan import Plan
 
-CLOSED = 1e-13
-"""Equations are met within this, in maps of the order of one."""
-
-NEARLY_CLOSED = 1e-10
-"""Likewise, where it is asked only whether there is a position."""
-
-ROUNDINGS = 1e-15
-"""Times the number of coordinates: what round-off leaves of an equation."""
+CLOSED = 1e-13  # Equations are met within this, in maps of the order of one
+NEARLY_CLOSED = 1e-10  # Likewise, where it is asked only whether there is a position
+ROUNDINGS = 1e-15  # Times the number of coordinates: what round-off leaves of an equation
 
 MOST_STEPS = 12
 
-ALIKE = 1e-7
-"""Quadratic constraints, each with a gradient of the order of one, are dependent below this (plan/redundancy.py)."""
+ALIKE = 1e-7  # Quadratic constraints, each with a gradient of the order of one, are dependent below this (plan/redundancy.py)
 
 
 class Inputs:

@@ -18,42 +18,22 @@ from scissordyn.kinematics.unfolding import DIFFERENCE, Point, Unfolding
 STEP = 0.06
 """Longest step of an angle [rad], or of a length as a fraction of it; steps that divide a right angle would end in one."""
 
-TURNED = 0.15
-"""Largest rotation of a body in a step [rad]."""
-
-CORRECTED = 0.3
-"""A correction larger than this fraction of the step may have led to another branch."""
-
-SHORTEST = 1e-9
-"""Fraction of the stroke at which the path has come to its end."""
+TURNED = 0.15  # Largest rotation of a body in a step [rad]
+CORRECTED = 0.3  # A correction larger than this fraction of the step may have led to another branch
+SHORTEST = 1e-9  # Fraction of the stroke at which the path has come to its end
 
 MET = 1e-12
 """Branches that miss each other by less, in lengths as a fraction of the size, meet: lengths are rounded, and a limit of the
 input is then within 1e-6 of the change point."""
 
-ALONE = 1e-4
-"""Fraction of the largest singular value above which the last but one is not small."""
-
-SEVERAL = 5.0
-"""If the last but one is not larger than this multiple of the smallest, both may vanish together."""
-
-SMALL = 0.05
-"""Or not larger than this fraction of what it is half way before."""
-
-UNEXPLAINED = 1e-3
-"""A change of sign for which no reason is found in a step of this fraction of the longest is accepted."""
-
-MARGIN = 1e-6
-"""Of the longest step: a position so near a change point may be on either side by round-off."""
-
-REGULAR = 1e-8
-"""Fraction of the largest singular value above which the smallest determines a tangent."""
-
-APPROACHED = 8
-"""So many positions lead from the last step to a limit of the input, each a quarter as far from it."""
-
-AtPlace = Callable[[float], np.ndarray]
-"""Inputs or natural coordinates at a place on the path."""
+ALONE = 1e-4  # Fraction of the largest singular value above which the last but one is not small
+SEVERAL = 5.0  # If the last but one is not larger than this multiple of the smallest, both may vanish together
+SMALL = 0.05  # Or not larger than this fraction of what it is half way before
+UNEXPLAINED = 1e-3  # A change of sign for which no reason is found in a step of this fraction of the longest is accepted
+MARGIN = 1e-6  # Of the longest step: a position so near a change point may be on either side by round-off
+REGULAR = 1e-8  # Fraction of the largest singular value above which the smallest determines a tangent
+APPROACHED = 8  # So many positions lead from the last step to a limit of the input, each a quarter as far from it
+AtPlace = Callable[[float], np.ndarray]  # Inputs or natural coordinates at a place on the path
 
 
 @dataclass(frozen=True)

@@ -15,11 +15,8 @@ from scissordyn.plan.coordinates import PointMap, combined
 from scissordyn.plan.gradients import least_change, matrix_of
 from scissordyn.plan.plan import Plan
 
-MET = 1e-10
-"""Given numbers are met within this fraction of the mechanism's size, or of its largest speed."""
-
-IMMOBILE = 1e-8
-"""Motions that change given numbers by less than this fraction of the largest do not serve to meet them."""
+MET = 1e-10  # Given numbers are met within this fraction of the mechanism's size, or of its largest speed
+IMMOBILE = 1e-8  # Motions that change given numbers by less than this fraction of the largest do not serve to meet them
 
 
 class Given(NamedTuple):

@@ -23,19 +23,15 @@ from scissordyn.kinematics.singular import (
 from scissordyn.mechanics.time_function import breaks_of
 from scissordyn.plan.plan import Plan
 
-MOST_TURNS = 2
-"""Revolutions of a drive after which positions are taken to repeat: one on each branch."""
-
-GRID = 4001
-"""Instants at which inputs are looked at for their range."""
+MOST_TURNS = 2  # Revolutions of a drive after which positions are taken to repeat: one on each branch
+GRID = 4001  # Instants at which inputs are looked at for their range
 
 ON_END = 1e-5
 """A singular position at an end of the stroke: fraction of the typical smallest singular value; positions there are
 known to the root of round-off only."""
 
 
-ASIDE = 0.1
-"""Of the longest step: so far from the sample with the least measure branches may be nearest to each other."""
+ASIDE = 0.1  # Of the longest step: so far from the sample with the least measure branches may be nearest to each other
 
 NEARLY = 1e-3
 """Branches that miss each other by less, in lengths as a fraction of the size, are reported: clearances and tolerances let the

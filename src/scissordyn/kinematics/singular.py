@@ -22,8 +22,7 @@ STEEP = 1.5
 """Where gradients become dependent the measure falls to zero linearly or faster: at the nearest sample it is below this
 multiple of its change to a neighbour. Elsewhere it is level to first order at a minimum."""
 
-LOW = 0.15
-"""Where branches nearly meet, the measure has a smooth minimum below this multiple of its median."""
+LOW = 0.15  # Where branches nearly meet, the measure has a smooth minimum below this multiple of its median
 
 FEW = 24
 """Up to so many equations singular values are computed at every sample; beyond it a factorization is many times cheaper."""
@@ -34,22 +33,17 @@ DISTANCES = (0.0, 0.2, 0.1, 0.05)
 AROUND = np.array([-2.0, -1.0, 1.0, 2.0])
 """A cubic through the test function at these multiples of the distance has its zero at the singular position."""
 
-DEPENDENT = 1e-4
-"""Singular values below this fraction of the typical smallest one count as zero at a located singular position."""
+DEPENDENT = 1e-4  # Singular values below this fraction of the typical smallest one count as zero at a located singular position
 
 PAIRS = 3
 """So many pairs of singular vectors are tried: a singular value may fall to zero with its square, without a change of sign."""
 
-ZERO = 1e-5
-"""Likewise, where the place is known as well as the interpolated positions on the path."""
+ZERO = 1e-5  # Likewise, where the place is known as well as the interpolated positions on the path
 
 Places = tuple[float, float, float]
 
-CONCERNED = 0.2
-"""Bodies that move by more than this fraction of the largest amplitude in the first-order motion are named."""
-
-NAMED = 3
-"""So many bodies and joints are named."""
+CONCERNED = 0.2  # Bodies that move by more than this fraction of the largest amplitude in the first-order motion are named
+NAMED = 3  # So many bodies and joints are named
 
 
 @dataclass(frozen=True)

@@ -15,22 +15,14 @@ import numpy as np
 
 from scissordyn.kinematics.closure import Closure
 
-SOLVED = 1e-15
-"""Times the number of coordinates: error of the bordered equations at which Newton's method ends."""
+SOLVED = 1e-15  # Times the number of coordinates: error of the bordered equations at which Newton's method ends
 
 MOST_STEPS = 25
 
-FURTHEST = 1.0
-"""Positions further away than this, in coordinates of the order of one, are not near by."""
-
-DIFFERENCE = 0.01
-"""Derivatives of the inputs are differences over this fraction of the width of the neighbourhood."""
-
-CONVERGED = 1e-13
-"""Last step of Newton's method: in `a`, and as a fraction of the width of the neighbourhood."""
-
-STALLED = 1e-9
-"""A step of this size that grows no smaller is one of round-off."""
+FURTHEST = 1.0  # Positions further away than this, in coordinates of the order of one, are not near by
+DIFFERENCE = 0.01  # Derivatives of the inputs are differences over this fraction of the width of the neighbourhood
+CONVERGED = 1e-13  # Last step of Newton's method: in `a`, and as a fraction of the width of the neighbourhood
+STALLED = 1e-9  # A step of this size that grows no smaller is one of round-off
 
 AtPlace = Callable[[float], np.ndarray]
 

@@ -20,14 +20,9 @@ from scissordyn.plugin.element import Slot
 from scissordyn.plugin.origin import class_in
 from scissordyn.units import Quantity, State, quantities
 
-ELASTIC: Mapping[str, type[Elastic]] = elements_in(elastic)
-"""Elastic parts of the normal force, by name."""
-
-DAMPING: Mapping[str, type[Damping]] = elements_in(damping)
-"""Damping parts of the normal force, by name."""
-
-FRICTION: Mapping[str, type[Friction]] = elements_in(friction)
-"""Friction laws, by name."""
+ELASTIC: Mapping[str, type[Elastic]] = elements_in(elastic)  # Elastic parts of the normal force, by name
+DAMPING: Mapping[str, type[Damping]] = elements_in(damping)  # Damping parts of the normal force, by name
+FRICTION: Mapping[str, type[Friction]] = elements_in(friction)  # Friction laws, by name
 
 BY_KIND: Mapping[str, Mapping[str, type[Any]]] = MappingProxyType(
     {"stiffness": ELASTIC, "damping": DAMPING, "friction": FRICTION}

@@ -7,8 +7,7 @@ import math
 from scissordyn.kernel import F1, call_at, entry, kernel
 from scissordyn.laws.elastic.quadrature import quadrature_energy
 
-APPROACH_FLOOR = 1e-6
-"""Least approach speed of a contact [m/s]: a contact that starts at rest must not divide by zero."""
+APPROACH_FLOOR = 1e-6  # Least approach speed of a contact [m/s]: a contact that starts at rest must not divide by zero
 
 
 @entry

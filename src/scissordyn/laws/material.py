@@ -67,5 +67,4 @@ _ALL = (
     ),
 )
 
-MATERIALS: Mapping[str, Material] = MappingProxyType({material.name: material for material in _ALL})
-"""All materials by name."""
+MATERIALS: Mapping[str, Material] = MappingProxyType({material.name: material for material in _ALL})  # All materials by name

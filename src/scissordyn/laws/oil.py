@@ -11,14 +11,9 @@ from typing import Annotated
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.units import Quantity, check_quantities
 
-COLD, HOT = 313.15, 373.15
-"""Temperatures at which viscosities of oils are stated [K]: 40 and 100 deg C."""
-
-RANGE = 253.15, 423.15
-"""Temperatures of the law [K]: beyond them oils set, or evaporate and age."""
-
-VISCOSITY = {"minimum": 2e-6, "maximum": 1e-1}
-"""Below 2 mm^2/s the standard has further terms."""
+COLD, HOT = 313.15, 373.15  # Temperatures at which viscosities of oils are stated [K]: 40 and 100 deg C
+RANGE = 253.15, 423.15  # Temperatures of the law [K]: beyond them oils set, or evaporate and age
+VISCOSITY = {"minimum": 2e-6, "maximum": 1e-1}  # Below 2 mm^2/s the standard has further terms
 
 
 @dataclass(frozen=True)
@@ -109,8 +104,7 @@ _ALL = (
     Oil("ISO VG 460", 460e-6, 30.34e-6, source=_GRADE),
 )
 
-OILS: Mapping[str, Oil] = MappingProxyType({oil.name: oil for oil in _ALL})
-"""Oils by name."""
+OILS: Mapping[str, Oil] = MappingProxyType({oil.name: oil for oil in _ALL})  # Oils by name
 
 
 def oil_of(name: str) -> Oil:

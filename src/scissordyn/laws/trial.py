@@ -24,14 +24,9 @@ SPEEDS = (*(-np.logspace(1, -9, 11)).tolist(), 0.0, *np.logspace(-9, 1, 11).toli
 DEPTHS = np.unique(np.concatenate([[0.0], np.geomspace(1e-6, 1.0, 61), np.linspace(0.0, 1.0, 65)[1:]]))
 """Where a stiffness law is tried in its joint, in clearances (in corner radii at a plane guide surface)."""
 
-AT_TOUCH = 1e-6
-"""A stiffness law may have this fraction of its force at one clearance left at the touch, for rounding."""
-
-ROUNDING = 1e-12
-"""By which a force may fall short of what it should be."""
-
-LARGEST_COEFFICIENT = 10.0
-"""Above this, F_t/F_n is worth a warning; the bound of the built-in laws."""
+AT_TOUCH = 1e-6  # A stiffness law may have this fraction of its force at one clearance left at the touch, for rounding
+ROUNDING = 1e-12  # By which a force may fall short of what it should be
+LARGEST_COEFFICIENT = 10.0  # Above this, F_t/F_n is worth a warning; the bound of the built-in laws
 
 
 def _reach(joint: JointContact) -> tuple[float, str]:

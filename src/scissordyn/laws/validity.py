@@ -16,11 +16,8 @@ from scissordyn.warning import RunWarning, warning
 FASTEST = 1e-5
 """Approach speed over sqrt(E/rho) above which impacts are plastic (Love's rule; Johnson 1985, doi:10.1017/CBO9781139171731)."""
 
-DEEPEST = 0.2
-"""Indentation over clearance above which a contact is no longer small against the radii."""
-
-OFF = 0.05
-"""Difference between the given and the returned restitution coefficient from which on there is a warning."""
+DEEPEST = 0.2  # Indentation over clearance above which a contact is no longer small against the radii
+OFF = 0.05  # Difference between the given and the returned restitution coefficient from which on there is a warning
 
 
 def contact_failure(joint: str, contact: JointContact, indentation: float) -> str:

@@ -8,8 +8,7 @@ from scipy.optimize import brentq
 
 from scissordyn.errors import InputError
 
-LOWEST = 2.0
-"""Viscosity at 100 deg C below which the index is not defined [mm^2/s]."""
+LOWEST = 2.0  # Viscosity at 100 deg C below which the index is not defined [mm^2/s]
 
 _RANGES = (
     (3.8, 1.14673, 1.7576, -0.109, 0.84155, 1.5521, -0.077),

@@ -19,11 +19,8 @@ from scissordyn.mechanics.hard_elastic import law_at, law_depth, prepare_law
 from scissordyn.mechanics.hard_result import CLOSED
 from scissordyn.mechanics.hard_rows import SLIP, differ, effective_mass
 
-RESOLVED = 0.2
-"""Step times the angular frequency of a compliant contact."""
-
-LONGER = 1.5
-"""A step that is this many times longer than that is made anew."""
+RESOLVED = 0.2  # Step times the angular frequency of a compliant contact
+LONGER = 1.5  # A step that is this many times longer than that is made anew
 
 MISFIT, NEGLIGIBLE = 1e-4, 1e-7
 """Part of a force, and of the largest of the step and of the elastic one, by which the linearised laws may miss the laws."""
@@ -31,8 +28,7 @@ MISFIT, NEGLIGIBLE = 1e-4, 1e-7
 DIFFERENCE, LEAST_SLIP = 1e-5, 1e-9
 """Part of an argument by which a law is differentiated, and the least one of slip speeds [m/s]."""
 
-CORRECTIONS = 3
-"""Of an internal state of friction, by Newton's method."""
+CORRECTIONS = 3  # Of an internal state of friction, by Newton's method
 
 
 @kernel

@@ -20,14 +20,12 @@ from scissordyn.mechanics.time_function import motion_at
 
 _ACTUATOR, _AXIS, _RAIL = ACTUATOR.code, AXIS.code, RAIL.code
 
-TIME, FACTOR, MODE, APPROACH_SPEED, FACTOR_RATE, DIFFERENCES, REACTION = range(7)
-"""Places of `declaration.CONTEXT`."""
+TIME, FACTOR, MODE, APPROACH_SPEED, FACTOR_RATE, DIFFERENCES, REACTION = range(7)  # Places of `declaration.CONTEXT`
 
 DIFFERENCE = 1e-7
 """Step of the central differences, as a part of an argument or of one unit: round-off of 1e-9, and fine enough for a stop."""
 
-DIFFERENCE_AT_ZERO = 1e-2 * DIFFERENCE
-"""Least step of coordinates and rates, in their unit."""
+DIFFERENCE_AT_ZERO = 1e-2 * DIFFERENCE  # Least step of coordinates and rates, in their unit
 
 STATE_DIFFERENCE = 1e-5
 """Least step of a state, as a part of its scale: coarse enough where only its difference to a large coordinate acts."""

@@ -14,8 +14,7 @@ from scissordyn.mechanics.rotation import counted_angle
 
 HALF_SQUARE, LENGTH = -1, -2
 
-ANGLE = 0
-"""Or any other number that is not negative."""
+ANGLE = 0  # Or any other number that is not negative
 
 
 @kernel

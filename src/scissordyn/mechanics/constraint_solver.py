@@ -14,17 +14,13 @@ from scissordyn.mechanics.time_function import motion_at, piece_time, prescribe
 
 _band_factorize, _band_solve = band.factorize, band.solve
 
-DRIFT = 1e-13
-"""Constraints and their rates are projected back beyond this relative error."""
+DRIFT = 1e-13  # Constraints and their rates are projected back beyond this relative error
 
 SUSPECT = 0.1
 """Gradients are monitored where the root of the least pivot of Phi Phi^T is below this fraction of the largest one so far."""
 
-DISPLACED = 1e-6
-"""Rotation of the fastest body over which the rate of that root is a difference [rad]."""
-
-REPETITIONS = 3
-"""Newton steps of a projection; drift within a step needs one."""
+DISPLACED = 1e-6  # Rotation of the fastest body over which the rate of that root is a difference [rad]
+REPETITIONS = 3  # Newton steps of a projection; drift within a step needs one
 
 
 @kernel

@@ -22,8 +22,7 @@ from scissordyn.mechanics.time_function import motion_at
 
 _PAIRS = PAIRS
 
-EA, EI, TAU, STRAIN, CURVATURE, LENGTH = range(6)
-"""Places in the row of a bar's parameters."""
+EA, EI, TAU, STRAIN, CURVATURE, LENGTH = range(6)  # Places in the row of a bar's parameters
 
 QX, QY, VX, VY, FX, FY, RX, RY, HX, HY, STRETCH, INVERSE, AXIAL, ENDX, ENDY, HELD, READ = range(17)
 """Rows of `Workspace.bar`: vectors, their rates, forces; r' at the points; the vectors times -EI, followed by the

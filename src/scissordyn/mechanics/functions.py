@@ -21,8 +21,7 @@ _guards, _guard, _reset, _touch = guards_of.guards, guards_of.guard, guards_of.r
 LARGEST_TURN = 1.0
 """A step ends before the fastest body has turned by this [rad] at its present speed, so that turns are counted rightly."""
 
-ROUND_OFF = 1e-12
-"""A break nearer than this fraction of its instant has been reached."""
+ROUND_OFF = 1e-12  # A break nearer than this fraction of its instant has been reached
 
 LARGEST_DRIVEN_TURN = 0.02
 """The same for a mechanism without freedom, whose steps have no error to go by: the powers are integrated over them."""
@@ -30,8 +29,7 @@ LARGEST_DRIVEN_TURN = 0.02
 SINGULAR = 1e-3
 """A step across a singular position begins where the gradients' dependence is below this fraction of the largest one, and..."""
 
-LOOK = 4.0
-"""...where the position is no more steps ahead than this."""
+LOOK = 4.0  # ...where the position is no more steps ahead than this
 
 AFTER_BREAK = 1e-3
 """For these also: the first step after a break is this part of the way to the next one, as the motion may start from rest."""

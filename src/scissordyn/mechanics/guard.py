@@ -20,8 +20,7 @@ from scissordyn.mechanics.contact import begin_contact, end_contact, gap
 from scissordyn.mechanics.latch import engage
 from scissordyn.mechanics.system import APPROACH_FLOOR
 
-LOCKED = 1e-9
-"""A latch has locked when the rates of all constraints vanish within this fraction of the fastest rate."""
+LOCKED = 1e-9  # A latch has locked when the rates of all constraints vanish within this fraction of the fastest rate
 
 
 @kernel

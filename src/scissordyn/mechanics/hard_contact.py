@@ -57,14 +57,9 @@ LEAST_SQUARES = 1e-2
 """Weight of the moves against the gaps that they leave, relative to a free journal: where gaps contradict each other, as in a
 closed loop with all joints in contact, no move is larger than five times the gaps."""
 
-TOO_DEEP = 0.1
-"""Indentation, as a fraction of the clearance, of a contact at the end of a step that is too long."""
-
-NO_DAMPING = 1e-9
-"""Part of the largest entry of a component's damping that is round-off."""
-
-NEAR = 0.5
-"""Gap, as a fraction of the clearance, up to which a contact may be closed by the forces of a step alone."""
+TOO_DEEP = 0.1  # Indentation, as a fraction of the clearance, of a contact at the end of a step that is too long
+NO_DAMPING = 1e-9  # Part of the largest entry of a component's damping that is round-off
+NEAR = 0.5  # Gap, as a fraction of the clearance, up to which a contact may be closed by the forces of a step alone
 
 
 @kernel

@@ -21,14 +21,9 @@ from scissordyn.laws.evaluate import elastic_energy, elastic_force
 from scissordyn.mechanics.hard_result import CLOSED
 from scissordyn.mechanics.hard_rows import differ
 
-FLOOR = 1e-3
-"""Indentation, as a fraction of the clearance, below which the law is taken as linear."""
-
-MISFIT = 1e-2
-"""Part of a force by which the linearised law may miss the law."""
-
-NEGLIGIBLE = 1e-4
-"""And part of the largest force of the step."""
+FLOOR = 1e-3  # Indentation, as a fraction of the clearance, below which the law is taken as linear
+MISFIT = 1e-2  # Part of a force by which the linearised law may miss the law
+NEGLIGIBLE = 1e-4  # And part of the largest force of the step
 
 
 @kernel

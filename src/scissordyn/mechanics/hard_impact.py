@@ -22,11 +22,8 @@ from scissordyn.mechanics.hard_result import (
 from scissordyn.mechanics.hard_rows import add_row, along, assemble, contact_rows, effective_mass, element_of
 from scissordyn.mechanics.impulse_solver import solve_impulses
 
-STRIKES = 1e-9
-"""Gap, as a fraction of the clearance, up to which a contact takes part in a located impact."""
-
-ZENO = 1e-3
-"""Part of a step: a located impact after which the surfaces would meet again sooner ends with them closed."""
+STRIKES = 1e-9  # Gap, as a fraction of the clearance, up to which a contact takes part in a located impact
+ZENO = 1e-3  # Part of a step: a located impact after which the surfaces would meet again sooner ends with them closed
 
 STAYS = 1e-3
 """Gap, as a fraction of the clearance, up to which a contact that was closed is kept in the equations, which may open it."""

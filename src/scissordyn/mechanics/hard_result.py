@@ -14,8 +14,7 @@ the impulse that is an impact's [N s], and the impact, see `impact_energy` [J]."
 
 RESULTS = 10
 
-RESTING = 1e-9
-"""Approach speeds below this fraction of the step's change of velocity are round-off."""
+RESTING = 1e-9  # Approach speeds below this fraction of the step's change of velocity are round-off
 
 
 @kernel

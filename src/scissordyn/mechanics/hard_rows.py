@@ -14,15 +14,11 @@ IN_ANY_CASE, AS_DEEP, STEP, TOO_LONG = range(-2, 2)
 """What is asked of a step: to be made in any case, whatever the indentation at its end, or unless it is too long; then it was
 not made, and says so."""
 
-OPEN, STICK, SLIP = range(3)
-"""Modes of a contact; `SLIP` with P_T = mu P_N, `SLIP` + 1 with P_T = -mu P_N."""
+OPEN, STICK, SLIP = range(3)  # Modes of a contact; `SLIP` with P_T = mu P_N, `SLIP` + 1 with P_T = -mu P_N
 
 
-ROUND_OFF = 1e-24
-"""Square of the velocity along N for a unit impulse, over the largest one of a step, that is round-off."""
-
-IMMOBILE = 1e-12
-"""What a contact yields along T at least, over what it does along N, for the same impulse."""
+ROUND_OFF = 1e-24  # Square of the velocity along N for a unit impulse, over the largest one of a step, that is round-off
+IMMOBILE = 1e-12  # What a contact yields along T at least, over what it does along N, for the same impulse
 
 
 class HardContacts(NamedTuple):
@@ -109,8 +105,7 @@ class HardContacts(NamedTuple):
     counts: I1  # (COUNTS,) see `impulse_solver`
 
 
-open_hard = opener(HardContacts)
-"""From the address of a handle of `HardContacts` to it, inside kernels."""
+open_hard = opener(HardContacts)  # From the address of a handle of `HardContacts` to it, inside kernels
 
 
 @kernel

@@ -5,8 +5,7 @@ from __future__ import annotations
 from scissordyn.kernel import kernel
 from scissordyn.mechanics.hard_rows import OPEN, SLIP, STICK
 
-COMPLIANCE = 1e-11
-"""Of surfaces, as a part of what a free journal would yield, where rows depend on each other."""
+COMPLIANCE = 1e-11  # Of surfaces, as a part of what a free journal would yield, where rows depend on each other
 
 
 @kernel

@@ -19,32 +19,24 @@ from scissordyn.mechanics.hard_rows import OPEN, SLIP, STICK, differ, row_produc
 from scissordyn.mechanics.impulse_equations import write_equations
 from scissordyn.mechanics.pivoting import pivot
 
-MOST = 40
-"""Steps of Newton's method before Lemke's pivoting."""
+MOST = 40  # Steps of Newton's method before Lemke's pivoting
 
 TRIES = 10
 """Steps of Newton's method that change all modes at once although no fewer contacts ask for another mode than ever before; from
 then on the last of these contacts alone changes its mode, until they are fewer, as in block principal pivoting."""
 
-LAWS = 4
-"""Times that laws of elastic contacts are linearised anew in a step."""
-
-COMPLIANT_LAWS = 12
-"""The same beside compliant contacts, whose damping and friction are less smooth."""
+LAWS = 4  # Times that laws of elastic contacts are linearised anew in a step
+COMPLIANT_LAWS = 12  # The same beside compliant contacts, whose damping and friction are less smooth
 
 RECENT = 15
 """Last steps of Newton's method in which contacts that changed their modes are pivoted first, the others' modes being kept."""
 
-GROWTHS = 6
-"""Times that further contacts join these."""
+GROWTHS = 6  # Times that further contacts join these
 
 FOUND, MISFIT, FAILED = range(3)
 
-BORDER = 1e-10
-"""Part of the largest impulse of a step that is round-off."""
-
-STILL = 1e-6
-"""Slip speed, as a part of what forces change it by in a step, below which surfaces have not slipped."""
+BORDER = 1e-10  # Part of the largest impulse of a step that is round-off
+STILL = 1e-6  # Slip speed, as a part of what forces change it by in a step, below which surfaces have not slipped
 
 ACCURATE = 1e-9
 """Velocity that equations without row exchanges may miss, as a part of what impulses change; else rows are exchanged."""
@@ -55,8 +47,7 @@ solved, steps with closed contacts, steps with rows that depend on each other.""
 
 COUNTS = 7
 
-DEPENDS = 1e-6
-"""Pivot over diagonal below which a row depends on others."""
+DEPENDS = 1e-6  # Pivot over diagonal below which a row depends on others
 
 _factorize, _solve, eliminate, substitute = band.factorize, band.solve, band.eliminate, band.substitute
 

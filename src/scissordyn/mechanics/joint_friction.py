@@ -26,11 +26,8 @@ from scissordyn.mechanics.reactions import REDUNDANT, sides_of_one, solve_sides
 
 _factorize, _solve = band.factorize, band.solve
 
-CLOSE = 1e-13
-"""Change of the reactions, relative to the largest one, at which they are found."""
-
-MOST = 50
-"""Steps of Newton's method; a jam is where they do not suffice."""
+CLOSE = 1e-13  # Change of the reactions, relative to the largest one, at which they are found
+MOST = 50  # Steps of Newton's method; a jam is where they do not suffice
 
 JAMMED, UNDETERMINED = 1, 2
 """Faults: no reactions are in balance with their friction; there are more joints than reactions can be found for."""

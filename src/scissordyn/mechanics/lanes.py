@@ -4,14 +4,9 @@ from __future__ import annotations
 
 import math
 
-LANES = 8
-"""Rows of tables have a whole multiple of so many numbers, which processors take at once."""
-
-PAIRS = LANES // 2
-"""Plane vectors whose components fill the lanes."""
-
-SHORT = 4
-"""Numbers that rows of a band are taken by."""
+LANES = 8  # Rows of tables have a whole multiple of so many numbers, which processors take at once
+PAIRS = LANES // 2  # Plane vectors whose components fill the lanes
+SHORT = 4  # Numbers that rows of a band are taken by
 
 
 def combine(table, first, rows, width, x, y, sx, sy):

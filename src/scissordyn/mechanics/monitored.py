@@ -39,13 +39,11 @@ the component times `RESULTS` and its place among the results, that of an oiled 
 components and the place of its film among them; `CONTACT_FORCE` is normal force and friction of a contact, `COUPLING_FORCE` the
 multiplier of a constraint."""
 
-OF_CONTACT = PRESSURE_VELOCITY, INDENTATION, FRICTION_RATIO, CONTACT_FORCE
-"""Kinds that one contact alone determines."""
+OF_CONTACT = PRESSURE_VELOCITY, INDENTATION, FRICTION_RATIO, CONTACT_FORCE  # Kinds that one contact alone determines
 
 _RESULTS = RESULTS
 
-EXCEEDED = 1.05
-"""Friction over its static limit above which the limit counts as exceeded."""
+EXCEEDED = 1.05  # Friction over its static limit above which the limit counts as exceeded
 
 
 def monitored_rows(model: Model, kind: int) -> np.ndarray:

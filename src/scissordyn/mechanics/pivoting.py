@@ -18,20 +18,11 @@ from scissordyn.mechanics import band
 from scissordyn.mechanics.hard_rows import OPEN, SLIP, STICK, row_product
 from scissordyn.mechanics.impulse_equations import write_equations
 
-MOST = 20
-"""Pivots for each variable."""
-
-SMALL = 1e-11
-"""Entry of a column, relative to its largest, that is no pivot."""
-
-TIED = 1e-12
-"""Ratios that differ by this part of themselves are equal."""
-
-NOTHING = 1e-12
-"""Impulse, relative to the largest, that is round-off."""
-
-BELOW = 1e-9
-"""Friction below its limit by this part of it is that of surfaces that stick."""
+MOST = 20  # Pivots for each variable
+SMALL = 1e-11  # Entry of a column, relative to its largest, that is no pivot
+TIED = 1e-12  # Ratios that differ by this part of themselves are equal
+NOTHING = 1e-12  # Impulse, relative to the largest, that is round-off
+BELOW = 1e-9  # Friction below its limit by this part of it is that of surfaces that stick
 
 _factorize, _solve = band.factorize, band.solve
 

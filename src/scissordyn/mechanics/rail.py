@@ -29,14 +29,9 @@ ALONG, ACROSS, TURNING, PX, PY, VALUE, SLOPE, SCALARS = range(8)
 """Rows of `Workspace.rail`: T, G and N by the element's columns; the axis as polynomials; Legendre's polynomials and their
 derivatives; scalars."""
 
-NX, NY, SIZE, NB, NC, TU, DENOMINATOR = range(7)
-"""Scalars: n, |a|, n . b, n . c, t . u, D."""
-
-MOST = 40
-"""Corrections of the place, at most."""
-
-CONVERGED = 1e-14
-"""Last correction of the place, over the bar's length."""
+NX, NY, SIZE, NB, NC, TU, DENOMINATOR = range(7)  # Scalars: n, |a|, n . b, n . c, t . u, D
+MOST = 40  # Corrections of the place, at most
+CONVERGED = 1e-14  # Last correction of the place, over the bar's length
 
 
 @kernel

@@ -17,8 +17,7 @@ from scissordyn.mechanics import band, step_matrix
 from scissordyn.mechanics.component import DIFFERENCE, STATE_DIFFERENCE
 from scissordyn.mechanics.equations import accelerate
 
-LEAST = 1e-11
-"""Least step of a state of no scale [m]."""
+LEAST = 1e-11  # Least step of a state of no scale [m]
 
 _band_factorize, _band_solve = band.factorize, band.solve
 

@@ -30,17 +30,10 @@ smaller of the two never exceeds 1e-8.
 SHIFT = 1e-13
 """What is added to singular normal equations, as a share of their diagonal: beyond round-off, far below what is determined."""
 
-REFINEMENTS = 3
-"""Repetitions after which what is determined is exact to round-off."""
-
-LANES = 32
-"""Instants that are solved side by side, so that the processor's vector units are used."""
-
-PROBES = 3
-"""Vectors that are tried."""
-
-TOUCHED = 1e-4
-"""An unknown is not determined if the null space has a larger share in it."""
+REFINEMENTS = 3  # Repetitions after which what is determined is exact to round-off
+LANES = 32  # Instants that are solved side by side, so that the processor's vector units are used
+PROBES = 3  # Vectors that are tried
+TOUCHED = 1e-4  # An unknown is not determined if the null space has a larger share in it
 
 
 class Balance(NamedTuple):

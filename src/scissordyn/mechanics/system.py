@@ -43,8 +43,7 @@ ARM_N, ARM_T, N_BY_X, N_BY_V, SLIP_BY_X, SLIP_BY_V, OWN, OTHER = range(8)
 """Rows of `Workspace.local`: arms of F_n and F_t, derivatives of F_n and of the slip speed; two more for the kind of
 contact."""
 
-RESULTS = 24
-"""Most numbers that the kernel of a component returns."""
+RESULTS = 24  # Most numbers that the kernel of a component returns
 
 
 ContactArray = Annotated[np.ndarray, ArrayType(CONTACT, 1)]
@@ -246,5 +245,4 @@ class System(NamedTuple):
     friction: FrictionWorkspace
 
 
-open_system = opener(System)
-"""From the address of a system's handle to the system, inside kernels."""
+open_system = opener(System)  # From the address of a system's handle to the system, inside kernels

@@ -24,8 +24,7 @@ COLUMNS = 10
 """Width of a piece: instant, six coefficients from the highest power down, then amplitude, frequency, phase of the sine."""
 
 
-AT_BREAK = 2e-12
-"""Fraction of an instant within which a step begins or ends at a break; steps reach it to a rounding."""
+AT_BREAK = 2e-12  # Fraction of an instant within which a step begins or ends at a break; steps reach it to a rounding
 
 
 def function_rows(motion: TimeFunction, start: float) -> np.ndarray:

@@ -17,8 +17,7 @@ from scissordyn.units import Meaning, Quantity, checked, documented, quantities
 
 _STOP = quantities(AngleStop)
 
-FLANKS = " flanks"
-"""What the name of the body with the flanks has behind that of its coupling."""
+FLANKS = " flanks"  # What the name of the body with the flanks has behind that of its coupling
 
 
 @documented

@@ -33,17 +33,10 @@ MassKind = Annotated[
 BENDING = Quantity("N m^2", above=0.0, maximum=1e18, help="EI, in place of section and material")
 AXIAL = Quantity("N", above=0.0, maximum=1e18, help="EA, in place of section and material")
 ELEMENTS = Quantity("1", minimum=1, maximum=64, help="beam elements along a bar, in place of modes")
-NODE = "node"
-"""Point of a cross-section between the points of a bar."""
-
-SLENDER = 5.0
-"""Least length of a bar over its depth: below, shear takes a part of the deflection that beam theory leaves out."""
-
-NEAR = 1e-9
-"""A bar nearer to the origin than this fraction of the mechanism's size is there."""
-
-SAME_MASS = 0.05
-"""Largest relative difference of a bar's mass and that of its section and material."""
+NODE = "node"  # Point of a cross-section between the points of a bar
+SLENDER = 5.0  # Least length of a bar over its depth: below, shear takes a part of the deflection that beam theory leaves out
+NEAR = 1e-9  # A bar nearer to the origin than this fraction of the mechanism's size is there
+SAME_MASS = 0.05  # Largest relative difference of a bar's mass and that of its section and material
 
 
 @documented

@@ -23,8 +23,7 @@ if TYPE_CHECKING:
 DIMENSIONS = ("time", "body", "joint", "axis", "drive", "contact", "event")
 """Dimensions of every run, which are no sections of components."""
 
-SAME_PLACE = 1e-9
-"""Points of one body nearer to each other than this fraction of the mechanism's size are one point."""
+SAME_PLACE = 1e-9  # Points of one body nearer to each other than this fraction of the mechanism's size are one point
 
 
 def check_parts(mechanism: Mechanism) -> None:

@@ -18,8 +18,7 @@ from scissordyn.model.connection import Weld
 from scissordyn.model.drive import Drive
 from scissordyn.model.mechanism import Mechanism
 
-TINY = 1e-9
-"""Part of the mass of a cross-section that is left with it: a body has a mass."""
+TINY = 1e-9  # Part of the mass of a cross-section that is left with it: a body has a mass
 
 Span = tuple[str, tuple[str, Point], tuple[str, Point], float, float, float, float]
 """Name, start, end (body and place in its frame), angles of the bar against both, length, mass per length."""

@@ -22,11 +22,8 @@ ContactKind = Annotated[
 MEAN_FRICTION = State("mean_friction", "N", scale=1.0)
 """Internal state of a hard contact: its mean friction force over the last step."""
 
-STORED = State("stored_energy", "J", scale=1.0)
-"""And the elastic energy of its surfaces at the end of that step."""
-
-HARD_STATES = (MEAN_FRICTION, STORED)
-"""In their order."""
+STORED = State("stored_energy", "J", scale=1.0)  # And the elastic energy of its surfaces at the end of that step
+HARD_STATES = (MEAN_FRICTION, STORED)  # In their order
 
 _TAKEN = ("kinetic", "static")
 

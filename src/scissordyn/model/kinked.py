@@ -11,8 +11,7 @@ from scissordyn.component.place import Point
 from scissordyn.model.body import Body
 from scissordyn.model.connection import Weld
 
-UNIFORM = 1e-6
-"""Largest relative difference of mass centre and inertia from those of uniform legs."""
+UNIFORM = 1e-6  # Largest relative difference of mass centre and inertia from those of uniform legs
 
 
 class Legs(NamedTuple):

@@ -11,8 +11,7 @@ from scissordyn.errors import InputError
 from scissordyn.laws.oil import COLD, RANGE, Oil, oil_of
 from scissordyn.units import Meaning, Quantity, check_quantities, documented, quantities
 
-SHORTEST, LONGEST = 0.25, 4.0
-"""Length over diameter of the table of finite bearings."""
+SHORTEST, LONGEST = 0.25, 4.0  # Length over diameter of the table of finite bearings
 
 THICK = Quantity("m", above=0.0, maximum=1e-3, help="film thickness at which the peaks of both surfaces carry")
 

@@ -29,11 +29,8 @@ KINDS = {"joint": "joints", "clearance": "joints", "guide": "guides", "body": "b
 KINDS |= {"coupling": "couplings", "coordinate_drive": "coordinate_drives"}
 """Fields of a mechanism by the kind in front of a name; rods, latches and components go by their sections."""
 
-OF_LAWS = {"restitution": "damping"}
-"""Keys that a case file has beside a law's name, by the law that they belong to."""
-
-AXES = ("x", "y")
-"""The two numbers of a place."""
+OF_LAWS = {"restitution": "damping"}  # Keys that a case file has beside a law's name, by the law that they belong to
+AXES = ("x", "y")  # The two numbers of a place
 
 EACH_SAMPLE = '"clearance.all.clearance" = { values = "0.3 mm +- 20 %", each = true }'
 

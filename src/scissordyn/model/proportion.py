@@ -15,11 +15,8 @@ LONGEST_BEARING = 10.0
 LARGEST_GYRATION = 10.0
 """Clearance, radius of a journal, length of a bearing, radius of gyration: as parts of the mechanism's size."""
 
-HEAVIEST, LARGEST = 1e6, 1e6
-"""Mass and extent of a body, over those of the lightest and the smallest one."""
-
-LARGEST_ROTOR = 1e6
-"""Inertia of a rotor, over that of the whole mass at the distance of the mechanism's size."""
+HEAVIEST, LARGEST = 1e6, 1e6  # Mass and extent of a body, over those of the lightest and the smallest one
+LARGEST_ROTOR = 1e6  # Inertia of a rotor, over that of the whole mass at the distance of the mechanism's size
 
 ADVICE = "; check its unit"
 

@@ -19,8 +19,7 @@ KIND = "kind"
 FUNCTION, CLASS = "function", "class"
 """What the data have in place of a class of the package, and for a Python function and a class that are in no file."""
 
-DIGEST = "digest"
-"""Beside a function or a class of the user's own: the digest of its file."""
+DIGEST = "digest"  # Beside a function or a class of the user's own: the digest of its file
 
 
 def to_plain(described: Any) -> Any:

@@ -12,11 +12,8 @@ from typing import Any, get_type_hints
 from scissordyn.component.place import Point
 from scissordyn.units import Quantity, extras, quantities
 
-Route = tuple[str | int, ...]
-"""Fields, keys and indices, from the top of a description."""
-
-POINTS = Quantity("m", help="point that joints refer to, in the body's frame")
-"""What the points of a body are."""
+Route = tuple[str | int, ...]  # Fields, keys and indices, from the top of a description
+POINTS = Quantity("m", help="point that joints refer to, in the body's frame")  # What the points of a body are
 
 
 @dataclass(frozen=True)

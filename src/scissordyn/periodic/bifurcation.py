@@ -25,14 +25,9 @@ from scissordyn.run.start.demand import CYCLE_TIME, check_cycles, check_memory, 
 from scissordyn.run.store import save
 from scissordyn.units import Meaning, checked
 
-VALUE_BYTES = 5000
-"""Memory of a value beside its cycles: the mechanism that it makes."""
-
-KEPT, KEPT_OF_JOINT = 8, 6
-"""Numbers of a cycle that is kept, and of each of its joints."""
-
-SAVE_EVERY = 10.0
-"""Shortest time between two writes of the store [s]: the work that can be lost."""
+VALUE_BYTES = 5000  # Memory of a value beside its cycles: the mechanism that it makes
+KEPT, KEPT_OF_JOINT = 8, 6  # Numbers of a cycle that is kept, and of each of its joints
+SAVE_EVERY = 10.0  # Shortest time between two writes of the store [s]: the work that can be lost
 
 
 @checked

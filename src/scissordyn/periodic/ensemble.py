@@ -26,8 +26,7 @@ from scissordyn.run.start.demand import check_cycles
 from scissordyn.study.answer.grouped import grouped_lines
 from scissordyn.units import Meaning, checked
 
-LEAST, MOST = 1e-16, 1e-6
-"""Range of relative perturbations on the scale of round-off."""
+LEAST, MOST = 1e-16, 1e-6  # Range of relative perturbations on the scale of round-off
 
 
 @checked

@@ -26,8 +26,7 @@ from scissordyn.run.configuration import write_configuration
 from scissordyn.run.options import Options, StartKind
 from scissordyn.units import checked
 
-NUDGE = 1e-7
-"""Length of the difference for the projection of a tangent onto the length constraints, as a fraction of the state."""
+NUDGE = 1e-7  # Length of the difference for the projection of a tangent onto the length constraints, as a fraction of the state
 
 UNFREE = 1e-4
 """Length of a random direction, projected onto what the constraints allow, below which they allow none: the error of the

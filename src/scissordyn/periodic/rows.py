@@ -15,8 +15,7 @@ from scissordyn.run.advance.snapshot import Snapshot
 from scissordyn.run.engine import STATES, Outcome, error_text
 from scissordyn.run.options import Options, StartKind
 
-PENDING = STATES[0]
-"""Status of a case that has not been computed yet."""
+PENDING = STATES[0]  # Status of a case that has not been computed yet
 
 
 @dataclass(frozen=True)
@@ -61,8 +60,7 @@ def run_case(case: CycleCase) -> CycleRow:
     return CycleRow(values, run.end, about)
 
 
-Column = tuple[str, np.ndarray, dict[str, str]]
-"""A variable of a Dataset along one dimension."""
+Column = tuple[str, np.ndarray, dict[str, str]]  # A variable of a Dataset along one dimension
 
 COLUMNS: dict[str, tuple[str | int | float, dict[str, str]]] = {
     "status": (PENDING, {"long_name": "status"}),

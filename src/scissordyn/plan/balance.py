@@ -13,8 +13,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.graph import coupled, reach, reverse_cuthill_mckee
 from scissordyn.plan.linear_constraints import body_inertia
 
-FEW = 6
-"""Up to so many unknowns their order does not matter."""
+FEW = 6  # Up to so many unknowns their order does not matter
 
 Entry = tuple[int, tuple[float, float, float], Point, int, int]
 """Unknown, force and torque per unit of it, arm, anchor and frame: see `Balance`."""

@@ -132,8 +132,7 @@ def held_table(maps: list[PointMap]) -> tuple[np.ndarray, np.ndarray]:
     return columns, np.concatenate([_padded(table).ravel(), _padded(table.T).ravel()])
 
 
-FEW = 6
-"""Coordinates that are not divided further."""
+FEW = 6  # Coordinates that are not divided further
 
 
 def dissected(graph: csr_array) -> np.ndarray:
@@ -187,8 +186,7 @@ def straight_maps(beam: Beam, u: PointMap, first: PointMap, second: PointMap) ->
     return (combined((u, 1.0), (first, -beam.length)), beam.length), (combined((second, 1.0), (first, -1.0)), 1.0)
 
 
-STRAIGHT = 1e-6
-"""A bar is placed straight if it is within this part of its length."""
+STRAIGHT = 1e-6  # A bar is placed straight if it is within this part of its length
 
 
 def is_straight(axis: Axis, natural: np.ndarray) -> bool:

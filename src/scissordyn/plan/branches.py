@@ -16,8 +16,7 @@ from scissordyn.plan.coupling import coupling_parts
 from scissordyn.plan.linear_constraints import eliminated, full, origins
 from scissordyn.plan.quadratic_constraints import quadratic_constraints
 
-NO_GRADIENT = 1e-12
-"""A quadratic constraint whose maps do not vary by more than this holds whatever the free coordinates are."""
+NO_GRADIENT = 1e-12  # A quadratic constraint whose maps do not vary by more than this holds whatever the free coordinates are
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,8 +20,7 @@ from scissordyn.model.track import Track
 from scissordyn.plan.elimination import Expression, add, scaled
 from scissordyn.plan.flexible import Axis, axes_of, clamped_bodies
 
-SAME = 1e-9
-"""Products of coefficients, the largest one being one, that are the same to within this belong to parallel bodies."""
+SAME = 1e-9  # Products of coefficients, the largest one being one, that are the same to within this belong to parallel bodies
 
 
 @dataclass(frozen=True)

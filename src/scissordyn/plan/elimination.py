@@ -10,17 +10,10 @@ import numpy as np
 from scissordyn.errors import InputError
 from scissordyn.kernel import F1, I1, entry, kernel
 
-DRIVE = "the drive of"
-"""How the names of the drives' constraints begin."""
-
-DENSE = 600
-"""Up to so many constraints a full matrix finds out whose they are; it is needed for a message only."""
-
-Expression = dict[int, float]
-"""A linear combination: coefficient by column."""
-
-ROUND_OFF = 1e-12
-"""Coefficients below this fraction of the largest one in the elimination of a row came from cancellation."""
+DRIVE = "the drive of"  # How the names of the drives' constraints begin
+DENSE = 600  # Up to so many constraints a full matrix finds out whose they are; it is needed for a message only
+Expression = dict[int, float]  # A linear combination: coefficient by column
+ROUND_OFF = 1e-12  # Coefficients below this fraction of the largest one in the elimination of a row came from cancellation
 
 ROUND_OFF_PER_ROW = 1e-14
 """Likewise, times the number of constraints: along a chain the roundings of all its angles add up (1.1e-12 after a ring of 1000

@@ -21,11 +21,8 @@ from scissordyn.plan.elimination import Expression
 from scissordyn.plan.shapes import Shapes, shapes_of
 from scissordyn.plugin.element import pointers, row_of
 
-IMPACT_SPEED = 1.0
-"""Of the impact whose duration stands for that of contacts [m/s]."""
-
-LEAST_MODES, MOST_MODES = 2, 24
-"""Modes of each span at least, and of a bar at most, if their number is not given."""
+IMPACT_SPEED = 1.0  # Of the impact whose duration stands for that of contacts [m/s]
+LEAST_MODES, MOST_MODES = 2, 24  # Modes of each span at least, and of a bar at most, if their number is not given
 
 SAME_INERTIA = 1e-9
 """Largest relative difference of the inertia of a cross-section from that of its bar: beyond, something else is fixed to it."""

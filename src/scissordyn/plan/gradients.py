@@ -11,20 +11,14 @@ from scissordyn.mechanics.constraint_part import ANGLE, HALF_SQUARE, LENGTH
 from scissordyn.mechanics.rotation import TURN
 from scissordyn.plan.coordinates import Constraint, Coordinates, PointMap
 
-LARGE = 250_000
-"""Entries above which matrices are kept sparse."""
-
-MOST_FULL_ROWS = 400
-"""Equations above which least squares are solved iteratively."""
-
-SMALLEST = 1e-10
-"""Singular values below this fraction of the largest are zero but for rounding."""
+LARGE = 250_000  # Entries above which matrices are kept sparse
+MOST_FULL_ROWS = 400  # Equations above which least squares are solved iteratively
+SMALLEST = 1e-10  # Singular values below this fraction of the largest are zero but for rounding
 
 ROTATIONS = 0.01, 0.1, 0.3, 1.0, 2.0
 """Standard deviations of the angles by which bodies are rotated where no assembly is near the guess [rad]."""
 
-TRIES = 6
-"""Guesses of each."""
+TRIES = 6  # Guesses of each
 
 
 class Gradients:

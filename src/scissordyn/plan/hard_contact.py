@@ -45,11 +45,8 @@ CHOICES = (
 """Fields of `HardContacts` with a number, or an integer, of each contact."""
 
 OF_ROWS = ("free", "before", "impulse", "velocity", "shift", "right")
-OF_STATES = ("kept_slope", "slope", "middle", "scratch")
-"""Fields with a number of each row, or of each state."""
-
-AXES = 3
-"""Rows of a force element: N and T of a contact, directions in which a component damps."""
+OF_STATES = ("kept_slope", "slope", "middle", "scratch")  # Fields with a number of each row, or of each state
+AXES = 3  # Rows of a force element: N and T of a contact, directions in which a component damps
 
 
 def damped_components(plan: Plan) -> list[tuple[int, int]]:
@@ -64,8 +61,7 @@ HARD_STATE: Mapping[str, Any] = MappingProxyType(
 )
 """What the next step depends on, and its start."""
 
-HARD_COUNTED = MappingProxyType({"stick": 0, "counts": 0, "overlap": 0})
-"""What has been counted since the start."""
+HARD_COUNTED = MappingProxyType({"stick": 0, "counts": 0, "overlap": 0})  # What has been counted since the start
 
 
 def hard_contacts(plan: Plan) -> HardContacts:

@@ -24,8 +24,7 @@ from scissordyn.plan.coordinates import Coordinates
 MOST_STATES = 40
 """Beyond so many numbers of the state implicit steps leave out how reactions depend on them: it takes two evaluations each."""
 
-ALIKE = 1e-9
-"""Directions that differ by less are the same [rad]."""
+ALIKE = 1e-9  # Directions that differ by less are the same [rad]
 
 
 def make_friction_workspace(

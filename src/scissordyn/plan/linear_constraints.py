@@ -36,8 +36,7 @@ FEW_DIGITS = NOTHING_LEFT, 1e-6, 1e-4, 3e-3, 1e-2
 """What is left of a constraint that follows from others, as a fraction of its coefficients: round-off, or that of fewer and
 fewer digits, where else the joints hold only far from where the bodies are placed."""
 
-SMALL = 200
-"""Up to so many natural coordinates full matrices are quicker to handle than sparse ones."""
+SMALL = 200  # Up to so many natural coordinates full matrices are quicker to handle than sparse ones
 
 
 def reduced(mechanism: Mechanism) -> Coordinates:

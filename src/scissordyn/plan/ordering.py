@@ -10,11 +10,8 @@ import numpy as np
 from scissordyn.plan.coordinates import Constraint
 from scissordyn.plan.graph import coupled, reach, reverse_cuthill_mckee
 
-FEW = 12
-"""Up to so many unknowns the step matrix is taken as full, and nothing is eliminated."""
-
-ELIMINATED = -1
-"""In the place of a row."""
+FEW = 12  # Up to so many unknowns the step matrix is taken as full, and nothing is eliminated
+ELIMINATED = -1  # In the place of a row
 
 
 class Ordering(NamedTuple):

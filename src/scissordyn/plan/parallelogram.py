@@ -22,8 +22,7 @@ The elimination takes a hundred times as much for zero, as its factors and many 
 CLOSED = 1e-6
 """Sides that miss each other by more of their length, as the bodies are placed, do not say on which branch they assemble."""
 
-Angles = Mapping[str, float]
-"""Angle of each rotating body [rad]."""
+Angles = Mapping[str, float]  # Angle of each rotating body [rad]
 
 
 class Side(NamedTuple):

@@ -44,8 +44,7 @@ from scissordyn.plan.model import make_model
 from scissordyn.plan.numbers import make_parameters
 from scissordyn.plan.rest import frictionless, still_at
 
-SAID_MISS = 1e-8
-"""Lengths that contradict each other by more than this fraction are said to do so."""
+SAID_MISS = 1e-8  # Lengths that contradict each other by more than this fraction are said to do so
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,11 +15,8 @@ from scissordyn.plan.coordinates import Constraint, Coordinates, PointMap, combi
 from scissordyn.plan.elimination import Elimination, Expression, contradiction, in_words
 from scissordyn.plan.graph import members, reverse_cuthill_mckee
 
-CONTRADICTION = 1e-7
-"""Lengths that differ by less than this fraction are one length."""
-
-NAMED = 3
-"""So many of a family of parallel bodies are named."""
+CONTRADICTION = 1e-7  # Lengths that differ by less than this fraction are one length
+NAMED = 3  # So many of a family of parallel bodies are named
 
 
 def _is_free(coordinates: Coordinates, point_map: PointMap) -> bool:

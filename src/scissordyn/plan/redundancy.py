@@ -12,8 +12,7 @@ from scissordyn.plan.elimination import JUMPED, in_words
 from scissordyn.plan.gradients import SMALLEST, Gradients, guesses, least_change
 from scissordyn.plan.quadratic_constraints import order_constraints
 
-CLOSED = 1e-11
-"""Constraints that hold within this are met."""
+CLOSED = 1e-11  # Constraints that hold within this are met
 
 EXACT = 1e-7, 1e-8
 """Gradients of length one are dependent when one is a combination of the others but for a rest below the first number.
@@ -23,14 +22,9 @@ A constraint that still holds within the second one after a move that only the o
 ROUNDED = (1e-2, 1e-4), (1e-2, 3e-3)
 """Likewise for lengths and places with few digits, by which parts that hold each other twice contradict each other."""
 
-MOVE = 0.1
-"""Size of that move, in maps of the order of one."""
-
-BEYOND_DOUBT = 1e-3
-"""Gradients, each of length one, with a smallest singular value above this are independent."""
-
-LARGE = 60
-"""More constraints than this are looked at by a sparse factorization first."""
+MOVE = 0.1  # Size of that move, in maps of the order of one
+BEYOND_DOUBT = 1e-3  # Gradients, each of length one, with a smallest singular value above this are independent
+LARGE = 60  # More constraints than this are looked at by a sparse factorization first
 
 
 def independent(coordinates: Coordinates, angles: np.ndarray, *, lenient: bool = False) -> Coordinates:

@@ -24,8 +24,7 @@ from scissordyn.run.answer.joint_force import clearance_joints
 if TYPE_CHECKING:
     import xarray as xr
 
-RATES = {"gif": 10, "mp4": 25, "html": 25}
-"""Frames per second by format. A GIF is composed in memory before it is written."""
+RATES = {"gif": 10, "mp4": 25, "html": 25}  # Frames per second by format. A GIF is composed in memory before it is written
 
 FILMS = tuple(RATES)
 

@@ -21,11 +21,8 @@ from scissordyn.plot.style import BLACK, literal, small
 
 DPI = 100
 
-WIDE = 1.5
-"""Structures wider than this have the panels of their joints below, others beside them."""
-
-NARROW = 0.5
-"""Least ratio of width to height of the region that is drawn."""
+WIDE = 1.5  # Structures wider than this have the panels of their joints below, others beside them
+NARROW = 0.5  # Least ratio of width to height of the region that is drawn
 
 LEADER = {"arrowstyle": "-", "color": BLACK, "linewidth": 0.5, "shrinkA": 1.0, "shrinkB": 0.5}
 """The thin line from a name to its joint."""

@@ -29,33 +29,17 @@ from scissordyn.run.results import along
 if TYPE_CHECKING:
     import xarray as xr
 
-TRAIL = 12
-"""Number of frames over which the journal's path stays visible in a GIF or MP4."""
-
-FINEST = 4000
-"""Largest number of points of a journal's path in a film, about the resolution of a screen."""
-
-CLOSED = ("plate", "block", "payload", "panel")
-"""Kinds of shapes whose last point is joined to the first."""
-
-LOAD = 0.015
-"""Size of payloads and panels as a fraction of the picture's longer side."""
-
-SQUARE, BAND = 1.5, 0.55
-"""Half the side of a payload, and half the width of a panel, in their size."""
-
-SYMBOL = 0.03
-"""Radius of the symbol of a component as a fraction of the picture's longer side."""
+TRAIL = 12  # Number of frames over which the journal's path stays visible in a GIF or MP4
+FINEST = 4000  # Largest number of points of a journal's path in a film, about the resolution of a screen
+CLOSED = ("plate", "block", "payload", "panel")  # Kinds of shapes whose last point is joined to the first
+LOAD = 0.015  # Size of payloads and panels as a fraction of the picture's longer side
+SQUARE, BAND = 1.5, 0.55  # Half the side of a payload, and half the width of a panel, in their size
+SYMBOL = 0.03  # Radius of the symbol of a component as a fraction of the picture's longer side
 
 
-GAP = 0.35
-"""The clearance of a magnified joint as a fraction of the drawn journal's radius, or of half the drawn block's width."""
-
-LONG = 1.3
-"""Half the length of the drawn block."""
-
-EDGE = 1.7
-"""Half the length of the drawn channel."""
+GAP = 0.35  # The clearance of a magnified joint as a fraction of the drawn journal's radius, or of half the drawn block's width
+LONG = 1.3  # Half the length of the drawn block
+EDGE = 1.7  # Half the length of the drawn channel
 
 
 @dataclass(frozen=True)

@@ -25,12 +25,10 @@ if TYPE_CHECKING:
 COLOURS = "cividis_r"
 """Perceptually uniform, for readers without red or green too: the larger the darker, in print without colour as well."""
 
-ORDINATE = 0.11
-"""The largest ordinate, as a fraction of the mechanism's longer side."""
+ORDINATE = 0.11  # The largest ordinate, as a fraction of the mechanism's longer side
 
 
-TOGETHER = 1e-9
-"""Ends of parts so near to each other are one place, as a fraction of the mechanism's longer side."""
+TOGETHER = 1e-9  # Ends of parts so near to each other are one place, as a fraction of the mechanism's longer side
 
 
 @dataclass(frozen=True)

@@ -25,14 +25,9 @@ PARTS = ("scene.js", "ruler.js", "diagram.js", "canvas.js")
 CANVAS = "".join((Path(__file__).parent / "assets" / part).read_text(encoding="utf-8") for part in PARTS)
 """The script of the canvas, a module for the explorer, notebooks and films."""
 
-FRAMES = 500
-"""Most frames in the explorer; between two of them contacts and largest forces are kept."""
-
-MOST_NAMES = 6
-"""Of more joints, as in canvas.js, the chosen one alone has its name in the drawing, in one place beside it."""
-
-SECONDS = 6.0
-"""How long a run is shown at speed 1 [s]."""
+FRAMES = 500  # Most frames in the explorer; between two of them contacts and largest forces are kept
+MOST_NAMES = 6  # Of more joints, as in canvas.js, the chosen one alone has its name in the drawing, in one place beside it
+SECONDS = 6.0  # How long a run is shown at speed 1 [s]
 
 
 def run_scene(run: xr.Dataset, mechanism: Mechanism, frames: int = FRAMES) -> Scene:

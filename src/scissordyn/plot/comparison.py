@@ -18,8 +18,7 @@ from scissordyn.run.answer.joint_force import clearance_joints
 if TYPE_CHECKING:
     import xarray as xr
 
-JOINTS = 3
-"""Most joints whose forces are compared, those with the largest forces."""
+JOINTS = 3  # Most joints whose forces are compared, those with the largest forces
 
 SECOND: dict[str, Any] = {"color": VERMILION, "linewidth": LINE, "linestyle": (0, (5, 1.5)), "zorder": 3.0}
 """The second run is dashed and on top, so that both are visible where they agree."""

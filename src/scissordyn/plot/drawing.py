@@ -31,8 +31,7 @@ from scissordyn.plot.style import (
     label_axes,
 )
 
-RING = 8.0
-"""Diameter of the ring around a clearance joint, where there is room [pt]."""
+RING = 8.0  # Diameter of the ring around a clearance joint, where there is room [pt]
 
 HATCHED: dict[str, Any] = {"facecolor": "white", "edgecolor": GREY, "hatch": "//////", "linewidth": 0.0}
 

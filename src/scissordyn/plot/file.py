@@ -16,8 +16,7 @@ from scissordyn.file.output_file import check_target, write_file
 
 FORMATS = ("png", "svg", "pdf")
 
-DPI = 150
-"""Dots per inch of a PNG."""
+DPI = 150  # Dots per inch of a PNG
 
 
 def check_format(format: str) -> None:

@@ -18,8 +18,7 @@ from scissordyn.run.configuration import read_configuration
 if TYPE_CHECKING:
     import xarray as xr
 
-DRY = 0.1
-"""Films are drawn down to this part of the roughness; contacts are drawn there."""
+DRY = 0.1  # Films are drawn down to this part of the roughness; contacts are drawn there
 
 
 @picture("Three panels.")

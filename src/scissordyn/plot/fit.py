@@ -14,8 +14,7 @@ from scissordyn.plot.style import BLUE, GREY, LINE, VERMILION, Canvas, dress, le
 if TYPE_CHECKING:
     import xarray as xr
 
-MOST = 4
-"""Segments that are drawn, from the first on: curves of more cannot be distinguished from each other."""
+MOST = 4  # Segments that are drawn, from the first on: curves of more cannot be distinguished from each other
 
 
 def agreement_curves(measured: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:

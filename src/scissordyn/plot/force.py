@@ -30,8 +30,7 @@ from scissordyn.plot.style import (
 if TYPE_CHECKING:
     import xarray as xr
 
-STRIP = 0.06
-"""Height of the strip of contacts, as a fraction of the panel."""
+STRIP = 0.06  # Height of the strip of contacts, as a fraction of the panel
 
 
 @picture("One per joint, followed by one for its friction if it has any.")

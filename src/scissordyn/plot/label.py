@@ -17,17 +17,10 @@ from scissordyn.plot.style import literal, small
 DISTANCES = (7.0, 11.0, 16.0, 23.0, 32.0, 44.0, 60.0, 82.0, 112.0, 150.0)
 """Of a name from what it names, the nearest one first [pt]."""
 
-DIRECTIONS = 24
-"""So many directions are tried at each distance."""
-
-LEADER = 13.0
-"""Names further away than this have a line to what they name [pt]."""
-
-APART = np.array([6.0, 1.5])
-"""Least distance of two names beside and above each other [pt]."""
-
-INK = 3.0
-"""Lines are looked at in points so far apart [pt]."""
+DIRECTIONS = 24  # So many directions are tried at each distance
+LEADER = 13.0  # Names further away than this have a line to what they name [pt]
+APART = np.array([6.0, 1.5])  # Least distance of two names beside and above each other [pt]
+INK = 3.0  # Lines are looked at in points so far apart [pt]
 
 HIDDEN, FAR, CROSSED, TOUCHED, MISLED = 4.0, 0.06, 4.0, 30.0, 60.0
 """What a hidden point of a line, a point of distance, a leader across a name, a name on a joint, and what seems to be the name
@@ -36,8 +29,7 @@ of another joint weigh."""
 CLEAR = 4.0
 """A name without a leader is so much nearer to its own joint than to others, and a leader passes others so far away [pt]."""
 
-BLOCKED = 1e4
-"""What a place on another name or beyond the frame weighs: more than everything else together."""
+BLOCKED = 1e4  # What a place on another name or beyond the frame weighs: more than everything else together
 
 
 @dataclass(frozen=True)

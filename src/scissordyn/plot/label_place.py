@@ -8,35 +8,22 @@ from functools import lru_cache
 
 import numpy as np
 
-REGION = 440.0
-"""Longer side of the region as pages and the explorer draw it, about [pt]."""
-
-LETTER, LINE, ROUND = 5.0, 9.0, 2.0
-"""Width of a letter, height of a line, and room around a name [pt]."""
-
-DISTANCES = (8.0, 12.0, 18.0, 26.0, 38.0, 54.0)
-"""Of the edge of a name from the middle of its joint [pt]."""
+REGION = 440.0  # Longer side of the region as pages and the explorer draw it, about [pt]
+LETTER, LINE, ROUND = 5.0, 9.0, 2.0  # Width of a letter, height of a line, and room around a name [pt]
+DISTANCES = (8.0, 12.0, 18.0, 26.0, 38.0, 54.0)  # Of the edge of a name from the middle of its joint [pt]
 
 DIRECTIONS = 16
 
-LOOKS = 9
-"""So many instants are looked at where a film is shown at once."""
-
-RING = 6.5
-"""Radius that a name keeps free about each joint [pt]."""
-
-STEP = 4.0
-"""Lines are looked at in points so far apart [pt]."""
+LOOKS = 9  # So many instants are looked at where a film is shown at once
+RING = 6.5  # Radius that a name keeps free about each joint [pt]
+STEP = 4.0  # Lines are looked at in points so far apart [pt]
 
 HIDDEN, COVERED, CROSSED, TOUCHED, MISLED, BEYOND, FAR = 3.0, 1e4, 40.0, 12.0, 25.0, 0.4, 0.5
 """What a hidden point of a line, a name on another one, a leader across another name, a name on a joint, one about as near to
 another joint as to its own, a point beyond the region, and a point of distance weigh."""
 
-JUMP = 3.0
-"""What another place than before weighs, times the number of instants: so much less must be hidden by it in the mean."""
-
-CLEAR = 4.0
-"""A name is so much nearer to its own joint than to others [pt]."""
+JUMP = 3.0  # What another place than before weighs, times the number of instants: so much less must be hidden by it in the mean
+CLEAR = 4.0  # A name is so much nearer to its own joint than to others [pt]
 
 
 def asides(

@@ -42,11 +42,8 @@ JOINT = JointContact(clearance=0.5e-3, journal_radius=10e-3, length=15e-3, journ
 OSCILLATION = 2e-6, 5.0
 """Amplitude [m] and frequency [Hz] of the oscillation with sticking and sliding: a few bristle lengths, up to 63 um/s."""
 
-SPEEDS = np.logspace(-6, 0, 400)
-"""Slip speeds of the curve of steady sliding [m/s]."""
-
-SOFT = 0.5
-"""Restitution coefficient of the comparison of damping laws, which agree near 1."""
+SPEEDS = np.logspace(-6, 0, 400)  # Slip speeds of the curve of steady sliding [m/s]
+SOFT = 0.5  # Restitution coefficient of the comparison of damping laws, which agree near 1
 
 COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY, GREY)
 DASHES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (1, 1.5)))

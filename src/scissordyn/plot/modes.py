@@ -18,11 +18,8 @@ from scissordyn.plot.place import corners_of
 from scissordyn.plot.style import Canvas, figure_size, legend, panels, small
 from scissordyn.run.answer.placement import Placement
 
-AMPLITUDE = 0.06
-"""Largest displacement of a drawn mode, as a fraction of the mechanism's longer side."""
-
-PERIODS, FRAMES = 2, 100
-"""Of a film."""
+AMPLITUDE = 0.06  # Largest displacement of a drawn mode, as a fraction of the mechanism's longer side
+PERIODS, FRAMES = 2, 100  # Of a film
 
 
 def frequencies(eigenmodes: xr.Dataset, *, axes: Canvas = None) -> Axes:

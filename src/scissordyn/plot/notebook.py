@@ -13,8 +13,7 @@ from scissordyn.run.configuration import read_configuration
 if TYPE_CHECKING:
     import xarray as xr
 
-HIGH = 520
-"""Of the frame in a notebook [pixel]."""
+HIGH = 520  # Of the frame in a notebook [pixel]
 
 
 @dataclass(frozen=True)

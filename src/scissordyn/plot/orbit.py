@@ -29,11 +29,8 @@ from scissordyn.plot.style import (
 if TYPE_CHECKING:
     import xarray as xr
 
-COLUMNS, LEAST = 3, 1.7
-"""Orbits in a row, and their least width in a figure of a width that the user has chosen [inch]."""
-
-VISIBLE = 0.1
-"""Drawn depth of the largest indentation, as a fraction of the clearance."""
+COLUMNS, LEAST = 3, 1.7  # Orbits in a row, and their least width in a figure of a width that the user has chosen [inch]
+VISIBLE = 0.1  # Drawn depth of the largest indentation, as a fraction of the clearance
 
 
 @picture("One per joint.")

@@ -12,20 +12,14 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.symbol import wheel_points
 from scissordyn.run.answer.placement import Placement
 
-MARGIN = 0.1
-"""Around a mechanism, as a fraction of its longer side."""
-
-OBLIQUE = 0.1
-"""Gravity further from the next quarter turn is oblique [quarter turns]."""
+MARGIN = 0.1  # Around a mechanism, as a fraction of its longer side
+OBLIQUE = 0.1  # Gravity further from the next quarter turn is oblique [quarter turns]
 
 SMALLEST, FREE = 3.5, 0.5
 """Least diameter of a ring around a joint [pt], and its largest as a fraction of the distance of neighbours."""
 
-TOGETHER = 1e-3
-"""Joints so near to each other are in one place, as a fraction of the distance of the farthest."""
-
-Corners = tuple[np.ndarray, np.ndarray]
-"""Lower left and upper right corner [m]."""
+TOGETHER = 1e-3  # Joints so near to each other are in one place, as a fraction of the distance of the farthest
+Corners = tuple[np.ndarray, np.ndarray]  # Lower left and upper right corner [m]
 
 
 def outlines(placement: Placement) -> list[np.ndarray]:

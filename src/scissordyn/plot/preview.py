@@ -28,29 +28,14 @@ from scissordyn.run.simulate import simulate
 if TYPE_CHECKING:
     import xarray as xr
 
-INSTANT = 1e-9
-"""A run of this length gives the assembled position [s]."""
-
-SMALLEST, LARGEST = 6.0, 15.0
-"""Longer side of the figure [inch]."""
-
-PER_NAME = 0.11
-"""By how much a name enlarges it [inch]."""
-
-MOST = 160
-"""So many names are written at most; names of joints with clearance, drives and components come first."""
-
-LETTERS = 7.0
-"""Size of the names [pt]."""
-
-NARROWEST = 0.55
-"""Shorter side of the region over the mechanism's longer side, at least: names need room beside a line of bars."""
-
-MANY = 3
-"""If more joints than these have the same clearance, it is said once."""
-
-MARGIN = 0.16
-"""Around the mechanism, as a fraction of its longer side."""
+INSTANT = 1e-9  # A run of this length gives the assembled position [s]
+SMALLEST, LARGEST = 6.0, 15.0  # Longer side of the figure [inch]
+PER_NAME = 0.11  # By how much a name enlarges it [inch]
+MOST = 160  # So many names are written at most; names of joints with clearance, drives and components come first
+LETTERS = 7.0  # Size of the names [pt]
+NARROWEST = 0.55  # Shorter side of the region over the mechanism's longer side, at least: names need room beside a line of bars
+MANY = 3  # If more joints than these have the same clearance, it is said once
+MARGIN = 0.16  # Around the mechanism, as a fraction of its longer side
 
 
 def preview(mechanism: Mechanism, *, axes: Canvas = None, start: xr.Dataset | None = None) -> Axes:

@@ -29,14 +29,9 @@ __all__ = [
 
 DOTS: dict[str, Any] = {"linestyle": "", "marker": ".", "markeredgewidth": 0.0}
 
-BARS = 30
-"""Bars of a distribution."""
-
-DECADE = 10.0
-"""Ratio of largest to smallest value from which a distribution is drawn logarithmically."""
-
-MOST_PIXELS = 1000
-"""Points along the side of a recurrence plot, about its resolution."""
+BARS = 30  # Bars of a distribution
+DECADE = 10.0  # Ratio of largest to smallest value from which a distribution is drawn logarithmically
+MOST_PIXELS = 1000  # Points along the side of a recurrence plot, about its resolution
 
 
 @picture()

@@ -28,8 +28,7 @@ from scissordyn.run.answer.joint_force import clearance_joints
 if TYPE_CHECKING:
     import xarray as xr
 
-KINDS = ("response", "track", "force", "torque", "orbit", "film", "energy", "structure", "bending")
-"""All pictures, in order."""
+KINDS = ("response", "track", "force", "torque", "orbit", "film", "energy", "structure", "bending")  # All pictures, in order
 
 NEEDS = {
     "track": "a tracked point and a clearance joint",

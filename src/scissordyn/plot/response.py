@@ -16,8 +16,7 @@ from scissordyn.run.configuration import ATTRIBUTE, read_configuration
 if TYPE_CHECKING:
     import xarray as xr
 
-ROUND_OFF = 1e-10
-"""Relative change over a run that is none."""
+ROUND_OFF = 1e-10  # Relative change over a run that is none
 
 DEFAULT_BODY = "unit 1/bar 2"
 

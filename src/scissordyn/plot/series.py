@@ -20,13 +20,11 @@ if TYPE_CHECKING:
 
     from scissordyn.model.mechanism import Mechanism
 
-Joints: TypeAlias = "str | Sequence[str] | None"
-"""One joint, several, or those that a picture chooses."""
+Joints: TypeAlias = "str | Sequence[str] | None"  # One joint, several, or those that a picture chooses
 
 BEYOND = "beyond predictability horizon"
 
-MOST_JOINTS = 6
-"""Largest number of joints in one picture, unless the caller names more."""
+MOST_JOINTS = 6  # Largest number of joints in one picture, unless the caller names more
 
 
 def time_scale(run: xr.Dataset) -> Scale:

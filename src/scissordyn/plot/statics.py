@@ -17,11 +17,8 @@ if TYPE_CHECKING:
 
 SAMPLE = "over='time'"
 
-CONSTANT = 1e-6
-"""Forces that vary by less than this part of the largest are constant but for round-off, and drawn from zero on."""
-
-ROUND_OFF = 1e-12
-"""Forces below this part of the largest number are round-off; a panel of such is left out."""
+CONSTANT = 1e-6  # Forces that vary by less than this part of the largest are constant but for round-off, and drawn from zero on
+ROUND_OFF = 1e-12  # Forces below this part of the largest number are round-off; a panel of such is left out
 
 PANELS = {
     "drive": ("drive torque", "rod force ", "coordinate drive "),

@@ -28,17 +28,13 @@ from scissordyn.run.answer.placement import Placement
 if TYPE_CHECKING:
     import xarray as xr
 
-TALL = 2.0
-"""Largest ratio of width to height of structures drawn side by side; wider ones are drawn one below the other."""
+TALL = 2.0  # Largest ratio of width to height of structures drawn side by side; wider ones are drawn one below the other
 
 FEW, WIDE = 1, 2.0
 """Magnified joints in the column of a page, and the largest ratio of width to height of the room for a structure there."""
 
-LARGER = 1.6
-"""Blocks, loads and symbols of stills, over those of films, which are larger pictures."""
-
-CLOSE = 4
-"""With more magnified joints their panels are narrow, and their titles have one more line."""
+LARGER = 1.6  # Blocks, loads and symbols of stills, over those of films, which are larger pictures
+CLOSE = 4  # With more magnified joints their panels are narrow, and their titles have one more line
 
 
 @picture()

@@ -25,11 +25,8 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-TWO_SIDED = 1.96
-"""Standard deviations of a 95 % interval."""
-
-VEIL = 0.75
-"""Opacity of the veil where the interpolation knows no more than the mean of all points."""
+TWO_SIDED = 1.96  # Standard deviations of a 95 % interval
+VEIL = 0.75  # Opacity of the veil where the interpolation knows no more than the mean of all points
 
 COLOURS = (BLACK, VERMILION, BLUE, ORANGE, GREY)
 
@@ -92,40 +89,25 @@ def note_error(axes: Axes, error: float) -> None:
     axes.set_title(text, loc="left", fontsize=small())
 
 
-MOST_FACTORS = 5
-"""Columns of response curves; of more numbers those that matter first."""
-
-LONGEST = 84
-"""Characters of a line of a label beside a bar; longer labels take several lines."""
-
-BINS = 12
-"""Largest number of parts of a factor's range, for each of which a curve has a median."""
+MOST_FACTORS = 5  # Columns of response curves; of more numbers those that matter first
+LONGEST = 84  # Characters of a line of a label beside a bar; longer labels take several lines
+BINS = 12  # Largest number of parts of a factor's range, for each of which a curve has a median
 
 MOST_LEVELS = 120
 """A factor with at most so many values, and `EACH` points for each on average, has a point of the curve for each."""
 
-EACH = 6
-"""Least number of points of which a median and a middle 80 % are drawn."""
-
-FEW = 200
-"""Up to so many points on a map are marked with a white edge, which shows on every colour."""
-
-MARK = 6.0
-"""Size of a dot in a legend, however small it is in the picture."""
+EACH = 6  # Least number of points of which a median and a middle 80 % are drawn
+FEW = 200  # Up to so many points on a map are marked with a white edge, which shows on every colour
+MARK = 6.0  # Size of a dot in a legend, however small it is in the picture
 
 DOTS: dict[str, Any] = {"linestyle": "", "marker": ".", "markeredgewidth": 0.0}
 
 MET = LinearSegmentedColormap.from_list("met", colormaps["RdYlBu"](np.linspace(0.12, 0.88, 256)))
 """From none to all: without the darkest ends, on which marks do not show."""
 
-LEVEL = 30
-"""Characters of all names at an axis up to which they stand level."""
-
-DECADES = 30.0
-"""Ratio of largest to smallest value from which colours and axes are logarithmic."""
-
-SHORT = 300.0
-"""That below which a logarithmic axis has numbers between powers of ten."""
+LEVEL = 30  # Characters of all names at an axis up to which they stand level
+DECADES = 30.0  # Ratio of largest to smallest value from which colours and axes are logarithmic
+SHORT = 300.0  # That below which a logarithmic axis has numbers between powers of ten
 
 
 def _factors(points: xr.Dataset) -> list[str]:

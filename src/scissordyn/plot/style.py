@@ -18,8 +18,7 @@ if TYPE_CHECKING:
 BLUE, VERMILION, GREEN, ORANGE, SKY, PURPLE = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#56B4E9", "#CC79A7"
 BLACK, GREY, LIGHT = "#222222", "#767676", "#E4E4E4"
 
-LINE = 1.0
-"""Width of a curve [pt]."""
+LINE = 1.0  # Width of a curve [pt]
 
 SMALL, NORMAL = 0.8, 0.9
 """Letters of ticks and legends, and of labels, as a fraction of matplotlib's size: 8 and 9 pt of its 10 pt."""
@@ -30,20 +29,11 @@ IDEAL: dict[str, Any] = {"color": BLACK, "linewidth": LINE, "linestyle": (0, (4,
 AXES = ((("x", 1), ("y", 1)), (("y", -1), ("x", 1)), (("x", -1), ("y", -1)), (("y", 1), ("x", -1)))
 """Coordinates along and up a picture, and their signs, after 0 to 3 quarter turns."""
 
-LETTER, SHORTEST = 0.58, 8
-"""Width of a letter of their size, and fewest letters of a line that is broken."""
-
-ENTRY = 0.18
-"""Largest width of an entry of a legend, for each point of the letters' size [inch]."""
-
-BESIDE, EACH = 0.072, 0.0075
-"""Width of an entry beside its text, and of each letter, over the size of the letters [in/pt]."""
-
-COLUMN = 5.0
-"""Width of new figures [inch] below which few panels stand beside each other."""
-
-NARROW = 4.2
-"""Width of Axes [inch] below which a legend does not stand beside them."""
+LETTER, SHORTEST = 0.58, 8  # Width of a letter of their size, and fewest letters of a line that is broken
+ENTRY = 0.18  # Largest width of an entry of a legend, for each point of the letters' size [inch]
+BESIDE, EACH = 0.072, 0.0075  # Width of an entry beside its text, and of each letter, over the size of the letters [in/pt]
+COLUMN = 5.0  # Width of new figures [inch] below which few panels stand beside each other
+NARROW = 4.2  # Width of Axes [inch] below which a legend does not stand beside them
 
 TEX = str.maketrans(
     {
@@ -57,8 +47,7 @@ TEX = str.maketrans(
 )
 """How LaTeX writes signs that mean something to it."""
 
-Canvas: TypeAlias = "Axes | Iterable[Axes] | None"
-"""Target of a picture: one Axes, several, or None for a new figure."""
+Canvas: TypeAlias = "Axes | Iterable[Axes] | None"  # Target of a picture: one Axes, several, or None for a new figure
 
 
 def literal(name: str) -> str:

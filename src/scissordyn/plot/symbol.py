@@ -22,8 +22,7 @@ from scissordyn.run.answer.placement import Placement
 if TYPE_CHECKING:
     import xarray as xr
 
-RING = 0.4
-"""By how much of the first one's radius each further symbol at the same hinge is larger."""
+RING = 0.4  # By how much of the first one's radius each further symbol at the same hinge is larger
 
 
 CIRCLE = np.linspace(0.0, 2.0 * math.pi, 97)

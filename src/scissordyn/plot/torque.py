@@ -22,8 +22,7 @@ if TYPE_CHECKING:
 
 RPM = Scale(30.0 / math.pi, "rpm")
 
-ROUND = 1.15
-"""The curve is drawn up to so many times the speed and the torque that are needed, at least."""
+ROUND = 1.15  # The curve is drawn up to so many times the speed and the torque that are needed, at least
 
 
 @picture("One for each drive, actuator and motor, in this order.")

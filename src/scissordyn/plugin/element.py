@@ -19,11 +19,8 @@ from scissordyn.plugin.origin import class_in, note_origin
 from scissordyn.plugin.pointer import Kernel, arguments_of, check_names, pointer_of
 from scissordyn.units import Quantity, State, check_quantities, quantities
 
-PARAMETERS = 16
-"""Width of one row of numbers, a law's or a controller's, in the parameter tables that kernels read."""
-
-ABSENT = "-0.0"
-"""What a kernel is handed for a state that a part does not have: it changes no sum."""
+PARAMETERS = 16  # Width of one row of numbers, a law's or a controller's, in the parameter tables that kernels read
+ABSENT = "-0.0"  # What a kernel is handed for a state that a part does not have: it changes no sum
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,8 +61,7 @@ class Part:
         return numbers(self)
 
 
-SLOTS: dict[str, type[Part]] = {}
-"""The bases by the names of their slots."""
+SLOTS: dict[str, type[Part]] = {}  # The bases by the names of their slots
 
 Class = TypeVar("Class")
 

@@ -7,8 +7,7 @@ from typing import Any
 
 from scissordyn.plugin.user_file import load_function, made_in, split_reference
 
-_KNOWN: dict[tuple[str, str], type] = {}
-"""The classes that this process has made, by file and digest."""
+_KNOWN: dict[tuple[str, str], type] = {}  # The classes that this process has made, by file and digest
 
 
 def note_origin(made: Any, described: type) -> None:

@@ -22,8 +22,7 @@ from scissordyn.library import library
 
 Kernel = Callable[..., Any]
 
-RECIPES: dict[int, Recipe] = {}
-"""What was made into the function at each pointer."""
+RECIPES: dict[int, Recipe] = {}  # What was made into the function at each pointer
 
 
 def check_names(what: str, key: str, kernel: Kernel, places: Mapping[str, str]) -> None:

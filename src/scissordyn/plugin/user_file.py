@@ -12,8 +12,7 @@ from typing import Any
 
 from scissordyn.errors import InputError, did_you_mean
 
-DIGEST = "__digest__"
-"""What a module is asked for: the digest of the text that was executed."""
+DIGEST = "__digest__"  # What a module is asked for: the digest of the text that was executed
 
 SAMPLES = {"component": "my_components.py:Rubber", "controller": "my_controllers.py:servo", "measure": "my_measures.py:late"}
 """What the reference of anything but a law looks like, by its kind."""

@@ -36,11 +36,8 @@ MOST_TOGETHER = 16
 """Cases that are prepared one after the other. Between two runs of the loop, which leave nothing in the processor's caches,
 preparing one case takes three to ten times as long as after another."""
 
-GROUP_SECONDS = 0.1
-"""Time that a group should take, so that threads end together and Ctrl-C is noticed."""
-
-LARGEST_PERTURBATION = 1e-6
-"""What is larger is another start, not round-off."""
+GROUP_SECONDS = 0.1  # Time that a group should take, so that threads end together and Ctrl-C is noticed
+LARGEST_PERTURBATION = 1e-6  # What is larger is another start, not round-off
 
 
 def simulate_many(

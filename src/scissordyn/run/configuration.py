@@ -18,8 +18,7 @@ from scissordyn.run.results import Run
 
 ATTRIBUTE = "configuration"
 
-TITLE = "scissordyn run"
-"""Of what `simulate` returns; a map or a diagram has a configuration too, and is not run again from it."""
+TITLE = "scissordyn run"  # Of what `simulate` returns; a map or a diagram has a configuration too, and is not run again from it
 
 
 @dataclass(frozen=True)

@@ -31,34 +31,21 @@ from scissordyn.run.advance.interrupt import look, stopped_by
 Task = TypeVar("Task")
 Value = TypeVar("Value")
 
-AHEAD = 2
-"""Tasks handed out per worker: one in work and one that waits, so that no worker waits for this process."""
-
-QUICKLY = 0.5
-"""How long a worker, thread or process, may take to end by itself after Ctrl-C [s]."""
-
-LOOK = 0.2
-"""How often a thread that waits for others looks whether it is to stop itself [s]."""
-
-RECOUNT = 1.0
-"""How often the workers of an executor are counted [s]."""
-
-STATES = ("pending", "complete", "failed")
-"""Of a case; a store has their numbers."""
+AHEAD = 2  # Tasks handed out per worker: one in work and one that waits, so that no worker waits for this process
+QUICKLY = 0.5  # How long a worker, thread or process, may take to end by itself after Ctrl-C [s]
+LOOK = 0.2  # How often a thread that waits for others looks whether it is to stop itself [s]
+RECOUNT = 1.0  # How often the workers of an executor are counted [s]
+STATES = ("pending", "complete", "failed")  # Of a case; a store has their numbers
 
 LIBRARIES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 """Libraries of linear algebra start a thread for each processor, in each process, unless these say otherwise."""
 
-END: Any = object()
-"""Of tasks."""
+END: Any = object()  # Of tasks
 
 UNGUARDED = "a worker process could not begin; a script that starts some needs 'if __name__ == \"__main__\":'"
 
-Engine = Executor | int | None
-"""A number is one of threads, None one thread for each processor."""
-
-ENGINES = "a number of threads, sd.Processes(8), or an executor of concurrent.futures"
-"""What may be given as an engine."""
+Engine = Executor | int | None  # A number is one of threads, None one thread for each processor
+ENGINES = "a number of threads, sd.Processes(8), or an executor of concurrent.futures"  # What may be given as an engine
 
 
 class EngineError(ScissordynError):

@@ -25,14 +25,9 @@ SAMPLES = 501
 
 MOST = 50_001
 
-APART = math.radians(5.0)
-"""Rotation of the fastest body between two instants, at most, where `MOST` instants are enough."""
-
-FURTHEST = 3.0
-"""Lengths of a driven rod are followed up to this multiple of the mechanism's size."""
-
-SHORT = 1e-3
-"""And down to this fraction of it."""
+APART = math.radians(5.0)  # Rotation of the fastest body between two instants, at most, where `MOST` instants are enough
+FURTHEST = 3.0  # Lengths of a driven rod are followed up to this multiple of the mechanism's size
+SHORT = 1e-3  # And down to this fraction of it
 
 
 def ideal_kinematics(mechanism: Mechanism, *, until: float, samples: int | None = None) -> xr.Dataset:

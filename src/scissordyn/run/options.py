@@ -10,14 +10,9 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.integrate.tableau import METHODS
 from scissordyn.units import Meaning, Quantity, check_quantities
 
-TIME_STEPPING = "moreau-jean"
-"""Method of mechanisms with hard contacts."""
-
-AUTO = "auto"
-"""In place of a number of samples: equally spaced ones, and the contacts' own instants."""
-
-EQUALLY_SPACED = 2001
-"""Samples without a number of them."""
+TIME_STEPPING = "moreau-jean"  # Method of mechanisms with hard contacts
+AUTO = "auto"  # In place of a number of samples: equally spaced ones, and the contacts' own instants
+EQUALLY_SPACED = 2001  # Samples without a number of them
 
 StartKind = Annotated[
     Literal["concentric", "in-contact", "static", "as-placed"],

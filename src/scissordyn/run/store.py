@@ -19,8 +19,7 @@ from scissordyn.run.results import Results, Run
 if TYPE_CHECKING:
     import xarray as xr
 
-OTHER_FILES = {".toml": "read_case", ".db": "open_study"}
-"""What reads files that are no runs."""
+OTHER_FILES = {".toml": "read_case", ".db": "open_study"}  # What reads files that are no runs
 
 
 def save(run: xr.Dataset, path: str | os.PathLike[str], *, replace_broken: bool = False) -> Path:

@@ -23,11 +23,8 @@ from scissordyn.component.port import FRAME, Output
 from scissordyn.kernel import kernel
 from scissordyn.units import Meaning, Quantity
 
-MODELS = ("finite", "short", "long")
-"""Bearing models: their place is the kernel's number for them."""
-
-FIRST = 7
-"""Where the table begins among the parameters."""
+MODELS = ("finite", "short", "long")  # Bearing models: their place is the kernel's number for them
+FIRST = 7  # Where the table begins among the parameters
 
 
 @kernel

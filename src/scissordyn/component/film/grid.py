@@ -9,14 +9,12 @@ import numpy as np
 GAPS, DIRECTIONS = 20, 33
 """Nodes over the root of the least film thickness, and over the direction psi of the velocity from 0 to pi."""
 
-NEAREST = 1e-3
-"""Least film thickness of the table over the clearance; below, impedances grow as those of a long bearing."""
+NEAREST = 1e-3  # Least film thickness of the table over the clearance; below, impedances grow as those of a long bearing
 
 POWERS = 1.5, 1.0, 2.0
 """By which powers of the film thickness radial force, tangential force and pressure of the table are divided."""
 
-SHARP = 0.15
-"""Range of psi about pi/2 in which nodes are closest [rad]: there the film passes from one side to the other."""
+SHARP = 0.15  # Range of psi about pi/2 in which nodes are closest [rad]: there the film passes from one side to the other
 
 WIDEST = math.asinh(0.5 * math.pi / SHARP)
 

@@ -28,11 +28,8 @@ TABLE = Path(__file__).parent / "finite.npz"
 
 ROOT = math.sqrt(NEAREST)
 
-WIDTH = DIRECTIONS + 2
-"""Columns of a table with its neighbours on both sides."""
-
-STEPS = 4
-"""Of Newton's method for the end of a long bearing's film, more than any needs."""
+WIDTH = DIRECTIONS + 2  # Columns of a table with its neighbours on both sides
+STEPS = 4  # Of Newton's method for the end of a long bearing's film, more than any needs
 
 
 @kernel

@@ -9,11 +9,8 @@ from typing import Any
 from scissordyn.component.port.stroke import Drawn, Scene, Strokes
 
 Point = tuple[float, float]
-Where = Callable[[tuple[str, Any]], Point]
-"""Where a point of a body is, as placed [m]."""
-
-Turned = Callable[[str], float]
-"""Angle of a body, as placed [rad]; 0 for the ground."""
+Where = Callable[[tuple[str, Any]], Point]  # Where a point of a body is, as placed [m]
+Turned = Callable[[str], float]  # Angle of a body, as placed [rad]; 0 for the ground
 
 Ends = tuple[tuple[str, str | Point | None], tuple[str, str | Point | None]]
 """The two bodies that an element acts on, each with its point: a name, a place in its frame, or None for a torque alone."""

@@ -29,8 +29,7 @@ def ends(component: Any) -> Ends:
     return component.point, (GROUND, (0.0, 0.0))
 
 
-ARROW = 3.0
-"""Length of the arrow of the largest force of a run, in sizes."""
+ARROW = 3.0  # Length of the arrow of the largest force of a run, in sizes
 
 
 def drawn(component: Any, strokes: Strokes, scene: Scene) -> Drawn:

@@ -10,13 +10,11 @@ import numpy as np
 Strokes = tuple[np.ndarray, ...]
 """Each of shape (points, 2), or (points, 3) on a line, with the part of the distance first; placed (samples, points, 2) [m]."""
 
-AXIS_POINTS = 9
-"""Points of the axis of a beam, or of each span of a bar that bends."""
+AXIS_POINTS = 9  # Points of the axis of a beam, or of each span of a bar that bends
 
 AXIS_LINE = np.stack([np.linspace(0.0, 1.0, AXIS_POINTS), np.zeros(AXIS_POINTS)], axis=1)
 
-Drawn = tuple[Strokes, np.ndarray]
-"""Placed strokes, and where the name belongs, shape (samples, 2) [m]."""
+Drawn = tuple[Strokes, np.ndarray]  # Placed strokes, and where the name belongs, shape (samples, 2) [m]
 
 
 class Scene(Protocol):

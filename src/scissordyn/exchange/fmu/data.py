@@ -9,8 +9,7 @@ import numpy as np
 
 from scissordyn.compiler.kind import Array, Struct, Tuple, kind_of, written
 
-GAP = 6
-"""So many zeros in a row begin a new run of numbers."""
+GAP = 6  # So many zeros in a row begin a new run of numbers
 
 
 class Block:

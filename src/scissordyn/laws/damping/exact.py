@@ -14,8 +14,7 @@ LONGEST = 700.0
 """The roots are sought in u, where s = 1 - e^-u, which resolves the end near 1 where they lie for soft contacts; e^-700 is
 about the last normal number."""
 
-SMALL = 0.1
-"""Below this x - ln(1+x) loses digits and a series takes over."""
+SMALL = 0.1  # Below this x - ln(1+x) loses digits and a series takes over
 
 
 def _excess(x: float) -> float:

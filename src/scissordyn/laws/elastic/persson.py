@@ -8,11 +8,8 @@ from scissordyn.laws.contact import Elastic, JointContact
 from scissordyn.laws.elastic.quadrature import NODES, WEIGHTS
 from scissordyn.plugin.element import element
 
-PIECES = 3
-"""Of the range of b^2 in the quadrature of the energy: in one piece the pole would cost six digits."""
-
-LAST_ARC = 0.75
-"""b^2 from which on the tangent continues the law: its pole is at 0.834, at about ten clearances."""
+PIECES = 3  # Of the range of b^2 in the quadrature of the energy: in one piece the pole would cost six digits
+LAST_ARC = 0.75  # b^2 from which on the tangent continues the law: its pole is at 0.834, at about ten clearances
 
 
 def force(indentation, scale, clearance, deepest, last_force, last_stiffness):

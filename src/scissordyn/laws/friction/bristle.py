@@ -12,8 +12,7 @@ from scissordyn.units import Quantity
 PRESLIDING_SPEED = 1e-3
 """Slip speed [m/s] that separates presliding from sliding in a law without a Stribeck speed: the usual Stribeck speed."""
 
-CONSTANT_DAMPING = 1e6
-"""Damping speed [m/s] with which sigma_1 is constant to round-off in any machine."""
+CONSTANT_DAMPING = 1e6  # Damping speed [m/s] with which sigma_1 is constant to round-off in any machine
 
 BristleStiffness = Annotated[float, Quantity("1/m", minimum=1.0, maximum=1e9, help="sigma_0 per unit normal force")]
 BristleDamping = Annotated[float, Quantity("s/m", minimum=0.0, maximum=1e6, help="sigma_1 per unit normal force")]

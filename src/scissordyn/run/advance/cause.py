@@ -18,20 +18,14 @@ from scissordyn.plan.elimination import in_words
 from scissordyn.plan.gradients import Gradients
 from scissordyn.plan.plan import Plan
 
-NEAR = 1e-3
-"""A position is near a singular one if a combination of the constraints' unit gradients is shorter than this."""
-
-FRACTION = 0.1
-"""Constraints with more than this fraction of the largest in that combination are named."""
+NEAR = 1e-3  # A position is near a singular one if a combination of the constraints' unit gradients is shorter than this
+FRACTION = 0.1  # Constraints with more than this fraction of the largest in that combination are named
 
 IMMOBILE = 1e-11
 """A journal cannot move if the constraints leave less than this fraction of the square of its gradient: some roundings."""
 
-PLAIN = 1e-8
-"""Pivots of the gradients' Gram matrix above this are far from singular."""
-
-NO_LENGTH = 1e-12
-"""A spring shorter than this fraction of the mechanism's size has no direction."""
+PLAIN = 1e-8  # Pivots of the gradients' Gram matrix above this are far from singular
+NO_LENGTH = 1e-12  # A spring shorter than this fraction of the mechanism's size has no direction
 
 
 def full_coordinates(plan: Plan, system: System, state: np.ndarray, time: float) -> np.ndarray:

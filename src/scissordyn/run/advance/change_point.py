@@ -24,26 +24,16 @@ from scissordyn.plan.gradients import Gradients, least_change
 if TYPE_CHECKING:
     from scissordyn.run.advance.driver import Driver
 
-ON = 0.05
-"""Samples nearer to a change point than this fraction of the half step across are on it."""
+ON = 0.05  # Samples nearer to a change point than this fraction of the half step across are on it
 
 ASIDE, WEIGHTS = np.array([-0.8, -0.4, 0.4, 0.8]), np.array([-1.0, 4.0, 4.0, -1.0]) / 6.0
 """Instants beside it, in half steps, and what they count for the limit."""
 
-Passed = Sequence[tuple[float, float]]
-"""Instants of change points that have been passed, and half the steps across them [s]."""
-
-CORRECTIONS = 3
-"""Of the acceleration behind the point."""
-
-BESIDE = 0.05
-"""A projection that moves the state by more than this fraction of the step has found another branch, or none."""
-
-SMOOTH = 1e-4
-"""Accelerations may change the velocities by this fraction more or less over a step than they do at its start."""
-
-NEAREST = 1e-8
-"""Dependence of the gradients, as a fraction of the largest one, at which a step is not made shorter any more."""
+Passed = Sequence[tuple[float, float]]  # Instants of change points that have been passed, and half the steps across them [s]
+CORRECTIONS = 3  # Of the acceleration behind the point
+BESIDE = 0.05  # A projection that moves the state by more than this fraction of the step has found another branch, or none
+SMOOTH = 1e-4  # Accelerations may change the velocities by this fraction more or less over a step than they do at its start
+NEAREST = 1e-8  # Dependence of the gradients, as a fraction of the largest one, at which a step is not made shorter any more
 
 DIVERGES = 0.2
 """A velocity that changes by more than this fraction on the way to the point has no limit there: the mechanism locks."""

@@ -41,8 +41,7 @@ from scissordyn.run.start.tolerance import Tolerances
 if TYPE_CHECKING:
     from scissordyn.run.start.method import Choice
 
-SLICE = 20_000
-"""Most steps between two looks at the keyboard and the progress bar; the steps themselves do not depend on it."""
+SLICE = 20_000  # Most steps between two looks at the keyboard and the progress bar; the steps themselves do not depend on it
 
 FIRST, LASTING = 200, 0.1
 """Steps of the first call of the loop, and how long the others last [s]: Python looks at Ctrl-C between two calls only."""
@@ -388,8 +387,7 @@ def _rows_of(steps: StepRecord) -> list[tuple[str, np.ndarray]]:
 
 _GROWING = (loop.LOG_FULL, loop.HISTORY_FULL, loop.RECORD_FULL)
 
-UNFINISHED = (loop.ADVANCING, loop.CHANGE_POINT, *_GROWING)
-"""Statuses after which a driver can be advanced further."""
+UNFINISHED = (loop.ADVANCING, loop.CHANGE_POINT, *_GROWING)  # Statuses after which a driver can be advanced further
 
 
 def _fill_history(system: Handle, y: np.ndarray) -> None:

@@ -14,14 +14,9 @@ from scissordyn.run.options import EQUALLY_SPACED, Options
 if TYPE_CHECKING:
     from scissordyn.run.advance.trajectory import Trajectory
 
-MOST_INSTANTS = 20_001
-"""Most samples of ``samples = "auto"``: ten times the equally spaced ones."""
-
-ROUNDED = 4.0
-"""Roundings by which the sum of a start and a duration may miss the instant that was recorded."""
-
-EQUAL = 1e-6
-"""Relative difference of distances in time that counts as none."""
+MOST_INSTANTS = 20_001  # Most samples of ``samples = "auto"``: ten times the equally spaced ones
+ROUNDED = 4.0  # Roundings by which the sum of a start and a duration may miss the instant that was recorded
+EQUAL = 1e-6  # Relative difference of distances in time that counts as none
 
 
 def equally_spaced(time: np.ndarray) -> bool:

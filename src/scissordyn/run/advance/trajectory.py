@@ -31,25 +31,18 @@ from scissordyn.run.start.tolerance import error_weights
 if TYPE_CHECKING:
     from scissordyn.run.start.ideal_path import IdealPath
 
-CROSSED_FROM = 6
-"""Number of clearance joints from which steps go across contacts that begin and end (docs/decisions)."""
+CROSSED_FROM = 6  # Number of clearance joints from which steps go across contacts that begin and end (docs/decisions)
 
 HARD_CROSSED_FROM = 3
 """The same where contacts are hard: impacts that push other joints in follow each other ever faster when they are located."""
 
-MOST_RECORDED = 2 * MOST_INSTANTS
-"""Rows of recorded steps from which on every other one is left out."""
-
-UNSOLVED = 0.01
-"""Part of the steps with contacts whose impulses are not solved above which a run has failed."""
-
-RUN = "run"
-"""What checkpoints call a run itself."""
+MOST_RECORDED = 2 * MOST_INSTANTS  # Rows of recorded steps from which on every other one is left out
+UNSOLVED = 0.01  # Part of the steps with contacts whose impulses are not solved above which a run has failed
+RUN = "run"  # What checkpoints call a run itself
 
 FAILED = "the contact model has failed"
 
-INTERRUPTED = "interrupted"
-"""Both how a run ended and why."""
+INTERRUPTED = "interrupted"  # Both how a run ended and why
 
 CAUSES = {
     loop.STEP_TOO_SMALL: "the step size fell to round-off",

@@ -15,11 +15,8 @@ from scissordyn.plugin.element import pointers, row_of
 from scissordyn.run.results import Run
 from scissordyn.warning import RunWarning, group, line, plain
 
-MEANS = "that means: "
-"""How a line begins that says what the warning before it means."""
-
-POINTS = 400
-"""Indentations over which a force is integrated."""
+MEANS = "that means: "  # How a line begins that says what the warning before it means
+POINTS = 400  # Indentations over which a force is integrated
 
 YIELDED = 1.0 / 3.0
 """Power of the approach speed over its limit by which an elastic force is larger than that of surfaces that yield at a constant

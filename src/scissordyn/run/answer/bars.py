@@ -25,8 +25,7 @@ _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(6)
 SHARE = 0.1
 """Part of the largest force of a run that a contact has to reach for its duration to count: slighter touches excite little."""
 
-PARTS = 4
-"""Parts of each span between two cross-sections at whose ends moments are reported."""
+PARTS = 4  # Parts of each span between two cross-sections at whose ends moments are reported
 
 
 VARIABLES = (

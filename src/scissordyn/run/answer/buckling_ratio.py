@@ -26,11 +26,8 @@ from scissordyn.run.start.stiffness import At, component_maps, constraint_slopes
 INSTANTS = 5
 """At so many positions of a run stiffnesses are compared, each with the largest compressions of its part of the samples."""
 
-SHARE = 0.1
-"""A bar takes part in a mode of buckling if so much of the work of all compressions is its own."""
-
-UNRESOLVED = 1e-15
-"""Stiffnesses below this part of the largest, times the number of coordinates, are round-off."""
+SHARE = 0.1  # A bar takes part in a mode of buckling if so much of the work of all compressions is its own
+UNRESOLVED = 1e-15  # Stiffnesses below this part of the largest, times the number of coordinates, are round-off
 
 
 class Forces(NamedTuple):

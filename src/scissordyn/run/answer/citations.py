@@ -33,8 +33,7 @@ METHODS = {
 }
 """Who describes a method of integration, by its name in the statistics of a run."""
 
-FORMULATION, EQUILIBRIUM = "jalon1994", "kelley1998"
-"""Who describes the coordinates, and the search for a static equilibrium."""
+FORMULATION, EQUILIBRIUM = "jalon1994", "kelley1998"  # Who describes the coordinates, and the search for a static equilibrium
 
 
 @dataclass(frozen=True)

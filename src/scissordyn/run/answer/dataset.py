@@ -341,8 +341,7 @@ def _drive_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
     return variables
 
 
-LOCATED = "peak_force", "peak_time", "peak_normal_force", "peak_normal_time"
-"""Columns of contacts that hard ones have not."""
+LOCATED = "peak_force", "peak_time", "peak_normal_force", "peak_normal_time"  # Columns of contacts that hard ones have not
 
 
 def _impact_variables(plan: Plan, table: dict[str, np.ndarray], step: float) -> Variables:

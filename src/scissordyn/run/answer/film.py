@@ -15,26 +15,16 @@ from scissordyn.run.advance.instants import time_mean
 from scissordyn.run.results import Run, Variable, Variables, described
 from scissordyn.warning import RunWarning, warning
 
-MIXED = 3.0
-"""Film thickness in roughnesses below which peaks touch (a lambda ratio of 3)."""
-
-HEAT_CAPACITY = 2000.0
-"""Of mineral oils, typical [J/(kg K)]."""
-
-THICKENS = 1e8
-"""Pressure [Pa] from which on the viscosity of mineral oils is several times higher and steel yields to the film."""
-
-TURBULENT = 41.2
-"""Taylor's number for vortices: Reynolds' number rho U c/mu over the root of R/c."""
+MIXED = 3.0  # Film thickness in roughnesses below which peaks touch (a lambda ratio of 3)
+HEAT_CAPACITY = 2000.0  # Of mineral oils, typical [J/(kg K)]
+THICKENS = 1e8  # Pressure [Pa] from which on the viscosity of mineral oils is several times higher and steel yields to the film
+TURBULENT = 41.2  # Taylor's number for vortices: Reynolds' number rho U c/mu over the root of R/c
 
 INERT = 1.0
 """Reynolds number of a squeeze film, rho c |e'|/mu, from which on the inertia of the oil is no small part of its pressure."""
 
-VACUUM = 1.0
-"""Pressure [Pa] below which an oil of unknown vapour pressure is said to evaporate."""
-
-WARMED = 0.8
-"""Viscosity after heating over that before, below which the given temperature is no longer meant."""
+VACUUM = 1.0  # Pressure [Pa] below which an oil of unknown vapour pressure is said to evaporate
+WARMED = 0.8  # Viscosity after heating over that before, below which the given temperature is no longer meant
 
 THINNEST = "where the film is thinnest then: direction in the bearing's body, of the sample nearest to it"
 SQUEEZED = "largest rho c |e'|/mu of the journal's approach and leave, among the samples"

@@ -14,11 +14,8 @@ from scissordyn.plan.rail import rail_axes, shapes_beyond
 from scissordyn.run.answer.bars import BarMotion, shape_forces
 from scissordyn.run.start.stiffness import At, component_maps, constraint_slopes, force_slopes
 
-ROUNDING = 1e-9
-"""Internal forces below this part of the loads are round-off."""
-
-CANCELLED = 1e-14
-"""Likewise of what cancels in the strain of a beam element and in the balance of forces."""
+ROUNDING = 1e-9  # Internal forces below this part of the loads are round-off
+CANCELLED = 1e-14  # Likewise of what cancels in the strain of a beam element and in the balance of forces
 
 COMPLEX_STEP = 1e-30
 

@@ -14,18 +14,14 @@ from scissordyn.run.advance.trajectory import Trajectory
 from scissordyn.run.options import Options
 from scissordyn.warning import RunWarning, warning
 
-DEEP = 0.2
-"""Indentation beyond that of the law, over clearance, above which the step is too long for a journal in its bearing."""
-
-JAMMED = 1e-9
-"""Speed of all coordinates, as a fraction of the largest in the run, below which the mechanism stands."""
+DEEP = 0.2  # Indentation beyond that of the law, over clearance, above which the step is too long for a journal in its bearing
+JAMMED = 1e-9  # Speed of all coordinates, as a fraction of the largest in the run, below which the mechanism stands
 
 FOLLOWS, NOT_CONVERGED = 3.0, 0.05
 """Steps within which a contact follows the one before in its joint, so that their sequence is not resolved; and part of all
 that contacts and friction dissipate that such contacts may take by restitution without a warning."""
 
-LASTING = 0.02
-"""Part of the run at its end for which a mechanism that has jammed stands."""
+LASTING = 0.02  # Part of the run at its end for which a mechanism that has jammed stands
 
 
 def hard_contact_warnings(path: Trajectory, options: Options) -> list[RunWarning]:

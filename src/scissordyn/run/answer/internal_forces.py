@@ -27,11 +27,8 @@ if TYPE_CHECKING:
 POINTS, WEIGHTS = np.polynomial.legendre.leggauss(4)
 NODES = 0.5 * (1.0 + POINTS)
 
-INSIDE = 4
-"""Parts of an element at whose ends the largest values are looked for."""
-
-BEFORE = 1.0 - 1e-12
-"""Part of an element where its end is looked at."""
+INSIDE = 4  # Parts of an element at whose ends the largest values are looked for
+BEFORE = 1.0 - 1e-12  # Part of an element where its end is looked at
 
 QUANTITIES = {
     "deflection": ("m", "distance from the line through the ends of the bar, towards +y of the bar"),

@@ -26,8 +26,7 @@ from scissordyn.units import Meaning, checked
 if TYPE_CHECKING:
     import xarray as xr
 
-AUTHORITY = 1e-6
-"""A motion that moves the inputs by less than this fraction of what moves them most is beyond them."""
+AUTHORITY = 1e-6  # A motion that moves the inputs by less than this fraction of what moves them most is beyond them
 
 
 @checked

@@ -25,8 +25,7 @@ FALLS = 20.0
 """Length of the start, in times until every joint that has contacts has had its first one. Of six units under gravity that is
 1.6 ms, the largest force comes at 6.2 ms, and from 30 ms on it is that of the load."""
 
-LESS = 0.9
-"""Part of the largest force below which the largest one after the start is given beside it."""
+LESS = 0.9  # Part of the largest force below which the largest one after the start is given beside it
 
 
 class Answer:

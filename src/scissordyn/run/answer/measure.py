@@ -298,8 +298,7 @@ MEASURES: Mapping[str, Measure] = MappingProxyType(
 """Measures by name."""
 
 
-COMPONENT_UNIT = "component_unit"
-"""Coordinate of results: the unit of what each component exerts."""
+COMPONENT_UNIT = "component_unit"  # Coordinate of results: the unit of what each component exerts
 
 
 def component_units(mechanism: Mechanism) -> dict[str, str]:

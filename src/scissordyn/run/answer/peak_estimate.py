@@ -18,14 +18,9 @@ from scissordyn.model.clearance import Clearance
 from scissordyn.model.guide_clearance import GuideClearance
 from scissordyn.plugin.element import pointers, row_of
 
-POINTS = 201
-"""Values of s at which the largest force is looked for, and a parabola through the best three."""
-
-DEPTHS = 400
-"""Indentations of the table of energies, each the same factor above the one before."""
-
-SMALL = 1e-6
-"""Damping factors below this are taken as none: the formula would lose its digits."""
+POINTS = 201  # Values of s at which the largest force is looked for, and a parabola through the best three
+DEPTHS = 400  # Indentations of the table of energies, each the same factor above the one before
+SMALL = 1e-6  # Damping factors below this are taken as none: the formula would lose its digits
 
 
 def peak_forces(clearance: Clearance | GuideClearance, struck: np.ndarray) -> np.ndarray:

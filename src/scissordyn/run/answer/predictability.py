@@ -28,14 +28,9 @@ DIVERGENCE = 0.1
 """Distance of the two positions of a journal in its bearing, as a fraction of its clearance, from which on the runs have
 diverged; likewise of the corner of a block across its guide."""
 
-DIVERGENCE_BODY = 1e-2
-"""Distance of the two positions of a point of a body, as a fraction of the mechanism's size."""
-
-REPETITION = "repetition"
-"""What checkpoints call the second run."""
-
-SMALLEST = 1e-14
-"""Smallest tolerance of a second run, a few roundings."""
+DIVERGENCE_BODY = 1e-2  # Distance of the two positions of a point of a body, as a fraction of the mechanism's size
+REPETITION = "repetition"  # What checkpoints call the second run
+SMALLEST = 1e-14  # Smallest tolerance of a second run, a few roundings
 
 TIGHTER = 1e-3
 """Tolerances of the second run as a fraction of the first. With 0.01, which costs a fifth less, stiff runs with a loose guide
@@ -46,15 +41,13 @@ PIECES = 20
 """The second run is compared after each of so many parts of the time, or fewer, and ends with that in which both have
 diverged."""
 
-STEPS_OF_A_PIECE = 20
-"""Steps of the first run in a part of the time at least: each part ends a step of the second."""
+STEPS_OF_A_PIECE = 20  # Steps of the first run in a part of the time at least: each part ends a step of the second
 
 INSTANTS = 10_001
 """Instants, equally spaced, at which both runs are compared besides the ends of the steps: within a long step a journal can be
 elsewhere for a while. They are the same whatever samples are asked for."""
 
-TOO_NEAR = 0.2
-"""Tolerances that differ by less than this factor say nothing."""
+TOO_NEAR = 0.2  # Tolerances that differ by less than this factor say nothing
 
 
 class Comparable(NamedTuple):

@@ -16,8 +16,7 @@ COARSE = 1e3
 """A state whose allowed error changes a force by more than this times the tolerance, as a part of the largest force of its
 component, has a scale that does not fit: three digits are lost. One that fits loses none."""
 
-MOST = 500
-"""Samples at which this is looked at."""
+MOST = 500  # Samples at which this is looked at
 
 
 def scale_warnings(options: Options, path: Trajectory) -> list[RunWarning]:

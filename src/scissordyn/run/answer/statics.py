@@ -44,11 +44,8 @@ if TYPE_CHECKING:
 
 TITLE = "scissordyn statics"
 
-POINTS, MEASURED = 201, 51
-"""Positions, and the fewest of a measure of many cases."""
-
-FINE, COARSE = 0.1, 0.4
-"""Rotation of a drive between two positions of such a measure, and from which on it is warned of [rad]."""
+POINTS, MEASURED = 201, 51  # Positions, and the fewest of a measure of many cases
+FINE, COARSE = 0.1, 0.4  # Rotation of a drive between two positions of such a measure, and from which on it is warned of [rad]
 
 CREEP = 1e-9
 """Speed of the fastest drive [rad/s, m/s], which tells friction and one-way loads their sense; squares of it are round-off."""

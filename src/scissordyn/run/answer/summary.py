@@ -21,11 +21,8 @@ from scissordyn.run.results import Run, along
 from scissordyn.run.start.ideal_path import PARTS
 from scissordyn.units import counted, short
 
-ROUND_OFF = 1e-12
-"""Sides of a span below this fraction of the longest are round-off."""
-
-SAME = 1e-3
-"""Change of a span, as a fraction of it, below which it counts as none."""
+ROUND_OFF = 1e-12  # Sides of a span below this fraction of the longest are round-off
+SAME = 1e-3  # Change of a span, as a fraction of it, below which it counts as none
 
 WORKS = (("drive_work", "drives"), ("motor_work", "motors and actuators"), ("load_work", "forces and torques"))
 """Accounts of work in a run, and whose work they are."""

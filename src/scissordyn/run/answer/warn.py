@@ -55,20 +55,11 @@ MOVED = 1e-9
 """Of the mechanism's size, and in rad: a mechanism that moves by less stands still, and its energies change by the errors that
 default tolerances allow."""
 
-LARGE_STRAIN = 0.01
-"""Strain of a bar above which the model's linear law is no longer meant."""
-
-AT_LIMIT = 1.0 - 1e-9
-"""Torque over its limit above which a controller is at the limit."""
-
-RESTLESS = 0.05
-"""Changes of a controller from one limit to the other, as a part of the samples, above which there is a warning."""
-
-ROUNDED = 1e-9
-"""Of a place beyond the end of a curve: round-off [m, rad, rad/s]."""
-
-MOST_NAMES = 6
-"""Joints that a warning names."""
+LARGE_STRAIN = 0.01  # Strain of a bar above which the model's linear law is no longer meant
+AT_LIMIT = 1.0 - 1e-9  # Torque over its limit above which a controller is at the limit
+RESTLESS = 0.05  # Changes of a controller from one limit to the other, as a part of the samples, above which there is a warning
+ROUNDED = 1e-9  # Of a place beyond the end of a curve: round-off [m, rad, rad/s]
+MOST_NAMES = 6  # Joints that a warning names
 
 
 def run_warnings(plan: Plan, run: Run, immobile: tuple[str, ...]) -> list[RunWarning]:

@@ -12,29 +12,20 @@ from scissordyn.errors import InputError
 if TYPE_CHECKING:
     from scissordyn.plan.plan import Plan
 
-NUMBER = 8
-"""Bytes of a floating-point number."""
-
-RECORDED = 2e-7
-"""Time to record a number of a sample [s]: 150 to 250 us for the 1000 to 1800 numbers of arrays of 40 units."""
+NUMBER = 8  # Bytes of a floating-point number
+RECORDED = 2e-7  # Time to record a number of a sample [s]: 150 to 250 us for the 1000 to 1800 numbers of arrays of 40 units
 
 BODY, JOINT, CONTACT_JOINT = 14, 2, 6
 """Numbers of a sample: of a body its motion, direction and load; of a joint its reaction; of all joints if one is loose."""
 
-CYCLE, CYCLE_CONTACT = 10, 4
-"""Numbers that are kept of each cycle of a drive, and of each of its contacts."""
-
-CYCLE_TIME = Decimal("0.001")
-"""Time of a cycle of a small mechanism [s]."""
+CYCLE, CYCLE_CONTACT = 10, 4  # Numbers that are kept of each cycle of a drive, and of each of its contacts
+CYCLE_TIME = Decimal("0.001")  # Time of a cycle of a small mechanism [s]
 
 CASE_NUMBERS = 5
 """Numbers of eight bytes that are held of a case beside its values and measures: number, status, member, cause, warnings."""
 
-CASE_TIME = Decimal("0.001")
-"""Time of a short case [s], by which the time of studies is estimated that nobody has begun."""
-
-UNKNOWN = 2**36
-"""Memory that is assumed where a system does not tell [bytes]."""
+CASE_TIME = Decimal("0.001")  # Time of a short case [s], by which the time of studies is estimated that nobody has begun
+UNKNOWN = 2**36  # Memory that is assumed where a system does not tell [bytes]
 
 CONTAINER = Path("/sys/fs/cgroup/memory.max")
 

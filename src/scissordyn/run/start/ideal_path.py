@@ -18,19 +18,13 @@ from scissordyn.run.options import Options, StartKind
 PARTS = ("servo", "bending", "clearance")
 """What lets tracked points leave the commanded path, in the order in which it is added."""
 
-NODES = 64
-"""Intervals of the first table that is tried."""
-
-FINER = 4
-"""How many times finer each further one is."""
+NODES = 64  # Intervals of the first table that is tried
+FINER = 4  # How many times finer each further one is
 
 MOST_NODES = 2**18
 
-ACCURATE = 1e-10
-"""Error of the table between its nodes, as a fraction of the mechanism's size, from which on it is not refined."""
-
-UNRELIABLE = 1e-7
-"""Error of the finest table, as a fraction of the mechanism's size, above which there is a warning."""
+ACCURATE = 1e-10  # Error of the table between its nodes, as a fraction of the mechanism's size, from which on it is not refined
+UNRELIABLE = 1e-7  # Error of the finest table, as a fraction of the mechanism's size, above which there is a warning
 
 
 TIGHT = 1e-8

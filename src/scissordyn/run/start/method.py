@@ -22,15 +22,13 @@ from scissordyn.run.start.tolerance import Tolerances
 
 EXPLICIT, STIFF = "dop853", "rodas5p"
 
-STABLE = 6.0
-"""An explicit step of DOP853 is stable up to about this number over the rate of a decaying mode."""
+STABLE = 6.0  # An explicit step of DOP853 is stable up to about this number over the rate of a decaying mode
 
 RESOLVED = 40.0
 """Steps that a contact or the fastest oscillation takes for accuracy anyway; more steps than this that only stability asks for
 make a problem stiff."""
 
-OVERDAMPED = 0.7
-"""Modes with at least this damping ratio are forgotten rather than resolved."""
+OVERDAMPED = 0.7  # Modes with at least this damping ratio are forgotten rather than resolved
 
 MOST_EIGENVALUES, PRODUCTS = 400, 60
 """Above this number of states the fastest modes are estimated by so many products with the Jacobian (Arnoldi 1951)."""
@@ -40,14 +38,12 @@ FILM_STEPS = 30.0
 """Explicit steps that only stability asks for while a journal is pressed through its film once, above which films of rigid bars
 are stiff."""
 
-THIN_FILM = 3e5
-"""The same on bars that bend: damping of a film of a two-hundredth of the clearance over that in the centre."""
+THIN_FILM = 3e5  # The same on bars that bend: damping of a film of a two-hundredth of the clearance over that in the centre
 
 DEAR_MATRICES = 150
 """Number of states above which a linearly implicit step, with the matrices of bars that bend, costs over 30 explicit ones."""
 
-TRIAL = 500
-"""Explicit steps in which a contact that is closed at the start has to open."""
+TRIAL = 500  # Explicit steps in which a contact that is closed at the start has to open
 
 STATIC_TRIAL, STATIC_PART = 15000, 0.1
 """The same from static equilibrium, where loads press contacts together for a while, and in which part of the run."""
@@ -55,8 +51,7 @@ STATIC_TRIAL, STATIC_PART = 15000, 0.1
 PARTS, PARTS_OF_A_FALL = 5000, 5
 """Steps of a run, and of a fall across the smallest clearance from rest, that time stepping makes at least."""
 
-OSCILLATION_STEP = 0.5
-"""Step of time stepping times the fastest angular frequency of components, at most."""
+OSCILLATION_STEP = 0.5  # Step of time stepping times the fastest angular frequency of components, at most
 
 SPIN_GAIN = 1e-6
 """Part of its energy that a body that rotates freely gains in a run, at most, by steps that were not asked for. At omega a step

@@ -23,51 +23,34 @@ from scissordyn.run.start.stiffness import At, stiffness
 AT_REST = 1e-9
 """Unbalanced force, relative to the load, below which a mechanism is in equilibrium: the round-off of a stiff contact."""
 
-STILL = 1e-14
-"""A step of the coordinates, relative to the mechanism's size, below which they are equilibrium to round-off."""
-
-LONGEST = 1e4
-"""Step [s] from which the iteration is Newton's method."""
+STILL = 1e-14  # A step of the coordinates, relative to the mechanism's size, below which they are equilibrium to round-off
+LONGEST = 1e4  # Step [s] from which the iteration is Newton's method
 
 MOST_STEPS = 5000
 MOST_CORRECTIONS = 40
 
-SOLVED = 0.01
-"""An implicit step has converged when a correction is this fraction of the step."""
+SOLVED = 0.01  # An implicit step has converged when a correction is this fraction of the step
 
 MOST_POLISHING, POLISHING, POLISHED = 10, 3, 0.5
 """At rest, so many steps more at most, of so many corrections, as long as each reduces the unbalanced force to this part."""
 
-AWAY = 100.0
-"""Sizes of the mechanism: what has moved farther is held by nothing."""
+AWAY = 100.0  # Sizes of the mechanism: what has moved farther is held by nothing
 
 ASIDE, NO_SIDE, MOST_SIDES = 1e-3, 1e-6, 3
 """From unstable equilibrium a descent goes on so far aside, in sizes of the mechanism, unless it came from no side."""
 
-ROUND_OFF = 1e-12
-"""Negative stiffnesses below this part of the largest are round-off."""
-
-EASY = 1e-4
-"""EI/(EA L^2) from which bars bend far without trouble."""
-
-ROUNDING = 2e-16
-"""Of a coordinate, relative to it."""
-
-UNLOADED = 100.0
-"""So many of these where nothing weighs: angles and references are rounded, too."""
-
-FIRST_STEP, SHORTEST = 1e-3, 1e-9
-"""Step [s] to begin with, and below which the iteration is given up."""
+ROUND_OFF = 1e-12  # Negative stiffnesses below this part of the largest are round-off
+EASY = 1e-4  # EI/(EA L^2) from which bars bend far without trouble
+ROUNDING = 2e-16  # Of a coordinate, relative to it
+UNLOADED = 100.0  # So many of these where nothing weighs: angles and references are rounded, too
+FIRST_STEP, SHORTEST = 1e-3, 1e-9  # Step [s] to begin with, and below which the iteration is given up
 
 FARTHEST, MOST_TURN = 0.3, 1.0
 """A step moves the mechanism by less than this fraction of its size, and turns no body farther than this [rad]: turns are
 counted from one step to the next."""
 
-AGAINST = 1e-3
-"""A step against the forces that it starts from, by more than this cosine, is rejected."""
-
-MOST_GROWTH = 10.0
-"""An implicit step that increases the force by more than this factor is rejected."""
+AGAINST = 1e-3  # A step against the forces that it starts from, by more than this cosine, is rejected
+MOST_GROWTH = 10.0  # An implicit step that increases the force by more than this factor is rejected
 
 
 class Rest(NamedTuple):

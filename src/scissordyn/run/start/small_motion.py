@@ -26,11 +26,8 @@ STATIC = "start = 'static': "
 Still = Callable[[float, Mapping[str, float]], Plan]
 """The plan of a mechanism that stands still at an instant, where bodies have turned by some angles."""
 
-NEAR = 0.1
-"""Largest change of an input [rad, m/m] from one position to the next, which starts from it."""
-
-SHORTEST = 1e-3
-"""Part of the way from one position to the next below which it is not divided."""
+NEAR = 0.1  # Largest change of an input [rad, m/m] from one position to the next, which starts from it
+SHORTEST = 1e-3  # Part of the way from one position to the next below which it is not divided
 
 
 class Place(NamedTuple):

@@ -38,17 +38,10 @@ from scissordyn.run.options import StartKind
 from scissordyn.run.start.reaction import ideal_reactions
 from scissordyn.run.start.rest import Rest, count_turns, equilibrium, turns
 
-MOVED = 1e-3
-"""An assembly that moves a given origin by more than this fraction of the mechanism's size is said."""
-
-TURNED = 1e-3
-"""Likewise for angles [rad]."""
-
-STRAIGHT = 1e-6
-"""A beam element that is placed straight and with its length to within this fraction of it starts so."""
-
-KEPT = 1e-6
-"""A given speed that is not met to this fraction of the largest is said."""
+MOVED = 1e-3  # An assembly that moves a given origin by more than this fraction of the mechanism's size is said
+TURNED = 1e-3  # Likewise for angles [rad]
+STRAIGHT = 1e-6  # A beam element that is placed straight and with its length to within this fraction of it starts so
+KEPT = 1e-6  # A given speed that is not met to this fraction of the largest is said
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,7 @@ from scissordyn.mechanics.constraint_part import part_curvature
 from scissordyn.mechanics.system import System
 from scissordyn.plan.plan import Plan
 
-INDEPENDENT = 1e-9
-"""Singular values of the constraints' gradients below this part of the largest count as zero."""
+INDEPENDENT = 1e-9  # Singular values of the constraints' gradients below this part of the largest count as zero
 
 
 class At(NamedTuple):

@@ -26,14 +26,9 @@ steps become half as many, forces of contacts change by 2e-5 (docs/decisions).""
 ROUNDINGS = 0.25
 """Of positions, in units of 1/h: what velocities may be wrong by in a step of a linearly implicit method (decision 0010)."""
 
-ROUND_OFF = 1e-15
-"""Relative weight of positions: what they are rounded to."""
-
-LOCATED = 1e-9
-"""A contact's beginning is located to this fraction of its clearance."""
-
-GUARD = 1e-10
-"""The guard of a component is located to this angle [rad], or to this fraction of the mechanism's size."""
+ROUND_OFF = 1e-15  # Relative weight of positions: what they are rounded to
+LOCATED = 1e-9  # A contact's beginning is located to this fraction of its clearance
+GUARD = 1e-10  # The guard of a component is located to this angle [rad], or to this fraction of the mechanism's size
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,7 @@ STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; max-width: 64rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
 .scroll { overflow-x: auto; margin: 1rem 0; } table { border-collapse: collapse; }
 th, td { text-align: left; vertical-align: top; padding: .25rem .9rem .25rem 0; border-bottom: 1px solid #e4e4e4; }
-th { white-space: normal; vertical-align: bottom; } td { white-space: nowrap; } td.long { white-space: normal; min-width: 20rem; }
+th { vertical-align: bottom; } td { white-space: nowrap; } td.long { white-space: normal; min-width: 20rem; }
 code { background: #f4f4f4; padding: .1rem .3rem; } td code { white-space: normal; overflow-wrap: anywhere; }
 img { max-width: 100%; }
 h1, h2 { overflow-wrap: anywhere; }

@@ -98,8 +98,8 @@ NOTICING: dict[str, tuple[str, ...]] = {
 """By the first pattern that a file has: the test files to ask, one after another."""
 
 ALIVE: dict[tuple[str, str, str, str], str] = {
-    ("integrate/monitor.py", "refine", "both", "found >= third_value or third in (best, second)"): BRENT,
-    ("integrate/monitor.py", "refine", "both", "found >= second_value or second == best"): BRENT,
+    ("integrate/monitor.py", "refine", "both", "height >= third_value or third in (best, second)"): BRENT,
+    ("integrate/monitor.py", "refine", "both", "height >= second_value or second == best"): BRENT,
     (
         *("integrate/control.py", "after_event", "bound"),
         "min(full, remembered)",

@@ -55,9 +55,13 @@ MECHANICS = (
     "mechanics/test_impulses.py",
     "mechanics/test_elements.py",
 )
+GROUPED = "how many cases are done together: no number depends on it"
 BRENT = "which points Brent's parabola goes through: another way to the same maximum"
 
-KINEMATICS = ("kinematics/test_closure.py", "run/test_singular.py", "run/test_closed_limits.py")
+KINEMATICS = (
+    *("kinematics/test_closure.py", "run/test_singular.py", "run/test_closed_limits.py"),
+    *("test_linkages.py", "validation/test_singular_positions.py"),
+)
 
 NOTICING: dict[str, tuple[str, ...]] = {
     "integrate/dop853.py": ("integrate/test_tableau.py",),
@@ -84,12 +88,14 @@ NOTICING: dict[str, tuple[str, ...]] = {
     "kinematics/peak.py": ("run/test_peak.py",),
     "kinematics/*": KINEMATICS,
     "plan/*": ("mechanics/test_moving_guides.py",),
-    "run/constrained_contact.py": ("mechanics/test_connections.py", "plan/test_shared_plan.py"),
+    "run/ideal.py": ("plot/test_preview.py", "run/test_closed_limits.py", "run/test_peak.py"),
+    "run/engine.py": ("study/test_engine.py",),
+    "run/constrained_contact.py": ("run/test_given_start.py", "mechanics/test_connections.py", "plan/test_shared_plan.py"),
     "run/answer/warn.py": ("run/test_warn.py",),
     "run/start/ideal_path.py": ("run/test_track.py",),
     "run/start/start.py": ("run/test_rest.py", "run/test_warn.py", "mechanics/test_connections.py", "test_run.py"),
     "run/answer/predictability.py": ("run/test_predictability.py",),
-    "run/batch*.py": ("run/test_batch.py",),
+    "run/batch*.py": ("run/test_batch.py", "study/test_part_unit.py"),
     "run/answer/measure.py": ("run/test_batch.py", "run/test_peak.py"),
     "run/answer/state_scale.py": ("component/test_state.py",),
     "run/start/tolerance.py": ("component/test_state.py", "run/test_warn.py"),
@@ -104,6 +110,8 @@ ALIVE: dict[tuple[str, str, str, str], str] = {
         *("integrate/control.py", "after_event", "bound"),
         "min(full, remembered)",
     ): "how long the first try after an event is; its error decides which step is taken",
+    ("run/batch.py", "size", "factor", "8 * threads"): GROUPED,
+    ("run/batch.py", "size", "factor", "GROUP_SECONDS / self.seconds"): GROUPED,
     (
         *("kinematics/continuation.py", "_ends", "dropped"),
         "meeting.a + mixed * before / bend",

@@ -110,7 +110,6 @@ ALIVE: dict[tuple[str, str, str, str], str] = {
         *("integrate/control.py", "after_event", "bound"),
         "min(full, remembered)",
     ): "how long the first try after an event is; its error decides which step is taken",
-    ("run/batch.py", "size", "factor", "8 * threads"): GROUPED,
     ("run/batch.py", "size", "factor", "GROUP_SECONDS / self.seconds"): GROUPED,
     (
         *("kinematics/continuation.py", "_ends", "dropped"),

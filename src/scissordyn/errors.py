@@ -116,7 +116,7 @@ OTHER_WORDS = {
 }
 """Words of the field, by what they are called here; a word stands for whichever of its lines a message allows first."""
 
-ABSENT_WORDS = ("cam", "wheel")  # Parts that there are not, so that a similar name is no hint
+ABSENT_WORDS = ("wheel",)  # Parts that there are not, so that a similar name is no hint
 
 
 def did_you_mean(name: object, known: Iterable[str]) -> str:

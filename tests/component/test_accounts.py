@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import math
 from typing import Annotated
 
 import numpy as np
@@ -15,6 +16,7 @@ from scissordyn.component.port import LINE
 
 ENDS = ("one", "start"), ("other", "start")
 HINGED = "one", "other"
+PROFILE = tuple((math.radians(angle), 0.08 + 0.02 * math.cos(math.radians(angle))) for angle in range(0, 361, 30))
 
 PARTS: tuple[Component, ...] = (
     sd.Spring("spring", *ENDS, stiffness=80.0, free_length=0.4, damping=3.0),
@@ -31,6 +33,7 @@ PARTS: tuple[Component, ...] = (
     sd.Roller("wheel", ("one", "start"), "other", stiffness=70.0, damping=2.0),
     sd.Roller("guide", ("one", "start"), "other", stiffness=70.0, clearance=0.3, restitution=0.4),
     sd.AngleStop("stop", "one", 0.2, "other", stiffness=1e3, restitution=0.4),
+    sd.Cam("cam", *ENDS, PROFILE, roller=0.01, stiffness=70.0, exponent=1.2, restitution=0.4),
     sd.TravelStop("end", ("one", "start"), direction=0.3, limit=0.2, stiffness=1e4, restitution=0.4),
 )
 

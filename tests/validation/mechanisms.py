@@ -214,6 +214,8 @@ def mechanisms(
             continue
         if clearance is None and (tied or joined(draft, one, other)):
             continue
+        if clearance is not None and welded(tied, draft.bodies[one].name, draft.bodies[other].name):
+            continue
         draft.pin(one, other, clearance=clearance)
     for _ in range(draw(st.integers(0, 2), label="springs")):
         one = draw(st.sampled_from(turning), label="spring on")
@@ -225,6 +227,14 @@ def mechanisms(
         else:
             draft.spring(one, other)
     return draft.build(0.0 if floating or draw(st.booleans(), label="weightless") else 9.81)
+
+
+def welded(tied: set[frozenset[str]], one: str, other: str) -> bool:
+    """Whether welds make one rigid body of two."""
+    group = {one}
+    for _ in tied:
+        group |= {name for pair in tied if pair & group for name in pair}
+    return other in group
 
 
 def joined(draft: Draft, one: int, other: int) -> bool:

@@ -82,6 +82,9 @@ def test_indentation_of_the_size_of_the_journal():
     assert text.startswith("joint 'A': indentation 9.595 mm exceeds the journal radius of 9.5 mm")
     corner = replace(JOINT, clearance=math.inf, journal_radius=2e-3)
     assert "exceeds the corner radius of 2 mm" in contact_failure("block/1", corner, 2.1e-3)
+    sharp = replace(corner, journal_radius=1e-9, gap=1e-4)
+    assert contact_failure("block/1", sharp, 1e-4) == ""
+    assert "exceeds the gap of 0.1 mm" in contact_failure("block/1", sharp, 1.1e-4)
 
 
 @pytest.mark.parametrize(("stiffness", "share"), [("johnson", 0.527), ("persson", 6.0)])

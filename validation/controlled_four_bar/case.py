@@ -25,7 +25,8 @@ def _torque(time: float, angle: float, speed: float) -> float:
     phase = FREQUENCY * time
     wanted = AMPLITUDE * math.sin(phase)
     rate, second = AMPLITUDE * FREQUENCY * math.cos(phase), -wanted * FREQUENCY**2
-    return torque(time, wanted, rate, second, wanted - angle, speed, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 200.0, 10.0)
+    law = torque.declaration.kernels["torque"]
+    return law(wanted, rate, second, wanted - angle, speed, 200.0, 10.0)
 
 
 def checks() -> list[Check]:

@@ -27,6 +27,8 @@ class JointContact:
         Bearing length L_b, or the length of the corner's edge [m].
     journal, bearing : Material
         Materials of the two surfaces.
+    gap : float
+        Between a corner and its plane surface [m]; 0 for a journal.
     """
 
     clearance: float
@@ -34,6 +36,7 @@ class JointContact:
     length: float
     journal: Material
     bearing: Material
+    gap: float = 0.0
 
     @property
     def bearing_radius(self) -> float:

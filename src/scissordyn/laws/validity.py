@@ -21,12 +21,16 @@ OFF = 0.05  # Difference between the given and the returned restitution coeffici
 
 
 def contact_failure(joint: str, contact: JointContact, indentation: float) -> str:
-    """Why the contact model of a joint has failed: no law describes a journal pressed in by more than its own radius."""
-    if indentation <= contact.journal_radius:
+    """Why the contact model of a joint has failed.
+
+    No law describes a journal pressed in by more than its own radius, or a corner by more than its radius and the gap.
+    """
+    deepest = max(contact.journal_radius, contact.gap)
+    if indentation <= deepest:
         return ""
-    what = "corner radius" if contact.plane else "journal radius"
+    what = "gap" if contact.gap == deepest else "corner radius" if contact.plane else "journal radius"
     return (
-        f"joint '{joint}': indentation {1e3 * indentation:.4g} mm exceeds the {what} of {1e3 * contact.journal_radius:g} mm: "
+        f"joint '{joint}': indentation {1e3 * indentation:.4g} mm exceeds the {what} of {1e3 * deepest:g} mm: "
         "the contact is too soft for its load, or the time step jumped through it"
     )
 

@@ -86,6 +86,7 @@ class GuideClearance:
             length=self.thickness,
             journal=self.material,
             bearing=self.material if self.guide_material is None else self.guide_material,
+            gap=self.clearance,
         )
 
     def centres(self, guided: Point, direction: float) -> tuple[Point, ...]:

@@ -160,7 +160,8 @@ def contact_failures(plan: Plan, run: Run) -> list[RunWarning]:
         at = plan.joint_names.index(joint.name)
         failure = contact_failure(joint.name, joint.clearance.surfaces, float(run["peak_indentation"].values[at]))
         if failure:
-            beyond = run["indentation"].values[:, at] > joint.clearance.surfaces.journal_radius
+            surfaces = joint.clearance.surfaces
+            beyond = run["indentation"].values[:, at] > max(surfaces.journal_radius, surfaces.gap)
             largest = float(run["peak_indentation_time"].values[at])
             first = min(largest, run["time"].values[int(np.argmax(beyond))]) if beyond.any() else largest
             warnings.append(warning("failed", time=first, failure=failure))

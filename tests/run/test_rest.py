@@ -147,3 +147,29 @@ def test_servo_that_cannot_hold_is_named() -> None:
     load = sd.Torque("load", crank.input_body, torque=50.0)
     with pytest.raises(InputError, match=r"no equilibrium.*actuator 'servo' is at its limit of 20 N m"):
         resting(dataclasses.replace(crank, components=(*crank.components, load)))
+
+
+@pytest.mark.parametrize("elements", [8, 16])
+def test_a_load_without_weight_is_balanced(elements: int) -> None:
+    """Closed form: the elastica of a cantilever with P L^2 = EI, by elliptic integrals; nothing but the force loads it."""
+    bar = sd.bar("bar", length=1.0, mass=1.0, position=(0.0, 0.0), angle=0.0)
+    clamped = sd.Mechanism(
+        (bar,),
+        (sd.Revolute("O", ("bar", "start"), ("ground", "O")),),
+        ground=(("O", (0.0, 0.0)),),
+        gravity=0.0,
+        input_body="bar",
+    ).with_bending(bending_stiffness=1e3, axial_stiffness=1e9, elements=elements)
+    push = sd.Force("push", (clamped.bodies[-1].name, "end"), (0.0, 1e3))
+    loaded = clamped.with_parts({"components": (*clamped.components, push)}).driven(speed=0.0)
+    run = sd.simulate(loaded, until=1e-5, samples=2, start="static")
+    assert float(run["angle"][0, -1]) == pytest.approx(0.46135194971188, rel=1e-6)
+
+
+@pytest.mark.parametrize("kind", [{"modes": 4}, {"elements": 4}])
+def test_a_bar_that_bends_moves_as_a_whole(kind: dict[str, int]) -> None:
+    """Identity: the velocity that is given of a bar is that of all its cross-sections, as placed too."""
+    bar = dataclasses.replace(sd.bar("bar", length=1.0, mass=1.0, position=(0.0, 0.0), angle=0.3), velocity=(1.0, -2.0))
+    bent = sd.Mechanism((bar,), (), gravity=0.0).with_bending(bending_stiffness=1e3, axial_stiffness=1e6, **kind)
+    run = sd.simulate(bent, until=1e-3, samples=3, start="as-placed")
+    np.testing.assert_allclose(run["velocity"], np.broadcast_to([1.0, -2.0], run["velocity"].shape), atol=1e-9)

@@ -8,7 +8,7 @@ import numpy as np
 
 from validation.case import Case, Check, run
 from validation.controlled_four_bar.record import ANGLES, ECCENTRICITIES, SPEEDS, TIMES, TORQUES
-from validation.controlled_four_bar.steering import torque
+from validation.controlled_four_bar.steering import law
 
 __all__ = ["CASE"]
 
@@ -25,7 +25,6 @@ def _torque(time: float, angle: float, speed: float) -> float:
     phase = FREQUENCY * time
     wanted = AMPLITUDE * math.sin(phase)
     rate, second = AMPLITUDE * FREQUENCY * math.cos(phase), -wanted * FREQUENCY**2
-    law = torque.declaration.kernels["torque"]
     return law(wanted, rate, second, wanted - angle, speed, 200.0, 10.0)
 
 

@@ -32,3 +32,6 @@ def torque(reference_angle, reference_speed, reference_acceleration, error, spee
     lag, drift = -error, speed - reference_speed
     ahead = inertia * (reference_acceleration - rate * drift) + slope * speed * (speed - rate * lag)
     return ahead - gain * (drift + rate * lag) + mass * gravity * arms
+
+
+law = torque.declaration.kernels["torque"]  # The function itself

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from reference import moreau, woodpecker
-from validation.controlled_four_bar.steering import torque
+from validation.controlled_four_bar.steering import law
 
 __all__ = ["FourBar", "SliderCrank", "Woodpecker"]
 
@@ -116,9 +116,7 @@ class FourBar:
         """Weights and the torque on the crank."""
         phase, rate = 0.75 * math.pi * time, 0.75 * math.pi
         wanted = 6.0 * math.sin(phase)
-        given = torque(
-            time, wanted, 6.0 * rate * math.cos(phase), -wanted * rate**2, wanted - q[0], v[0], *(0.0,) * 6, 200.0, 10.0
-        )
+        given = law(wanted, 6.0 * rate * math.cos(phase), -wanted * rate**2, wanted - q[0], v[0], 200.0, 10.0)
         weight = -0.5 * self.crank * self.gravity * math.cos(q[0])
         return np.array([given + weight, 0.0, 0.0, 0.0, -self.gravity, 0.0, -self.gravity])
 

@@ -175,10 +175,9 @@ class _Descent:
         self.force, self.scale = np.inf, self.load
         first = self.system.parameters.contact.size
         self.actuators = plan.actuators
+        self.bars = [first + i for i, part in enumerate(plan.components) if isinstance(part, Beam | FlexibleBar)]
         # without weight there may be no load at all, as of a servo on its reference: what is left of all forces is round-off
-        self.stiff = [
-            first + i for i, part in enumerate(plan.components) if not self.load or isinstance(part, Beam | FlexibleBar)
-        ]
+        self.stiff = self.bars if self.load else list(range(first, first + len(plan.components)))
         self.roundings = 1.0 if self.load else UNLOADED
         functions.accept(0.0, self.state, handle.address, np.zeros(2))  # turns are counted from where it begins
 
@@ -195,8 +194,10 @@ class _Descent:
             if not (math.isfinite(self.force) and moved <= FARTHEST * self.size and turned <= MOST_TURN):
                 break
             applied = float(np.linalg.norm(self.system.work.force[:n]))
-            # without weight, what the springs exert where it begins
-            self.load = self.load or applied
+            if not self.load:  # without weight, what springs and forces exert where it begins
+                self.load = applied
+                if applied > self.rounding():
+                    self.stiff, self.roundings = self.bars, 1.0
             self.scale = self.load + applied
             resting = self.force <= max(AT_REST * self.scale, self.rounding())
             if (resting or solved) and float(pull @ (state[:n] - base)) < -AGAINST * float(np.linalg.norm(pull)) * moved:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.integrate.integration import LOG_COLUMNS, RESET_DATA, RISE
 from scissordyn.kernel import Handle
@@ -57,8 +58,8 @@ def prepare_start(plan: Plan, system: Handle, kind: StartKind) -> Prepared:
     held_rods(plan, content, holds)
     _hold_references(plan, content, holds)
     warnings: list[str] = []
-    if kind in ("concentric", "in-contact"):
-        _hold_straight(plan, holds)
+    if kind in ("concentric", "in-contact", "as-placed"):
+        _hold_straight(plan, holds, moving=kind == "as-placed")
     match kind:
         case "as-placed":
             start = assembled = assemble(plan, content, guess, holds)
@@ -260,10 +261,21 @@ def assembled_near(plan: Plan, system: System, natural: np.ndarray, *, straight:
     return assemble(plan, system, Start(guess, np.zeros_like(guess)), holds)
 
 
-def _hold_straight(plan: Plan, holds: Held) -> None:
-    """Hold bars that bend straight, so that they start undeformed, with the velocities of rigid ones."""
-    coordinates = plan.coordinates
-    for beam in beams_of(plan.mechanism):
+def _hold_straight(plan: Plan, holds: Held, *, moving: bool = False) -> None:
+    """Hold bars that bend straight, so that they start undeformed, with the velocities of rigid ones.
+
+    `moving`: only bars of which some cross-sections have a velocity that is given, and others follow.
+    """
+    coordinates, beams = plan.coordinates, list(beams_of(plan.mechanism))
+    given = {body.name for body in plan.bodies if body.velocity is not None}
+
+    def is_free(sections: Iterable[str]) -> bool:
+        """Whether the velocities of a bar are left as they are."""
+        return moving and len({section in given for section in sections if section != GROUND}) < 2
+
+    if is_free(end[0] for beam in beams for end in (beam.start, beam.end)):
+        beams = []
+    for beam in beams:
         x, y, angle = start_coordinates(plan.mechanism, beam)
         if max(abs(x - beam.length), abs(y), abs(angle) * beam.length) > STRAIGHT * beam.length:
             continue  # placed bent
@@ -272,7 +284,7 @@ def _hold_straight(plan: Plan, holds: Held) -> None:
         for vector, scale in straight_maps(beam, ends, *directions):
             holds.add(beam.name, vector, (0.0, 0.0), (0.0, 0.0), scale)
     for axis in coordinates.natural.axes:
-        if is_straight(axis, coordinates.placed[0]):
+        if is_straight(axis, coordinates.placed[0]) and not is_free(axis.bar.sections):
             vectors, length = straight_bar(coordinates, axis)
             for vector, scale in vectors:
                 holds.add(axis.bar.name, vector, (0.0, 0.0), (0.0, 0.0), scale)

@@ -93,7 +93,7 @@ def with_bending(
         raise InputError("bars with modes and elements", "one of them", "modes = 6")
     names = _names_of_bars(mechanism, bodies)
     mechanism = _placed(mechanism, names)
-    for body in map(mechanism.body, names):
+    for body in [_translating(mechanism, mechanism.body(name)) for name in names]:
         legs = legs_of(body)
         mechanism = _split(mechanism, body, legs) if legs else mechanism
         for part in legs.bodies if legs else (body,):
@@ -126,6 +126,19 @@ def _placed(mechanism: Mechanism, names: Iterable[str]) -> Mechanism:
         return dataclasses.replace(body, **changes, **({"angle": angle} if body.angle is None else {}))
 
     return mechanism.with_parts({"bodies": tuple(map(at, mechanism.bodies))}, check=False)
+
+
+def _translating(mechanism: Mechanism, body: Body) -> Body:
+    """A free bar with its angular velocity, zero if only its velocity is given: its cross-sections need one each."""
+    tied = (*mechanism.ideal_joints, *mechanism.welds, *mechanism.ideal_guides, *mechanism.drives)
+    if body.velocity is None or body.angular_velocity is not None or any(body.name in _bodies_of(part) for part in tied):
+        return body
+    return dataclasses.replace(body, angular_velocity=0.0)
+
+
+def _bodies_of(part: Any) -> set[str]:
+    fields = (getattr(part, field.name) for field in dataclasses.fields(part))
+    return {field if isinstance(field, str) else field[0] for field in fields if isinstance(field, str | tuple) and field}
 
 
 def _split(mechanism: Mechanism, body: Body, legs: Legs) -> Mechanism:

@@ -47,7 +47,7 @@ def test_written_page_has_every_case() -> None:
     text = PAGE.read_text(encoding="utf-8")
     for case in CASES:
         assert f"| {case.title} " in text
-    assert text.count("missed |") == 8  # One bar by modes in the elastica, and one balance of energy: docs/bending.md
+    assert "missed |" not in text.replace("goal missed", "")
 
 
 def test_a_missed_check_shows() -> None:

@@ -222,7 +222,7 @@ rod = "0.3 m"
 [drive]
 speed = "60 rpm"
 
-[[pin_friction]]
+[[TABLE]]
 name = "big end"
 body = "rod"
 base = "crank"
@@ -235,18 +235,19 @@ until = "0.1 s"
 """
 
 
-def test_case_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize(("table", "kind"), [("pin_friction", sd.PinFriction), ("pin_lugre", sd.PinLuGre)])
+def test_case_file(table: str, kind: type, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Contract: the table is the class; `check` names it; a saved case is the same again."""
     from scissordyn.cli.main import status_of
 
     path = tmp_path / "case.toml"
-    path.write_text(CASE, encoding="utf-8")
+    path.write_text(CASE.replace("TABLE", table), encoding="utf-8")
     mechanism = sd.read_case(path).mechanism
-    assert mechanism.components == (sd.PinFriction("big end", "rod", 0.015, 0.1, "crank", 0.2),)
+    assert mechanism.components == (kind("big end", "rod", 0.015, 0.1, "crank", 0.2),)
     assert status_of(["check", str(path)]) == 0
     assert "Pin friction big end." in capsys.readouterr().out
     run = sd.simulate(mechanism, until=0.05, samples=11)
-    np.testing.assert_array_equal(sd.replay(run)["pin_friction_torque"], run["pin_friction_torque"])
+    np.testing.assert_array_equal(sd.replay(run)[f"{table}_torque"], run[f"{table}_torque"])
 
 
 @pytest.mark.parametrize(

@@ -180,39 +180,3 @@ def test_rest_and_statics() -> None:
     np.testing.assert_array_equal(*torques)
     run = sd.simulate(crank, until=0.01, start="static")
     assert float(np.abs(run["angular_velocity"]).max()) < 1e-6
-
-
-CASE = """
-[structure]
-kind = "slider-crank"
-crank = "0.1 m"
-rod = "0.3 m"
-
-[drive]
-speed = "60 rpm"
-
-[[pin_lugre]]
-name = "big end"
-body = "rod"
-base = "crank"
-radius = "15 mm"
-kinetic = 0.1
-static = 0.2
-
-[run]
-until = "10 ms"
-"""
-
-
-def test_case_file(tmp_path: Any, capsys: pytest.CaptureFixture[str]) -> None:
-    """Contract: the table is the class; `check` names it; a saved case is the same again."""
-    from scissordyn.cli.main import status_of
-
-    path = tmp_path / "case.toml"
-    path.write_text(CASE, encoding="utf-8")
-    mechanism = sd.read_case(path).mechanism
-    assert mechanism.components == (sd.PinLuGre("big end", "rod", 0.015, 0.1, "crank", 0.2),)
-    assert status_of(["check", str(path)]) == 0
-    assert "Pin friction big end." in capsys.readouterr().out
-    run = sd.simulate(mechanism, until=0.01, samples=3)
-    np.testing.assert_array_equal(sd.replay(run)["pin_lugre_torque"], run["pin_lugre_torque"])

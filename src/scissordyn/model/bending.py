@@ -130,15 +130,13 @@ def _placed(mechanism: Mechanism, names: Iterable[str]) -> Mechanism:
 
 def _translating(mechanism: Mechanism, body: Body) -> Body:
     """A free bar with its angular velocity, zero if only its velocity is given: its cross-sections need one each."""
-    tied = (*mechanism.ideal_joints, *mechanism.welds, *mechanism.ideal_guides, *mechanism.drives)
-    if body.velocity is None or body.angular_velocity is not None or any(body.name in _bodies_of(part) for part in tied):
+    tied = {drive.body for drive in mechanism.drives}
+    tied.update(name for joint in mechanism.ideal_joints for name in joint.bodies)
+    tied.update(end[0] for weld in mechanism.welds for end in (weld.start, weld.end))
+    tied.update(name for guide in mechanism.ideal_guides for name in (guide.follower[0], guide.body))
+    if body.velocity is None or body.angular_velocity is not None or body.name in tied:
         return body
     return dataclasses.replace(body, angular_velocity=0.0)
-
-
-def _bodies_of(part: Any) -> set[str]:
-    fields = (getattr(part, field.name) for field in dataclasses.fields(part))
-    return {field if isinstance(field, str) else field[0] for field in fields if isinstance(field, str | tuple) and field}
 
 
 def _split(mechanism: Mechanism, body: Body, legs: Legs) -> Mechanism:

@@ -279,7 +279,7 @@ def _envelope(variables: Variables, times: np.ndarray) -> Variables:
         several = [unit] * len(parts)
         coordinate = variables.get(name.replace("_force", "_unit"), part)
         if coordinate is not part:
-            several = ["N m" if each == "rad" else "N" for each in coordinate.values.tolist()]
+            several = ["N m" if unit_of == "rad" else "N" for unit_of in coordinate.values.tolist()]
         if not set(several) <= {"N", "N m"}:
             continue
         for label, of in zip(parts, several, strict=True):

@@ -185,10 +185,10 @@ class _Descent:
         """A step of implicit Euler from rest: "rest" found, "solved", or "left", back where it began."""
         n, state = self.free, self.state
         base, turns, before, solved = state[:n].copy(), self.system.state.reference.copy(), self.force, False
-        pull: np.ndarray | None = None
+        downhill: np.ndarray | None = None
         for _ in range(MOST_CORRECTIONS):
             left = self.unbalanced(base, step)
-            pull = left if pull is None else pull
+            downhill = left if downhill is None else downhill
             moved = float(np.linalg.norm(state[:n] - base))
             turned = float(np.abs(self.system.state.reference - turns).max(initial=0.0))
             if not (math.isfinite(self.force) and moved <= FARTHEST * self.size and turned <= MOST_TURN):
@@ -200,7 +200,9 @@ class _Descent:
                     self.stiff, self.roundings = self.bars, 1.0
             self.scale = self.load + applied
             resting = self.force <= max(AT_REST * self.scale, self.rounding())
-            if (resting or solved) and float(pull @ (state[:n] - base)) < -AGAINST * float(np.linalg.norm(pull)) * moved:
+            if (resting or solved) and float(downhill @ (state[:n] - base)) < -AGAINST * float(
+                np.linalg.norm(downhill)
+            ) * moved:
                 break  # uphill, to an equilibrium that is not stable
             if resting:
                 return "rest"

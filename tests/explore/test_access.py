@@ -5,6 +5,7 @@ from __future__ import annotations
 import http.client
 import os
 import random
+import select
 import socket
 import subprocess
 import sys
@@ -32,6 +33,7 @@ from .browser import CASE, served
 from .malformed import PATHS, malformed_message, malformed_requests
 
 MALFORMED = 1000
+ANSWERING = 0.3  # Longest time in which an answer begins [s]; what is waited for longer is no whole request
 
 LOCAL_PATHS = (
     str(Path(scissordyn.__file__).parent),
@@ -243,7 +245,9 @@ def _exchange(url: str, request: bytes) -> bytes:
     found = b""
     with socket.create_connection((str(parts.hostname), parts.port), timeout=5.0) as connection:
         connection.sendall(request)
-        connection.shutdown(socket.SHUT_WR)
+        # a server that sees the end before it has read the request need not answer it
+        if not select.select([connection], [], [], ANSWERING)[0]:
+            connection.shutdown(socket.SHUT_WR)
         try:
             while part := connection.recv(65536):
                 found += part

@@ -5,6 +5,11 @@ behind the question mark stand sections with a dot after each: truth values, dec
 section for each joint, an empty one, one for each link, an empty one, one for each force, an empty one, and what was selected.
 The last character is the length of all before it, modulo 62. Numbers are whole numbers of thousandths to the base of 64, a zero
 in front means negative. There is no field for the version: a later one is known by the sections and characters that it adds.
+
+An earlier form is ``?j=A,1.4,0.485,AB,R,t,0,0.1,t,%0A...&l=...&f=...&s=10,false,false,m``: one line for each joint (name,
+place, links, R or P, on the ground, angle of a slide, friction, input), link (name, mass, inertia, mass centre, joints, forces,
+outline) and force (name, link, two ends of an arrow, global, outward, size), and the settings: speed of the input, clockwise,
+gravity, unit of length. A later one of this form has R or P behind the name of a link.
 """
 
 from __future__ import annotations
@@ -12,7 +17,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from urllib.parse import unquote
+from urllib.parse import parse_qs, unquote
 
 from scissordyn.component.place import GROUND, Point
 from scissordyn.component.time_function import ConstantSpeed, Trapezoidal
@@ -29,7 +34,6 @@ from scissordyn.exchange.drawing import (
     uniform,
     with_point_mass,
 )
-from scissordyn.exchange.pmks_earlier import Earlier, is_earlier, read_earlier
 from scissordyn.model.drive import Drive
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.units import rpm
@@ -37,12 +41,17 @@ from scissordyn.units import rpm
 DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_-"
 SAMPLE = "scissordyn import 'https://app.pmksplus.com/?...' -o case.toml"
 ALLOWED = "a link that 'Share' of PMKS+ gives"
+AGAIN = "links of bars, pins and forces; open the link in PMKS+, and share it again"
 
 PRISMATIC, INPUT, GROUNDED, WELDED, _, SEALED = range(6)  # Bits of a joint
 CLOCKWISE, GRAVITY = 0, 1  # Bits of the settings
 
+TRUE = ("t", "true")  # In the earlier form
+
 LENGTHS = (("in", 0.0254, 0.45359237, 4.4482216152605), ("cm", 0.01, 1.0, 1.0), ("m", 1.0, 1.0, 1.0))
 """Length in m, mass in kg and force in N of each unit of length; masses of drawings in inches are pounds."""
+
+NEAR = 0.5e-3  # A force this near to a pin acts there: half the last digit of a place, in its unit of length
 
 SWING = 0.98  # Part of the way between two locking positions that an input takes
 
@@ -63,9 +72,9 @@ class _Joint:
     name: str
     flags: int
     place: Point
-    angle: float
-    slot: tuple[str, ...]
-    speed: float
+    angle: float = 0.0
+    slot: tuple[str, ...] = ()
+    speed: float = 0.0  # [rpm]
 
     def has(self, bit: int) -> bool:
         return bool(self.flags >> bit & 1)
@@ -73,13 +82,25 @@ class _Joint:
 
 @dataclass(frozen=True)
 class _Link:
-    first: str
-    piston: bool
     name: str
     mass: float
     inertia: float
     centre: Point
     joints: tuple[str, ...]
+    first: str = "Y"  # Its first character
+    piston: bool = False
+
+
+@dataclass(frozen=True)
+class _Sketch:
+    """What a link of either form says, in SI units; joints and links by their keys."""
+
+    joints: dict[str, _Joint]
+    links: dict[str, _Link]
+    loads: list[Load]  # Their bars are keys of links
+    speed: float  # Of the input [rpm], negative clockwise
+    gravity: bool
+    scale: float  # Its unit of length [m]
 
 
 def read_pmks(link: str, *, linear_density: float = LINEAR_DENSITY) -> Imported:
@@ -104,104 +125,188 @@ def read_pmks(link: str, *, linear_density: float = LINEAR_DENSITY) -> Imported:
         If it is not such a link, is damaged, or has what only a later version writes.
     """
     notes: list[str] = []
-    if is_earlier(link):
-        return _earlier(read_earlier(unquote(link.strip()) if "%3D" in link else link.strip(), notes), linear_density, notes)
-    sections = _sections(link)
-    scale, mass_unit, force_unit = _units(sections[3], notes)
-    speed = _integer(sections[2].split(",")[0], "input speed")
-    flags = _unsigned(sections[0], "settings")
-    at = iter(sections[4:])
-    joints = {record[0][1:]: _joint(record, scale) for record in _records(at, "joints")}
-    links = {record[0][2:]: _link(record, scale, mass_unit) for record in _records(at, "links")}
-    forces = list(_records(at, "forces", last=True))
-    _check_rest(list(at), notes)
-    links_used = {key: item for key, item in links.items() if LINKS[item.first]}
-    names = _names(links_used)
-    clear = {key: item.name for key, item in joints.items()}
-    places = {item.name: item.place for item in joints.values()}
-    bars: dict[str, DrawnBar] = {}
-    blocks: list[Block] = []
-    masses: dict[str, float] = {}
-    for key, item in links_used.items():
-        on = [joints[joint] for joint in item.joints]
-        if item.piston or (len(on) == 2 and any(joint.has(PRISMATIC) for joint in on) and on[0].place == on[1].place):
-            blocks.append(_block(names[key], item, on, joints, links_used, names, notes))
-            masses[names[key]] = item.mass
-        else:
-            bars[names[key]] = _bar(
-                names[key], item, tuple(clear[joint] for joint in item.joints), places, linear_density, notes
-            )
-    for block in blocks:
-        if block.follower:
-            bars[block.follower] = with_point_mass(bars[block.follower], places[block.pin], masses[block.name])
-        if block.carrier != GROUND and block.carrier not in bars:
-            raise InputError(f"block '{block.name}' slides on '{block.carrier}'", "a link", SAMPLE)
-    slides = {item.name for item in joints.values() if item.has(PRISMATIC)}
-    named_by = {bar for bar in bars for pin in bars[bar].pins if pin in slides}
-    if named_by:
-        raise InputError(
-            f"link '{min(named_by)}' ends in a joint that slides without a block", "a slider with its block", SAMPLE
-        )
-    signed = -rpm(speed) if flags & 1 << CLOCKWISE else rpm(speed)
-    drawing = Drawing(
-        pins={pin: place for pin, place in places.items() if pin not in slides},
-        fixed=tuple(item.name for item in joints.values() if item.has(GROUNDED) and not item.has(PRISMATIC)),
-        bars=tuple(bars.values()),
-        blocks=tuple(blocks),
-        drives=_drives(joints, bars, signed, notes),
-        gravity=9.81 if flags & 1 << GRAVITY else 0.0,
-    )
-    drawing = _with_loads(drawing, forces, names, scale, force_unit)
+    sketch = (_earlier if link.partition("?")[2].startswith("j=") else _present)(link.strip(), notes)
+    drawing = _with_loads(_drawing(sketch, linear_density, notes), NEAR * sketch.scale)
     if not drawing.gravity:
         notes.append("gravity: the link does not ask for it, and it is 0; set structure.gravity")
     return Imported(_reversing(assembled(drawing), notes), tuple(notes))
 
 
-def _earlier(read: Earlier, density: float, notes: list[str]) -> Imported:
-    """The mechanism of a link of the earlier form."""
-    lengths = {name: row for name, *row in LENGTHS}
-    if read.unit not in lengths:
-        raise InputError(f"unit '{read.unit}' of the link", ", ".join(lengths), SAMPLE)
-    scale, kilogram, newton = lengths[read.unit]
-    pins = {pin: (scale * x, scale * y) for pin, (x, y) in read.pins.items()}
-    bars = {}
-    for name, (mass, inertia, (x, y), on) in read.bars.items():
-        if unknown := [pin for pin in on if pin not in pins]:
-            raise InputError(f"link '{name}' through '{unknown[0]}'", "joints of the link", SAMPLE)
-        link = _Link("Y", False, name, kilogram * mass, kilogram * scale**2 * inertia, (scale * x, scale * y), on)
-        bars[name] = _bar(name, link, on, pins, density, notes)
-    notes.append(f"units: lengths in {read.unit}, masses, inertias and forces as PMKS+ shows them beside it")
-    joints = {pin: _Joint(pin, 0, place, 0.0, (), 0.0) for pin, place in pins.items()}
-    for pin in joints:
-        flags = (pin in read.inputs) << INPUT | (pin in read.fixed) << GROUNDED
-        joints[pin] = replace(joints[pin], flags=flags)
-    loads = []
-    for name, bar, place, force, follows in read.forces:
-        if bar not in bars:
-            raise InputError(f"force '{name}' on '{bar}'", "a force on a link", SAMPLE)
-        point = plain_name(f"point of {name}", pins)
-        pins[point] = scale * place[0], scale * place[1]
-        bars[bar] = replace(bars[bar], pins=(*bars[bar].pins, point))
-        loads.append(Load(plain_name(name, ()), bar, pins[point], (newton * force[0], newton * force[1]), follows))
-    drawing = Drawing(
-        pins=pins,
-        fixed=read.fixed,
+def _drawing(sketch: _Sketch, density: float, notes: list[str]) -> Drawing:
+    """Pins, bars and blocks; loads have the names of their bars from now on."""
+    joints = sketch.joints
+    names: dict[str, str] = {}
+    for key, link in sketch.links.items():
+        names[key] = plain_name(link.name or key, names.values())
+    places = {joint.name: joint.place for joint in joints.values()}
+    bars: dict[str, DrawnBar] = {}
+    blocks: list[tuple[Block, float]] = []  # With their masses
+    for key, link in sketch.links.items():
+        if unknown := [joint for joint in link.joints if joint not in joints]:
+            raise InputError(f"link '{link.name}' through '{unknown[0]}'", "joints of the link", SAMPLE)
+        on = [joints[joint] for joint in link.joints]
+        if link.piston or (len(on) == 2 and any(joint.has(PRISMATIC) for joint in on) and on[0].place == on[1].place):
+            blocks.append((_block(link, on, sketch, names, names[key], notes), link.mass))
+        else:
+            bars[names[key]] = _bar(names[key], link, tuple(joint.name for joint in on), places, density, notes)
+    for block, mass in blocks:
+        if block.follower:
+            bars[block.follower] = with_point_mass(bars[block.follower], places[block.pin], mass)
+        if block.carrier != GROUND and block.carrier not in bars:
+            raise InputError(f"block '{block.name}' slides on '{block.carrier}'", "a link", SAMPLE)
+    slides = {joint.name for joint in joints.values() if joint.has(PRISMATIC)}
+    if ending := [name for name, bar in bars.items() if slides.intersection(bar.pins)]:
+        what = f"link '{min(ending)}' ends in a joint that slides without a block"
+        raise InputError(what, "a slider with its block", SAMPLE)
+    for load in sketch.loads:
+        if names.get(load.bar) not in bars:
+            raise InputError(f"force '{load.name}' on '{load.bar}'", "a force on a link", SAMPLE)
+    return Drawing(
+        pins={pin: place for pin, place in places.items() if pin not in slides},
+        fixed=tuple(joint.name for joint in joints.values() if joint.has(GROUNDED) and not joint.has(PRISMATIC)),
         bars=tuple(bars.values()),
-        drives=_drives(joints, bars, rpm(read.speed), notes),
-        loads=tuple(loads),
-        gravity=9.81 if read.gravity else 0.0,
+        blocks=tuple(block for block, _ in blocks),
+        drives=_drives(joints, bars, rpm(sketch.speed), notes),
+        loads=tuple(replace(load, bar=names[load.bar]) for load in sketch.loads),
+        gravity=9.81 if sketch.gravity else 0.0,
     )
-    return Imported(_reversing(assembled(drawing), notes), tuple(notes))
+
+
+def _bar(name: str, link: _Link, pins: tuple[str, ...], places: dict[str, Point], density: float, notes: list[str]) -> DrawnBar:
+    if len(pins) < 2:
+        raise InputError(f"link '{name}' with one joint", "two joints or more", SAMPLE)
+    thin = uniform(name, pins, places, density)
+    if not link.mass > 0.0:
+        notes.append(f"link '{name}' has no mass in the drawing: {density:g} kg/m is assumed")
+        return thin
+    drawn = replace(thin, mass=link.mass, inertia=link.inertia, centre=link.centre)
+    if not link.inertia > 0.0:
+        notes.append(f"link '{name}' has no inertia in the drawing: that of a uniform bar is assumed")
+        drawn = replace(drawn, inertia=thin.inertia * link.mass / thin.mass)
+    for what, letters in AUTOMATIC.items():
+        if link.first in letters:
+            notes.append(f"{what} of link '{name}': as PMKS+ last computed it from the outline that it draws")
+    return drawn
+
+
+def _block(link: _Link, on: list[_Joint], sketch: _Sketch, names: dict[str, str], name: str, notes: list[str]) -> Block:
+    slides = [joint for joint in on if joint.has(PRISMATIC)]
+    pins = [joint for joint in on if not joint.has(PRISMATIC)]
+    if len(slides) != 1 or len(pins) != 1:
+        raise InputError(f"block '{name}' with {len(pins)} pins and {len(slides)} slides", "one of each", SAMPLE)
+    slide = slides[0]
+    if not link.mass > 0.0:
+        raise InputError(f"block '{name}' without mass", "a mass in PMKS+: edit the slider", SAMPLE)
+    carrier, direction = GROUND, slide.angle
+    if slide.slot:
+        carrier, ends = (
+            names.get(slide.slot[0], ""),
+            [sketch.joints[joint].place for joint in slide.slot[1:] if joint in sketch.joints],
+        )
+        if len(ends) == 2:
+            direction = math.atan2(ends[1][1] - ends[0][1], ends[1][0] - ends[0][0])
+    if not carrier or not (slide.slot or slide.has(GROUNDED)):
+        raise InputError(f"block '{name}' slides on nothing", "a slide on the ground or on a link", SAMPLE)
+    if slide.has(INPUT):
+        notes.append(f"the input at slide '{slide.name}' is left out: a block is not driven here; add a rod or an actuator")
+    if not pins[0].has(WELDED):
+        return Block(name, pins[0].name, direction, link.mass, carrier)
+    on_pin = [
+        names[key]
+        for key, other in sketch.links.items()
+        if pins[0].name in [sketch.joints[joint].name for joint in other.joints] and not other.piston
+    ]
+    if len(on_pin) != 1:
+        raise InputError(f"block '{name}' welded to {len(on_pin)} links", "one", SAMPLE)
+    return Block(name, pins[0].name, direction, 0.0, carrier, follower=on_pin[0], aligned=True)
+
+
+def _drives(joints: dict[str, _Joint], bars: dict[str, DrawnBar], speed: float, notes: list[str]) -> dict[str, ConstantSpeed]:
+    driven: dict[str, ConstantSpeed] = {}
+    for joint in joints.values():
+        if not joint.has(INPUT) or joint.has(PRISMATIC):
+            continue
+        turning = [bar.name for bar in bars.values() if joint.name in bar.pins]
+        if not joint.has(GROUNDED) or len(turning) != 1:
+            notes.append(f"the input at joint '{joint.name}' is left out: it is not between the ground and one link")
+            continue
+        if not speed:
+            notes.append(f"the input at joint '{joint.name}' has no speed: '{turning[0]}' is held")
+        driven[turning[0]] = ConstantSpeed(math.copysign(rpm(joint.speed), speed) if joint.speed else speed)
+    if not driven:
+        notes.append("no input turns a link: the mechanism moves freely")
+    return driven
+
+
+def _with_loads(drawing: Drawing, near: float) -> Drawing:
+    """The drawing with each load at a pin of its bar; if none is near, at a further one, which is on that bar alone."""
+    pins, bars, loads = dict(drawing.pins), {bar.name: bar for bar in drawing.bars}, []
+    for load in drawing.loads:
+        bar = bars[load.bar]
+        pin = next((pin for pin in bar.pins if math.dist(pins[pin], load.place) <= near), "")
+        if not pin:
+            pin = plain_name(f"point of {load.name}", pins)
+            pins[pin] = load.place
+            bars[load.bar] = replace(bar, pins=(*bar.pins, pin))
+        loads.append(replace(load, place=pins[pin]))
+    return replace(drawing, pins=pins, bars=tuple(bars.values()), loads=tuple(loads))
+
+
+def _reversing(mechanism: Mechanism, notes: list[str]) -> Mechanism:
+    """The mechanism with an input that goes to and fro between the positions at which it locks, where PMKS+ reverses it."""
+    from scissordyn.plan.plan import plan
+    from scissordyn.run.ideal import motion_range
+
+    if len(mechanism.drives) != 1 or not isinstance(mechanism.drives[0].motion, ConstantSpeed):
+        return mechanism
+    body, speed = mechanism.drives[0].body, mechanism.drives[0].motion.speed
+    try:
+        low, high, _ = motion_range(plan(mechanism))
+    except InputError:  # what cannot be assembled is said where the mechanism is used
+        return mechanism
+    if not speed or not (math.isfinite(low) and math.isfinite(high)):
+        return mechanism
+    mean, first = 0.5 * (low + high), mechanism.body(body).angle or 0.0
+    amplitude = math.copysign(max(SWING * 0.5 * (high - low), abs(first - mean)), speed)
+    duration = 2.0 * amplitude / speed / (1.0 - RAMP)
+    strokes = Trapezoidal(mean - amplitude, mean + amplitude, duration, RAMP, STROKES)
+    notes.append(
+        f"the input '{body}' locks at {math.degrees(low):.6g} and {math.degrees(high):.6g} deg, where PMKS+ reverses it: here "
+        f"it turns a hundredth of the way before each, within {2.0 * RAMP * duration:.3g} s from the speed of the link to the "
+        f"opposite one, {STROKES} times"
+    )
+    return replace(mechanism, drives=(Drive(body, replace(strokes, begin=min(strokes.after(first), 0.999999 * duration))),))
+
+
+def _present(link: str, notes: list[str]) -> _Sketch:
+    """What a link of the present form says."""
+    sections = _sections(link)
+    scale, kilogram, newton = _units(sections[3], notes)
+    flags = _unsigned(sections[0], "settings")
+    speed = _integer(sections[2].split(",")[0], "input speed")
+    at = iter(sections[4:])
+    joints = {record[0][1:]: _joint(record, scale) for record in _records(at, "joints")}
+    links = [(record[0], _link(record, scale, kilogram)) for record in _records(at, "links")]
+    loads = [_force(record, scale, newton) for record in _records(at, "forces", last=True)]
+    _check_rest(list(at), notes)
+    return _Sketch(
+        joints,
+        {key[2:]: part for key, part in links if LINKS[part.first]},
+        loads,
+        speed=-speed if flags & 1 << CLOCKWISE else speed,
+        gravity=bool(flags & 1 << GRAVITY),
+        scale=scale,
+    )
 
 
 def _sections(link: str) -> list[str]:
     """The sections of the address, after a check of its length."""
-    text = unquote(link.strip())
+    text = unquote(link)
     content = text.partition("?")[2] if "?" in text else text
     if "#" in content:
         content = content.partition("#")[0]
     if content.count(".") < 6 or not all(letter.isprintable() for letter in content):
-        raise InputError(f"'{_short(link)}' is no link of PMKS+", ALLOWED, SAMPLE)
+        raise InputError(f"'{link if len(link) <= 60 else f'{link[:57]}...'}' is no link of PMKS+", ALLOWED, SAMPLE)
     body, check = content[:-1], content[-1]
     if DIGITS[len(body) % 62] != check:
         raise InputError(
@@ -250,7 +355,7 @@ def _records(sections: Iterator[str], what: str, *, last: bool = False) -> Itera
 def _joint(record: list[str], scale: float) -> _Joint:
     if len(record) not in (5, 8, 9):
         raise _newer(f"a joint of {len(record)} fields")
-    flags = _digit(record[0][:1], "kind of a joint")
+    flags = _unsigned(record[0][:1], "kind of a joint")
     if flags >> SEALED:
         raise _newer(f"joint '{record[1]}' is part of a cylinder")
     x, y, angle = (_decimal(field, f"place of joint '{record[1]}'") for field in record[2:5])
@@ -261,146 +366,33 @@ def _joint(record: list[str], scale: float) -> _Joint:
     return _Joint(plain_name(record[1], ()), flags, (scale * x, scale * y), angle, slot if any(slot) else (), speed)
 
 
-def _link(record: list[str], scale: float, mass_unit: float) -> _Link:
+def _link(record: list[str], scale: float, kilogram: float) -> _Link:
     first, kind = record[0][:1], record[0][1:2]
     if first not in LINKS or kind not in ("R", "P") or len(record) < 9:
         raise _newer(f"a link that begins with '{record[0][:2]}'")
     mass, inertia, x, y = (_decimal(field, f"link '{record[1]}'") for field in record[2:6])
     joints = record[7 : record.index("", 7)] if "" in record[7:] else record[7:]
-    return _Link(
-        first, kind == "P", record[1], mass_unit * mass, mass_unit * scale**2 * inertia, (scale * x, scale * y), tuple(joints)
-    )
+    centre = scale * x, scale * y
+    return _Link(record[1], kilogram * mass, kilogram * scale**2 * inertia, centre, tuple(joints), first, kind == "P")
 
 
-def _names(links: dict[str, _Link]) -> dict[str, str]:
-    names: dict[str, str] = {}
-    for key, link in links.items():
-        names[key] = plain_name(link.name or key, names.values())
-    return names
+def _force(record: list[str], scale: float, newton: float) -> Load:
+    if len(record) != 8:
+        raise _newer(f"a force of {len(record)} fields")
+    flags = _unsigned(record[0][:1], "kind of a force")
+    x, y, to_x, to_y, size = (_decimal(field, f"force '{record[2]}'") for field in record[3:8])
+    arrow = (x, y), (to_x - x, to_y - y)
+    return _load(record[2], record[1], arrow, size if flags & 2 else -size, scale, newton, follows=bool(flags & 1))
 
 
-def _bar(name: str, link: _Link, pins: tuple[str, ...], places: dict[str, Point], density: float, notes: list[str]) -> DrawnBar:
-    if len(pins) < 2:
-        raise InputError(f"link '{name}' with one joint", "two joints or more", SAMPLE)
-    thin = uniform(name, pins, places, density)
-    if not link.mass > 0.0:
-        notes.append(f"link '{name}' has no mass in the drawing: {density:g} kg/m is assumed")
-        return thin
-    drawn = replace(thin, mass=link.mass, inertia=link.inertia, centre=link.centre)
-    if not link.inertia > 0.0:
-        notes.append(f"link '{name}' has no inertia in the drawing: that of a uniform bar is assumed")
-        drawn = replace(drawn, inertia=thin.inertia * link.mass / thin.mass)
-    for what, letters in AUTOMATIC.items():
-        if link.first in letters:
-            notes.append(f"{what} of link '{name}': as PMKS+ last computed it from the outline that it draws")
-    return drawn
-
-
-def _block(
-    name: str,
-    link: _Link,
-    on: list[_Joint],
-    joints: dict[str, _Joint],
-    links: dict[str, _Link],
-    names: dict[str, str],
-    notes: list[str],
-) -> Block:
-    slides = [joint for joint in on if joint.has(PRISMATIC)]
-    pins = [joint for joint in on if not joint.has(PRISMATIC)]
-    if len(slides) != 1 or len(pins) != 1:
-        raise InputError(f"block '{name}' with {len(pins)} pins and {len(slides)} slides", "one of each", SAMPLE)
-    slide, mass = slides[0], link.mass
-    if not mass > 0.0:
-        raise InputError(f"block '{name}' without mass", "a mass in PMKS+: edit the slider", SAMPLE)
-    carrier, direction = GROUND, slide.angle
-    if slide.slot:
-        carrier, ends = names.get(slide.slot[0], ""), [joints[joint].place for joint in slide.slot[1:] if joint in joints]
-        if len(ends) == 2:
-            direction = math.atan2(ends[1][1] - ends[0][1], ends[1][0] - ends[0][0])
-    if not carrier or not (slide.slot or slide.has(GROUNDED)):
-        raise InputError(f"block '{name}' slides on nothing", "a slide on the ground or on a link", SAMPLE)
-    if slide.has(INPUT):
-        notes.append(f"the input at slide '{slide.name}' is left out: a block is not driven here; add a rod or an actuator")
-    if not pins[0].has(WELDED):
-        return Block(name, pins[0].name, direction, mass, carrier)
-    on_pin = [
-        names[key]
-        for key, other in links.items()
-        if pins[0].name in [joints[j].name for j in other.joints] and not other.piston
-    ]
-    if len(on_pin) != 1:
-        raise InputError(f"block '{name}' welded to {len(on_pin)} links", "one", SAMPLE)
-    return Block(name, pins[0].name, direction, 0.0, carrier, follower=on_pin[0], aligned=True)
-
-
-def _drives(joints: dict[str, _Joint], bars: dict[str, DrawnBar], speed: float, notes: list[str]) -> dict[str, ConstantSpeed]:
-    driven: dict[str, ConstantSpeed] = {}
-    for joint in joints.values():
-        if not joint.has(INPUT) or joint.has(PRISMATIC):
-            continue
-        turning = [bar.name for bar in bars.values() if joint.name in bar.pins]
-        if not joint.has(GROUNDED) or len(turning) != 1:
-            notes.append(f"the input at joint '{joint.name}' is left out: it is not between the ground and one link")
-            continue
-        if not speed:
-            notes.append(f"the input at joint '{joint.name}' has no speed: '{turning[0]}' is held")
-        driven[turning[0]] = ConstantSpeed(math.copysign(rpm(joint.speed), speed) if joint.speed else speed)
-    if not driven:
-        notes.append("no input turns a link: the mechanism moves freely")
-    return driven
-
-
-def _reversing(mechanism: Mechanism, notes: list[str]) -> Mechanism:
-    """The mechanism with an input that goes to and fro between the positions at which it locks, where PMKS+ reverses it."""
-    from scissordyn.plan.plan import plan
-    from scissordyn.run.ideal import motion_range
-
-    if len(mechanism.drives) != 1 or not isinstance(mechanism.drives[0].motion, ConstantSpeed):
-        return mechanism
-    body, speed = mechanism.drives[0].body, mechanism.drives[0].motion.speed
-    try:
-        low, high, _ = motion_range(plan(mechanism))
-    except InputError:  # what cannot be assembled is said where the mechanism is used
-        return mechanism
-    if not speed or not (math.isfinite(low) and math.isfinite(high)):
-        return mechanism
-    mean, first = 0.5 * (low + high), mechanism.body(body).angle or 0.0
-    amplitude = math.copysign(max(SWING * 0.5 * (high - low), abs(first - mean)), speed)
-    duration = 2.0 * amplitude / speed / (1.0 - RAMP)
-    strokes = Trapezoidal(mean - amplitude, mean + amplitude, duration, RAMP, STROKES)
-    notes.append(
-        f"the input '{body}' locks at {math.degrees(low):.6g} and {math.degrees(high):.6g} deg, where PMKS+ reverses it: here "
-        f"it turns a hundredth of the way before each, within {2.0 * RAMP * duration:.3g} s from the speed of the link to the "
-        f"opposite one, {STROKES} times"
-    )
-    return replace(mechanism, drives=(Drive(body, replace(strokes, begin=min(strokes.after(first), 0.999999 * duration))),))
-
-
-def _with_loads(drawing: Drawing, forces: list[list[str]], names: dict[str, str], scale: float, unit: float) -> Drawing:
-    """The drawing with forces; each bar gets the place of its force as a further pin, which is on that bar alone."""
-    pins, bars, loads = dict(drawing.pins), {bar.name: bar for bar in drawing.bars}, []
-    for record in forces:
-        if len(record) != 8:
-            raise _newer(f"a force of {len(record)} fields")
-        bar = names.get(record[1], "")
-        if bar not in bars:
-            raise InputError(f"force '{record[2]}' on '{record[1]}'", "a force on a link", SAMPLE)
-        flags = _digit(record[0][:1], "kind of a force")
-        x, y, to_x, to_y, size = (_decimal(field, f"force '{record[2]}'") for field in record[3:8])
-        way = math.hypot(to_x - x, to_y - y)
-        if not way > 0.0:
-            raise InputError(f"force '{record[2]}' without direction", "an arrow with a length", SAMPLE)
-        signed = unit * size / way * (1.0 if flags & 2 else -1.0)
-        place = scale * x, scale * y
-        near = next((pin for pin in bars[bar].pins if math.dist(pins[pin], place) <= 0.5e-3 * scale), "")
-        if not near:
-            near = plain_name(f"point of {record[2]}", pins)
-            pins[near] = place
-            bars[bar] = replace(bars[bar], pins=(*bars[bar].pins, near))
-        loads.append(
-            Load(plain_name(record[2], ()), bar, pins[near], (signed * (to_x - x), signed * (to_y - y)), bool(flags & 1))
-        )
-    return replace(drawing, pins=pins, bars=tuple(bars.values()), loads=tuple(loads))
+def _load(name: str, bar: str, arrow: tuple[Point, Point], size: float, scale: float, newton: float, *, follows: bool) -> Load:
+    """A force of a size along an arrow, its foot and its span, in the units of a link."""
+    (x, y), (along, up) = arrow
+    length = math.hypot(along, up)
+    if not length > 0.0:
+        raise InputError(f"force '{name}' without direction", "an arrow with a length", SAMPLE)
+    signed = newton * size / length
+    return Load(plain_name(name, ()), bar, (scale * x, scale * y), (signed * along, signed * up), follows)
 
 
 def _check_rest(rest: list[str], notes: list[str]) -> None:
@@ -414,31 +406,91 @@ def _check_rest(rest: list[str], notes: list[str]) -> None:
     notes += [f"{kinds[entry]} of the drawing: left out" for entry in sorted(letters)]
 
 
-def _digit(letter: str, what: str) -> int:
-    if letter not in DIGITS or not letter:
-        raise InputError(f"{what}: '{letter}'", ALLOWED, SAMPLE)
-    return DIGITS.index(letter)
-
-
 def _unsigned(text: str, what: str) -> int:
     """A whole number to the base of 64."""
     if not text:
         raise InputError(f"{what} is missing in the link of PMKS+", f"{ALLOWED}, copied whole", SAMPLE)
     value = 0
     for letter in text:
-        value = value * len(DIGITS) + _digit(letter, what)
+        if letter not in DIGITS:
+            raise InputError(f"{what}: '{letter}'", ALLOWED, SAMPLE)
+        value = value * len(DIGITS) + DIGITS.index(letter)
     return value
-
-
-def _integer(text: str, what: str) -> int:
-    """The same, where one that begins with a zero is negative."""
-    value = _unsigned(text, what)
-    return -value if text[0] == "0" else value
 
 
 def _decimal(text: str, what: str) -> float:
     return _integer(text, what) / 1000.0
 
 
-def _short(text: str) -> str:
-    return text if len(text) <= 60 else f"{text[:57]}..."
+def _integer(text: str, what: str) -> int:
+    """One that begins with a zero is negative."""
+    value = _unsigned(text, what)
+    return -value if text[0] == "0" else value
+
+
+def _earlier(link: str, notes: list[str]) -> _Sketch:
+    """What a link of the earlier form says; what is not used is added to the notes."""
+    query = (unquote(link) if "%3D" in link else link).partition("?")[2].partition("#")[0]
+    parts = {key: values[0] for key, values in parse_qs(query, keep_blank_values=True).items()}
+    if "l" not in parts:
+        raise InputError("a link of the earlier form of PMKS+ without links ('&l=')", AGAIN)
+    joints, links, forces = (
+        [line.split(",") for line in parts.pop(key, "").splitlines() if line.strip()] for key in ("j", "l", "f")
+    )
+    speed, clockwise, gravity, unit = [*parts.pop("s", "").split(","), "", "", "", ""][:4]
+    notes += [f"'{key}' of the link: left out" for key, value in parts.items() if value]
+    lengths = {name: row for name, *row in LENGTHS}
+    if unit not in lengths:
+        raise InputError(f"unit '{unit}' of the link", ", ".join(lengths), SAMPLE)
+    scale, kilogram, newton = lengths[unit]
+    sliding = [joint[0] for joint in joints if len(joint) > 4 and joint[4] == "P"]
+    if sliding or any(len(joint) < 9 for joint in joints):
+        what = f"joint '{sliding[0]}', which slides" if sliding else "a joint of fewer than 9 entries"
+        raise InputError(f"a link of the earlier form of PMKS+ with {what}", AGAIN)
+    frictional = sum(_number(joint[7] or "0", f"joint '{joint[0]}'") != 0.0 for joint in joints)
+    notes += [f"friction of {frictional} joints: left out"] * bool(frictional) + ["outlines of links: left out"] * bool(links)
+    notes.append(f"units: lengths in {unit}, masses, inertias and forces as PMKS+ shows them beside it")
+    rpms = _number(speed or "0", "speed of the input")
+    return _Sketch(
+        {joint[0]: _earlier_joint(joint, scale) for joint in joints},
+        {name: _earlier_link(name, entries, scale, kilogram) for name, *entries in links},
+        [_earlier_force(force, scale, newton) for force in forces],
+        speed=-rpms if clockwise in TRUE else rpms,
+        gravity=gravity in TRUE,
+        scale=scale,
+    )
+
+
+def _earlier_joint(entries: list[str], scale: float) -> _Joint:
+    x, y = (_number(entry, f"joint '{entries[0]}'") for entry in entries[1:3])
+    flags = (entries[5] in TRUE) << GROUNDED | (entries[8] in TRUE) << INPUT
+    return _Joint(plain_name(entries[0], ()), flags, (scale * x, scale * y))
+
+
+def _earlier_link(name: str, entries: list[str], scale: float, kilogram: float) -> _Link:
+    entries = entries[1:] if entries[:1] in (["R"], ["P"]) else entries
+    if len(entries) < 5:
+        raise InputError(f"link '{name}' of {len(entries) + 1} entries", AGAIN)
+    mass, inertia, x, y = (_number(entry, f"link '{name}'") for entry in entries[:4])
+    joints = tuple(filter(None, entries[4].split("|")))
+    return _Link(name, kilogram * mass, kilogram * scale**2 * inertia, (scale * x, scale * y), joints)
+
+
+def _earlier_force(entries: list[str], scale: float, newton: float) -> Load:
+    name = entries[0]
+    if len(entries) not in (9, 10):
+        raise InputError(f"force '{name}' of {len(entries)} entries", AGAIN)
+    x, y, to_x, to_y, *parts = (_number(entry, f"force '{name}'") for entry in (*entries[2:6], *entries[8:]))
+    size = math.hypot(*parts) * (1.0 if entries[7] in TRUE else -1.0)
+    arrow = (x, y), (to_x - x, to_y - y)
+    return _load(name, entries[1], arrow, size, scale, newton, follows=entries[6] not in TRUE)
+
+
+def _number(text: str, what: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise InputError(f"{what}: '{text}' in the link of PMKS+", "a number")
+    return value

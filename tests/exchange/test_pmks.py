@@ -217,6 +217,10 @@ GOOD = linkage(CRANK_ROCKER, FOUR, "AD", "A")
             links.link([links.joint("A", (0, 0), PRISMATIC), links.joint("B", (1, 0))], [links.bar("AB", "AB", 1, 1, (0, 0))]),
             "block",
         ),
+        (
+            links.link([links.joint("A", (0, 0)), links.joint("B", (1, 0))], [links.bar("AB", "AC", 1, 1, (0, 0))]),
+            "through 'C'",
+        ),
     ],
 )
 def test_what_cannot_be_understood_is_one_line(address, said):

@@ -1,19 +1,24 @@
-"""The ideal mechanism in MJCF, for MuJoCo: a tree of hinges and slides, whose loops are closed by connections."""
+"""The ideal mechanism in MJCF, for MuJoCo: a tree of hinges and slides, whose loops are closed by connections.
+
+Couplings are equalities of joints, or of tendons along joints or between two points; coordinate drives pull at such tendons.
+"""
 
 from __future__ import annotations
 
+import cmath
 import math
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, TypeAlias
 
-from scissordyn.component.place import GROUND, Point
+from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
-from scissordyn.exchange.mjcf_coupling import Couplings, Tree
 from scissordyn.model.backlash import closed
 from scissordyn.model.body import Body
 from scissordyn.model.connection import Weld
+from scissordyn.model.coupling import Coordinate, CoordinateDrive, Coupling, Distance, RelativeAngle
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.simulate import simulate
@@ -23,6 +28,11 @@ STIFF: dict[str, Any] = {"solref": f"{2 * TIMESTEP:g} 1", "solimp": "0.9999 0.99
 """MuJoCo's constraints are soft; so they are as stiff as its time step allows."""
 
 SHORT = 1e-6  # Time of the run whose start is taken [s]
+SAME = 1e-12  # Weights of a joint below this are those of a slide across it
+
+HINGE = {"type": "hinge", "axis": "0 0 1"}
+
+Edge: TypeAlias = Guide | Revolute | Weld
 
 
 class Model(NamedTuple):
@@ -34,20 +44,21 @@ class Model(NamedTuple):
 
 @dataclass
 class _Placed:
-    """A body at the start: its frame, its velocities, and what it is attached by."""
+    """A body at the start, with what it is attached to and the joints by which it moves against that; places are complex."""
 
     body: Body
-    origin: Point
+    origin: complex
     angle: float
-    velocity: Point
+    velocity: complex  # Of its origin
     rate: float
-    parent: str = ""
-    by: Revolute | Guide | Weld | None = None
+    parent: str = GROUND
+    by: Edge | None = None
+    hinge: str = ""
+    slides: list[str] = field(default_factory=list)  # Two of a body that moves freely
 
-    def at(self, local: Point) -> Point:
-        """A place of its frame in the plane."""
-        cos, sin = math.cos(self.angle), math.sin(self.angle)
-        return self.origin[0] + cos * local[0] - sin * local[1], self.origin[1] + sin * local[0] + cos * local[1]
+    def arm(self, point: str) -> complex:
+        """From its origin to a point."""
+        return cmath.rect(1.0, self.angle) * complex(*self.body.points[point])
 
 
 def mjcf(mechanism: Mechanism) -> Model:
@@ -56,8 +67,6 @@ def mjcf(mechanism: Mechanism) -> Model:
     refused: tuple[Any, ...] = (*ideal.rods, *ideal.latches)
     if refused:
         raise InputError(f"'{refused[0].name}' in MJCF", "joints, guides, welds and couplings; no rods and latches")
-    placed = _placed(ideal)
-    loops = _spanned(ideal, placed)
     notes = [f"{type(part).__name__} '{part.name}': left out" for part in ideal.components]
     notes += [
         f"the prescribed angle of '{drive.body}': a motor in its place; its speed at the start is kept"
@@ -66,27 +75,129 @@ def mjcf(mechanism: Mechanism) -> Model:
     notes += [f"the motion of drive '{drive.name}': a motor in its place" for drive in ideal.coordinate_drives]
     notes += [f"the backlash of coupling '{name}': left out" for name in backlashes]
     notes += ["joints with clearance are ideal"] if mechanism.clearance_joints else []
-    root = ET.Element("mujoco", model="mechanism")
-    down = ideal.gravity * math.cos(ideal.gravity_direction), ideal.gravity * math.sin(ideal.gravity_direction)
-    ET.SubElement(root, "compiler", angle="radian", inertiafromgeom="false")
-    ET.SubElement(root, "option", timestep=f"{TIMESTEP:g}", gravity=_numbers(*down, 0.0), integrator="RK4")
-    world = ET.SubElement(root, "worldbody")
-    speeds: list[float] = []
-    led = {name: part.by for name, part in placed.items() if isinstance(part.by, Guide)}
-    tree, bodies = Tree({name: part.parent for name, part in placed.items()}, led), {GROUND: world}
-    for name in [name for name, part in placed.items() if part.parent == GROUND]:
-        _add(world, name, placed, speeds, tree, bodies)
-    equality = ET.SubElement(root, "equality")
-    for loop in loops:
-        _close(equality, loop, placed)
-    motors = ET.SubElement(root, "actuator")
-    for drive in ideal.drives:
-        if drive.body in tree.hinges:
-            ET.SubElement(motors, "motor", name=f"motor of {drive.body}", joint=tree.hinges[drive.body])
-    Couplings(ideal, tree, bodies, root).add(equality, motors, STIFF)
-    ET.SubElement(ET.SubElement(root, "keyframe"), "key", name="start", qvel=_numbers(*speeds))
+    root = _Writer(ideal).root
     ET.indent(root)
     return Model(ET.tostring(root, encoding="unicode") + "\n", tuple(notes))
+
+
+class _Writer:
+    """A model, whose parts are added in the order of the file."""
+
+    def __init__(self, ideal: Mechanism) -> None:
+        self.ideal, self.placed = ideal, _placed(ideal)
+        loops = _spanned(ideal, self.placed)
+        self.root = ET.Element("mujoco", model="mechanism")
+        self.add("compiler", angle="radian", inertiafromgeom="false")
+        down = cmath.rect(ideal.gravity, ideal.gravity_direction)
+        self.add("option", timestep=f"{TIMESTEP:g}", gravity=_vector(down), integrator="RK4")
+        self.elements = {GROUND: self.add("worldbody")}
+        self.speeds: list[float] = []
+        self._add_bodies(GROUND)
+        self.equality = self.add("equality")
+        for loop in loops:
+            self._close(loop)
+        self.motors = self.add("actuator")
+        for drive in ideal.drives:
+            if hinge := self.placed[drive.body].hinge:
+                ET.SubElement(self.motors, "motor", name=f"motor of {drive.body}", joint=hinge)
+        self.tendons = ET.Element("tendon")
+        for coupling in ideal.couplings:
+            self._couple(coupling)
+        for coordinate_drive in ideal.coordinate_drives:
+            weights = self._weights(coordinate_drive.coordinate, f"drive '{coordinate_drive.name}'")
+            tendon = self._tendon(coordinate_drive, "coordinate", weights)
+            ET.SubElement(self.motors, "motor", name=coordinate_drive.name, tendon=tendon)
+        if len(self.tendons):
+            self.root.append(self.tendons)
+        ET.SubElement(self.add("keyframe"), "key", name="start", qvel=_numbers(*self.speeds))
+
+    def add(self, tag: str, **attributes: str) -> ET.Element:
+        return ET.SubElement(self.root, tag, **attributes)
+
+    def _add_bodies(self, parent: str) -> None:
+        """Add the bodies that are attached to another one or to the ground, with their joints, and so on."""
+        above = self.placed.get(parent)
+        origin, turn = (above.origin, above.angle) if above else (0j, 0.0)
+        for name, here in self.placed.items():
+            if here.parent != parent:
+                continue
+            body, angle = here.body, here.angle - turn
+            place = cmath.rect(1.0, -turn) * (here.origin - origin)
+            quaternion = _numbers(math.cos(0.5 * angle), 0, 0, math.sin(0.5 * angle))
+            element = ET.SubElement(self.elements[parent], "body", name=name, pos=_vector(place), quat=quaternion)
+            self.elements[name] = element
+            inertia = body.mass * (1e-3 * max(body.extent, 1e-2)) ** 2 if body.inertia is None else body.inertia
+            moments = _numbers(0.6 * inertia, 0.6 * inertia, inertia)
+            ET.SubElement(
+                element, "inertial", pos=_vector(complex(*body.centre)), mass=_numbers(body.mass), diaginertia=moments
+            )
+            for joint, speed in _joints(here, above):
+                ET.SubElement(element, "joint", **joint)
+                self.speeds.append(speed)
+                if joint["type"] == "hinge":
+                    here.hinge = joint["name"]
+                else:
+                    here.slides.append(joint["name"])
+            self._add_bodies(name)
+
+    def _close(self, loop: Revolute | Weld) -> None:
+        """A connection, or a weld, of two bodies that are both in the tree."""
+        ends = (loop.journal, loop.bearing) if isinstance(loop, Revolute) else (loop.start, loop.end)
+        (body, point), (other, _) = ends if ends[0][0] != GROUND else ends[::-1]
+        revolute = isinstance(loop, Revolute)
+        pair: dict[str, Any] = {"anchor": _vector(complex(*self.placed[body].body.points[point]))} if revolute else {}
+        pair |= {"body1": body} | ({} if other == GROUND else {"body2": other}) | STIFF
+        ET.SubElement(self.equality, "connect" if revolute else "weld", name=loop.name, **pair)
+
+    def _couple(self, part: Coupling) -> None:
+        ends = [self._weights(coordinate, f"coupling '{part.name}'") for coordinate in (part.output, part.input)]
+        single = [next(iter(end.items())) for end in ends if end and len(end) == 1]
+        if len(single) == 2:
+            kind, ((first, weight), (second, other)) = "joint", single
+            factor = part.ratio * other / weight
+        else:
+            kind, factor = "tendon", part.ratio
+            first, second = (self._tendon(part, side, end) for side, end in zip(("output", "input"), ends, strict=True))
+        pair = {f"{kind}1": first, f"{kind}2": second, "polycoef": f"0 {factor!r} 0 0 0"}
+        ET.SubElement(self.equality, kind, name=part.name, **pair, **STIFF)
+
+    def _weights(self, coordinate: Coordinate, what: str) -> dict[str, float] | None:
+        """Weights of the joints whose sum a coordinate is, but for a constant; None of a distance."""
+        if isinstance(coordinate, Distance):
+            return None
+        if isinstance(coordinate, RelativeAngle):
+            weights: Counter[str] = Counter()
+            for body, sign in zip(coordinate.bodies, (1, -1), strict=True):
+                while body != GROUND:
+                    weights[self.placed[body].hinge] += sign
+                    body = self.placed[body].parent
+            return {joint: float(weight) for joint, weight in weights.items() if weight and joint}
+        body, point = coordinate.point
+        here = self.placed[body]
+        guide = here.by if isinstance(here.by, Guide) else None
+        if here.parent == coordinate.base and here.slides:
+            leads = point == guide.follower[1] if guide else here.body.points[point] == (0.0, 0.0)
+            if leads or not here.hinge:
+                turned = coordinate.direction - (guide.direction if guide else 0.0)
+                pairs = zip(here.slides, (math.cos(turned), math.sin(turned)), strict=False)
+                return {joint: weight for joint, weight in pairs if abs(weight) > SAME}
+        raise InputError(
+            f"{what} of the slide of '{body}.{point}' in MJCF",
+            "a slide along the guide of its body, of the point that the guide leads if the body turns",
+        )
+
+    def _tendon(self, part: Coupling | CoordinateDrive, side: str, weights: Mapping[str, float] | None) -> str:
+        """A tendon whose length is a coordinate but for a constant; its name."""
+        name, coordinate = f"{part.name} {side}", getattr(part, side)
+        tendon = ET.SubElement(self.tendons, "spatial" if weights is None else "fixed", name=name)
+        for joint, weight in (weights or {}).items():
+            ET.SubElement(tendon, "joint", joint=joint, coef=repr(weight))
+        for end in ("start", "end") if weights is None else ():
+            body, point = getattr(coordinate, end)
+            x, y = dict(self.ideal.ground)[point] if body == GROUND else self.placed[body].body.points[point]
+            ET.SubElement(self.elements[body], "site", name=f"{name} {end}", pos=f"{x!r} {y!r} 0")
+            ET.SubElement(tendon, "site", site=f"{name} {end}")
+        return name
 
 
 def _placed(ideal: Mechanism) -> dict[str, _Placed]:
@@ -97,124 +208,66 @@ def _placed(ideal: Mechanism) -> dict[str, _Placed]:
         motion = run.sel(body=body.name)
         angle = float(motion["angle"]) if body.rotates else body.placed_angle
         rate = float(motion["angular_velocity"]) if body.rotates else 0.0
-        cos, sin = math.cos(angle), math.sin(angle)
-        arm = cos * body.centre[0] - sin * body.centre[1], sin * body.centre[0] + cos * body.centre[1]
-        x, y = (float(value) for value in motion["position"].values)
-        vx, vy = (float(value) for value in motion["velocity"].values)
-        bodies[body.name] = _Placed(body, (x - arm[0], y - arm[1]), angle, (vx + rate * arm[1], vy - rate * arm[0]), rate)
+        arm = cmath.rect(1.0, angle) * complex(*body.centre)
+        centre, velocity = (complex(*motion[name].values) for name in ("position", "velocity"))
+        bodies[body.name] = _Placed(body, centre - arm, angle, velocity - 1j * rate * arm, rate)
     return bodies
 
 
 def _spanned(ideal: Mechanism, placed: dict[str, _Placed]) -> list[Revolute | Weld]:
     """Attach each body to another one or to the ground, by guides first; returns the joints that close loops."""
-    edges: list[tuple[str, str, Revolute | Guide | Weld]] = [(g.body, g.follower[0], g) for g in ideal.guides]
-    edges += [(joint.bearing[0], joint.journal[0], joint) for joint in ideal.joints]
-    edges += [(weld.start[0], weld.end[0], weld) for weld in ideal.welds]
-    used: set[int] = set()
-    grown = True
-    while grown:
-        grown = False
-        for k, (first, second, edge) in enumerate(edges):
-            for parent, child in ((first, second), (second, first)):
-                if child == GROUND or placed[child].by is not None or k in used:
-                    continue
-                if parent != GROUND and placed[parent].by is None:
-                    continue
-                if isinstance(edge, Guide) and child != edge.follower[0]:
-                    continue
-                if not placed[child].body.rotates and not isinstance(edge, Guide):
-                    continue
-                placed[child].parent, placed[child].by = parent, edge
-                used.add(k)
-                grown = True
-                break
-            if grown:
-                break
+    edges: list[tuple[Edge, str, str]] = [(guide, guide.body, guide.follower[0]) for guide in ideal.guides]
+    edges += [(joint, joint.bearing[0], joint.journal[0]) for joint in ideal.joints]
+    edges += [(weld, weld.start[0], weld.end[0]) for weld in ideal.welds]
+    while True:
+        ways = ((k, *way) for k, (_, first, second) in enumerate(edges) for way in ((first, second), (second, first)))
+        step = next((way for way in ways if _attaches(edges[way[0]][0], *way[1:], placed)), None)
+        if step is None:
+            break
+        k, parent, child = step
+        placed[child].parent, placed[child].by = parent, edges.pop(k)[0]
     loops: list[Revolute | Weld] = []
-    for k, (_, _, edge) in enumerate(edges):
-        if k not in used:
-            if isinstance(edge, Guide):
-                raise InputError(f"guide '{edge.name}' closes a loop, which MJCF cannot say", "guides that lead a body each")
-            loops.append(edge)
-    for body in placed.values():
-        body.parent = body.parent or GROUND
+    for edge, _, _ in edges:
+        if isinstance(edge, Guide):
+            raise InputError(f"guide '{edge.name}' closes a loop, which MJCF cannot say", "guides that lead a body each")
+        loops.append(edge)
     return loops
 
 
-def _add(
-    above: ET.Element, name: str, placed: dict[str, _Placed], speeds: list[float], tree: Tree, bodies: dict[str, ET.Element]
-) -> None:
-    """Add a body with its joints, and those that are attached to it."""
-    body = placed[name]
-    parent = placed.get(body.parent)
-    base, turn = (parent.origin, parent.angle) if parent else ((0.0, 0.0), 0.0)
-    x, y = body.origin[0] - base[0], body.origin[1] - base[1]
-    cos, sin = math.cos(turn), math.sin(turn)
-    local, angle = (cos * x + sin * y, cos * y - sin * x), body.angle - turn
-    element = ET.SubElement(
-        above, "body", name=name, pos=_numbers(*local, 0.0), quat=_numbers(math.cos(0.5 * angle), 0, 0, math.sin(0.5 * angle))
-    )
-    bodies[name] = element
-    inertia = body.body.inertia if body.body.inertia is not None else body.body.mass * (1e-3 * max(body.body.extent, 1e-2)) ** 2
-    ET.SubElement(
-        element,
-        "inertial",
-        pos=_numbers(*body.body.centre, 0.0),
-        mass=_numbers(body.body.mass),
-        diaginertia=_numbers(0.6 * inertia, 0.6 * inertia, inertia),
-    )
-    for tag, speed in _joints(body, parent):
-        ET.SubElement(element, "joint", **tag)
-        speeds.append(speed)
-        if tag["type"] == "hinge":
-            tree.hinges[name] = tag["name"]
-        else:
-            tree.slides.setdefault(name, []).append(tag["name"])
-    for child in [child for child, other in placed.items() if other.parent == name]:
-        _add(element, child, placed, speeds, tree, bodies)
+def _attaches(edge: Edge, parent: str, child: str, placed: dict[str, _Placed]) -> bool:
+    """Whether an edge can attach a body to what is in the tree already: a guide its follower, others what rotates."""
+    if child == GROUND or placed[child].by or not (parent == GROUND or placed[parent].by):
+        return False
+    return child == edge.follower[0] if isinstance(edge, Guide) else placed[child].body.rotates
 
 
-def _joints(each: _Placed, parent: _Placed | None) -> Iterator[tuple[dict[str, Any], float]]:
+def _joints(here: _Placed, parent: _Placed | None) -> Iterator[tuple[dict[str, Any], float]]:
     """Joints of a body with its parent, and their speeds at the start."""
-    by, name = each.by, each.body.name
-    above = parent.rate if parent else 0.0
-    hinge = {"type": "hinge", "axis": "0 0 1"}
+    by, name = here.by, here.body.name
+    turning = here.rate - (parent.rate if parent else 0.0)
     if isinstance(by, Revolute):
         point = by.journal[1] if by.journal[0] == name else by.bearing[1]
-        yield {"name": by.name, "pos": _numbers(*each.body.points[point], 0.0), **hinge}, each.rate - above
+        yield {"name": by.name, "pos": _vector(complex(*here.body.points[point])), **HINGE}, turning
     elif isinstance(by, Guide):
         direction = by.direction + (parent.angle if parent else 0.0)
-        along = direction - each.angle
-        place = each.at(each.body.points[by.follower[1]])
-        arm = place[0] - each.origin[0], place[1] - each.origin[1]
-        vx, vy = each.velocity[0] - each.rate * arm[1], each.velocity[1] + each.rate * arm[0]
+        arm = here.arm(by.follower[1])
+        velocity = here.velocity + 1j * here.rate * arm
         if parent:
-            reach = place[0] - parent.origin[0], place[1] - parent.origin[1]
-            vx, vy = vx - parent.velocity[0] + parent.rate * reach[1], vy - parent.velocity[1] - parent.rate * reach[0]
-        axis = _numbers(math.cos(along), math.sin(along), 0.0)
-        yield {"name": by.name, "type": "slide", "axis": axis}, math.cos(direction) * vx + math.sin(direction) * vy
-        if each.body.rotates and not by.aligned:
-            yield (
-                {"name": f"{by.name} pin", "pos": _numbers(*each.body.points[by.follower[1]], 0.0), **hinge},
-                each.rate - above,
-            )
+            velocity -= parent.velocity + 1j * parent.rate * (here.origin + arm - parent.origin)
+        speed = (cmath.rect(1.0, -direction) * velocity).real
+        yield {"name": by.name, "type": "slide", "axis": _vector(cmath.rect(1.0, direction - here.angle))}, speed
+        if here.body.rotates and not by.aligned:
+            yield {"name": f"{by.name} pin", "pos": _vector(complex(*here.body.points[by.follower[1]])), **HINGE}, turning
     elif by is None:
-        cos, sin = math.cos(each.angle), math.sin(each.angle)
-        yield {"name": f"{name} x", "type": "slide", "axis": _numbers(cos, -sin, 0.0)}, each.velocity[0]
-        yield {"name": f"{name} y", "type": "slide", "axis": _numbers(sin, cos, 0.0)}, each.velocity[1]
-        if each.body.rotates:
-            yield {"name": f"{name} turn", **hinge}, each.rate
+        for letter, axis, speed in (("x", 1.0, here.velocity.real), ("y", 1j, here.velocity.imag)):
+            along = cmath.rect(1.0, -here.angle) * axis
+            yield {"name": f"{name} {letter}", "type": "slide", "axis": _vector(along)}, speed
+        if here.body.rotates:
+            yield {"name": f"{name} turn", **HINGE}, here.rate
 
 
-def _close(equality: ET.Element, loop: Revolute | Weld, placed: dict[str, _Placed]) -> None:
-    """A connection, or a weld, of two bodies that are both in the tree."""
-    ends = (loop.journal, loop.bearing) if isinstance(loop, Revolute) else (loop.start, loop.end)
-    (body, point), (other, _) = ends if ends[0][0] != GROUND else ends[::-1]
-    pair: dict[str, Any] = {"body1": body} | ({} if other == GROUND else {"body2": other}) | STIFF
-    if isinstance(loop, Weld):
-        ET.SubElement(equality, "weld", name=loop.name, **pair)
-    else:
-        ET.SubElement(equality, "connect", name=loop.name, anchor=_numbers(*placed[body].body.points[point], 0.0), **pair)
+def _vector(place: complex) -> str:
+    return _numbers(place.real, place.imag, 0.0)
 
 
 def _numbers(*values: float) -> str:

@@ -1,4 +1,4 @@
-"""A unit as a file: source, description and, where there is a compiler, the library for this machine."""
+"""A unit as a file: source, ``modelDescription.xml`` and, where there is a compiler, the library for this machine."""
 
 from __future__ import annotations
 
@@ -7,14 +7,16 @@ import platform
 import re
 import tempfile
 import uuid
+import xml.etree.ElementTree as ET
 import zipfile
+from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from scissordyn.compiler.c import compile_library, compiler_command
 from scissordyn.errors import InputError
-from scissordyn.exchange.fmu.description import build_description, model_description
 from scissordyn.exchange.fmu.source import Source
+from scissordyn.exchange.fmu.variable import Variable, Variables
 from scissordyn.plan.plan import plan
 from scissordyn.run.advance.trajectory import make_driver
 from scissordyn.run.configuration import write_configuration
@@ -30,6 +32,35 @@ ARCHITECTURES = {"amd64": "x86_64", "arm64": "aarch64"}
 SYSTEMS = {"Linux": ("linux", ".so"), "Darwin": ("darwin", ".dylib"), "Windows": ("windows", ".dll")}
 
 SAMPLE = 'contact = "compliant"'
+
+UNITS: dict[str, dict[str, Any]] = {
+    "m": {"m": "1"},
+    "m/s": {"m": "1", "s": "-1"},
+    "m/s2": {"m": "1", "s": "-2"},
+    "rad": {"rad": "1"},
+    "rad/s": {"rad": "1", "s": "-1"},
+    "rad/s2": {"rad": "1", "s": "-2"},
+    "N": {"kg": "1", "m": "1", "s": "-2"},
+    "N.m": {"kg": "1", "m": "2", "s": "-2"},
+    "s": {"s": "1"},
+}
+"""Exponents of the base units."""
+
+TIME = Variable(0, "time", "s", "time")
+
+CALCULATED = {"causality": "local", "variability": "continuous", "initial": "calculated"}
+ROLES = {
+    "time": {"causality": "independent", "variability": "continuous"},
+    "states": CALCULATED,
+    "rates": CALCULATED,
+    "guards": CALCULATED,
+    "flags": {"causality": "parameter", "variability": "fixed", "initial": "exact"},
+    "inputs": {"causality": "input", "variability": "continuous"},
+    "outputs": CALCULATED | {"causality": "output"},
+}
+"""Attributes of variables."""
+
+TOOL = f"scissordyn {version('scissordyn')}"
 
 
 def fmu(mechanism: Mechanism, run: Options, *, name: str = "mechanism", sources_only: bool = False) -> bytes:
@@ -51,7 +82,7 @@ def fmu(mechanism: Mechanism, run: Options, *, name: str = "mechanism", sources_
     identifier = identifier if identifier[0].isalpha() else f"m_{identifier}"
     token = "{" + str(uuid.uuid5(uuid.NAMESPACE_URL, f"scissordyn {name} {mechanism!r} {run!r}")) + "}"
     source = Source(tables, driver, tolerance=float(run.rtol), token=token)
-    description = model_description(
+    description = _model_description(
         name,
         identifier,
         token,
@@ -65,18 +96,78 @@ def fmu(mechanism: Mechanism, run: Options, *, name: str = "mechanism", sources_
         archive.writestr("modelDescription.xml", description)
         archive.writestr("resources/case.toml", write_configuration(mechanism))
         archive.writestr("sources/model.c", source.text)
-        archive.writestr("sources/buildDescription.xml", build_description(identifier))
+        archive.writestr("sources/buildDescription.xml", _build_description(identifier))
         if not sources_only:
             system, ending = SYSTEMS.get(platform.system(), ("linux", ".so"))
             machine = platform.machine().lower()
             folder = f"{ARCHITECTURES.get(machine, machine)}-{system}"
-            archive.writestr(f"binaries/{folder}/{identifier}{ending}", compiled_library(source.text))
+            with tempfile.TemporaryDirectory() as temporary:
+                library = Path(temporary, "model.so")
+                compile_library(source.text, library, FLAGS)
+                archive.write(library, f"binaries/{folder}/{identifier}{ending}")
     return buffer.getvalue()
 
 
-def compiled_library(source: str, flags: tuple[str, ...] = FLAGS) -> bytes:
-    """The shared library of a C source."""
-    with tempfile.TemporaryDirectory() as folder:
-        target = Path(folder, "model.so")
-        compile_library(source, target, flags)
-        return target.read_bytes()
+def _model_description(
+    name: str, identifier: str, token: str, variables: Variables, *, until: float, tolerance: float, exchange: bool = True
+) -> bytes:
+    """The description of a unit."""
+    root = ET.Element(
+        "fmiModelDescription",
+        fmiVersion="3.0",
+        modelName=name,
+        instantiationToken=token,
+        generationTool=TOOL,
+        variableNamingConvention="flat",
+        description="a mechanism with joints as they are",
+    )
+    able: dict[str, Any] = {"canGetAndSetFMUState": "true", "canSerializeFMUState": "true"}
+    if exchange:
+        ET.SubElement(root, "ModelExchange", modelIdentifier=identifier, needsCompletedIntegratorStep="true", **able)
+    ET.SubElement(
+        root,
+        "CoSimulation",
+        modelIdentifier=identifier,
+        canHandleVariableCommunicationStepSize="true",
+        mightReturnEarlyFromDoStep="true",
+        **able,
+    )
+    units = ET.SubElement(root, "UnitDefinitions")
+    for unit, exponents in UNITS.items():
+        ET.SubElement(ET.SubElement(units, "Unit", name=unit), "BaseUnit", **exponents)
+    ET.SubElement(root, "DefaultExperiment", startTime="0", stopTime=repr(until), tolerance=repr(tolerance))
+    listed = ET.SubElement(root, "ModelVariables")
+    for role, rows in {"time": (TIME,), **vars(variables)}.items():
+        for k, row in enumerate(rows):
+            kind = "Boolean" if role == "flags" else "Float64"
+            element = ET.SubElement(listed, kind, name=row.name, valueReference=str(row.reference))
+            if row.description:
+                element.set("description", row.description)
+            element.attrib.update(ROLES[role])
+            if role == "rates":
+                element.set("derivative", str(variables.states[k].reference))
+            if row.start is not None:
+                element.set("start", repr(row.start).lower())
+            if row.unit:
+                element.set("unit", row.unit)
+    structure = ET.SubElement(root, "ModelStructure")
+    for tag, rows in (
+        ("Output", variables.outputs),
+        ("ContinuousStateDerivative", variables.rates),
+        ("InitialUnknown", (*variables.states, *variables.rates, *variables.outputs)),
+        ("EventIndicator", variables.guards),
+    ):
+        for row in rows:
+            ET.SubElement(structure, tag, valueReference=str(row.reference))
+    ET.indent(root)
+    return bytes(ET.tostring(root, encoding="utf-8", xml_declaration=True))
+
+
+def _build_description(identifier: str) -> bytes:
+    """Which source makes the library, for whoever compiles it."""
+    root = ET.Element("fmiBuildDescription", fmiVersion="3.0")
+    build = ET.SubElement(root, "BuildConfiguration", modelIdentifier=identifier)
+    files = ET.SubElement(build, "SourceFileSet", language="C99")
+    ET.SubElement(files, "SourceFile", name="model.c")
+    ET.indent(root)
+    return bytes(ET.tostring(root, encoding="utf-8", xml_declaration=True))

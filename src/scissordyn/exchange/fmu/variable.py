@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
@@ -19,13 +20,24 @@ from scissordyn.run.advance.driver import Driver
 class Variable:
     """One number of a unit."""
 
-    name: str
     reference: int
+    name: str
     unit: str = ""
     description: str = ""
     start: float | bool | None = None
     place: str = ""  # In C, for an output
     factor: float = 1.0  # Of what is there
+
+
+CONTACT = {
+    "normal": ("N", "normal force"),
+    "tangential": ("N", "friction force"),
+    "depth": ("m", "indentation; the gap with a minus sign"),
+    "slip": ("m/s", "slip speed of the surfaces"),
+}
+"""Of a contact what is an output, with its unit."""
+
+VALUES = {"rad": "angle", "m": "length"}  # What is prescribed, by its unit
 
 
 @dataclass(frozen=True)
@@ -70,42 +82,29 @@ def prescribed(plan: Plan, driver: Driver) -> tuple[Prescribed, ...]:
     return tuple(rows)
 
 
-class _Numbers:
-    """References, one after the other."""
-
-    def __init__(self) -> None:
-        self.next = 1
-
-    def take(self, rows: Iterable[tuple[Any, ...]]) -> tuple[Variable, ...]:
-        variables = [Variable(name, self.next + k, *rest) for k, (name, rest) in enumerate((row[0], row[1:]) for row in rows)]
-        self.next += len(variables)
-        return tuple(variables)
-
-
 def variables(plan: Plan, driver: Driver, record: Record) -> Variables:
     """The variables of a mechanism."""
-    numbers, motions = _Numbers(), prescribed(plan, driver)
-    states = driver.state.y.size
+    references, motions = itertools.count(1), prescribed(plan, driver)
+    states = range(driver.state.y.size)
     guards = [getattr(contact, "name", str(k)) for k, contact in enumerate(plan.contacts)]
     guards += [f"component {k + 1}" for k in range(driver.state.mode.size - len(guards))]
-    orders = ("value", ""), ("speed", "/s"), ("acceleration", "/s2")
-    values = {"rad": "angle", "m": "length"}
+
+    def group(rows: Iterable[tuple[Any, ...]]) -> tuple[Variable, ...]:
+        return tuple(Variable(next(references), *row) for row in rows)
+
     return Variables(
-        states=numbers.take((f"states.{k + 1}", "", "state of the equations", None, "") for k in range(states)),
-        rates=numbers.take((f"der(states.{k + 1})", "", "its rate", None, "") for k in range(states)),
-        guards=numbers.take(
-            (f"guards.{k + 1}", "", f"changes its sign at an event of {name}", None, "") for k, name in enumerate(guards)
-        ),
-        flags=numbers.take(
-            (f"{motion.name}.external", "", "whether the inputs prescribe the motion", False, "") for motion in motions
-        ),
-        inputs=numbers.take(
-            (f"{motion.name}.{named}", motion.unit + per, f"prescribed {named}", motion.start[k], "")
+        states=group((f"states.{k + 1}", "", "state of the equations") for k in states),
+        rates=group((f"der(states.{k + 1})", "", "its rate") for k in states),
+        guards=group((f"guards.{k + 1}", "", f"changes its sign at an event of {name}") for k, name in enumerate(guards)),
+        flags=group((f"{motion.name}.external", "", "whether the inputs prescribe the motion", False) for motion in motions),
+        inputs=group(
+            (f"{motion.name}.{order}", motion.unit + per, f"prescribed {order}", start)
             for motion in motions
-            for k, (name, per) in enumerate(orders)
-            for named in (values[motion.unit] if name == "value" else name,)
+            for order, per, start in zip(
+                (VALUES[motion.unit], "speed", "acceleration"), ("", "/s", "/s2"), motion.start, strict=True
+            )
         ),
-        outputs=numbers.take(_outputs(plan, record)),
+        outputs=group(_outputs(plan, record)),
     )
 
 
@@ -120,10 +119,9 @@ def _outputs(plan: Plan, record: Record) -> list[tuple[Any, ...]]:
         rows.append((name, unit, what, None, place, factor))
 
     for b, body in enumerate(plan.bodies):
-        for axis, letter in enumerate("xy"):
-            add(f"bodies.{body.name}.{letter}", "m", "position of the mass centre", "position", b, axis)
-        for axis, letter in enumerate("xy"):
-            add(f"bodies.{body.name}.velocity_{letter}", "m/s", "velocity of the mass centre", "velocity", b, axis)
+        for variable, prefix, unit in (("position", "", "m"), ("velocity", "velocity_", "m/s")):
+            for axis, letter in enumerate("xy"):
+                add(f"bodies.{body.name}.{prefix}{letter}", unit, f"{variable} of the mass centre", variable, b, axis)
         if body.rotates:
             add(f"bodies.{body.name}.angle", "rad", "angle", "angle", b)
             add(f"bodies.{body.name}.angular_velocity", "rad/s", "angular velocity", "angular_velocity", b)
@@ -140,8 +138,8 @@ def _outputs(plan: Plan, record: Record) -> list[tuple[Any, ...]]:
     for j, contact in enumerate(plan.contacts):
         for axis, letter in enumerate("xy"):
             add(f"joints.{contact.name}.force_{letter}", "N", "force on the journal", "wrench", j, axis)
-        for name, unit in (("normal", "N"), ("tangential", "N"), ("depth", "m"), ("slip", "m/s")):
-            add(f"joints.{contact.name}.{name}", unit, CONTACT[name], f"contact.{name}", j)
+        for name, (unit, what) in CONTACT.items():
+            add(f"joints.{contact.name}.{name}", unit, what, f"contact.{name}", j)
     for i, component in enumerate(plan.acting):
         port = component.declaration.port
         for k, force in enumerate(port.forces):
@@ -149,12 +147,3 @@ def _outputs(plan: Plan, record: Record) -> list[tuple[Any, ...]]:
         for k, coordinate in enumerate(port.coordinates):
             add(f"components.{component.name}.{coordinate}", "", "what it acts along", "coordinate", i, k)
     return rows
-
-
-CONTACT = {
-    "normal": "normal force",
-    "tangential": "friction force",
-    "depth": "indentation; the gap with a minus sign",
-    "slip": "slip speed of the surfaces",
-}
-"""Of a contact what is an output."""

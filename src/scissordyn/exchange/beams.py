@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 import re
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -21,20 +21,6 @@ UNIFORM = 1e-6  # A bar whose mass centre and inertia are this near those of a u
 
 RECTANGLE = re.compile(r"\s*([\d.]+)\s*x\s*([\d.]+)\s*(mm|cm|m)\s*")
 METRES = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
-
-
-@dataclass(frozen=True)
-class _Case:
-    """The load of a bar at one instant, in its own frame."""
-
-    body: Body
-    time: float
-    forces: tuple[tuple[str, str, float, float], ...]
-    torque: float
-    gravity: tuple[float, float]
-    acceleration: tuple[float, float]
-    rate: float
-    angular: float
 
 
 def beam_file(forces: xr.Dataset, run: xr.Dataset, mechanism: Mechanism, *, section: str, material: str = "steel") -> bytes:
@@ -54,20 +40,20 @@ def beam_file(forces: xr.Dataset, run: xr.Dataset, mechanism: Mechanism, *, sect
     loads: list[str] = []
     supports: list[str] = []
     for number, body in enumerate(mechanism.bodies):
-        case = _worst(forces, run, mechanism, body)
-        if isinstance(case, str):
-            left_out.append(f"** '{body.name}': left out, {case}")
+        at = _worst(forces, run, mechanism, body)
+        if isinstance(at, str):
+            left_out.append(f"** '{body.name}': left out, {at}")
             continue
         places = _nodes(body)
         label = re.sub(r"\W", "_", body.name).upper()
         height = number * 2.0 * mechanism.size
-        lines.append(f"** {body.name}: load at t = {case.time:.9g} s")
+        lines.append(f"** {body.name}: load at t = {float(run['time'].values[at]):.9g} s")
         lines.append(f"*NODE, NSET=N_{label}")
         lines += [f"{node + k + 1}, {x:.12g}, {height:.12g}, 0" for k, x in enumerate(places)]
         lines.append(f"*ELEMENT, TYPE=B31, ELSET=E_{label}")
         lines += [f"{element + k + 1}, {node + k + 1}, {node + k + 2}" for k in range(len(places) - 1)]
         lines += [f"*BEAM SECTION, ELSET=E_{label}, MATERIAL=BAR, SECTION=RECT", f"{depth:.12g}, {width:.12g}", "0, 1, 0"]
-        loads += _loads(case, places, node)
+        loads += _loads(forces.isel(time=at), run.isel(time=at).sel(body=body.name), mechanism, body, places, node)
         last = node + len(places)
         supports += [f"N_{label}, 3, 3", f"{node + 1}, 1, 2", f"{last}, 2, 2", f"{node + 1}, 4, 4"]
         node, element = last, element + len(places) - 1
@@ -92,48 +78,23 @@ def beam_file(forces: xr.Dataset, run: xr.Dataset, mechanism: Mechanism, *, sect
     return "\n".join(text).encode()
 
 
-def _worst(forces: xr.Dataset, run: xr.Dataset, mechanism: Mechanism, body: Body) -> _Case | str:
-    """The load at the instant of the largest force on a pin of the bar; or why there is none."""
-    ends = [k for k, name in enumerate(forces["end_body"].values) if name == body.name]
-    points = [str(forces["end_point"].values[k]) for k in ends]
-    size = body.extent
-    if not body.rotates or not ends or len(_line(body)) < 2:
+def _worst(forces: xr.Dataset, run: xr.Dataset, mechanism: Mechanism, body: Body) -> int | str:
+    """The sample of the largest force on a pin of the bar; or why it is no beam."""
+    ends = forces["end_body"].values == body.name
+    points = forces["end_point"].values[ends].astype(str).tolist()
+    if not body.rotates or not points or len(_line(body)) < 2:
         return "it is no bar with a joint and a length"
-    if (
-        any(not point or abs(body.points[point][1]) > STRAIGHT * size for point in points)
-        or abs(body.centre[1]) > STRAIGHT * size
-    ):
+    beside = [abs(body.points[point][1]) if point else math.inf for point in points]
+    if max(*beside, abs(body.centre[1])) > STRAIGHT * body.extent:
         return "its joints and its mass centre are not on its x axis"
     along = forces["force_along"].values[:, ends]
     if np.isnan(along).any():
         return "a reaction is not determined"
     at = int(np.argmax(np.max(np.hypot(along[..., 0], along[..., 1]), axis=1)))
-    b = mechanism.bodies.index(body)
-    other = forces["other_force"].values[at, b]
-    largest = float(np.max(abs(along[at])))
-    if np.hypot(*other) > 1e-6 * max(largest, 1.0):
-        return f"components pull at it with {np.hypot(*other):.4g} N at t = {run['time'].values[at]:.6g} s"
-    motion = run.isel(time=at).sel(body=body.name)
-    angle = float(motion["angle"])
-    cos, sin = math.cos(angle), math.sin(angle)
-
-    def own(x: float, y: float) -> tuple[float, float]:
-        return cos * x + sin * y, cos * y - sin * x
-
-    down = own(
-        mechanism.gravity * math.cos(mechanism.gravity_direction), mechanism.gravity * math.sin(mechanism.gravity_direction)
-    )
-    joints = [str(forces["end_joint"].values[k]) for k in ends]
-    return _Case(
-        body,
-        float(run["time"].values[at]),
-        tuple((joint, point, float(fx), float(fy)) for joint, point, (fx, fy) in zip(joints, points, along[at], strict=True)),
-        float(forces["other_torque"].values[at, b]),
-        down,
-        own(*map(float, motion["acceleration"].values)),
-        float(motion["angular_velocity"]),
-        float(motion["angular_acceleration"]),
-    )
+    other = float(np.hypot(*forces["other_force"].values[at, mechanism.bodies.index(body)]))
+    if other > 1e-6 * max(float(np.max(abs(along[at]))), 1.0):
+        return f"components pull at it with {other:.4g} N at t = {run['time'].values[at]:.6g} s"
+    return at
 
 
 def _line(body: Body) -> list[float]:
@@ -150,40 +111,43 @@ def _nodes(body: Body) -> list[float]:
     return places
 
 
-def _loads(case: _Case, places: list[float], before: int) -> list[str]:
+def _loads(
+    forces: xr.Dataset, motion: xr.Dataset, mechanism: Mechanism, body: Body, places: list[float], before: int
+) -> list[str]:
     """Forces and torques at the nodes: of the pins, the weight, and the inertia with its sign turned."""
-    body = case.body
     lines: list[str] = []
 
-    def node(x: float) -> int:
-        return before + 1 + min(range(len(places)), key=lambda k: abs(places[k] - x))
+    def put(x: float, force: complex, torque: float = 0.0) -> None:
+        node = before + 1 + min(range(len(places)), key=lambda k: abs(places[k] - x))
+        loaded = ((1, force.real), (2, force.imag), (6, torque))
+        lines.extend(f"{node}, {degree}, {value:.12g}" for degree, value in loaded if value != 0.0)
 
-    def put(x: float, fx: float, fy: float, torque: float = 0.0) -> None:
-        lines.extend(f"{node(x)}, {degree}, {value:.12g}" for degree, value in ((1, fx), (2, fy), (6, torque)) if value != 0.0)
-
-    for joint, point, fx, fy in case.forces:
-        lines.append(f"** joint '{joint}'")
-        put(body.points[point][0], fx, fy)
-    length = places[-1] - places[0]
-    middle = 0.5 * (places[0] + places[-1])
+    ends = np.flatnonzero(forces["end_body"].values == body.name)
+    pins = [body.points[str(forces["end_point"].values[k])][0] for k in ends]
+    for k, pin in zip(ends, pins, strict=True):
+        lines.append(f"** joint '{forces['end_joint'].values[k]}'")
+        put(pin, complex(*forces["force_along"].values[k]))
+    torque = float(forces["other_torque"].values[mechanism.bodies.index(body)])
+    lines.append("** drives and friction: a torque at the first joint" if torque else "** no further torque")
+    put(pins[0], 0j, torque)
+    into = cmath.rect(1.0, -float(motion["angle"]))  # the frame of the bar
+    gravity = into * cmath.rect(mechanism.gravity, mechanism.gravity_direction)
+    acceleration = into * complex(*motion["acceleration"].values)
+    rate, angular = float(motion["angular_velocity"]), float(motion["angular_acceleration"])
+    length, middle = places[-1] - places[0], 0.5 * (places[0] + places[-1])
     inertia = body.mass * length**2 / 12.0
     uniform = abs(body.centre[0] - middle) < UNIFORM * length and abs((body.inertia or 0.0) - inertia) < UNIFORM * inertia
-    lines.append("** drives and friction: a torque at the first joint" if case.torque else "** no further torque")
-    put(body.points[case.forces[0][1]][0], 0.0, 0.0, case.torque)
-    gx, gy = case.gravity
-    ax, ay = case.acceleration
     if not uniform:
         lines.append("** weight and inertia, at the mass centre: the bar is not uniform")
-        put(body.centre[0], body.mass * (gx - ax), body.mass * (gy - ay), -(body.inertia or 0.0) * case.angular)
+        put(body.centre[0], body.mass * (gravity - acceleration), -(body.inertia or 0.0) * angular)
         return lines
     lines.append("** weight and inertia, along the bar")
     for a, b in pairwise(places):
         for x, weight in _consistent(a, b):
-            arm = x - body.centre[0]
-            px, py = ax - case.rate**2 * arm, ay + case.angular * arm
+            local = acceleration - (rate**2 - 1j * angular) * (x - body.centre[0])
             part = body.mass * weight / length
-            for place, share in (((a, (b - x) / (b - a))), (b, (x - a) / (b - a))):
-                put(place, share * part * (gx - px), share * part * (gy - py))
+            for place, share in ((a, (b - x) / (b - a)), (b, (x - a) / (b - a))):
+                put(place, share * part * (gravity - local))
     return lines
 
 

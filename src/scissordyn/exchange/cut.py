@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Iterator
+from typing import NamedTuple
 
 from scissordyn.component.place import Point
 from scissordyn.errors import InputError
@@ -16,11 +16,13 @@ from scissordyn.model.mechanism import Mechanism
 MARGIN = 2.0  # Distance of the outline from a hole's centre, in hole radii, unless a width is given
 
 
-class Hole:
+class Hole(NamedTuple):
     """A hole of a bar or the journal that sits in one."""
 
-    def __init__(self, joint: str, point: str, place: Point, radius: float, *, journal: bool) -> None:
-        self.joint, self.point, self.place, self.radius, self.journal = joint, point, place, radius, journal
+    joint: str
+    place: Point
+    radius: float
+    journal: bool
 
 
 def holes_of(mechanism: Mechanism, body: Body, pin_radius: float | None) -> list[Hole]:
@@ -43,7 +45,7 @@ def holes_of(mechanism: Mechanism, body: Body, pin_radius: float | None) -> list
                 )
             else:
                 radius = pin_radius
-            holes.append(Hole(joint.name, point, body.points[point], radius, journal=journal))
+            holes.append(Hole(joint.name, body.points[point], radius, journal))
     return holes
 
 
@@ -74,15 +76,12 @@ def drawing(mechanism: Mechanism, *, pin_radius: float | None = None, width: flo
     return stream.getvalue()
 
 
-def _bars(mechanism: Mechanism, pin_radius: float | None) -> Iterator[tuple[Body, list[Hole]]]:
-    any_bar = False
-    for body in mechanism.bodies:
-        holes = holes_of(mechanism, body, pin_radius)
-        if holes and len(set(body.points.values())) > 1:
-            any_bar = True
-            yield body, holes
-    if not any_bar:
+def _bars(mechanism: Mechanism, pin_radius: float | None) -> list[tuple[Body, list[Hole]]]:
+    bodies = [(body, holes_of(mechanism, body, pin_radius)) for body in mechanism.bodies]
+    bars = [(body, holes) for body, holes in bodies if holes and len(set(body.points.values())) > 1]
+    if not bars:
         raise InputError("no bar with a joint in the mechanism", "bars", "scissordyn new scissor")
+    return bars
 
 
 def _edge(body: Body, holes: list[Hole], width: float | None) -> float:

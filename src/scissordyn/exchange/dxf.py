@@ -19,6 +19,8 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.exchange.drawing import LINEAR_DENSITY, UNITS, Block, Drawing, DrawnBar, Imported, assembled, uniform
 from scissordyn.extra import library
 
+MARKS = {"POINT": "location", "CIRCLE": "center"}  # Entities that are pins, and what their places are called
+
 GROUND_LAYER, GUIDE_LAYER, INPUT_LAYER = "ground", "guide", "input"
 
 TOLERANCE = 1e-6  # Ends nearer than this fraction of the drawing are one pin
@@ -56,27 +58,22 @@ def read_dxf(text: str, *, unit: str = "", linear_density: float = LINEAR_DENSIT
     factor = _unit(document, text, unit)
     notes: list[str] = []
     entities = list(_expanded(document.modelspace(), notes))
-    bars = [(_corners(entity, factor), entity.dxf.layer.lower()) for entity in entities if _is_bar(entity)]
-    marks = [
-        (_point(_centre(entity), factor), entity.dxf.layer.lower())
-        for entity in entities
-        if entity.dxftype() in ("POINT", "CIRCLE")
-    ]
+    read = [(_places(entity, factor), entity.dxf.layer.lower()) for entity in entities]
+    bars, marks = ([part for part in read if (len(part[0]) > 1) is several and part[0]] for several in (True, False))
     guides = [corners for corners, layer in bars if layer == GUIDE_LAYER]
-    fixed = [corner for corners, layer in bars if layer == GROUND_LAYER for corner in corners]
-    fixed += [place for place, layer in marks if layer == GROUND_LAYER]
+    fixed = [place for places, layer in (*bars, *marks) if layer == GROUND_LAYER for place in places]
     drawn = [(corners, layer) for corners, layer in bars if layer not in (GROUND_LAYER, GUIDE_LAYER)]
-    unknown = Counter(
-        entity.dxftype() for entity in entities if not _is_bar(entity) and entity.dxftype() not in ("POINT", "CIRCLE")
-    )
+    unknown = Counter(entity.dxftype() for entity, (places, _) in zip(entities, read, strict=True) if not places)
     if not drawn:
         listed = ", ".join(f"{count} {kind}" for kind, count in sorted(unknown.items())) or "nothing"
         raise InputError(f"a DXF without lines that are bars; it has {listed}", "LINE or straight LWPOLYLINE, one for each bar")
     notes += [f"{count} {kind} left out: it is no bar, pin or guide" for kind, count in sorted(unknown.items())]
-    drawing = _drawing(drawn, [place for place, _ in marks], fixed, guides, linear_density, tolerance, notes)
-    notes.append(f"masses: a DXF has none; {linear_density:g} kg/m along each bar is assumed")
-    notes.append("drive: a DXF has none; add [drive], or driven(speed=...)")
-    notes.append("gravity: a DXF has none, and it is 0; set structure.gravity")
+    drawing = _drawing(drawn, [place for (place,), _ in marks], fixed, guides, linear_density, tolerance, notes)
+    notes += [
+        f"masses: a DXF has none; {linear_density:g} kg/m along each bar is assumed",
+        "drive: a DXF has none; add [drive], or driven(speed=...)",
+        "gravity: a DXF has none, and it is 0; set structure.gravity",
+    ]
     mechanism = assembled(drawing)
     driven = [name.name for name, (_, layer) in zip(drawing.bars, drawn, strict=True) if layer == INPUT_LAYER]
     return Imported(replace(mechanism, input_body=driven[0]) if driven else mechanism, tuple(notes))
@@ -125,25 +122,16 @@ def _expanded(entities: Iterable[Any], notes: list[str]) -> Iterator[Any]:
             notes += [f"{what} of block '{insert.dxf.name}' left out" for what in skipped]
 
 
-def _is_bar(entity: Any) -> bool:
-    """Whether it has straight sides only."""
-    if entity.dxftype() == "LINE":
-        return True
-    return entity.dxftype() == "LWPOLYLINE" and not any(bulge for *_, bulge in entity.get_points("xyb")) and len(entity) > 1
-
-
-def _corners(entity: Any, factor: float) -> list[Point]:
-    if entity.dxftype() == "LINE":
-        return [_point(entity.dxf.start, factor), _point(entity.dxf.end, factor)]
-    return [_point(place, factor) for place in entity.get_points("xy")]
-
-
-def _centre(entity: Any) -> Any:
-    return entity.dxf.location if entity.dxftype() == "POINT" else entity.dxf.center
-
-
-def _point(place: Any, factor: float) -> Point:
-    return factor * float(place[0]), factor * float(place[1])
+def _places(entity: Any, factor: float) -> list[Point]:
+    """The corners of a bar, which has straight sides only, or the place of a mark; none of anything else."""
+    kind, places = entity.dxftype(), []
+    if kind == "LINE":
+        places = [entity.dxf.start, entity.dxf.end]
+    elif kind == "LWPOLYLINE" and len(entity) > 1 and not any(bulge for *_, bulge in entity.get_points("xyb")):
+        places = entity.get_points("xy")
+    elif kind in MARKS:
+        places = [entity.dxf.get(MARKS[kind])]
+    return [(factor * float(x), factor * float(y)) for x, y, *_ in places]
 
 
 def _drawing(
@@ -169,13 +157,13 @@ def _drawing(
         inside = [_pin_at(mark, pins, near) for mark in marks if _on_side(mark, corners, near)]
         bars.append(uniform(f"bar {number}", tuple(dict.fromkeys(on)), pins, density))
         bars[-1] = replace(bars[-1], pins=tuple(dict.fromkeys((*on, *inside))))
-    pins_of_bar = []
-    for place in fixed:
-        pin = _pin_at(place, pins, near)
-        pins_of_bar += [pin] if pin else []
-        if not pin:
-            notes.append(f"ground at ({place[0]:g} m, {place[1]:g} m) left out: no bar has an end or a point there")
-    if not pins_of_bar and not guides:
+    grounded = [_pin_at(place, pins, near) for place in fixed]
+    notes += [
+        f"ground at ({x:g} m, {y:g} m) left out: no bar has an end or a point there"
+        for (x, y), pin in zip(fixed, grounded, strict=True)
+        if not pin
+    ]
+    if not any(grounded) and not guides:
         notes.append(f"nothing is grounded: draw a point or a circle at each fixed pin on the layer '{GROUND_LAYER}'")
     _name_near(pins, bars, near, NEAR * size, notes)
     unused = [pin for pin in pins if not any(pin in bar.pins for bar in bars)]
@@ -183,7 +171,7 @@ def _drawing(
     blocks = [block for guide in guides for block in _guided(guide, bars, pins, near, notes)]
     return Drawing(
         {pin: place for pin, place in pins.items() if pin not in unused},
-        tuple(dict.fromkeys(pins_of_bar)),
+        tuple(dict.fromkeys(filter(None, grounded))),
         tuple(bars),
         tuple(blocks),
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 import math
 from typing import TYPE_CHECKING, Any
@@ -12,11 +11,14 @@ import xarray as xr
 
 from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
+from scissordyn.model.body import Body
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.answer.joint_force import joint_force
 
 if TYPE_CHECKING:
     import pandas as pd
+
+NAMES = ("body", "joint", "point")  # Of an end
 
 MISSED = 0.01  # Samples that miss a located peak by more than this fraction are said
 
@@ -50,50 +52,36 @@ def pin_forces(run: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
         [factor * reaction.values[:, names.index(joint)] for (_, joint, _), factor in zip(ends, factors, strict=True)], axis=1
     )
     bodies = [str(name) for name in run["body"].values]
-    angle = run["angle"].transpose("time", "body").values
-    turned = [np.nan_to_num(angle[:, bodies.index(body)]) for body, _, _ in ends]
-    along = np.stack([_turned(force[:, k], -turned[k]) for k in range(len(ends))], axis=1)
+    angle = np.nan_to_num(run["angle"].transpose("time", "body").values)
+    along = np.stack([_turned(force[:, k], -angle[:, bodies.index(body)]) for k, (body, _, _) in enumerate(ends)], axis=1)
     other, torque = _others(run, mechanism, ends, force)
+    peaks = np.array([located_peak(run, joint) for _, joint, _ in ends])
+    variables = (
+        ("force", ("time", "end", "axis"), force, "N", "force on the body"),
+        ("force_along", ("time", "end", "axis"), along, "N", "force in the frame of the body"),
+        ("other_force", ("time", "body", "axis"), other, "N", "further forces on the body"),
+        ("other_torque", ("time", "body"), torque, "N m", "further torque about the mass centre"),
+        ("located_peak", ("end",), peaks, "N", "largest force within the steps"),
+    )
+    columns = zip(NAMES, zip(*ends, strict=True), strict=True)
     return xr.Dataset(
-        {
-            "force": (("time", "end", "axis"), force, {"units": "N", "long_name": "force on the body"}),
-            "force_along": (("time", "end", "axis"), along, {"units": "N", "long_name": "force in the frame of the body"}),
-            "other_force": (("time", "body", "axis"), other, {"units": "N", "long_name": "further forces on the body"}),
-            "other_torque": (("time", "body"), torque, {"units": "N m", "long_name": "further torque about the mass centre"}),
-            "located_peak": (
-                "end",
-                np.array([located_peak(run, joint) for _, joint, _ in ends]),
-                {"units": "N", "long_name": "largest force within the steps"},
-            ),
-        },
+        {name: (dims, values, {"units": unit, "long_name": text}) for name, dims, values, unit, text in variables},
         coords={
-            "time": run["time"],
-            "axis": run["axis"],
-            "body": run["body"],
-            **{
-                f"end_{name}": ("end", np.array([end[k] for end in ends], dtype=object))
-                for k, name in enumerate(("body", "joint", "point"))
-            },
+            **{name: run[name] for name in ("time", "axis", "body")},
+            **{f"end_{name}": ("end", np.array(column, dtype=object)) for name, column in columns},
         },
     )
 
 
 def located_peak(run: xr.Dataset, joint: str) -> float:
     """Largest force of a clearance joint between the first and the last sample [N]; NaN where it has no contact and no oil."""
-    if (whole := _oiled_peak(run, joint)) is not None:
-        return whole
+    if "joint_peak_force" in run and math.isfinite(peak := float(run["joint_peak_force"].sel(joint=joint))):
+        return peak  # of metal and film
     if "peak_force" not in run:
         return math.nan
     when, time = run["peak_time"].values, run["time"].values
     mine = (run["contact_joint"].values.astype(str) == joint) & (when >= time[0]) & (when <= time[-1])
     return float(np.max(run["peak_force"].values[mine])) if mine.any() else math.nan
-
-
-def _oiled_peak(run: xr.Dataset, joint: str) -> float | None:
-    """Largest force of metal and film [N], None of a dry joint."""
-    if "joint_peak_force" not in run or not np.isfinite(peak := float(run["joint_peak_force"].sel(joint=joint))):
-        return None
-    return peak
 
 
 def missed_peaks(run: xr.Dataset) -> list[str]:
@@ -113,20 +101,13 @@ def missed_peaks(run: xr.Dataset) -> list[str]:
 
 def _ends(mechanism: Mechanism) -> tuple[list[tuple[str, str, str]], list[float]]:
     """Body, joint and point of each end, and the sign of the joint's reaction there."""
-    ends: list[tuple[str, str, str]] = []
-    factors: list[float] = []
-    pairs: list[tuple[str, tuple[tuple[str, str], float]]] = []
-    for joint in mechanism.joints:
-        pairs += [(joint.name, (joint.journal, 1.0)), (joint.name, (joint.bearing, -1.0))]
+    sides = [
+        (joint.name, end, sign) for joint in mechanism.joints for end, sign in ((joint.journal, 1.0), (joint.bearing, -1.0))
+    ]
     for guide in mechanism.guides:
-        pairs.append((guide.name, (guide.follower, 1.0)))
-        if guide.body != GROUND:
-            pairs.append((guide.name, ((guide.body, ""), -1.0)))
-    for name, ((body, point), factor) in pairs:
-        if body != GROUND:
-            ends.append((body, name, point))
-            factors.append(factor)
-    return ends, factors
+        sides += [(guide.name, guide.follower, 1.0), (guide.name, (guide.body, ""), -1.0)]
+    sides = [side for side in sides if side[1][0] != GROUND]
+    return [(body, name, point) for name, (body, point), _ in sides], [sign for _, _, sign in sides]
 
 
 def _turned(vector: np.ndarray, angle: np.ndarray) -> np.ndarray:
@@ -146,7 +127,6 @@ def _others(
         other[:, b] = body.mass * (motion["acceleration"].transpose("time", "axis").values - down)
         if body.rotates:
             torque[:, b] = (body.inertia or 0.0) * motion["angular_acceleration"].values
-        angle = np.nan_to_num(motion["angle"].values)
         for k, (name, joint, point) in enumerate(ends):
             if name != body.name:
                 continue
@@ -154,22 +134,19 @@ def _others(
             if not body.rotates:
                 continue
             if point:
-                place = np.subtract(body.points[point], body.centre)
-                arm = _turned(np.tile(place, (count, 1)), angle)
+                arm = _arm(run, body, point)
             else:  # where the follower of a guide is on its carrier
-                guide = mechanism.guide(joint)
-                led = mechanism.body(guide.follower[0])
-                arm = _place(run, led.name, np.subtract(led.points[guide.follower[1]], led.centre))
-                arm = arm - motion["position"].transpose("time", "axis").values
+                led, led_point = mechanism.guide(joint).follower
+                between = run["position"].sel(body=led) - motion["position"]
+                arm = between.transpose("time", "axis").values + _arm(run, mechanism.body(led), led_point)
             torque[:, b] -= arm[:, 0] * force[:, k, 1] - arm[:, 1] * force[:, k, 0]
     return other, torque
 
 
-def _place(run: xr.Dataset, body: str, arm: np.ndarray) -> np.ndarray:
-    motion = run.sel(body=body)
-    angle = np.nan_to_num(motion["angle"].values)
-    turned = _turned(np.tile(arm, (angle.size, 1)), angle)
-    return np.asarray(motion["position"].transpose("time", "axis").values + turned)
+def _arm(run: xr.Dataset, body: Body, point: str) -> np.ndarray:
+    """From the mass centre of a body to one of its points, shape (samples, 2) [m]."""
+    angle = np.nan_to_num(run["angle"].sel(body=body.name).values)
+    return _turned(np.tile(np.subtract(body.points[point], body.centre), (angle.size, 1)), angle)
 
 
 def force_table(forces: xr.Dataset) -> pd.DataFrame:
@@ -178,7 +155,7 @@ def force_table(forces: xr.Dataset) -> pd.DataFrame:
 
     count, ends = forces.sizes["time"], forces.sizes["end"]
     columns: dict[str, Any] = {"time [s]": np.repeat(forces["time"].values, ends)}
-    for name in ("body", "joint", "point"):
+    for name in NAMES:
         columns[name] = np.tile(forces[f"end_{name}"].values, count)
     for name, label in (("force", "{} [N]"), ("force_along", "along {} of the body [N]")):
         for axis, letter in enumerate("xy"):
@@ -194,7 +171,7 @@ def envelope(forces: xr.Dataset) -> pd.DataFrame:
     time, along = forces["time"].values, forces["force_along"].values
     for k in range(forces.sizes["end"]):
         size = np.hypot(along[:, k, 0], along[:, k, 1])
-        row: dict[str, Any] = {name: str(forces[f"end_{name}"].values[k]) for name in ("body", "joint", "point")}
+        row: dict[str, Any] = {name: str(forces[f"end_{name}"].values[k]) for name in NAMES}
         if np.isnan(size).all():  # not determined
             row |= dict.fromkeys(ENVELOPE, math.nan)
         else:
@@ -217,29 +194,22 @@ LOCATED = "largest force within the steps [N]"  # The last column, for clearance
 
 
 def to_csv(table: pd.DataFrame) -> bytes:
-    """A table as CSV."""
-    stream = io.BytesIO()
-    table.to_csv(stream, index=False, lineterminator="\n")
-    return stream.getvalue()
+    return table.to_csv(index=False, lineterminator="\n").encode()
 
 
 def force_json(forces: xr.Dataset) -> bytes:
     """Forces over time and their envelope as JSON; what is not determined is null."""
     ends = []
-    records = envelope(forces).to_dict("records")
-    for k, row in enumerate(records):
-        names = {name: row.pop(name) for name in ("body", "joint", "point")}
-        ends.append(
-            {
-                **names,
-                "envelope": {key: _plain(value) for key, value in row.items()},
-                "force": [[_plain(x) for x in pair] for pair in forces["force"].values[:, k].tolist()],
-                "force_along": [[_plain(x) for x in pair] for pair in forces["force_along"].values[:, k].tolist()],
-            }
-        )
+    for k, row in enumerate(envelope(forces).to_dict("records")):
+        names = {name: row.pop(name) for name in NAMES}
+        courses = {name: _plain(forces[name].values[:, k].tolist()) for name in ("force", "force_along")}
+        ends.append({**names, "envelope": {key: _plain(value) for key, value in row.items()}, **courses})
     whole = {"scissordyn": "pin forces", "units": "SI", "time": forces["time"].values.tolist(), "ends": ends}
     return (json.dumps(whole, allow_nan=False) + "\n").encode()
 
 
-def _plain(value: float) -> float | None:
+def _plain(value: Any) -> Any:
+    """A number or lists of them, with None for what is not determined."""
+    if isinstance(value, list):
+        return [_plain(part) for part in value]
     return value if math.isfinite(value) else None

@@ -53,17 +53,17 @@ def link(
 
 
 def linkage(
-    places: Mapping[str, PLACE], links: Mapping[str, str], ground: str, first: str, *, slides: Mapping[str, float] = {}, **how
+    places: Mapping[str, PLACE], bars: Iterable[str], ground: str, first: str, *, slides: Mapping[str, float] = {}, **how
 ) -> str:
-    """Joints of one letter; links by the letters of their joints, with their mass; a slide carries a pin of the same place."""
+    """Joints of one letter; bars by the letters of their joints; a slide carries a pin of the same place."""
     joints = [
         joint(name, place, (GROUNDED if name in ground else 0) | (INPUT if name == first else 0))
         for name, place in places.items()
     ]
     joints += [joint(f"{pin}s", places[pin], PRISMATIC | GROUNDED, angle) for pin, angle in slides.items()]
-    bars = []
-    for name, on in links.items():
-        centre = tuple(sum(places[pin][k] for pin in on) / len(on) for k in (0, 1))
-        bars.append(bar(name, on, 2.0, 0.3, centre))
-    bars += [bar(f"block {pin}", (pin, f"{pin}s"), 1.5, 0.0, (0.0, 0.0), "YP") for pin in slides]
-    return link(joints, bars, **how)
+    links = []
+    for name in bars:
+        centre = tuple(sum(places[pin][k] for pin in name) / len(name) for k in (0, 1))
+        links.append(bar(name, name, 2.0, 0.3, centre))
+    links += [bar(f"block {pin}", (pin, f"{pin}s"), 1.5, 0.0, (0.0, 0.0), "YP") for pin in slides]
+    return link(joints, links, **how)

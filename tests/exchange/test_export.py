@@ -181,7 +181,7 @@ def test_a_link_becomes_a_case_that_runs_and_is_exported(tmp_path, capsys, monke
     """Contract: import, run and export by the commands; wrong input is one line with status 2 and writes nothing."""
     monkeypatch.chdir(tmp_path)
     places = {"A": (0.0, 0.0), "B": (0.3, 0.4), "C": (1.75, 1.1), "D": (1.6, 0.0)}
-    address = linkage(places, {"AB": "AB", "BC": "BC", "CD": "CD"}, "AD", "A", speed=30)
+    address = linkage(places, ("AB", "BC", "CD"), "AD", "A", speed=30)
     assert status_of(["import", address, "-o", "case.toml", "--until", "0.2 s"]) == 0
     assert "note: units: lengths in m" in capsys.readouterr().out
     assert status_of(["run", "case.toml", "-o", "run.nc", "-q"]) == 0

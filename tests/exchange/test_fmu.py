@@ -25,9 +25,44 @@ from fmpy.validation import validate_fmu  # noqa: E402
 
 LOOSE = sd.Clearance(5e-4, friction=sd.LuGre(kinetic=0.05))
 
-OURS = 1e-10
+QUICK = tuple("-O0" if flag == "-O2" else flag for flag in pack.FLAGS)  # Compilers take a fifth of the time so
 
-CASES = {
+
+def crane():
+    """An arm that a motor lifts by a screw between two points, and a tool on it whose angle against it is driven."""
+    arm = sd.bar("arm", length=0.6, mass=3.0, position=(0.0, 0.0), angle=0.5)
+    tool = sd.bar("tool", length=0.2, mass=0.5, position=arm.place("end"), angle=-0.4)
+    motor = sd.Body("motor", mass=1.0, inertia=1e-4, points={"c": (0.0, 0.0)}, position=(0.5, 0.0), angle=0.0)
+    pins = (
+        ("A", ("arm", "start"), ("ground", "O")),
+        ("M", ("motor", "c"), ("ground", "P")),
+        ("T", ("tool", "start"), ("arm", "end")),
+    )
+    nut = sd.Coupling("screw", sd.Distance(("ground", "P"), ("arm", "end")), sd.RelativeAngle("motor"), 0.002)
+    elbow = sd.CoordinateDrive("elbow", sd.RelativeAngle("tool", "arm"), sd.Cycloidal(-0.9, 0.3, 0.4))
+    return sd.Mechanism(
+        (arm, motor, tool),
+        tuple(sd.Revolute(*pin) for pin in pins),
+        ground=(("O", (0.0, 0.0)), ("P", (0.5, 0.0))),
+        couplings=(nut,),
+        coordinate_drives=(elbow,),
+    )
+
+
+def rattling():
+    """A wheel between the flanks of a driven pinion."""
+    wheels = tuple(
+        sd.Body(name, mass=1.0, inertia=0.02, points={"c": (0.0, 0.0)}, position=(x, 0.0), angle=0.0)
+        for name, x in (("pinion", 0.0), ("wheel", 0.3))
+    )
+    pins = tuple(sd.Revolute(f"{name} pin", (name, "c"), ("ground", f"O {name}")) for name in ("pinion", "wheel"))
+    mesh = sd.Coupling("mesh", sd.RelativeAngle("wheel"), sd.RelativeAngle("pinion"), -0.5)
+    ground = (("O pinion", (0.0, 0.0)), ("O wheel", (0.3, 0.0)))
+    gears = sd.Mechanism(wheels, pins, ground=ground, couplings=(mesh,)).driven(speed=4.0, body="pinion")
+    return sd.with_backlash(gears, "mesh", 0.02, stiffness=1e5, restitution=0.8)
+
+
+CLEARANCE = {
     "crank": (sd.slider_crank().with_clearance("slider pin", LOOSE).driven(speed=100.0), 0.06),
     "arm": (
         sd.scissor(units=2).with_clearance("A", LOOSE).driven(sd.Cycloidal(sd.degrees(30), sd.degrees(60), 0.1)),
@@ -44,6 +79,11 @@ CASES = {
         0.03,
     ),
 }
+COUPLED = {"crane": (crane(), 0.4), "rattling": (rattling(), 0.1)}
+CASES = CLEARANCE | COUPLED
+"""Mechanisms, and until when they move."""
+
+OURS = {name: {"rtol": 1e-10} | ({"atol": 1e-12} if name in COUPLED else {}) for name in CASES}
 TOLERANCE, SAMPLES = {"CoSimulation": 1e-10, "ModelExchange": 1e-12}, 4001
 """CVode adds up a thousand times its tolerance over these contacts, and less with a smaller one (docs/export.md); it makes at
 most 500 steps between two samples."""
@@ -52,18 +92,17 @@ most 500 steps between two samples."""
 @pytest.fixture(scope="module")
 def units(tmp_path_factory):
     """The units, each made when it is first asked for, with a compiler that does not optimise much."""
-    folder, made = tmp_path_factory.mktemp("units"), {}
+    folder = tmp_path_factory.mktemp("units")
 
+    @functools.cache
     def unit(name):
-        if name not in made:
-            mechanism, until = CASES[name]
-            with pytest.MonkeyPatch.context() as patch:
-                patch.setattr(driver, "make_history", lambda signals: make_history(signals, steps=3000))
-                patch.setattr(pack, "FLAGS", tuple("-O0" if flag == "-O2" else flag for flag in pack.FLAGS))
-                content = pack.fmu(mechanism, sd.Options(until=until, rtol=OURS), name=name)
-            made[name] = folder / f"{name}.fmu"
-            made[name].write_bytes(content)
-        return str(made[name])
+        mechanism, until = CASES[name]
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(driver, "make_history", lambda signals: make_history(signals, steps=3000))
+            patch.setattr(pack, "FLAGS", QUICK)
+            content = pack.fmu(mechanism, sd.Options(until=until, **OURS[name]), name=name)
+        (folder / f"{name}.fmu").write_bytes(content)
+        return str(folder / f"{name}.fmu")
 
     return unit
 
@@ -86,14 +125,14 @@ def simulated(unit, kind, until, **options):
 def reference(name):
     """Our own run of a case."""
     mechanism, until = CASES[name]
-    return sd.simulate(mechanism, until=until, samples=SAMPLES, rtol=OURS, trust=True)
+    return sd.simulate(mechanism, until=until, samples=SAMPLES, trust=name in CLEARANCE, **OURS[name])
 
 
 def apart(found, exact):
     return float(np.max(abs(np.asarray(found) - np.asarray(exact))))
 
 
-KINDS = [(name, kind) for name in CASES for kind in TOLERANCE if (name, kind) != ("delayed", "ModelExchange")]
+KINDS = [(name, kind) for name in CLEARANCE for kind in TOLERANCE if (name, kind) != ("delayed", "ModelExchange")]
 
 
 @pytest.mark.parametrize(("name", "kind"), KINDS)
@@ -127,36 +166,95 @@ def test_a_unit_moves_as_the_mechanism(units, name, kind):
 
 def test_the_description_is_valid(units):
     """Contract: the checks of fmpy, against the standard's schema and its rules for references."""
-    for name in CASES:
+    for name in CLEARANCE:
         assert validate_fmu(units(name)) == []
     description = fmpy.read_model_description(units("servo"))
     assert description.fmiVersion == "3.0"
     assert description.numberOfEventIndicators == 1
     names = {variable.name for variable in description.modelVariables}
     assert {"references.actuator of crank.angle", "components.actuator of crank.torque", "joints.crank pin.normal"} <= names
+    delayed = fmpy.read_model_description(units("delayed"))  # the integrator of an importer keeps no history
+    assert delayed.modelExchange is None
+    assert delayed.coSimulation is not None
+
+
+@pytest.mark.parametrize(("name", "kind"), [(name, kind) for name in COUPLED for kind in TOLERANCE])
+def test_couplings_and_driven_coordinates_in_a_unit(units, name, kind):
+    """Cross-check: angles to the accuracy of the solver, and what couplings and coordinate drives exert."""
+    mechanism, until = CASES[name]
+    run = reference(name)
+    found = simulated(units(name), kind, until)
+    for body in mechanism.bodies:
+        assert apart(found[f"bodies.{body.name}.angle"], run["angle"].sel(body=body.name)) < 2e-8  # of up to 52 rad
+    label = {"crane": "couplings.screw.force", "rattling": "couplings.mesh.torque"}[name]
+    force = run["coupling_force"].values[:, 0]
+    largest = np.max(abs(force))
+    assert largest > 0.1
+    assert apart(found[label], force) < (1e-6 if name == "crane" else 1e-4) * largest
+    if name == "crane":
+        torque = run["coordinate_drive_force"].values[:, 0]
+        assert apart(found["drives.elbow.torque"], torque) < 1e-6 * np.max(abs(torque))
+
+
+def inputs(label, time, angle, speed, acceleration):
+    """The inputs that prescribe a motion, and that they do."""
+    given = np.zeros(time.size, [("time", "f8"), *((f"{label}.{x}", "f8") for x in ("angle", "speed", "acceleration"))])
+    given["time"] = time
+    given[f"{label}.angle"], given[f"{label}.speed"], given[f"{label}.acceleration"] = angle, speed, acceleration
+    return {"input": given, "start_values": {f"{label}.external": True}}
+
+
+SERVO = "references.actuator of crank"
 
 
 @pytest.mark.parametrize("kind", ["CoSimulation", "ModelExchange"])
 def test_an_input_takes_the_place_of_a_reference(units, kind):
     """Limit: the inputs prescribe the motion that the reference had; communication is fine enough for a parabola between."""
-    mechanism, _ = CASES["servo"]
     until = 0.02
-    run = sd.simulate(mechanism, until=until, samples=SAMPLES, rtol=OURS)
+    run = sd.simulate(CASES["servo"][0], until=until, samples=SAMPLES, **OURS["servo"])
     time = np.linspace(0.0, until, 40001 if kind == "CoSimulation" else 501)
     phase = 10.0 * time
-    name = "references.actuator of crank"
-    given = np.zeros(
-        time.size, [(label, "f8") for label in ("time", *(f"{name}.{x}" for x in ("angle", "speed", "acceleration")))]
-    )
-    given["time"] = time
-    given[f"{name}.angle"] = 0.3 + 0.2 * np.sin(phase)
-    given[f"{name}.speed"], given[f"{name}.acceleration"] = 2.0 * np.cos(phase), -20.0 * np.sin(phase)
-    found = simulated(units("servo"), kind, until, input=given, start_values={f"{name}.external": True})
+    motion = 0.3 + 0.2 * np.sin(phase), 2.0 * np.cos(phase), -20.0 * np.sin(phase)
+    found = simulated(units("servo"), kind, until, **inputs(SERVO, time, *motion))
     assert apart(found["bodies.crank.angle"], run["angle"].sel(body="crank")) < 1e-6
-    other = simulated(
-        units("servo"), kind, until, start_values={f"{name}.external": True, f"{name}.speed": 0.0, f"{name}.acceleration": 0.0}
-    )
+    still = {f"{SERVO}.external": True, f"{SERVO}.speed": 0.0, f"{SERVO}.acceleration": 0.0}
+    other = simulated(units("servo"), kind, until, start_values=still)
     assert apart(other["bodies.crank.angle"], run["angle"].sel(body="crank")) > 1e-4
+
+
+def moved_by(name, motion):
+    """A case with another motion."""
+    mechanism = CASES[name][0]
+    if name == "servo":
+        return mechanism.replace("actuator of crank.reference", motion)
+    drives = "drives" if name == "arm" else "coordinate_drives"
+    return dataclasses.replace(mechanism, **{drives: (dataclasses.replace(getattr(mechanism, drives)[0], motion=motion),)})
+
+
+@pytest.mark.parametrize(
+    ("name", "label", "first", "speed", "acceleration", "until", "allowed"),
+    [
+        ("arm", "drives.unit 1/bar 1", sd.degrees(30), 0.0, 40.0, 0.02, 1e-6),
+        ("servo", SERVO, 0.3, 2.0, 150.0, 0.02, 1e-6),
+        ("crane", "drives.elbow", -0.9, -0.5, 30.0, 0.1, 1e-8),
+    ],
+)
+def test_inputs_give_another_motion(units, name, label, first, speed, acceleration, until, allowed):
+    """Cross-check: a unit that was made with one motion, moved by inputs on another one, is our run with that other motion.
+
+    The inputs are a drive's, the reference of a servo's controller, and a coordinate's. Between two calls they go on as
+    parabolas; motions with a constant acceleration are given exactly.
+    """
+    mechanism = CASES[name][0]
+    moved = moved_by(name, sd.Polynomial((first, speed, 0.5 * acceleration)))
+    run, still = (sd.simulate(each, until=until, samples=SAMPLES, **OURS[name]) for each in (moved, mechanism))
+    time = np.linspace(0.0, until, SAMPLES)
+    motion = first + speed * time + 0.5 * acceleration * time**2, speed + acceleration * time, acceleration
+    found = simulated(units(name), "CoSimulation", until, **inputs(label, time, *motion))
+    for body in mechanism.bodies:
+        if body.rotates and body.name != "motor":
+            assert apart(found[f"bodies.{body.name}.angle"], run["angle"].sel(body=body.name)) < allowed
+    assert apart(run["angle"], still["angle"]) > 1e-4
 
 
 def slave(unit, tmp_path, **options):
@@ -167,7 +265,7 @@ def slave(unit, tmp_path, **options):
         modelIdentifier=description.coSimulation.modelIdentifier,
     )
     made.instantiate(**options)
-    made.enterInitializationMode(tolerance=OURS)
+    made.enterInitializationMode(tolerance=1e-10)
     made.exitInitializationMode()
     return made, {variable.name: variable.valueReference for variable in description.modelVariables}
 
@@ -175,7 +273,7 @@ def slave(unit, tmp_path, **options):
 def test_a_step_ends_early_where_a_contact_begins_or_ends(units, tmp_path):
     """Cross-check: the instants are those of the contacts of our own run."""
     mechanism, until = CASES["crank"]
-    run = sd.simulate(mechanism, until=until, rtol=OURS)
+    run = sd.simulate(mechanism, until=until, rtol=1e-10)
     made, _ = slave(units("crank"), tmp_path, earlyReturnAllowed=True)
     time, instants = 0.0, []
     while time < until:
@@ -198,16 +296,13 @@ def test_a_kept_state_is_where_it_goes_on(units, tmp_path):
     state = made.getFMUState()
     content = made.serializeFMUState(state)
     found = []
-    for put_back in (
-        lambda: None,
-        lambda: made.setFMUState(state),
-        lambda: made.setFMUState(made.deserializeFMUState(content)),
-    ):
-        put_back()
+    for kept in (None, state, made.deserializeFMUState(content)):
+        if kept is not None:
+            made.setFMUState(kept)
         made.doStep(0.004, 0.004)
         found.append(list(made.getFloat64(wanted)))
     made.reset()
-    made.enterInitializationMode(tolerance=OURS)
+    made.enterInitializationMode(tolerance=1e-10)
     made.exitInitializationMode()
     made.doStep(0.0, 0.004)
     made.doStep(0.004, 0.004)
@@ -261,151 +356,22 @@ def test_elements_of_a_users_own_are_in_a_unit():
     """Contract: kernels of a class and of a function are translated."""
     mechanism, until = CASES["crank"]
     with_clutch = dataclasses.replace(mechanism, components=(OwnClutch("clutch", "rod"),))
-    content = pack.fmu(with_clutch, sd.Options(until=until), sources_only=True)
-    with zipfile.ZipFile(io.BytesIO(content)) as archive:
-        text = archive.read("sources/model.c").decode()
-        assert "k_own_clutch(double angle" in text
-        assert 'name="components.clutch.torque"' in archive.read("modelDescription.xml").decode()
-    content = pack.fmu(mechanism.replace("slider pin.stiffness", soft(1e10)), sd.Options(until=until), sources_only=True)
-    with zipfile.ZipFile(io.BytesIO(content)) as archive:
-        assert "k_soft(double indentation" in archive.read("sources/model.c").decode()
-
-
-def test_a_controller_that_looks_back_is_for_co_simulation(units):
-    """Contract: the integrator of an importer keeps no history, so the unit offers its own steps alone."""
-    description = fmpy.read_model_description(units("delayed"))
-    assert description.modelExchange is None
-    assert description.coSimulation is not None
-
-
-def crane():
-    """An arm that a motor lifts by a screw between two points, and a tool on it whose angle against it is driven."""
-    arm = sd.bar("arm", length=0.6, mass=3.0, position=(0.0, 0.0), angle=0.5)
-    tool = sd.bar("tool", length=0.2, mass=0.5, position=arm.place("end"), angle=-0.4)
-    motor = sd.Body("motor", mass=1.0, inertia=1e-4, points={"c": (0.0, 0.0)}, position=(0.5, 0.0), angle=0.0)
-    pins = (
-        ("A", ("arm", "start"), ("ground", "O")),
-        ("M", ("motor", "c"), ("ground", "P")),
-        ("T", ("tool", "start"), ("arm", "end")),
-    )
-    nut = sd.Coupling("screw", sd.Distance(("ground", "P"), ("arm", "end")), sd.RelativeAngle("motor"), 0.002)
-    elbow = sd.CoordinateDrive("elbow", sd.RelativeAngle("tool", "arm"), sd.Cycloidal(-0.9, 0.3, 0.4))
-    return sd.Mechanism(
-        (arm, motor, tool),
-        tuple(sd.Revolute(*pin) for pin in pins),
-        ground=(("O", (0.0, 0.0)), ("P", (0.5, 0.0))),
-        couplings=(nut,),
-        coordinate_drives=(elbow,),
-    )
-
-
-def rattling():
-    """A wheel between the flanks of a driven pinion."""
-    wheels = tuple(
-        sd.Body(name, mass=1.0, inertia=0.02, points={"c": (0.0, 0.0)}, position=(x, 0.0), angle=0.0)
-        for name, x in (("pinion", 0.0), ("wheel", 0.3))
-    )
-    pins = tuple(sd.Revolute(f"{name} pin", (name, "c"), ("ground", f"O {name}")) for name in ("pinion", "wheel"))
-    mesh = sd.Coupling("mesh", sd.RelativeAngle("wheel"), sd.RelativeAngle("pinion"), -0.5)
-    ground = (("O pinion", (0.0, 0.0)), ("O wheel", (0.3, 0.0)))
-    gears = sd.Mechanism(wheels, pins, ground=ground, couplings=(mesh,)).driven(speed=4.0, body="pinion")
-    return sd.with_backlash(gears, "mesh", 0.02, stiffness=1e5, restitution=0.8)
-
-
-COUPLED = {"crane": (crane, 0.4), "rattling": (rattling, 0.1)}
-
-
-@pytest.fixture(scope="module")
-def coupled(tmp_path_factory):
-    """Units with couplings and a coordinate drive, each made when it is first asked for."""
-    folder = tmp_path_factory.mktemp("coupled")
-
-    @functools.cache
-    def unit(name):
-        made, until = COUPLED[name]
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(pack, "FLAGS", tuple("-O0" if flag == "-O2" else flag for flag in pack.FLAGS))
-            content = pack.fmu(made(), sd.Options(until=until, rtol=OURS, atol=1e-12), name=name)
-        (folder / f"{name}.fmu").write_bytes(content)
-        return str(folder / f"{name}.fmu")
-
-    return unit
-
-
-@pytest.mark.parametrize(("name", "kind"), [(name, kind) for name in COUPLED for kind in TOLERANCE])
-def test_couplings_and_driven_coordinates_in_a_unit(coupled, name, kind):
-    """Cross-check: angles to the accuracy of the solver, and what couplings and coordinate drives exert."""
-    made, until = COUPLED[name]
-    run = sd.simulate(made(), until=until, samples=SAMPLES, rtol=OURS, atol=1e-12)
-    found = simulated(coupled(name), kind, until)
-    for body in made().bodies:
-        assert apart(found[f"bodies.{body.name}.angle"], run["angle"].sel(body=body.name)) < 2e-8  # of up to 52 rad
-    label = {"crane": "couplings.screw.force", "rattling": "couplings.mesh.torque"}[name]
-    force = run["coupling_force"].values[:, 0]
-    largest = np.max(abs(force))
-    assert largest > 0.1
-    assert apart(found[label], force) < (1e-6 if name == "crane" else 1e-4) * largest
-    if name == "crane":
-        torque = run["coordinate_drive_force"].values[:, 0]
-        assert apart(found["drives.elbow.torque"], torque) < 1e-6 * np.max(abs(torque))
-
-
-def test_an_input_drives_a_coordinate(coupled):
-    """Cross-check: inputs in the place of a coordinate's motion are our run with that other motion."""
-    speed, acceleration, until = -0.5, 30.0, 0.1
-    motion = sd.Polynomial((-0.9, speed, 0.5 * acceleration))
-    drives = (dataclasses.replace(crane().coordinate_drives[0], motion=motion),)
-    run = sd.simulate(
-        dataclasses.replace(crane(), coordinate_drives=drives), until=until, samples=SAMPLES, rtol=OURS, atol=1e-12
-    )
-    time, label = np.linspace(0.0, until, SAMPLES), "drives.elbow"
-    given = np.zeros(time.size, [("time", "f8"), *((f"{label}.{x}", "f8") for x in ("angle", "speed", "acceleration"))])
-    given["time"] = time
-    given[f"{label}.angle"] = -0.9 + speed * time + 0.5 * acceleration * time**2
-    given[f"{label}.speed"], given[f"{label}.acceleration"] = speed + acceleration * time, acceleration
-    found = simulated(coupled("crane"), "CoSimulation", until, input=given, start_values={f"{label}.external": True})
-    for body in ("arm", "tool"):
-        assert apart(found[f"bodies.{body}.angle"], run["angle"].sel(body=body)) < 1e-8
-    assert np.ptp(run["angle"].sel(body="tool").values) > 0.05
-
-
-@pytest.mark.parametrize("name", ["arm", "servo"])
-def test_inputs_give_another_motion(units, name):
-    """Cross-check: a unit that was made with one motion, moved by inputs on another one, is our run with that other motion.
-
-    The inputs are a drive's, and the reference of a servo's controller. Between two calls they go on as parabolas; motions with
-    a constant acceleration are given exactly.
-    """
-    mechanism, until = CASES[name][0], 0.02
-    first = sd.degrees(30) if name == "arm" else 0.3
-    speed, acceleration = (0.0, 40.0) if name == "arm" else (2.0, 150.0)
-    other = sd.Polynomial((first, speed, 0.5 * acceleration))
-    if name == "arm":
-        moved = dataclasses.replace(mechanism, drives=(dataclasses.replace(mechanism.drives[0], motion=other),))
-        label = f"drives.{mechanism.drives[0].body}"
-    else:
-        moved = CASES[name][0].replace("actuator of crank.reference", other)
-        label = "references.actuator of crank"
-    run = sd.simulate(moved, until=until, samples=SAMPLES, rtol=OURS)
-    time = np.linspace(0.0, until, SAMPLES)
-    given = np.zeros(time.size, [("time", "f8"), *((f"{label}.{x}", "f8") for x in ("angle", "speed", "acceleration"))])
-    given["time"] = time
-    given[f"{label}.angle"] = first + speed * time + 0.5 * acceleration * time**2
-    given[f"{label}.speed"], given[f"{label}.acceleration"] = speed + acceleration * time, acceleration
-    found = simulated(units(name), "CoSimulation", until, input=given, start_values={f"{label}.external": True})
-    still = sd.simulate(mechanism, until=until, samples=SAMPLES, rtol=OURS)
-    for body in mechanism.bodies:
-        if body.rotates:
-            angle = run["angle"].sel(body=body.name)
-            assert apart(found[f"bodies.{body.name}.angle"], angle) < 1e-6
-    assert apart(run["angle"], still["angle"]) > 1e-4
+    with_law = mechanism.replace("slider pin.stiffness", soft(1e10))
+    for changed, part, text in (
+        (with_clutch, "sources/model.c", "k_own_clutch(double angle"),
+        (with_clutch, "modelDescription.xml", 'name="components.clutch.torque"'),
+        (with_law, "sources/model.c", "k_soft(double indentation"),
+    ):
+        content = pack.fmu(changed, sd.Options(until=until), sources_only=True)
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            assert text in archive.read(part).decode()
 
 
 def test_change_point_is_refused(tmp_path, monkeypatch, capfd):
     """Contract: a unit, which makes no steps across singular positions, ends short of one and says where."""
     from benchmarks.change_points import linkage
 
-    monkeypatch.setattr(pack, "FLAGS", tuple("-O0" if flag == "-O2" else flag for flag in pack.FLAGS))
+    monkeypatch.setattr(pack, "FLAGS", QUICK)
     mechanism = linkage((4.0, 1.0, 3.0, 2.0), math.pi - 0.2, -1.0, "driven", 1.0)
     unit = tmp_path / "unit.fmu"
     unit.write_bytes(pack.fmu(mechanism, sd.Options(until=1.0), name="unit"))

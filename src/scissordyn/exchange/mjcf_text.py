@@ -111,7 +111,7 @@ class _Writer:
             self.root.append(self.tendons)
         ET.SubElement(self.add("keyframe"), "key", name="start", qvel=_numbers(*self.speeds))
 
-    def add(self, tag: str, **attributes: str) -> ET.Element:
+    def add(self, tag: str, **attributes: Any) -> ET.Element:
         return ET.SubElement(self.root, tag, **attributes)
 
     def _add_bodies(self, parent: str) -> None:
@@ -158,7 +158,7 @@ class _Writer:
         else:
             kind, factor = "tendon", part.ratio
             first, second = (self._tendon(part, side, end) for side, end in zip(("output", "input"), ends, strict=True))
-        pair = {f"{kind}1": first, f"{kind}2": second, "polycoef": f"0 {factor!r} 0 0 0"}
+        pair: dict[str, Any] = {f"{kind}1": first, f"{kind}2": second, "polycoef": f"0 {factor!r} 0 0 0"}
         ET.SubElement(self.equality, kind, name=part.name, **pair, **STIFF)
 
     def _weights(self, coordinate: Coordinate, what: str) -> dict[str, float] | None:

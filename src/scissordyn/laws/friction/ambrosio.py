@@ -7,7 +7,7 @@ from typing import Annotated
 
 from scissordyn.errors import InputError
 from scissordyn.laws.contact import Friction
-from scissordyn.laws.friction.coefficients import Coefficient
+from scissordyn.laws.friction.coefficients import Coefficient, kinetic_limit
 from scissordyn.plugin.element import element
 from scissordyn.units import Quantity, check_quantities
 
@@ -18,12 +18,7 @@ def force(slip_speed, normal_force, kinetic, dead_speed, full_speed):
     return math.copysign(kinetic * ramp * normal_force, slip_speed)
 
 
-def static_limit(slip_speed, normal_force, kinetic):
-    """Largest |F_t| [N] that the law allows at slip speed v [m/s]."""
-    return kinetic * normal_force
-
-
-@element(name="ambrosio", force=force, limit=static_limit, source="Ambrosio 2003")
+@element(name="ambrosio", force=force, limit=kinetic_limit, source="Ambrosio 2003")
 class Ambrosio(Friction):
     r"""Coulomb friction whose sign change is a ramp between two slip speeds.
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-from scissordyn.laws.contact import Friction, JointContact
-from scissordyn.laws.friction.coefficients import Kinetic, Static, static_coefficient
-from scissordyn.plugin.element import element, numbers
-from scissordyn.units import Quantity, check_quantities
+from scissordyn.laws.friction.coefficients import Kinetic, Static, StaticFriction, static_limit
+from scissordyn.plugin.element import element
+from scissordyn.units import Quantity
 
 
 def force(slip_speed, normal_force, kinetic, static, peak_speed, decay):
@@ -22,13 +21,8 @@ def force(slip_speed, normal_force, kinetic, static, peak_speed, decay):
     return math.copysign(coefficient * normal_force, slip_speed)
 
 
-def static_limit(slip_speed, normal_force, static):
-    """Largest |F_t| [N] that the law allows at slip speed v [m/s]."""
-    return static * normal_force
-
-
 @element(name="bengisu-akay", force=force, limit=static_limit, source="Bengisu, Akay 1994")
-class BengisuAkay(Friction):
+class BengisuAkay(StaticFriction):
     r"""A parabola up to static friction and an exponential down to kinetic friction.
 
     .. math::
@@ -49,11 +43,3 @@ class BengisuAkay(Friction):
     decay: Annotated[
         float, Quantity("s/m", minimum=1e-3, maximum=1e8, help="xi, slope of the fall from static to kinetic friction")
     ] = 1e3
-
-    def __post_init__(self) -> None:
-        check_quantities(self)
-        static_coefficient("BengisuAkay", self.kinetic, self.static)
-
-    def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """mu_s is computed unless given."""
-        return numbers(self, static=static_coefficient("BengisuAkay", self.kinetic, self.static))

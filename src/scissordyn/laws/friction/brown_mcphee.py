@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-from scissordyn.laws.contact import Friction, JointContact
-from scissordyn.laws.friction.coefficients import Kinetic, Static, static_coefficient
-from scissordyn.plugin.element import element, numbers
-from scissordyn.units import Quantity, check_quantities
+from scissordyn.laws.friction.coefficients import Kinetic, Static, StaticFriction, static_limit
+from scissordyn.plugin.element import element
+from scissordyn.units import Quantity
 
 
 def force(slip_speed, normal_force, kinetic, static, transition_speed):
@@ -18,13 +17,8 @@ def force(slip_speed, normal_force, kinetic, static, transition_speed):
     return normal_force * (kinetic * math.tanh(4.0 * s) + (static - kinetic) * s / (rest * rest))
 
 
-def static_limit(slip_speed, normal_force, static):
-    """Largest |F_t| [N] that the law allows at slip speed v [m/s]."""
-    return static * normal_force
-
-
 @element(name="brown-mcphee", force=force, limit=static_limit, source="Brown, McPhee 2016, doi:10.1115/1.4033658")
-class BrownMcPhee(Friction):
+class BrownMcPhee(StaticFriction):
     r"""Stribeck friction as one smooth function, its peak at the transition speed.
 
     .. math::
@@ -36,11 +30,3 @@ class BrownMcPhee(Friction):
     kinetic: Kinetic = 0.05
     static: Static = None
     transition_speed: Annotated[float, Quantity("m/s", minimum=1e-7, maximum=10.0, help="v_t, at which friction peaks")] = 1e-3
-
-    def __post_init__(self) -> None:
-        check_quantities(self)
-        static_coefficient("BrownMcPhee", self.kinetic, self.static)
-
-    def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """mu_s is computed unless given."""
-        return numbers(self, static=static_coefficient("BrownMcPhee", self.kinetic, self.static))

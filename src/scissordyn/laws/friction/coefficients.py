@@ -1,11 +1,13 @@
-"""Parameters that several friction laws have: their units, bounds and help, and the default static coefficient."""
+"""What several friction laws share: parameters with their bounds, the default static coefficient, the limits of friction."""
 
 from __future__ import annotations
 
 from typing import Annotated
 
 from scissordyn.errors import InputError
-from scissordyn.units import Quantity
+from scissordyn.laws.contact import Friction, JointContact
+from scissordyn.plugin.element import numbers
+from scissordyn.units import Quantity, check_quantities
 
 # dry contacts have coefficients of 1e-3 (graphite, ice) to 2 (clean metals in vacuum, rubber); the bounds leave a margin
 Coefficient = Annotated[float, Quantity("1", minimum=1e-6, maximum=10.0, help="friction coefficient mu")]
@@ -29,3 +31,36 @@ def static_coefficient(law: str, kinetic: float, static: float | None) -> float:
             f"static = {STATIC_OVER_KINETIC * kinetic:g}",
         )
     return static
+
+
+class StaticFriction(Friction):
+    """A friction law with a static coefficient, which is a multiple of the kinetic one unless it is given."""
+
+    kinetic: float
+    static: float | None
+
+    def __post_init__(self) -> None:
+        check_quantities(self)
+        self._static_coefficient()
+
+    def _static_coefficient(self) -> float:
+        return static_coefficient(type(self).__name__, self.kinetic, self.static)
+
+    def parameters(self, joint: JointContact) -> tuple[float, ...]:
+        """mu_s is computed unless given."""
+        return numbers(self, static=self._static_coefficient())
+
+
+def kinetic_limit(slip_speed, normal_force, kinetic):
+    """Largest |F_t| [N] of a law without a static coefficient at slip speed v [m/s]."""
+    return kinetic * normal_force
+
+
+def static_limit(slip_speed, normal_force, static):
+    """Largest |F_t| [N] of a law without a viscous part."""
+    return static * normal_force
+
+
+def viscous_limit(slip_speed, normal_force, static, viscous):
+    """Largest |F_t| [N] that static friction and the viscous part allow."""
+    return normal_force * (static + viscous * abs(slip_speed))

@@ -6,7 +6,7 @@ import math
 
 from scissordyn.kernel import kernel
 from scissordyn.laws.contact import Friction
-from scissordyn.laws.friction.coefficients import Coefficient, RampSpeed
+from scissordyn.laws.friction.coefficients import Coefficient, RampSpeed, kinetic_limit
 from scissordyn.plugin.element import element
 
 
@@ -23,12 +23,7 @@ def force(slip_speed, normal_force, kinetic, ramp_speed):
     return kinetic * normal_force * direction(slip_speed, ramp_speed)
 
 
-def static_limit(slip_speed, normal_force, kinetic):
-    """Largest |F_t| [N] that the law allows at slip speed v [m/s]."""
-    return kinetic * normal_force
-
-
-@element(name="coulomb", force=force, limit=static_limit, source="Coulomb 1785")
+@element(name="coulomb", force=force, limit=kinetic_limit, source="Coulomb 1785")
 class Coulomb(Friction):
     r"""Friction opposite to sliding, independent of its speed.
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 from scissordyn.laws.contact import Friction
 from scissordyn.laws.friction.bristle import PRESLIDING_SPEED, BristleStiffness, onset
-from scissordyn.laws.friction.coefficients import Coefficient
+from scissordyn.laws.friction.coefficients import Coefficient, kinetic_limit
 from scissordyn.plugin.element import element
 from scissordyn.units import Quantity, State
 
@@ -29,17 +29,12 @@ def start(slip_speed, kinetic, bristle_stiffness):
     return onset(slip_speed, PRESLIDING_SPEED) * kinetic / bristle_stiffness
 
 
-def static_limit(slip_speed, normal_force, kinetic):
-    """Largest |F_t| [N] that the law allows at slip speed v [m/s]."""
-    return kinetic * normal_force
-
-
 @element(
     name="dahl",
     force=force,
     start=start,
     steady=steady,
-    limit=static_limit,
+    limit=kinetic_limit,
     states=(State("bristle_deflection", "m"),),
     source="Dahl 1976, doi:10.2514/3.61511",
 )

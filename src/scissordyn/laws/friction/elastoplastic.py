@@ -7,25 +7,28 @@ from typing import Annotated
 
 import numpy as np
 
-from scissordyn.laws.contact import Friction, JointContact
+from scissordyn.laws.contact import JointContact
 from scissordyn.laws.friction.bristle import (
     BristleDamping,
     BristleStiffness,
     DampingSpeed,
     fading_speed,
     micro_damping,
+    start,
+    steady,
 )
-from scissordyn.laws.friction.bristle import (
-    start as start,
+from scissordyn.laws.friction.coefficients import (
+    Kinetic,
+    Static,
+    StaticFriction,
+    StribeckExponent,
+    StribeckSpeed,
+    Viscous,
+    viscous_limit,
 )
-from scissordyn.laws.friction.bristle import (
-    steady as steady,
-)
-from scissordyn.laws.friction.coefficients import Kinetic, Static, StribeckExponent, StribeckSpeed, Viscous, static_coefficient
-from scissordyn.laws.friction.lugre import static_limit as static_limit
 from scissordyn.laws.friction.stribeck import sliding_coefficient
 from scissordyn.plugin.element import element, numbers
-from scissordyn.units import Quantity, State, check_quantities
+from scissordyn.units import Quantity, State
 
 
 def force(
@@ -64,11 +67,11 @@ def force(
     force=force,
     start=start,
     steady=steady,
-    limit=static_limit,
+    limit=viscous_limit,
     states=(State("bristle_deflection", "m"),),
     source="Dupont, Hayward, Armstrong, Altpeter 2002, doi:10.1109/TAC.2002.1000274",
 )
-class ElastoPlastic(Friction):
+class ElastoPlastic(StaticFriction):
     r"""LuGre friction whose bristles first deflect without slip, so that a joint at rest does not creep.
 
     .. math::
@@ -93,13 +96,9 @@ class ElastoPlastic(Friction):
         float, Quantity("1", above=0.0, below=1.0, help="fraction of mu_k/sigma_0 up to which bristles only deflect")
     ] = 0.7
 
-    def __post_init__(self) -> None:
-        check_quantities(self)
-        static_coefficient("ElastoPlastic", self.kinetic, self.static)
-
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
         """mu_s and v_d are computed unless given; z_ba [m]."""
-        static = static_coefficient("ElastoPlastic", self.kinetic, self.static)
+        static = self._static_coefficient()
         fading = self.damping_speed or fading_speed(self._largest(static), self.bristle_damping)
         breakaway = self.breakaway * self.kinetic / self.bristle_stiffness
         return numbers(self, static=static, damping_speed=fading, breakaway=breakaway)

@@ -6,11 +6,10 @@ import math
 from typing import Annotated
 
 from scissordyn.kernel import kernel
-from scissordyn.laws.contact import Friction, JointContact
 from scissordyn.laws.friction.bristle import BristleStiffness, onset
-from scissordyn.laws.friction.coefficients import Kinetic, Static, Viscous, static_coefficient
-from scissordyn.plugin.element import element, numbers
-from scissordyn.units import Quantity, State, check_quantities
+from scissordyn.laws.friction.coefficients import Kinetic, Static, StaticFriction, Viscous, viscous_limit
+from scissordyn.plugin.element import element
+from scissordyn.units import Quantity, State
 
 
 @kernel
@@ -82,21 +81,16 @@ def start(slip_speed, kinetic, stribeck_speed, smoothing_speed, bristle_stiffnes
     return bristle_deflection, 0.0
 
 
-def static_limit(slip_speed, normal_force, static, viscous):
-    """Largest |F_t| [N] that the law allows at slip speed v [m/s]."""
-    return normal_force * (static + viscous * abs(slip_speed))
-
-
 @element(
     name="gonthier-bristle",
     force=force,
     start=start,
     steady=steady,
-    limit=static_limit,
+    limit=viscous_limit,
     states=(State("bristle_deflection", "m"), State("dwell", "1", scale=1.0)),
     source="Gonthier, McPhee, Lange, Piedboeuf 2004, doi:10.1023/B:MUBO.0000029392.21648.bc",
 )
-class GonthierBristle(Friction):
+class GonthierBristle(StaticFriction):
     r"""Bristles that stick at rest and slide when moving, and a static friction that grows with the time at rest.
 
     .. math::
@@ -124,11 +118,3 @@ class GonthierBristle(Friction):
     bristle_stiffness: BristleStiffness = 1e5
     bristle_damping: Annotated[float, Quantity("s/m", minimum=1e-6, maximum=1e6, help="sigma_1 per unit normal force")] = 10.0
     viscous: Viscous = 0.0
-
-    def __post_init__(self) -> None:
-        check_quantities(self)
-        static_coefficient("GonthierBristle", self.kinetic, self.static)
-
-    def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """mu_s is computed unless given."""
-        return numbers(self, static=static_coefficient("GonthierBristle", self.kinetic, self.static))

@@ -2,24 +2,28 @@
 
 from __future__ import annotations
 
-from scissordyn.laws.contact import Friction, JointContact
+from scissordyn.laws.contact import JointContact
 from scissordyn.laws.friction.bristle import (
     BristleDamping,
     BristleStiffness,
     DampingSpeed,
     fading_speed,
     micro_damping,
+    start,
+    steady,
 )
-from scissordyn.laws.friction.bristle import (
-    start as start,
+from scissordyn.laws.friction.coefficients import (
+    Kinetic,
+    Static,
+    StaticFriction,
+    StribeckExponent,
+    StribeckSpeed,
+    Viscous,
+    viscous_limit,
 )
-from scissordyn.laws.friction.bristle import (
-    steady as steady,
-)
-from scissordyn.laws.friction.coefficients import Kinetic, Static, StribeckExponent, StribeckSpeed, Viscous, static_coefficient
 from scissordyn.laws.friction.stribeck import sliding_coefficient
 from scissordyn.plugin.element import element, numbers
-from scissordyn.units import State, check_quantities
+from scissordyn.units import State
 
 
 def force(
@@ -47,24 +51,19 @@ def force(
     return force, rate
 
 
-def static_limit(slip_speed, normal_force, static, viscous):
-    """Largest |F_t| [N] that static friction and the viscous part allow at slip speed v [m/s]."""
-    return normal_force * (static + viscous * abs(slip_speed))
-
-
 @element(
     name="lugre",
     force=force,
     start=start,
     steady=steady,
-    limit=static_limit,
+    limit=viscous_limit,
     states=(State("bristle_deflection", "m"),),
     source=(
         "Canudas de Wit et al. 1995, doi:10.1109/9.376053; fading sigma_1: Canudas de Wit, Lischinsky 1997, "
         "Int. J. Adaptive Control and Signal Processing 11, 65-80"
     ),
 )
-class LuGre(Friction):
+class LuGre(StaticFriction):
     r"""Bristle friction with pre-sliding, Stribeck effect and stick-slip.
 
     .. math::
@@ -85,13 +84,7 @@ class LuGre(Friction):
     viscous: Viscous = 0.0
     damping_speed: DampingSpeed = None
 
-    def __post_init__(self) -> None:
-        check_quantities(self)
-        static_coefficient("LuGre", self.kinetic, self.static)
-
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
         """mu_s and v_d are computed unless given."""
-        static = static_coefficient("LuGre", self.kinetic, self.static)
-        return numbers(
-            self, static=static, damping_speed=self.damping_speed or fading_speed(self.kinetic, self.bristle_damping)
-        )
+        fading = self.damping_speed or fading_speed(self.kinetic, self.bristle_damping)
+        return numbers(self, static=self._static_coefficient(), damping_speed=fading)

@@ -6,8 +6,7 @@ from typing import Annotated
 
 from scissordyn.laws.contact import Friction
 from scissordyn.laws.friction.bristle import PRESLIDING_SPEED, BristleStiffness, onset
-from scissordyn.laws.friction.coefficients import Coefficient
-from scissordyn.laws.friction.dahl import static_limit
+from scissordyn.laws.friction.coefficients import Coefficient, kinetic_limit
 from scissordyn.plugin.element import element
 from scissordyn.units import Quantity, State
 
@@ -36,7 +35,7 @@ def start(slip_speed, kinetic, share, first_stiffness, second_stiffness):
     force=force,
     start=start,
     steady=steady,
-    limit=static_limit,
+    limit=kinetic_limit,
     states=(State("first_deflection", "m"), State("second_deflection", "m")),
     source="Iwan 1966, doi:10.1115/1.3625199 (elements side by side); Dahl 1976, doi:10.2514/3.61511 (each element)",
 )

@@ -5,19 +5,18 @@ from __future__ import annotations
 import math
 
 from scissordyn.kernel import kernel
-from scissordyn.laws.contact import Friction, JointContact
 from scissordyn.laws.friction.coefficients import (
     Kinetic,
     RampSpeed,
     Static,
+    StaticFriction,
     StribeckExponent,
     StribeckSpeed,
     Viscous,
-    static_coefficient,
+    viscous_limit,
 )
 from scissordyn.laws.friction.coulomb import direction
-from scissordyn.plugin.element import element, numbers
-from scissordyn.units import check_quantities
+from scissordyn.plugin.element import element
 
 
 @kernel
@@ -37,18 +36,13 @@ def force(slip_speed, normal_force, kinetic, static, stribeck_speed, stribeck_ex
     )
 
 
-def static_limit(slip_speed, normal_force, static, viscous):
-    """Largest |F_t| [N] that the law allows at slip speed v [m/s]."""
-    return normal_force * (static + viscous * abs(slip_speed))
-
-
 @element(
     name="stribeck",
     force=force,
-    limit=static_limit,
+    limit=viscous_limit,
     source="Stribeck 1902; Armstrong-Helouvry, Dupont, Canudas de Wit 1994, doi:10.1016/0005-1098(94)90209-7",
 )
-class Stribeck(Friction):
+class Stribeck(StaticFriction):
     r"""Static friction that falls to kinetic friction as sliding starts, and a viscous part.
 
     .. math:: F_t = F_n \left[g(v) \tanh\frac{v}{v_0} + \sigma_2 v\right],\quad g = \mu_k + (\mu_s - \mu_k) e^{-|v/v_s|^\gamma}
@@ -63,11 +57,3 @@ class Stribeck(Friction):
     stribeck_exponent: StribeckExponent = 2.0
     viscous: Viscous = 0.0
     ramp_speed: RampSpeed = 1e-4
-
-    def __post_init__(self) -> None:
-        check_quantities(self)
-        static_coefficient("Stribeck", self.kinetic, self.static)
-
-    def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """mu_s is computed unless given."""
-        return numbers(self, static=static_coefficient("Stribeck", self.kinetic, self.static))

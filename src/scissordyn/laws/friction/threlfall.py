@@ -6,7 +6,7 @@ import math
 from typing import Annotated
 
 from scissordyn.laws.contact import Friction
-from scissordyn.laws.friction.coefficients import Coefficient
+from scissordyn.laws.friction.coefficients import Coefficient, kinetic_limit
 from scissordyn.plugin.element import element
 from scissordyn.units import Quantity
 
@@ -16,12 +16,7 @@ def force(slip_speed, normal_force, kinetic, ramp_speed):
     return math.copysign(kinetic * normal_force * -math.expm1(-3.0 * abs(slip_speed) / ramp_speed), slip_speed)
 
 
-def static_limit(slip_speed, normal_force, kinetic):
-    """Largest |F_t| [N] that the law allows at slip speed v [m/s]."""
-    return kinetic * normal_force
-
-
-@element(name="threlfall", force=force, limit=static_limit, source="Threlfall 1978")
+@element(name="threlfall", force=force, limit=kinetic_limit, source="Threlfall 1978")
 class Threlfall(Friction):
     r"""Coulomb friction approached exponentially.
 

@@ -86,6 +86,14 @@ class Continued(Protocol):
         """The indentation [m] up to which the law itself holds."""
 
 
+class TangentElastic(Elastic):
+    """An elastic part with such a tangent, from the indentation that its kernels call `deepest`."""
+
+    def deepest(self, joint: JointContact) -> float:
+        """The indentation [m] from which the law goes on along its tangent."""
+        return self.parameters(joint)[self.declaration.numbers.index("deepest")]
+
+
 class Damping(Part):
     """A damping part: normal force [N] of the elastic part [N], delta [m], delta' and delta'(-) [m/s]; a pull is cut off."""
 

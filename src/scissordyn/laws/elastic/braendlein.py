@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from scissordyn.laws.contact import Elastic, JointContact
-from scissordyn.laws.elastic import power
+from scissordyn.laws.elastic import power_law
 from scissordyn.plugin.element import element
 
 
 @element(
     name="braendlein",
-    force=power.force,
-    energy=power.energy,
+    force=power_law.force,
+    energy=power_law.energy,
     small_contact=True,
     materials="steel",
     source="Braendlein, Eschmann, Hasbargen, Weigand 1995, Die Waelzlagerpraxis",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-from scissordyn.laws.contact import Elastic, JointContact
+from scissordyn.laws.contact import JointContact, TangentElastic
 from scissordyn.laws.elastic import logarithmic
 from scissordyn.plugin.element import element
 from scissordyn.units import Quantity
@@ -18,7 +18,7 @@ from scissordyn.units import Quantity
     small_contact=True,
     source=("Dubowsky, Freudenstein 1971, Dynamic Analysis of Mechanical Systems With Clearances; Goldsmith 1960, Impact"),
 )
-class DubowskyFreudenstein(Elastic):
+class DubowskyFreudenstein(TangentElastic):
     r"""A cylindrical pin in an elastic hole.
 
     .. math:: \delta = \frac{F(h_B+h_J)}{L_b} \left[\ln\frac{L_b^m c}{F R_B R_J (h_B+h_J)} + 1\right],\quad
@@ -39,7 +39,3 @@ class DubowskyFreudenstein(Elastic):
             joint.length ** (self.length_exponent - 1.0) * joint.clearance / (joint.bearing_radius * joint.journal_radius)
         )
         return logarithmic.row(softness, geometry * math.e / softness)
-
-    def deepest(self, joint: JointContact) -> float:
-        """The indentation [m] from which the law goes on along its tangent."""
-        return self.parameters(joint)[2]

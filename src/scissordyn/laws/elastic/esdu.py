@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from scissordyn.laws.contact import Elastic, JointContact
+from scissordyn.laws.contact import JointContact, TangentElastic
 from scissordyn.laws.elastic import logarithmic
 from scissordyn.plugin.element import element
 
@@ -16,7 +16,7 @@ from scissordyn.plugin.element import element
     small_contact=True,
     source=("ESDU 78035, Contact phenomena I, 1978; as given by Pereira et al. 2011, Nonlinear Dynamics 63, 681-697"),
 )
-class Esdu(Elastic):
+class Esdu(TangentElastic):
     r"""A cylinder in a cylindrical seat, after the engineering data item: Johnson's form with +1 in place of -1.
 
     .. math:: \delta = \frac{F(h_B+h_J)}{L_b} \left[\ln\frac{4 L_b c}{F(h_B+h_J)} + 1\right],\quad
@@ -29,7 +29,3 @@ class Esdu(Elastic):
         """The row of `logarithmic.row`."""
         softness = joint.compliance / (math.pi * joint.length)
         return logarithmic.row(softness, 4.0 * joint.clearance * math.e / softness)
-
-    def deepest(self, joint: JointContact) -> float:
-        """The indentation [m] from which the law goes on along its tangent."""
-        return self.parameters(joint)[2]

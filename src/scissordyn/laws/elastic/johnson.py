@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from scissordyn.laws.contact import Elastic, JointContact
+from scissordyn.laws.contact import JointContact, TangentElastic
 from scissordyn.laws.elastic import logarithmic
 from scissordyn.plugin.element import element
 
@@ -16,7 +16,7 @@ from scissordyn.plugin.element import element
     small_contact=True,
     source="Johnson 1985, Contact Mechanics, section 4.2, doi:10.1017/CBO9781139171731",
 )
-class Johnson(Elastic):
+class Johnson(TangentElastic):
     r"""A cylinder in a cylindrical seat, on the ascending branch of the curve.
 
     .. math:: \delta = \frac{f}{\pi E^*} \left[\ln\frac{4\pi E^* c}{f} - 1\right],\quad f = F/L_b
@@ -28,7 +28,3 @@ class Johnson(Elastic):
         """The row of `logarithmic.row`."""
         softness = 1.0 / (math.pi * joint.modulus * joint.length)
         return logarithmic.row(softness, 4.0 * joint.clearance / (softness * math.e))
-
-    def deepest(self, joint: JointContact) -> float:
-        """The indentation [m] from which the law goes on along its tangent."""
-        return self.parameters(joint)[2]

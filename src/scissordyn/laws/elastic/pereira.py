@@ -6,7 +6,7 @@ import math
 
 from scissordyn.errors import InputError
 from scissordyn.laws.contact import Elastic, JointContact
-from scissordyn.laws.elastic import power
+from scissordyn.laws.elastic import power_law
 from scissordyn.plugin.element import element
 
 CLEARANCES = (0.005, 0.34954, 10.0)  # Limits of the two pieces of the exponent, c in mm
@@ -14,8 +14,8 @@ CLEARANCES = (0.005, 0.34954, 10.0)  # Limits of the two pieces of the exponent,
 
 @element(
     name="pereira",
-    force=power.force,
-    energy=power.energy,
+    force=power_law.force,
+    energy=power_law.energy,
     source="Pereira, Ramalho, Ambrosio 2011, Nonlinear Dynamics 63, 681-697",
 )
 class Pereira(Elastic):

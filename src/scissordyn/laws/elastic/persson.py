@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from scissordyn.laws.contact import Elastic, JointContact
+from scissordyn.laws.contact import JointContact, TangentElastic
 from scissordyn.laws.elastic.quadrature import NODES, WEIGHTS
 from scissordyn.plugin.element import element
 
@@ -36,7 +36,7 @@ def energy(indentation, scale, clearance, deepest, last_force, last_stiffness):
 @element(
     name="persson", force=force, energy=energy, materials="same", source="Persson 1964, Chalmers; Ciavarella, Decuzzi 2001"
 )
-class Persson(Elastic):
+class Persson(TangentElastic):
     r"""A disc in a hole of almost its size, for arcs of contact that are not small; both of one material.
 
     .. math::
@@ -57,7 +57,3 @@ class Persson(Elastic):
         slope = (2.0 * q + 1.0 + ratio * (1.0 / (1.0 + q) + 4.0 * q)) / below
         # q = delta/(2 c + delta):  d q/d delta = (1 - q)^2/(2 c)
         return scale, c, 2.0 * c * q / (1.0 - q), scale * ratio, scale * slope * (1.0 - q) ** 2 / (2.0 * c)
-
-    def deepest(self, joint: JointContact) -> float:
-        """The indentation [m] from which the law goes on along its tangent."""
-        return self.parameters(joint)[2]

@@ -1,16 +1,25 @@
-"""A power law with given constants."""
+"""A power law with given constants, and its kernels, which all power laws share."""
 
 from __future__ import annotations
 
 from typing import Annotated
 
 from scissordyn.laws.contact import Elastic
-from scissordyn.laws.elastic import power
 from scissordyn.plugin.element import element
 from scissordyn.units import Quantity
 
 
-@element(name="power", force=power.force, energy=power.energy, source="definition; K as in Flores and co-workers 2006")
+def force(indentation, coefficient, exponent):
+    """Force [N] at indentation delta > 0 [m]."""
+    return coefficient * indentation**exponent
+
+
+def energy(indentation, coefficient, exponent):
+    """Work [J] to press in by delta [m]."""
+    return coefficient * indentation ** (exponent + 1.0) / (exponent + 1.0)
+
+
+@element(name="power", force=force, energy=energy, source="definition; K as in Flores and co-workers 2006")
 class PowerLaw(Elastic):
     r"""A spring that hardens with a constant exponent.
 

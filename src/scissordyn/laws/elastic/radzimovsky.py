@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-from scissordyn.laws.contact import Elastic, JointContact
+from scissordyn.laws.contact import JointContact, TangentElastic
 from scissordyn.laws.elastic import logarithmic
 from scissordyn.plugin.element import element
 from scissordyn.units import Quantity
@@ -18,7 +18,7 @@ from scissordyn.units import Quantity
     small_contact=True,
     source="Radzimovsky 1953, University of Illinois Engineering Experiment Station Bulletin 408",
 )
-class Radzimovsky(Elastic):
+class Radzimovsky(TangentElastic):
     r"""Two cylinders whose axes approach as the contact flattens to a strip of half width b.
 
     .. math:: \delta = \frac{f}{\pi E^*} \left[\tfrac{2}{3} + \ln\frac{4R_B}{b} + \ln\frac{4R_J}{b}\right],\quad
@@ -41,7 +41,3 @@ class Radzimovsky(Elastic):
         # 16 R_B R_J / b^2 = 16 c / (k_b^2 f/E*), since R_B R_J = R c; with k_b^2 = 4/pi the bracket is 2/3 + ln(4 pi E* c/f)
         argument = 16.0 * joint.clearance * joint.modulus * joint.length / self.half_width**2
         return logarithmic.row(softness, argument * math.exp(2.0 / 3.0))
-
-    def deepest(self, joint: JointContact) -> float:
-        """The indentation [m] from which the law goes on along its tangent."""
-        return self.parameters(joint)[2]

@@ -9,7 +9,7 @@ from bouncing import JOINT, at, bounce, row, step, work
 
 from scissordyn.errors import InputError
 from scissordyn.laws import catalogue
-from scissordyn.laws.damping import dashpot, proportional
+from scissordyn.laws.damping import kelvin_voigt, proportional
 from scissordyn.laws.damping.anagnostopoulos import Anagnostopoulos
 from scissordyn.laws.damping.exact import Exact, exact_factor, returned_restitution
 from scissordyn.laws.damping.gonthier import Gonthier
@@ -154,7 +154,7 @@ def test_kelvin_voigt():
     q = row(law)
     assert normal_force(at(law), 100.0, 1e-5, 0.5, 1.0, q) == pytest.approx(125.0, rel=1e-15)
     assert normal_force(at(law), 100.0, 1e-5, -3.0, 1.0, q) == 0.0
-    assert law.declaration.kernels["force"] is dashpot.force
+    assert law.declaration.kernels["force"] is kelvin_voigt.force
 
 
 @pytest.mark.parametrize("damping", catalogue.DAMPING.values(), ids=by_name)

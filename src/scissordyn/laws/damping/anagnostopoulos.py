@@ -6,13 +6,13 @@ import math
 from typing import Annotated
 
 from scissordyn.laws.contact import Damping, JointContact
-from scissordyn.laws.damping import dashpot
+from scissordyn.laws.damping import kelvin_voigt
 from scissordyn.laws.damping.proportional import PositiveRestitution
 from scissordyn.plugin.element import element
 from scissordyn.units import Quantity
 
 
-@element(name="anagnostopoulos", force=dashpot.force, restitution_range=(0.0, 1.0), source="Anagnostopoulos 1988")
+@element(name="anagnostopoulos", force=kelvin_voigt.force, restitution_range=(0.0, 1.0), source="Anagnostopoulos 1988")
 class Anagnostopoulos(Damping):
     r"""The linear dashpot that with a linear spring k gives the restitution coefficient c_e for an effective mass m.
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 
 from scissordyn.laws.damping import proportional
-from scissordyn.laws.damping.proportional import DampingFactor, PositiveRestitution, Restitution
+from scissordyn.laws.damping.proportional import DampingFactor, PositiveRestitution
 from scissordyn.plugin.element import element
 
-Range = tuple[float, float] | None
 WHOLE = (0.0, 1.0)
 """A source that offers its factor for every restitution; one that speaks of high restitution without a number has None."""
 
@@ -19,8 +18,6 @@ class HuntCrossley(DampingFactor):
 
     .. math:: \xi = \tfrac{3}{2} (1 - c_e)
     """
-
-    restitution: Restitution = 0.9
 
     @staticmethod
     def _xi(c: float) -> float:
@@ -36,8 +33,6 @@ class HerbertMcWhannell(DampingFactor):
     The citation could not be verified.
     """
 
-    restitution: Restitution = 0.9
-
     @staticmethod
     def _xi(c: float) -> float:
         return 6.0 * (1.0 - c) / ((2.0 * c - 1.0) ** 2 + 3.0)
@@ -52,8 +47,6 @@ class LeeWang(DampingFactor):
     The citation could not be verified.
     """
 
-    restitution: Restitution = 0.9
-
     @staticmethod
     def _xi(c: float) -> float:
         return 0.75 * (1.0 - c)
@@ -65,8 +58,6 @@ class LankaraniNikravesh(DampingFactor):
 
     .. math:: \xi = \tfrac{3}{4} (1 - c_e^2)
     """
-
-    restitution: Restitution = 0.9
 
     @staticmethod
     def _xi(c: float) -> float:
@@ -86,8 +77,6 @@ class ZhiyingQishao(DampingFactor):
 
     The citation could not be verified.
     """
-
-    restitution: Restitution = 0.9
 
     @staticmethod
     def _xi(c: float) -> float:
@@ -138,8 +127,6 @@ class CarvalhoMartins(DampingFactor):
 
     .. math:: \xi = \tfrac{3}{2} (1 - c_e) \frac{11 - c_e}{1 + 9c_e}
     """
-
-    restitution: Restitution = 0.9
 
     @staticmethod
     def _xi(c: float) -> float:

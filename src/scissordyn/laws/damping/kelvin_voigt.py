@@ -1,16 +1,20 @@
-"""Kelvin and Voigt's dashpot beside the spring."""
+"""Kelvin and Voigt's dashpot beside the spring, with the kernel of all linear dashpots."""
 
 from __future__ import annotations
 
 from typing import Annotated
 
 from scissordyn.laws.contact import Damping
-from scissordyn.laws.damping import dashpot
 from scissordyn.plugin.element import element
 from scissordyn.units import Quantity
 
 
-@element(name="kelvin-voigt", force=dashpot.force, source="Goldsmith 1960, Impact")
+def force(elastic, rate, coefficient):
+    """Normal force [N], not yet clipped, from the elastic part [N] and delta' [m/s]."""
+    return elastic + coefficient * rate
+
+
+@element(name="kelvin-voigt", force=force, source="Goldsmith 1960, Impact")
 class KelvinVoigt(Damping):
     r"""A linear dashpot with a given constant.
 

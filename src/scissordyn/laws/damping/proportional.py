@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Annotated
 
 from scissordyn.laws.contact import Damping, JointContact
@@ -12,10 +13,11 @@ PositiveRestitution = Annotated[float, Quantity("1", minimum=1e-3, maximum=1.0, 
 """For factors that grow as 1/c_e; impacts that return less than a thousandth of their speed are beyond these laws."""
 
 
+@dataclass(frozen=True)
 class DampingFactor(Damping):
     """A damping factor found from a restitution; a law adds its name, source, range and formula."""
 
-    restitution: float
+    restitution: Restitution = 0.9
 
     @staticmethod
     def _xi(c: float) -> float:

@@ -18,8 +18,6 @@ from scissordyn.mechanics.rail import NX, NY, SCALARS, add_rail_force, linearise
 from scissordyn.mechanics.rotation import relative_angle
 from scissordyn.mechanics.time_function import motion_at
 
-_ACTUATOR, _AXIS, _RAIL = ACTUATOR.code, AXIS.code, RAIL.code
-
 TIME, FACTOR, MODE, APPROACH_SPEED, FACTOR_RATE, DIFFERENCES, REACTION = range(7)  # Places of `declaration.CONTEXT`
 
 DIFFERENCE = 1e-7
@@ -57,7 +55,7 @@ def write_context(t, i, S):
 @kernel
 def sense(i, S, maps):
     """Write coordinates and rates of the port of component i."""
-    if S.model.component_port[i] == _RAIL:
+    if S.model.component_port[i] == RAIL.code:
         sense_rail(i, S, maps)
         return
     _, _, ax, ay, bx, by, _, _, _, _, _, _ = maps
@@ -97,12 +95,12 @@ def add_component(t, i, S, z, dz):
     """Add the forces of component i to Work.force, write its results and powers, and the rates of its states into dz."""
     M, W = S.model, S.work
     element, port, out = S.parameters.contact.size + i, M.component_port[i], W.result[i]
-    if port == _AXIS:
+    if port == AXIS.code:
         add_flexible_bar(t, i, S)
         return
     maps = map_values(element, S)
     sense(i, S, maps)
-    if port == _ACTUATOR:
+    if port == ACTUATOR.code:
         out[0] = actuator_torque(t, i, S, maps, z, dz)
     else:
         if M.force_kernel[i] == 0:
@@ -115,7 +113,7 @@ def add_component(t, i, S, z, dz):
     for k in range(forces):
         power += out[k] * W.coordinate_rates[i, k]
     power *= M.component_sense[i]
-    if port == _RAIL:
+    if port == RAIL.code:
         scalars = W.rail[SCALARS]
         write_wrench(element, S, out[0] * scalars[NX], out[0] * scalars[NY], 0.0, 0.0)
         add_rail_force(element, i, S, out[0])
@@ -190,14 +188,14 @@ def linearise_component(t, i, S, z, dt, first_state):
     """
     M, W = S.model, S.work
     element, port = S.parameters.contact.size + i, M.component_port[i]
-    if port == _AXIS:
+    if port == AXIS.code:
         linearise_flexible_bar(t, i, S, dt)
         return
     maps = map_values(element, S)
     K, D, G, R = W.by_map, W.by_map_rate, W.gradient_q, W.gradient_v
     K[:, :] = 0.0
     D[:, :] = 0.0
-    if port == _ACTUATOR:
+    if port == ACTUATOR.code:
         W.result[i, 0] = linearise_actuator(t, i, S, z, dt, first_state)
         add_port_curvature(port, W.coordinates[i], W.result[i], G, K)
     elif M.force_kernel[i] != 0:
@@ -205,7 +203,7 @@ def linearise_component(t, i, S, z, dt, first_state):
         write_context(t, i, S)
         evaluate(i, S, z, M.force_kernel[i], W.result[i])
         port_slopes(t, i, S, z)
-        if port == _RAIL:
+        if port == RAIL.code:
             linearise_rail(element, i, S, W.result[i, 0], W.slope[0, 0], W.slope[0, 1])
             return
         write_port_gradients(port, maps, G, R)

@@ -12,8 +12,6 @@ from scissordyn.mechanics import band
 from scissordyn.mechanics.constraint_part import part_slope, part_value
 from scissordyn.mechanics.time_function import motion_at, piece_time, prescribe
 
-_band_factorize, _band_solve = band.factorize, band.solve
-
 DRIFT = 1e-13  # Constraints and their rates are projected back beyond this relative error
 
 SUSPECT = 0.1
@@ -148,7 +146,7 @@ def factorize_constraints(S):
         W.gram[k, lower] += W.inactive[k]
     if W.gram.shape[0] == 1:
         return -1 if W.gram[0, 0] > 0.0 else 0
-    return _band_factorize(W.gram, lower, upper, W.gram_pivots)
+    return band.factorize(W.gram, lower, upper, W.gram_pivots)
 
 
 @kernel
@@ -158,7 +156,7 @@ def solve_constraints(S, values):
     if values.size == 1:
         values[0] /= W.gram[0, 0]
     elif values.size > 1:
-        _band_solve(W.gram, M.band_limits[2], W.gram_pivots, values)
+        band.solve(W.gram, M.band_limits[2], W.gram_pivots, values)
 
 
 @kernel

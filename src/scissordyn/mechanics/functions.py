@@ -11,13 +11,6 @@ from scissordyn.mechanics.latch import engage
 from scissordyn.mechanics.rotation import count_turns
 from scissordyn.mechanics.system import open_system
 
-_accelerate, _linearise, _record = equations.accelerate, equations.linearise, equations.record_signals
-_factorize, _solve = reaction_slopes.factorize, reaction_slopes.solve
-_write_slopes, _add_time_slopes = reaction_slopes.write_slopes, reaction_slopes.add_time_slopes
-_singular_ahead = constraint_solver.singular_ahead
-_project, _monitor, _probe = constraint_solver.project, monitored.monitor, monitored.probe
-_guards, _guard, _reset, _touch = guards_of.guards, guards_of.guard, guards_of.reset, guards_of.touch
-
 LARGEST_TURN = 1.0
 """A step ends before the fastest body has turned by this [rad] at its present speed, so that turns are counted rightly."""
 
@@ -38,7 +31,7 @@ AFTER_BREAK = 1e-3
 @entry
 def rate(t: float, y: F1, address: int, dy: F1) -> None:
     """See `equations.accelerate`."""
-    _accelerate(t, y, open_system(address), dy)
+    equations.accelerate(t, y, open_system(address), dy)
 
 
 @entry
@@ -47,22 +40,22 @@ def linearise(t: float, y: F1, address: int, dy: F1, dt: F1) -> None:
     S = open_system(address)
     reactions = S.friction.rates.size > 0
     if reactions:
-        _write_slopes(t, y, S)
-    _linearise(t, y, S, dy, dt)
+        reaction_slopes.write_slopes(t, y, S)
+    equations.linearise(t, y, S, dy, dt)
     if reactions:
-        _add_time_slopes(S, dt)
+        reaction_slopes.add_time_slopes(S, dt)
 
 
 @entry
 def factorize(hg: float, address: int) -> int:
     """See `step_matrix.factorize` and `reaction_slopes`."""
-    return _factorize(hg, open_system(address))
+    return reaction_slopes.factorize(hg, open_system(address))
 
 
 @entry
 def solve(r: F1, address: int) -> None:
     """See `step_matrix.solve` and `reaction_slopes`."""
-    _solve(r, open_system(address))
+    reaction_slopes.solve(r, open_system(address))
 
 
 @entry
@@ -72,13 +65,13 @@ def accept(t: float, y: F1, address: int, answer: F1) -> None:
     Close to a singular position it writes minus the time to it, for a caller that can step across it: W.near[3] is finite.
     """
     S = open_system(address)
-    answer[0] = 1.0 if _project(t, y, S) else 0.0
+    answer[0] = 1.0 if constraint_solver.project(t, y, S) else 0.0
     fastest = count_turns(S)
     turn = LARGEST_TURN if y.size > 0 else LARGEST_DRIVEN_TURN
     longest = turn / fastest if fastest > 0.0 else math.inf
     across = -1.0
     if t > S.work.near[3]:
-        ahead = _singular_ahead(fastest, S)
+        ahead = constraint_solver.singular_ahead(fastest, S)
         if ahead < math.inf:
             longest = min(longest, 0.5 * ahead)
             if S.work.near[1] < SINGULAR and ahead <= LOOK * (t - S.work.near[2]):
@@ -112,43 +105,43 @@ def activate(address: int) -> None:
 @entry
 def guards(t: float, y: F1, address: int, value: F1, rate: F1) -> None:
     """See `guard.guards`."""
-    _guards(t, y, open_system(address), value, rate)
+    guards_of.guards(t, y, open_system(address), value, rate)
 
 
 @entry
 def guard(t: float, y: F1, k: int, address: int, value: F1, rate: F1) -> None:
     """See `guard.guard`."""
-    _guard(t, y, k, open_system(address), value, rate)
+    guards_of.guard(t, y, k, open_system(address), value, rate)
 
 
 @entry
 def reset(t: float, y: F1, guard: int, address: int, data: F1) -> bool:
     """See `guard.reset`."""
-    return _reset(t, y, guard, open_system(address), data)
+    return guards_of.reset(t, y, guard, open_system(address), data)
 
 
 @entry
 def touch(t: float, y: F1, guard: int, address: int, data: F1) -> None:
     """See `guard.touch`."""
-    _touch(t, y, guard, open_system(address), data)
+    guards_of.touch(t, y, guard, open_system(address), data)
 
 
 @entry
 def monitor(t: float, y: F1, address: int, power: F1, rows: F2) -> None:
     """See `monitored.monitor`."""
-    _monitor(t, y, open_system(address), power, rows)
+    monitored.monitor(t, y, open_system(address), power, rows)
 
 
 @entry
 def probe(t: float, y: F1, row: int, address: int, dy: F1, out: F1) -> None:
     """See `monitored.probe`."""
-    _probe(t, y, row, open_system(address), dy, out)
+    monitored.probe(t, y, row, open_system(address), dy, out)
 
 
 @entry
 def record(t: float, y: F1, address: int, signals: F1) -> None:
     """See `equations.record_signals`."""
-    _record(t, y, open_system(address), signals)
+    equations.record_signals(t, y, open_system(address), signals)
 
 
 FUNCTIONS = {

@@ -48,8 +48,6 @@ from scissordyn.mechanics.hard_rows import (
 )
 from scissordyn.mechanics.impulse_solver import solve_impulses
 
-factorize, solve = band.factorize, band.solve
-
 DEEP = 1e-6
 """Gap or indentation of a contact that stays closed, as a fraction of the clearance, beyond which positions are moved back."""
 
@@ -471,9 +469,9 @@ def move_back(new, S, H):
             H.band[at, reach] *= 1.0 + LEAST_SQUARES
         if not moves:
             H.shift[at], H.band[at, reach] = 0.0, 1.0
-    if factorize(H.band, reach, reach, H.pivots) >= 0:
+    if band.factorize(H.band, reach, reach, H.pivots) >= 0:
         return
-    solve(H.band, reach, H.pivots, H.shift)
+    band.solve(H.band, reach, H.pivots, H.shift)
     for a in range(m + 2 * H.which.size):
         if H.shift[H.place[a]] != 0.0:
             add_row(a, m, H.shift[H.place[a]], new, 0, S, H)

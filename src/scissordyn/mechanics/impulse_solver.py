@@ -49,8 +49,6 @@ COUNTS = 7
 
 DEPENDS = 1e-6  # Pivot over diagonal below which a row depends on others
 
-_factorize, _solve, eliminate, substitute = band.factorize, band.solve, band.eliminate, band.substitute
-
 
 @kernel
 def solve_impulses(m, y, S, H):
@@ -149,8 +147,8 @@ def solve_modes(m, H):
     write_equations(m, first, H)
     H.since[0] = size
     # the rows before the first that changed keep their factors
-    if eliminate(H.band, reach, first, H.right) < 0:
-        substitute(H.band, reach, H.right, H.impulse)
+    if band.eliminate(H.band, reach, first, H.right) < 0:
+        band.substitute(H.band, reach, H.right, H.impulse)
         follow(H)
         if accurate(m, H):
             return True
@@ -158,9 +156,9 @@ def solve_modes(m, H):
     H.since[0] = 0
     for a in range(size):
         H.impulse[a] = H.right[a]
-    if _factorize(H.band, reach, reach, H.pivots) >= 0:
+    if band.factorize(H.band, reach, reach, H.pivots) >= 0:
         return False
-    _solve(H.band, reach, H.pivots, H.impulse)
+    band.solve(H.band, reach, H.pivots, H.impulse)
     follow(H)
     return True
 

@@ -24,8 +24,6 @@ from scissordyn.mechanics.force_element import add_forces, map_values, write_wre
 from scissordyn.mechanics.port import port_forces, port_wrench
 from scissordyn.mechanics.reactions import REDUNDANT, sides_of_one, solve_sides
 
-_factorize, _solve = band.factorize, band.solve
-
 CLOSE = 1e-13  # Change of the reactions, relative to the largest one, at which they are found
 MOST = 50  # Steps of Newton's method; a jam is where they do not suffice
 
@@ -195,12 +193,12 @@ def balance_sizes(R):
                 if second >= 0:
                     slope += eb * R.reaction[second, k + 1]
                 R.slope[j, k - j + lower] = (1.0 if j == k else 0.0) - slope
-        if _factorize(R.slope, lower, lower, R.pivots) >= 0:
+        if band.factorize(R.slope, lower, lower, R.pivots) >= 0:
             return False
         sign = 1.0
         for j in range(f):
             sign *= (1.0 if R.slope[j, lower] > 0.0 else -1.0) * (1.0 if R.pivots[j] == j else -1.0)
-        _solve(R.slope, lower, R.pivots, R.step)
+        band.solve(R.slope, lower, R.pivots, R.step)
         for j in range(f):
             R.size[j] += R.step[j]
             most = max(most, abs(R.step[j]))

@@ -41,8 +41,6 @@ multiplier of a constraint."""
 
 OF_CONTACT = PRESSURE_VELOCITY, INDENTATION, FRICTION_RATIO, CONTACT_FORCE  # Kinds that one contact alone determines
 
-_RESULTS = RESULTS
-
 EXCEEDED = 1.05  # Friction over its static limit above which the limit counts as exceeded
 
 
@@ -205,7 +203,7 @@ def write_row(t, row, S, out):
     elif kind == TRACK_DEVIATION:
         size = track_deviation(t, which, S)
     elif kind == COMPONENT_OUTPUT:
-        size = W.result[which // _RESULTS, which % _RESULTS]
+        size = W.result[which // RESULTS, which % RESULTS]
     elif kind == JOINT_FORCE:
         size = joint_force(which, S)
     elif mode[which] == 1:

@@ -20,9 +20,6 @@ from scissordyn.mechanics.monitored import constraint_forces, drive_torque
 from scissordyn.mechanics.rotation import counted_angle, rotation_direction
 from scissordyn.mechanics.system import CONTACT_RESULT, RESULTS, open_system
 
-_AXIS = AXIS.code
-
-
 ContactRows = Annotated[np.ndarray, ArrayType(CONTACT_RESULT, 2)]
 
 
@@ -151,7 +148,7 @@ def write_energies(at, t, y, S, R):
         elif S.state.mode[j] == 1:
             elastic += elastic_energy(law.energy, law.stiffness, W.contact[j].depth, S.parameters.elastic[j])
     for i in range(W.stored_energy.size):
-        stored += flexible_bar_energy(t, i, S) if M.component_port[i] == _AXIS else W.stored_energy[i]
+        stored += flexible_bar_energy(t, i, S) if M.component_port[i] == AXIS.code else W.stored_energy[i]
     R.kinetic[at], R.potential[at], R.elastic[at], R.stored[at] = kinetic, potential, elastic, stored
 
 

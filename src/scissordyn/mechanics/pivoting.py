@@ -24,8 +24,6 @@ TIED = 1e-12  # Ratios that differ by this part of themselves are equal
 NOTHING = 1e-12  # Impulse, relative to the largest, that is round-off
 BELOW = 1e-9  # Friction below its limit by this part of it is that of surfaces that stick
 
-_factorize, _solve = band.factorize, band.solve
-
 
 def table_shape(contacts: int) -> tuple[int, int]:
     """Rows and columns of the table for so many contacts."""
@@ -74,10 +72,10 @@ def unit_impulses(m, count, H):
         H.band[b, reach] += mass
         H.units[2 * count, a], H.units[2 * count, b] = 0.0, mass * H.lag[i] - turned * H.free[b]
         H.units[c, a], H.units[count + c, b] = 1.0, mass
-    if _factorize(H.band, reach, reach, H.pivots) >= 0:
+    if band.factorize(H.band, reach, reach, H.pivots) >= 0:
         return False
     for c in range(2 * count + 1):
-        _solve(H.band, reach, H.pivots, H.units[c])
+        band.solve(H.band, reach, H.pivots, H.units[c])
     return True
 
 

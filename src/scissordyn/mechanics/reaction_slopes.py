@@ -19,8 +19,6 @@ from scissordyn.mechanics.equations import accelerate
 
 LEAST = 1e-11  # Least step of a state of no scale [m]
 
-_band_factorize, _band_solve = band.factorize, band.solve
-
 
 @kernel
 def write_slopes(t, y, S):
@@ -83,7 +81,7 @@ def factorize(hg, S):
             for i in range(states):
                 total -= R.by_state[j, i] * R.rates[i]
             R.share[j, k - j + f - 1] = total
-    return _band_factorize(R.share, f - 1, f - 1, R.share_pivots)
+    return band.factorize(R.share, f - 1, f - 1, R.share_pivots)
 
 
 @kernel
@@ -99,7 +97,7 @@ def solve(r, S):
         for i in range(states):
             total += R.by_state[k, i] * r[i]
         R.upper[k] = total
-    _band_solve(R.share, f - 1, R.share_pivots, R.upper)
+    band.solve(R.share, f - 1, R.share_pivots, R.upper)
     for k in range(f):
         for i in range(states):
             r[i] += R.upper[k] * R.solved[k, i]

@@ -18,8 +18,6 @@ from scissordyn.mechanics.band import width
 if TYPE_CHECKING:
     from scissordyn.mechanics.outputs import Record
 
-_factorize, _solve = band.factorize, band.solve
-
 REDUNDANT = 1e-8
 """Below this ratio of pivots a closer look tells which reactions are determined.
 
@@ -200,19 +198,19 @@ def careful(reach, lanes, lane, matrix, load, full, pivots, work, probe, x):
     shift = SHIFT * scale
     for row in range(size):
         full[row, reach] += shift
-    _factorize(full, reach, reach, pivots)
-    _solve(full, reach, pivots, x)
+    band.factorize(full, reach, reach, pivots)
+    band.solve(full, reach, pivots, x)
     for _ in range(REFINEMENTS):
         for row in range(size):
             x[row] = work[row] + shift * x[row]
-        _solve(full, reach, pivots, x)
+        band.solve(full, reach, pivots, x)
     for vector in range(PROBES):
         for row in range(size):
             probe[row] = math.cos((vector + 1.0) * row * row + vector + 1.0)  # as good as random
         for _ in range(2):
             for row in range(size):
                 probe[row] *= shift
-            _solve(full, reach, pivots, probe)
+            band.solve(full, reach, pivots, probe)
         for row in range(size):
             if not abs(probe[row]) < TOUCHED:
                 x[row] = math.nan

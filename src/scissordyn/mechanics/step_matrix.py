@@ -16,8 +16,6 @@ from scissordyn.kernel import kernel
 from scissordyn.mechanics import band
 from scissordyn.mechanics.constraint_part import part_bend, part_curvature, part_slope
 
-_band_factorize, _band_solve = band.factorize, band.solve
-
 LEAST_PIVOT = 0.1
 """Of 1/hg: a state that grows faster than this allows is not eliminated; the step is to be made again with a smaller size."""
 
@@ -52,7 +50,7 @@ def factorize(hg, S):
     singular = add_elements(hg, S)
     if singular >= 0:
         return singular
-    return _band_factorize(W.band, lower, M.band_limits[1], W.pivots)
+    return band.factorize(W.band, lower, M.band_limits[1], W.pivots)
 
 
 @kernel
@@ -211,7 +209,7 @@ def solve(r, S):
         column, prescribed = place[M.pair[q, 1]], W.given[M.pair[q, 1]]
         for row in range(max(0, column - upper), min(last, column + lower) + 1):
             work[row] -= W.aside[row, column - row + lower] * prescribed
-    _band_solve(W.band, lower, W.pivots, work[: last + 1])
+    band.solve(W.band, lower, W.pivots, work[: last + 1])
     for i in range(n):
         value = W.unknown_factor[i] * work[place[i]] + W.given_factor[i] * W.given[i]
         r[n + i] = value

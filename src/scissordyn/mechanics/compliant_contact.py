@@ -17,7 +17,7 @@ from scissordyn.kernel import call_at, kernel
 from scissordyn.laws.evaluate import elastic_force, friction_force, rate_in_range
 from scissordyn.mechanics.hard_elastic import law_at, law_depth, prepare_law
 from scissordyn.mechanics.hard_result import CLOSED
-from scissordyn.mechanics.hard_rows import SLIP, differ, effective_mass
+from scissordyn.mechanics.hard_rows import SLIP, differ, effective_mass, largest_impulse
 
 RESOLVED = 0.2  # Step times the angular frequency of a compliant contact
 LONGER = 1.5  # A step that is this many times longer than that is made anew
@@ -134,10 +134,7 @@ def begin_laws(i, m, y, S, H):
 @kernel
 def laws_fit(m, y, S, H):
     """Whether impulses agree with the laws of all compliant contacts; where they do not these are linearised anew."""
-    fits, h, largest = True, H.size[0], 0.0
-    for i in range(H.which.size):
-        if H.closed[i] == 1:
-            largest = max(largest, H.impulse[H.place[m + 2 * i]])
+    fits, h, largest = True, H.size[0], largest_impulse(m, H)
     for i in range(H.which.size):
         if H.closed[i] == 0 or H.compliant[i] == 0:
             continue

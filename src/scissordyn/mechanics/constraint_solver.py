@@ -172,6 +172,29 @@ def subtract_gradients(S, values, target, first):
 
 
 @kernel
+def rod_force(k, scale, multiplier, S):
+    """Force on the end of a rod whose constraint is k, from the multipliers: -lambda d with d the map of its only part."""
+    M, direction, part = S.model, S.work.direction, 0
+    while M.part_start[part] != M.constraint_start[k]:
+        part += 1
+    factor = -multiplier[k] / scale
+    return factor * direction[part, 0], factor * direction[part, 1]
+
+
+@kernel
+def value_errors(S):
+    """Write the errors of the constraints into Work.work; returns the largest one."""
+    M, W, worst = S.model, S.work, 0.0
+    for k in range(W.multiplier.size):
+        W.work[k] = -W.value[0, k]
+    for p in range(M.part_constraint.size):
+        W.work[M.part_constraint[p]] += W.part_weight[p] * part_value(p, S)
+    for k in range(W.multiplier.size):
+        worst = max(worst, abs(W.work[k]))
+    return worst
+
+
+@kernel
 def velocity_errors(S):
     """Write the errors in the rates of the constraints into Work.work; returns the largest rate of a map."""
     M, W = S.model, S.work
@@ -200,14 +223,7 @@ def project(t, y, S):
     # positions by Newton's method, the first of (R7)
     for _ in range(REPETITIONS):
         map_directions(S, W.X, W.direction)
-        worst = 0.0
-        for k in range(m):
-            W.work[k] = -W.value[0, k]
-        for p in range(M.part_constraint.size):
-            W.work[M.part_constraint[p]] += W.part_weight[p] * part_value(p, S)
-        for k in range(m):
-            worst = max(worst, abs(W.work[k]))
-        if not worst > DRIFT or factorize_constraints(S) >= 0:
+        if not value_errors(S) > DRIFT or factorize_constraints(S) >= 0:
             break
         solve_constraints(S, W.work[:m])
         subtract_gradients(S, W.work, y, 0)
@@ -284,3 +300,15 @@ def singular_ahead(fastest, S):
     map_directions(S, W.X, W.direction)
     factorize_constraints(S)
     return -measure / rate if rate < 0.0 else math.inf
+
+
+@kernel
+def engage(S):
+    """Activate the constraints of latches, or not, as their modes say."""
+    M, W = S.model, S.work
+    for latch in range(M.latch.shape[0]):
+        k, p, component = M.latch[latch, 0], M.latch[latch, 1], M.latch[latch, 2]
+        locked = float(S.state.mode[M.component_guard[component]])
+        W.inactive[k] = 1.0 - locked
+        W.part_weight[p] = locked * M.part_full[p]
+        W.part_weight[p + 1] = locked * M.part_full[p + 1]

@@ -24,8 +24,7 @@ from scissordyn.mechanics.constraint_solver import (
     solve_constraints,
     subtract_gradients,
 )
-from scissordyn.mechanics.contact import contact_forces
-from scissordyn.mechanics.contact_slopes import linearise_contact
+from scissordyn.mechanics.contact import contact_forces, linearise_contact
 from scissordyn.mechanics.joint_friction import find_reactions
 from scissordyn.mechanics.step_matrix import acts
 

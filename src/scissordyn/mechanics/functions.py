@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 
-from scissordyn.kernel import F1, F2, entry
-from scissordyn.mechanics import constraint_solver, equations, monitored, reaction_slopes
+from scissordyn.kernel import F1, F2, entry, kernel
+from scissordyn.mechanics import constraint_solver, equations, hard_contact, hard_powers, monitored, reaction_slopes
 from scissordyn.mechanics import guard as guards_of
-from scissordyn.mechanics.latch import engage
+from scissordyn.mechanics import hard_impact as impacts
+from scissordyn.mechanics.hard_rows import open_hard
 from scissordyn.mechanics.rotation import count_turns
 from scissordyn.mechanics.system import open_system
 
@@ -99,7 +100,7 @@ def accept(t: float, y: F1, address: int, answer: F1) -> None:
 @entry
 def activate(address: int) -> None:
     """Let the constraints of latches be active as their modes say."""
-    engage(open_system(address))
+    constraint_solver.engage(open_system(address))
 
 
 @entry
@@ -157,3 +158,43 @@ FUNCTIONS = {
     "probe": probe,
     "record": record,
 }
+
+
+@kernel
+def hard_step(t, h, y, new, address, hard):
+    """See `hard_contact.hard_step`."""
+    hard_contact.hard_step(t, h, y, new, open_system(address), open_hard(hard))
+
+
+@kernel
+def hard_restore(hard):
+    """See `hard_contact.restore`."""
+    hard_contact.restore(open_hard(hard))
+
+
+@kernel
+def hard_guards_ahead(t, y, address, hard, value, rate):
+    """See `hard_contact.guards_ahead`."""
+    hard_contact.guards_ahead(t, y, value, rate, open_system(address), open_hard(hard))
+
+
+@kernel
+def hard_impact(t, h, y, address, hard):
+    """See `hard_impact.hard_impact`."""
+    impacts.hard_impact(t, h, y, open_system(address), open_hard(hard))
+
+
+@kernel
+def hard_monitor(t, h, y, address, hard, power, rows):
+    """See `hard_powers.hard_monitor`."""
+    hard_powers.hard_monitor(t, h, y, open_system(address), open_hard(hard), power, rows)
+
+
+HARD_FUNCTIONS = {
+    "step": hard_step,
+    "restore": hard_restore,
+    "guards_ahead": hard_guards_ahead,
+    "impact": hard_impact,
+    "monitor": hard_monitor,
+}
+"""Of time stepping with hard contacts, by the names that its loop calls."""

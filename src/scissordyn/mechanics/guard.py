@@ -8,6 +8,7 @@ from scissordyn.kernel import kernel
 from scissordyn.mechanics.component import component_gap, switch_loss
 from scissordyn.mechanics.constraint_part import part_slope
 from scissordyn.mechanics.constraint_solver import (
+    engage,
     expand,
     expand_element,
     factorize_constraints,
@@ -17,7 +18,6 @@ from scissordyn.mechanics.constraint_solver import (
     velocity_residual,
 )
 from scissordyn.mechanics.contact import begin_contact, end_contact, gap
-from scissordyn.mechanics.latch import engage
 from scissordyn.mechanics.system import APPROACH_FLOOR
 
 LOCKED = 1e-9  # A latch has locked when the rates of all constraints vanish within this fraction of the fastest rate

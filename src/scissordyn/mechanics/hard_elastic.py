@@ -19,7 +19,7 @@ from __future__ import annotations
 from scissordyn.kernel import kernel
 from scissordyn.laws.evaluate import elastic_energy, elastic_force
 from scissordyn.mechanics.hard_result import CLOSED
-from scissordyn.mechanics.hard_rows import differ
+from scissordyn.mechanics.hard_rows import differ, largest_impulse
 
 FLOOR = 1e-3  # Indentation, as a fraction of the clearance, below which the law is taken as linear
 MISFIT = 1e-2  # Part of a force by which the linearised law may miss the law
@@ -79,10 +79,7 @@ def prepare_law(i, at, H):
 @kernel
 def law_fits(m, H):
     """Whether impulses agree with the law of all elastic contacts that keep their mode; where not it is linearised anew."""
-    fits, h, largest = True, H.size[0], 0.0
-    for i in range(H.which.size):
-        if H.closed[i] == 1:
-            largest = max(largest, H.impulse[H.place[m + 2 * i]])
+    fits, h, largest = True, H.size[0], largest_impulse(m, H)
     for i in range(H.which.size):
         if H.closed[i] == 0 or H.yields[i] == 0 or H.compliant[i] == 1 or H.asked[i] != H.mode[i]:
             continue

@@ -1,4 +1,4 @@
-"""Hard contacts of a mechanism, and the rows of the equations for their impulses: products, and effective masses."""
+"""Hard contacts of a mechanism, and the equations for their impulses: rows, products, effective masses, modes."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ OPEN, STICK, SLIP = range(3)  # Modes of a contact; `SLIP` with P_T = mu P_N, `S
 
 ROUND_OFF = 1e-24  # Square of the velocity along N for a unit impulse, over the largest one of a step, that is round-off
 IMMOBILE = 1e-12  # What a contact yields along T at least, over what it does along N, for the same impulse
+COMPLIANCE = 1e-11  # Of surfaces, as a part of what a free journal would yield, where rows depend on each other
 
 
 class HardContacts(NamedTuple):
@@ -280,6 +281,76 @@ def row_product(a, vector, H):
 
 
 @kernel
+def largest_impulse(m, H):
+    """The largest normal impulse of a contact that is closed."""
+    largest = 0.0
+    for i in range(H.which.size):
+        if H.closed[i] == 1:
+            largest = max(largest, H.impulse[H.place[m + 2 * i]])
+    return largest
+
+
+@kernel
 def differ(i, m, H):
     """Note that the equations of contact i are no longer those that are factorized."""
     H.since[0] = min(H.since[0], H.place[m + 2 * i], H.place[m + 2 * i + 1])
+
+
+@kernel
+def write_equations(m, first, H):
+    """Write the equations of the present modes from one row on."""
+    size, reach = H.place.size, H.reach[0]
+    for a in range(first, size):
+        for k in range(2 * reach + 1):
+            H.band[a, k] = H.gram[a, k]
+        for k in range(2 * reach + 1, H.band.shape[1]):
+            H.band[a, k] = 0.0
+        H.right[a] = -H.free[a]
+        if H.gram[a, reach] == 0.0:  # an open latch or contact, a component that does not damp
+            H.band[a, reach] = 1.0
+            H.right[a] = 0.0
+    for i in range(H.which.size):
+        a, b = H.place[m + 2 * i], H.place[m + 2 * i + 1]
+        if H.closed[i] == 1 and a >= first:
+            write_normal(i, a, H)
+        if H.closed[i] == 1 and b >= first:
+            write_tangential(i, a, b, H)
+
+
+@kernel
+def write_normal(i, a, H):
+    """Write the row N of a closed contact."""
+    if H.mode[i] == OPEN:
+        only(a, H)
+        return
+    H.band[a, H.reach[0]] = H.band[a, H.reach[0]] * (1.0 + COMPLIANCE) + H.compliance[i]
+    H.right[a] = -H.free[a] - H.offset[i]
+
+
+@kernel
+def write_tangential(i, a, b, H):
+    """Write the row T of a closed contact, whose row N is a."""
+    reach = H.reach[0]
+    if H.mode[i] == OPEN:
+        only(b, H)
+        return
+    if H.mode[i] == STICK:
+        H.band[b, reach] *= 1.0 + COMPLIANCE
+        return
+    sign = 1.0 if H.mode[i] == SLIP else -1.0
+    # P_T + turning_mass U_T = lag + friction, times G_TT
+    mass, turned = H.gram[b, reach], H.turning_mass[i] * H.gram[b, reach]
+    for k in range(2 * reach + 1):
+        H.band[b, k] = turned * H.gram[b, k]
+    H.band[b, reach] += mass
+    H.band[b, a - b + reach] -= sign * H.friction[i] * mass
+    H.right[b] = mass * H.lag[i] - turned * H.free[b]
+
+
+@kernel
+def only(a, H):
+    """Make row a of the equations a diagonal one without a right-hand side."""
+    for k in range(2 * H.reach[0] + 1):
+        H.band[a, k] = 0.0
+    H.band[a, H.reach[0]] = 1.0
+    H.right[a] = 0.0

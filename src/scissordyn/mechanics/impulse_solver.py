@@ -15,8 +15,7 @@ from scissordyn.kernel import kernel
 from scissordyn.mechanics import band
 from scissordyn.mechanics.compliant_contact import begin_laws, laws_fit
 from scissordyn.mechanics.hard_elastic import law_fits, prepare_law
-from scissordyn.mechanics.hard_rows import OPEN, SLIP, STICK, differ, row_product
-from scissordyn.mechanics.impulse_equations import write_equations
+from scissordyn.mechanics.hard_rows import OPEN, SLIP, STICK, differ, row_product, write_equations
 from scissordyn.mechanics.pivoting import pivot
 
 MOST = 40  # Steps of Newton's method before Lemke's pivoting

@@ -19,7 +19,7 @@ from scissordyn.mechanics import band
 from scissordyn.mechanics.bending_loads import load_bending
 from scissordyn.mechanics.body_maps import load_couplings, mapped, push
 from scissordyn.mechanics.component import REACTION, evaluate, sense, write_context
-from scissordyn.mechanics.constraint_solver import solve_constraints, subtract_gradients
+from scissordyn.mechanics.constraint_solver import rod_force, solve_constraints, subtract_gradients
 from scissordyn.mechanics.force_element import add_forces, map_values, write_wrench
 from scissordyn.mechanics.port import port_forces, port_wrench
 from scissordyn.mechanics.reactions import REDUNDANT, sides_of_one, solve_sides
@@ -103,12 +103,7 @@ def load_bodies(lane, multiplier, S):
     for e in range(0 if lane == 0 else acting, B.body.shape[0]):
         fx = fy = torque_a = torque_b = 0.0
         if e >= acting:
-            k = B.rod[e - acting]
-            part = 0
-            while M.part_start[part] != M.constraint_start[k]:
-                part += 1
-            factor = -multiplier[k] / B.rod_scale[e - acting]
-            fx, fy = factor * W.direction[part, 0], factor * W.direction[part, 1]
+            fx, fy = rod_force(B.rod[e - acting], B.rod_scale[e - acting], multiplier, S)
         elif e >= contacts or S.state.mode[e] == 1:  # what an open contact exerted last is left there
             fx, fy, torque_a, torque_b = W.wrench[e, 0], W.wrench[e, 1], W.wrench[e, 2], W.wrench[e, 3]
         push(lane, B.body[e, 0], B.arm[e, 0, 0], B.arm[e, 0, 1], fx, fy, torque_a, R)

@@ -10,12 +10,10 @@ from scissordyn.component.port import AXIS
 from scissordyn.kernel import F1, F2, F3, I1, I2, ArrayType, Handle, entry, kernel
 from scissordyn.laws.evaluate import elastic_energy
 from scissordyn.mechanics.body_maps import BodyMaps, load_couplings, push
-from scissordyn.mechanics.constraint_part import part_value
-from scissordyn.mechanics.constraint_solver import project
+from scissordyn.mechanics.constraint_solver import engage, project, rod_force, value_errors
 from scissordyn.mechanics.contact import kinematics, no_forces
 from scissordyn.mechanics.equations import accelerate
 from scissordyn.mechanics.flexible_bar import flexible_bar_energy
-from scissordyn.mechanics.latch import engage
 from scissordyn.mechanics.monitored import constraint_forces, drive_torque
 from scissordyn.mechanics.rotation import counted_angle, rotation_direction
 from scissordyn.mechanics.system import CONTACT_RESULT, RESULTS, open_system
@@ -106,14 +104,8 @@ def write_loads(at, B, S, R):
             for q in range(4):
                 wrench[q] = W.wrench[e, q]
         else:
-            k = B.rod[e - acting_parts]
-            p = M.constraint_start[k]
-            # the force -lambda d on the end, with d the map of the constraint
-            part = 0
-            while M.part_start[part] != p:
-                part += 1
-            factor = -W.multiplier[k] / B.rod_scale[e - acting_parts]
-            wrench[0], wrench[1] = factor * W.direction[part, 0], factor * W.direction[part, 1]
+            scale = B.rod_scale[e - acting_parts]
+            wrench[0], wrench[1] = rod_force(B.rod[e - acting_parts], scale, W.multiplier, S)
             wrench[2] = wrench[3] = 0.0
     for latch in range(M.latch.shape[0]):
         e = S.parameters.contact.size + M.latch[latch, 2]
@@ -150,20 +142,6 @@ def write_energies(at, t, y, S, R):
     for i in range(W.stored_energy.size):
         stored += flexible_bar_energy(t, i, S) if M.component_port[i] == AXIS.code else W.stored_energy[i]
     R.kinetic[at], R.potential[at], R.elastic[at], R.stored[at] = kinetic, potential, elastic, stored
-
-
-@kernel
-def largest_length_error(S):
-    """Largest error of a constraint at the present position."""
-    M, W = S.model, S.work
-    for k in range(W.multiplier.size):
-        W.work[k] = -W.value[0, k]
-    for p in range(M.part_constraint.size):
-        W.work[M.part_constraint[p]] += W.part_weight[p] * part_value(p, S)
-    worst = 0.0
-    for k in range(W.multiplier.size):
-        worst = max(worst, abs(W.work[k]))
-    return worst
 
 
 @kernel
@@ -220,7 +198,7 @@ def fill(samples: Sampled, address: int, B: BodyMaps, R: Record, counted: F1) ->
             R.torque[at, d] = drive_torque(d, S)
         for k in range(W.multiplier.size):
             R.multiplier[at, k] = W.multiplier[k]
-        R.length_error[0] = max(R.length_error[0], largest_length_error(S))
+        R.length_error[0] = max(R.length_error[0], value_errors(S))
         write_energies(at, samples.time[at], samples.state[at], S, R)
         write_loads(at, B, S, R)
 
@@ -235,30 +213,23 @@ def record(maps: BodyMaps, system: Handle, samples: Any) -> Record:
     content = system.content
     nt, columns, bodies = samples.time.size, content.model.n + content.model.nb, maps.rotation.size
     contacts, components = content.parameters.contact.size, content.model.component_port.size
+    shapes = {
+        **dict.fromkeys(("X", "V", "A"), (columns,)),
+        **dict.fromkeys(("position", "velocity", "acceleration", "direction"), (bodies, 2)),
+        **dict.fromkeys(("angle", "angular_velocity", "angular_acceleration"), (bodies,)),
+        "load": (bodies, 3),
+        "wrench": (maps.body.shape[0], 4),
+        "coordinate": (components, 4),
+        "result": (components, RESULTS),
+        "observed": (components, 2),
+        "torque": ((content.model.nb - 1) // 2,),
+        "multiplier": (content.parameters.value.size,),
+        **dict.fromkeys(("kinetic", "potential", "elastic", "stored"), ()),
+    }
     samples_record = Record(
-        X=np.empty((nt, columns)),
-        V=np.empty((nt, columns)),
-        A=np.empty((nt, columns)),
-        position=np.empty((nt, bodies, 2)),
-        velocity=np.empty((nt, bodies, 2)),
-        acceleration=np.empty((nt, bodies, 2)),
-        direction=np.empty((nt, bodies, 2)),
-        angle=np.empty((nt, bodies)),
-        angular_velocity=np.empty((nt, bodies)),
-        angular_acceleration=np.empty((nt, bodies)),
-        load=np.zeros((nt, bodies, 3)),
-        contact=np.empty((nt, contacts), CONTACT_RESULT),
-        wrench=np.zeros((nt, maps.body.shape[0], 4)),
-        coordinate=np.empty((nt, components, 4)),
-        result=np.empty((nt, components, RESULTS)),
-        observed=np.empty((nt, components, 2)),
-        torque=np.empty((nt, (content.model.nb - 1) // 2)),
-        multiplier=np.empty((nt, content.parameters.value.size)),
-        kinetic=np.empty(nt),
-        potential=np.empty(nt),
-        elastic=np.empty(nt),
-        stored=np.empty(nt),
+        contact=np.zeros((nt, contacts), CONTACT_RESULT),
         length_error=np.zeros(1),
+        **{name: np.zeros((nt, *shape)) for name, shape in shapes.items()},
     )
     fill(sampled(samples), system.address, maps, samples_record, np.zeros(content.model.rotation_start.size - 1))
     return samples_record

@@ -15,8 +15,7 @@ from __future__ import annotations
 
 from scissordyn.kernel import kernel, vanishes
 from scissordyn.mechanics import band
-from scissordyn.mechanics.hard_rows import OPEN, SLIP, STICK, row_product
-from scissordyn.mechanics.impulse_equations import write_equations
+from scissordyn.mechanics.hard_rows import OPEN, SLIP, STICK, row_product, write_equations
 
 MOST = 20  # Pivots for each variable
 SMALL = 1e-11  # Entry of a column, relative to its largest, that is no pivot

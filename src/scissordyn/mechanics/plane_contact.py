@@ -65,7 +65,7 @@ def plane_forces(j, S, maps, normal, tangential):
 
 @kernel
 def plane_slopes(j, S, n_d, n_r):
-    """Write how force and motion of a corner change, in the columns of `contact_slopes`, and its turning forces."""
+    """Write how force and motion of a corner change, in the columns of `linearise_contact`, and its turning forces."""
     M, W = S.model, S.work
     p, contact = S.parameters.contact[j], W.contact[j]
     ux, uy, ax, ay, bx, by, vx, vy, px, py, qx, qy = map_values(j, S)

@@ -12,9 +12,8 @@ from scissordyn.component.lugre import GuideLuGre
 from scissordyn.errors import InputError
 from scissordyn.mechanics.band import width
 from scissordyn.mechanics.body_maps import BodyMaps
-from scissordyn.mechanics.friction_workspace import FrictionWorkspace
 from scissordyn.mechanics.reactions import Balance
-from scissordyn.mechanics.system import Model
+from scissordyn.mechanics.system import FrictionWorkspace, Model
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.acting import acting
 from scissordyn.plan.bending import bends

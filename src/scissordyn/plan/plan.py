@@ -16,9 +16,8 @@ from scissordyn.component.latch import Latch
 from scissordyn.component.rod import Rod
 from scissordyn.component.time_function import TimeFunction
 from scissordyn.mechanics.body_maps import BodyMaps
-from scissordyn.mechanics.friction_workspace import FrictionWorkspace
 from scissordyn.mechanics.reactions import Balance
-from scissordyn.mechanics.system import Model, Parameters
+from scissordyn.mechanics.system import FrictionWorkspace, Model, Parameters
 from scissordyn.model.body import Body
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.connection import Weld

@@ -6,8 +6,7 @@ from scissordyn.integrate import advance, time_stepping
 from scissordyn.integrate.integration import Problem
 from scissordyn.integrate.time_stepping import Jumps
 from scissordyn.kernel import I1, entry
-from scissordyn.mechanics.functions import FUNCTIONS
-from scissordyn.mechanics.hard_functions import HARD_FUNCTIONS
+from scissordyn.mechanics.functions import FUNCTIONS, HARD_FUNCTIONS
 
 MECHANICS = Problem(**FUNCTIONS)
 HARD = Jumps(**HARD_FUNCTIONS)

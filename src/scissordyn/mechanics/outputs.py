@@ -9,7 +9,7 @@ import numpy as np
 from scissordyn.component.port import AXIS
 from scissordyn.kernel import F1, F2, F3, I1, I2, ArrayType, Handle, entry, kernel
 from scissordyn.laws.evaluate import elastic_energy
-from scissordyn.mechanics.body_maps import BodyMaps, load_couplings, push
+from scissordyn.mechanics.body_maps import BodyMaps, load_couplings, mapped, push
 from scissordyn.mechanics.constraint_solver import engage, project, rod_force, value_errors
 from scissordyn.mechanics.contact import kinematics, no_forces
 from scissordyn.mechanics.equations import accelerate
@@ -67,22 +67,9 @@ def write_bodies(at, B, S, R, counted):
     """Write the motion of the bodies at a sample; `counted` holds the angles of the families."""
     W = S.work
     for body in range(B.rotation.size):
-        cx = cy = ux = uy = vx = vy = px = py = ax = ay = qx = qy = 0.0
-        for i in range(B.start[body], B.start[body + 1]):
-            column = B.column[i]
-            x, v, a = W.X[column], W.V[column], W.A[column]
-            cx += B.row[0, i] * x
-            cy += B.row[1, i] * x
-            ux += B.row[2, i] * x
-            uy += B.row[3, i] * x
-            vx += B.row[0, i] * v
-            vy += B.row[1, i] * v
-            px += B.row[2, i] * v
-            py += B.row[3, i] * v
-            ax += B.row[0, i] * a
-            ay += B.row[1, i] * a
-            qx += B.row[2, i] * a
-            qy += B.row[3, i] * a
+        cx, cy, ux, uy = mapped(B, body, W.X)
+        vx, vy, px, py = mapped(B, body, W.V)
+        ax, ay, qx, qy = mapped(B, body, W.A)
         R.position[at, body, 0], R.position[at, body, 1] = cx, cy
         R.velocity[at, body, 0], R.velocity[at, body, 1] = vx, vy
         R.acceleration[at, body, 0], R.acceleration[at, body, 1] = ax, ay

@@ -3,33 +3,39 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from itertools import accumulate
 
 import numpy as np
 
 from scissordyn.component.place import GROUND, BodyPoint, Point
 from scissordyn.mechanics.reactions import Balance
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.bodies import arm_of
 from scissordyn.plan.graph import coupled, reach, reverse_cuthill_mckee
 from scissordyn.plan.linear_constraints import body_inertia
 
 FEW = 6  # Up to so many unknowns their order does not matter
 
-Entry = tuple[int, tuple[float, float, float], Point, int, int]
-"""Unknown, force and torque per unit of it, arm, anchor and frame: see `Balance`."""
+Action = tuple[str, tuple[float, float, float], BodyPoint, str]
+"""What a unit of an unknown does to a body: force and torque, where it acts, and the body in whose frame the force is."""
 
 
 def balance(mechanism: Mechanism) -> Balance:
-    unknowns = _Unknowns(mechanism)
-    joints = unknowns.of(unknowns.joints)
-    unknowns.of(unknowns.welds)
-    guides = unknowns.of(unknowns.guides)
-    unknowns.of(unknowns.alignments)
-    drives = unknowns.of(unknowns.drives)
-    order, reach = _order([[unknown for unknown, *_ in rows] for rows in unknowns.entries.values()], unknowns.count)
-    listed = [entry for rows in unknowns.entries.values() for entry in rows]
+    index = {body.name: k for k, body in enumerate(mechanism.bodies)}
+    sizes = [math.hypot(*point) for body in mechanism.bodies for point in body.points.values()]
+    length = max([size for size in sizes if size > 0.0], default=1.0)
+    kinds = _unknowns(mechanism, length)
+    first = list(accumulate(map(len, kinds), initial=0))
+    entries: dict[str, list[tuple[int, tuple[float, float, float], Point, int, int]]] = {name: [] for name in index}
+    for unknown, actions in enumerate(actions for kind in kinds for actions in kind):
+        for body, direction, anchor, frame in actions:
+            if body != GROUND:
+                arm = arm_of(mechanism, *anchor)
+                entries[body].append((unknown, direction, arm, index[anchor[0]], index.get(frame, -1)))
+    listed = [entry for rows in entries.values() for entry in rows]
+    order, reach = _order([[unknown for unknown, *_ in rows] for rows in entries.values()], first[-1])
     return Balance(
-        start=np.cumsum([0, *map(len, unknowns.entries.values())], dtype=np.int64),
+        start=np.cumsum([0, *map(len, entries.values())], dtype=np.int64),
         unknown=np.array([order[unknown] for unknown, *_ in listed], np.int64),
         direction=np.array([direction for _, direction, *_ in listed]).reshape(-1, 3),
         arm=np.array([arm for _, _, arm, *_ in listed]).reshape(-1, 2),
@@ -37,75 +43,42 @@ def balance(mechanism: Mechanism) -> Balance:
         frame=np.array([frame for *_, frame in listed], np.int64),
         mass=np.array([body.mass for body in mechanism.bodies], float),
         inertia=np.array([body_inertia(mechanism, body) if body.rotates else 0.0 for body in mechanism.bodies], float),
-        length=unknowns.length,
+        length=length,
         order=order,
         band=reach,
-        joints=joints,
-        guides=guides,
-        drives=drives,
+        joints=(first[0], first[1]),
+        guides=(first[2], first[3]),
+        drives=(first[4], first[5]),
     )
 
 
-class _Unknowns:
-    """Collects the reactions as unknowns, and where each of them acts."""
+def _unknowns(mechanism: Mechanism, length: float) -> list[list[list[Action]]]:
+    """What each unknown does to bodies: of joints, welds, guides, the alignments of guides, and drives.
 
-    def __init__(self, mechanism: Mechanism) -> None:
-        self.mechanism = mechanism
-        self.index = {body.name: k for k, body in enumerate(mechanism.bodies)}
-        self.entries: dict[str, list[Entry]] = {name: [] for name in self.index}
-        sizes = [math.hypot(*point) for body in mechanism.bodies for point in body.points.values()]
-        self.length = max([size for size in sizes if size > 0.0], default=1.0)
-        self.count = 0
+    Torques are in units of `length`.
+    """
 
-    def of(self, kind: Callable[[], None]) -> tuple[int, int]:
-        """Enter the unknowns of one kind of parts; the first of them and the one behind the last."""
-        first = self.count
-        kind()
-        return first, self.count
-
-    def joints(self) -> None:
-        for joint in self.mechanism.ideal_joints:
-            self._forces(joint.journal, joint.bearing)
-
-    def welds(self) -> None:
-        for weld in self.mechanism.welds:
-            self._forces(weld.start, weld.end)
-            for anchor, sign in ((weld.start, 1.0), (weld.end, -1.0)):
-                self._enter(anchor[0], (0.0, 0.0, sign * self.length), anchor)
-            self.count += 1
-
-    def guides(self) -> None:
-        for guide in self.mechanism.ideal_guides:
-            across = -math.sin(guide.direction), math.cos(guide.direction)
-            self._enter(guide.follower[0], (*across, 0.0), guide.follower, guide.body)
-            self._enter(guide.body, (-across[0], -across[1], 0.0), guide.follower, guide.body)
-            self.count += 1
-
-    def alignments(self) -> None:
-        for guide in self.mechanism.ideal_guides:
-            if guide.aligned:
-                self._enter(guide.follower[0], (0.0, 0.0, self.length), guide.follower)
-                self._enter(guide.body, (0.0, 0.0, -self.length), guide.follower)
-                self.count += 1
-
-    def drives(self) -> None:
-        for drive in self.mechanism.drives:
-            anchor = drive.body, next(iter(self.mechanism.body(drive.body).points))
-            self._enter(drive.body, (0.0, 0.0, self.length), anchor)
-            self.count += 1
-
-    def _forces(self, start: BodyPoint, end: BodyPoint) -> None:
+    def forces(start: BodyPoint, end: BodyPoint) -> list[list[Action]]:
         """Two components of a force between two points that coincide."""
-        for direction in ((1.0, 0.0), (0.0, 1.0)):
-            for anchor, sign in ((start, 1.0), (end, -1.0)):
-                self._enter(anchor[0], (sign * direction[0], sign * direction[1], 0.0), anchor)
-            self.count += 1
+        sides = (start, 1.0), (end, -1.0)
+        return [[(at[0], (sign * x, sign * y, 0.0), at, GROUND) for at, sign in sides] for x, y in ((1.0, 0.0), (0.0, 1.0))]
 
-    def _enter(self, body: str, direction: tuple[float, float, float], anchor: BodyPoint, frame: str = GROUND) -> None:
-        """The present unknown acts on a body, unless that is the ground."""
-        if body != GROUND:
-            arm = _arm(self.mechanism, *anchor)
-            self.entries[body].append((self.count, direction, arm, self.index[anchor[0]], self.index.get(frame, -1)))
+    joints = [force for joint in mechanism.ideal_joints for force in forces(joint.journal, joint.bearing)]
+    welds: list[list[Action]] = []
+    for weld in mechanism.welds:
+        torque = [(at[0], (0.0, 0.0, sign * length), at, GROUND) for at, sign in ((weld.start, 1.0), (weld.end, -1.0))]
+        welds += [*forces(weld.start, weld.end), torque]
+    guides, alignments = list[list[Action]](), list[list[Action]]()
+    for guide in mechanism.ideal_guides:
+        x, y, follower, at = -math.sin(guide.direction), math.cos(guide.direction), guide.follower[0], guide.follower
+        guides.append([(follower, (x, y, 0.0), at, guide.body), (guide.body, (-x, -y, 0.0), at, guide.body)])
+        if guide.aligned:
+            alignments.append([(follower, (0.0, 0.0, length), at, GROUND), (guide.body, (0.0, 0.0, -length), at, GROUND)])
+    drives: list[list[Action]] = []
+    for drive in mechanism.drives:
+        anchor = drive.body, next(iter(mechanism.body(drive.body).points))
+        drives.append([(drive.body, (0.0, 0.0, length), anchor, GROUND)])
+    return [joints, welds, guides, alignments, drives]
 
 
 def _order(groups: list[list[int]], count: int) -> tuple[np.ndarray, int]:
@@ -114,10 +87,3 @@ def _order(groups: list[list[int]], count: int) -> tuple[np.ndarray, int]:
     if count > FEW:
         order[reverse_cuthill_mckee(near)] = np.arange(count)
     return order, reach(near, order)
-
-
-def _arm(mechanism: Mechanism, body: str, point: str) -> tuple[float, float]:
-    """A point from the mass centre, in the body's frame [m]."""
-    described = mechanism.body(body)
-    x, y = described.points[point]
-    return x - described.centre[0], y - described.centre[1]

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from scissordyn.component.place import GROUND, Point
-from scissordyn.component.port.declaration import Ends
 from scissordyn.mechanics.body_maps import ANGLE, DISTANCE, SLIDE, BodyMaps
 from scissordyn.model.coupling import Coordinate, Distance, RelativeAngle
 from scissordyn.model.mechanism import Mechanism
@@ -34,9 +33,7 @@ def body_maps(mechanism: Mechanism, coordinates: Coordinates) -> BodyMaps:
             offset[b] = body.placed_angle
     parts: tuple[Any, ...] = (*acting(mechanism), *mechanism.rods)
     ends = [contact.ends for contact in mechanism.contacts] + [part.declaration.port.ends(part) for part in parts]
-    acting_at = [_ends(mechanism, place) for place in ends]
-    acted_on = np.array([[index.get(end[0], -1) for end in pair] for pair in acting_at], np.int64).reshape(-1, 2)
-    arm = np.array([[end[1] for end in pair] for pair in acting_at], float).reshape(-1, 2, 2)
+    arms = [[arm_of(mechanism, *end) if end[0] in index else (0.0, 0.0) for end in pair] for pair in ends]
     names = [constraint.name for constraint in coordinates.constraints]
     rods = [names.index(rod.name) for rod in mechanism.rods]
     couplings = [  # couplings of ideal joints may follow from these, and are no constraints then
@@ -52,8 +49,8 @@ def body_maps(mechanism: Mechanism, coordinates: Coordinates) -> BodyMaps:
         rotation=rotation,
         sense=sense,
         offset=offset,
-        body=acted_on,
-        arm=arm,
+        body=np.array([[index.get(body, -1) for body, _ in pair] for pair in ends], np.int64).reshape(-1, 2),
+        arm=np.array(arms, float).reshape(-1, 2, 2),
         rod=np.array(rods, np.int64),
         rod_scale=np.array([coordinates.constraints[k].scale for k in rods], float),
         coupling=np.array(
@@ -69,17 +66,22 @@ def _acts(mechanism: Mechanism, coordinate: Coordinate) -> tuple[int, tuple[str,
     if isinstance(coordinate, RelativeAngle):
         return ANGLE, coordinate.bodies, ((0.0, 0.0), (0.0, 0.0))
     if isinstance(coordinate, Distance):
-        return DISTANCE, coordinate.bodies, (_arm(mechanism, *coordinate.end), _arm(mechanism, *coordinate.start))
+        return DISTANCE, coordinate.bodies, (arm_of(mechanism, *coordinate.end), arm_of(mechanism, *coordinate.start))
     along = math.cos(coordinate.direction), math.sin(coordinate.direction)
-    return SLIDE, coordinate.bodies, (_arm(mechanism, *coordinate.point), along)
+    return SLIDE, coordinate.bodies, (arm_of(mechanism, *coordinate.point), along)
 
 
-def _arm(mechanism: Mechanism, body: str, point: str) -> Point:
-    """A point from the mass centre of its body, or of the ground in the fixed frame [m]."""
+def arm_of(mechanism: Mechanism, body: str, point: str | Point | None) -> Point:
+    """A point of a body from its mass centre, in the body's frame [m]; of the ground, whose points are in the fixed frame.
+
+    No arm where only a torque acts.
+    """
+    if point is None:
+        return 0.0, 0.0
     if body == GROUND:
-        return dict(mechanism.ground)[point]
+        return dict(mechanism.ground)[point] if isinstance(point, str) else point
     described = mechanism.body(body)
-    x, y = described.points[point]
+    x, y = described.points[point] if isinstance(point, str) else point
     return x - described.centre[0], y - described.centre[1]
 
 
@@ -93,16 +95,3 @@ def _turned(first: PointMap, other: PointMap, first_angle: float, other_angle: f
     offset = math.atan2(matrix[1, 0], matrix[0, 0])
     turns = round((other_angle - sense * first_angle - offset) / (2.0 * math.pi))
     return sense, offset + 2.0 * math.pi * turns
-
-
-def _ends(mechanism: Mechanism, ends: Ends) -> list[tuple[str, tuple[float, float]]]:
-    """Body and arm from its mass centre of the two points at which an element acts; no arm where only a torque acts."""
-
-    def arm(body: str, point: str | tuple[float, float] | None) -> tuple[str, tuple[float, float]]:
-        if body == GROUND or point is None:
-            return body, (0.0, 0.0)
-        described = mechanism.body(body)
-        place = described.points[point] if isinstance(point, str) else point
-        return body, (place[0] - described.centre[0], place[1] - described.centre[1])
-
-    return [arm(*end) for end in ends]

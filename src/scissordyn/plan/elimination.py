@@ -71,6 +71,18 @@ def scaled(factor: float, expression: Expression) -> Expression:
 
 
 @kernel
+def add_to_sums(column, value, entries, sums):
+    """Add a coefficient to a row that has so many entries; returns how many it has then."""
+    if sums.listed[column] == 0:
+        sums.listed[column] = 1
+        sums.touched[entries] = column
+        sums.total[column] = 0.0
+        entries += 1
+    sums.total[column] += value
+    return entries
+
+
+@kernel
 def resolve(columns, values, start, count, solved, sums, round_off):
     """Write a row in columns that are not solved for into `sums`; returns how many entries of its `touched` it has.
 
@@ -80,14 +92,8 @@ def resolve(columns, values, start, count, solved, sums, round_off):
     total, listed, touched = sums.total, sums.listed, sums.touched
     entries, largest = 0, 1.0
     for k in range(start, start + count):
-        column = columns[k]
-        if listed[column] == 0:
-            listed[column] = 1
-            touched[entries] = column
-            total[column] = 0.0
-            entries += 1
-        total[column] += values[k]
-        largest = max(largest, abs(total[column]))
+        entries = add_to_sums(columns[k], values[k], entries, sums)
+        largest = max(largest, abs(total[columns[k]]))
     # in the order of solution: what replaces a column may bring in columns solved for later, never earlier
     while True:
         earliest, chosen = np.int64(9223372036854775807), -1
@@ -100,14 +106,8 @@ def resolve(columns, values, start, count, solved, sums, round_off):
         factor = total[chosen]
         total[chosen] = 0.0
         for k in range(solved.first[chosen], solved.first[chosen] + solved.length[chosen]):
-            column = solved.column[k]
-            if listed[column] == 0:
-                listed[column] = 1
-                touched[entries] = column
-                total[column] = 0.0
-                entries += 1
-            total[column] += factor * solved.value[k]
-            largest = max(largest, abs(total[column]))
+            entries = add_to_sums(solved.column[k], factor * solved.value[k], entries, sums)
+            largest = max(largest, abs(total[solved.column[k]]))
     # what is left of cancellation is no entry
     kept = 0
     for k in range(entries):

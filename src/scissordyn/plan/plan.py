@@ -23,7 +23,7 @@ from scissordyn.model.clearance import Clearance
 from scissordyn.model.connection import Weld
 from scissordyn.model.drive import Drive
 from scissordyn.model.guide_clearance import ContactPoint
-from scissordyn.model.hard_contact import ContactKind
+from scissordyn.model.hard_contact import ContactKind, contact_states
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.lubrication import Lubrication
 from scissordyn.model.mechanism import LENT, PLAN, Mechanism
@@ -35,13 +35,15 @@ from scissordyn.plan.bodies import body_maps
 from scissordyn.plan.branches import Branches, every_branch
 from scissordyn.plan.coordinates import Coordinates, PointMap
 from scissordyn.plan.elimination import in_words
-from scissordyn.plan.fit import same_tables
 from scissordyn.plan.flexible import with_mode_counts
 from scissordyn.plan.joint_friction import make_friction_workspace
 from scissordyn.plan.linear_constraints import reduced
 from scissordyn.plan.model import make_model
 from scissordyn.plan.numbers import make_parameters
 from scissordyn.plan.rest import frictionless, still_at
+
+ENTIRE = ("bodies", "ground", "welds", "guides", "rods", "latches", "couplings", "coordinate_drives")
+"""Fields of a mechanism that all enter the tables."""
 
 SAID_MISS = 1e-8  # Lengths that contradict each other by more than this fraction are said to do so
 
@@ -295,3 +297,39 @@ def _angles(mechanism: Mechanism, coordinates: Coordinates, model: Model) -> np.
             angles.append(start_coordinates(mechanism, component)[-1])
     angles += [angle for constraint in coordinates.constraints for _, angle in constraint.turning]
     return np.array(angles, float)
+
+
+def same_tables(base: Mechanism, other: Mechanism) -> bool:
+    """Whether two mechanisms have the same tables.
+
+    Whatever could enter them, as a length or a mass, has them made anew: that costs time only.
+    """
+    return (
+        all(getattr(base, name) == getattr(other, name) for name in ENTIRE)
+        and [drive.body for drive in base.drives] == [drive.body for drive in other.drives]
+        and [(track.body, track.point) for track in base.tracks] == [(track.body, track.point) for track in other.tracks]
+        and len(base.joints) == len(other.joints)
+        and all(ours is theirs or _same_joint(ours, theirs) for ours, theirs in zip(base.joints, other.joints, strict=True))
+        and len(base.components) == len(other.components)
+        and all(
+            ours is theirs or _same_component(ours, theirs)
+            for ours, theirs in zip(base.components, other.components, strict=True)
+        )
+    )
+
+
+def _same_joint(one: Revolute, another: Revolute) -> bool:
+    a, b = one.clearance, another.clearance
+    if (one.name, one.journal, one.bearing) != (another.name, another.journal, another.bearing):
+        return False
+    if a is None or b is None:
+        return a is b
+    same_states = a.contact == b.contact and contact_states(a) == contact_states(b)
+    return same_states and (a.lubrication is None) == (b.lubrication is None)
+
+
+def _same_component(one: Any, another: Any) -> bool:
+    if type(one) is not type(another) or one.declaration.motor:
+        return False
+    port = one.declaration.port
+    return all(getattr(one, name) == getattr(another, name) for name in (*port.points, *port.turning, *port.numbers))

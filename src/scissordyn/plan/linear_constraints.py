@@ -19,7 +19,6 @@ from scissordyn.component.place import GROUND, BodyPoint
 from scissordyn.errors import InputError
 from scissordyn.mechanics.time_function import function_start
 from scissordyn.model.body import Body
-from scissordyn.model.connection import Weld
 from scissordyn.model.mechanism import LOOSE, Mechanism
 from scissordyn.plan.bending import beam_mass, bends, dissected
 from scissordyn.plan.coordinates import Coordinates, Natural, natural_coordinates
@@ -159,23 +158,38 @@ def _impose_all(
     mechanism: Mechanism, natural: Natural, elimination: Elimination, parallel: list[tuple[str, str, float]]
 ) -> None:
     ones, size = natural.total, mechanism.size
+
+    def impose_angle(one: str, other: str, angle: float, name: str) -> None:
+        """Keep the direction of a body at a constant angle from that of another, or of the ground."""
+        b, cos, sin = natural.offsets[other] + 2, math.cos(angle), math.sin(angle)
+        x, y = ({ones: 1.0}, {}) if one == GROUND else natural.direction(one)
+        elimination.impose(add({b: 1.0}, scaled(-cos, x), scaled(sin, y)), name)
+        elimination.impose(add({b + 1: 1.0}, scaled(-sin, x), scaled(-cos, y)), name)
+
+    def impose_pin(one: BodyPoint, other: BodyPoint, name: str) -> None:
+        for here, there in zip(natural.point(one, size), natural.point(other, size), strict=True):
+            elimination.impose(add(here, scaled(-1.0, there)), name)
+
     for index, drive in enumerate(mechanism.drives):
         d = natural.offsets[drive.body] + 2
         for axis in (0, 1):
             elimination.impose({d + axis: 1.0, ones + 1 + 2 * index + axis: -1.0}, f"the drive of body '{drive.body}'")
     for body, other, angle in parallel:
-        _impose_angle(natural, elimination, body, other, angle, f"the parallelogram of {_between(body, other)}")
+        impose_angle(body, other, angle, f"the parallelogram of {_between(body, other)}")
     for weld in mechanism.welds:
-        _impose_weld(natural, size, elimination, weld)
+        name = f"weld '{weld.name}' of {_between(weld.start[0], weld.end[0])}"
+        rotating = [body for body, _ in (weld.start, weld.end) if natural.rotates(body)]
+        if rotating:
+            first, second = (GROUND, *rotating)[-2:]
+            impose_angle(first, second, natural.angle(second) - natural.angle(first), name)
+        impose_pin(weld.start, weld.end, name)
     for joint in mechanism.ideal_joints:
-        _impose_pin(
-            natural, size, elimination, joint.journal, joint.bearing, f"joint '{joint.name}' of {_between(*joint.bodies)}"
-        )
+        impose_pin(joint.journal, joint.bearing, f"joint '{joint.name}' of {_between(*joint.bodies)}")
     for guide in mechanism.ideal_guides:
         follower = guide.follower[0]
         if guide.aligned:
             angle = natural.angle(follower) - natural.angle(guide.body)
-            _impose_angle(natural, elimination, guide.body, follower, angle, f"guide '{guide.name}'")
+            impose_angle(guide.body, follower, angle, f"guide '{guide.name}'")
         if guide.body != GROUND:
             continue
         x, y = natural.point(guide.follower, size)
@@ -183,35 +197,6 @@ def _impose_all(
         level = (across[0] * guide.through[0] + across[1] * guide.through[1]) / size
         name = f"guide '{guide.name}' of body '{follower}'"
         elimination.impose(add(scaled(across[0], x), scaled(across[1], y), {ones: -level}), name)
-
-
-def _impose_pin(natural: Natural, size: float, elimination: Elimination, one: BodyPoint, other: BodyPoint, name: str) -> None:
-    here, there = natural.point(one, size), natural.point(other, size)
-    for axis in (0, 1):
-        elimination.impose(add(here[axis], scaled(-1.0, there[axis])), name)
-
-
-def _impose_weld(natural: Natural, size: float, elimination: Elimination, weld: Weld) -> None:
-    name = f"weld '{weld.name}' of {_between(weld.start[0], weld.end[0])}"
-    rotating = [body for body, _ in (weld.start, weld.end) if natural.rotates(body)]
-    if len(rotating) == 2:
-        first, second = rotating
-        _impose_angle(natural, elimination, first, second, natural.angle(second) - natural.angle(first), name)
-    elif rotating:
-        _impose_angle(natural, elimination, GROUND, rotating[0], natural.angle(rotating[0]), name)
-    _impose_pin(natural, size, elimination, weld.start, weld.end, name)
-
-
-def _impose_angle(natural: Natural, elimination: Elimination, one: str, other: str, angle: float, name: str) -> None:
-    """Keep the direction of a body at a constant angle from that of another, or of the ground."""
-    ones, b, cos, sin = natural.total, natural.offsets[other] + 2, math.cos(angle), math.sin(angle)
-    if one == GROUND:
-        elimination.impose({b: 1.0, ones: -cos}, name)
-        elimination.impose({b + 1: 1.0, ones: -sin}, name)
-        return
-    a = natural.offsets[one] + 2
-    elimination.impose({b: 1.0, a: -cos, a + 1: sin}, name)
-    elimination.impose({b + 1: 1.0, a: -sin, a + 1: -cos}, name)
 
 
 def body_inertia(mechanism: Mechanism, body: Body) -> float:

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 import scissordyn as sd
-from scissordyn.component.user import component_class
+from scissordyn.component.catalogue import component_class
 from scissordyn.errors import InputError
 from scissordyn.plugin.element import SLOTS, element, element_class
 from scissordyn.run.configuration import read_mechanism, write_configuration

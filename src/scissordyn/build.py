@@ -17,7 +17,7 @@ from typing import Any
 from scissordyn.compiler.c import compile_library
 from scissordyn.compiler.unit import Unit
 from scissordyn.component.catalogue import COMPONENTS
-from scissordyn.component.compiled import recipes_of
+from scissordyn.component.declaration import recipes_of
 from scissordyn.component.film.film import Film
 from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.errors import InputError

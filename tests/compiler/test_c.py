@@ -20,7 +20,7 @@ from scissordyn.compiler.c import FLAGS, compile_library
 from scissordyn.compiler.kind import FLOAT
 from scissordyn.compiler.unit import Unit
 from scissordyn.component.catalogue import COMPONENTS
-from scissordyn.component.compiled import kernels_of
+from scissordyn.component.declaration import kernels_of
 from scissordyn.config.part import PARTS
 from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.errors import InputError
@@ -64,8 +64,8 @@ def component_kernels() -> Iterator[tuple[str, int, np.ndarray]]:
         found, row = kernels_of(type(part)), np.zeros(max(64, len(numbers)))
         row[: len(numbers)] = numbers
         for key in ("force", "gap", "switch"):
-            if getattr(found, key):
-                yield f"{type(part).__name__} {key}", getattr(found, key), row
+            if found[key]:
+                yield f"{type(part).__name__} {key}", found[key], row
 
 
 KERNELS = [*law_kernels(), *component_kernels()]

@@ -21,8 +21,8 @@ from instances import OTHERWISE, PLUGINS, TABLES
 
 import scissordyn as sd
 from scissordyn.annotation import plain_hint
+from scissordyn.component.catalogue import component_class
 from scissordyn.component.time_function import TimeFunction
-from scissordyn.component.user import component_class
 from scissordyn.config.case import Case, CaseTable
 from scissordyn.config.part import PARTS
 from scissordyn.config.quantity import exact, read_quantity

@@ -4,8 +4,7 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.errors import InputError
-from scissordyn.laws.oil import OILS
-from scissordyn.laws.viscosity_index import hot_viscosity, viscosity_index
+from scissordyn.laws.oil import OILS, hot_viscosity, viscosity_index
 
 
 @pytest.mark.parametrize(("cold", "hot", "index"), [(73.30, 8.86, 92.43), (22.83, 5.05, 156.37)])

@@ -133,7 +133,15 @@ def test_declared_start_is_what_is_sensed(name):
     port, _ = PORTS[name]
     places = {("one", "p"): (0.3, -0.2), ("two", "q"): (-0.5, 0.7)}
     angles = {"one": 0.4, "two": -1.1}
-    component = SimpleNamespace(start=("one", "p"), end=("two", "q"), point=("two", "q"), body="two", base="one", direction=0.6)
+    component = SimpleNamespace(
+        declaration=SimpleNamespace(port=port),
+        start=("one", "p"),
+        end=("two", "q"),
+        point=("two", "q"),
+        body="two",
+        base="one",
+        direction=0.6,
+    )
     maps = np.zeros(6)
     for part in port.attachments(component):
         if part.what == "place":
@@ -145,8 +153,8 @@ def test_declared_start_is_what_is_sensed(name):
         maps[part.row : part.row + 2] += part.sign * value
     found = port.start(component, lambda where: places[where], lambda body: angles[body])
     assert sensed(name, maps, np.zeros(6))[0] == pytest.approx(found, abs=1e-14)
-    (first, first_point), _ = port.ends(component)
+    (first, first_point), (second, _) = port.ends(component)
     assert first == "two"
     assert first_point == (None if name == "hinge" else "q")
-    if port.angle is not None:
-        assert port.angle(component) == ("two", "one")
+    if port.angle:
+        assert second == "one"

@@ -1,13 +1,20 @@
-"""The components of the package, by the names of their tables in a case file. A new component is one more file here."""
+"""The components of the package, by the names of their tables in a case file. A new component is one more file here.
+
+A user's own are in files of his: ``my_components.py:Rubber``.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from importlib import import_module
+from pathlib import Path
 from types import MappingProxyType
+from typing import Any
 
-from scissordyn.component.declaration import Component
+from scissordyn.component.declaration import Component, Declaration
+from scissordyn.errors import InputError
 from scissordyn.plugin.catalogue import declared_in
+from scissordyn.plugin.origin import class_in
 
 FILES = (
     *("spring", "constant_force_spring", "nonlinear_spring", "gas_spring", "cable", "torsion_spring", "tape_spring"),
@@ -21,3 +28,12 @@ COMPONENTS: Mapping[str, type[Component]] = MappingProxyType(
     {kind.declaration.section: kind for file in FILES for kind in declared_in(import_module(f"scissordyn.component.{file}"))}
 )
 """Component classes by section."""
+
+
+def component_class(reference: str, folder: Path) -> Any:
+    """The component class that ``"file.py:Class"`` names; the file is executed."""
+    cls, name = class_in("component", reference, folder)
+    if cls is None or not isinstance(vars(cls).get("declaration"), Declaration):
+        path, _, called = name.rpartition(":")
+        raise InputError(f"'{called}' in '{path}' is not a component", "a class under the decorator sd.component(...)")
+    return cls

@@ -1,20 +1,25 @@
-"""What makes a class a component: its port, its kernels, and what they return, said once."""
+"""What makes a class a component: its port, its kernels, what they return, and what they are compiled to."""
 
 from __future__ import annotations
 
 import dataclasses
+import math
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from types import MappingProxyType
 from typing import Any, ClassVar, Protocol, TypeVar, dataclass_transform, runtime_checkable
 
+import numpy as np
+
+from scissordyn.compiler.recipe import Recipe
 from scissordyn.component.place import GROUND
 from scissordyn.component.port import PORTS, TRAVEL, Output, Port
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plugin.origin import note_origin
 from scissordyn.plugin.pointer import Kernel as Kernel
-from scissordyn.plugin.pointer import arguments_of, check_names
+from scissordyn.plugin.pointer import arguments_of, check_names, pointer_of
 from scissordyn.units import State, check_quantities, documented, quantities
 
 PARAMETERS = 64  # Most parameters of a component, the numbers of its table included
@@ -297,3 +302,49 @@ def _numbers_of(described: Any) -> tuple[str, ...]:
     kernel = next(iter(described.declaration.kernels.values()), None)  # of a class that says itself what its kernels read
     places = described.declaration.places
     return () if kernel is None else tuple(name for name in arguments_of(kernel) if name not in places)
+
+
+@cache
+def kernels_of(described: type[Component]) -> dict[str, int]:
+    """Pointers to the compiled kernels of a component class: force, gap and switch, 0 for one that it does not have."""
+    return dict.fromkeys(("force", "gap", "switch"), 0) | {
+        key: pointer_of(recipe) for key, recipe in recipes_of(described).items()
+    }
+
+
+def recipes_of(described: type[Component]) -> dict[str, Recipe]:
+    """What the kernels of a component class are made into, by their names."""
+    declaration = described.declaration
+    places, counts, recipes = declaration.places, {"force": len(declaration.results), "gap": 2, "switch": 1}, {}
+    for key, kernel in declaration.kernels.items():
+        handed = tuple(places[name] for name in arguments_of(kernel))
+        recipes[key] = Recipe(kernel, handed, tuple(f"out[{k}]" for k in range(counts[key])))
+    return recipes
+
+
+def at_rest(component: Component, start: tuple[float, ...], at: tuple[float, ...] | None = None) -> tuple[float, ...]:
+    """What the force kernel of a component gives at rest, in plain Python."""
+    declaration = component.declaration
+    if declaration.force is None:
+        return ()
+    arguments, names = arguments_of(declaration.force), declaration.numbers
+    values: dict[str, Any] = dict.fromkeys(declaration.places, 0.0) | {"factor": 1.0}
+    values |= zip(declaration.port.coordinates, start if at is None else at, strict=True)
+    try:
+        numbers = component.parameters(start)
+        if not len(names) <= len(numbers) <= (len(numbers) if "table" in arguments else len(names)):
+            raise TypeError(f"{len(numbers)} numbers for {', '.join(names)}")
+        values |= {**dict(zip(names, numbers, strict=False)), "table": np.array(numbers)}
+        result = declaration.force(*map(values.__getitem__, arguments))
+    except Exception as error:
+        raise InputError(
+            f"{declaration.label} '{component.name}': its kernel raises {type(error).__name__} ({error}) where it starts",
+            f"{len(declaration.results)} numbers: {', '.join(declaration.results)}",
+        ) from None
+    results = result if isinstance(result, tuple) else (result,)
+    if len(results) != len(declaration.results) or not all(math.isfinite(number) for number in results):
+        raise InputError(
+            f"{declaration.label} '{component.name}': its kernel gives {result!r} where it starts",
+            f"{len(declaration.results)} finite numbers: {', '.join(declaration.results)}",
+        )
+    return results

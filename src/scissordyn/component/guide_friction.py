@@ -9,7 +9,7 @@ from scissordyn.component.declaration import component
 from scissordyn.component.place import BodyPoint
 from scissordyn.component.port import FRAME, Output
 from scissordyn.component.stribeck import Kinetic, Static, StribeckSpeed, Transition, friction_ratio
-from scissordyn.units import Quantity
+from scissordyn.units import Meaning, Quantity
 
 
 def force(
@@ -40,6 +40,7 @@ def force(
     context=("reaction",),
     symbol="frame",
     example={"start": "ground.O", "end": "slider.centre", "direction": "90 deg", "kinetic": 0.1},
+    source="Armstrong-Helouvry, Dupont and Canudas de Wit 1994, doi:10.1016/0005-1098(94)90209-7",
 )
 class GuideFriction:
     r"""Friction in an ideal guide, with the force that the guide transmits at that instant.
@@ -49,35 +50,11 @@ class GuideFriction:
     N is the force across the guide. A guide that keeps its follower aligned presses with both edges if its moment M asks for
     it: N = max(|F_n|, 2|M|/l) with the length l of the follower. Reactions and friction are solved for together; where there
     is no solution the guide jams, as a drawer does, and a run ends with that cause. Below v_0 the follower creeps.
-
-    Parameters
-    ----------
-    name : str
-    start : (str, str)
-        A point of the body that carries the guide, or of the ground.
-    end : (str, str)
-        The guided point.
-    direction : float
-        Of the guide, in the frame of the body that carries it [rad].
-    kinetic : float
-        mu_k.
-    static : float
-        mu_s; mu_k if 0.
-    stribeck_speed : float
-        v_s [m/s].
-    transition : float
-        v_0, over which friction changes its sign [m/s].
-    length : float
-        l, of a follower that is kept aligned [m].
-
-    References
-    ----------
-    Armstrong-Helouvry, Dupont and Canudas de Wit 1994, doi:10.1016/0005-1098(94)90209-7
     """
 
     name: str
-    start: BodyPoint
-    end: BodyPoint
+    start: Annotated[BodyPoint, Meaning("a point of the body that carries the guide, or of the ground")]
+    end: Annotated[BodyPoint, Meaning("the guided point")]
     direction: Annotated[float, Quantity("rad", minimum=-1e4, maximum=1e4, help="of the guide, in the frame of its body")]
     kinetic: Kinetic
     static: Static = 0.0

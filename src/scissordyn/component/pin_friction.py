@@ -10,7 +10,7 @@ from scissordyn.component.place import GROUND
 from scissordyn.component.port import HINGE, Output
 from scissordyn.component.stribeck import Kinetic, Static, StribeckSpeed, Transition, friction_ratio
 from scissordyn.kernel import kernel
-from scissordyn.units import Quantity
+from scissordyn.units import Meaning, Quantity
 
 
 @kernel
@@ -29,6 +29,7 @@ def force(angle, speed, reaction, kinetic, static, stribeck_speed, transition, r
     context=("reaction",),
     symbol="hinge",
     example={"body": "rod", "base": "crank", "radius": "10 mm", "kinetic": 0.12},
+    source="Armstrong-Helouvry, Dupont and Canudas de Wit 1994, doi:10.1016/0005-1098(94)90209-7",
 )
 class PinFriction:
     r"""Friction in the ideal pin that joins two bodies, with the force that the pin transmits at that instant.
@@ -39,33 +40,13 @@ class PinFriction:
     W is the reaction, the resultant of normal force and friction, so that it touches the friction circle R sin(phi). Friction
     changes the reactions, on which it depends: both are solved for together. Where no reaction is in balance with its friction,
     the mechanism jams, and a run ends with that cause. Below v_0 joints creep: friction holds nothing at rest.
-
-    Parameters
-    ----------
-    name : str
-    body, base : str
-        Both bodies of one ideal pin; the base may be "ground".
-    radius : float
-        R, of the journal [m].
-    kinetic : float
-        mu_k.
-    static : float
-        mu_s; mu_k if 0.
-    stribeck_speed : float
-        v_s [m/s].
-    transition : float
-        v_0, over which friction changes its sign [m/s].
-
-    References
-    ----------
-    Armstrong-Helouvry, Dupont and Canudas de Wit 1994, doi:10.1016/0005-1098(94)90209-7
     """
 
     name: str
-    body: str
+    body: Annotated[str, Meaning("both bodies of one ideal pin")]
     radius: Annotated[float, Quantity("m", above=0.0, maximum=1e3, help="of the journal")]
     kinetic: Kinetic
-    base: str = GROUND
+    base: Annotated[str, Meaning("both bodies of one ideal pin")] = GROUND
     static: Static = 0.0
     stribeck_speed: StribeckSpeed = 0.01
     transition: Transition = 1e-3

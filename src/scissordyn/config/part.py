@@ -8,10 +8,9 @@ from functools import cache
 from pathlib import Path
 from typing import Annotated, Any
 
-from scissordyn.component.catalogue import COMPONENTS
+from scissordyn.component.catalogue import COMPONENTS, component_class
 from scissordyn.component.declaration import Declaration
 from scissordyn.component.place import Point
-from scissordyn.component.user import component_class
 from scissordyn.config.code import AbsentPart, code_of
 from scissordyn.config.coupling import COORDINATE_DRIVE, CouplingTable
 from scissordyn.config.shape import About, Context, Reader, Shape, reader

@@ -7,9 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
+from typing import Annotated
 
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.kernel import call_at, kernel
+from scissordyn.units import Meaning
 
 SIGNALS = (
     "reference_angle",
@@ -33,6 +35,14 @@ MEASURED: Mapping[str, str] = MappingProxyType(
     {"error": "rad", "speed": "rad/s", "sensor_x": "m", "sensor_y": "m", "sensor_rate_x": "m/s", "sensor_rate_y": "m/s"}
 )
 """Signals whose delayed values can be used, with their units."""
+
+Recorded = Annotated[
+    str,
+    Meaning(
+        'the signal y: "error" (reference less angle [rad]), "speed" [rad/s], "sensor_x", "sensor_y" [m] or their rates '
+        '"sensor_rate_x", "sensor_rate_y" [m/s]'
+    ),
+]
 
 
 @kernel

@@ -7,32 +7,19 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Annotated
 
-from scissordyn.units import Quantity, check_quantities
+from scissordyn.units import Meaning, Quantity, check_quantities, documented
 
 
+@documented
 @dataclass(frozen=True)
 class Material:
-    """An isotropic elastic material.
-
-    Parameters
-    ----------
-    name : str
-        Its name.
-    youngs_modulus : float
-        E [Pa].
-    poisson_ratio : float
-        nu [1].
-    density : float
-        rho [kg/m^3].
-    source : str
-        Source of the numbers.
-    """
+    """An isotropic elastic material."""
 
     name: str
-    youngs_modulus: Annotated[float, Quantity("Pa", minimum=1e3, maximum=1e13, help="Young's modulus")]
-    poisson_ratio: Annotated[float, Quantity("1", above=-1.0, maximum=0.5, help="Poisson's ratio")]
-    density: Annotated[float, Quantity("kg/m^3", minimum=0.1, maximum=1e5, help="density")]
-    source: str = ""
+    youngs_modulus: Annotated[float, Quantity("Pa", minimum=1e3, maximum=1e13, help="Young's modulus E")]
+    poisson_ratio: Annotated[float, Quantity("1", above=-1.0, maximum=0.5, help="Poisson's ratio nu")]
+    density: Annotated[float, Quantity("kg/m^3", minimum=0.1, maximum=1e5, help="density rho")]
+    source: Annotated[str, Meaning("source of the numbers")] = ""
 
     def __post_init__(self) -> None:
         check_quantities(self)

@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 from typing import Annotated
 
 from scissordyn.component.place import Point
-from scissordyn.component.port.contact import surface_attachments, surface_ends
-from scissordyn.component.port.declaration import Attachment, Ends
+from scissordyn.component.port.declaration import Attachment, Ends, direction, frame, place
 from scissordyn.errors import InputError
 from scissordyn.laws.contact import Damping, Elastic, Friction, JointContact
 from scissordyn.laws.damping.factors import Flores
@@ -128,12 +127,14 @@ class ContactPoint:
 
     @property
     def attachments(self) -> tuple[Attachment, ...]:
-        """What the maps of the contact read."""
-        return surface_attachments(self)
+        """From the guide's line to the centre of the corner's arc, the block's direction, and that of the guide's frame."""
+        ends = place((self.follower, self.centre)), place((self.body, self.through), -1.0)
+        return (*ends, direction(2, self.follower), frame(4, self.body))
 
     @property
     def ends(self) -> Ends:
-        return surface_ends(self)
+        """The contact force acts on the block."""
+        return (self.follower, self.centre), (self.body, self.through)
 
 
 def block_contact_points(

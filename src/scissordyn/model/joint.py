@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from scissordyn.component.place import GROUND, BodyPoint, Point
-from scissordyn.component.port.contact import journal_attachments, journal_ends
-from scissordyn.component.port.declaration import Attachment, Ends
+from scissordyn.component.port.declaration import Attachment, Ends, direction, place
 from scissordyn.errors import InputError
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.guide_clearance import GuideClearance
@@ -36,13 +35,14 @@ class Revolute:
 
     @property
     def attachments(self) -> tuple[Attachment, ...]:
-        """What the maps of its contact read, with clearance."""
-        return journal_attachments(self)
+        """What the maps of its contact read: from the bearing to the journal, and the directions of bodies that rotate."""
+        ends = place(self.journal), place(self.bearing, -1.0)
+        return (*ends, direction(2, self.journal[0]), direction(4, self.bearing[0]))
 
     @property
     def ends(self) -> Ends:
-        """What its contact acts on."""
-        return journal_ends(self)
+        """What its contact acts on, the journal first."""
+        return self.journal, self.bearing
 
 
 @documented

@@ -10,8 +10,7 @@ import numpy as np
 
 from scissordyn.component.actuator import Actuator
 from scissordyn.component.catalogue import COMPONENTS
-from scissordyn.component.compiled import Kernels, at_rest, kernels_of
-from scissordyn.component.declaration import Component
+from scissordyn.component.declaration import Component, at_rest, kernels_of
 from scissordyn.component.port import AXIS, TRAVEL, Attachment
 from scissordyn.laws.friction.none import NoFriction
 from scissordyn.mechanics.constraint_part import ANGLE, HALF_SQUARE
@@ -67,7 +66,7 @@ def _attached(coordinates: Coordinates, attachment: Attachment) -> PointMap:
     return PointMap(vector.columns, along @ vector.rows)
 
 
-def _kernels(component: Component, start: tuple[float, ...]) -> Kernels:
+def _kernels(component: Component, start: tuple[float, ...]) -> dict[str, int]:
     if type(component) not in COMPONENTS.values():  # of the user's own: tried before anything is compiled
         at_rest(component, start)
     return kernels_of(type(component))
@@ -210,7 +209,7 @@ def _constraints(mechanism: Mechanism, coordinates: Coordinates) -> dict[str, np
     part_start, column, row = _stacked([part for _, _, part in parts], 2)
     timed = [k for k, constraint in enumerate(constraints) if constraint.motion]
     first = len(mechanism.drives) + len(time_functions(mechanism, 0)[2])
-    references = len(coordinates.families) + sum(part.declaration.port.angle is not None for part in acting(mechanism))
+    references = len(coordinates.families) + sum(part.declaration.port.angle for part in acting(mechanism))
     return {
         "part_start": part_start,
         "part_constraint": _integers(k for k, _, _ in parts),
@@ -235,7 +234,7 @@ def _components(mechanism: Mechanism, rotations: int) -> dict[str, np.ndarray]:
     kernels = [_kernels(part, start_coordinates(mechanism, part)) for part in components]
     function, feed_forward, _ = time_functions(mechanism, len(mechanism.drives))
     guarded = [i for i, kind in enumerate(declared) if kind.gap is not None]
-    angular = [i for i, kind in enumerate(declared) if kind.port.angle is not None]
+    angular = [i for i, kind in enumerate(declared) if kind.port.angle]
     recorded = [i for i, part in enumerate(components) if isinstance(part, Actuator) and part.controller.delay > 0.0]
 
     def numbered(chosen: list[int], first: int) -> np.ndarray:
@@ -255,9 +254,9 @@ def _components(mechanism: Mechanism, rotations: int) -> dict[str, np.ndarray]:
         "component_guard": numbered(guarded, contacts),
         "travel_direction": np.array([_travel(part) for part in components], float).reshape(-1, 2),
         "first_rate": _integers(len(kind.results) - len(kind.states) for kind in declared),
-        "force_kernel": _integers(kernel.force for kernel in kernels),
-        "gap_kernel": _integers(kernel.gap for kernel in kernels),
-        "switch_kernel": _integers(kernel.switch for kernel in kernels),
+        "force_kernel": _integers(kernel["force"] for kernel in kernels),
+        "gap_kernel": _integers(kernel["gap"] for kernel in kernels),
+        "switch_kernel": _integers(kernel["switch"] for kernel in kernels),
         "reference_of": numbered(angular, rotations),
         "function": function,
         "feed_forward": feed_forward,

@@ -8,12 +8,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from scissordyn.component.port.actuator import ACTUATOR as ACTUATOR
 from scissordyn.component.port.axis import AXIS as AXIS
 from scissordyn.component.port.declaration import Attachment as Attachment
 from scissordyn.component.port.declaration import Output as Output
 from scissordyn.component.port.declaration import Port as Port
 from scissordyn.component.port.frame import FRAME as FRAME
+from scissordyn.component.port.hinge import ACTUATOR as ACTUATOR
 from scissordyn.component.port.hinge import HINGE as HINGE
 from scissordyn.component.port.line import LINE as LINE
 from scissordyn.component.port.point import POINT as POINT

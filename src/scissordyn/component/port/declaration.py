@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from scissordyn.component.place import GROUND
 from scissordyn.component.port.stroke import Drawn, Scene, Strokes
 
 Point = tuple[float, float]
@@ -74,6 +75,16 @@ class Output:
     monitored: bool = False
 
 
+def ends_of(component: Any) -> Ends:
+    """What a component acts on: torques on two bodies, its end against its start, or its point against the ground."""
+    port = component.declaration.port
+    if port.turning:
+        body, base = (getattr(component, field) for field in port.turning)
+        return (body, None), (base, None)
+    end, *start = (getattr(component, field) for field in reversed(port.points))
+    return end, start[0] if start else (GROUND, (0.0, 0.0))
+
+
 @dataclass(frozen=True, kw_only=True)
 class Port:
     """How an element is attached; each of its own file says all of it.
@@ -95,10 +106,9 @@ class Port:
     attachments: Callable[[Any], tuple[Attachment, ...]]
     # From a component, where points are and how bodies are turned as placed, to the coordinates there
     start: Callable[[Any, Where, Turned], tuple[float, ...]]
-    # From a component to what it acts on, see `Ends`; the first gets the force, the second the opposite one
-    ends: Callable[[Any], Ends]
     # From a component, the strokes of its symbol and a `Scene` to the strokes in the scene and the place of the name
     drawn: Callable[[Any, Strokes, Scene], Drawn]
-    # From a component to the body whose angle it reads and the one that it is measured against
-    angle: Callable[[Any], tuple[str, str]] | None = None
+    # From a component to what it acts on; the first gets the force, the second the opposite one
+    ends: Callable[[Any], Ends] = ends_of
+    angle: bool = False  # Whether the last coordinate is the angle of the first of these bodies against the second
     sense: float = 1.0  # -1 for a tension, which pulls against its coordinate

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from scissordyn.component.port.declaration import Attachment, Ends, Output, Port, Turned, Where, frame, place
-from scissordyn.component.port.stroke import AXIS_LINE, Drawn, Scene, Strokes, arc, bent, turned
+from scissordyn.component.port.declaration import Attachment, Output, Port, Turned, Where, frame, place
+from scissordyn.component.port.stroke import AXIS_LINE, SQUARE, Drawn, Scene, Strokes, arc, bent, turned
 from scissordyn.kernel import kernel
 
 
@@ -30,16 +30,6 @@ def start(component: Any, where: Where, turned: Turned) -> tuple[float, ...]:
     return cos * x + sin * y, cos * y - sin * x, turned(component.end[0]) - base
 
 
-def ends(component: Any) -> Ends:
-    """The force acts on the end."""
-    return component.end, component.start
-
-
-def bodies(component: Any) -> tuple[str, str]:
-    """The end's body, against the start's."""
-    return component.end[0], component.start[0]
-
-
 def drawn(component: Any, strokes: Strokes, scene: Scene) -> Drawn:
     """Around the start, turning with its body, and a line to the end; a beam by its bent axis."""
     start, end = scene.place(component.start), scene.place(component.end)
@@ -53,7 +43,6 @@ def drawn(component: Any, strokes: Strokes, scene: Scene) -> Drawn:
     return (*turned(strokes, start, scene.angle(component.start[0]), scene.size), np.stack([start, end], axis=1)), start
 
 
-_SQUARE = np.array([[-0.7, -0.7], [0.7, -0.7], [0.7, 0.7], [-0.7, 0.7], [-0.7, -0.7]])
 _SPOKES = tuple(np.stack([0.45 * spoke, spoke]) for spoke in arc(1.0, 22.5, 337.5, 8))
 
 FRAME = Port(
@@ -70,16 +59,15 @@ FRAME = Port(
         Output("angle", "rad", "angle of the end's body against the start's", first=2, coordinate=True),
     ),
     symbols={
-        "frame": (_SQUARE,),
+        "frame": (SQUARE,),
         "bushing": (arc(0.45, 0.0, 360.0, 37), arc(1.0, 0.0, 360.0, 37), *_SPOKES),
         "beam": (AXIS_LINE,),
         "cam": (arc(1.0, 0.0, 360.0, 37),),
     },
     attachments=attachments,
     start=start,
-    ends=ends,
     drawn=drawn,
-    angle=bodies,
+    angle=True,
 )
 
 

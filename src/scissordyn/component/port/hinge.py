@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
 import numpy as np
 
-from scissordyn.component.port.declaration import Attachment, Ends, Output, Port, Turned, Where, direction, frame
-from scissordyn.component.port.stroke import Drawn, Scene, Strokes, arc, hatched, spiral, turned
+from scissordyn.component.port.declaration import Attachment, Output, Port, Turned, Where, direction, frame, place
+from scissordyn.component.port.stroke import SQUARE, Drawn, Scene, Strokes, arc, hatched, spiral, turned
 from scissordyn.kernel import kernel
 
 
@@ -21,16 +22,6 @@ def start(component: Any, where: Where, turned: Turned) -> tuple[float, ...]:
     return (turned(component.body) - turned(component.base),)
 
 
-def ends(component: Any) -> Ends:
-    """Torques alone."""
-    return (component.body, None), (component.base, None)
-
-
-def bodies(component: Any) -> tuple[str, str]:
-    """The body whose angle is read, and its base."""
-    return component.body, component.base
-
-
 def drawn(component: Any, strokes: Strokes, scene: Scene) -> Drawn:
     """Around the pivot, turning with the body; a motor's letter stays upright."""
     where, enlarged = scene.pivot(component.body, component.base)
@@ -38,8 +29,7 @@ def drawn(component: Any, strokes: Strokes, scene: Scene) -> Drawn:
     return turned(strokes, where, angle, scene.size * enlarged), where
 
 
-MOTOR = (arc(1.0, 0.0, 360.0, 37), np.array([[-0.4, -0.4], [-0.4, 0.4], [0.0, -0.1], [0.4, 0.4], [0.4, -0.4]]))
-_SQUARE = np.array([[-0.7, -0.7], [0.7, -0.7], [0.7, 0.7], [-0.7, 0.7], [-0.7, -0.7]])
+_MOTOR = (arc(1.0, 0.0, 360.0, 37), np.array([[-0.4, -0.4], [-0.4, 0.4], [0.0, -0.1], [0.4, 0.4], [0.4, -0.4]]))
 _TAPE = np.concatenate([arc(0.8, -60.0, 60.0), arc(1.15, 60.0, -60.0), arc(0.8, -60.0, -59.0, 2)[:1]])
 _BARB = np.array([[-1.0, 0.85], arc(1.0, 135.0, 135.0, 1)[0], [-0.45, 1.15]])
 _HOOK = np.array([[0.3, -1.3], [1.2, -1.3], [1.2, -0.5], [0.85, -0.5], [0.85, -0.95], [0.3, -0.95], [0.3, -1.3]])
@@ -56,20 +46,40 @@ HINGE = Port(
         Output("angle", "rad", "angle of the body against its base", coordinate=True),
     ),
     symbols={
-        "hinge": (_SQUARE,),
+        "hinge": (SQUARE,),
         "spiral": (spiral(),),
         "tape": (_TAPE,),
         "arc": (arc(1.0, -135.0, 135.0), _BARB),
-        "motor": MOTOR,
+        "motor": _MOTOR,
         "stop": hatched(np.array([0.35, 0.75]), np.array([0.7, 1.5]), np.array([-0.35, -0.1]), 4),
         "latch": (_HOOK, arc(0.55, -90.0, 0.0, 9)),
     },
     attachments=attachments,
     start=start,
-    ends=ends,
     drawn=drawn,
-    angle=bodies,
+    angle=True,
 )
+
+
+def actuator_attachments(component: Any) -> tuple[Attachment, ...]:
+    """The directions of both bodies, then where the sensor is from its origin."""
+    places = attachments(component)
+    if component.sensor is not None:
+        places = (*places, place(component.sensor))
+        if component.sensor_origin is not None:
+            places = (*places, place(component.sensor_origin, -1.0))
+    return places
+
+
+ACTUATOR = dataclasses.replace(
+    HINGE,
+    name="actuator",
+    code=5,
+    outputs=(Output("torque", "N m", "torque on the body"),),
+    symbols={"motor": _MOTOR},
+    attachments=actuator_attachments,
+)
+"""A hinge whose torque a controller chooses; it may sense a point beside."""
 
 
 @kernel

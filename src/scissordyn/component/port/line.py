@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from scissordyn.component.port.declaration import Attachment, Ends, Output, Port, Turned, Where, place
+from scissordyn.component.port.declaration import Attachment, Output, Port, Turned, Where, place
 from scissordyn.component.port.stroke import Drawn, Scene, Strokes, arc, around, spiral, spread
 from scissordyn.kernel import kernel
 
@@ -20,11 +20,6 @@ def attachments(component: Any) -> tuple[Attachment, ...]:
 def start(component: Any, where: Where, turned: Turned) -> tuple[float, ...]:
     """The distance as placed."""
     return (math.dist(where(component.start), where(component.end)),)
-
-
-def ends(component: Any) -> Ends:
-    """The tension pulls at the end."""
-    return component.end, component.start
 
 
 def drawn(component: Any, strokes: Strokes, scene: Scene) -> Drawn:
@@ -72,7 +67,6 @@ LINE = Port(
     },
     attachments=attachments,
     start=start,
-    ends=ends,
     drawn=drawn,
     sense=-1.0,
 )

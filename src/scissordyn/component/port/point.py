@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from scissordyn.component.place import GROUND
-from scissordyn.component.port.declaration import Attachment, Ends, Output, Port, Turned, Where, frame, place
+from scissordyn.component.port.declaration import Attachment, Output, Port, Turned, Where, frame, place
 from scissordyn.component.port.stroke import Drawn, Scene, Strokes
 from scissordyn.kernel import kernel
 
@@ -22,11 +21,6 @@ def start(component: Any, where: Where, turned: Turned) -> tuple[float, ...]:
     """Place and direction as placed."""
     angle = turned(component.point[0])
     return (*where(component.point), math.cos(angle), math.sin(angle))
-
-
-def ends(component: Any) -> Ends:
-    """The point, against the ground."""
-    return component.point, (GROUND, (0.0, 0.0))
 
 
 ARROW = 3.0  # Length of the arrow of the largest force of a run, in sizes
@@ -53,7 +47,6 @@ POINT = Port(
     symbols={"arrow": ()},
     attachments=attachments,
     start=start,
-    ends=ends,
     drawn=drawn,
 )
 

@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from scissordyn.component.place import GROUND
-from scissordyn.component.port.declaration import Attachment, Ends, Output, Port, Turned, Where, place
+from scissordyn.component.port.declaration import Attachment, Output, Port, Turned, Where, place
 from scissordyn.component.port.stroke import Drawn, Scene, Strokes, arc, turned
 
 
@@ -22,11 +21,6 @@ def attachments(component: Any) -> tuple[Attachment, ...]:
 def start(component: Any, where: Where, turned: Turned) -> tuple[float, ...]:
     """On the axis: no number of such a component depends on where it is placed."""
     return (0.0,)
-
-
-def ends(component: Any) -> Ends:
-    """The point; what acts on the bar is added with its distributed mass."""
-    return component.point, (GROUND, (0.0, 0.0))
 
 
 def drawn(component: Any, strokes: Strokes, scene: Scene) -> Drawn:
@@ -51,6 +45,5 @@ RAIL = Port(
     symbols={"roller": (arc(0.6, 0.0, 360.0), np.array([[0.0, 0.0], [0.6, 0.0]]))},
     attachments=attachments,
     start=start,
-    ends=ends,
     drawn=drawn,
 )

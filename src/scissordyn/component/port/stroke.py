@@ -14,6 +14,8 @@ AXIS_POINTS = 9  # Points of the axis of a beam, or of each span of a bar that b
 
 AXIS_LINE = np.stack([np.linspace(0.0, 1.0, AXIS_POINTS), np.zeros(AXIS_POINTS)], axis=1)
 
+SQUARE = 0.7 * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0]])
+
 Drawn = tuple[Strokes, np.ndarray]  # Placed strokes, and where the name belongs, shape (samples, 2) [m]
 
 

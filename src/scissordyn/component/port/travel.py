@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from scissordyn.component.place import GROUND
-from scissordyn.component.port.declaration import Attachment, Ends, Output, Port, Turned, Where, place
+from scissordyn.component.port.declaration import Attachment, Output, Port, Turned, Where, place
 from scissordyn.component.port.stroke import Drawn, Scene, Strokes, hatched, turned
 from scissordyn.kernel import kernel
 
@@ -22,11 +22,6 @@ def start(component: Any, where: Where, turned: Turned) -> tuple[float, ...]:
     """The coordinate as placed."""
     x, y = where(component.point)
     return (x * math.cos(component.direction) + y * math.sin(component.direction),)
-
-
-def ends(component: Any) -> Ends:
-    """The point, against the ground."""
-    return component.point, (GROUND, (0.0, 0.0))
 
 
 def drawn(component: Any, strokes: Strokes, scene: Scene) -> Drawn:
@@ -60,7 +55,6 @@ TRAVEL = Port(
     },
     attachments=attachments,
     start=start,
-    ends=ends,
     drawn=drawn,
 )
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Annotated
 
 from scissordyn.control.controller import Controller
-from scissordyn.control.delayed.difference import difference_numbers, torque
+from scissordyn.control.delayed.pyragas import difference_numbers, torque
+from scissordyn.control.signal import Recorded
 from scissordyn.plugin.element import element, numbers
 from scissordyn.units import Quantity, check_quantities
 
@@ -20,29 +21,13 @@ class ExtendedDelayedFeedback(Controller):
     R = 0 is Pyragas's feedback. It vanishes on every orbit of period T and shares the limitation to an even number of real
     Floquet multipliers above 1.
 
-    Parameters
-    ----------
-    gain : float
-        K [N m per unit of the signal].
-    delay : float
-        T [s].
-    recursion_gain : float
-        R [1].
-    recorded : str
-        The signal y: "error" (reference less angle [rad]), "speed" [rad/s], "sensor_x", "sensor_y" [m] or their rates
-        "sensor_rate_x", "sensor_rate_y" [m/s].
-    onset : float, optional
-        Start of the feedback [s]; one delay if not given. Before t = 0 the signal is taken as constant.
-    ramp : float
-        Time over which the gain rises from zero after the onset [s].
-    limit : float, optional
-        Largest torque in either sense [N m].
+    Before t = 0 the signal is taken as constant.
     """
 
     gain: Annotated[float, Quantity("N m", help="K, torque per SI unit of the signal")]
     delay: Annotated[float, Quantity("s", above=0.0, help="T, period of the desired orbit")]
     recursion_gain: Annotated[float, Quantity("1", above=-1.0, below=1.0, help="R, weight of S(t - T) in the recursion")] = 0.5
-    recorded: str = "speed"
+    recorded: Recorded = "speed"
     onset: Annotated[float | None, Quantity("s", minimum=0.0, help="start of the feedback; one delay without it")] = None
     ramp: Annotated[float, Quantity("s", minimum=0.0, help="time over which the gain rises from zero")] = 0.0
     limit: Annotated[float | None, Quantity("N m", above=0.0, help="largest torque in either sense")] = None

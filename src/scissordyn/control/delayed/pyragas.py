@@ -1,13 +1,29 @@
-"""Delayed feedback of Pyragas."""
+"""Delayed feedback of Pyragas, with the torque that its extension shares."""
 
 from __future__ import annotations
 
-from typing import Annotated
+import math
+from typing import Annotated, Any
 
 from scissordyn.control.controller import Controller
-from scissordyn.control.delayed.difference import difference_numbers, torque
+from scissordyn.control.signal import Recorded, check_signal, limited, ramped
 from scissordyn.plugin.element import element, numbers
 from scissordyn.units import Quantity, check_quantities
+
+
+def difference_numbers(described: Any) -> dict[str, float]:
+    """Limit and onset of a controller that has the fields of these."""
+    check_signal(type(described).__name__, described.recorded)
+    limit = math.inf if described.limit is None else described.limit
+    return {"limit": limit, "onset": described.delay if described.onset is None else described.onset}
+
+
+def torque(time, recorded, delayed, gain, recursion_gain, limit, onset, ramp):
+    """Torque [N m]: K [(1-R) S(t-T) - y(t)] from the onset on."""
+    if time < onset:
+        return 0.0
+    command = gain * ((1.0 - recursion_gain) * delayed - recorded)
+    return limited(command if ramp == 0.0 else ramped(time, onset, ramp) * command, limit)
 
 
 @element(
@@ -24,26 +40,12 @@ class Pyragas(Controller):
     It vanishes on every orbit of period T. It cannot stabilise an orbit with an odd number of real Floquet multipliers above 1
     in a system driven with that period.
 
-    Parameters
-    ----------
-    gain : float
-        K [N m per unit of the signal].
-    delay : float
-        T [s].
-    recorded : str
-        The signal y: "error" (reference less angle [rad]), "speed" [rad/s], "sensor_x", "sensor_y" [m] or their rates
-        "sensor_rate_x", "sensor_rate_y" [m/s].
-    onset : float, optional
-        Start of the feedback [s]; one delay if not given. Before t = 0 the signal is taken as constant.
-    ramp : float
-        Time over which the gain rises from zero after the onset [s].
-    limit : float, optional
-        Largest torque in either sense [N m].
+    Before t = 0 the signal is taken as constant.
     """
 
     gain: Annotated[float, Quantity("N m", help="K, torque per SI unit of the signal")]
     delay: Annotated[float, Quantity("s", above=0.0, help="T, period of the desired orbit")]
-    recorded: str = "speed"
+    recorded: Recorded = "speed"
     onset: Annotated[float | None, Quantity("s", minimum=0.0, help="start of the feedback; one delay without it")] = None
     ramp: Annotated[float, Quantity("s", minimum=0.0, help="time over which the gain rises from zero")] = 0.0
     limit: Annotated[float | None, Quantity("N m", above=0.0, help="largest torque in either sense")] = None

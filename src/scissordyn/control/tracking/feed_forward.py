@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-from scissordyn.control.controller import Controller
-from scissordyn.control.tracking.feedback import INTEGRAL, feedback_numbers, settled
-from scissordyn.plugin.element import element, numbers
-from scissordyn.units import Quantity, State, check_quantities
+from scissordyn.control.tracking.pid import INTEGRAL, PID, settled
+from scissordyn.plugin.element import element
+from scissordyn.units import Quantity
 
 
 def torque(
@@ -45,7 +44,7 @@ def torque(
     states=(INTEGRAL,),
     source="Astrom and Hagglund 1995, PID Controllers, ISBN 1-55617-516-7",
 )
-class FeedForward(Controller):
+class FeedForward(PID):
     r"""A torque over time with feedback of the angle error and of the rate of a distance, within a limit.
 
     .. math::
@@ -57,13 +56,6 @@ class FeedForward(Controller):
     """
 
     proportional: Annotated[float, Quantity("N m/rad", minimum=0.0, help="k_p")] = 0.0
-    derivative: Annotated[float, Quantity("N m s/rad", minimum=0.0, help="k_d")] = 0.0
-    integral: Annotated[float, Quantity("N m/(rad s)", minimum=0.0, help="k_i")] = 0.0
-    limit: Annotated[float | None, Quantity("N m", above=0.0, help="largest torque in either sense")] = None
-    ramp: Annotated[float, Quantity("s", minimum=0.0, help="time over which the limit rises from zero")] = 0.0
-    tracking_time: Annotated[float | None, Quantity("s", above=0.0, help="T_t of the back-calculation; k_p/k_i without it")] = (
-        None
-    )
     eccentricity_rate_damping: Annotated[
         float, Quantity("N s", help="k_s, torque per rate of the sensor's distance; either sign")
     ] = 0.0
@@ -71,20 +63,7 @@ class FeedForward(Controller):
         float, Quantity("m", above=0.0, help="s_0, which regularises the direction of small distances")
     ] = 1e-5
 
-    def __post_init__(self) -> None:
-        check_quantities(self)
-        feedback_numbers(self)
-
-    @property
-    def states(self) -> tuple[State, ...]:
-        """The integral part of the torque, if there is one."""
-        return (INTEGRAL,) if self.integral > 0.0 else ()
-
     @property
     def uses_sensor(self) -> bool:
         """Whether the rate damping is not zero."""
         return self.eccentricity_rate_damping != 0.0
-
-    def parameters(self) -> tuple[float, ...]:
-        """The limit is infinite unless given; in place of the tracking time one over it."""
-        return numbers(self, **feedback_numbers(self))

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from scissordyn.component.compiled import at_rest
+from scissordyn.component.declaration import at_rest
 from scissordyn.component.port import LINE
 from scissordyn.errors import InputError
 from scissordyn.kernel import Handle

@@ -324,9 +324,7 @@ def count_turns(plan: Plan, system: System, turned: Mapping[str, float]) -> None
         state.reference[k] += turned[family.bodies[0]]
     for i, component in enumerate(plan.acting):
         if model.reference_of[i] >= 0:
-            angle = component.declaration.port.angle
-            assert angle is not None
-            body, base = angle(component)
+            (body, _), (base, _) = component.declaration.port.ends(component)
             state.reference[model.reference_of[i]] += turned[body] - turned[base]
     turning = [body for constraint in plan.coordinates.constraints for body, _ in constraint.turning]
     for k, body in enumerate(turning, state.reference.size - len(turning)):

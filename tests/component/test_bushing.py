@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,7 +13,7 @@ from scissordyn.component.bushing import Bushing
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 
-from .shared import METHODS, TIGHT, assert_balance, assert_documented, checked, phases, read
+from .shared import METHODS, TIGHT, assert_balance, phases
 
 FULL = {
     "stiffness_x": 400.0,
@@ -26,41 +25,6 @@ FULL = {
     "damping_xy": -0.8,
     "torsional_damping": 0.04,
 }
-
-CASE = """
-[structure]
-kind = "mechanism"
-gravity = "0 m/s^2"
-
-[[ground]]
-name = "O"
-position = "0, 0 m"
-
-[[body]]
-name = "plate"
-mass = "2 kg"
-inertia = "0.03 kg m^2"
-points = { eye = "0, 0 m" }
-position = "0.02, 0.01 m"
-angle = "20 deg"
-
-[[bushing]]
-name = "rubber"
-start = "ground.O"
-end = "plate.eye"
-stiffness_x = "400 N/m"
-stiffness_y = "0.9 kN/m"
-stiffness_xy = "150 N/m"
-torsional_stiffness = "6 N m/rad"
-damping_x = "1.5 N s/m"
-damping_y = "3 N s/m"
-damping_xy = "-0.8 N s/m"
-torsional_damping = "0.04 N m s/rad"
-free_angle = "0 deg"
-
-[run]
-until = "0.5 s"
-"""
 
 
 def plate_on(bushing: Bushing) -> Mechanism:
@@ -151,18 +115,6 @@ def test_free_angle_is_as_placed() -> None:
     """Contract: without a free angle the bushing starts without torque."""
     run = sd.simulate(plate_on(Bushing("rubber", ("ground", "O"), ("plate", "eye"), torsional_stiffness=6.0)), until=0.1)
     np.testing.assert_allclose(run["bushing_torque"], 0.0, atol=1e-12)
-
-
-def test_case_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Contract: the table is the class; ``check`` names it; its variables have units."""
-    mechanism = read(tmp_path, CASE)
-    assert mechanism.components == (Bushing("rubber", ("ground", "O"), ("plate", "eye"), free_angle=0.0, **FULL),)
-    assert "Bushing rubber." in checked(tmp_path, CASE, capsys)
-    run = sd.simulate(mechanism, until=0.1, samples=11)
-    units = {"force": "N", "torque": "N m", "displacement": "m", "angle": "rad", "energy": "J", "peak_force": "N"}
-    assert_documented(run, {f"bushing_{name}": unit for name, unit in units.items()})
-    assert run["bushing_force"].dims == ("time", "bushing", "axis")
-    np.testing.assert_array_equal(sd.replay(run)["bushing_force"], run["bushing_force"])
 
 
 @pytest.mark.parametrize("what", ["stiffness", "damping"])

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,36 +14,10 @@ from scissordyn.component.cable import Cable
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 
-from .shared import METHODS, TIGHT, assert_balance, assert_documented, checked, events_of, phases, read
+from .shared import METHODS, TIGHT, assert_balance, events_of, phases
 
 MASS, GRAVITY, STIFFNESS, FREE, HEIGHT = 2.0, 9.81, 200.0, 0.5, 0.3
 ROPE = Cable("rope", ("ground", "O"), ("ball", "centre"), stiffness=STIFFNESS, free_length=FREE)
-
-CASE = """
-[structure]
-kind = "mechanism"
-
-[[ground]]
-name = "O"
-position = "0, 0 m"
-
-[[body]]
-name = "ball"
-mass = "2 kg"
-points = { centre = "0, 0 m" }
-position = "0, -0.4 m"
-
-[[cable]]
-name = "rope"
-start = "ground.O"
-end = "ball.centre"
-stiffness = "0.2 kN/m"
-free_length = "500 mm"
-damping = "3 N s/m"
-
-[run]
-until = "1 s"
-"""
 
 
 def ball_on(rope: Cable, place: tuple[float, float], velocity: tuple[float, float] = (0.0, 0.0)) -> Mechanism:
@@ -134,19 +107,6 @@ def test_a_stretched_start_is_taut() -> None:
     assert run["cable_taut"].values.min() == 1.0
     np.testing.assert_allclose(run["cable_force"], MASS * GRAVITY, rtol=1e-9)
     assert run["event_time"].values.tolist() == [0.0]
-
-
-def test_case_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Contract: the table is the class; ``check`` names it; its variables have units."""
-    mechanism = read(tmp_path, CASE)
-    assert mechanism.components == (Cable("rope", ("ground", "O"), ("ball", "centre"), 200.0, 0.5, 3.0),)
-    assert "Cable rope." in checked(tmp_path, CASE, capsys)
-    run = sd.simulate(mechanism, until=0.3, samples=11)
-    assert_documented(
-        run, {"cable_force": "N", "cable_length": "m", "cable_energy": "J", "cable_taut": "1", "cable_peak_force": "N"}
-    )
-    again = sd.replay(run)
-    np.testing.assert_array_equal(again["cable_force"], run["cable_force"])
 
 
 def test_what_it_cannot_be() -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,35 +13,9 @@ from scissordyn.component.constant_force_spring import ConstantForceSpring
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 
-from .shared import METHODS, TIGHT, assert_balance, assert_documented, checked, phases, read
+from .shared import METHODS, TIGHT, assert_balance, phases
 
 MASS, TENSION, UNCOILED = 0.8, 12.0, 0.25
-
-CASE = """
-[structure]
-kind = "mechanism"
-gravity = "0 m/s^2"
-
-[[ground]]
-name = "O"
-position = "0, 0 m"
-
-[[body]]
-name = "ball"
-mass = "0.8 kg"
-points = { centre = "0, 0 m" }
-position = "0.5, 0 m"
-
-[[constant_force_spring]]
-name = "reel"
-start = "ground.O"
-end = "ball.centre"
-tension = "12 N"
-uncoiling_length = "25 cm"
-
-[run]
-until = "0.1 s"
-"""
 
 
 def ball_on(
@@ -103,19 +76,6 @@ def test_orbit_across_the_uncoiling_length(method: str, damping: float) -> None:
     assert len(instants) >= 4
     np.testing.assert_allclose(run["position"][:, 0], at(run["time"].values)[:, :2], atol=1e-8)
     assert_balance(run)
-
-
-def test_case_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Contract: the table is the class; ``check`` names it; its variables have units."""
-    mechanism = read(tmp_path, CASE)
-    assert mechanism.components == (spring(),)
-    assert "Constant force spring reel." in checked(tmp_path, CASE, capsys)
-    run = sd.simulate(mechanism, until=0.05, samples=11)
-    section = "constant_force_spring"
-    assert_documented(
-        run, {f"{section}_force": "N", f"{section}_length": "m", f"{section}_energy": "J", f"{section}_peak_force": "N"}
-    )
-    np.testing.assert_array_equal(sd.replay(run)[f"{section}_force"], run[f"{section}_force"])
 
 
 def test_what_it_cannot_be() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,7 +13,7 @@ from scissordyn.component.time_function import Harmonic
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 
-from .shared import METHODS, TIGHT, assert_balance, assert_documented, checked, events_of, phases, read
+from .shared import METHODS, TIGHT, assert_balance, events_of, phases
 
 STIFFNESS, PEAK, STEADY, PEAK_EQUAL, STEADY_EQUAL = 20.0, 2.0, 0.3, 0.8, 0.2
 TAPE = TapeSpring("tape", "rod", "ground", STIFFNESS, PEAK, STEADY, PEAK_EQUAL, STEADY_EQUAL)
@@ -24,39 +23,6 @@ TABLES = TapeSpring(
     straight=((-0.05, -0.7), (-0.02, -0.5), (0.03, 0.9), (0.1, 2.0)),
     folded=((-0.6, -0.35), (-0.02, -0.25), (0.02, 0.4), (0.3, 0.32), (0.9, 0.35)),
 )
-
-CASE = """
-[structure]
-kind = "mechanism"
-gravity = "0 m/s^2"
-
-[[ground]]
-name = "O"
-position = "0, 0 m"
-
-[[body]]
-name = "rod"
-length = "1 m"
-mass = "1.2 kg"
-angular_velocity = "3 rad/s"
-
-[[joint]]
-name = "pin"
-journal = "rod.start"
-bearing = "ground.O"
-
-[[tape_spring]]
-name = "tape"
-body = "rod"
-stiffness = "20 N m/rad"
-peak_moment = "2 N m"
-steady_moment = "0.3 N m"
-peak_moment_equal = "0.8 N m"
-steady_moment_equal = "0.2 N m"
-
-[run]
-until = "1 s"
-"""
 
 
 def hinged(tape: TapeSpring, *, angle: float = 0.0, speed: float = 0.0, gravity: float = 0.0) -> Mechanism:
@@ -164,26 +130,6 @@ def test_a_folded_start_deploys() -> None:
     back = math.sqrt(2.0 * (1.2 - STEADY / STIFFNESS) * 0.4 / STEADY)
     assert events_of(run, "snapped back")[0] == pytest.approx(back, abs=1e-8)
     assert_balance(run)
-
-
-def test_case_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Contract: the table is the class, with moments as with tables; ``check`` names it; its variables have units."""
-    mechanism = read(tmp_path, CASE)
-    assert mechanism.components == (TAPE,)
-    assert "Tape spring tape." in checked(tmp_path, CASE, capsys)
-    run = sd.simulate(mechanism, until=0.2, samples=11)
-    units = {"torque": "N m", "angle": "rad", "energy": "J", "folded": "1", "peak_torque": "N m"}
-    assert_documented(run, {f"tape_spring_{name}": unit for name, unit in units.items()})
-    np.testing.assert_array_equal(sd.replay(run)["tape_spring_torque"], run["tape_spring_torque"])
-    first, rest = CASE.split('stiffness = "20 N m/rad"')
-    tables = (
-        'straight = { angles = "-0.05, -0.02, 0.03, 0.1 rad", moments = "-0.7, -0.5, 0.9, 2 N m" }\n'
-        'folded = { angles = "-0.6, -0.02, 0.02, 0.3, 0.9 rad", moments = "-350, -250, 400, 320, 350 N mm" }\n'
-    )
-    found = read(tmp_path, first + tables + "[run]" + rest.split("[run]")[1]).components[0]
-    np.testing.assert_allclose(found.straight, TABLES.straight)
-    np.testing.assert_allclose(found.folded, TABLES.folded)
-    sd.simulate(hinged(found, speed=2.6), until=0.01)
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from bouncing import at, row
+from bouncing import at, by_name, row
 
 import scissordyn as sd
 from scissordyn.laws import catalogue
@@ -26,11 +26,6 @@ CONSTANT = 1e6
 SLIP = np.concatenate([[0.0], np.geomspace(1e-9, 10.0, 41)])
 BRISTLES = [law for law in catalogue.FRICTION.values() if "bristle_deflection" in [state.name for state in law.states]]
 FADING = [LuGre, ElastoPlastic]
-
-
-def by_name(law):
-    """A test id that the mutation script selects by."""
-    return getattr(law, "name", None)
 
 
 def force(law, v, z, normal=NORMAL):

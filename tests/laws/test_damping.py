@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from bouncing import JOINT, at, bounce, row, step, work
+from bouncing import JOINT, at, bounce, by_name, row, step, work
 
 from scissordyn.errors import InputError
 from scissordyn.laws import catalogue
@@ -21,11 +21,6 @@ FACTORS = [
     law for law in catalogue.DAMPING.values() if law.declaration.kernels["force"] is proportional.force and law.name != "none"
 ]
 MASS = 2.0
-
-
-def by_name(law):
-    """A test id that the mutation script selects by."""
-    return getattr(law, "name", None)
 
 
 def made(law, restitution):

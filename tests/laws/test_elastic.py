@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from bouncing import JOINT, UNIT_LENGTH, at, force, row
+from bouncing import JOINT, UNIT_LENGTH, at, by_name, force, row
 from scipy.special import lambertw
 
 from scissordyn.errors import InputError
@@ -27,11 +27,6 @@ from scissordyn.laws.evaluate import elastic_force
 DEPTHS = np.logspace(-12, -3.4, 200)
 ALL = list(catalogue.ELASTIC.values())
 E_STAR = UNIT_LENGTH.modulus
-
-
-def by_name(law):
-    """A test id that the mutation script selects by."""
-    return getattr(law, "name", None)
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from bouncing import JOINT, at, row
+from bouncing import JOINT, at, by_name, row
 from scipy.integrate import quad
 
 from scissordyn.laws import catalogue
@@ -25,11 +25,6 @@ C = JOINT.clearance
 SHARES = (1e-6, 1e-3, 0.1, 0.5, 0.525, 0.999, 1.0, 1.001, 2.0, 3.0, 5.999, 6.001, 8.0, 18.0)
 """Indentations in clearances, on both sides of the points where laws change their form, up to the journal's radius."""
 ALL = [law() for law in catalogue.ELASTIC.values()]
-
-
-def by_name(law):
-    """A test id that the mutation script selects by."""
-    return getattr(law, "name", None)
 
 
 def energy(law, delta, joint=JOINT):

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from bouncing import JOINT, at, row
+from bouncing import JOINT, at, by_name, row
 from scipy.integrate import solve_ivp
 
 from scissordyn.errors import InputError
@@ -24,11 +24,6 @@ from scissordyn.laws.friction.threlfall import Threlfall
 ALL = [law for name, law in catalogue.FRICTION.items() if name != "none"]
 NORMAL = 1000.0
 SPEEDS = np.array([-1.0, -0.03, -2e-3, -5e-4, 5e-4, 1e-3, 2e-3, 0.03, 1.0])
-
-
-def by_name(law):
-    """A test id that the mutation script selects by."""
-    return getattr(law, "name", None)
 
 
 class Sliding:

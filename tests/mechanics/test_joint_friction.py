@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -211,43 +210,6 @@ def test_beside_an_open_contact() -> None:
     assert 0 < int(run["in_contact"].sel(joint="slider pin").sum()) < 41
     exact = np.linalg.norm(run["reaction"].sel(joint="crank pin").values, axis=1)
     np.testing.assert_allclose(run["pin_friction_reaction"].sel(pin_friction="pin 1"), exact, atol=1e-9 * exact.max())
-
-
-CASE = """
-[structure]
-kind = "slider-crank"
-crank = "0.1 m"
-rod = "0.3 m"
-
-[drive]
-speed = "60 rpm"
-
-[[TABLE]]
-name = "big end"
-body = "rod"
-base = "crank"
-radius = "15 mm"
-kinetic = 0.1
-static = 0.2
-
-[run]
-until = "0.1 s"
-"""
-
-
-@pytest.mark.parametrize(("table", "kind"), [("pin_friction", sd.PinFriction), ("pin_lugre", sd.PinLuGre)])
-def test_case_file(table: str, kind: type, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Contract: the table is the class; `check` names it; a saved case is the same again."""
-    from scissordyn.cli.main import status_of
-
-    path = tmp_path / "case.toml"
-    path.write_text(CASE.replace("TABLE", table), encoding="utf-8")
-    mechanism = sd.read_case(path).mechanism
-    assert mechanism.components == (kind("big end", "rod", 0.015, 0.1, "crank", 0.2),)
-    assert status_of(["check", str(path)]) == 0
-    assert "Pin friction big end." in capsys.readouterr().out
-    run = sd.simulate(mechanism, until=0.05, samples=11)
-    np.testing.assert_array_equal(sd.replay(run)[f"{table}_torque"], run[f"{table}_torque"])
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from scissordyn.component.film.grid import directions, eccentricities, steepness
+from scissordyn.component.film.impedance import directions, eccentricities, steepness
 from scissordyn.component.film.reynolds import impedance
 
 RATIOS = tuple(2.0 ** (0.5 * k) for k in range(-4, 5))  # Length over diameter: from 0.25 to 4

@@ -14,7 +14,7 @@ MOST_ALIVE = 3
 NAMED = (
     ("mechanics/guard.py", "lock", "plus", "lost += 0.5 * W.A[i] * W.A[i]"),
     ("mechanics/guard.py", "impulsive_work", "plus", "total -= W.work[M.timed[i]] * W.value[1, M.timed[i]]"),
-    ("plan/balance.py", "guides", "sign", "-across[0]"),
+    ("plan/balance.py", "_unknowns", "sign", "-x"),
     ("plan/quadratic_constraints.py", "_moving_guides", "plus", "across[0] * guide.through[0] + across[1] * guide.through[1]"),
     ("component/port/frame.py", "curvature", "plus", "K[2, 3] -= torque"),
     ("component/port/line.py", "gradients", "plus", "vx - along * nx"),
@@ -32,7 +32,7 @@ EQUIVALENT: dict[tuple[str | int, ...], str] = {
         (("component/tape_spring.py", "_work", end, *which) for end in ("start", "end") for which in ((), (1,), (3,))),
         "which angles of the table lie between, of which one at an end has no area; and which end is larger",
     ),
-    ("control/tracking/feedback.py", "", "1.0"): "a scale of the error of a step",
+    ("control/tracking/pid.py", "", "1.0"): "a scale of the error of a step",
     ("laws/elastic/logarithmic.py", "_pieces", "2.0"): "first guess of Newton's method, which converges from above",
     ("laws/elastic/logarithmic.py", "_pieces", "1.0", 1): "slope in Newton's method, whose limit is the same",
     ("laws/elastic/quadrature.py", "", "1e-14"): "tolerance below rounding",

@@ -5,7 +5,7 @@ import pytest
 from scipy import sparse
 from scipy.sparse.csgraph import reverse_cuthill_mckee as of_scipy
 
-from scissordyn.plan.graph import coupled, members, pairs_of, reach, reverse_cuthill_mckee
+from scissordyn.plan.ordering import coupled, members, pairs_of, reach, reverse_cuthill_mckee
 
 
 @pytest.mark.parametrize("seed", range(8))

@@ -11,7 +11,7 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.laws.evaluate import elastic_force
-from scissordyn.plan.elastic_law import elastic_law
+from scissordyn.plan.hard_contact import elastic_law
 from scissordyn.plan.plan import plan
 from scissordyn.run.answer.warn import energy_turned_over, run_warnings
 

@@ -6,9 +6,9 @@ import math
 from typing import Annotated
 
 from scissordyn.component.declaration import component
+from scissordyn.component.pin_friction import Kinetic, Static, StribeckSpeed, Transition, friction_ratio
 from scissordyn.component.place import BodyPoint
 from scissordyn.component.port import FRAME, Output
-from scissordyn.component.stribeck import Kinetic, Static, StribeckSpeed, Transition, friction_ratio
 from scissordyn.units import Meaning, Quantity
 
 

@@ -7,10 +7,9 @@ from typing import Annotated
 
 from scissordyn.component.declaration import component
 from scissordyn.component.guide_friction import GuideFriction
-from scissordyn.component.pin_friction import PinFriction
+from scissordyn.component.pin_friction import PinFriction, Static, StribeckSpeed
 from scissordyn.component.place import GROUND, BodyPoint
 from scissordyn.component.port import FRAME, HINGE, Output
-from scissordyn.component.stribeck import Static, StribeckSpeed
 from scissordyn.kernel import kernel
 from scissordyn.laws.friction.bristle import BristleDamping, BristleStiffness, fading_speed, micro_damping
 from scissordyn.laws.friction.coefficients import Kinetic, Viscous

@@ -1,4 +1,4 @@
-"""Friction in an ideal pin, which follows the force that the pin transmits."""
+"""Friction in an ideal pin, which follows the force that the pin transmits, and what friction in guides shares with it."""
 
 from __future__ import annotations
 
@@ -8,9 +8,22 @@ from typing import Annotated
 from scissordyn.component.declaration import component
 from scissordyn.component.place import GROUND
 from scissordyn.component.port import HINGE, Output
-from scissordyn.component.stribeck import Kinetic, Static, StribeckSpeed, Transition, friction_ratio
 from scissordyn.kernel import kernel
 from scissordyn.units import Meaning, Quantity
+
+Kinetic = Annotated[float, Quantity("1", minimum=0.0, maximum=10.0, help="coefficient of friction in motion")]
+Static = Annotated[float, Quantity("1", minimum=0.0, maximum=10.0, help="at the start of motion; 0: the same")]
+StribeckSpeed = Annotated[
+    float, Quantity("m/s", above=0.0, maximum=1e3, help="over which friction falls from static to kinetic")
+]
+Transition = Annotated[float, Quantity("m/s", above=0.0, maximum=1e3, help="over which friction changes its sign")]
+
+
+@kernel
+def friction_ratio(slip, kinetic, static, stribeck_speed, transition):
+    """Friction over normal force at a slip speed: Coulomb's with Stribeck's peak, smooth about zero."""
+    peak = (static - kinetic) * math.exp(-(slip * slip) / (stribeck_speed * stribeck_speed)) if static > 0.0 else 0.0
+    return (kinetic + peak) * math.tanh(slip / transition)
 
 
 @kernel

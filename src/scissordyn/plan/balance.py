@@ -11,8 +11,8 @@ from scissordyn.component.place import GROUND, BodyPoint, Point
 from scissordyn.mechanics.reactions import Balance
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.bodies import arm_of
-from scissordyn.plan.graph import coupled, reach, reverse_cuthill_mckee
 from scissordyn.plan.linear_constraints import body_inertia
+from scissordyn.plan.ordering import coupled, reach, reverse_cuthill_mckee
 
 FEW = 6  # Up to so many unknowns their order does not matter
 

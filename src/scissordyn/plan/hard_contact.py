@@ -1,10 +1,10 @@
-"""The tables of the hard contacts of a plan, for the kernels."""
+"""The tables of the hard contacts of a plan, and stiffness laws, for the kernels."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,11 +14,12 @@ from scissordyn.mechanics.hard_result import RESULTS
 from scissordyn.mechanics.hard_rows import HardContacts
 from scissordyn.mechanics.impulse_solver import COUNTS
 from scissordyn.mechanics.pivoting import table_shape
+from scissordyn.model.clearance import Clearance
+from scissordyn.model.guide_clearance import GuideClearance
 from scissordyn.model.hard_contact import hard_numbers
-from scissordyn.plan.elastic_law import elastic_law
-from scissordyn.plan.graph import coupled, members, pairs_of, reach, reverse_cuthill_mckee
+from scissordyn.plan.ordering import coupled, members, pairs_of, reach, reverse_cuthill_mckee
 from scissordyn.plan.plan import Plan
-from scissordyn.plugin.element import PARAMETERS
+from scissordyn.plugin.element import PARAMETERS, pointers, row_of
 
 CONSTANT = ("beam", "force", "torque", "constant_force_spring")
 """Components whose force does not depend on a speed, and bars that bend, whose damping is weak."""
@@ -47,6 +48,19 @@ CHOICES = (
 OF_ROWS = ("free", "before", "impulse", "velocity", "shift", "right")
 OF_STATES = ("kept_slope", "slope", "middle", "scratch")  # Fields with a number of each row, or of each state
 AXES = 3  # Rows of a force element: N and T of a contact, directions in which a component damps
+
+
+class ElasticLaw(NamedTuple):
+    """The stiffness law of a contact, for kernels."""
+
+    force: int  # Pointers; 0 for an energy by quadrature
+    energy: int
+    row: np.ndarray  # (PARAMETERS,) Its numbers
+
+
+def elastic_law(clearance: Clearance | GuideClearance) -> ElasticLaw:
+    kernels = pointers(clearance.stiffness)
+    return ElasticLaw(kernels["force"], kernels["energy"], row_of(clearance.stiffness, clearance.surfaces))
 
 
 def damped_components(plan: Plan) -> list[tuple[int, int]]:

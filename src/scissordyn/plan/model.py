@@ -34,8 +34,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.acting import acting, friction_states, offsets, start_coordinates, time_functions
 from scissordyn.plan.bending import bar_table, flexible_maps, held_table, mode_columns
 from scissordyn.plan.coordinates import Constraint, Coordinates, PointMap, joined
-from scissordyn.plan.graph import coupled, members, pairs_of
-from scissordyn.plan.ordering import order_unknowns
+from scissordyn.plan.ordering import coupled, members, order_unknowns, pairs_of
 from scissordyn.plan.rail import Rails, rail_tables
 
 

@@ -13,7 +13,7 @@ from scissordyn.model.check import SAME_PLACE
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.coordinates import Constraint, Coordinates, PointMap, combined
 from scissordyn.plan.elimination import Elimination, Expression, contradiction, in_words
-from scissordyn.plan.graph import members, reverse_cuthill_mckee
+from scissordyn.plan.ordering import members, reverse_cuthill_mckee
 
 CONTRADICTION = 1e-7  # Lengths that differ by less than this fraction are one length
 NAMED = 3  # So many of a family of parallel bodies are named

@@ -15,7 +15,7 @@ from scissordyn.laws.evaluate import elastic_force
 from scissordyn.laws.validity import contact_failure, contact_warnings
 from scissordyn.mechanics.monitored import COMPONENT_FORCE, COMPONENT_OUTPUT, EXCEEDED, FRICTION_RATIO, INDENTATION
 from scissordyn.mechanics.system import APPROACH_FLOOR, RESULTS
-from scissordyn.plan.elastic_law import elastic_law
+from scissordyn.plan.hard_contact import elastic_law
 from scissordyn.plan.plan import Plan
 from scissordyn.plan.rail import rail_axes
 from scissordyn.run.advance.instants import time_mean

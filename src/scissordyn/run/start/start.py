@@ -30,8 +30,8 @@ from scissordyn.mechanics.time_function import function_at
 from scissordyn.plan.acting import start_coordinates
 from scissordyn.plan.bending import beams_of, is_straight, straight_bar, straight_maps
 from scissordyn.plan.coordinates import combined
-from scissordyn.plan.elastic_law import elastic_law
 from scissordyn.plan.elimination import in_words
+from scissordyn.plan.hard_contact import elastic_law
 from scissordyn.plan.plan import Plan
 from scissordyn.run.advance.cause import check_springs, full_coordinates
 from scissordyn.run.advance.system import make_system

@@ -11,7 +11,7 @@ import scissordyn as sd
 from benchmarks.cases import FRICTION, UNTIL, array, name_of
 from benchmarks.measure import command, table
 from scissordyn.integrate import tableau
-from scissordyn.integrate.quadrature import gauss_nodes, primitives
+from scissordyn.integrate.tableau import gauss_nodes, primitives
 from scissordyn.run.advance import driver
 from scissordyn.run.start.start import tolerance
 

@@ -218,7 +218,8 @@ def run(
         quadratures=len(powers),
         monitors=len(rows),
         band=None if band is None else np.array(band),
-        history=make_history(len(signals), history) if delays else None,
+        history=make_history(len(signals) if delays else 0, history if delays else 0),
+        history_length=np.zeros(1, np.int64),
     )
     work = make_work(
         state,

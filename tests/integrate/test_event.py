@@ -7,7 +7,7 @@ import pytest
 from course import WAVES, polynomials, run, waves
 
 from scissordyn.integrate import advance as loop
-from scissordyn.integrate.event import cubic_root, cubic_summit, cubic_value, may_rise
+from scissordyn.integrate.event import cubic, cubic_root, cubic_summit, may_rise
 from scissordyn.integrate.integration import DATA, FALL, GUARD, MODE, RISE, TIME
 from scissordyn.integrate.tableau import METHODS
 
@@ -155,12 +155,12 @@ def test_steep_and_shallow_roots(name):
 def test_cubic():
     """Closed form: root, largest value and values of a cubic with given values and slopes at 0 and 1."""
     for c in ((-0.2, 0.1, 2.0, -0.7), (-1e-3, 1.0, -1.0, 0.5), (-0.5, 0.0, 0.0, 1.3)):
-        cubic = np.polynomial.Polynomial(c)
-        a, b, slope_a, slope_b = cubic(0.0), cubic(1.0), cubic.deriv()(0.0), cubic.deriv()(1.0)
+        curve = np.polynomial.Polynomial(c)
+        a, b, slope_a, slope_b = curve(0.0), curve(1.0), curve.deriv()(0.0), curve.deriv()(1.0)
         assert b > 0.0
         for place in (0.0, 0.2, 0.5, 0.9, 1.0):
-            assert cubic_value(place, a, slope_a, b, slope_b) == pytest.approx(cubic(place), abs=1e-13)
-        assert cubic(cubic_root(a, slope_a, b, slope_b)) == pytest.approx(0.0, abs=1e-11)
+            assert cubic(place, a, slope_a, b, slope_b)[0] == pytest.approx(curve(place), abs=1e-13)
+        assert curve(cubic_root(a, slope_a, b, slope_b)) == pytest.approx(0.0, abs=1e-11)
     hump = np.polynomial.Polynomial((-0.3, 2.0, -1.0, -0.9))
     summit = hump(np.max([root for root in hump.deriv().roots() if 0.0 < root < 1.0]))
     found = cubic_summit(hump(0.0), hump.deriv()(0.0), hump(1.0), hump.deriv()(1.0))
@@ -173,8 +173,8 @@ def test_where_a_rise_may_hide():
     """Contract: a cubic that stays below zero hides no rise, one with a hump above does; an error halfway may hide one, too."""
     below = np.polynomial.Polynomial((-0.3, 1.0, -1.0))  # highest at -0.05
     above = np.polynomial.Polynomial((-0.2, 1.0, -1.0))  # highest at 0.05
-    for cubic, rises in ((below, False), (above, True)):
-        ends = cubic(0.0), cubic.deriv()(0.0), cubic(1.0), cubic.deriv()(1.0)
+    for curve, rises in ((below, False), (above, True)):
+        ends = curve(0.0), curve.deriv()(0.0), curve(1.0), curve.deriv()(1.0)
         assert bool(may_rise(*ends, 0.0, 1e-12)) is rises
         assert may_rise(*ends, 0.1, 1e-12)
     assert may_rise(-1.0, 0.5, -1.0, -0.5, math.inf, 1e-12) is False

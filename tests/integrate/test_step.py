@@ -7,6 +7,7 @@ import pytest
 from motions import GROWTH, OSCILLATOR, POWER, RELAXING, STAGGERED, solve_problem
 
 from scissordyn.integrate.advance import FINISHED, NOT_FINITE
+from scissordyn.integrate.step import AFTER_START, BEFORE_END, EVEN, fraction, place, speed
 from scissordyn.integrate.tableau import METHODS, tableau
 
 ORDERS = {"dop853": 8, "dopri5": 5, "rodas5p": 5, "rodas4p": 4}
@@ -113,3 +114,21 @@ def test_counts_of_evaluations(name: str) -> None:
     """Contract: the rates that a run counts are those that its problem was asked for."""
     result = solve_problem(name, OSCILLATOR, (1.0, 0.0), 3.0, parameters=(2.0,), samples=50, rtol=1e-7, atol=1e-7)
     assert result.end.counts["rates"][0] == result.calls
+
+
+@pytest.mark.parametrize("scaling", [EVEN, AFTER_START, BEFORE_END])
+def test_time_inside_a_step(scaling):
+    """Identity: from 0 to 1, at the speed that the derivative says, and back again."""
+    assert (fraction(scaling, 0.0), fraction(scaling, 1.0)) == (0.0, 1.0)
+    for s in np.linspace(0.05, 0.95, 7):
+        h = 1e-6
+        slope = (fraction(scaling, s + h) - fraction(scaling, s - h)) / (2.0 * h)
+        assert speed(scaling, s) == pytest.approx(slope, abs=1e-9)
+        assert place(scaling, fraction(scaling, s)) == pytest.approx(s, abs=1e-12)
+
+
+def test_slow_ends():
+    """Closed form: time is the square of s from the start, and one less the square of 1 - s towards the end."""
+    assert fraction(AFTER_START, 0.3) == pytest.approx(0.09)
+    assert fraction(BEFORE_END, 0.7) == pytest.approx(1.0 - 0.09)
+    assert speed(AFTER_START, 0.0) == speed(BEFORE_END, 1.0) == 0.0

@@ -52,8 +52,7 @@ from scissordyn.integrate.integration import (
     open_integration,
 )
 from scissordyn.integrate.monitor import begin_peak, end_peak, monitor_step, step_integral
-from scissordyn.integrate.step import EVERYTHING, NOTHING, OUTPUTS, attempt, error_norm, prepare
-from scissordyn.integrate.step_scaling import fraction, place, speed
+from scissordyn.integrate.step import EVERYTHING, NOTHING, OUTPUTS, attempt, error_norm, fraction, place, prepare, speed
 from scissordyn.integrate.tableau import EXPLICIT
 from scissordyn.kernel import kernel
 

@@ -6,8 +6,7 @@ import math
 
 from scissordyn.integrate.history import up_to_multiple
 from scissordyn.integrate.integration import IGNORES, NO_EVENT, RISE
-from scissordyn.integrate.step import attempt
-from scissordyn.integrate.step_scaling import AFTER_START, BEFORE_END, EVEN
+from scissordyn.integrate.step import AFTER_START, BEFORE_END, EVEN, attempt
 from scissordyn.integrate.tableau import EXPLICIT
 from scissordyn.kernel import kernel
 

@@ -11,8 +11,7 @@ from scissordyn.integrate.dense import dense_value
 from scissordyn.integrate.event import find_crossings
 from scissordyn.integrate.integration import DATA, ENDED, FALL, GUARD, MODE, RISE, TIME
 from scissordyn.integrate.monitor import begin_peak, end_peak
-from scissordyn.integrate.step import NOTHING, attempt, error_norm, prepare
-from scissordyn.integrate.step_scaling import fraction
+from scissordyn.integrate.step import NOTHING, attempt, error_norm, fraction, prepare
 from scissordyn.kernel import kernel
 
 LARGEST_ERROR = 1.0  # Error of a step across rises beyond which it is better to end on the first of them

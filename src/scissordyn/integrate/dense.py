@@ -6,8 +6,7 @@ of the integrals of the powers too; for the others these are integrated on Gauss
 
 from __future__ import annotations
 
-from scissordyn.integrate.step import add_rows, explicit_stage, stage_state
-from scissordyn.integrate.step_scaling import fraction
+from scissordyn.integrate.step import add_rows, explicit_stage, fraction, stage_state
 from scissordyn.integrate.tableau import EXPLICIT
 from scissordyn.kernel import kernel
 

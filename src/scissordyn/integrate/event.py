@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 
 from scissordyn.integrate.dense import complete, guard_at, guards_at
-from scissordyn.integrate.step_scaling import speed
+from scissordyn.integrate.step import speed
 from scissordyn.kernel import kernel
 
 PROBES = 6  # Points inside a step at which guards are evaluated
@@ -34,15 +34,21 @@ def sign_of(mode):
 
 
 @kernel
+def cubic(place, a, slope_a, b, slope_b):
+    """Value and slope of the cubic with values a, b and slopes at 0 and 1."""
+    rest = 1.0 - place
+    bend = rest * (slope_a - b + a) - place * (slope_b - b + a)
+    value = rest * a + place * b + place * rest * bend
+    return value, b - a + (rest - place) * bend - place * rest * (slope_a - b + a + slope_b - b + a)
+
+
+@kernel
 def cubic_root(a, slope_a, b, slope_b):
     """A root in (0, 1) of the cubic with values a <= 0 < b and slopes at 0 and 1."""
     low, high = 0.0, 1.0
     place = a / (a - b) if a < 0.0 else 0.5
     for _ in range(ITERATIONS):
-        rest = 1.0 - place
-        bend = rest * (slope_a - b + a) - place * (slope_b - b + a)
-        value = rest * a + place * b + place * rest * bend
-        slope = b - a + (rest - place) * bend - place * rest * (slope_a - b + a + slope_b - b + a)
+        value, slope = cubic(place, a, slope_a, b, slope_b)
         if value > 0.0:
             high = place
         else:
@@ -65,10 +71,7 @@ def cubic_summit(a, slope_a, b, slope_b):
     place = value = 0.5
     for _ in range(6):
         place = 0.5 * (low + high)
-        rest = 1.0 - place
-        bend = rest * (slope_a - b + a) - place * (slope_b - b + a)
-        value = rest * a + place * b + place * rest * bend
-        slope = b - a + (rest - place) * bend - place * rest * (slope_a - b + a + slope_b - b + a)
+        value, slope = cubic(place, a, slope_a, b, slope_b)
         if slope > 0.0:
             low = place
         else:
@@ -149,13 +152,6 @@ def crossing_in(problem, T, k, left, right, a, slope_a, b, slope_b, t, h, s, w, 
 
 
 @kernel
-def cubic_value(place, a, slope_a, b, slope_b):
-    """Value of the cubic with values a, b and slopes at 0 and 1."""
-    rest = 1.0 - place
-    return rest * a + place * b + place * rest * (rest * (slope_a - b + a) - place * (slope_b - b + a))
-
-
-@kernel
 def may_rise(a, slope_a, b, slope_b, error, precision):
     """Whether the cubic with values a, b and slopes at 0 and 1 rises above zero, or its start, if it is off by `error` halfway.
 
@@ -167,7 +163,7 @@ def may_rise(a, slope_a, b, slope_b, error, precision):
     for part in range(1, 8):
         place = 0.125 * part
         bump = 16.0 * error * (place * (1.0 - place)) ** 2
-        if cubic_value(place, a, slope_a, b, slope_b) + bump > level:
+        if cubic(place, a, slope_a, b, slope_b)[0] + bump > level:
             return True
     return b > level
 
@@ -186,7 +182,7 @@ def hidden_crossing(problem, T, k, left, right, b, slope_b, t, h, s, w, S, sign)
             middle = 0.5 * (left + right)
             guard_at(problem, T, k, middle, t, h, s, w, S)
             value, rate = sign * w.value[k], sign * w.rate[k]
-            error = CAUTION * abs(value - cubic_value(0.5, a, begins, b, stops))
+            error = CAUTION * abs(value - cubic(0.5, a, begins, b, stops)[0])
             if value > w.precision[k] or may_rise(a, begins, b, stops, error, w.precision[k]):
                 ends[depth - 1, 3] = ends[depth, 3] = error / 16.0
                 ends[depth, 0], ends[depth, 1], ends[depth, 2] = middle, value, rate

@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from scissordyn.integrate.dense import dense_value
-from scissordyn.integrate.step_scaling import place
+from scissordyn.integrate.step import place
 from scissordyn.kernel import kernel
 
 COUNT = 8  # Coefficients of a signal: the dense output of the most accurate method has degree seven

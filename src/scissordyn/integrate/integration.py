@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, NamedTuple, get_type_hints
+from typing import Annotated, Any, NamedTuple, get_args
 
 import numpy as np
 
 from scissordyn.integrate.history import NODES
-from scissordyn.integrate.tableau import Tableau
-from scissordyn.kernel import F1, F2, F3, I1, I2, ArrayType, opener
+from scissordyn.integrate.tableau import Tableau, arrays_of
+from scissordyn.kernel import F1, F2, F3, I1, I2, ArrayType, fields_of, opener
 
 MONITORED = 3  # Monitored numbers of a row: the first one's largest value is wanted, all are integrated
 RESET_DATA = 3  # Numbers that a reset may write into the event log
@@ -82,26 +82,25 @@ class Problem(NamedTuple):
 class State(NamedTuple):
     """All that the integrator needs to go on; `mode`, `memory`, `reference` and the history are the problem's own arrays.
 
-    A row of `monitored` is a guard or, behind the guards, a quantity that is monitored throughout.
+    Annotations name the sizes of arrays that are made here. A row of `monitored` is a guard or, behind the guards, a quantity
+    that is monitored throughout.
     """
 
-    clock: C1  # (1,)
-    counts: N1  # (1,)
-    y: F1
+    clock: Annotated[C1, 1]
+    counts: Annotated[N1, 1]
+    y: Annotated[F1, "y"]
     mode: I1  # (guards,) 0: waits for the guard's rise through zero, 1: for its fall
     memory: F1  # (guards,) a number that goes with the mode
     reference: F1  # angles counted so far
-    total: F1  # (quadratures,)
-    monitored: F2  # (rows, MONITORED) at the present instant
-    peak: F2  # (rows, PEAK_COLUMNS) since the last rise
-    band: F2  # (rows - guards, 3)
-    history: F2  # (steps, 2 + signals * coefficients), see `history`
-    history_length: I1  # (1,)
+    total: Annotated[F1, "quadratures"]
+    monitored: Annotated[F2, "rows", MONITORED]  # at the present instant
+    peak: Annotated[F2, "rows", PEAK_COLUMNS]  # since the last rise
+    band: Annotated[F2, "monitors", 3]
+    history: Annotated[F2, 0, 2]  # (steps, 2 + signals * coefficients), see `history`
+    history_length: Annotated[I1, 1]
 
 
-STATE_TYPES: dict[str, np.dtype] = {
-    name: kind.__metadata__[0].dtype for name, kind in get_type_hints(State, include_extras=True).items()
-}
+STATE_TYPES: dict[str, np.dtype] = {name: get_args(kind)[1].dtype for name, kind in fields_of(State)}
 """The table of what a state is: saving, restoring, comparing and checkpoints go over it."""
 
 
@@ -110,62 +109,63 @@ class Work(NamedTuple):
 
     atol: F1  # (ny,) weight of an error = atol + rtol * root mean square of its group
     rtol: F1
-    rounding: F1  # (ny,) and not less than rounding/h: what rounding of other components moves it by in a step
+    rounding: Annotated[F1, "y"]  # and not less than rounding/h: what rounding of other components moves it by in a step
     group: I1  # boundaries of the groups
     precision: F1  # (guards,) a root is located when the guard is this small
     crossable: I1  # (guards,) 1 where a step may go across the guard's roots, under error control
-    new: F1
-    inside: F1
-    saved: F1
-    stages: F2
-    estimate: F2  # (2, ny) estimates of the error
-    dense: F2
-    slope: F1
-    slope_t: F1
-    value: F1  # (guards,)
-    rate: F1
-    start_value: F1  # (guards,) at the start of the step
-    start_rate: F1
-    left_value: F1
-    left_rate: F1
-    right_value: F1
-    right_rate: F1
-    end_value: F1
-    end_rate: F1
-    ends: F2  # (HALVINGS + 1, 4) places still to be searched for a crossing, with value, rate and the error of a cubic
-    saved_mode: I1
-    trial_mode: I1
-    trial_memory: F1
-    crossing_guard: I1  # (crossings,) guards that are crossed inside a step, in order
-    crossing_place: F1  # where
-    crossing_count: I1  # (1,)
-    rise_guard: I1  # (crossings,) guards that rise inside a step which goes across that
-    rise_place: F1
-    rise_data: F2  # (crossings, RESET_DATA)
-    rise_count: I1  # (1,)
-    power: F2  # (stages or nodes + 1, quadratures)
-    power_at_start: F1
-    gain: F2  # (p, quadratures): dense output of the integrals of an explicit step
-    monitored: F3  # (points, rows, MONITORED): at the stages, or at the start, the nodes and the end; then `SPARE_ROWS`
+    new: Annotated[F1, "y"]
+    inside: Annotated[F1, "y"]
+    saved: Annotated[F1, "y"]
+    stages: Annotated[F2, "stages", "y"]
+    estimate: Annotated[F2, 2, "y"]  # estimates of the error
+    dense: Annotated[F2, "terms", "y"]
+    slope: Annotated[F1, "y"]
+    slope_t: Annotated[F1, "y"]
+    value: Annotated[F1, "guards"]
+    rate: Annotated[F1, "guards"]
+    start_value: Annotated[F1, "guards"]  # at the start of the step
+    start_rate: Annotated[F1, "guards"]
+    left_value: Annotated[F1, "guards"]
+    left_rate: Annotated[F1, "guards"]
+    right_value: Annotated[F1, "guards"]
+    right_rate: Annotated[F1, "guards"]
+    end_value: Annotated[F1, "guards"]
+    end_rate: Annotated[F1, "guards"]
+    ends: Annotated[F2, HALVINGS + 1, 4]  # places still to be searched for a crossing: value, rate and the error of a cubic
+    saved_mode: Annotated[I1, "guards"]
+    trial_mode: Annotated[I1, "guards"]
+    trial_memory: Annotated[F1, "guards"]
+    crossing_guard: Annotated[I1, "crossings"]  # guards that are crossed inside a step, in order
+    crossing_place: Annotated[F1, "crossings"]  # where
+    crossing_count: Annotated[I1, 1]
+    rise_guard: Annotated[I1, "crossings"]  # guards that rise inside a step which goes across that
+    rise_place: Annotated[F1, "crossings"]
+    rise_data: Annotated[F2, "crossings", RESET_DATA]
+    rise_count: Annotated[I1, 1]
+    power: Annotated[F2, "evaluations", "quadratures"]  # at the stages, or at the nodes and the end
+    power_at_start: Annotated[F1, "quadratures"]
+    gain: Annotated[F2, "terms", "quadratures"]  # dense output of the integrals of an explicit step
+    # at the stages, or at the start, the nodes and the end; then `SPARE_ROWS`
+    monitored: Annotated[F3, "points", "rows", MONITORED]
     reads_start: I1  # (rows+1,) entries of y that a guard or a monitored row depends on; none listed: on all
     reads: I1
     companion: I1  # (guards,) the monitored row whose largest value goes with that of a guard, -1 for none
     delays: F1  # (delays,) steps end on their multiples
-    signals: F2  # (nodes, signals)
-    accepted: F1  # (3,) whether `accept` changed the state, the longest step from there, the fastest rotation [1/s]
-    scaling: I1  # (1,) how time runs inside the present step: see `step_scaling`
-    has_dense: I1  # (1,) whether the dense output of the present step is there
+    signals: Annotated[F2, NODES.size, "signals"]
+    accepted: Annotated[F1, 3]  # whether `accept` changed the state, the longest step from there, the fastest rotation [1/s]
+    scaling: Annotated[I1, 1]  # how time runs inside the present step: see `step.fraction`
+    has_dense: Annotated[I1, 1]  # whether the dense output of the present step is there
 
 
 class Samples(NamedTuple):
     """What is written at given instants."""
 
-    time: F1
-    state: F2
-    total: F2
-    mode: I2
-    memory: F2
-    reference: F2
+    time: Annotated[F1, "samples"]
+    state: Annotated[F2, "samples", "y"]
+    total: Annotated[F2, "samples", "quadratures"]
+    mode: Annotated[I2, "samples", "guards"]
+    memory: Annotated[F2, "samples", "guards"]
+    reference: Annotated[F2, "samples", "angles"]
 
 
 class StepRecord(NamedTuple):
@@ -196,36 +196,11 @@ class Integration(NamedTuple):
 open_integration = opener(Integration)  # From the address of an integration's handle to the integration, inside kernels
 
 
-def make_state(
-    y: np.ndarray,
-    *,
-    mode: np.ndarray,
-    memory: np.ndarray,
-    reference: np.ndarray,
-    quadratures: int,
-    monitors: int,
-    band: np.ndarray | None = None,
-    history: np.ndarray | None = None,
-    history_length: np.ndarray | None = None,
-) -> State:
-    """The state at the start y of an integration at t = 0."""
-    rows = mode.size + monitors
-    limits = np.zeros((monitors, 3))
-    limits[:, LIMIT] = np.inf if band is None else band
-    state = State(
-        clock=np.zeros(1, CLOCK),
-        counts=np.zeros(1, COUNTS),
-        y=np.zeros(y.size),
-        mode=mode,
-        memory=memory,
-        reference=reference,
-        total=np.zeros(quadratures),
-        monitored=np.zeros((rows, MONITORED)),
-        peak=np.zeros((rows, PEAK_COLUMNS)),
-        band=limits,
-        history=np.zeros((0, 2)) if history is None else history,
-        history_length=np.zeros(1, np.int64) if history_length is None else history_length,
-    )
+def make_state(y: np.ndarray, *, quadratures: int, monitors: int, band: np.ndarray | None = None, **own: np.ndarray) -> State:
+    """The state at the start y of an integration at t = 0; `own` are the arrays of the problem."""
+    sizes = {"y": y.size, "quadratures": quadratures, "monitors": monitors, "rows": own["mode"].size + monitors}
+    state = State(**arrays_of(State, sizes, own))
+    state.band[:, LIMIT] = np.inf if band is None else band
     reset_state(state, y)
     return state
 
@@ -244,85 +219,36 @@ def make_work(
     state: State,
     method: Tableau,
     *,
-    atol: np.ndarray,
-    rtol: np.ndarray,
-    rounding: np.ndarray | None = None,
-    group: np.ndarray,
-    precision: np.ndarray,
-    crossable: np.ndarray,
     reads: tuple[np.ndarray, np.ndarray] | None = None,
-    companion: np.ndarray | None = None,
     delays: tuple[float, ...] = (),
+    **weights: np.ndarray,
 ) -> Work:
-    """Scratch for an integration."""
-    size, guards, quadratures = state.y.size, state.mode.size, state.total.size
-    points = max(method.gauss.size + 2, method.nodes.size) + SPARE_ROWS
-    numbers = np.zeros((10, guards))
-    crossings = 8 * guards
-    everything = np.zeros(state.monitored.shape[0] + 1, np.int64), np.zeros(0, np.int64)
-    reads_start, listed = everything if reads is None else reads
-    return Work(
-        atol=atol,
-        rtol=rtol,
-        rounding=np.zeros(size) if rounding is None else rounding,
-        group=group,
-        precision=precision,
-        crossable=crossable,
-        new=np.zeros(size),
-        inside=np.zeros(size),
-        saved=np.zeros(size),
-        stages=np.zeros((method.nodes.size, size)),
-        estimate=np.zeros((2, size)),
-        dense=np.zeros((method.pattern.size, size)),
-        slope=np.zeros(size),
-        slope_t=np.zeros(size),
-        value=numbers[0],
-        rate=numbers[1],
-        left_value=numbers[2],
-        left_rate=numbers[3],
-        right_value=numbers[4],
-        right_rate=numbers[5],
-        end_value=numbers[6],
-        end_rate=numbers[7],
-        start_value=numbers[8],
-        start_rate=numbers[9],
-        ends=np.zeros((HALVINGS + 1, 4)),
-        saved_mode=np.zeros(guards, np.int64),
-        trial_mode=np.zeros(guards, np.int64),
-        trial_memory=np.zeros(guards),
-        crossing_guard=np.zeros(crossings, np.int64),
-        crossing_place=np.zeros(crossings),
-        crossing_count=np.zeros(1, np.int64),
-        rise_guard=np.zeros(crossings, np.int64),
-        rise_place=np.zeros(crossings),
-        rise_data=np.zeros((crossings, RESET_DATA)),
-        rise_count=np.zeros(1, np.int64),
-        power=np.zeros((max(method.gauss.size + 1, method.nodes.size), quadratures)),
-        power_at_start=np.zeros(quadratures),
-        gain=np.zeros((method.pattern.size, quadratures)),
-        monitored=np.zeros((points, state.monitored.shape[0], MONITORED)),
-        reads_start=reads_start,
-        reads=listed,
-        companion=np.full(guards, -1) if companion is None else companion,
-        delays=np.array(delays, float),
-        signals=np.zeros((NODES.size, (state.history.shape[1] - 2) // NODES.size)),
-        accepted=np.zeros(3),
-        scaling=np.zeros(1, np.int64),
-        has_dense=np.zeros(1, np.int64),
-    )
+    """Scratch for an integration; `weights` are those of errors, and `companion`, if guards have some."""
+    guards, rows = state.mode.size, state.monitored.shape[0]
+    sizes = {
+        "y": state.y.size,
+        "guards": guards,
+        "crossings": 8 * guards,
+        "quadratures": state.total.size,
+        "rows": rows,
+        "stages": method.nodes.size,
+        "terms": method.pattern.size,
+        "evaluations": max(method.gauss.size + 1, method.nodes.size),
+        "points": max(method.gauss.size + 2, method.nodes.size) + SPARE_ROWS,
+        "signals": (state.history.shape[1] - 2) // NODES.size,
+    }
+    reads_start, listed = (np.zeros(rows + 1, np.int64), np.zeros(0, np.int64)) if reads is None else reads
+    ready = {"companion": np.full(guards, -1), "reads_start": reads_start, "reads": listed, "delays": np.array(delays, float)}
+    return Work(**arrays_of(Work, sizes, ready | weights))
 
 
 def make_samples(time: np.ndarray, state: State) -> Samples:
     """Room for samples at increasing instants."""
-    rows, guards = time.size, state.mode.size
-    return Samples(
-        time=time,
-        state=np.full((rows, state.y.size), np.nan),
-        total=np.full((rows, state.total.size), np.nan),
-        mode=np.zeros((rows, guards), np.int64),
-        memory=np.zeros((rows, guards)),
-        reference=np.zeros((rows, state.reference.size)),
-    )
+    sizes = {"samples": time.size, "y": state.y.size, "quadratures": state.total.size}
+    sizes |= {"guards": state.mode.size, "angles": state.reference.size}
+    samples = Samples(**arrays_of(Samples, sizes, {"time": time}))
+    samples.state[:], samples.total[:] = np.nan, np.nan
+    return samples
 
 
 def make_record(rows: int, state: State, *, inside: bool = False) -> StepRecord:

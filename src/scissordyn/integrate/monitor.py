@@ -20,7 +20,7 @@ from scissordyn.integrate.integration import (
     STRUCK,
     WHEN,
 )
-from scissordyn.integrate.step_scaling import fraction, speed
+from scissordyn.integrate.step import fraction, speed
 from scissordyn.integrate.tableau import EXPLICIT
 from scissordyn.kernel import kernel
 

@@ -1,13 +1,17 @@
 """One step of an explicit Runge-Kutta or of a Rosenbrock method, and its error.
 
 Letters: T the method, s the state and w the scratch of an integration, S the address that the problem's functions are handed.
+
+Time runs evenly inside an explicit step, or slowly at that end where a contact begins or ends: the force of most contacts grows
+as the power 3/2 of the indentation, so a solution has half powers of the time since the contact began, and until it ends. In
+s = sqrt(time) it is smooth, and a method keeps its order: t = t0 + h s^2 after a contact begins, t = t0 + h (1 - (1 - s)^2)
+before it ends, s = 0 .. 1.
 """
 
 from __future__ import annotations
 
 import math
 
-from scissordyn.integrate.step_scaling import EVEN, fraction, speed
 from scissordyn.integrate.tableau import EXPLICIT
 from scissordyn.kernel import kernel
 
@@ -15,6 +19,33 @@ _EXPLICIT = EXPLICIT
 
 NOTHING, OUTPUTS, EVERYTHING = range(3)
 """What is known at the start of a step: nothing, its guards and monitored numbers, or these and its slope."""
+
+
+EVEN, AFTER_START, BEFORE_END = range(3)  # Ways in which time runs inside a step
+
+
+@kernel
+def fraction(scaling, s):
+    """Part of the step's time that has passed at s."""
+    if scaling == EVEN:
+        return s
+    return s * s if scaling == AFTER_START else s * (2.0 - s)
+
+
+@kernel
+def speed(scaling, s):
+    """Derivative of `fraction` by s."""
+    if scaling == EVEN:
+        return 1.0
+    return 2.0 * s if scaling == AFTER_START else 2.0 * (1.0 - s)
+
+
+@kernel
+def place(scaling, part):
+    """The s at which a part of the step's time has passed."""
+    if scaling == EVEN:
+        return part
+    return math.sqrt(part) if scaling == AFTER_START else 1.0 - math.sqrt(max(0.0, 1.0 - part))
 
 
 @kernel

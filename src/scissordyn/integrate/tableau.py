@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, NamedTuple, get_args
 
 import numpy as np
 
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.integrate.quadrature import gauss_nodes, primitives
-from scissordyn.kernel import F1, F2, I1
+from scissordyn.kernel import F1, F2, I1, fields_of
 
 EXPLICIT, ROSENBROCK = range(2)  # Kinds of methods
 
+Rows = Sequence[Sequence[float]]
+
 
 class Tableau(NamedTuple):
-    """Coefficients of a one-step method."""
+    """Coefficients of a one-step method with s stages; annotations name the sizes of those that only one kind has."""
 
     kind: int  # `EXPLICIT` Runge-Kutta or `ROSENBROCK`
     order: float  # Order of the error estimate plus one: the step scales with error ** (-1/order)
@@ -22,24 +24,49 @@ class Tableau(NamedTuple):
     combined: int  # 1 where two error estimates are combined (Hairer's DOP853)
     gamma: float  # Diagonal coefficient of a Rosenbrock method
     a: F2  # (s, s) Stage coefficients
-    c: F2  # (s, s) Rosenbrock: coefficients C_ij / h of earlier stages on the right-hand side
+    c: Annotated[F2, "s", "s"]  # Rosenbrock: coefficients C_ij / h of earlier stages on the right-hand side
     nodes: F1  # (s,)
-    slopes: F1  # (s,) Rosenbrock: coefficients of the time derivative
+    slopes: Annotated[F1, "s"]  # Rosenbrock: coefficients of the time derivative
     error: F2  # (2, s) Error estimates; the second is zero unless two are combined
     dense: F2  # (k, s) Rows of the dense output
-    # (s,) Explicit: 1 for stages that count in the step, in its dense output, or as its end; powers are evaluated at these
-    # alone
-    followed: I1
+    # Explicit: 1 for stages that count in the step, in its dense output, or as its end; powers are evaluated at these alone
+    followed: Annotated[I1, "s"]
     pattern: I1  # (p,) Factors of the nested dense output from outside in: 0 for theta, 1 for 1 - theta
-    gauss: F1  # (g,) Rosenbrock: nodes of the quadratures inside a step, enough for the order of the dense output
-    weight: F1  # (g,) Weights of these nodes
-    primitive: F2  # (g, g) See `quadrature.primitives`
+    gauss: Annotated[F1, 0]  # Rosenbrock: nodes of the quadratures inside a step, enough for the order of the dense output
+    weight: Annotated[F1, 0]  # Weights of these nodes
+    primitive: Annotated[F2, 0, 0]  # See `primitives`
 
 
-def _lower(rows: tuple[tuple[float, ...], ...], size: int) -> np.ndarray:
-    matrix = np.zeros((size, size))
-    for i, row in enumerate(rows, start=1):
-        matrix[i, : len(row)] = row
+def arrays_of(described: type, sizes: Mapping[str, int], ready: Mapping[str, Any]) -> dict[str, Any]:
+    """The fields of a named tuple: those that are ready, and zeros of the sizes that the annotations of the others name."""
+    arrays = dict(ready)
+    for name, hint in fields_of(described):
+        if name not in ready:
+            _, kind, *dimensions = get_args(hint)
+            arrays[name] = np.zeros([size if isinstance(size, int) else sizes[size] for size in dimensions], kind.dtype)
+    return arrays
+
+
+def gauss_nodes(points: int) -> np.ndarray:
+    """Gauss-Legendre nodes on [0, 1], exact for rates of degree 2 points - 1 over the whole step."""
+    return 0.5 * (np.polynomial.legendre.leggauss(points)[0] + 1.0)
+
+
+def primitives(nodes: np.ndarray) -> np.ndarray:
+    """Integrals from 0 to theta of the Lagrange polynomials on some nodes, in a row the coefficients of theta, theta^2, ..."""
+    rows = []
+    for i, node in enumerate(nodes):
+        others = np.delete(nodes, i)
+        basis = np.polynomial.Polynomial.fromroots(others) / float(np.prod(node - others))
+        rows.append(basis.integ().coef[1:])
+    return np.array(rows)
+
+
+def _filled(rows: Rows, size: int, idle: Sequence[int] = (), count: int = 0) -> np.ndarray:
+    """Rows of coefficients with zeros for stages that are idle, and behind their ends."""
+    matrix, columns = np.zeros((max(len(rows), count), size)), np.delete(np.arange(size), idle)
+    for target, row in zip(matrix, rows, strict=False):
+        target[columns[: len(row)]] = row
     return matrix
 
 
@@ -47,79 +74,62 @@ def explicit_tableau(
     *,
     order: float,
     stages: int,
-    rows: tuple[tuple[float, ...], ...],
-    nodes: tuple[float, ...],
-    error: tuple[tuple[float, ...], ...],
-    dense: tuple[tuple[float, ...], ...],
+    rows: Rows,
+    nodes: Sequence[float],
+    error: Rows,
+    dense: Rows,
+    further: Rows = (),
+    idle: Sequence[int] = (),
 ) -> Tableau:
-    """An explicit Runge-Kutta method whose last stage of the step is the slope at its end."""
+    """An explicit Runge-Kutta method whose last stage of the step is the slope at its end.
+
+    `further` rows of stages, errors and the dense output leave out the stages that are `idle`.
+    """
     size = len(nodes)
-    estimates = np.zeros((2, size))
-    for i, estimate in enumerate(error):
-        estimates[i, : len(estimate)] = estimate
-    rows_of_dense = np.zeros((len(dense), size))
-    for i, row in enumerate(dense):
-        rows_of_dense[i, : len(row)] = row
-    pattern = np.array([k % 2 for k in range(3 + len(dense))], np.int64)
-    zeros = np.zeros(size)
-    coefficients = _lower(rows, size)
+    coefficients = np.vstack([_filled([(), *rows], size), _filled(further, size, idle)])
+    rows_of_dense = _filled(dense, size, idle)
     followed = (coefficients[stages] != 0.0) | np.any(rows_of_dense != 0.0, axis=0)
     followed[stages] = True
-    return Tableau(
-        EXPLICIT,
-        order,
-        stages,
-        int(len(error) > 1),
-        0.0,
-        coefficients,
-        np.zeros((size, size)),
-        np.array(nodes),
-        zeros,
-        estimates,
-        rows_of_dense,
-        followed.astype(np.int64),
-        pattern,
-        np.zeros(0),
-        np.zeros(0),
-        np.zeros((0, 0)),
-    )
+    ready = {
+        "kind": EXPLICIT,
+        "order": order,
+        "stages": stages,
+        "combined": int(len(error) > 1),
+        "gamma": 0.0,
+        "a": coefficients,
+        "nodes": np.array(nodes),
+        "error": _filled(error, size, idle, 2),
+        "dense": rows_of_dense,
+        "followed": followed.astype(np.int64),
+        "pattern": np.arange(3 + len(dense)) % 2,
+    }
+    return Tableau(**arrays_of(Tableau, {"s": size}, ready))
 
 
 def rosenbrock_tableau(
-    *,
-    order: float,
-    gamma: float,
-    rows: tuple[tuple[float, ...], ...],
-    couplings: tuple[tuple[float, ...], ...],
-    nodes: tuple[float, ...],
-    slopes: tuple[float, ...],
-    dense: tuple[tuple[float, ...], ...],
+    *, order: float, gamma: float, rows: Rows, couplings: Rows, nodes: Sequence[float], slopes: Sequence[float], dense: Rows
 ) -> Tableau:
     """A stiffly accurate Rosenbrock method whose last stage is its error estimate."""
-    size = len(nodes)
-    error = np.zeros((2, size))
-    error[0, -1] = 1.0
-    pattern = np.array([0, 1, *([0] * (len(dense) - 1))], np.int64)
-    gauss = gauss_nodes(len(dense) + 1)
+    size, gauss = len(nodes), gauss_nodes(len(dense) + 1)
     primitive = primitives(gauss)
-    return Tableau(
-        ROSENBROCK,
-        order,
-        size,
-        0,
-        gamma,
-        _lower(rows, size),
-        _lower(couplings, size),
-        np.array(nodes),
-        np.array([*slopes, *([0.0] * (size - len(slopes)))]),
-        error,
-        np.array(dense),
-        np.zeros(size, np.int64),
-        pattern,
-        gauss,
-        primitive.sum(axis=1),
-        primitive,
-    )
+    ready = {
+        "kind": ROSENBROCK,
+        "order": order,
+        "stages": size,
+        "combined": 0,
+        "gamma": gamma,
+        "a": _filled([(), *rows], size),
+        "c": _filled([(), *couplings], size),
+        "nodes": np.array(nodes),
+        "slopes": _filled([slopes], size)[0],
+        "error": _filled([np.eye(size)[-1]], size, (), 2),
+        "dense": np.array(dense),
+        "pattern": np.array([0, 1, *([0] * (len(dense) - 1))], np.int64),
+        "gauss": gauss,
+        "weight": primitive.sum(axis=1),
+        "primitive": primitive,
+    }
+    return Tableau(**arrays_of(Tableau, {"s": size}, ready))
 
 
 METHODS = ("dop853", "dopri5", "rodas5p", "rodas4p")  # Names of the methods, explicit ones first
@@ -127,10 +137,9 @@ METHODS = ("dop853", "dopri5", "rodas5p", "rodas4p")  # Names of the methods, ex
 
 def tableau(name: str) -> Tableau:
     """The coefficients of a method."""
-    from scissordyn.integrate import dop853, dopri5, rodas4p, rodas5p
+    from scissordyn.integrate import dormand_prince, rodas
 
-    modules = {"dop853": dop853, "dopri5": dopri5, "rodas5p": rodas5p, "rodas4p": rodas4p}
-    if name not in modules:
+    if name not in METHODS:
         raise InputError(f"method '{name}'{did_you_mean(name, METHODS)}", "auto, " + ", ".join(METHODS))
-    chosen: Tableau = modules[name].TABLEAU
+    chosen: Tableau = getattr(dormand_prince if name in METHODS[:2] else rodas, name.upper())
     return chosen

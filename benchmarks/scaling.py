@@ -11,8 +11,7 @@ from benchmarks.cases import UNTIL, array, clearance_everywhere, friction_everyw
 from benchmarks.measure import command, fitted_exponent, table
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import plan
-from scissordyn.run.advance.cut import recorded
-from scissordyn.run.advance.trajectory import Trajectory, compute
+from scissordyn.run.advance.trajectory import Trajectory, compute, recorded
 from scissordyn.run.answer.dataset import results
 from scissordyn.run.configuration import write_configuration
 from scissordyn.run.options import Options

@@ -27,7 +27,7 @@ from scissordyn.library import PACKAGE, digest_of, library_name
 from scissordyn.plugin.element import recipes
 
 ROOMS = ("plugin", "laws", "control", "component", "mechanics", "integrate", "plan")
-LOOPS = "scissordyn.run.advance.loop"  # Where entries are
+LOOPS = "scissordyn.run.advance.system"  # Where entries are
 
 
 def _elements() -> Iterator[Any]:

@@ -10,7 +10,7 @@ import scissordyn as sd
 from scissordyn.file import export, netcdf, output_file
 from scissordyn.plan.plan import plan
 from scissordyn.run import configuration, store
-from scissordyn.run.advance import cut, driver, trajectory
+from scissordyn.run.advance import driver, trajectory
 from scissordyn.run.answer import dataset, events, synchronisation, track
 from scissordyn.run.configuration import write_configuration
 from scissordyn.run.options import Options
@@ -49,14 +49,14 @@ DEVIATIONS = ("peak_track_deviation", "peak_track_deviation_time", "rms_track_de
 
 def undefined_from(whole: xr.Dataset, last: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Let accelerations be undefined after a sample."""
-    evaluate = cut.record
+    evaluate = trajectory.record
 
     def undefined_after(maps, system, samples):
         found = evaluate(maps, system, samples)
         found.A[samples.time > whole["time"].values[last]] = np.nan
         return found
 
-    monkeypatch.setattr(cut, "record", undefined_after)
+    monkeypatch.setattr(trajectory, "record", undefined_after)
 
 
 def test_cut_run_is_the_run_up_to_there(arm: sd.Mechanism, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -89,7 +89,7 @@ def test_writers_do_not_simulate(arm: sd.Mechanism, monkeypatch: pytest.MonkeyPa
     """Contract: a Dataset is made of a trajectory and its record without any call that advances a mechanism."""
     options = Options(until=2e-3, samples=11)
     path = trajectory.compute(plan(arm), options)
-    path, record = cut.recorded(path.plan, options, path)
+    path, record = trajectory.recorded(path.plan, options, path)
 
     def refuse(*arguments: object, **named: object) -> None:
         raise AssertionError("simulated")

@@ -14,8 +14,7 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.file.export import TimeColumn, time_columns
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import plan
-from scissordyn.run.advance.cut import recorded
-from scissordyn.run.advance.trajectory import compute
+from scissordyn.run.advance.trajectory import compute, recorded
 from scissordyn.run.answer.dataset import results
 from scissordyn.run.options import Options
 

@@ -18,7 +18,7 @@ from scissordyn.periodic.diagram import conclude, diagram_from, empty_diagram, e
 from scissordyn.periodic.follow import carried
 from scissordyn.periodic.rows import PENDING, CycleCase, CycleRow, run_case
 from scissordyn.periodic.stroboscope import drive_period
-from scissordyn.run.advance.snapshot import Snapshot
+from scissordyn.run.advance.driver import Snapshot
 from scissordyn.run.engine import ENGINES, Engine, EngineError, Outcome, outcomes
 from scissordyn.run.options import Options, StartKind
 from scissordyn.run.start.demand import CYCLE_TIME, check_cycles, check_memory, count_in_words, machine_memory

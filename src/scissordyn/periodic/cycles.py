@@ -16,7 +16,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.periodic.stroboscope import Cycles, drive_period, run_cycles
 from scissordyn.plan.acting import friction_states
 from scissordyn.plan.plan import Plan
-from scissordyn.run.advance.snapshot import Snapshot
+from scissordyn.run.advance.driver import Snapshot
 from scissordyn.run.answer.events import ACCOUNTS
 from scissordyn.run.configuration import number_attribute, read_configuration, write_configuration
 from scissordyn.run.options import Options, StartKind

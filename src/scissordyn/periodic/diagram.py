@@ -21,7 +21,7 @@ from scissordyn.periodic.cycles import recorded
 from scissordyn.periodic.rows import PENDING, CycleCase, CycleRow, coordinates, enter, status_columns
 from scissordyn.periodic.stroboscope import start_state
 from scissordyn.plan.plan import plan
-from scissordyn.run.advance.snapshot import Snapshot
+from scissordyn.run.advance.driver import Snapshot
 from scissordyn.run.configuration import read_configuration, write_configuration
 from scissordyn.run.engine import Outcome
 from scissordyn.run.store import load

@@ -17,7 +17,7 @@ from scissordyn.periodic.follow import consistent
 from scissordyn.periodic.rows import COLUMNS, CycleCase, coordinates, enter, run_case, status_columns
 from scissordyn.periodic.stroboscope import drive_period, start_state
 from scissordyn.plan.plan import plan
-from scissordyn.run.advance.snapshot import Snapshot
+from scissordyn.run.advance.driver import Snapshot
 from scissordyn.run.advance.system import make_system
 from scissordyn.run.configuration import write_configuration
 from scissordyn.run.engine import ENGINES, Engine, outcomes

@@ -13,7 +13,7 @@ from scissordyn.mechanics.system import APPROACH_FLOOR
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.periodic.stroboscope import start_state
 from scissordyn.plan.plan import plan
-from scissordyn.run.advance.snapshot import Snapshot
+from scissordyn.run.advance.driver import Snapshot
 from scissordyn.run.advance.system import make_system
 
 

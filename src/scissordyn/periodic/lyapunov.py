@@ -19,7 +19,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.periodic.follow import consistent
 from scissordyn.periodic.stroboscope import drive_period
 from scissordyn.plan.plan import plan
-from scissordyn.run.advance.snapshot import Snapshot
+from scissordyn.run.advance.driver import Snapshot
 from scissordyn.run.advance.system import make_system
 from scissordyn.run.advance.trajectory import Trajectory, compute, make_driver, reach
 from scissordyn.run.configuration import write_configuration

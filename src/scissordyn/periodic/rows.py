@@ -11,7 +11,7 @@ import xarray as xr
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.periodic.cycles import DESCRIBED, per_cycle
 from scissordyn.periodic.stroboscope import run_cycles
-from scissordyn.run.advance.snapshot import Snapshot
+from scissordyn.run.advance.driver import Snapshot
 from scissordyn.run.engine import STATES, Outcome, error_text
 from scissordyn.run.options import Options, StartKind
 

@@ -18,8 +18,7 @@ from scissordyn.kinematics.time_functions import check_tables
 from scissordyn.mechanics.monitored import JOINT_FORCE, companions, oiled_contacts
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import Plan, plan
-from scissordyn.run.advance.driver import Driver, counted
-from scissordyn.run.advance.snapshot import Snapshot
+from scissordyn.run.advance.driver import Driver, Snapshot, counted
 from scissordyn.run.advance.trajectory import make_driver, reach, reached
 from scissordyn.run.answer.events import ACCOUNTS, accounts
 from scissordyn.run.answer.warn import Extremes

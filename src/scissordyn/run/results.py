@@ -29,7 +29,7 @@ def described(dims: str | tuple[str, ...], values: np.ndarray, units: str, long_
 
 
 def located(name: str, dim: str, peaks: np.ndarray, units: str, text: str) -> Variables:
-    """The largest values of a quantity, rows of `log.PEAK`, and when they are reached."""
+    """The largest values of a quantity, rows of `PEAK` of the loop, and when they are reached."""
     return {
         name: described(dim, peaks["largest"], units, f"largest {text}"),
         f"{name}_time": described(dim, peaks["largest_time"], "s", f"when it is largest: {text}"),

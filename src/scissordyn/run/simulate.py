@@ -13,9 +13,8 @@ from scissordyn.kinematics.time_functions import check_tables
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import plan
 from scissordyn.run.advance.checkpoint import Checkpoint, open_checkpoint
-from scissordyn.run.advance.cut import recorded
 from scissordyn.run.advance.instants import MOST_INSTANTS, sample_times, sampled_at, with_recorded
-from scissordyn.run.advance.trajectory import FAILED, Trajectory, compute
+from scissordyn.run.advance.trajectory import FAILED, Trajectory, compute, recorded
 from scissordyn.run.answer.advice import warnings_of
 from scissordyn.run.answer.dataset import results
 from scissordyn.run.answer.hard_contact import hard_contact_warnings

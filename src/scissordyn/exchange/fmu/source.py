@@ -20,8 +20,7 @@ from scissordyn.mechanics.system import System
 from scissordyn.plan.plan import Plan
 from scissordyn.plugin.pointer import RECIPES
 from scissordyn.run.advance.driver import Driver
-from scissordyn.run.advance.loop import MECHANICS
-from scissordyn.run.advance.system import make_system
+from scissordyn.run.advance.system import MECHANICS, make_system
 
 STATUSES = (
     *("ADVANCING", "FINISHED", "LOG_FULL", "STEP_TOO_SMALL", "NOT_FINITE", "STUCK", "HISTORY_FULL", "RECORD_FULL"),

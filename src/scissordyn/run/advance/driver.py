@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time as clocks
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from scissordyn.integrate.history import make_history
 from scissordyn.integrate.integration import (
     ENDS,
     LOG_COLUMNS,
+    STATE_TYPES,
     Integration,
     Samples,
     State,
@@ -32,10 +34,7 @@ from scissordyn.mechanics.system import Parameters, System
 from scissordyn.plan.plan import Plan
 from scissordyn.run.advance.change_point import step_across
 from scissordyn.run.advance.interrupt import look
-from scissordyn.run.advance.log import BAND, LOG, PEAK, by_name
-from scissordyn.run.advance.loop import advance_systems
-from scissordyn.run.advance.snapshot import Snapshot
-from scissordyn.run.advance.stepping import Stepping
+from scissordyn.run.advance.system import BAND, LOG, PEAK, Stepping, advance_systems, by_name
 from scissordyn.run.start.tolerance import Tolerances
 
 if TYPE_CHECKING:
@@ -65,44 +64,82 @@ def next_slice(steps: int, seconds: float, most: int) -> int:
     return max(1, min(int(steps * LASTING / max(seconds, 1e-9)), 2 * steps, most))
 
 
+@dataclass(frozen=True)
+class Snapshot:
+    """A state to go on from, bit for bit: copies of everything in an integrator's state."""
+
+    arrays: dict[str, np.ndarray]  # By the names of `integration.State`
+
+    @property
+    def time(self) -> float:
+        """Time of the state [s]."""
+        return float(self.arrays["clock"]["time"][0])
+
+    @property
+    def y(self) -> np.ndarray:
+        """Free coordinates, their rates, internal states, shape (ny,)."""
+        return self.arrays["y"]
+
+    @property
+    def mode(self) -> np.ndarray:
+        """1 for each guard that acts, shape (guards,)."""
+        return self.arrays["mode"]
+
+    def changed(self, **arrays: np.ndarray) -> Snapshot:
+        """A copy with other arrays in the place of some."""
+        return Snapshot({name: np.array(arrays.get(name, part)) for name, part in self.arrays.items()})
+
+    def plain(self) -> dict[str, np.ndarray]:
+        """Arrays of plain numbers, to be stored; every number survives bit for bit."""
+        return {
+            name: part if part.dtype.names is None else np.array([float(part[field][0]) for field in part.dtype.names])
+            for name, part in self.arrays.items()
+        }
+
+    @classmethod
+    def from_plain(cls, arrays: Mapping[str, np.ndarray]) -> Snapshot:
+        """The state that `plain` wrote."""
+        state: dict[str, np.ndarray] = {}
+        for name, kind in STATE_TYPES.items():
+            if name not in arrays:
+                raise InputError(f"a state without '{name}'", "a state that this version of scissordyn wrote")
+            part = np.asarray(arrays[name])
+            if kind.names is None:
+                state[name] = np.ascontiguousarray(part, kind)
+                continue
+            if part.shape != (len(kind.names),):
+                raise InputError(f"a state with {part.shape} numbers as '{name}'", f"{len(kind.names)} numbers")
+            state[name] = np.zeros(1, kind)
+            for field, number in zip(kind.names, part.tolist(), strict=True):
+                state[name][field] = number
+        return cls(state)
+
+
 class Driver:
-    def __init__(
-        self,
-        plan: Plan,
-        system: Handle,
-        y: np.ndarray,
-        *,
-        method: Choice,
-        tolerances: Tolerances,
-        crosses: int = ENDS,
-        initial_events: tuple[list[float], ...] = (),
-    ) -> None:
+    def __init__(self, plan: Plan, system: Handle, size: int, method: Choice, tolerances: Tolerances) -> None:
+        """Arrays for a state of some size; nothing in them has begun."""
         self.plan, self.system, self.method = plan, system, method.method
-        self.stepping: Stepping | None = None
+        self.stepping = Stepping(plan) if method.step > 0.0 else None
         self._pace, self._most = FIRST, np.inf
         content: System = system.content
-        state, model = content.state, content.model
-        signals = state.initial_history.size
+        model, signals = content.model, content.state.initial_history.size
         if signals:
             system.exchange("state", history=make_history(signals))
-            _fill_history(system, y)
-            state = system.content.state
-        integrated = make_state(
-            y,
-            mode=state.mode,
-            memory=state.memory,
-            reference=state.reference,
+        mechanism = system.content.state
+        state = make_state(
+            np.zeros(size),
             quadratures=len(POWERS),
             monitors=model.monitor.shape[0],
-            band=self._limits(),
-            history=state.history,
-            history_length=state.history_length,
+            mode=mechanism.mode,
+            memory=mechanism.memory,
+            reference=mechanism.reference,
+            history=mechanism.history,
+            history_length=mechanism.history_length,
         )
-        integrated.clock["crosses"], integrated.clock["fixed"] = crosses, method.fixed
         coefficients = tableau("dopri5" if method.step > 0.0 else method.method)  # time stepping needs few stores
         absolute, relative, rounding = tolerances.weights(coefficients.kind)
         work = make_work(
-            integrated,
+            state,
             coefficients,
             atol=absolute,
             rtol=relative,
@@ -114,50 +151,42 @@ class Driver:
             companion=companions(model),
             delays=tolerances.delays,
         )
-        log = np.zeros((LOG_ROWS + 4 * model.guard_component.size + len(initial_events), LOG_COLUMNS))
-        samples, record = make_samples(np.zeros(0), integrated), make_record(0, integrated)
-        self.integration = Handle(Integration(coefficients, integrated, work, samples, record, log))
-        if method.step > 0.0:
-            self.stepping = Stepping(plan, method.step, method.turn, located=crosses == ENDS)
-        self._begin(initial_events)
+        log = np.zeros((LOG_ROWS + 4 * model.guard_component.size, LOG_COLUMNS))
+        samples, record = make_samples(np.zeros(0), state), make_record(0, state)
+        self.integration = Handle(Integration(coefficients, state, work, samples, record, log))
 
-    def restart(
+    def begin(
         self,
         plan: Plan,
         y: np.ndarray,
-        *,
         method: Choice,
         tolerances: Tolerances,
         crosses: int = ENDS,
-        initial_events: tuple[list[float], ...] = (),
+        initial_events: Sequence[Sequence[float]] = (),
     ) -> None:
-        """Begin another case of the same model and method without delays, whose numbers `put_numbers` has put in place."""
-        self.plan = plan
+        """Begin a case of the same model and method, whose numbers are in place; a second one only without delays."""
+        self.plan, content = plan, self.integration.content
+        state, work = content.state, content.work
+        if self.system.content.state.initial_history.size:
+            _fill_history(self.system, y)
         if self.stepping is not None:
-            self.stepping.restart(plan, method.step, method.turn)
-        content = self.integration.content
-        work = content.work
+            self.stepping.begin(plan, method.step, method.turn, located=crosses == ENDS)
         work.atol[:], work.rtol[:], work.rounding[:] = tolerances.weights(content.method.kind)
         work.precision[:], work.crossable[:] = tolerances.precision, tolerances.crossable
         work.has_dense[0] = work.scaling[0] = work.crossing_count[0] = work.rise_count[0] = 0
-        reset_state(content.state, y, crosses=crosses, fixed=method.fixed)
+        reset_state(state, y, crosses=crosses, fixed=method.fixed)
         self.band["limit"] = self._limits()
-        if len(initial_events) > content.log.shape[0]:
-            self._exchange(log=np.zeros((2 * len(initial_events), LOG_COLUMNS)))
-        self._begin(initial_events)
-
-    def _begin(self, initial_events: tuple[list[float], ...]) -> None:
-        """Log what happened at the start, and take the start over as if it were the end of a step."""
-        content = self.integration.content
-        state, accepted = content.state, content.work.accepted
+        while len(initial_events) > len(self.integration.content.log):
+            self.grow(loop.LOG_FULL)
         for row, event in enumerate(initial_events):
-            content.log[row] = event
+            self.integration.content.log[row] = event
         state.counts["events"] = len(initial_events)
+        # the start is taken over as if it were the end of a step
         functions.activate(self.system.address)
         self.change_points: list[tuple[float, float]] = []
         self.system.content.work.near[:] = 0.0, 1.0, np.inf, -np.inf
-        functions.accept(0.0, state.y, self.system.address, accepted)
-        state.clock["longest"] = accepted[1]
+        functions.accept(0.0, state.y, self.system.address, work.accepted)
+        state.clock["longest"] = work.accepted[1]
 
     @property
     def addresses(self) -> tuple[int, int, int, int]:
@@ -179,7 +208,7 @@ class Driver:
 
     @property
     def log(self) -> np.ndarray:
-        """The events so far, see `log.LOG`: a view."""
+        """The events so far, see `system.LOG`: a view."""
         return by_name(self._events, LOG)
 
     @property
@@ -188,12 +217,12 @@ class Driver:
 
     @property
     def peak(self) -> np.ndarray:
-        """The largest values so far, see `log.PEAK`: a view."""
+        """The largest values so far, see `system.PEAK`: a view."""
         return by_name(self.state.peak, PEAK)
 
     @property
     def band(self) -> np.ndarray:
-        """What is known of limits so far, see `log.BAND`: a view."""
+        """What is known of limits so far, see `system.BAND`: a view."""
         return by_name(self.state.band, BAND)
 
     @property

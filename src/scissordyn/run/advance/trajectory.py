@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time as clocks
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,13 +15,15 @@ from scissordyn.kernel import Handle
 from scissordyn.laws.validity import contact_failure
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.monitored import INDENTATION, companions, monitored_rows
+from scissordyn.mechanics.outputs import Record, record
 from scissordyn.model.guide_clearance import ContactPoint
 from scissordyn.plan.plan import Plan
 from scissordyn.run.advance.cause import failed_latch, full_coordinates, immobile_joints, jam, singular_position
+from scissordyn.run.advance.change_point import recorded_across
 from scissordyn.run.advance.checkpoint import Keeper
 from scissordyn.run.advance.driver import Driver, counted
 from scissordyn.run.advance.instants import MOST_INSTANTS
-from scissordyn.run.advance.system import make_system
+from scissordyn.run.advance.system import make_system, unknown
 from scissordyn.run.answer.events import Contact, contacts
 from scissordyn.run.options import Options
 from scissordyn.run.start.method import Choice, choose_method
@@ -110,11 +112,9 @@ def make_driver(
     y = perturb(prepared.y)
     tolerances = error_weights(plan, system, y, rtol=options.rtol, atol=options.atol)
     choice = choose_method(plan, system, y, options, tolerances)
-    across, events = crosses(plan, options), prepared.initial_events
     if driver is None or driver.method != choice.method:
-        driver = Driver(plan, system, y, method=choice, tolerances=tolerances, crosses=across, initial_events=events)
-    else:
-        driver.restart(plan, y, method=choice, tolerances=tolerances, crosses=across, initial_events=events)
+        driver = Driver(plan, system, y.size, choice, tolerances)
+    driver.begin(plan, y, choice, tolerances, crosses(plan, options), prepared.initial_events)
     return driver, prepared, choice
 
 
@@ -269,3 +269,37 @@ def _culprit(driver: Driver) -> str:
     gap = values[: clearance.size]
     j = int(np.argmax(np.where(np.isnan(gap), np.inf, gap / clearance)))
     return f"; joint '{plan.contacts[j].name}': indentation {gap[j] * 1e3:.4g} mm at a clearance of {clearance[j] * 1e3:g} mm"
+
+
+def recorded(
+    plan: Plan,
+    options: Options,
+    path: Trajectory,
+    progress: Callable[[float], None] | None = None,
+    *,
+    ideal: IdealPath | None = None,
+) -> tuple[Trajectory, Record]:
+    """A trajectory up to the first sample at which the accelerations are not defined, and what is recorded of it.
+
+    If there is one, the run counts as failed there and is computed again up to the last sample before: events, peaks,
+    deviations and integrals of what is still going on hold until there.
+    """
+    samples = path.samples
+    state = samples.state.copy() if path.change_points else samples.state
+    outputs = record(path.plan.maps, path.system, samples)
+    recorded_across(path.plan.maps, path.system, samples, state, outputs, path.change_points)
+    undefined = np.flatnonzero(~np.all(np.isfinite(outputs.A), axis=1))
+    if not undefined.size:
+        return path, outputs
+    first, time = int(undefined[0]), float(samples.time[undefined[0]])
+    why = singular_position(path.plan, path.system, samples.state[first], time) or "accelerations are not defined"
+    kept = Samples(*(part[:first] for part in samples))
+    last = float(kept.time[-1]) if first else 0.0
+    if last > 0.0:
+        cut = compute(plan, replace(options, until=last, samples=2), progress, times=kept.time, ideal=ideal)
+        if cut.status == "interrupted":
+            return cut, record(cut.plan.maps, cut.system, cut.samples)
+    else:
+        cut = replace(path, samples=kept, log=path.log[:0], peak=unknown(path.peak), band=unknown(path.band))
+    cut = replace(cut, end=last, status="failed", cause=f"stopped at t = {time:.9g} s: {why}")
+    return cut, record(cut.plan.maps, cut.system, cut.samples)

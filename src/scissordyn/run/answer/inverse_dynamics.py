@@ -15,8 +15,7 @@ from scissordyn.plan.coupling import coupling_parts
 from scissordyn.plan.elimination import in_words
 from scissordyn.plan.gradients import Gradients
 from scissordyn.plan.plan import Plan, plan
-from scissordyn.run.advance.cut import recorded
-from scissordyn.run.advance.trajectory import compute
+from scissordyn.run.advance.trajectory import compute, recorded
 from scissordyn.run.answer.coupling import SampledCoordinates
 from scissordyn.run.configuration import write_configuration
 from scissordyn.run.options import EndTime, Options, SampleCount

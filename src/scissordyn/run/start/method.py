@@ -146,7 +146,9 @@ def open_soon(plan: Plan, system: Handle, y: np.ndarray, tolerances: Tolerances,
     often move away from it at once, where linearly implicit steps, with their matrices, cost ten times as much.
     """
     with state_kept(system):
-        driver = Driver(plan, system, y, method=Choice(EXPLICIT, ""), tolerances=tolerances)
+        explicit = Choice(EXPLICIT, "")
+        driver = Driver(plan, system, y.size, explicit, tolerances)
+        driver.begin(plan, y, explicit, tolerances)
         driver.monitor(False)
         closed, status = np.flatnonzero(system.content.state.mode[: len(plan.contacts)] == 1), ADVANCING
         while closed.size and driver.tried < most and status == ADVANCING:

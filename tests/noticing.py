@@ -82,7 +82,7 @@ NOTICING: dict[str, tuple[str, ...]] = {
     "mechanics/reactions.py": ("mechanics/test_reactions.py", *MECHANICS),
     "mechanics/time_function.py": ("mechanics/test_time_functions.py", *MECHANICS),
     "mechanics/*": MECHANICS,
-    "kinematics/peak.py": ("run/test_peak.py",),
+    "kinematics/path.py": ("run/test_peak.py", *KINEMATICS),
     "kinematics/*": KINEMATICS,
     "plan/*": ("mechanics/test_moving_guides.py",),
     "run/ideal.py": ("plot/test_preview.py", "run/test_closed_limits.py", "run/test_peak.py"),

@@ -30,7 +30,7 @@ _HOME |= {"case_text": "config.case_text", "record_text": "config.case_text", "r
 _HOME |= {
     "read_record": "config.record",
     "preview_svg": "plot.preview",
-    "assembled_places": "run.start.place",
+    "assembled_places": "run.start.start",
 }  # as before, for rooms below
 
 

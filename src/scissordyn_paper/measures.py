@@ -10,7 +10,7 @@ import xarray as xr
 
 from scissordyn.analysis.arc import smallest_arc
 from scissordyn.analysis.contact import contact_spans
-from scissordyn.kinematics.peak import smooth_peak
+from scissordyn.kinematics.path import smooth_peak
 
 JOINT = "A"
 

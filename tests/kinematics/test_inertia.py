@@ -7,8 +7,7 @@ import pytest
 
 from scissordyn.component.rod import Rod
 from scissordyn.component.time_function import Cycloidal
-from scissordyn.kinematics.inertia import drive_inertia
-from scissordyn.kinematics.path import path_of
+from scissordyn.kinematics.path import drive_inertia, path_of
 from scissordyn.model.array import hoberman_ring, mast
 from scissordyn.model.body import bar
 from scissordyn.model.joint import Guide, Revolute

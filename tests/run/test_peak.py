@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import scissordyn as sd
-from scissordyn.kinematics.peak import smooth_peak
+from scissordyn.kinematics.path import smooth_peak
 
 
 @pytest.mark.parametrize("phase", [0.0, 0.3, 0.7])

@@ -20,10 +20,8 @@ from scissordyn.config.quantity import written
 from scissordyn.config.time_function import units_of
 from scissordyn.errors import InputError, command
 from scissordyn.kinematics.branching import drive_warnings
-from scissordyn.kinematics.inertia import DriveInertia, drive_inertia
-from scissordyn.kinematics.path import path_of
-from scissordyn.kinematics.peak import smooth_peak
-from scissordyn.kinematics.time_functions import check_tables
+from scissordyn.kinematics.closure import check_tables
+from scissordyn.kinematics.path import DriveInertia, drive_inertia, path_of, smooth_peak
 from scissordyn.model.commanded import commanded, rigid
 from scissordyn.model.hard_contact import hard_numbers
 from scissordyn.model.mechanism import Mechanism

@@ -17,8 +17,7 @@ from scissordyn.config.quantity import read_quantity, written
 from scissordyn.config.table import instance
 from scissordyn.config.time_function import DriveTable
 from scissordyn.errors import InputError, command, did_you_mean
-from scissordyn.kinematics.inertia import drive_inertia, drive_rate
-from scissordyn.kinematics.path import Path, path_of
+from scissordyn.kinematics.path import Path, drive_inertia, drive_rate, path_of
 from scissordyn.model.commanded import rigid
 from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism

@@ -49,8 +49,6 @@ class Held:
     maps: list[PointMap] = field(default_factory=list)
     values: list[tuple[float, float]] = field(default_factory=list)
     rates: list[tuple[float, float]] = field(default_factory=list)
-    # Length that the map, value and rate are divided by to be of the order of one [m]
-    scale: list[float] = field(default_factory=list)
     # Lengths that are kept at the start alone: bars that bend, straight
     constraints: list[Constraint] = field(default_factory=list)
     # Whether what the description gives of positions and of speeds is kept as far as all these admit it
@@ -60,12 +58,11 @@ class Held:
     def add(
         self, name: str, vector: PointMap, value: tuple[float, float], rate: tuple[float, float], scale: float = 1.0
     ) -> None:
-        """Hold one more vector."""
+        """Hold one more vector; `scale` is the length by which it is of the order of one [m]."""
         self.names.append(name)
         self.maps.append(PointMap(vector.columns, vector.rows / scale))
         self.values.append((value[0] / scale, value[1] / scale))
         self.rates.append((rate[0] / scale, rate[1] / scale))
-        self.scale.append(scale)
 
 
 def basis_at_start(system: System, time: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
@@ -90,8 +87,9 @@ def natural_state(plan: Plan, system: System, start: Start) -> tuple[np.ndarray,
     return matrix @ np.append(start.position, b), matrix @ np.append(start.velocity, rate)
 
 
-def held_rods(plan: Plan, system: System, held: Held) -> None:
-    """Hold the rods whose direction at the start is given."""
+def held_rods(plan: Plan, system: System, *, places: bool = False, speeds: bool = False) -> Held:
+    """Rods whose direction at the start is given are held there."""
+    held = Held(places=places, speeds=speeds)
     rates = value_rates(system)
     constraints = plan.coordinates.constraints
     for rod, k in zip(plan.rods, plan.maps.rod.tolist(), strict=True):
@@ -100,6 +98,12 @@ def held_rods(plan: Plan, system: System, held: Held) -> None:
             cos, sin = math.cos(rod.direction), math.sin(rod.direction)
             speed = rates[k] / length
             held.add(rod.name, constraints[k].parts[0][1], (length * cos, length * sin), (speed * cos, speed * sin))
+    return held
+
+
+def assemble_as_placed(plan: Plan, system: System) -> Start:
+    """The state nearest to the bodies as they are placed, on the drives and rods, with what is given of places and speeds."""
+    return assemble(plan, system, placed_start(plan, system), held_rods(plan, system, places=True, speeds=True))
 
 
 def value_rates(system: System) -> np.ndarray:

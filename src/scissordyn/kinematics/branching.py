@@ -6,8 +6,7 @@ The equations of motion go through a change point on the branch on which they ca
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -40,20 +39,6 @@ APART = 0.1
 """A position of the ideal mechanism so far from a sample, in lengths as a fraction of the size or in rad, is not its own."""
 
 
-class Run(Protocol):
-    """What is asked of a run: its arrays and its status."""
-
-    @property
-    def attrs(self) -> dict[Any, Any]:
-        """Its status is "complete", "interrupted" or "failed"."""
-        ...
-
-    @property
-    def variables(self) -> Mapping[Any, Any]:
-        """Arrays by name."""
-        ...
-
-
 class Said(NamedTuple):
     """A singular position in words."""
 
@@ -66,8 +51,8 @@ class Said(NamedTuple):
 CHANCE = "which one is taken there is a matter of chance in the real structure"
 
 
-def passing_warnings(plan: Plan, run: Run, until: float) -> list[str]:
-    """The singular positions that a run passes, in words.
+def passing_warnings(plan: Plan, run: Any, until: float) -> list[str]:
+    """The singular positions that a run, a Dataset or what one is made of, passes, in words.
 
     Recorded samples say where one may be, at little cost. Where the drives determine the motion, the ideal mechanism then says
     where it is; otherwise the samples do.
@@ -110,7 +95,7 @@ def passing_warnings(plan: Plan, run: Run, until: float) -> list[str]:
     return [_passed_in_words(closure, singular, z) for singular, z in warnings]
 
 
-def _pressed(plan: Plan, run: Run) -> bool:
+def _pressed(plan: Plan, run: Any) -> bool:
     """Whether a journal is pressed in far."""
     if not plan.contacts:
         return False
@@ -136,7 +121,7 @@ def _closed_along(closure: Closure, time: np.ndarray, z: np.ndarray) -> bool:
     return bool(np.all(side == side[0])) and not suspects(measure(closure, closed[: time.size]))
 
 
-def _driven(closure: Closure, run: Run, until: float) -> list[str]:
+def _driven(closure: Closure, run: Any, until: float) -> list[str]:
     """What the drives lead to, and how far clearances have let them go beyond a locking position."""
     plan, sentences = closure.plan, _said(closure, until)
     texts = [text for _, _, text in sentences]

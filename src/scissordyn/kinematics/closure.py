@@ -5,8 +5,12 @@ Linear constraints are eliminated, lengths, moving guides, rods and couplings re
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 
+from scissordyn.component.time_function import Tabulated
+from scissordyn.errors import InputError
 from scissordyn.mechanics.constraint_part import ANGLE, HALF_SQUARE, LENGTH, part_curvature
 from scissordyn.mechanics.rotation import TURN
 from scissordyn.mechanics.time_function import function_at, function_rows
@@ -20,6 +24,21 @@ ROUNDINGS = 1e-15  # Times the number of coordinates: what round-off leaves of a
 MOST_STEPS = 12
 
 ALIKE = 1e-7  # Quadratic constraints, each with a gradient of the order of one, are dependent below this (plan/redundancy.py)
+
+
+def check_tables(plan: Plan, until: float) -> None:
+    """Raise `InputError` for a tabulated time function that does not last from 0 to `until` [s]."""
+    functions = plan.motions
+    for component in plan.components:
+        fields = (getattr(component, field.name) for field in dataclasses.fields(component))  # type: ignore[arg-type]
+        functions += [(f"a time function of '{component.name}'", value) for value in fields if isinstance(value, Tabulated)]
+    for name, function in functions:
+        if isinstance(function, Tabulated) and not function.times[0] <= 0.0 <= until <= function.times[-1]:
+            raise InputError(
+                f"{name} is tabulated until {function.times[-1]:g} s, from {function.times[0]:g} s on; "
+                f"the run goes from 0 s to {until:g} s",
+                "a table that covers the run",
+            )
 
 
 class Inputs:
@@ -54,12 +73,7 @@ class Inputs:
     def over(self, times: np.ndarray) -> np.ndarray:
         """The same at many instants, shape (times, inputs); those asked for last are known."""
         if not np.array_equal(times, self._table[0]):
-            values, value = np.empty((times.size, self.count)), np.zeros(4)
-            for k, rows in enumerate(self._rows):
-                for i, time in enumerate(times.tolist()):
-                    function_at(time, rows, value)
-                    values[i, k] = value[0]
-            self._table = times, values
+            self._table = times, np.array([self.at(time) for time in times.tolist()]).reshape(-1, self.count)
         return self._table[1]
 
 

@@ -11,7 +11,7 @@ import xarray as xr
 from scissordyn.analysis.lyapunov import exponent_from_growth
 from scissordyn.errors import InputError, whole_number
 from scissordyn.kernel import Handle
-from scissordyn.kinematics.time_functions import check_tables
+from scissordyn.kinematics.closure import check_tables
 from scissordyn.laws.damping.none import NoDamping
 from scissordyn.laws.friction.none import NoFriction
 from scissordyn.mechanics import functions

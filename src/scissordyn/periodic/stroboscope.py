@@ -14,7 +14,7 @@ from scissordyn.component.time_function import ConstantSpeed, Harmonic
 from scissordyn.errors import InputError, whole_number
 from scissordyn.integrate.integration import RISE, Samples
 from scissordyn.kernel import Handle
-from scissordyn.kinematics.time_functions import check_tables
+from scissordyn.kinematics.closure import check_tables
 from scissordyn.mechanics.monitored import JOINT_FORCE, companions, oiled_contacts
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import Plan, plan

@@ -15,7 +15,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from scissordyn.errors import InputError, ScissordynError, did_you_mean
-from scissordyn.kinematics.time_functions import check_tables
+from scissordyn.kinematics.closure import check_tables
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.parameter_path import changed_all, find, number
 from scissordyn.plan.plan import Plan, plan

@@ -10,8 +10,7 @@ import numpy as np
 
 from scissordyn.kinematics.branching import path_warnings
 from scissordyn.kinematics.closure import Closure
-from scissordyn.kinematics.path import Path, follow, instants, path_of, start_of
-from scissordyn.kinematics.peak import smooth_peak
+from scissordyn.kinematics.path import Path, follow, instants, path_of, smooth_peak, start_of
 from scissordyn.kinematics.singular import LOCKING
 from scissordyn.kinematics.transmission import dyads, transmission_angle
 from scissordyn.model.mechanism import Mechanism

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from scissordyn.errors import InputError
 from scissordyn.kinematics.branching import passing_warnings
-from scissordyn.kinematics.time_functions import check_tables
+from scissordyn.kinematics.closure import check_tables
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import plan
 from scissordyn.run.advance.checkpoint import Checkpoint, open_checkpoint

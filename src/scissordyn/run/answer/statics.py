@@ -14,8 +14,7 @@ from scissordyn.errors import InputError
 from scissordyn.integrate.integration import Samples
 from scissordyn.kinematics.assembly import Held, Start, assemble
 from scissordyn.kinematics.closure import Closure, Inputs
-from scissordyn.kinematics.path import GRID, start_of
-from scissordyn.kinematics.peak import smooth_peak
+from scissordyn.kinematics.path import GRID, smooth_peak, start_of
 from scissordyn.mechanics.monitored import POWERS
 from scissordyn.mechanics.outputs import Record, record
 from scissordyn.model.commanded import commanded

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from scissordyn.integrate.integration import Samples
-from scissordyn.kinematics.assembly import Held, Start, assemble, held_rods, placed_start
+from scissordyn.kinematics.assembly import Start, assemble_as_placed
 from scissordyn.mechanics.outputs import Record, record
 from scissordyn.mechanics.reactions import solve_reactions
 from scissordyn.plan.bending import beam_mass, bends
@@ -19,12 +19,7 @@ def ideal_reactions(plan: Plan, position: np.ndarray | None = None, reference: n
     """Forces on the journals of all revolute joints of a mechanism, taken as ideal, at t = 0, shape (joints, 2) [N]."""
     plan = plan.ideal
     system = make_system(plan)
-    if position is None:
-        holds = Held(places=True, speeds=True)
-        held_rods(plan, system.content, holds)
-        start = assemble(plan, system.content, placed_start(plan, system.content), holds)
-    else:
-        start = Start(position, np.zeros(plan.coordinates.free))
+    start = assemble_as_placed(plan, system.content) if position is None else Start(position, np.zeros(plan.coordinates.free))
     state = system.content.state
     internal = np.zeros(int(system.content.model.state_start[-1]))
     samples = Samples(

@@ -8,7 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scissordyn.component.place import GROUND
+from scissordyn.component.beam import Beam
+from scissordyn.component.flexible_bar import FlexibleBar
+from scissordyn.component.place import GROUND, Point
 from scissordyn.errors import InputError
 from scissordyn.integrate.integration import LOG_COLUMNS, RESET_DATA, RISE
 from scissordyn.kernel import Handle
@@ -16,6 +18,7 @@ from scissordyn.kinematics.assembly import (
     Held,
     Start,
     assemble,
+    assemble_as_placed,
     basis_at_start,
     held_rods,
     natural_state,
@@ -27,12 +30,14 @@ from scissordyn.laws.evaluate import elastic_energy, elastic_force
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.system import APPROACH_FLOOR, System
 from scissordyn.mechanics.time_function import function_at
+from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.acting import start_coordinates
 from scissordyn.plan.bending import beams_of, is_straight, straight_bar, straight_maps
 from scissordyn.plan.coordinates import combined
 from scissordyn.plan.elimination import in_words
 from scissordyn.plan.hard_contact import elastic_law
 from scissordyn.plan.plan import Plan
+from scissordyn.plan.plan import plan as make_plan
 from scissordyn.run.advance.cause import check_springs, full_coordinates
 from scissordyn.run.advance.system import make_system
 from scissordyn.run.options import StartKind
@@ -54,8 +59,7 @@ class Prepared:
 
 def prepare_start(plan: Plan, system: Handle, kind: StartKind) -> Prepared:
     content = system.content
-    guess, holds = placed_start(plan, content), Held(places=True, speeds=True)
-    held_rods(plan, content, holds)
+    guess, holds = placed_start(plan, content), held_rods(plan, content, places=True, speeds=True)
     _hold_references(plan, content, holds)
     warnings: list[str] = []
     if kind in ("concentric", "in-contact", "as-placed"):
@@ -74,7 +78,10 @@ def prepare_start(plan: Plan, system: Handle, kind: StartKind) -> Prepared:
                 )
             count_turns(plan, content, turned)
             assembled = _concentric(plan, content, guess, holds)
-            start = assemble(plan, content, Start(place, guess.velocity * 0.0), _held_at(plan, content, place))
+            still, full = Held(), np.append(place, basis_at_start(content)[0])
+            journals = [plan.eccentricity(j).at(full) for j in range(len(plan.clearance_joints))]
+            _hold_journals(plan, still, np.array(journals).reshape(-1, 2))
+            start = assemble(plan, content, Start(place, guess.velocity * 0.0), still)
         case _:
             start = assembled = _concentric(plan, content, guess, holds)
     warnings += _moved(plan, content, assembled)
@@ -92,17 +99,21 @@ def _concentric(plan: Plan, system: System, guess: Start, holds: Held) -> Start:
     if plan.contact_points:  # an ideal guide holds what its contact points do not
         ideal = plan.ideal
         handle = make_system(ideal)
-        holds = Held(places=True, speeds=True)
-        held_rods(ideal, handle.content, holds)
+        holds = held_rods(ideal, handle.content, places=True, speeds=True)
         _hold_straight(ideal, holds)
         _hold_references(ideal, handle.content, holds)
         start = assemble(ideal, handle.content, placed_start(ideal, handle.content), holds)
         position, velocity = natural_state(ideal, handle.content, start)
         b, rate = basis_at_start(system)
         return Start(plan.coordinates.nearest(b, position), plan.coordinates.nearest(rate, velocity))
-    for j, joint in enumerate(plan.clearance_joints):
-        holds.add(joint.name, plan.eccentricity(j), (0.0, 0.0), (0.0, 0.0), plan.coordinates.size)
+    _hold_journals(plan, holds, np.zeros((len(plan.clearance_joints), 2)))
     return assemble(plan, system, guess, holds)
+
+
+def _hold_journals(plan: Plan, holds: Held, eccentricities: np.ndarray) -> None:
+    """Hold journals at rest where they are to be in their bearings, shape (nj, 2) [m]."""
+    for j, joint in enumerate(plan.clearance_joints):
+        holds.add(joint.name, plan.eccentricity(j), tuple(eccentricities[j]), (0.0, 0.0), plan.coordinates.size)
 
 
 def _resting(plan: Plan, system: System, start: Start) -> Start:
@@ -114,22 +125,11 @@ def _resting(plan: Plan, system: System, start: Start) -> Start:
             "start = 'static', or 'concentric', from which they settle",
         )
     offsets = _resting_offsets(plan, system, ideal_reactions(plan))
-    resting = Held(speeds=True)
-    held_rods(plan, system, resting)
+    resting = held_rods(plan, system, speeds=True)
     _hold_straight(plan, resting)
     _hold_references(plan, system, resting)
-    for j, joint in enumerate(plan.clearance_joints):
-        resting.add(joint.name, plan.eccentricity(j), tuple(offsets[j]), (0.0, 0.0), plan.coordinates.size)
+    _hold_journals(plan, resting, offsets)
     return assemble(plan, system, start, resting)
-
-
-def _held_at(plan: Plan, system: System, place: np.ndarray) -> Held:
-    """Journals held where they are at a position."""
-    holds, full = Held(), np.append(place, basis_at_start(system)[0])
-    for j, joint in enumerate(plan.clearance_joints):
-        vector = plan.eccentricity(j)
-        holds.add(joint.name, vector, tuple(vector.at(full)), (0.0, 0.0), plan.coordinates.size)
-    return holds
 
 
 def _resting_place(plan: Plan) -> tuple[np.ndarray, dict[str, float], float]:
@@ -156,9 +156,8 @@ def rest_with_clearances(still: Plan, system: Handle, place: np.ndarray, load: f
     forces = ideal_reactions(still, rest.position, system.content.state.reference)
     with_clearance = [joint.clearance is not None for joint in still.joints]
     if np.all(np.isfinite(forces[with_clearance])):
-        offsets, holds = _resting_offsets(still, handle.content, forces), Held()
-        for j, joint in enumerate(still.clearance_joints):
-            holds.add(joint.name, still.eccentricity(j), tuple(offsets[j]), (0.0, 0.0), still.coordinates.size)
+        holds = Held()
+        _hold_journals(still, holds, _resting_offsets(still, handle.content, forces))
         start = assemble(still, handle.content, start, holds)
     return handle, equilibrium(still, handle, start.position, load)
 
@@ -254,11 +253,29 @@ def _hold_references(plan: Plan, system: System, holds: Held) -> None:
 def assembled_near(plan: Plan, system: System, natural: np.ndarray, *, straight: bool) -> Start:
     """The state at rest nearest to natural coordinates in which rods have their given directions."""
     guess = plan.coordinates.nearest(basis_at_start(system)[0], natural)
-    holds = Held()
-    held_rods(plan, system, holds)
+    holds = held_rods(plan, system)
     if straight:
         _hold_straight(plan, holds)
     return assemble(plan, system, Start(guess, np.zeros_like(guess)), holds)
+
+
+def assembled_places(mechanism: Mechanism) -> dict[str, tuple[Point, float]]:
+    """Position [m] and angle [rad] of each body with ideal joints; none if it cannot be assembled, which a run says."""
+    ideal = mechanism.ideal()
+    # what exerts forces holds no place, and a roller may run along a bar that is not yet there
+    bent = tuple(part for part in ideal.components if isinstance(part, Beam | FlexibleBar))
+    try:
+        tables = make_plan(ideal.with_parts({"components": bent}))
+        system = make_system(tables).content
+        start = assemble_as_placed(tables, system)
+    except InputError:
+        return {}
+    natural, _ = natural_state(tables, system, start)
+    coordinates, places = tables.coordinates.natural, dict[str, tuple[Point, float]]()
+    for body in mechanism.bodies:
+        x, y = natural[coordinates.offsets[body.name] :][:2].tolist()
+        places[body.name] = (x, y), coordinates.angle_of(body.name, natural)
+    return places
 
 
 def _hold_straight(plan: Plan, holds: Held, *, moving: bool = False) -> None:

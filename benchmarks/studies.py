@@ -26,8 +26,7 @@ from scissordyn.run.options import Options
 from scissordyn.study.ask.description import Factor, Study
 from scissordyn.study.ask.design import Design
 from scissordyn.study.ask.distribution import Interval
-from scissordyn.study.compute.block import Block
-from scissordyn.study.compute.execute import BUSY, TASK_SECONDS, Progress, block_seconds, execute
+from scissordyn.study.compute.execute import BUSY, TASK_SECONDS, Block, Progress, block_seconds, execute
 
 __all__ = ["Measured", "measure"]
 
@@ -157,7 +156,7 @@ def timed(name: str, cases: int, engine: Engine, folder: Path) -> Measured:
 def per_task(client: Client, tasks: int) -> tuple[float, float]:
     """Seconds that a task costs by the clock, and of processor time of the scheduler and the coordinator, this process."""
     described = study(CASES)
-    blocks = (Block(described, number, np.arange(1000)) for number in range(tasks))
+    blocks = (Block(described, np.arange(1000)) for _ in range(tasks))
     began, busy = time.perf_counter(), time.process_time()
     for _ in outcomes(client.get_executor(pure=False), empty, blocks):
         pass
@@ -167,7 +166,7 @@ def per_task(client: Client, tasks: int) -> tuple[float, float]:
 def held(client: Client, tasks: int) -> float:
     """Memory [MiB] of the scheduler and the client, which are this process here, for tasks that wait."""
     described, before = study(CASES), resident()
-    futures = [client.submit(waiting, Block(described, k, np.arange(1000)), pure=False) for k in range(tasks)]
+    futures = [client.submit(waiting, Block(described, np.arange(1000)), pure=False) for _ in range(tasks)]
     time.sleep(2.0)  # until all are there
     grown = resident() - before
     client.cancel(futures, force=True)
@@ -199,7 +198,7 @@ def measure(cases: int = CASES, tasks: int = TASKS, kept: Path | None = None) ->
             memory = held(client, tasks)
     gains = [f"{two}: {found[two].rate / found[one].rate:.2f}" for one, two in PAIRS]
     whole = found["2 threads"]
-    size = len(pickle.dumps(Block(study(CASES), 0, np.arange(1000)))) / 1024
+    size = len(pickle.dumps(Block(study(CASES), np.arange(1000)))) / 1024
     stopped = f" in {whole.runs} runs of the command" if whole.runs > 1 else ""
     about = paragraph(
         f"Frictionless cases of the paper: 50 ms simulated, tolerance 1e-8, random clearance and speed, {len(MEASURES)}",

@@ -15,7 +15,7 @@ from scissordyn.run.options import Options
 from scissordyn.study.ask.description import Factor, Study
 from scissordyn.study.ask.design import Design
 from scissordyn.study.ask.distribution import Interval
-from scissordyn.study.compute.block import pilot
+from scissordyn.study.compute.execute import pilot
 from scissordyn.study.compute.store import COMPLETE, Store
 
 CASES, BLOCK = 1_000_000, 10_000

@@ -18,14 +18,13 @@ import scissordyn as sd
 from scissordyn.plot.study import feasibility_map, pareto_front, requirement_bars, response_curves, sensitivity_bars
 from scissordyn.run.options import Options
 from scissordyn.study.answer.conclusion import numbers_text
-from scissordyn.study.answer.export import export, table
-from scissordyn.study.answer.indices import morris_indices, sensitivity, sobol_indices
+from scissordyn.study.answer.report import export, table
+from scissordyn.study.answer.sensitivity import morris_indices, sensitivity, sobol_indices
 from scissordyn.study.answer.verdict import by_point, causes, feasible_fraction, warned, worst_cases
 from scissordyn.study.ask.description import Factor, Sampling, Study
 from scissordyn.study.ask.design import Design, design_values
 from scissordyn.study.ask.distribution import Interval, Uniform
-from scissordyn.study.ask.goal import Goal, Optimisation, risk_value
-from scissordyn.study.ask.requirement import Requirement
+from scissordyn.study.ask.requirement import Goal, Optimisation, Requirement, risk_value
 from scissordyn.study.compute.execute import execute
 from scissordyn.study.compute.optimise import candidates, nondominated, optimise, proposer
 from scissordyn.study.compute.store import COMPLETE, FAILED, Store

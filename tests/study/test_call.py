@@ -17,8 +17,7 @@ from scissordyn.cli.study import study as command
 from scissordyn.model.record import to_plain
 from scissordyn.study.ask.description import Factor, OwnMeasure, Sampling, Study
 from scissordyn.study.ask.design import Design
-from scissordyn.study.ask.goal import Goal
-from scissordyn.study.ask.requirement import Requirement
+from scissordyn.study.ask.requirement import Goal, Requirement
 from scissordyn.study.compute.execute import execute
 from scissordyn.study.result import StudyResult
 from study.test_study import UNTIL, arm, rows

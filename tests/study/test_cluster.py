@@ -24,9 +24,8 @@ from scissordyn.run.engine import Processes, outcomes
 from scissordyn.run.options import Options
 from scissordyn.study.ask.description import Factor, Study
 from scissordyn.study.ask.distribution import Interval
-from scissordyn.study.compute.block import ProgramError
 from scissordyn.study.compute.cluster import cluster
-from scissordyn.study.compute.execute import execute
+from scissordyn.study.compute.execute import ProgramError, execute
 from scissordyn.study.compute.store import Store
 from study.test_study import rows
 

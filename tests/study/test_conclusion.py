@@ -16,12 +16,11 @@ from scipy import stats
 from scissordyn.plot.scale import Scale
 from scissordyn.study.answer.conclusion import conclude, trend_table
 from scissordyn.study.answer.fact import WORDS, Fact
-from scissordyn.study.answer.ranking import ranked, rankings
-from scissordyn.study.answer.recommendation import recommended
-from scissordyn.study.answer.summary import response_ranges
+from scissordyn.study.answer.page import response_ranges
+from scissordyn.study.answer.sensitivity import ranked, rankings
 from scissordyn.study.answer.surface import Surfaces
 from scissordyn.study.answer.trend import fitted, needed, trends
-from scissordyn.study.answer.verdict import by_point, feasible_fraction, worst_cases
+from scissordyn.study.answer.verdict import by_point, feasible_fraction, recommended, worst_cases
 from scissordyn.study.ask.description import Factor, OwnMeasure, Sampling
 from scissordyn.study.ask.design import Design
 from scissordyn.study.ask.distribution import Interval, Uniform

@@ -23,10 +23,8 @@ from scissordyn.cli.main import status_of
 from scissordyn.run.options import Options
 from scissordyn.study.ask.description import Factor, Study
 from scissordyn.study.ask.distribution import Interval, Levels
-from scissordyn.study.ask.goal import Goal, Optimisation
-from scissordyn.study.ask.requirement import Requirement
-from scissordyn.study.compute.block import Block, ProgramError, pilot, run_block
-from scissordyn.study.compute.execute import execute
+from scissordyn.study.ask.requirement import Goal, Optimisation, Requirement
+from scissordyn.study.compute.execute import Block, ProgramError, execute, pilot, run_block
 from scissordyn.study.compute.optimise import optimise
 from scissordyn.study.compute.store import COMPLETE, PENDING, Store, StoreError
 from study.test_study import arm, rows
@@ -229,7 +227,7 @@ def test_a_worker_with_another_program_computes_nothing(monkeypatch: pytest.Monk
     ours = study().fingerprint()
     monkeypatch.setattr(Study, "fingerprint", lambda _: {**ours, "program": "another"})
     with pytest.raises(ProgramError, match=r"would compute other numbers \(differs in program\); allowed: the same sources"):
-        run_block(Block(study(), 2, np.arange(2), fingerprint=ours))
+        run_block(Block(study(), np.arange(2), fingerprint=ours))
 
 
 def _hold(address: str, held: Any, release: Any) -> None:

@@ -8,7 +8,7 @@ from scipy import stats
 
 import scissordyn as sd
 from scissordyn.run.options import Options
-from scissordyn.study.ask.description import Study
+from scissordyn.study.ask.description import Study, to_plain
 from scissordyn.study.ask.design import DESIGNS, Design, design_size, design_values, uniform_numbers
 from scissordyn.study.ask.distribution import (
     Empirical,
@@ -21,7 +21,6 @@ from scissordyn.study.ask.distribution import (
     from_plain,
 )
 from scissordyn.study.ask.factor import Factor, Sampling
-from scissordyn.study.ask.plain import to_plain
 
 TWO: tuple[Variation, ...] = (Interval(1.0, 3.0, 3), Levels((5.0, 7.0)))
 BASE = np.array([2.5, 6.0])

@@ -9,8 +9,7 @@ import pytest
 import xarray as xr
 
 import scissordyn as sd
-from scissordyn.study.answer.control_variate import Predicted, cost_ratio, mean_estimate, population_mean
-from scissordyn.study.answer.margin_estimate import fraction_by_margins
+from scissordyn.study.answer.control_variate import Predicted, cost_ratio, fraction_by_margins, mean_estimate, population_mean
 from scissordyn.study.ask.requirement import Response
 from scissordyn.study.compute.interpolation import FEWEST, GROUPS, Interpolation, interpolation
 

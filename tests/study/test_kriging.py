@@ -12,7 +12,7 @@ from sklearn.gaussian_process import GaussianProcessRegressor
 from scissordyn.plot.study import feasibility_map
 from scissordyn.study.answer.surface import Surfaces
 from scissordyn.study.answer.verdict import by_point
-from scissordyn.study.compute.kriging import Kriging
+from scissordyn.study.compute.interpolation import Kriging
 from study.test_answer import made_up
 from study.test_conclusion import proportional
 

@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from scissordyn.study.answer.control_variate import fraction_estimate
-from scissordyn.study.answer.margin_estimate import fraction_by_margins
+from scissordyn.study.answer.control_variate import fraction_by_margins, fraction_estimate
 
 
 def _blurred(z, numbers):

@@ -16,13 +16,12 @@ from scissordyn.config.study import read_requirement
 from scissordyn.plot.study import response_curves
 from scissordyn.run.answer.measure import COMPONENT_UNIT, component_units
 from scissordyn.run.options import Options
-from scissordyn.study.answer.export import table
+from scissordyn.study.answer.report import table
 from scissordyn.study.answer.verdict import by_point, worst_cases
 from scissordyn.study.ask.description import Factor, Study
 from scissordyn.study.ask.distribution import Interval
-from scissordyn.study.ask.goal import Goal, Optimisation
-from scissordyn.study.ask.requirement import Requirement
-from scissordyn.study.compute.block import pilot
+from scissordyn.study.ask.requirement import Goal, Optimisation, Requirement
+from scissordyn.study.compute.execute import pilot
 from scissordyn.study.compute.store import COMPLETE
 from study.test_answer import result_of
 

@@ -5,8 +5,7 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.errors import InputError
-from scissordyn.study.answer.control_variate import fraction_estimate, mean_estimate
-from scissordyn.study.answer.margin_estimate import fraction_by_margins
+from scissordyn.study.answer.control_variate import fraction_by_margins, fraction_estimate, mean_estimate
 from scissordyn.study.compute.screening import verified_path
 
 RANGES = {"A.clearance": (0.05e-3, 0.4e-3), "drive.speed": "100..200 rpm"}

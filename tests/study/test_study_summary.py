@@ -13,14 +13,13 @@ import scissordyn as sd
 from scissordyn.cli.study import show_answers
 from scissordyn.plot.study import response_curves
 from scissordyn.run.options import Options
-from scissordyn.study.answer.indices import morris_indices
-from scissordyn.study.answer.summary import agreement, best_points, sensitivities, varied_numbers
+from scissordyn.study.answer.page import agreement, best_points, varied_numbers
+from scissordyn.study.answer.sensitivity import morris_indices, sensitivities
 from scissordyn.study.answer.verdict import by_point
 from scissordyn.study.ask.description import Factor, Study
 from scissordyn.study.ask.design import Design
 from scissordyn.study.ask.distribution import Interval, Levels, LogNormal, Normal, Uniform, Variation
-from scissordyn.study.ask.goal import Goal, Optimisation
-from scissordyn.study.ask.requirement import Requirement
+from scissordyn.study.ask.requirement import Goal, Optimisation, Requirement
 from scissordyn.study.compute.store import COMPLETE
 from study.test_answer import result_of
 

@@ -12,11 +12,11 @@ import scissordyn as sd
 from scissordyn.config.study import described_study, read_study
 from scissordyn.config.variation import read_deviation, read_variation
 from scissordyn.model.parameter_path import single
-from scissordyn.study.answer.summary import varied_numbers
+from scissordyn.study.answer.page import varied_numbers
 from scissordyn.study.answer.verdict import by_point
+from scissordyn.study.ask.description import to_plain
 from scissordyn.study.ask.distribution import Normal, Trapezoid, Triangular, Uniform, from_plain
 from scissordyn.study.ask.fit import DEVIATIONS, DIAMETERS, GRADES, read_fit
-from scissordyn.study.ask.plain import to_plain
 from scissordyn.study.compute.table import column
 from scissordyn.units import Quantity
 from study.test_study import UNTIL, arm

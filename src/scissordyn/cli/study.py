@@ -29,7 +29,7 @@ from scissordyn.errors import InputError, command, did_you_mean, printable
 from scissordyn.units import Quantity, counted, short
 
 if TYPE_CHECKING:
-    from scissordyn.study.answer.summary import Section
+    from scissordyn.study.answer.fact import Section
     from scissordyn.study.ask.description import Study
     from scissordyn.study.compute.execute import Progress
     from scissordyn.study.result import StudyResult
@@ -238,7 +238,7 @@ def compute(
 ) -> int:
     """Do what is missing of a study, and show its answers."""
     from scissordyn.run.engine import EngineError
-    from scissordyn.study.compute.block import ProgramError
+    from scissordyn.study.compute.execute import ProgramError
     from scissordyn.study.compute.store import Store, StoreError
     from scissordyn.study.result import computed
 

@@ -15,8 +15,8 @@ from scissordyn.config.variation import read_variation
 from scissordyn.errors import InputError, command, did_you_mean
 from scissordyn.study.ask.description import Factor, Study
 from scissordyn.study.ask.design import SAMPLED, Design
-from scissordyn.study.ask.goal import Optimisation, read_goal
-from scissordyn.study.ask.variant import with_places
+from scissordyn.study.ask.factor import with_places
+from scissordyn.study.ask.requirement import Optimisation, read_goal
 from scissordyn.units import Quantity
 
 POINTS = 32  # Points of a study that follows a search, if no number is given

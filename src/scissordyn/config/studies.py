@@ -20,8 +20,7 @@ from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.engine import Engine
 from scissordyn.run.options import Options
-from scissordyn.study.ask.accurate import Accurate
-from scissordyn.study.ask.description import OwnMeasure, Sampling, Study
+from scissordyn.study.ask.description import Accurate, OwnMeasure, Sampling, Study
 from scissordyn.study.ask.design import Design
 from scissordyn.study.ask.distribution import Interval, Levels, Variation
 from scissordyn.study.ask.requirement import Requirement, read_response

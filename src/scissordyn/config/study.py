@@ -31,12 +31,19 @@ from scissordyn.errors import InputError, command
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.parameter_path import EACH_SAMPLE, number, single
 from scissordyn.run.options import Options
-from scissordyn.study.ask.accurate import Accurate
-from scissordyn.study.ask.description import Factor, OwnMeasure, Sampling, Study, check_part
+from scissordyn.study.ask.description import Accurate, Factor, OwnMeasure, Sampling, Study, check_part
 from scissordyn.study.ask.design import Design
 from scissordyn.study.ask.distribution import Names, Variation
-from scissordyn.study.ask.goal import Optimisation, read_goal
-from scissordyn.study.ask.requirement import BY_COMPONENT, KINDS, SHORTFALL, Requirement, Response, read_response
+from scissordyn.study.ask.requirement import (
+    BY_COMPONENT,
+    KINDS,
+    SHORTFALL,
+    Optimisation,
+    Requirement,
+    Response,
+    read_goal,
+    read_response,
+)
 
 OWN = re.compile(r"\s*([^\s\[\]]+)\s*(?:\[([^\[\]]*)\])?\s*(?:\bof\s+(\S+))?\s*")
 """What stands before the equals sign of a measure of the user's: a name, a unit in brackets, and what its function gets."""

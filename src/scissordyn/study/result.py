@@ -18,25 +18,28 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.engine import Engine
 from scissordyn.run.simulate import simulate
 from scissordyn.study.answer.conclusion import Conclusion, conclude
-from scissordyn.study.answer.export import export, table
 from scissordyn.study.answer.fidelity import Corrected, confirmed, estimates
-from scissordyn.study.answer.indices import sensitivity
-from scissordyn.study.answer.recommendation import Recommendation, recommended, recommended_point
-from scissordyn.study.answer.summary import design_size
+from scissordyn.study.answer.page import design_size, page
+from scissordyn.study.answer.pictures import StudyPictures
+from scissordyn.study.answer.report import MOST_ROWS, as_html, export, table, write_figures, write_report
+from scissordyn.study.answer.sensitivity import sensitivity
 from scissordyn.study.answer.trend import Trend
 from scissordyn.study.answer.verdict import (
     FeasibleFraction,
+    Recommendation,
     Worst,
     by_point,
     causes,
     counts,
     feasible_fraction,
+    recommended,
+    recommended_point,
     warned,
     worst_cases,
 )
 from scissordyn.study.ask.description import Study
-from scissordyn.study.ask.goal import Optimisation, read_goal
-from scissordyn.study.ask.variant import labelled, mechanism_of
+from scissordyn.study.ask.factor import labelled, mechanism_of
+from scissordyn.study.ask.requirement import Optimisation, read_goal
 from scissordyn.study.compute.execute import How, Progress, execute, extend
 from scissordyn.study.compute.optimise import Optimum, candidates, optimise
 from scissordyn.study.compute.screening import screened, verified_path
@@ -45,8 +48,6 @@ from scissordyn.study.compute.table import column
 
 if TYPE_CHECKING:
     import pandas as pd
-
-    from scissordyn.study.answer.pictures import StudyPictures
 
 FilePath = str | os.PathLike[str]
 ShowProgress = Callable[[Progress], None] | None
@@ -259,8 +260,6 @@ class StudyResult:
     @property
     def plot(self) -> StudyPictures:
         """Pictures: ``result.plot.map()``, ``curves()``, ``requirements()``, ``sensitivity()``, ``front()``."""
-        from scissordyn.study.answer.pictures import StudyPictures
-
         return StudyPictures(self)
 
     # --- one case again -------------------------------------------------------------------------------------------------
@@ -404,8 +403,6 @@ class StudyResult:
         -------
         Path
         """
-        from scissordyn.study.answer.report import write_figures, write_report
-
         written = write_report(self, Path(path))
         if figures is not None:
             write_figures(self, Path(figures))
@@ -419,9 +416,6 @@ class StudyResult:
         return f"<study '{self.store.path}': {'; '.join(parts)}>"
 
     def _repr_html_(self) -> str:
-        from scissordyn.study.answer.page import page
-        from scissordyn.study.answer.report import MOST_ROWS, as_html
-
         head = f"<b>Study {html.escape(Path(self.store.path).name)}</b>"
         return head + as_html(page(self, self.store.path, MOST_ROWS))
 

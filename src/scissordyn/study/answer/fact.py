@@ -1,9 +1,10 @@
-"""Facts that a study has found, as data, and the one table of words in which they are said."""
+"""Facts that a study has found, as data, the one table of words in which they are said, and the sections of its page."""
 
 from __future__ import annotations
 
 import re
 import string
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
@@ -142,3 +143,14 @@ def _plain(value: Any) -> Any:
     if isinstance(value, tuple):
         return [fact.to_plain() for fact in value]
     return value.item() if hasattr(value, "item") else value
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of the answers; the last column of its table may be "command", what can be typed."""
+
+    head: tuple[str, ...] = ()
+    rows: Sequence[tuple[str, ...]] = ()
+    title: str = ""
+    notes: tuple[str, ...] = ()  # Sentences below the table
+    lines: Sequence[object] = ()  # Above it

@@ -11,10 +11,15 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.plot.scale import Scale, scale_of
-from scissordyn.study.answer.control_variate import Estimate, Predicted, fraction_estimate, mean_estimate, quantile_estimates
-from scissordyn.study.answer.fact import Fact
-from scissordyn.study.answer.margin_estimate import fraction_by_margins
-from scissordyn.study.answer.summary import Section
+from scissordyn.study.answer.control_variate import (
+    Estimate,
+    Predicted,
+    fraction_by_margins,
+    fraction_estimate,
+    mean_estimate,
+    quantile_estimates,
+)
+from scissordyn.study.answer.fact import Fact, Section
 from scissordyn.study.answer.verdict import answered
 from scissordyn.study.ask.description import Study
 from scissordyn.study.ask.requirement import Requirement, Response, response_unit, response_values

@@ -2,28 +2,31 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+import xarray as xr
+
 from scissordyn.errors import command
+from scissordyn.plot.scale import scale_of
 from scissordyn.study.answer.conclusion import conclude, margin_text, numbers_text, trend_table
+from scissordyn.study.answer.fact import WORDS, Fact, Section
 from scissordyn.study.answer.fidelity import fidelity
-from scissordyn.study.answer.indices import sensitivity
-from scissordyn.study.answer.ranking import rankings
-from scissordyn.study.answer.summary import (
-    Section,
-    agreement,
-    best_points,
-    design_size,
-    requirement_fractions,
-    response_ranges,
-    sensitivities,
-    varied_numbers,
-)
+from scissordyn.study.answer.sensitivity import rankings, sensitivities, sensitivity
+from scissordyn.study.answer.verdict import AGREEMENT, answered, case_values, feasible_fraction
+from scissordyn.study.ask.description import Factor, Study
+from scissordyn.study.ask.distribution import Levels, Names
+from scissordyn.study.ask.requirement import meaning, response_unit
+from scissordyn.study.compute.optimise import candidates
+from scissordyn.study.compute.table import column
+from scissordyn.units import counted
 
 if TYPE_CHECKING:
     from scissordyn.study.result import StudyResult
+SHOWN = 6  # Levels of a factor that are listed
 
 
 def page(result: StudyResult, store: str, most: int) -> Iterator[Section]:
@@ -84,3 +87,103 @@ def damage_section(result: StudyResult, store: str) -> Section:
 def replay_command(store: str, case: int) -> str:
     """What to type to simulate a case again, with its histories."""
     return command("scissordyn", "study", "replay", store, case)
+
+
+def design_size(study: Study) -> str:
+    """Points, samples and members in words."""
+    parts = [f"{counted(study.points, 'point')} ({study.design.kind})"] if study.factors else []
+    if study.uncertain:
+        of_each = " of each" if study.factors else ""
+        parts.append(f"{counted(study.sampling.samples, 'sample')}{of_each} ({study.sampling.kind})")
+    if study.members > 1:
+        parts.append(f"{study.members} members of each")
+    return ", ".join(parts)
+
+
+def varied_numbers(study: Study, results: xr.Dataset) -> Section:
+    """The numbers that vary, and over what."""
+    rows = [(factor.path, "chosen", _over(results, factor)) for factor in study.factors]
+    rows += [(factor.name, "uncertain", _over(results, factor)) for factor in study.uncertain]
+    return Section(("number", "role", "values"), rows)
+
+
+def _over(results: xr.Dataset, factor: Factor) -> str:
+    variation = factor.variation
+    about = {"units": results[column(factor.name)].attrs.get("units", "1"), **factor.shown}
+    ends = [end for end in variation.ends if np.isfinite(end) and end]
+    scale = scale_of(xr.DataArray(ends or [variation.quantile(np.array([0.5]))[0]], attrs=about))
+    if isinstance(variation, Levels | Names):
+        values = [scale.text(value, 6) for value in variation.levels()]
+        shown = values if len(values) <= SHOWN else [*values[:SHOWN], f"... {values[-1]}"]
+        return ", ".join(shown) + (f" {scale.unit}" if scale.unit else "")
+    low, high = variation.ends if ends or variation.kind != "normal" else (None, None)
+    numbers = {**vars(variation), "low": low, "high": high}
+    numbers["logarithmic"] = "logarithmic" if numbers.get("logarithmic") else None
+    kind = f"over {variation.kind}"
+    return str(Fact(kind if kind in WORDS else "over", variation.kind, numbers, scale))
+
+
+def agreement(study: Study, points: xr.Dataset) -> Fact | None:
+    """Where members disagree; None without members."""
+    if study.members == 1:
+        return None
+    count, differ = points.sizes["point"], int(points["disagrees"].sum())
+    if not differ:
+        return Fact("agree", numbers={"least": AGREEMENT})
+    undecided = int(points["undecided"].sum()) or "none" if study.requirements else None
+    about = {"least": AGREEMENT, "differ": differ, "tried": counted(count, "point"), "fraction": _percent(differ / count)}
+    return Fact("disagree", numbers={**about, "undecided": undecided})
+
+
+def response_ranges(study: Study, results: xr.Dataset, points: xr.Dataset) -> Section:
+    """Smallest, median and largest value of each response over the complete cases, and how far members differ."""
+    rows = []
+    for response in answered(study, results):
+        values = case_values(study, results, response)
+        if np.isfinite(values).any():
+            ends = np.nanquantile(values, [0.0, 0.5, 1.0], method="closest_observation")
+            scale = scale_of(xr.DataArray(ends, attrs={"units": response_unit(results, response)}))
+            shown = [text if math.isfinite(end) else "none" for end, text in zip(ends, scale.cells(*ends), strict=True)]
+            spread = [_percent(float(np.nanmax(points[f"spread {response.name}"].values)))] if study.members > 1 else []
+            rows.append((response.name, *shown, scale.unit or "1", *spread))
+    members = ("largest spread of members",) if study.members > 1 else ()
+    return Section(("response", "smallest", "median", "largest", "unit", *members), rows)
+
+
+def requirement_fractions(study: Study, results: xr.Dataset) -> Section:
+    """The fraction of the range that meets each requirement, and all of them."""
+    meanings = [*(meaning(results, requirement) for requirement in study.requirements), ""]
+    rows, explained, sampled = [], any(meanings), False
+    for fraction, text in zip(feasible_fraction(study, results), meanings, strict=True):
+        sampled |= np.isfinite(fraction.low)
+        interval = "no sample" if np.isnan(fraction.low) else f"{fraction.low:.1%} to {fraction.high:.1%}"
+        rows.append(
+            (fraction.label, *((text,) if explained else ()), f"{fraction.fraction:.1%}", interval, str(fraction.trials))
+        )
+    head = ("requirement", *(("meaning",) if explained else ()), "met by", "95 % interval", "trials")
+    note = "Interval of Clopper and Pearson." if sampled else f"The points of the design '{study.design.kind}' are no sample."
+    return Section(head, rows, "Requirements", (f"{note} Failed cases are left out.",))
+
+
+def best_points(study: Study, results: xr.Dataset, most: int) -> Section:
+    """The Pareto front of a search, or the best point of one goal."""
+    assert study.optimisation is not None
+    search = candidates(study, results)
+    rows = np.flatnonzero(search.points["front"].values) if search.best < 0 else np.array([search.best])
+    names = [factor.path for factor in study.factors] + [goal.label for goal in study.optimisation.goals]
+    signs = {goal.label: -1.0 if goal.maximise else 1.0 for goal in study.optimisation.goals}
+    scales = {name: scale_of(search.points[name].isel(point=rows)) for name in names}
+    columns = [scales[n].cells(*(signs.get(n, 1.0) * search.points[n].values[rows[:most]]), digits=5) for n in names]
+    shown = [(str(row), *cells) for row, *cells in zip(rows[:most], *columns, strict=True)]
+    notes = [f"{counted(search.points.sizes['point'], 'point')} tried; measure of risk: {study.optimisation.risk}."]
+    if len(rows) > most:
+        notes.append(f"{counted(len(rows) - most, 'more point')} of the front in the store.")
+    if search.best >= 0 and float(search.points["violation"][search.best]) > 0.0:
+        notes.append("No point meets all requirements; this is the one that violates them least.")
+    head = ("point", *(scales[name].label(name) for name in names))
+    return Section(head, shown, "Pareto front" if search.best < 0 else "Best point", tuple(notes))
+
+
+def _percent(fraction: float) -> str:
+    """A fraction; one that is not 0 never reads as 0."""
+    return f"{fraction:.1%}" if fraction == 0.0 or fraction >= 1e-3 else "below 0.1%"

@@ -1,4 +1,4 @@
-"""The report of a study: one HTML file with tables and pictures, which needs nothing else, or the same as PDF."""
+"""A study as files: tables (CSV, Parquet, NetCDF), and a report with tables and pictures, one HTML file or the same as PDF."""
 
 from __future__ import annotations
 
@@ -11,19 +11,83 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+import xarray as xr
+
 from scissordyn.errors import InputError, ScissordynError
-from scissordyn.file.output_file import write_file
+from scissordyn.file.output_file import check_target, write_file
 from scissordyn.file.pdf import printed
 from scissordyn.plot.file import figure_of, write
-from scissordyn.study.answer.indices import sensitivity
+from scissordyn.run.engine import STATES
+from scissordyn.run.store import save
+from scissordyn.study.answer.fact import Section
 from scissordyn.study.answer.page import page
-from scissordyn.study.answer.summary import Section
+from scissordyn.study.answer.sensitivity import sensitivity
+from scissordyn.study.ask.requirement import units_of_parts
 
 if TYPE_CHECKING:
+    import pandas as pd
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from scissordyn.study.result import StudyResult
+
+ENDINGS = (".csv", ".parquet", ".nc")
+
+
+def table(results: xr.Dataset) -> pd.DataFrame:
+    """One row for each case; a measure of several joints has a column for each, ``A.peak_force [N]``."""
+    import pandas as pd
+
+    columns: dict[str, np.ndarray] = {name: results[name].values for name in ("point", "sample", "member")}
+    for role in ("factor", "uncertain", "measure"):
+        for name, variable in results.data_vars.items():
+            if variable.attrs.get("role") != role:
+                continue
+            units = units_of_parts(results, str(name))
+            if "labels" in variable.attrs:
+                labels = [*variable.attrs["labels"], ""]  # of a damaged block the last
+                columns[str(variable.attrs["address"])] = np.array(
+                    [labels[int(label)] for label in np.nan_to_num(variable.values, nan=-1.0)]
+                )
+                continue
+            if variable.ndim == 1:
+                columns[_headed(str(variable.attrs.get("address", name)), units[0])] = variable.values
+                continue
+            for place, part in enumerate(variable[variable.dims[1]].values):
+                columns[_headed(f"{part}.{name}", units[place])] = variable.values[:, place]
+    columns["status"] = np.array([STATES[int(code)] for code in results["status"].values])
+    columns["cause"] = results["cause"].values.astype(object)
+    return pd.DataFrame(columns)
+
+
+def _headed(name: str, unit: str) -> str:
+    return name if unit in ("1", "") else f"{name} [{unit}]"
+
+
+def export(results: xr.Dataset, path: Path) -> Path:
+    """Write all cases to a file whose ending says in which form."""
+    ending = path.suffix.lower()
+    if ending not in ENDINGS:
+        raise InputError(f"'{path}' as a table", f"a name that ends in {', '.join(ENDINGS)}", "-o study.csv")
+    if ending == ".nc":
+        check_target(path, sample="-o study.nc")
+        plain = results.copy()
+        for name, variable in results.variables.items():
+            if variable.dtype.kind not in "fib":
+                plain[name] = variable.copy(data=variable.values.astype(object))
+        plain.attrs = {
+            name: value if isinstance(value, (str, int, float)) else str(value) for name, value in plain.attrs.items()
+        }
+        return save(plain, path)
+    check_target(path, sample=f"-o study{ending}")
+    rows = table(results)
+    try:
+        content = rows.to_csv(index_label="case").encode() if ending == ".csv" else rows.to_parquet()
+    except ImportError:
+        raise InputError("pyarrow is not installed", "the extra 'study', or CSV", "-o study.csv") from None
+    return write_file(path, content, sample=f"-o study{ending}")
+
 
 STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; max-width: 64rem; margin: 2rem auto; padding: 0 1rem; color: #222; }

@@ -11,7 +11,7 @@ from scipy.stats import qmc
 from scissordyn.plot.study import Bound, Field
 from scissordyn.study.answer.trend import CLEAR
 from scissordyn.study.ask.description import Study
-from scissordyn.study.compute.kriging import LEAST, MOST, Kriging
+from scissordyn.study.compute.interpolation import LEAST, MOST, Kriging
 
 CELLS = 48  # Cells of a field along each number
 TRIED = 4096  # Points at which the interpolation is searched

@@ -6,36 +6,52 @@ import hashlib
 import inspect
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields, is_dataclass
 from pathlib import Path
 from tokenize import TokenError
-from typing import Any
+from types import MappingProxyType
+from typing import Any, get_args, get_origin, get_type_hints
 
 import numpy as np
 
 from scissordyn.analysis.motor import MotorCurve
+from scissordyn.annotation import members
 from scissordyn.errors import InputError, command, did_you_mean, whole_number
 from scissordyn.file.provenance import provenance
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.parameter_path import number
 from scissordyn.plugin.user_file import file_digest, load_function, split_reference
 from scissordyn.run.answer.measure import MEASURES, parts_of
-from scissordyn.run.configuration import read_mechanism
+from scissordyn.run.configuration import read_mechanism, write_configuration
 from scissordyn.run.options import Options
 from scissordyn.run.start.demand import check_cases
-from scissordyn.study.ask.accurate import Accurate
 from scissordyn.study.ask.design import Design, design_size, design_values, sobol_dimensions
 from scissordyn.study.ask.distribution import Variation
 from scissordyn.study.ask.distribution import from_plain as read_variation
 from scissordyn.study.ask.factor import Factor as Factor
 from scissordyn.study.ask.factor import Sampling as Sampling
-from scissordyn.study.ask.goal import Optimisation
-from scissordyn.study.ask.plain import from_plain, to_plain
-from scissordyn.study.ask.requirement import Requirement, Response, check_unit
-from scissordyn.study.ask.variant import check_variants, own_values
+from scissordyn.study.ask.factor import check_variants, own_values
+from scissordyn.study.ask.requirement import Optimisation, Requirement, Response, check_unit
 
 NUMERICS = ("cli", "plot", "config", "study", "periodic", "analysis")  # Rooms that no measure of a case depends on
+PILOT = 8  # Points of both kinds of runs that a budget is split by, and the least number of points that are verified
 UNCERTAIN_SEEDS = 2**32  # Added to the seed of the uncertain numbers, which are to be independent of those of the design
+
+Read = Mapping[Any, Callable[[Any], Any]]  # How values of some types are read
+EARLIER = {"address": "path"}  # What fields were called in earlier files
+
+
+@dataclass(frozen=True)
+class Accurate:
+    """The accurate runs of a study whose own runs are cheap."""
+
+    mechanism: Mechanism  # With the same numbers at the parameter paths that vary
+    options: Options
+    points: int = 32  # First points of the design that are run accurately too; of an optimisation, the most points of its front
+    variants: tuple[Mechanism, ...] = ()  # With each combination of names, as those of the study
+
+    def __post_init__(self) -> None:
+        whole_number("verify", self.points, PILOT)
 
 
 @dataclass(frozen=True)
@@ -367,3 +383,39 @@ def _check_compliant(mechanism: Mechanism, response: Response) -> None:
 
 def _not_read(_: Any) -> float:
     raise InputError("a measure of yours in a study that is only read", "its file, allowed", "--allow-code mine.py")
+
+
+def to_plain(value: Any) -> Any:
+    if isinstance(value, Mechanism):
+        return write_configuration(value)
+    if isinstance(value, Options):
+        return value.keywords
+    if hasattr(value, "to_plain"):
+        return value.to_plain()
+    if isinstance(value, Mapping):
+        return {key: to_plain(entry) for key, entry in value.items()}
+    if isinstance(value, tuple | list):
+        return [to_plain(entry) for entry in value]
+    if is_dataclass(value) and not isinstance(value, type):
+        named = {field.name: to_plain(getattr(value, field.name)) for field in fields(value)}
+        return {"kind": value.kind, **named} if hasattr(value, "kind") else named
+    return value
+
+
+def from_plain(hint: Any, plain: Any, read: Read = MappingProxyType({})) -> Any:
+    """What `to_plain` wrote of a value with this annotation."""
+    kind: Any = next((member for member in members(hint) if member is not type(None)), Any)
+    if kind in read:
+        return None if plain is None else read[kind](plain)
+    arguments = get_args(kind)
+    if get_origin(kind) is tuple:
+        kinds = [arguments[0]] * len(plain) if arguments[-1] is ... else arguments
+        return tuple(from_plain(inner, entry, read) for inner, entry in zip(kinds, plain, strict=True))
+    if get_origin(kind) is dict:
+        return {key: from_plain(arguments[1], entry, read) for key, entry in plain.items()}
+    if is_dataclass(kind) and isinstance(plain, Mapping):
+        hints = get_type_hints(kind)
+        named: dict[Any, Any] = {EARLIER.get(name, name): entry for name, entry in plain.items()}
+        built: Any = kind
+        return built(**{name: from_plain(hints[name], entry, read) for name, entry in named.items()})
+    return plain

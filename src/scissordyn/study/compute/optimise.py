@@ -14,8 +14,7 @@ import xarray as xr
 from scissordyn.errors import InputError
 from scissordyn.study.ask.description import Study
 from scissordyn.study.ask.design import Design, design_values
-from scissordyn.study.ask.goal import Goal, Optimisation, risk_value
-from scissordyn.study.ask.requirement import response_unit, response_values
+from scissordyn.study.ask.requirement import Goal, Optimisation, response_unit, response_values, risk_value
 from scissordyn.study.compute.execute import How, Progress, execute
 from scissordyn.study.compute.store import COMPLETE, PENDING, Store
 from scissordyn.study.compute.table import chosen_numbers, column

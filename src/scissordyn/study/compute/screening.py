@@ -17,12 +17,10 @@ import xarray as xr
 from scissordyn.errors import InputError
 from scissordyn.run.engine import workers_of
 from scissordyn.study.answer.control_variate import correlation, split
-from scissordyn.study.ask.accurate import PILOT
-from scissordyn.study.ask.description import Study
+from scissordyn.study.ask.description import PILOT, Study
 from scissordyn.study.ask.design import Design
 from scissordyn.study.ask.requirement import Response, response_values
-from scissordyn.study.compute.block import pilot
-from scissordyn.study.compute.execute import How, execute, extend
+from scissordyn.study.compute.execute import How, execute, extend, pilot
 from scissordyn.study.compute.interpolation import FEWEST, interpolation
 from scissordyn.study.compute.optimise import candidates, optimise
 from scissordyn.study.compute.store import Store

@@ -16,9 +16,8 @@ import xarray as xr
 
 from scissordyn.errors import InputError, ScissordynError, command
 from scissordyn.run.engine import STATES
-from scissordyn.study.ask.description import OwnMeasure, Study
+from scissordyn.study.ask.description import OwnMeasure, Study, from_plain, to_plain
 from scissordyn.study.ask.design import Design
-from scissordyn.study.ask.plain import from_plain, to_plain
 from scissordyn.study.compute import table
 
 PENDING, COMPLETE, FAILED = range(len(STATES))  # Status of a case; one without a row is pending

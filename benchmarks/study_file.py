@@ -15,7 +15,7 @@ from scissordyn.run.options import Options
 from scissordyn.study.ask.description import Factor, Study
 from scissordyn.study.ask.design import Design
 from scissordyn.study.ask.distribution import Interval
-from scissordyn.study.compute.execute import pilot
+from scissordyn.study.compute.execute import simulated
 from scissordyn.study.compute.store import COMPLETE, Store
 
 CASES, BLOCK = 1_000_000, 10_000
@@ -31,7 +31,7 @@ def measure(cases: int = CASES) -> str:
     chance = np.random.default_rng(0)
     with tempfile.TemporaryDirectory() as folder:
         store = Store(Path(folder) / "study.db")
-        store.create(study, pilot(study, np.array([0])), BLOCK)
+        store.create(study, simulated(study, np.array([0])), BLOCK)
         began = time.perf_counter()
         with store.alone():
             for first in range(0, cases, BLOCK):

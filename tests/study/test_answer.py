@@ -49,7 +49,7 @@ def study(**changes: Any) -> Study:
 def made_up(described: Study, peak: np.ndarray, status: np.ndarray | None = None) -> xr.Dataset:
     """Results of a study, with given peaks."""
     cases = np.arange(described.cases)
-    numbers = described.numbers(cases).values
+    numbers = described.numbers(cases)
     states = np.full(cases.size, COMPLETE) if status is None else status
     about = {"units": "N", "role": "measure"}
     variables: dict[str, Any] = {

@@ -14,12 +14,12 @@ import pytest
 from scipy import stats
 
 from scissordyn.plot.scale import Scale
-from scissordyn.study.answer.conclusion import conclude, trend_table
+from scissordyn.study.answer.conclusion import conclude, needs, trend_table
 from scissordyn.study.answer.fact import WORDS, Fact
 from scissordyn.study.answer.page import response_ranges
 from scissordyn.study.answer.sensitivity import ranked, rankings
 from scissordyn.study.answer.surface import Surfaces
-from scissordyn.study.answer.trend import fitted, needed, trends
+from scissordyn.study.answer.trend import fitted, trends
 from scissordyn.study.answer.verdict import by_point, feasible_fraction, recommended, worst_cases
 from scissordyn.study.ask.description import Factor, OwnMeasure, Sampling
 from scissordyn.study.ask.design import Design
@@ -88,7 +88,7 @@ def proportional(bound: float, points: int = 24) -> tuple:
         design=Design("sobol", points, 1),
         requirements=(dataclasses.replace(FORCE, bound=bound),),
     )
-    found = made_up(described, 4e6 * described.numbers(np.arange(points)).values["A.clearance"])
+    found = made_up(described, 4e6 * described.numbers(np.arange(points))["A.clearance"])
     return described, found
 
 
@@ -101,9 +101,9 @@ def test_nowhere_met_is_said_with_what_is_missing() -> None:
     assert one.numbers["A.clearance"] == least
     assert (one.feasible, one.binding) == (False, FORCE.label)
     assert one.margins[0].margin == pytest.approx(1.0 - 4e6 * least / 100.0)
-    (need,) = needed(described, found, trends(described, found), one.numbers)
-    assert (need.number, need.extrapolated) == ("A.clearance", True)
-    assert need.value == pytest.approx(25e-6, rel=1e-6)
+    (need,) = needs(described, found, trends(described, found), one.numbers)
+    assert (need.kind, need.numbers["number"]) == ("need beyond", "A.clearance")
+    assert need.numbers["value"] == pytest.approx(25e-6, rel=1e-6)
     said = conclude(described, found, "a.db")
     assert str(said.verdict[0]).startswith("All requirements together are met nowhere: at none of 24 points; the fraction")
     fact, *_ = said.trends
@@ -124,7 +124,7 @@ def test_what_holds_or_not_has_no_trend() -> None:
     described, _ = proportional(1000.0)
     held = Requirement("holds", ">", 0.5, text="holds > 0.5")
     described = dataclasses.replace(described, requirements=(held,), own_measures=(OwnMeasure("holds", float),))
-    found = made_up(described, 4e6 * described.numbers(np.arange(24)).values["A.clearance"])
+    found = made_up(described, 4e6 * described.numbers(np.arange(24))["A.clearance"])
     yes = (np.arange(24) % 3 == 0).astype(float)
     found = found.assign(holds=("case", yes, {"units": "1", "role": "measure", "long_name": "the slider stays"}))
     assert "holds" not in trends(described, found)
@@ -217,7 +217,7 @@ def test_joints_are_ranked_from_any_sampling() -> None:
     described = study(
         uncertain=uncertain, sampling=Sampling(1, "random", common=False), design=Design("random", 6), measures=("peak_force",)
     )
-    found = made_up(described, described.numbers(np.arange(6)).values["A.clearance"])
+    found = made_up(described, described.numbers(np.arange(6))["A.clearance"])
     table = rankings(described, found, trends(described, found))[0]
     assert table.rows[0][:2] == ("A.clearance", "+1.00")
     assert "6 samples of 4 numbers" in table.notes[0]
@@ -226,7 +226,7 @@ def test_joints_are_ranked_from_any_sampling() -> None:
 def test_numbers_of_an_unclear_trend_are_ranked() -> None:
     """Contract: a fit that predicts no point that it has not seen leaves the ranks; one that does is the answer itself."""
     described = study(design=Design("random", 20), measures=("peak_force",))
-    numbers = described.numbers(np.arange(20)).values["A.clearance"]
+    numbers = described.numbers(np.arange(20))["A.clearance"]
     noise = np.random.default_rng(3).lognormal(size=20)
     for values, tables in ((1.0 + 0.0 * numbers + noise, 1), (numbers, 0)):
         found = made_up(described, values)
@@ -262,7 +262,7 @@ def test_many_numbers_make_no_wall_of_text() -> None:
         sampling=Sampling(1),
         design=Design("sobol", 64, 1),
     )
-    values = described.numbers(np.arange(64)).values
+    values = described.numbers(np.arange(64))
     found = made_up(described, 4e6 * values["A.clearance"])
     conclusion = conclude(described, found, "a.db")
     said = str(conclusion.verdict[0])
@@ -346,7 +346,7 @@ def test_a_point_that_meets_them_by_interpolation_is_proposed() -> None:
         design=Design("sobol", 32, 1),
         requirements=(dataclasses.replace(FORCE, bound=1004.0),),
     )
-    numbers = described.numbers(np.arange(32)).values
+    numbers = described.numbers(np.arange(32))
     u, v = (numbers["A.clearance"] - 2.6e-4) / 4e-4, (numbers["drive.speed"] - 14.0) / 10.0
     force = 1000.0 * (1.0 + 3.0 * (u**2 + v**2))
     assert force.min() > 1004.0

@@ -24,7 +24,7 @@ from scissordyn.run.options import Options
 from scissordyn.study.ask.description import Factor, Study
 from scissordyn.study.ask.distribution import Interval, Levels
 from scissordyn.study.ask.requirement import Goal, Optimisation, Requirement
-from scissordyn.study.compute.execute import Block, ProgramError, execute, pilot, run_block
+from scissordyn.study.compute.execute import Block, ProgramError, execute, run_block, simulated
 from scissordyn.study.compute.optimise import optimise
 from scissordyn.study.compute.store import COMPLETE, PENDING, Store, StoreError
 from study.test_study import arm, rows
@@ -211,7 +211,7 @@ def test_ctrl_c_before_there_is_a_store_promises_nothing(
         '[run]\nuntil = "1 ms"\n'
     )
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(module, "pilot", stop)
+    monkeypatch.setattr(module, "simulated", stop)
     sweep = ["sweep", "case.toml", "--vary", "A.clearance=0.1..0.4 mm, 2 values", "-o", "a.db", "--threads", "1"]
     assert status_of(sweep) == 130
     said = capfd.readouterr().err
@@ -256,7 +256,7 @@ def test_a_store_is_made_by_one(whole: Path, tmp_path: Path) -> None:
     """Contract: of two processes that find no store the second does not replace what the first has made and computes."""
     described, path = study(), tmp_path / "a.db"
     first, second = Store(path), Store(path)
-    runs = pilot(described, np.array([0]))
+    runs = simulated(described, np.array([0]))
     first.create(described, runs, BLOCK)
     with first.alone(), pytest.raises(sd.InputError, match="was made by another process meanwhile"):
         second.create(described, runs, BLOCK)

@@ -153,7 +153,7 @@ def test_chosen_and_uncertain_numbers_of_sobol_sequences_are_independent(kind: s
         uncertain=(Factor("A.damping.restitution", Uniform(0.5, 0.9)),),
         sampling=Sampling(common=False),
     )
-    numbers = study.numbers(np.arange(study.cases)).values
+    numbers = study.numbers(np.arange(study.cases))
     places = [np.argsort(np.argsort(values)) * 4 // study.cases for values in numbers.values()]
     cells = np.histogram2d(*places, bins=4)[0]
     expected = study.cases / 16

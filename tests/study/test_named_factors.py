@@ -11,7 +11,7 @@ import xarray as xr
 
 import scissordyn as sd
 from scissordyn.config.file import read_case
-from scissordyn.config.refine import refined
+from scissordyn.config.studies import refined
 from scissordyn.errors import InputError
 from scissordyn.plot.study import feasibility_map, response_curves
 from scissordyn.study.answer.conclusion import conclude

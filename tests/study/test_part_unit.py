@@ -21,7 +21,7 @@ from scissordyn.study.answer.verdict import by_point, worst_cases
 from scissordyn.study.ask.description import Factor, Study
 from scissordyn.study.ask.distribution import Interval
 from scissordyn.study.ask.requirement import Goal, Optimisation, Requirement
-from scissordyn.study.compute.execute import pilot
+from scissordyn.study.compute.execute import simulated
 from scissordyn.study.compute.store import COMPLETE
 from study.test_answer import result_of
 
@@ -77,7 +77,7 @@ def test_the_unit_is_the_declared_one(component: Any, unit: str) -> None:
 def test_a_batch_and_its_store_have_the_unit() -> None:
     """Contract: simulated, not made up."""
     described = study(SPRING, HINGE)
-    found = pilot(described, np.array([0]))
+    found = simulated(described, np.array([0]))
     assert found["component_unit"].values.tolist() == ["N", "N m"]
     assert found[MEASURE].attrs["units"] == "N or N m"
 

@@ -40,7 +40,7 @@ def study(**changes: object) -> Study:
 
 def results(described: Study, peak: np.ndarray, warnings: str = "") -> xr.Dataset:
     """Results with given peaks [N], each for both members."""
-    values, peak = described.numbers(np.arange(described.cases)).values["A.clearance"], np.repeat(peak, described.members)
+    values, peak = described.numbers(np.arange(described.cases))["A.clearance"], np.repeat(peak, described.members)
     return xr.Dataset(
         {
             "A.clearance": ("case", values, {"role": "factor", "units": "m", "address": "A.clearance"}),

@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 
 import scissordyn as sd
-from scissordyn.config.study import described_study, read_study
+from scissordyn.config.study import Given, described_study, read_study
 from scissordyn.config.variation import read_deviation, read_variation
 from scissordyn.model.parameter_path import single
 from scissordyn.study.answer.page import varied_numbers
@@ -202,7 +202,7 @@ def described(vary: dict[str, str], uncertain: dict[str, str]) -> sd.study:
     from scissordyn.study.ask.description import Sampling
 
     text = StudyText(case="case", vary=vary, uncertain=uncertain, sampling=Sampling(4))
-    return described_study(two_joints().driven(speed=10.0), sd.Options(UNTIL), text)
+    return described_study(Given(two_joints().driven(speed=10.0), sd.Options(UNTIL)), text)
 
 
 def test_each_joint_has_its_own_tolerance() -> None:
@@ -211,16 +211,16 @@ def test_each_joint_has_its_own_tolerance() -> None:
     assert joints == ["clearance.A.clearance", "clearance.unit 1/pivot.clearance"]
     apart = described({"drive.speed": "10, 20 rad/s"}, {"clearance.all.clearance": "0.3 mm +- 20 %, each"})
     assert [one.path for one in apart.uncertain] == joints
-    drawn = apart.numbers(np.arange(8)).values
+    drawn = apart.numbers(np.arange(8))
     assert not np.any(drawn[joints[0]] == drawn[joints[1]])
     about = described({"clearance.all.clearance": "0.1..0.4 mm"}, {"clearance.all.clearance": "+- 20 %, each"})
-    numbers = about.numbers(np.arange(8)).values
+    numbers = about.numbers(np.arange(8))
     applied = about.applied(numbers)
     assert sorted(applied) == joints
     for name in joints:
         np.testing.assert_array_equal(applied[name], numbers["clearance.all.clearance"] * (1.0 + numbers[f"{name} deviation"]))
     together = described({"clearance.all.clearance": "0.1..0.4 mm"}, {"clearance.all.clearance": "+- 0.01 mm"})
-    assert list(together.applied(together.numbers(np.arange(4)).values)) == ["clearance.all.clearance"]
+    assert list(together.applied(together.numbers(np.arange(4)))) == ["clearance.all.clearance"]
 
 
 def test_deviations_that_fit_nothing_are_refused() -> None:

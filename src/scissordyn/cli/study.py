@@ -110,7 +110,7 @@ def study(
     if what in ("resume", "retry", "extend"):
         return _continue(result, what, where, points)
     if what == "refine":
-        from scissordyn.config.refine import refined
+        from scissordyn.config.studies import refined
 
         if output is None:
             raise InputError("'study refine' without a store of its own", "-o and a file", "-o next.db")

@@ -1,4 +1,4 @@
-"""``sd.study``: a study in one call, of plain values, of texts as in a study file, or of a study file."""
+"""``sd.study``: a study of plain values, texts or a study file, one that is opened, and the one that follows it."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import os
 import tempfile
 import weakref
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any, Unpack
 
@@ -14,23 +14,28 @@ import numpy as np
 
 from scissordyn.config.case import Case
 from scissordyn.config.file import read_case
-from scissordyn.config.names import Reader, by_change, by_object, names_of, variants_of
-from scissordyn.config.study import StudyText, described_study, own_measure, read_study, study_of
-from scissordyn.errors import InputError
+from scissordyn.config.names import by_change, by_object, listed, names_of
+from scissordyn.config.study import Given, StudyText, described_study, factors_of, own_measure, read_study, study_of
+from scissordyn.config.variation import read_variation
+from scissordyn.errors import InputError, command, did_you_mean
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.engine import Engine
 from scissordyn.run.options import Options
-from scissordyn.study.ask.description import Accurate, OwnMeasure, Sampling, Study
-from scissordyn.study.ask.design import Design
+from scissordyn.study.ask.description import Accurate, Factor, OwnMeasure, Sampling, Study
+from scissordyn.study.ask.design import SAMPLED, Design
 from scissordyn.study.ask.distribution import Interval, Levels, Variation
+from scissordyn.study.ask.factor import with_places
 from scissordyn.study.ask.requirement import Requirement, read_response
 from scissordyn.study.compute.execute import How, Progress
 from scissordyn.study.compute.store import Store
-from scissordyn.study.result import StudyResult, computed
+from scissordyn.study.result import StudyResult, computed, searching
+from scissordyn.units import Quantity
 
 FilePath = str | os.PathLike[str]
 Varied = Mapping[str, Any]
+Meant = Mapping[str, Mapping[str, Any]]  # What each name stands for, by parameter
 
+POINTS = 32  # Points of a study that follows a search, if no number is given
 RANGES = "(1e-4, 4e-4), [50.0, 100.0, 200.0], sd.Normal(0.1, 0.02), '0.1..0.4 mm', or names, ['steel', 'aluminium']"
 
 
@@ -67,47 +72,24 @@ def study(
     if factors is None and uncertain is None and isinstance(case, (str, os.PathLike)):
         described = study_of(read_study(Path(case)))
     else:
-        listed = _measures(measures)
-        units = {measure.name: measure.units for measure in listed if isinstance(measure, OwnMeasure)}
+        kept = _measures(measures)
+        units = {measure.name: measure.units for measure in kept if isinstance(measure, OwnMeasure)}
         search = {"risk": risk, "population": population, "generations": generations, "seed": seed}
         text = StudyText(
             case="case",
             vary=_varied(factors or {}),
             uncertain=_varied(uncertain or {}),
-            measures=listed,
+            measures=kept,
             require=_requirements(requirements, units),
             design=Design(design or ("sobol" if points else "grid"), points, seed),
             sampling=Sampling(samples, sampling, seed, common),
             members=members,
             optimise={"goals": [goals] if isinstance(goals, str) else list(goals), **search},
         )
-        described = _described(text, _case(case, until, options), screen, verify, _meant(factors, uncertain))
+        values = _meant(factors, uncertain)
+        base = _base(case, until, options, values)
+        described = described_study(base, text, _cheap(screen, base, values), verify)
     return _result(described, store, compute, budget, engine=engine, block=block, progress=progress)
-
-
-@dataclass(frozen=True)
-class _Given:
-    """A mechanism, the options of its runs, and the case file that it is from."""
-
-    mechanism: Mechanism
-    options: Options
-    file: Path | None = None
-
-    def reader(self, values: Mapping[str, Mapping[str, Any]]) -> Reader | None:
-        """What makes it with other names; None where nobody knows what they stand for."""
-        if self.file is None:
-            return by_object(self.mechanism, values) if values else None
-        return by_change(self.file, [], read_case(self.file).run, values)
-
-
-def _described(text: StudyText, base: _Given, screen: Any, verify: int, values: Mapping[str, Mapping[str, Any]]) -> Study:
-    """The study, with accurate runs beside its own where these are cheap."""
-    read = base.reader(values)
-    if screen is None:
-        return described_study(base.mechanism, base.options, text, read)
-    cheap = _screen(screen, base)
-    study = described_study(cheap.mechanism, cheap.options, text, cheap.reader(values))
-    return replace(study, accurate=Accurate(base.mechanism, base.options, verify, variants_of(study.apart, read)))
 
 
 def _result(described: Study, store: FilePath | None, compute: bool, budget: float | None, **how: Unpack[How]) -> StudyResult:
@@ -166,32 +148,38 @@ def open_study(
     return StudyResult(store.study(reading=True), store, lambda: store.study(allow_code=files, own_measures=functions))
 
 
-def _screen(screen: Any, base: _Given) -> _Given:
-    """The mechanism and the options of cheap runs."""
-    if isinstance(screen, Case):
-        return _Given(screen.mechanism, screen.run)
-    names = [field.name for field in fields(Options)]
-    if not isinstance(screen, Mapping) or not screen or not set(screen) <= set(names):
-        raise InputError(f"screen = {screen!r:.60}", f"a case, or options of its runs: {', '.join(names)}", "{'rtol': 1e-3}")
-    return replace(base, options=replace(base.options, **screen))
-
-
-def _case(case: Mechanism | Case | FilePath, until: float | None, options: Options | None) -> _Given:
-    file = Path(case) if isinstance(case, (str, os.PathLike)) else None
-    if file is not None:
-        case = read_case(file)
-    if isinstance(case, Case):
-        chosen, mechanism = options or Options(**case.run.keywords), case.mechanism
+def _base(case: Mechanism | Case | FilePath, until: float | None, options: Options | None, values: Meant) -> Given:
+    if isinstance(case, (str, os.PathLike)):
+        file = read_case(Path(case))
+        read = by_change(Path(case), [], file.run, values)
+        base = Given(file.mechanism, options or Options(**file.run.keywords), read)
+    elif isinstance(case, Case):
+        base = _of_objects(case.mechanism, options or Options(**case.run.keywords), values)
     elif isinstance(case, Mechanism):
-        mechanism = case
         if options is None and until is None:
             raise InputError("a study of a mechanism without an end of its runs", "until [s], or options", "until=0.5")
-        chosen = options or Options(until or 0.0)
+        base = _of_objects(case, options or Options(until or 0.0), values)
     else:
         raise InputError(
             f"a study of {case!r:.60}", "a mechanism, a case, a case file or a study file", "sd.study('study.toml')"
         )
-    return _Given(mechanism, chosen if until is None else replace(chosen, until=until), file)
+    return base if until is None else replace(base, options=replace(base.options, until=until))
+
+
+def _of_objects(mechanism: Mechanism, options: Options, values: Meant) -> Given:
+    return Given(mechanism, options, by_object(mechanism, values) if values else None)
+
+
+def _cheap(screen: Any, base: Given, values: Meant) -> Given | None:
+    """The mechanism and the options of cheap runs."""
+    if screen is None:
+        return None
+    if isinstance(screen, Case):
+        return _of_objects(screen.mechanism, screen.run, values)
+    names = [field.name for field in fields(Options)]
+    if not isinstance(screen, Mapping) or not screen or not set(screen) <= set(names):
+        raise InputError(f"screen = {screen!r:.60}", f"a case, or options of its runs: {', '.join(names)}", "{'rtol': 1e-3}")
+    return replace(base, options=replace(base.options, **screen))
 
 
 def _varied(given: Varied) -> dict[str, str | Variation]:
@@ -201,7 +189,7 @@ def _varied(given: Varied) -> dict[str, str | Variation]:
     return {parameter: _variation(parameter, values) for parameter, values in given.items()}
 
 
-def _meant(*given: Varied | None) -> dict[str, Mapping[str, Any]]:
+def _meant(*given: Varied | None) -> Meant:
     """What each name stands for, by parameter, where that is given."""
     every = (pair for varied in given for pair in (varied or {}).items())
     return {parameter: values for parameter, values in every if isinstance(values, Mapping)}
@@ -228,8 +216,8 @@ def _measures(given: Any) -> list[str | OwnMeasure]:
     """Names of measures, and measures of the user's."""
     if isinstance(given, Mapping):
         return [_own(name, function) for name, function in given.items()]
-    listed = [given] if isinstance(given, str) or callable(given) else list(given)
-    return [_own(getattr(measure, "__name__", repr(measure)), measure) if callable(measure) else measure for measure in listed]
+    every = [given] if isinstance(given, str) or callable(given) else list(given)
+    return [_own(getattr(measure, "__name__", repr(measure)), measure) if callable(measure) else measure for measure in every]
 
 
 def _own(name: str, function: Any) -> OwnMeasure:
@@ -255,3 +243,77 @@ def _requirements(given: Any, own: Mapping[str, str]) -> list[str | Requirement]
             raise InputError(f"requirement on '{name}': {bound!r:.60}", "an upper bound in SI, or a text", sample) from None
         requirements.append(Requirement(measure, "<", number, part))
     return requirements
+
+
+def refined(
+    study: Study,
+    *,
+    vary: Mapping[str, str] | None = None,
+    uncertain: Mapping[str, str] | None = None,
+    points: int | None = None,
+    samples: int | None = None,
+    seed: int | None = None,
+    goals: Sequence[str] = (),
+) -> Study:
+    """The study with some things changed."""
+    apart = {factor.name: factor for factor in study.apart}
+    places = {parameter: _places(apart[parameter], text) for parameter, text in (vary or {}).items() if parameter in apart}
+    study, vary, uncertain = (
+        with_places(study, places),
+        {parameter: text for parameter, text in (vary or {}).items() if parameter not in places},
+        dict(uncertain or {}),
+    )
+    if clash := apart.keys() & uncertain.keys():
+        raise InputError(f"'{min(clash)}' as an uncertain number", "some of its values", command("--vary", f"{min(clash)}=..."))
+    chosen = {factor.path: factor for factor in study.factors}
+    chosen |= {factor.path: factor for factor in factors_of(study.mechanism, vary, Path())}
+    drawn = factors_of(study.mechanism, uncertain, Path())
+    taken = {factor.path for factor in drawn if not factor.of}
+    factors = tuple(factor for parameter, factor in chosen.items() if parameter not in taken)
+    rest = tuple(
+        factor for factor in study.uncertain if factor.name not in {factor.name for factor in drawn} and factor.path not in vary
+    )
+    seed_now = study.design.seed if seed is None else seed
+    sampling = replace(
+        study.sampling, samples=samples or study.sampling.samples, seed=study.sampling.seed if seed is None else seed
+    )
+    return replace(
+        study,
+        factors=factors,
+        uncertain=(*rest, *drawn),
+        sampling=sampling if (*rest, *drawn) else replace(sampling, samples=1),
+        **(
+            searching(study, factors, goals, seed=seed_now)
+            if goals
+            else {"optimisation": None, "design": _design(study, factors, points, seed_now)}
+        ),
+    )
+
+
+def _places(factor: Factor, text: str) -> list[int]:
+    """Places of some names or levels of a study."""
+    every: Any = factor.variation
+    names = listed(text)
+    if factor.labels:
+        values: Sequence[Any] = (text,) if names is None else names.values
+        other = next((value for value in values if value not in factor.labels), None)
+        near = did_you_mean(str(other), factor.labels)
+    else:
+        values = read_variation(text, Quantity(factor.si), parameter=factor.path).levels().tolist()
+        other = next((value for value in values if not np.isclose(every.values, value, rtol=1e-5, atol=0.0).any()), None)
+        near = ""
+    if other is not None:
+        raise InputError(f"'{factor.path}' = '{text}'{near}", f"values of the study: {', '.join(factor.texts)}")
+    return [factor.labels.index(value) if factor.labels else int(factor.places(value)) for value in values]
+
+
+def _design(study: Study, factors: Sequence[Factor], points: int | None, seed: int) -> Design:
+    """The design of the study; all combinations where each number has one value, a Sobol design after a search."""
+    if all(factor.variation.count == 1 for factor in factors):
+        return Design()
+    kind = study.design.kind if study.design.kind in SAMPLED else "sobol" if points or study.optimisation else study.design.kind
+    if kind not in SAMPLED:
+        return Design(kind)
+    if points is not None and points < 1:
+        raise InputError(f"{points} points", "a whole number >= 1", "--points 32")
+    return Design(kind, points or (study.design.points if study.design.kind == kind else POINTS), seed)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Annotated, Any
@@ -206,22 +206,33 @@ def _beside(path: Path, measure: str) -> str:
     return f"{name}={path.parent / reference.strip()}" if equals else measure
 
 
+@dataclass(frozen=True)
+class Given:
+    """A mechanism, the options of its runs, and what makes it with other names: None where nobody knows what they stand for."""
+
+    mechanism: Mechanism
+    options: Options
+    read: Reader | None = None
+
+
 def study_of(text: StudyText) -> Study:
-    base, read = _read_case(text, ())
-    if text.screen is None:
-        return described_study(*base, text, read)
-    cheap, read_cheap = _read_case(text, text.screen.set)
-    study = described_study(*cheap, text, read_cheap)
-    return replace(study, accurate=Accurate(*base, text.screen.verify, variants_of(study.apart, read)))
+    screen: Any = text.screen
+    if screen is None:
+        return described_study(_given(text), text)
+    return described_study(_given(text), text, _given(text, screen.set), screen.verify)
 
 
-def _read_case(text: StudyText, changes: Sequence[str]) -> tuple[tuple[Mechanism, Options], Reader]:
+def _given(text: StudyText, changes: Sequence[str] = ()) -> Given:
+    """The case of a study file with further changes."""
     every, file = [*text.set, *changes], Path(text.case)
     case = read_case(file, every)
-    return (case.mechanism, Options(**case.run.keywords)), by_change(file, every, case.run)
+    return Given(case.mechanism, Options(**case.run.keywords), by_change(file, every, case.run))
 
 
-def described_study(mechanism: Mechanism, options: Options, text: StudyText, read: Reader | None = None) -> Study:
+def described_study(base: Given, text: StudyText, cheap: Given | None = None, verify: int = Accurate.points) -> Study:
+    """The study of a text; of cheap runs, where there are any, which those of the case verify."""
+    given = cheap or base
+    mechanism = given.mechanism
     names = [name for name in text.measures if isinstance(name, str) and "=" not in name]
     wanted = [Response(measure, part) for part, measure, _ in map(read_response, names)]
     for response in wanted:
@@ -237,9 +248,9 @@ def described_study(mechanism: Mechanism, options: Options, text: StudyText, rea
     measures = [*(response.measure for response in wanted), *(name for name in needed if name not in units)]
     factors, uncertain = (factors_of(mechanism, part, Path(text.case).parent) for part in (text.vary, text.uncertain))
     search = Optimisation(**{**text.optimise, "goals": goals}).over([factor.variation for factor in factors]) if goals else None
-    return Study(
+    study = Study(
         mechanism=mechanism,
-        options=options,
+        options=given.options,
         factors=factors,
         design=text.design if search is None else search.design(1, len(factors)),
         measures=tuple(dict.fromkeys(measures)) or ("peak_force", "peak_drive_torque"),
@@ -250,8 +261,11 @@ def described_study(mechanism: Mechanism, options: Options, text: StudyText, rea
         requirements=tuple(requirements),
         optimisation=search,
         responses=tuple(dict.fromkeys(response for response in wanted if response.part)),
-        variants=variants_of((*factors, *uncertain), read),
+        variants=variants_of((*factors, *uncertain), given.read),
     )
+    if cheap is None:
+        return study
+    return replace(study, accurate=Accurate(base.mechanism, base.options, verify, variants_of(study.apart, base.read)))
 
 
 def factors_of(mechanism: Mechanism, given: Mapping[str, str | Variation], folder: Path) -> tuple[Factor, ...]:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import html
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Unpack
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 import xarray as xr
@@ -37,7 +37,7 @@ from scissordyn.study.answer.verdict import (
     warned,
     worst_cases,
 )
-from scissordyn.study.ask.description import Study
+from scissordyn.study.ask.description import Factor, Study
 from scissordyn.study.ask.factor import labelled, mechanism_of
 from scissordyn.study.ask.requirement import Optimisation, read_goal
 from scissordyn.study.compute.execute import How, Progress, execute, extend
@@ -92,7 +92,7 @@ class StudyResult:
     @property
     def counts(self) -> dict[str, int]:
         """Numbers of cases by status."""
-        return dict(zip(("complete", "failed", "pending"), counts(self.dataset), strict=True))
+        return counts(self.dataset)
 
     @property
     def damage(self) -> str:
@@ -360,16 +360,8 @@ class StudyResult:
             Of the search.
         """
         study = self.built()
-        units = {measure.name: measure.units for measure in study.own_measures}
-        wanted = tuple(read_goal(goal, units, [factor.path for factor in study.factors]) for goal in goals)
-        search = Optimisation(wanted, risk, population, generations, seed).over([factor.variation for factor in study.factors])
-        needed = [goal.measure for goal in wanted if goal.measure not in (*study.factor_names, *study.measure_names)]
-        study = replace(
-            study,
-            optimisation=search,
-            design=search.design(1, len(study.factors)),
-            measures=(*study.measures, *dict.fromkeys(needed)),
-        )
+        options = {"risk": risk, "population": population, "generations": generations, "seed": seed}
+        study = replace(study, **searching(study, study.factors, goals, **options))
         return computed(study, store, engine=engine, progress=progress)
 
     def built(self) -> Study:
@@ -418,6 +410,16 @@ class StudyResult:
     def _repr_html_(self) -> str:
         head = f"<b>Study {html.escape(Path(self.store.path).name)}</b>"
         return head + as_html(page(self, self.store.path, MOST_ROWS))
+
+
+def searching(study: Study, factors: Sequence[Factor], goals: Sequence[str], **options: Any) -> dict[str, Any]:
+    """What changes of a study that searches these factors for the best points."""
+    names, units = [factor.path for factor in factors], {measure.name: measure.units for measure in study.own_measures}
+    wanted = tuple(read_goal(goal, units, names) for goal in goals)
+    search = Optimisation(wanted, **options).over([factor.variation for factor in factors])
+    needed = [goal.measure for goal in wanted if goal.measure not in (*names, *study.factor_names, *study.measure_names)]
+    measures = (*study.measures, *dict.fromkeys(needed))
+    return {"optimisation": search, "design": search.design(1, len(factors)), "measures": measures}
 
 
 def computed(

@@ -14,7 +14,7 @@ from scissordyn.errors import command
 from scissordyn.plot.scale import Scale, scale_of
 from scissordyn.study.answer.fact import Fact, Section
 from scissordyn.study.answer.surface import predicted_point
-from scissordyn.study.answer.trend import Need, Trend, needed, trends, with_indicators
+from scissordyn.study.answer.trend import ALIKE, Trend, trends, with_indicators
 from scissordyn.study.answer.verdict import (
     Recommendation,
     answered,
@@ -25,13 +25,15 @@ from scissordyn.study.answer.verdict import (
     recommended,
 )
 from scissordyn.study.ask.description import Factor, Study
-from scissordyn.study.ask.requirement import meaning
+from scissordyn.study.ask.requirement import Requirement, meaning
+from scissordyn.study.compute.store import COMPLETE
 from scissordyn.study.compute.table import column
 from scissordyn.units import counted
 
 NEGLIGIBLE = 0.05  # Change of a response over the whole range of a number, as a fraction, that is not worth a word
 MOST_NUMBERS = 6  # Numbers of a case, or names in a sentence, that are written
 NAMED = (1.0, 2.0, -1.0, 0.5)  # Exponents that have words of their own
+OTHER_FORM = {"power": "a straight line", "linear": "a power law"}  # By the form of a trend
 Step = tuple[Fact, str]  # Why, and a command
 CHECKED = 64  # Least number of samples with which a recommended point is checked: the interval of 64 of 64 begins at 94.4 %
 TOLERANCE = "+- 10 %"  # Tolerance that is proposed where the study has no uncertain number
@@ -58,14 +60,13 @@ class Conclusion:
 def conclude(study: Study, results: xr.Dataset, store: str) -> Conclusion:
     by_response = trends(study, results)
     point = recommended(study, results) if study.requirements else None
-    needs: list[Need] = []
+    needed: list[Fact] = []
     if point is not None:
         middles = {factor.name: float(np.nanmedian(results[column(factor.name)].values)) for factor in study.uncertain}
-        needs = needed(study, results, by_response, with_indicators(study, {**point.numbers, **middles}))
+        needed = needs(study, results, by_response, with_indicators(study, {**point.numbers, **middles}))
     facts = [_trend(results, both[0], study) for both in by_response.values()]
-    facts += _without_number(study, results)
-    facts += [_need(results, study, need, by_response) for need in needs]
-    steps = next_steps(study, results, store, point, needs)
+    facts += [*_without_number(study, results), *needed]
+    steps = next_steps(study, results, store, point, needed)
     verdict = () if point is None else (_verdict(study, results), *_point(study, results, point))
     if not verdict and study.requirements:
         verdict = (Fact("unknown"),)
@@ -224,30 +225,54 @@ def _line(results: xr.Dataset, study: Study, trend: Trend, k: int) -> Fact:
     return Fact("line", name, about, _scale(results, study, name, first, last))
 
 
-def _need(results: xr.Dataset, study: Study, need: Need, by_response: dict[str, tuple[Trend, ...]]) -> Fact:
-    """What a requirement needs of a number; extrapolated or not."""
-    requirement = next(wanted for wanted in study.requirements if wanted.label == need.requirement)
-    trend = by_response[requirement.response.name][0]
-    k = trend.numbers.index(need.number)
-    first, last = (float(end) for end in trend.ranges[k])
-    upper = requirement.sign.startswith("<") == (float(trend.slopes[k]) > 0.0)
-    about: dict[str, Any] = {
-        "number": need.number,
-        "side": "at most" if upper else "at least",
-        "value": need.value,
-        "first": first,
-        "last": last,
-        "others": "as" if len(study.factor_names) > 1 else None,
-        "failing": need.failing or None,
-        "points": counted(need.points, "point"),
-    }
-    kind = "need beyond" if need.extrapolated else "need"
-    if math.isnan(need.value):
-        kind = "met everywhere" if need.everywhere else "not enough"
-    if need.other is not None:
-        form = "a straight line" if trend.form == "power" else "a power law"
-        about |= {"lacking": form} if math.isnan(need.other) else {"form": form, "other": need.other}
-    return Fact(kind, need.requirement, about, _scale(results, study, need.number, first, last))
+def needs(study: Study, results: xr.Dataset, fitted: Mapping[str, tuple[Trend, ...]], numbers: dict[str, float]) -> list[Fact]:
+    """What each requirement needs of the number that is chosen and on which its response depends most."""
+    chosen = {factor.path for factor in study.factors}
+    facts = []
+    for requirement in study.requirements:
+        trend, *others = fitted.get(requirement.response.name, ()) or (None,)
+        if trend is None or not trend.clear:
+            continue
+        able = np.where([name in chosen for name in trend.numbers] & trend.significant, np.abs(trend.effects), 0.0)
+        if not able.any():
+            continue
+        k = int(np.argmax(able))
+        name, (first, last) = trend.numbers[k], map(float, trend.ranges[k])
+        value = trend.reached(name, requirement.bound, numbers)
+        upper = requirement.sign.startswith("<") == (float(trend.slopes[k]) > 0.0)
+        about: dict[str, Any] = {
+            "number": name,
+            "side": "at most" if upper else "at least",
+            "value": value,
+            "first": first,
+            "last": last,
+            "others": "as" if len(study.factor_names) > 1 else None,
+            **_failing(study, results, requirement, name, value, upper),
+        }
+        beyond = not first <= value <= last
+        kind = "need beyond" if beyond else "need"
+        if math.isnan(value):
+            ends = np.array([trend.value({**numbers, name: end}) for end in (first, last)])
+            kind = "met everywhere" if requirement.met(ends).all() else "not enough"
+        other = next((form for form in others if beyond and trend.predicted - form.predicted < ALIKE), None)
+        if other is not None:
+            form, second = OTHER_FORM[trend.form], other.reached(name, requirement.bound, numbers)
+            about |= {"lacking": form} if math.isnan(second) else {"form": form, "other": second}
+        facts.append(Fact(kind, requirement.label, about, _scale(results, study, name, first, last)))
+    return facts
+
+
+def _failing(
+    study: Study, results: xr.Dataset, requirement: Requirement, name: str, value: float, upper: bool
+) -> dict[str, Any]:
+    """Points on the right side of what a requirement needs of a number that have a case that misses it, and all there."""
+    failing = there = np.zeros(0)
+    if name in study.factor_names and math.isfinite(value):
+        numbers, complete = results[column(name)].values, results["status"].values == COMPLETE
+        right = complete & ((numbers <= value) if upper else (numbers >= value))
+        point = np.arange(numbers.size) // study.per_point
+        failing, there = np.unique(point[right & ~requirement.met_in(results)]), np.unique(point[right])
+    return {"failing": failing.size or None, "points": counted(there.size, "point")}
 
 
 def trend_table(study: Study, fitted: Mapping[str, tuple[Trend, ...]]) -> Section | None:
@@ -269,10 +294,10 @@ def trend_table(study: Study, fitted: Mapping[str, tuple[Trend, ...]]) -> Sectio
 
 
 def next_steps(
-    study: Study, results: xr.Dataset, store: str, point: Recommendation | None, needs: Sequence[Need]
+    study: Study, results: xr.Dataset, store: str, point: Recommendation | None, needed: Sequence[Fact]
 ) -> list[Step]:
     """What to try next: why, and the command."""
-    if counts(results)[2]:
+    if counts(results)["pending"]:
         return [(Fact("pending"), command("scissordyn", "study", "resume", store))]
     if point is None:
         return []
@@ -281,7 +306,7 @@ def next_steps(
         return [(Fact("narrower"), _refine(store, "--samples", more))] if point.high - point.low > 0.5 * WIDE else []
     if point.probability > 0.0:
         return _met(study, results, store, point)
-    return _not_met(study, results, store, point, needs)
+    return _not_met(study, results, store, point, needed)
 
 
 def _met(study: Study, results: xr.Dataset, store: str, point: Recommendation) -> list[Step]:
@@ -304,24 +329,26 @@ def _met(study: Study, results: xr.Dataset, store: str, point: Recommendation) -
     return steps
 
 
-def _not_met(study: Study, results: xr.Dataset, store: str, point: Recommendation, needs: Sequence[Need]) -> list[Step]:
-    need = next((need for need in needs if need.requirement == point.binding), None)
+def _not_met(study: Study, results: xr.Dataset, store: str, point: Recommendation, needed: Sequence[Fact]) -> list[Step]:
+    need = next((need for need in needed if need.part == point.binding and need.kind == "need beyond"), None)
     binding = next(requirement for requirement in study.requirements if requirement.label == point.binding)
     steps = []
-    if need is not None and need.extrapolated and math.isfinite(need.value):
-        factor = next(factor for factor in study.factors if factor.path == need.number)
-        values = results[column(need.number)].values
+    if need is not None:
+        name, value = need.numbers["number"], need.numbers["value"]
+        factor = next(factor for factor in study.factors if factor.path == name)
+        values = results[column(name)].values
         low, high = float(np.nanmin(values)), float(np.nanmax(values))
         # towards the need, as far from the old range as it takes
-        past = PAST if (need.value < low) == (need.value > 0.0) else 1.0 / PAST
-        ends = sorted((need.value * past, low if need.value < low else high))
-        text = f"{_number(results, factor, ends[0])}..{typed(results, factor, ends[1])}"
-        steps.append((Fact("goes on", point.binding), _refine(store, "--vary", f"{need.number}={text}")))
+        past = PAST if (value < low) == (value > 0.0) else 1.0 / PAST
+        ends = sorted((value * past, low if value < low else high))
+        text = f"{ends[0] / factor.scale:.6g}..{typed(results, factor, ends[1])}"
+        steps.append((Fact("goes on", point.binding), _refine(store, "--vary", f"{name}={text}")))
     likely = predicted_point(study, by_point(study, results))
     if likely is not None:
         steps.insert(0, (Fact("interpolated"), _refine(store, *_fixed(study, results, likely))))
     if study.optimisation is None:
-        goal = f"{'maximise' if binding.response.smallest else 'minimise'} {_goal_name(binding.response.name)}"
+        name = binding.response.name.partition(" (")[0]  # without the word on what components exert
+        goal = f"{'maximise' if binding.response.smallest else 'minimise'} {name}"
         steps.append((Fact("search"), _refine(store, "--goal", goal)))
     return steps
 
@@ -335,17 +362,8 @@ def _fixed(study: Study, results: xr.Dataset, numbers: Mapping[str, Any]) -> lis
     return [word for factor, value in _typed(study, results, numbers) for word in ("--vary", f"{factor.path}={value}")]
 
 
-def _goal_name(name: str) -> str:
-    """A response as a goal names it: without the word on what components exert."""
-    return name.partition(" (")[0]
-
-
 def _refine(store: str, *words: str) -> str:
     return command("scissordyn", "study", "refine", store, *words, "-o", "next.db")
-
-
-def _number(results: xr.Dataset, factor: Factor, value: float) -> str:
-    return f"{value / factor.scale:.6g}"
 
 
 def typed(results: xr.Dataset, factor: Factor, value: float) -> str:
@@ -353,4 +371,4 @@ def typed(results: xr.Dataset, factor: Factor, value: float) -> str:
     if factor.labels:
         return f"[{factor.labels[int(value)]}]"
     unit = factor.unit or str(results[column(factor.path)].attrs.get("units", "1"))
-    return f"{_number(results, factor, value)} {'' if unit == '1' else unit}".rstrip()
+    return f"{value / factor.scale:.6g} {'' if unit == '1' else unit}".rstrip()

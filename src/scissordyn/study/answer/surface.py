@@ -46,15 +46,6 @@ class Surfaces:
         mean, deviation = (values.reshape(CELLS, CELLS) for values in (total / len(rows), np.sqrt(squared / len(rows))))
         return Field(across, up, mean, deviation, float(np.nanstd(self._points[response].values)), model.error)
 
-    def bounds(self, x: str, y: str) -> list[Bound]:
-        """The requirements whose responses have a field."""
-        lines = []
-        for requirement in self._study.requirements:
-            field = self.field(requirement.response.name, x, y)
-            if field is not None:
-                lines.append(Bound(requirement.label, field, requirement.bound))
-        return lines
-
     def _table(self) -> np.ndarray:
         return np.stack([self._points[name].values for name in self._names], axis=1)
 
@@ -83,11 +74,13 @@ class Surfaces:
             return None, []
         x = x or self._names[0]
         y = y or next(name for name in self._names if name != x)
-        bounds = self.bounds(x, y)
-        if colour == "met":
-            return None, bounds
-        labels = {requirement.label for requirement in self._study.requirements if requirement.response.name == colour}
-        return self.field(colour, x, y), [bound for bound in bounds if bound.label in labels]
+        bounds = [
+            Bound(requirement.label, field, requirement.bound)
+            for requirement in self._study.requirements
+            if colour in ("met", requirement.response.name)
+            and (field := self.field(requirement.response.name, x, y)) is not None
+        ]
+        return None if colour == "met" else self.field(colour, x, y), bounds
 
 
 def predicted_point(study: Study, points: xr.Dataset) -> dict[str, float] | None:

@@ -14,8 +14,7 @@ from scipy import stats
 from scissordyn.study.answer.control_variate import CONFIDENCE
 from scissordyn.study.answer.verdict import answered, case_values
 from scissordyn.study.ask.description import Study
-from scissordyn.study.ask.requirement import Requirement, response_unit
-from scissordyn.study.compute.store import COMPLETE
+from scissordyn.study.ask.requirement import response_unit
 from scissordyn.study.compute.table import column
 
 CLEAR = 0.5  # Predicted share of the variance, each point left out in turn, from which a trend is stated
@@ -84,19 +83,14 @@ class Trend:
             term = float(np.float64(wanted - self._total(numbers, k)) / self.slopes[k])
             return float(np.exp(np.float64(term))) if self.logarithmic[k] else term
 
-
-@dataclass(frozen=True)
-class Need:
-    """The value of a number at which a trend meets a bound."""
-
-    requirement: str
-    number: str
-    value: float  # In SI; NaN if the trend reaches the bound nowhere near the data
-    extrapolated: bool  # Whether it is beyond the data
-    failing: int = 0  # Points on its right side that have a case that does not meet the requirement, and all that are there
-    points: int = 0
-    everywhere: bool = False  # Whether the trend meets the bound over the whole range of the number
-    other: float | None = None  # What the other form of trend gives, where it fits as well and the value is extrapolated
+    def reached(self, name: str, bound: float, numbers: dict[str, float]) -> float:
+        """Where the trend reaches a bound; NaN where not near the data, or only beyond 0, where positive numbers end."""
+        value, k = self.inverse(name, bound, numbers), self.numbers.index(name)
+        if not math.isfinite(value) or (self.ranges[k, 0] > 0.0 >= value):
+            return math.nan
+        place, (low, high) = self.term(k, value), (self.term(k, end) for end in self.ranges[k])
+        reach = max(high - low, math.log(FAR) if self.logarithmic[k] else 0.0)
+        return value if low - reach <= place <= high + reach else math.nan
 
 
 def trends(study: Study, results: xr.Dataset) -> dict[str, tuple[Trend, ...]]:
@@ -183,54 +177,3 @@ def _jackknife(
     slopes = whole[1:] / width
     outer = np.einsum("ij,ij->i", design, without[groups])
     return slopes, float(whole[0] - slopes @ middle), wide[1:] / width, design @ whole, outer
-
-
-def needed(
-    study: Study, results: xr.Dataset, by_response: dict[str, tuple[Trend, ...]], numbers: dict[str, float]
-) -> list[Need]:
-    """What each requirement needs of the number that is chosen and on which its response depends most."""
-    chosen = {factor.path for factor in study.factors}
-    needs = []
-    for requirement in study.requirements:
-        best, *others = by_response.get(requirement.response.name, ()) or (None,)
-        if best is None or not best.clear:
-            continue
-        able = np.where([name in chosen for name in best.numbers] & best.significant, np.abs(best.effects), 0.0)
-        if not able.any():
-            continue
-        k = int(np.argmax(able))
-        name, (low, high) = best.numbers[k], best.ranges[k]
-        value = _reached(best, name, requirement.bound, numbers)
-        beyond = not low <= value <= high
-        failing, points = _failing(study, results, requirement, best, k, value)
-        ends = np.array([best.value({**numbers, name: end}) for end in (low, high)])
-        everywhere = bool(requirement.met(ends).all())
-        other = next((form for form in others if best.predicted - form.predicted < ALIKE), None) if beyond else None
-        second = None if other is None else _reached(other, name, requirement.bound, numbers)
-        needs.append(Need(requirement.label, name, value, beyond, failing, points, everywhere, second))
-    return needs
-
-
-def _failing(
-    study: Study, results: xr.Dataset, requirement: Requirement, trend: Trend, k: int, value: float
-) -> tuple[int, int]:
-    """Points on the right side of what a requirement needs of a number that have a case that misses it, and all there."""
-    name = trend.numbers[k]
-    if name not in study.factor_names or not math.isfinite(value):
-        return 0, 0
-    upper = requirement.sign.startswith("<") == (float(trend.slopes[k]) > 0.0)
-    numbers, complete = results[column(name)].values, results["status"].values == COMPLETE
-    there = complete & ((numbers <= value) if upper else (numbers >= value))
-    point = np.arange(numbers.size) // study.per_point
-    missed = there & ~requirement.met_in(results)
-    return int(np.unique(point[missed]).size), int(np.unique(point[there]).size)
-
-
-def _reached(trend: Trend, name: str, bound: float, numbers: dict[str, float]) -> float:
-    """Where a trend reaches a bound; NaN where it does not near the data, or only beyond 0, where positive numbers end."""
-    value, k = trend.inverse(name, bound, numbers), trend.numbers.index(name)
-    if not math.isfinite(value) or (trend.ranges[k, 0] > 0.0 >= value):
-        return math.nan
-    place, (low, high) = trend.term(k, value), (trend.term(k, end) for end in trend.ranges[k])
-    reach = max(high - low, math.log(FAR) if trend.logarithmic[k] else 0.0)
-    return value if low - reach <= place <= high + reach else math.nan

@@ -189,10 +189,10 @@ def warned(results: xr.Dataset) -> dict[str, list[int]]:
     return grouped_lines(results["warnings"].values if "warnings" in results else ())  # a store of an earlier version has none
 
 
-def counts(results: xr.Dataset) -> tuple[int, int, int]:
-    """Complete, failed and pending cases."""
-    status = results["status"].values
-    return int(np.sum(status == COMPLETE)), int(np.sum(status == FAILED)), int(np.sum(status == PENDING))
+def counts(results: xr.Dataset) -> dict[str, int]:
+    """Numbers of cases by status."""
+    codes = {"complete": COMPLETE, "failed": FAILED, "pending": PENDING}
+    return {name: int(np.sum(results["status"].values == code)) for name, code in codes.items()}
 
 
 @dataclass(frozen=True)

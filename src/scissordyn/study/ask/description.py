@@ -106,12 +106,6 @@ class OwnMeasure:
 
 
 @dataclass(frozen=True)
-class Cases:
-    values: dict[str, np.ndarray]  # By parameter, in SI
-    members: np.ndarray
-
-
-@dataclass(frozen=True)
 class Study:
     """A study of a mechanism.
 
@@ -241,10 +235,13 @@ class Study:
             float,
         )
 
-    def numbers(self, cases: np.ndarray, points: np.ndarray | None = None) -> Cases:
-        """The numbers of some cases; each depends on the number of its case only. Points are those of an adaptive design."""
+    def numbers(self, cases: np.ndarray, points: np.ndarray | None = None) -> dict[str, np.ndarray]:
+        """The numbers of some cases by parameter, in SI; each depends on the number of its case only.
+
+        Points are those of an adaptive design.
+        """
         point, rest = np.divmod(cases, self.per_point)
-        sample, member = np.divmod(rest, self.members)
+        sample = rest // self.members
         values: dict[str, np.ndarray] = {}
         if self.factors:
             places, back = np.unique(point, return_inverse=True)
@@ -266,7 +263,7 @@ class Study:
             left_out = [variations[0]] * (taken if self.sampling.kind == "sobol" else 0)
             drawn = design_values(design, [*left_out, *variations], np.zeros(0), places)[:, len(left_out) :]
             values |= {factor.name: drawn[back, k] for k, factor in enumerate(self.uncertain)}
-        return Cases(values, member)
+        return values
 
     def applied(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """The numbers that a mechanism gets, by parameter: chosen values with their deviations, which are by `factor_names`."""

@@ -118,8 +118,8 @@ def response_values(results: xr.Dataset, response: Response) -> np.ndarray:
 
     Shapes: returns (cases,).
     """
-    names = [str(name) for name in results.data_vars if results[name].attrs.get("role") == "measure"]
-    if response.measure not in names:
+    if response.measure not in results:
+        names = [str(name) for name in results.data_vars if results[name].attrs.get("role") == "measure"]
         raise InputError(
             f"measure '{response.measure}'{did_you_mean(response.measure, names)}", ", ".join(names) or "no measure"
         )

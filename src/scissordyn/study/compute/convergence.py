@@ -164,7 +164,6 @@ def _level(
 ) -> Level:
     starts, over = Perturbed(np.arange(members), PERTURBATION), {"gravity": np.full(members, mechanism.gravity)}
     runs = pass_on(simulate_cases(mechanism, over, options, [wanted.measure], starts, threads=threads))
-    runs[wanted.measure].attrs["role"] = "measure"
     values = response_values(runs, wanted)
     failed = runs["status"].values != "complete"
     cause = str(runs["cause"].values[np.argmax(failed)]) if failed.any() else ""

@@ -14,7 +14,7 @@ import xarray as xr
 from scissordyn.errors import InputError
 from scissordyn.extra import library
 from scissordyn.run.answer.measure import COMPONENT_UNIT
-from scissordyn.study.compute.store import PENDING, TIMES, Store
+from scissordyn.study.compute.store import PENDING, TIMES, BlockResult, Store
 from scissordyn.study.compute.table import Array, Columns
 
 TEXTS = ("cause", "warnings")
@@ -48,7 +48,7 @@ def convert(folder: Path, target: Path) -> tuple[Store, list[int]]:
             texts = list(zip(*(map(str, part[name].values[rows]) for name in TEXTS), strict=True))
             if rows.size:
                 status = part["status"].values[rows].astype(np.int8)
-                store.write(number * block + rows, values, status, texts, times[number])
+                store.write(BlockResult(number * block + rows, values, status, texts, times[number]))
     return store, damaged
 
 

@@ -22,9 +22,9 @@ from scissordyn.run.answer.measure import MEASURES, Ended, Measure
 from scissordyn.run.batch import Perturbed, simulate_cases
 from scissordyn.run.engine import Engine, error_text, outcomes, workers_of
 from scissordyn.run.simulate import simulate
-from scissordyn.study.ask.description import Cases, OwnMeasure, Study
+from scissordyn.study.ask.description import OwnMeasure, Study
 from scissordyn.study.ask.factor import by_variant, mechanism_of
-from scissordyn.study.compute.store import COMPLETE, FAILED, PENDING, Store
+from scissordyn.study.compute.store import COMPLETE, FAILED, PENDING, BlockResult, Store
 from scissordyn.study.compute.table import column
 
 BLOCK_SECONDS = 3.0  # Work of a block [s]: much more than a task costs, and little to lose
@@ -80,7 +80,7 @@ def _begin(study: Study, store: Store, block: int | None, workers: int, points: 
         raise InputError(
             "a measure of the dataset with several members", "a measure of 'accumulators', or members = 1", "members = 1"
         )
-    first = pilot(study, np.array([0]), points)
+    first = simulated(study, np.array([0]), points)
     chosen = block or min(_block_size(study, workers, points), -(-study.cases // (SHARES * workers)))
     store.create(study, first, min(chosen, study.cases))
 
@@ -93,12 +93,12 @@ def block_seconds(workers: int) -> float:
 def _block_size(study: Study, workers: int, points: np.ndarray | None) -> int:
     """Cases that take some seconds."""
     began = time.perf_counter()
-    pilot(study, np.array([0]), points)  # everything is compiled by now
+    simulated(study, np.array([0]), points)  # everything is compiled by now
     seconds = time.perf_counter() - began
     if seconds < QUICK:
         cases = np.unique(np.linspace(0, study.cases - 1, TIMED).astype(int))
         began = time.perf_counter()
-        pilot(study, cases, points)
+        simulated(study, cases, points)
         seconds = (time.perf_counter() - began) / cases.size
     size = int(np.clip(block_seconds(workers) / max(seconds, 1e-6), 1, LARGEST_BLOCK))
     whole = study.per_point * max(1, size // study.per_point)
@@ -137,8 +137,7 @@ def _missing_blocks(study: Study, store: Store, points: np.ndarray | None, how: 
     missing = (status == PENDING) | (how.get("retry", False) & (status == FAILED))
     began, now, done_here = time.perf_counter(), np.where(missing, PENDING, status), 0
     for result in _computed(how.get("engine"), _blocks(study, missing, size, points, fingerprint)):
-        times = result.seconds, result.integration_seconds, float(result.cases.size if result.seconds else 0)
-        store.write(result.cases, result.values, result.status, result.texts, times)
+        store.write(result)
         now[result.cases] = result.status
         done_here += result.cases.size
         if progress is not None:
@@ -202,18 +201,6 @@ class Block:
     fingerprint: Mapping[str, str] | None = None
 
 
-@dataclass(frozen=True)
-class BlockResult:
-    """The rows of a block: values by array, status, cause and warnings of each case; seconds, and those of integration."""
-
-    cases: np.ndarray
-    values: dict[str, np.ndarray]
-    status: np.ndarray
-    texts: list[tuple[str, str]]
-    seconds: float = 0.0
-    integration_seconds: float = 0.0
-
-
 def run_block(block: Block) -> BlockResult:
     """Compute the cases of a block.
 
@@ -222,14 +209,17 @@ def run_block(block: Block) -> BlockResult:
     """
     began = time.perf_counter()
     _check_program(block)
-    numbers = block.study.numbers(block.cases, block.points)
-    runs = _simulated(block.study, numbers)
+    runs = simulated(block.study, block.cases, block.points)
     status = np.where(runs["status"].values == "complete", COMPLETE, FAILED).astype(np.int8)
-    values = {column(parameter): column_values for parameter, column_values in numbers.values.items()}
-    values |= {name: runs[name].values for name in block.study.measure_names}
+    values = _numbers(block) | {name: runs[name].values for name in block.study.measure_names}
     texts = [(str(cause), str(warned)) for cause, warned in zip(runs["cause"].values, runs["warnings"].values, strict=True)]
-    integration = float(runs.attrs["integration_seconds"])
-    return BlockResult(block.cases, values, status, texts, time.perf_counter() - began, integration)
+    times = time.perf_counter() - began, float(runs.attrs["integration_seconds"]), float(block.cases.size)
+    return BlockResult(block.cases, values, status, texts, times)
+
+
+def _numbers(block: Block) -> dict[str, np.ndarray]:
+    """The numbers that vary of the cases of a block, by array."""
+    return {column(parameter): values for parameter, values in block.study.numbers(block.cases, block.points).items()}
 
 
 def _check_program(block: Block) -> None:
@@ -245,29 +235,24 @@ def _check_program(block: Block) -> None:
 
 def failed(block: Block, cause: str) -> BlockResult:
     """The rows of a block that could not be computed."""
-    numbers, count = block.study.numbers(block.cases, block.points), block.cases.size
-    values = {column(parameter): column_values for parameter, column_values in numbers.values.items()}
-    return BlockResult(block.cases, values, np.full(count, FAILED, np.int8), [(cause, "")] * count)
+    count = block.cases.size
+    return BlockResult(block.cases, _numbers(block), np.full(count, FAILED, np.int8), [(cause, "")] * count)
 
 
-def pilot(study: Study, cases: np.ndarray, points: np.ndarray | None = None) -> xr.Dataset:
-    """Some cases of a study, here and not stored: for dimensions, units and the time that a case takes."""
-    return _simulated(study, study.numbers(cases, points))
-
-
-def _simulated(study: Study, numbers: Cases) -> xr.Dataset:
-    """The cases as one batch on one thread, or a batch of each mechanism: engines run several blocks beside each other."""
+def simulated(study: Study, cases: np.ndarray, points: np.ndarray | None = None) -> xr.Dataset:
+    """Some cases as one batch on one thread, or a batch of each mechanism: engines run several blocks beside each other."""
+    numbers = study.numbers(cases, points)
     measures = {name: MEASURES[name] for name in study.measures}
     measures |= {measure.name: _accumulated(measure) for measure in study.own_measures if measure.of == "accumulators"}
     batches, order = [], []
-    for mechanism, cases in by_variant(study, numbers.values):
-        perturbed = Perturbed(numbers.members[cases], study.perturbation)
-        applied = {parameter: values[cases] for parameter, values in study.applied(numbers.values).items()}
+    for mechanism, places in by_variant(study, numbers):
+        perturbed = Perturbed(cases[places] % study.members, study.perturbation)
+        applied = {parameter: values[places] for parameter, values in study.applied(numbers).items()}
         batches.append(pass_on(simulate_cases(mechanism, applied, study.options, measures, perturbed, threads=1)))
-        order.append(cases)
+        order.append(places)
     seconds = sum(part.attrs["integration_seconds"] for part in batches)
     every = batches[0] if len(batches) == 1 else _in_order(batches, np.concatenate(order))
-    every = every.assign({name: ("case", numbers.values[name], about) for name, about in _described(study).items()})
+    every = every.assign({name: ("case", numbers[name], about) for name, about in _described(study).items()})
     of_dataset = [measure for measure in study.own_measures if measure.of == "dataset"]
     return (_of_datasets(study, numbers, every, of_dataset) if of_dataset else every).assign_attrs(integration_seconds=seconds)
 
@@ -302,7 +287,9 @@ def _accumulated(measure: OwnMeasure) -> Measure:
     return Measure(measure.units, _meaning(measure.name, function), (), value)
 
 
-def _of_datasets(study: Study, numbers: Cases, runs: xr.Dataset, measures: Sequence[OwnMeasure]) -> xr.Dataset:
+def _of_datasets(
+    study: Study, numbers: Mapping[str, np.ndarray], runs: xr.Dataset, measures: Sequence[OwnMeasure]
+) -> xr.Dataset:
     """Measures of the user's that want the Dataset of each case, which is simulated once for all of them."""
     functions = {measure.name: measure.callable() for measure in measures}
     values = {name: np.full(runs.sizes["case"], np.nan) for name in functions}
@@ -314,7 +301,7 @@ def _of_datasets(study: Study, numbers: Cases, runs: xr.Dataset, measures: Seque
         look()
         name = ""
         try:
-            mechanism = mechanism_of(study, {parameter: float(column[case]) for parameter, column in numbers.values.items()})
+            mechanism = mechanism_of(study, {parameter: float(values_of[case]) for parameter, values_of in numbers.items()})
             run = pass_on(simulate(mechanism, **options))
             for name, function in functions.items():
                 values[name][case] = float(function(run))

@@ -154,7 +154,7 @@ def interpolation(study: Study, results: xr.Dataset, cases: Sequence[int] | np.n
     varied = (*study.factors, *study.uncertain)
     if len(cases) < max(FEWEST, 4 * len(varied)) or any(factor.labels for factor in varied):
         return None
-    numbers = _evenly_spread(study).numbers(np.arange(OTHERS)).values
+    numbers = _evenly_spread(study).numbers(np.arange(OTHERS))
     runs = results.isel(case=np.asarray(cases))
     return Interpolation(
         np.stack([runs[column(name)].values for name in study.factor_names], axis=1),

@@ -20,7 +20,7 @@ from scissordyn.study.answer.control_variate import correlation, split
 from scissordyn.study.ask.description import PILOT, Study
 from scissordyn.study.ask.design import Design
 from scissordyn.study.ask.requirement import Response, response_values
-from scissordyn.study.compute.execute import How, execute, extend, pilot
+from scissordyn.study.compute.execute import How, execute, extend, simulated
 from scissordyn.study.compute.interpolation import FEWEST, interpolation
 from scissordyn.study.compute.optimise import candidates, optimise
 from scissordyn.study.compute.store import Store
@@ -127,16 +127,15 @@ def _split(study: Study, budget: float) -> Study:
 
 def _piloted(study: Study) -> tuple[xr.Dataset, float]:
     """All cases of a small study, and the time of a point [s]."""
-    pilot(study, np.array([0]))  # whatever is compiled or read once
+    simulated(study, np.array([0]))  # whatever is compiled or read once
     began = time.perf_counter()
-    runs = pilot(study, np.arange(study.cases))
+    runs = simulated(study, np.arange(study.cases))
     return runs, (time.perf_counter() - began) / study.points
 
 
 def _least_correlation(study: Study, cheap: xr.Dataset, accurate: xr.Dataset) -> float:
     """The least correlation of what requirements are about between cheap and accurate runs."""
     both = (cheap["status"].values == "complete") & (accurate["status"].values == "complete")
-    cheap, accurate = (_as_measures(study, some) for some in (cheap, accurate))
     pairs = [(response_values(cheap, some), response_values(accurate, some)) for some in _responses(study)]
     correlations = [abs(correlation(there[both], here[both])) for here, there in pairs]
     finite = [some for some in correlations if np.isfinite(some)]
@@ -147,7 +146,6 @@ def _unpredicted(study: Study, runs: xr.Dataset) -> float:
     """The largest part of the variance of what requirements are about that interpolation between cheap runs leaves."""
     if not np.all(runs["status"].values == "complete") or study.per_point > 1:
         return 1.0
-    runs = _as_measures(study, runs)
     between = interpolation(study, runs, np.arange(study.cases))
     return max(between.unpredicted(wanted) for wanted in _responses(study)) if between is not None else 1.0
 
@@ -155,11 +153,6 @@ def _unpredicted(study: Study, runs: xr.Dataset) -> float:
 def _responses(study: Study) -> list[Response]:
     """What requirements are about, or all measures."""
     return [requirement.response for requirement in study.requirements] or [Response(name) for name in study.measure_names]
-
-
-def _as_measures(study: Study, results: xr.Dataset) -> xr.Dataset:
-    """Results of a batch with the attributes by which those of a store are found."""
-    return results.assign({name: results[name].assign_attrs(role="measure") for name in study.measure_names})
 
 
 def _confirm(study: Study, store: Store, how: How) -> None:

@@ -8,6 +8,7 @@ import secrets
 import sqlite3
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +34,17 @@ PATIENCE = 60.0  # How long a writer waits for those who read [s]
 
 class StoreError(ScissordynError):
     """A store that could be read or written before and cannot now: a full disk, a disk that is gone."""
+
+
+@dataclass(frozen=True)
+class BlockResult:
+    """The rows of a block: values by array, status, cause and warnings of each case, and what they took."""
+
+    cases: np.ndarray
+    values: Mapping[str, np.ndarray]
+    status: np.ndarray
+    texts: list[tuple[str, str]]
+    times: Sequence[float] = (0.0, 0.0, 0.0)  # Seconds, those of integration, and how many cases took them
 
 
 class Store:
@@ -196,6 +208,11 @@ class Store:
             )
 
     @property
+    def _columns(self) -> table.Columns:
+        columns: table.Columns = from_plain(table.Columns, self._value("columns"))
+        return columns
+
+    @property
     def block(self) -> int:
         return int(self._value("block"))
 
@@ -207,7 +224,8 @@ class Store:
 
     def _rows(self) -> table.Rows:
         """The rows of all cases that are as they were written; those that are missing from a block are damaged, too."""
-        columns, cases, block = from_plain(table.Columns, self._value("columns")), self.cases, self.block
+        cases, block = self.cases, self.block
+        columns = self._columns
         with self._reading() as connection:
             rows = table.read(connection, columns, cases)
             written = _blocks(connection)
@@ -239,26 +257,17 @@ class Store:
                 noted[number] = times
         return dict(zip(TIMES, noted.T, strict=True))
 
-    def write(
-        self,
-        cases: np.ndarray,
-        values: Mapping[str, np.ndarray],
-        status: np.ndarray,
-        texts: Sequence[tuple[str, str]],
-        times: Sequence[float],
-    ) -> None:
-        """Write the rows of cases of one block, all or none.
-
-        Values are by the names of the arrays, texts are cause and warnings; times are seconds, seconds of integration and
-        cases, which are added to what is noted.
-        """
-        block, columns = int(cases[0]) // self.block, from_plain(table.Columns, self._value("columns"))
+    def write(self, result: BlockResult) -> None:
+        """Write the rows of cases of one block, all or none; its times are added to what is noted."""
+        cases, columns = result.cases, self._columns
+        block = int(cases[0]) // self.block
         ends = block * self.block, (block + 1) * self.block - 1
         with self.alone(), self._transaction() as connection:
-            table.insert(connection, columns, cases, status, texts, columns.matrix(values, cases.size))
+            matrix = columns.matrix(result.values, cases.size)
+            table.insert(connection, columns, table.Rows(cases, result.status, result.texts, matrix))
             size = connection.execute("SELECT count(*) FROM cases WHERE number BETWEEN ? AND ?", ends).fetchone()[0]
             before = _blocks(connection, f"WHERE number = {block}").get(block, (0, (0.0,) * 4))[1]
-            added = [float(old + new) for old, new in zip(before, (*times, 1.0), strict=True)]
+            added = [float(old + new) for old, new in zip(before, (*result.times, 1.0), strict=True)]
             _write_block(connection, block, size, added)
 
     def extend(self, study: Study) -> None:
@@ -330,7 +339,7 @@ class Store:
             written = _blocks(connection)
         columns = from_plain(table.Columns, notes["columns"])
         with self._made_anew(columns, notes, instead=True) as connection:
-            table.insert(connection, columns, rows.cases, rows.status, rows.texts, rows.matrix)
+            table.insert(connection, columns, rows)
             damaged = {case // notes["block"] for case in rows.damaged}
             for number, (size, times) in written.items():
                 _write_block(connection, number, 0 if number in damaged else size, times)
@@ -345,7 +354,7 @@ class Store:
         Cases of damaged rows are pending and without values; the attribute `damage` says which, if there are any.
         """
         rows, cases, plain = self._rows(), self.cases, self._value("study")
-        columns = from_plain(table.Columns, self._value("columns"))
+        columns = self._columns
         variables: dict[str, Any] = {}
         for array, values in columns.split(rows.matrix):
             every = np.full((cases, *array.shape), np.nan)

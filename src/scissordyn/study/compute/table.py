@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sqlite3
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from hashlib import blake2b
 from itertools import pairwise, product
 from struct import Struct, error, pack
@@ -147,34 +147,27 @@ def _row_digest(number: int, status: int, numbers: bytes, cause: bytes, warned: 
     return blake2b(ROW.pack(number, status) + numbers + cause + b"\0" + warned, digest_size=8).digest()
 
 
-def insert(
-    connection: sqlite3.Connection,
-    columns: Columns,
-    cases: np.ndarray,
-    status: np.ndarray,
-    texts: Sequence[tuple[str, str]],
-    matrix: np.ndarray,
-) -> None:
-    """Write rows of the table of cases; texts are cause and warnings."""
-    wide, rows = columns.width > MOST_COLUMNS, []
-    for number, code, text, numbers in zip(cases.tolist(), status.tolist(), texts, matrix, strict=True):
-        content = numbers.tobytes()
-        digest = _row_digest(number, code, content, *(part.encode() for part in text))
-        rows.append((number, code, *text, digest, *([content] if wide else numbers.tolist())))
-    names = ", ".join(map(quoted, columns.names))
-    places = ", ".join("?" * len(columns.names))
-    connection.executemany(f"INSERT OR REPLACE INTO cases ({names}) VALUES ({places})", rows)
-
-
 @dataclass(frozen=True)
 class Rows:
     """Rows of cases that are as they were written, in the order of their numbers, and what is wrong with others."""
 
     cases: np.ndarray
     status: np.ndarray
-    texts: list[tuple[str, str]]
+    texts: list[tuple[str, str]]  # Cause and warnings
     matrix: np.ndarray
-    damaged: dict[int, str]
+    damaged: dict[int, str] = field(default_factory=dict)
+
+
+def insert(connection: sqlite3.Connection, columns: Columns, rows: Rows) -> None:
+    """Write rows of the table of cases."""
+    wide, cells = columns.width > MOST_COLUMNS, []
+    for number, code, text, numbers in zip(rows.cases.tolist(), rows.status.tolist(), rows.texts, rows.matrix, strict=True):
+        content = numbers.tobytes()
+        digest = _row_digest(number, code, content, *(part.encode() for part in text))
+        cells.append((number, code, *text, digest, *([content] if wide else numbers.tolist())))
+    names = ", ".join(map(quoted, columns.names))
+    places = ", ".join("?" * len(columns.names))
+    connection.executemany(f"INSERT OR REPLACE INTO cases ({names}) VALUES ({places})", cells)
 
 
 def read(connection: sqlite3.Connection, columns: Columns, cases: int) -> Rows:

@@ -27,7 +27,8 @@ from scissordyn.study.ask.distribution import Interval
 from scissordyn.study.compute.cluster import cluster
 from scissordyn.study.compute.execute import ProgramError, execute
 from scissordyn.study.compute.store import Store
-from study.test_study import rows
+from study.test_engine import is_running
+from study.test_study import arm, rows
 
 pytestmark = pytest.mark.slow  # real schedulers and workers, which leave warnings of their own behind
 
@@ -41,8 +42,7 @@ def process_of(_: int) -> int:
 
 def study(cases: int = 24) -> Study:
     """A few cases."""
-    arm = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=sd.rpm(150))
-    return Study(arm, Options(0.002), (Factor("A.clearance", Interval(1e-4, 5e-4, cases)),), measures=("peak_force",))
+    return Study(arm(), Options(0.002), (Factor("A.clearance", Interval(1e-4, 5e-4, cases)),), measures=("peak_force",))
 
 
 @pytest.mark.filterwarnings("ignore::ResourceWarning")
@@ -190,15 +190,7 @@ def test_jobs_of_a_queueing_system(kind: str, submit: str, asks: str, tmp_path: 
     assert len(texts) == 2
     assert all(asks in text and "dask_worker tls://" in text for text in texts)
     numbers = [int(path.read_text()) for path in jobs.glob("*.pid")]
-    wait_for(lambda: not any(map(_runs, numbers)))
-
-
-def _runs(process: int) -> bool:
-    """Whether a process is there and no zombie that nobody has waited for."""
-    try:
-        return "State:\tZ" not in Path(f"/proc/{process}/status").read_text()
-    except OSError:
-        return False
+    wait_for(lambda: not any(map(is_running, numbers)))
 
 
 def run_command(*arguments: object, **options: object) -> subprocess.Popen[str]:

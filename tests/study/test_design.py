@@ -21,6 +21,7 @@ from scissordyn.study.ask.distribution import (
     from_plain,
 )
 from scissordyn.study.ask.factor import Factor, Sampling
+from study.test_study import arm
 
 TWO: tuple[Variation, ...] = (Interval(1.0, 3.0, 3), Levels((5.0, 7.0)))
 BASE = np.array([2.5, 6.0])
@@ -99,20 +100,26 @@ def test_random_numbers_by_place() -> None:
 
 
 @pytest.mark.parametrize(
-    ("ours", "theirs"),
+    ("ours", "theirs", "within"),
     [
-        (Uniform(2.0, 5.0), stats.uniform(2.0, 3.0)),
-        (Normal(1.0, 0.2), stats.norm(1.0, 0.2)),
-        (Normal(1.0, 0.2, 0.9, 1.5), stats.truncnorm(-0.5, 2.5, 1.0, 0.2)),
-        (LogNormal(3.0, 0.4), stats.lognorm(0.4, scale=3.0)),
-        (Interval(1.0, 100.0, logarithmic=True), stats.loguniform(1.0, 100.0)),
+        (Uniform(2.0, 5.0), stats.uniform(2.0, 3.0), 1e-12),
+        (Normal(1.0, 0.2), stats.norm(1.0, 0.2), 1e-12),
+        (Normal(1.0, 0.2, 0.9, 1.5), stats.truncnorm(-0.5, 2.5, 1.0, 0.2), 1e-12),
+        (LogNormal(3.0, 0.4), stats.lognorm(0.4, scale=3.0), 1e-12),
+        (Interval(1.0, 100.0, logarithmic=True), stats.loguniform(1.0, 100.0), 1e-12),
+        (sd.Triangular(1.0, 2.0, 5.0), stats.triang(0.25, 1.0, 4.0), 1e-9),
+        (sd.Triangular(1.0, 1.0, 5.0), stats.triang(0.0, 1.0, 4.0), 1e-9),
+        (sd.Trapezoid(1.0, 2.0, 4.0, 5.0), stats.trapezoid(0.25, 0.75, 1.0, 4.0), 1e-9),
+        (sd.Beta(2.0, 5.0, 1.0, 3.0), stats.beta(2.0, 5.0, 1.0, 2.0), 1e-9),
+        (sd.Weibull(1.7, 0.3, 0.1), stats.weibull_min(1.7, 0.1, 0.3), 1e-9),
     ],
 )
-def test_quantiles(ours: Variation, theirs: object) -> None:
-    """Cross-check: scipy.stats' quantile functions."""
-    u = np.array([0.0001, 0.1, 0.5, 0.9, 0.9999])
-    np.testing.assert_allclose(ours.quantile(u), theirs.ppf(u), rtol=1e-12)  # type: ignore[attr-defined]
+def test_quantiles(ours: Variation, theirs: stats.rv_continuous, within: float) -> None:
+    """Cross-check: scipy's quantile functions and ends; finite at all probabilities; the way to JSON and back."""
+    u = np.array([*np.linspace(0.0, 0.999, 50)[1:], 0.0001, 0.1, 0.5, 0.9, 0.9999])
+    np.testing.assert_allclose(ours.quantile(u), theirs.ppf(u), rtol=within)
     assert np.all(np.isfinite(ours.quantile(np.array([0.0, 1.0 - 2**-53]))))
+    assert ours.ends == pytest.approx(theirs.support())
     assert from_plain(to_plain(ours)) == ours
 
 
@@ -132,6 +139,8 @@ def test_a_table_gives_its_own_values_back() -> None:
         (lambda: Normal(0.0, 1.0, 50.0, 60.0), "without probability"),
         (lambda: Design("sobel", 4), "did you mean 'sobol'"),
         (lambda: Design("sobol"), "points = 0"),
+        (lambda: Design("morris", 2), "at least 8"),
+        (lambda: Design("saltelli", 2), "at least 8"),
     ],
 )
 def test_bad_designs(make: object, says: str) -> None:
@@ -143,10 +152,9 @@ def test_bad_designs(make: object, says: str) -> None:
 @pytest.mark.parametrize("kind", ["sobol", "saltelli", "random", "grid"])
 def test_chosen_and_uncertain_numbers_of_sobol_sequences_are_independent(kind: str) -> None:
     """Contract: drawn anew at each point, each quarter of one meets each quarter of the other equally often."""
-    arm = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=sd.rpm(150))
     levels = Levels(tuple(np.linspace(0.1e-3, 0.4e-3, 256).tolist())) if kind == "grid" else Interval(0.1e-3, 0.4e-3)
     study = Study(
-        arm,
+        arm(),
         Options(until=0.01),
         (Factor("A.clearance", levels),),
         Design(kind, 0 if kind == "grid" else 256, 1),

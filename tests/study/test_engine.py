@@ -150,12 +150,13 @@ def test_processes_end_with_the_one_that_started_them(tmp_path: Path) -> None:
         worker = int(started.stdout.readline())
         started.kill()
     deadline = time.monotonic() + 20.0
-    while _runs(worker):
+    while is_running(worker):
         assert time.monotonic() < deadline
         time.sleep(0.05)
 
 
-def _runs(process: int) -> bool:
+def is_running(process: int) -> bool:
+    """Whether a process is there and no zombie that nobody has waited for."""
     try:
         os.kill(process, 0)
     except ProcessLookupError:

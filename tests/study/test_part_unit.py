@@ -24,6 +24,7 @@ from scissordyn.study.ask.requirement import Goal, Optimisation, Requirement
 from scissordyn.study.compute.execute import simulated
 from scissordyn.study.compute.store import COMPLETE
 from study.test_answer import result_of
+from study.test_study import arm
 
 MEASURE = "peak_component_force"
 SPRING = sd.Spring("tie", ("unit 1/bar 1", "end"), ("unit 1/bar 2", "end"), stiffness=100.0, free_length=1.0)
@@ -32,9 +33,8 @@ HINGE = sd.TorsionSpring("hinge", "unit 1/bar 1", stiffness=10.0)
 
 def study(*components: Any, **changes: Any) -> Study:
     """The paper's array with components, over its clearance."""
-    arm = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=sd.rpm(150))
     fields: dict[str, Any] = {"factors": (Factor("A.clearance", Interval(1e-4, 3e-4, 3)),), "measures": (MEASURE,)}
-    return Study(replace(arm, components=components), Options(0.001), **(fields | changes))
+    return Study(replace(arm(), components=components), Options(0.001), **(fields | changes))
 
 
 def results(described: Study) -> xr.Dataset:

@@ -7,6 +7,7 @@ import scissordyn as sd
 from scissordyn.errors import InputError
 from scissordyn.study.answer.control_variate import fraction_by_margins, fraction_estimate, mean_estimate
 from scissordyn.study.compute.screening import verified_path
+from study.test_study import arm
 
 RANGES = {"A.clearance": (0.05e-3, 0.4e-3), "drive.speed": "100..200 rpm"}
 CHEAP = {"rtol": 1e-3, "atol": 1e-3}
@@ -14,9 +15,8 @@ CHEAP = {"rtol": 1e-3, "atol": 1e-3}
 
 def study(tmp_path, **options):
     """A study of the first contacts of an array."""
-    arm = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=sd.rpm(150))
     given = {"until": 0.003, "seed": 1, "requirements": {"peak_force": 30e3}, "screen": CHEAP, "engine": 1, **options}
-    return sd.study(arm, RANGES, store=tmp_path / "study.db", **given)
+    return sd.study(arm(), RANGES, store=tmp_path / "study.db", **given)
 
 
 def test_pairs(tmp_path):
@@ -55,9 +55,8 @@ def test_estimates_and_report(tmp_path):
 
 def test_uncertain_samples(tmp_path):
     """Contract: of one point with uncertain numbers the trials are its samples."""
-    arm = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.1e-3)).driven(speed=sd.rpm(150))
     found = sd.study(
-        arm,
+        arm(),
         uncertain={"A.clearance": sd.Uniform(0.05e-3, 0.4e-3)},
         until=0.002,
         samples=24,
@@ -134,8 +133,7 @@ def test_without_accurate_runs(tmp_path):
 
 def test_a_study_file(tmp_path):
     """Contract: the table [screen] gives the same study as Python does, and --budget is a time."""
-    arm = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=sd.rpm(150))
-    sd.write_case(arm, tmp_path / "case.toml")
+    sd.write_case(arm(), tmp_path / "case.toml")
     text = """
 case = "case.toml"
 set = ["run.until=3 ms"]
@@ -165,10 +163,9 @@ def test_two_hundred_studies_cover():
     numbers = np.random.default_rng(7)
     count = studies * cheap_runs
     over = {"A.clearance": numbers.uniform(0.05e-3, 0.4e-3, count), "drive.speed": numbers.uniform(10.0, 21.0, count)}
-    arm = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=15.0)
     force = {}
     for tolerance in (1e-3, 1e-8):
-        runs = sd.simulate_many(arm, over, until=0.003, measures=["peak_force"], rtol=tolerance, atol=tolerance)
+        runs = sd.simulate_many(arm(), over, until=0.003, measures=["peak_force"], rtol=tolerance, atol=tolerance)
         assert (runs["status"] == "complete").all()
         force[tolerance] = runs["peak_force"].values.max(axis=1).reshape(studies, cheap_runs)
     cheap, accurate = force[1e-3], force[1e-8]

@@ -266,6 +266,8 @@ def test_a_store_that_could_not_be_made_is_none(tmp_path: Path, monkeypatch: pyt
 
 def test_a_store_in_no_folder(tmp_path: Path) -> None:
     """Contract: one line, before anything is computed."""
+    with pytest.raises(sd.InputError, match="no study at"):
+        Store(tmp_path / "a.db").status()
     with pytest.raises(sd.InputError, match=r"no folder .*; allowed: a folder that exists"):
         execute(study(), tmp_path / "none" / "a.db")
 

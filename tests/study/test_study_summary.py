@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
 
-import scissordyn as sd
 from scissordyn.cli.study import show_answers
 from scissordyn.plot.study import response_curves
-from scissordyn.run.options import Options
 from scissordyn.study.answer.page import agreement, best_points, varied_numbers
 from scissordyn.study.answer.sensitivity import morris_indices, sensitivities
 from scissordyn.study.answer.verdict import by_point
@@ -20,37 +19,22 @@ from scissordyn.study.ask.description import Factor, Study
 from scissordyn.study.ask.design import Design
 from scissordyn.study.ask.distribution import Interval, Levels, LogNormal, Normal, Uniform, Variation
 from scissordyn.study.ask.requirement import Goal, Optimisation, Requirement
-from scissordyn.study.compute.store import COMPLETE
-from study.test_answer import result_of
+from study.test_answer import made_up, result_of
+from study.test_answer import study as two_factors
 
 CLEARANCE = Factor("A.clearance", Interval(1e-4, 5e-4, 5), "mm", 1e-3)
 
 
-def study(**changes: object) -> Study:
-    """The clearance of the paper's array, the peak force required, two members."""
-    arm = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=sd.rpm(150))
-    fields: dict[str, object] = {
-        "factors": (CLEARANCE,),
-        "measures": ("peak_force",),
-        "members": 2,
-        "requirements": (Requirement("peak_force", "<", 60e3, text="peak_force < 60 kN"),),
-    }
-    return Study(arm, Options(0.005), **(fields | changes))  # type: ignore[arg-type]
+def study(**changes: Any) -> Study:
+    """The clearance of the paper's array on a grid, the peak force required, two members."""
+    bound = Requirement("peak_force", "<", 60e3, text="peak_force < 60 kN")
+    fields = {"factors": (CLEARANCE,), "design": Design(), "measures": ("peak_force",), "members": 2, "requirements": (bound,)}
+    return two_factors(**(fields | changes))
 
 
 def results(described: Study, peak: np.ndarray, warnings: str = "") -> xr.Dataset:
     """Results with given peaks [N], each for both members."""
-    values, peak = described.numbers(np.arange(described.cases))["A.clearance"], np.repeat(peak, described.members)
-    return xr.Dataset(
-        {
-            "A.clearance": ("case", values, {"role": "factor", "units": "m", "address": "A.clearance"}),
-            "peak_force": (("case", "joint"), peak[:, None], {"units": "N", "role": "measure"}),
-            "status": ("case", np.full(peak.size, COMPLETE)),
-            "cause": ("case", np.full(peak.size, "", object)),
-            "warnings": ("case", np.full(peak.size, warnings, object)),
-        },
-        coords={"joint": ["A"]},
-    )
+    return made_up(described, np.repeat(peak, described.members), warnings=warnings)
 
 
 @pytest.mark.parametrize(

@@ -21,7 +21,7 @@ from scissordyn.run.options import Options
 from scissordyn.study.answer.conclusion import numbers_text
 from scissordyn.study.answer.report import export, table
 from scissordyn.study.answer.sensitivity import morris_indices, sensitivity, sobol_indices
-from scissordyn.study.answer.verdict import by_point, causes, feasible_fraction, warned, worst_cases
+from scissordyn.study.answer.verdict import by_point, feasible_fraction, worst_cases
 from scissordyn.study.ask.description import Factor, Sampling, Study
 from scissordyn.study.ask.design import Design, design_values
 from scissordyn.study.ask.distribution import Interval, Uniform
@@ -112,7 +112,10 @@ def test_worst_cases_and_causes() -> None:
     assert worst[0].margin == pytest.approx(-0.8)
     found = made_up(described, np.full(6, np.nan), np.array([FAILED] * 6))
     found["cause"].values[:] = ["stopped at t = 0.1 s", "stopped at t = 2.53e-05 s", "other"] * 2
-    assert {cause: len(cases) for cause, cases in causes(found).items()} == {"stopped at t = 0.1 s": 4, "other": 2}
+    assert {cause: len(cases) for cause, cases in result_of(described, found).causes.items()} == {
+        "stopped at t = 0.1 s": 4,
+        "other": 2,
+    }
 
 
 def test_worst_samples_of_one_point() -> None:
@@ -386,12 +389,15 @@ def test_counts_have_whole_ticks() -> None:
 
 def test_warnings_are_counted_by_their_text() -> None:
     """Closed form: numbers in a text do not make it another one; a case may have several."""
+
+    def warned(texts: list[str]) -> dict[str, list[int]]:
+        return result_of(study(), xr.Dataset({"warnings": ("case", texts)})).warnings
+
     said = ["joint 'A': 3 of 4 start at 1.5e-3 m/s\nlimit 5", "", "joint 'A': 11 of 40 start at 2 m/s", "limit -5.5"]
-    found = warned(xr.Dataset({"warnings": ("case", said)}))
-    assert found == {"joint 'A': 3 of 4 start at 1.5e-3 m/s": [0, 2], "limit 5": [0, 3]}
-    twice = warned(xr.Dataset({"warnings": ("case", ["joint '1' is loose\njoint '2' is loose", "joint '1' is loose"])}))
-    assert twice == {"joint '1' is loose": [0, 1]}
-    assert warned(xr.Dataset()) == {}
+    assert warned(said) == {"joint 'A': 3 of 4 start at 1.5e-3 m/s": [0, 2], "limit 5": [0, 3]}
+    twice = ["joint '1' is loose\njoint '2' is loose", "joint '1' is loose"]
+    assert warned(twice) == {"joint '1' is loose": [0, 1]}
+    assert result_of(study(), xr.Dataset()).warnings == {}
 
 
 def test_cma_searches_one_number() -> None:

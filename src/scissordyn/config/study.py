@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
@@ -66,10 +66,7 @@ def _read_texts(given: Any, context: Context) -> list[str]:
     return given
 
 
-TEXTS = _read_texts
-
-
-_GOALS = Annotated[list[str], TEXTS, About("what is minimised or maximised", examples=[["minimise peak_force"]])]
+_GOALS = Annotated[list[str], _read_texts, About("what is minimised or maximised", examples=[["minimise peak_force"]])]
 SEARCH = table_of(Optimisation, (("goals", _GOALS),))
 
 
@@ -106,13 +103,10 @@ def _read_addresses(given: Any, context: Context) -> dict[str, str | Variation]:
     return varied
 
 
-ADDRESSES = _read_addresses
-
-
 @reader(lambda: LIST_OF_TEXTS)
 def _read_points(given: Any, context: Context) -> list[str]:
     try:
-        texts: list[str] = TEXTS.read(given, context)
+        texts: list[str] = _read_texts.read(given, context)
         return texts
     except InputError as error:
         raise InputError(error.what, "texts, a name and a number as points, of and ratio", f"points = [{POINT}]") from None
@@ -139,7 +133,7 @@ def _read_motor(given: Any, context: Context) -> MotorCurve:
 class ScreenTable(Table):
     """The cheap runs of a study, which accurate ones verify."""
 
-    set: Annotated[Sequence[str], TEXTS, About("changes that make runs cheap", examples=[["run.rtol=1e-3"]])]
+    set: Annotated[Sequence[str], _read_texts, About("changes that make runs cheap", examples=[["run.rtol=1e-3"]])]
     verify: Annotated[int, About("points that the case verifies: the first of the design, or the best of a search")] = (
         Accurate.points
     )
@@ -149,11 +143,11 @@ class StudyText(Table):
     """A whole study file, or the same in Python with what its texts stand for."""
 
     case: Annotated[str, About("the case file that is varied", examples=["case.toml"])]
-    set: Annotated[Sequence[str], TEXTS, About("changes of the case")] = ()
-    vary: Annotated[Mapping[str, Any], ADDRESSES, About("numbers and names to vary, by parameter")] = MappingProxyType({})
-    uncertain: Annotated[Mapping[str, Any], ADDRESSES, About("uncertain ones, by parameter")] = MappingProxyType({})
-    measures: Annotated[Sequence[str | OwnMeasure], TEXTS, About("what is kept of each run")] = ()
-    require: Annotated[Sequence[str | Requirement], TEXTS, About("what a design has to meet")] = ()
+    set: Annotated[Sequence[str], _read_texts, About("changes of the case")] = ()
+    vary: Annotated[Mapping[str, Any], _read_addresses, About("numbers and names to vary, by parameter")] = MappingProxyType({})
+    uncertain: Annotated[Mapping[str, Any], _read_addresses, About("uncertain ones, by parameter")] = MappingProxyType({})
+    measures: Annotated[Sequence[str | OwnMeasure], _read_texts, About("what is kept of each run")] = ()
+    require: Annotated[Sequence[str | Requirement], _read_texts, About("what a design has to meet")] = ()
     design: Annotated[Design, described(Design), About("how points are chosen")] = Design()
     sampling: Annotated[Sampling, described(Sampling), About("how uncertain numbers are sampled")] = Sampling()
     members: Annotated[int, About("runs of each sample that differ by round-off")] = 1
@@ -238,7 +232,7 @@ def described_study(base: Given, text: StudyText, cheap: Given | None = None, ve
     for response in wanted:
         check_part(mechanism, response)
     others = (measure for measure in text.measures if measure not in names)
-    functions = [own_measure(*_parted(measure)) if isinstance(measure, str) else measure for measure in others]
+    functions = [_measure_of_file(measure) if isinstance(measure, str) else measure for measure in others]
     functions += [OwnMeasure(MOTOR, text.motor)] if text.motor is not None else []
     units = {measure.name: measure.units for measure in functions}
     requirements = [read_requirement(bound, units) if isinstance(bound, str) else bound for bound in text.require]
@@ -311,9 +305,9 @@ def _numbers(mechanism: Mechanism, parameter: str, given: str | Variation) -> st
     return ", ".join(names.values)
 
 
-def _parted(measure: str) -> tuple[str, str]:
+def _measure_of_file(measure: str) -> OwnMeasure:
     name, _, reference = measure.partition("=")
-    return name, reference.strip()
+    return own_measure(name, reference.strip())
 
 
 def own_measure(name: str, function: str | Callable[..., float]) -> OwnMeasure:
@@ -347,21 +341,17 @@ def read_requirement(text: str, own: Mapping[str, str] | None = None) -> Require
         else:
             if not unit_given:
                 raise InputError("missing unit", f"a number and its unit [{unit}]", f"{value} {unit}")
-            with allowing(f"a number and its unit [{unit}]", f"{match[1]} {match[2]} {value} {unit}"):
+            try:
                 factor = unit_factor(unit_given, unit)
+            except InputError as error:
+                sample = f"{match[1]} {match[2]} {value} {unit}"
+                raise InputError(
+                    error.what, error.allowed or f"a number and its unit [{unit}]", error.type_this or sample
+                ) from None
     except InputError as error:
         raise InputError(f"requirement '{text}': {error.what}", error.allowed, error.type_this) from None
     exerted = unit if measure in BY_COMPONENT else ""
     return Requirement(measure, match[2], float(value) * factor, part, text.strip(), exerted)
-
-
-@contextmanager
-def allowing(allowed: str, sample: str) -> Iterator[None]:
-    """Add what is allowed, and a sample, to an `InputError` that says neither."""
-    try:
-        yield
-    except InputError as error:
-        raise InputError(error.what, error.allowed or allowed, error.type_this or sample) from None
 
 
 def _exerted(given: str, value: str) -> str:

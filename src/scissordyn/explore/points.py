@@ -45,11 +45,11 @@ class Points:
 def open_study_case(path: Path, allowed: Sequence[Path] = ()) -> Case:
     """The recommended point of a study as a case, with all its points."""
     from scissordyn.config.studies import open_study
-    from scissordyn.study.answer.verdict import counts, recommended_point
+    from scissordyn.study.answer.verdict import recommended_point
 
     result = open_study(path, allow_code=list(allowed))
     study, points = result.study, result.points
-    complete, failed, pending = counts(result.dataset)
+    complete, failed, pending = result.counts.values()
     if not complete:
         raise InputError(
             f"'{path}', a study without a complete case", "a study with results", command("scissordyn", "study", "resume", path)

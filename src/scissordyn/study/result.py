@@ -29,12 +29,11 @@ from scissordyn.study.answer.verdict import (
     Recommendation,
     Worst,
     by_point,
-    causes,
-    counts,
     feasible_fraction,
+    grouped,
+    grouped_lines,
     recommended,
     recommended_point,
-    warned,
     worst_cases,
 )
 from scissordyn.study.ask.description import Factor, Study
@@ -43,7 +42,7 @@ from scissordyn.study.ask.requirement import Optimisation, read_goal
 from scissordyn.study.compute.execute import How, Progress, execute, extend
 from scissordyn.study.compute.optimise import Optimum, candidates, optimise
 from scissordyn.study.compute.screening import screened, verified_path
-from scissordyn.study.compute.store import Store
+from scissordyn.study.compute.store import COMPLETE, FAILED, PENDING, Store
 from scissordyn.study.compute.table import column
 
 if TYPE_CHECKING:
@@ -51,6 +50,7 @@ if TYPE_CHECKING:
 
 FilePath = str | os.PathLike[str]
 ShowProgress = Callable[[Progress], None] | None
+COUNTED = {"complete": COMPLETE, "failed": FAILED, "pending": PENDING}  # Status of cases in the order in which it is counted
 
 
 class StudyResult:
@@ -92,7 +92,8 @@ class StudyResult:
     @property
     def counts(self) -> dict[str, int]:
         """Numbers of cases by status."""
-        return counts(self.dataset)
+        status = self.dataset["status"].values
+        return {name: int(np.sum(status == code)) for name, code in COUNTED.items()}
 
     @property
     def damage(self) -> str:
@@ -101,13 +102,15 @@ class StudyResult:
 
     @property
     def causes(self) -> dict[str, list[int]]:
-        """Failed cases by cause, the most frequent first."""
-        return causes(self.dataset)
+        """Failed cases by cause, the most frequent first; numbers in a cause do not make it another one."""
+        failed = np.flatnonzero(self.dataset["status"].values == FAILED).tolist()
+        return grouped((str(self.dataset["cause"].values[case]), case) for case in failed)
 
     @property
     def warnings(self) -> dict[str, list[int]]:
-        """Complete cases by warning, the most frequent first."""
-        return warned(self.dataset)
+        """Complete cases by warning, the most frequent first; numbers in a warning do not make it another one."""
+        # a store of an earlier version has none
+        return grouped_lines(self.dataset["warnings"].values if "warnings" in self.dataset else ())
 
     # --- answers --------------------------------------------------------------------------------------------------------
 

@@ -20,13 +20,12 @@ from scissordyn.study.answer.verdict import (
     answered,
     by_point,
     case_values,
-    counts,
     feasible_fraction,
     recommended,
 )
 from scissordyn.study.ask.description import Factor, Study
 from scissordyn.study.ask.requirement import Requirement, meaning
-from scissordyn.study.compute.store import COMPLETE
+from scissordyn.study.compute.store import COMPLETE, PENDING
 from scissordyn.study.compute.table import column
 from scissordyn.units import counted
 
@@ -297,7 +296,7 @@ def next_steps(
     study: Study, results: xr.Dataset, store: str, point: Recommendation | None, needed: Sequence[Fact]
 ) -> list[Step]:
     """What to try next: why, and the command."""
-    if counts(results)["pending"]:
+    if (results["status"].values == PENDING).any():
         return [(Fact("pending"), command("scissordyn", "study", "resume", store))]
     if point is None:
         return []

@@ -15,7 +15,7 @@ from scissordyn.study.ask.description import Study
 from scissordyn.study.ask.design import INDEPENDENT
 from scissordyn.study.ask.requirement import Response, response_unit, response_values, value_text, whole_responses
 from scissordyn.study.compute.optimise import candidates
-from scissordyn.study.compute.store import COMPLETE, FAILED, PENDING
+from scissordyn.study.compute.store import COMPLETE, PENDING
 from scissordyn.study.compute.table import chosen_numbers, column
 
 AGREEMENT = 1e-3
@@ -176,23 +176,6 @@ def worst_cases(study: Study, results: xr.Dataset, count: int = 5) -> list[Worst
                     numbers = {parameter: float(results[column(parameter)][case]) for parameter in study.factor_names}
                     by_place[point] = Worst(int(case), requirement.label, value, text, float(margins[case]), numbers)
     return sorted(by_place.values(), key=lambda worst: worst.margin)[:count]
-
-
-def causes(results: xr.Dataset) -> dict[str, list[int]]:
-    """Failed cases by cause, the most frequent first; numbers in a cause do not make it another one."""
-    failed = np.flatnonzero(results["status"].values == FAILED).tolist()
-    return grouped((str(results["cause"].values[case]), case) for case in failed)
-
-
-def warned(results: xr.Dataset) -> dict[str, list[int]]:
-    """Complete cases by warning, the most frequent first; numbers in a warning do not make it another one."""
-    return grouped_lines(results["warnings"].values if "warnings" in results else ())  # a store of an earlier version has none
-
-
-def counts(results: xr.Dataset) -> dict[str, int]:
-    """Numbers of cases by status."""
-    codes = {"complete": COMPLETE, "failed": FAILED, "pending": PENDING}
-    return {name: int(np.sum(results["status"].values == code)) for name, code in codes.items()}
 
 
 @dataclass(frozen=True)

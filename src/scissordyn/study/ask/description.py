@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import hashlib
-import inspect
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields, is_dataclass
 from pathlib import Path
-from tokenize import TokenError
 from types import MappingProxyType
 from typing import Any, get_args, get_origin, get_type_hints
 
@@ -20,6 +18,7 @@ from scissordyn.errors import InputError, command, did_you_mean, whole_number
 from scissordyn.file.provenance import provenance
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.parameter_path import number
+from scissordyn.model.record import source_of
 from scissordyn.plugin.user_file import file_digest, load_function, split_reference
 from scissordyn.run.answer.measure import MEASURES, parts_of
 from scissordyn.run.configuration import read_mechanism, write_configuration
@@ -93,16 +92,15 @@ class OwnMeasure:
 
     def to_plain(self) -> dict[str, Any]:
         """As plain data; a function that is no file's as its source, to compare with."""
+        function = self.function if isinstance(self.function, str) else ""
+        plain = {"name": self.name, "function": function, "of": self.of, "units": self.units}
         if isinstance(self.function, str):
-            return {"name": self.name, "function": self.function, "of": self.of, "units": self.units, "digest": self.digest}
+            return {**plain, "digest": self.digest}
         if isinstance(self.function, MotorCurve):
-            return {"name": self.name, "function": "", "of": self.of, "units": self.units, "motor": asdict(self.function)}
-        try:
-            source = inspect.getsource(self.function)
-        except (OSError, TypeError, SyntaxError, TokenError):  # no file, or one that has other lines by now
-            source = repr(getattr(self.function, "__code__", self.function))
-        digest = hashlib.sha256(source.encode()).hexdigest()[:16]
-        return {"name": self.name, "function": "", "of": self.of, "units": self.units, "digest": digest}
+            return {**plain, "motor": asdict(self.function)}
+        # of a function in no file, or in one that has other lines by now, the code stands for the source
+        source = source_of(self.function) or repr(getattr(self.function, "__code__", self.function))
+        return {**plain, "digest": hashlib.sha256(source.encode()).hexdigest()[:16]}
 
 
 @dataclass(frozen=True)

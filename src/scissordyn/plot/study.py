@@ -30,6 +30,26 @@ VEIL = 0.75  # Opacity of the veil where the interpolation knows no more than th
 
 COLOURS = (BLACK, VERMILION, BLUE, ORANGE, GREY)
 
+MOST_FACTORS = 5  # Columns of response curves; of more numbers those that matter first
+LONGEST = 84  # Characters of a line of a label beside a bar; longer labels take several lines
+BINS = 12  # Largest number of parts of a factor's range, for each of which a curve has a median
+
+MOST_LEVELS = 120
+"""A factor with at most so many values, and `EACH` points for each on average, has a point of the curve for each."""
+
+EACH = 6  # Least number of points of which a median and a middle 80 % are drawn
+FEW = 200  # Up to so many points on a map are marked with a white edge, which shows on every colour
+MARK = 6.0  # Size of a dot in a legend, however small it is in the picture
+
+DOTS: dict[str, Any] = {"linestyle": "", "marker": ".", "markeredgewidth": 0.0}
+
+MET = LinearSegmentedColormap.from_list("met", colormaps["RdYlBu"](np.linspace(0.12, 0.88, 256)))
+"""From none to all: without the darkest ends, on which marks do not show."""
+
+LEVEL = 30  # Characters of all names at an axis up to which they stand level
+DECADES = 30.0  # Ratio of largest to smallest value from which colours and axes are logarithmic
+SHORT = 300.0  # That below which a logarithmic axis has numbers between powers of ten
+
 
 @dataclass(frozen=True)
 class Field:
@@ -52,18 +72,7 @@ class Bound:
     value: float  # In SI
 
 
-def draw_field(axes: Axes, field: Field, scales: tuple[Scale, Scale, Scale], look: dict[str, Any]) -> Any:
-    """The field in colour, paler where it is uncertain."""
-    x, y = field.x * scales[0].factor, field.y * scales[1].factor
-    drawn = axes.pcolormesh(x, y, field.mean * scales[2].factor, shading="nearest", zorder=0.5, **look)
-    veil = VEIL * np.clip(field.deviation / max(field.spread, 1e-300), 0.0, 1.0)
-    white = np.ones((*veil.shape, 4))
-    white[..., 3] = veil
-    axes.pcolormesh(x, y, white, shading="nearest", zorder=0.6, rasterized=True)
-    return drawn
-
-
-def draw_bounds(axes: Axes, bounds: Sequence[Bound], scales: tuple[Scale, Scale]) -> list[Line2D | Patch]:
+def _draw_bounds(axes: Axes, bounds: Sequence[Bound], scales: tuple[Scale, Scale]) -> list[Line2D | Patch]:
     """Lines at which requirements are met, hatched where it is uncertain on which side of them a point is."""
     shown: list[Line2D | Patch] = []
     hatched = False
@@ -83,35 +92,13 @@ def draw_bounds(axes: Axes, bounds: Sequence[Bound], scales: tuple[Scale, Scale]
     return shown
 
 
-def note_error(axes: Axes, error: float) -> None:
-    """Say how well the field predicts points that it has not seen."""
-    text = literal(f"kriging between the points: {error:.1%} error at points left out; pale is uncertain")
-    axes.set_title(text, loc="left", fontsize=small())
+def _with_role(points: xr.Dataset, role: str) -> list[str]:
+    return [str(name) for name, variable in points.data_vars.items() if variable.attrs.get("role") == role]
 
 
-MOST_FACTORS = 5  # Columns of response curves; of more numbers those that matter first
-LONGEST = 84  # Characters of a line of a label beside a bar; longer labels take several lines
-BINS = 12  # Largest number of parts of a factor's range, for each of which a curve has a median
-
-MOST_LEVELS = 120
-"""A factor with at most so many values, and `EACH` points for each on average, has a point of the curve for each."""
-
-EACH = 6  # Least number of points of which a median and a middle 80 % are drawn
-FEW = 200  # Up to so many points on a map are marked with a white edge, which shows on every colour
-MARK = 6.0  # Size of a dot in a legend, however small it is in the picture
-
-DOTS: dict[str, Any] = {"linestyle": "", "marker": ".", "markeredgewidth": 0.0}
-
-MET = LinearSegmentedColormap.from_list("met", colormaps["RdYlBu"](np.linspace(0.12, 0.88, 256)))
-"""From none to all: without the darkest ends, on which marks do not show."""
-
-LEVEL = 30  # Characters of all names at an axis up to which they stand level
-DECADES = 30.0  # Ratio of largest to smallest value from which colours and axes are logarithmic
-SHORT = 300.0  # That below which a logarithmic axis has numbers between powers of ten
-
-
-def _factors(points: xr.Dataset) -> list[str]:
-    return [str(name) for name, variable in points.data_vars.items() if variable.attrs.get("role") == "factor"]
+def _ratio(values: np.ndarray) -> float:
+    """Of the largest of positive values to the smallest; 1 where some are not positive."""
+    return float(values.max() / values.min()) if values.size and values.min() > 0.0 else 1.0
 
 
 def _legend(axes: Sequence[Axes]) -> None:
@@ -142,7 +129,7 @@ def feasibility_map(
     axes: Canvas = None,
 ) -> list[Axes]:
     """A response, or the fraction of cases that meet the requirements, over two factors."""
-    names = _factors(points)
+    names = _with_role(points, "factor")
     if len(names) < 2:
         raise InputError(f"a map over {len(names)} factors", "two factors or more")
     x, y = x or names[0], y or next(name for name in names if name != (x or names[0]))
@@ -152,8 +139,7 @@ def feasibility_map(
     sc = Scale(1.0, "") if colour == "met" else scale_of(points[colour])
     c = c * sc.factor
     finite = c[np.isfinite(c)]
-    spread = finite.size and finite.min() > 0.0 and finite.max() / finite.min() > DECADES
-    norm: Normalize = Normalize(0.0, 1.0) if colour == "met" else (LogNorm() if spread else Normalize())
+    norm: Normalize = Normalize(0.0, 1.0) if colour == "met" else LogNorm() if _ratio(finite) > DECADES else Normalize()
     look: dict[str, Any] = {"cmap": MET if colour == "met" else "viridis", "norm": norm, "rasterized": True}
     ua, ub = np.unique(a), np.unique(b)
     on_grid = points.sizes["point"] % (ua.size * ub.size) == 0 and ua.size > 1 and ub.size > 1
@@ -213,9 +199,14 @@ def _scattered(
         shown = [field.mean * scales[2].factor, c[np.isfinite(c)]]
         look["norm"].vmin = float(min(part.min() for part in shown))
         look["norm"].vmax = float(max(part.max() for part in shown))
-        draw_field(panel, field, scales, look)
-        note_error(panel, field.error)
-    handles = draw_bounds(panel, bounds, scales[:2])
+        x, y = field.x * scales[0].factor, field.y * scales[1].factor
+        panel.pcolormesh(x, y, field.mean * scales[2].factor, shading="nearest", zorder=0.5, **look)
+        veil = np.ones((*field.mean.shape, 4))  # white over what is uncertain
+        veil[..., 3] = VEIL * np.clip(field.deviation / max(field.spread, 1e-300), 0.0, 1.0)
+        panel.pcolormesh(x, y, veil, shading="nearest", zorder=0.6, rasterized=True)
+        text = literal(f"kriging between the points: {field.error:.1%} error at points left out; pale is uncertain")
+        panel.set_title(text, loc="left", fontsize=small())
+    handles = _draw_bounds(panel, bounds, scales[:2])
     edge = {"edgecolors": BLACK, "linewidths": 0.6} if field is not None or bounds else {"edgecolors": "none"}
     drawn = panel.scatter(a, b, c=c, s=size, zorder=2.0, clip_on=False, **edge, **look)
     if handles:
@@ -239,8 +230,7 @@ def _means(a: np.ndarray, b: np.ndarray, c: np.ndarray, ua: np.ndarray, ub: np.n
 
 def response_curves(points: xr.Dataset, *, limits: dict[str, float] | None = None, axes: Canvas = None) -> list[Axes]:
     """Each response over each factor: all points, and median and middle 80 % over the other factors."""
-    every = _factors(points)
-    names = [str(name) for name, variable in points.data_vars.items() if variable.attrs.get("role") == "response"]
+    every, names = (_with_role(points, role) for role in ("factor", "response"))
     if not every or not names:
         raise InputError("response curves without a factor or a response", "at least one of each")
     factors = _most_important(points, every, names)
@@ -272,9 +262,9 @@ def response_curves(points: xr.Dataset, *, limits: dict[str, float] | None = Non
                 panel.axhline(limits[name] * sy.factor, color=ORANGE, linewidth=LINE, label="required")
             _scale_axis(panel.xaxis, sx, points[factor].values)
             finite = values[np.isfinite(values)]
-            if finite.size and finite.min() > 0.0 and finite.max() / finite.min() > DECADES:
+            if (ratio := _ratio(finite)) > DECADES:
                 panel.set_yscale("log")
-                if finite.max() / finite.min() < SHORT:  # numbers at 1, 2 and 5 of each decade
+                if ratio < SHORT:  # numbers at 1, 2 and 5 of each decade
                     panel.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
                     panel.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
                     panel.yaxis.set_minor_formatter(NullFormatter())

@@ -13,9 +13,8 @@ import xarray as xr
 
 from scissordyn.errors import InputError
 from scissordyn.extra import library
-from scissordyn.run.answer.measure import COMPONENT_UNIT
 from scissordyn.study.compute.store import PENDING, TIMES, BlockResult, Store
-from scissordyn.study.compute.table import Array, Columns
+from scissordyn.study.compute.table import Columns
 
 TEXTS = ("cause", "warnings")
 
@@ -31,7 +30,8 @@ def convert(folder: Path, target: Path) -> tuple[Store, list[int]]:
         raise InputError(f"'{folder}' is no study of format 2", "the folder of one", "old.zarr") from None
     if (store := Store(target)).begun():
         raise InputError(f"'{target}' exists", "a name that is not taken", "-o another.db")
-    columns, cases = _columns(old, names), old.sizes["case"]
+    of_role = sorted(set(names) - {*TEXTS, "status"}, key=lambda name: old[name].attrs["role"])
+    columns, cases = Columns.of({name: old[name] for name in of_role}), old.sizes["case"]
     store.create_with(columns, plain, attrs["fingerprint"], block, cases)
     times, damaged = _times(folder), []
     with store.alone():
@@ -50,21 +50,6 @@ def convert(folder: Path, target: Path) -> tuple[Store, list[int]]:
                 status = part["status"].values[rows].astype(np.int8)
                 store.write(BlockResult(number * block + rows, values, status, texts, times[number]))
     return store, damaged
-
-
-def _columns(old: xr.Dataset, names: list[str]) -> Columns:
-    labels = {
-        str(name): (tuple(map(str, variable.dims)), tuple(map(str, variable.values.tolist())))
-        for name, variable in old.variables.items()
-        if name in old.dims or name == COMPONENT_UNIT
-    }
-    arrays, taken = list[Array](), set[str]()
-    for name in sorted(set(names) - {*TEXTS, "status"}, key=lambda name: old[name].attrs["role"]):
-        variable = old[name]
-        dims = tuple(map(str, variable.dims[1:]))
-        titles = Columns.titles(str(variable.attrs.get("address", name)), dims, labels, taken)
-        arrays.append(Array(name, dims, variable.shape[1:], dict(variable.attrs), titles))
-    return Columns(tuple(arrays), labels)
 
 
 def _times(folder: Path) -> np.ndarray:

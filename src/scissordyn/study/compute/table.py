@@ -47,18 +47,20 @@ class Columns:
     arrays: tuple[Array, ...]
     labels: dict[str, tuple[tuple[str, ...], tuple[str, ...]]]
 
-    @staticmethod
-    def titles(name: str, dims: Sequence[str], labels: Mapping[str, Any], taken: set[str]) -> tuple[str, ...]:
-        """The column of each number of an array, ``A.peak_force``; SQLite does not tell A from a."""
-        titles = []
-        for place in product(*(labels[dim][1] for dim in dims)):
-            title, count = (first := ".".join([*place, name])), 1
-            while title.lower() in taken.union(FIRST, ("numbers",)):
-                count += 1
-                title = f"{first} {count}"
-            taken.add(title.lower())
-            titles.append(title)
-        return tuple(titles)
+    @classmethod
+    def of(cls, variables: Mapping[str, xr.DataArray]) -> Columns:
+        """The columns of variables along the cases, by the names of their arrays."""
+        arrays, taken = list[Array](), set[str]()
+        labels: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {}
+        for name, variable in variables.items():
+            dims = tuple(map(str, variable.dims[1:]))
+            for label in (*dims, *([COMPONENT_UNIT] if dims and COMPONENT_UNIT in variable.coords else [])):
+                labels[label] = tuple(map(str, variable[label].dims)), tuple(map(str, variable[label].values.tolist()))
+            address = str(variable.attrs.get("address", name))
+            places = product(*(labels[dim][1] for dim in dims))
+            titles = tuple(_title(".".join([*place, address]), taken) for place in places)
+            arrays.append(Array(name, dims, variable.shape[1:], dict(variable.attrs), titles))
+        return cls(tuple(arrays), labels)
 
     @property
     def width(self) -> int:
@@ -104,20 +106,24 @@ def chosen_numbers(study: Study, results: xr.Dataset) -> dict[str, Any]:
     return variables
 
 
-def columns_of(study: Study, pilot: xr.Dataset) -> Columns:
+def _title(first: str, taken: set[str]) -> str:
+    """The column of a number, ``A.peak_force``, which is then taken; SQLite does not tell A from a."""
+    title, count = first, 1
+    while title.lower() in taken.union(FIRST, ("numbers",)):
+        count += 1
+        title = f"{first} {count}"
+    taken.add(title.lower())
+    return title
+
+
+def columns_of(study: Study, runs: xr.Dataset) -> Columns:
     """The columns of a study, by the dimensions and units of a few of its cases."""
-    chosen, arrays, taken = {factor.path for factor in study.factors}, list[Array](), set[str]()
-    labels: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {}
-    for name in (*study.factor_names, *study.measure_names):
-        variable, measured = pilot[name], name in study.measure_names
-        dims = tuple(map(str, variable.dims[1:])) if measured else ()
-        for label in (*dims, *([COMPONENT_UNIT] if dims and COMPONENT_UNIT in variable.coords else [])):
-            labels[label] = tuple(map(str, pilot[label].dims)), tuple(map(str, pilot[label].values.tolist()))
-        about = {"role": "measure"} if measured else {"role": "factor" if name in chosen else "uncertain", "address": name}
-        titles = Columns.titles(name, dims, labels, taken)
-        shape = tuple(pilot.sizes[dim] for dim in dims)
-        arrays.append(Array(column(name), dims, shape, {**variable.attrs, **about}, titles))
-    return Columns(tuple(arrays), labels)
+    chosen = {factor.path for factor in study.factors}
+    variables = {
+        column(name): runs[name].assign_attrs(role="factor" if name in chosen else "uncertain", address=name)
+        for name in study.factor_names
+    }
+    return Columns.of(variables | {name: runs[name].assign_attrs(role="measure") for name in study.measure_names})
 
 
 def quoted(name: str) -> str:

@@ -178,15 +178,12 @@ def _show(fitted: xr.Dataset, predicted: xr.Dataset | None) -> None:
 
 def _record(fitted: xr.Dataset, predicted: xr.Dataset | None) -> dict[str, object]:
     """The fit for other programs, in SI."""
-    names, paths = (
-        ("start_value", "value", "standard_error", "low", "high", "unit"),
-        fitted["parameter"].values.astype(str).tolist(),
-    )
+    names, paths = ("start_value", "value", "standard_error", "low", "high", "unit"), fitted["parameter"].values.astype(str)
     columns = zip(*(fitted[name].values.tolist() for name in names), strict=True)
     headings = fitted["column"].values.astype(str).tolist()
     record: dict[str, object] = {
         "status": fitted.attrs["status"],
-        "numbers": {path: dict(zip(names, row, strict=True)) for path, row in zip(paths, columns, strict=True)},
+        "numbers": {path: dict(zip(names, row, strict=True)) for path, row in zip(paths.tolist(), columns, strict=True)},
         "rms": dict(zip(headings, fitted["rms"].values.tolist(), strict=True)),
         "warnings": json.loads(fitted.attrs["warnings"]),
         **json.loads(fitted.attrs["statistics"]),

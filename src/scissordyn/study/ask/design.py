@@ -92,12 +92,8 @@ def design_size(design: Design, variations: Sequence[Variation]) -> int:
             return max(sizes, default=1)
         case "one-at-a-time":
             return 1 + sum(variation.count for variation in variations)
-        case "saltelli":
-            return design.points * (len(variations) + 2)
-        case "morris":
-            return design.points * (len(variations) + 1)
         case _:
-            return design.points
+            return design.points * {"saltelli": len(variations) + 2, "morris": len(variations) + 1}.get(design.kind, 1)
 
 
 def design_values(design: Design, variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> np.ndarray:

@@ -110,17 +110,13 @@ def optimise(study: Study, path: str | os.PathLike[str], **how: Unpack[How]) -> 
     The method draws its random numbers by its seed, so that it proposes the same candidates again when it gets the same
     results: what the store holds is not computed again.
     """
-    plan = study.optimisation
-    if plan is None or not study.factors:
+    plan, count, store = study.optimisation, len(study.factors), Store(path)
+    if plan is None or not count:
         raise InputError("a study without a goal or without a factor", "goals, and numbers to choose", "'minimise peak_force'")
-    return _search(study, plan, Store(path), {**how, "retry": False})
-
-
-def _search(study: Study, plan: Optimisation, store: Store, how: How) -> Store:
-    """One generation after the other."""
-    method, width = None if plan.every else proposer(plan, len(study.factors)), plan.size(len(study.factors))
+    how["retry"] = False
+    method, width = None if plan.every else proposer(plan, count), plan.size(count)
     variations = [factor.variation for factor in study.factors]
-    points, progress = np.empty((0, len(study.factors))), how.get("progress")
+    points, progress = np.empty((0, count)), how.get("progress")
     for generation in range(plan.generations):
         if method is None:
             new = design_values(Design("grid"), variations, study.base(), np.arange(width))
@@ -128,7 +124,7 @@ def _search(study: Study, plan: Optimisation, store: Store, how: How) -> Store:
             u = method.ask()
             new = np.stack([variation.quantile(u[:, k]) for k, variation in enumerate(variations)], axis=1)
         points = np.concatenate([points, new])
-        here = replace(study, design=plan.design(generation + 1, len(study.factors)))
+        here = replace(study, design=plan.design(generation + 1, count))
         there = store.cases // study.per_point if store.exists() else 0
         if there < points.shape[0] and there:
             store.check(here)

@@ -9,7 +9,6 @@ import numpy as np
 from tests.library import loop_of
 
 from scissordyn.integrate import advance as loop
-from scissordyn.integrate.history import make_history
 from scissordyn.integrate.integration import (
     LOG_COLUMNS,
     Integration,
@@ -23,7 +22,6 @@ from scissordyn.kernel import F1, F2, I1, Handle, kernel, opener
 
 __all__ = [
     "COMPLIANT",
-    "DELAYED",
     "GROWTH",
     "OSCILLATOR",
     "PENDULUM",
@@ -34,8 +32,8 @@ __all__ = [
     "solve_problem",
 ]
 
-OSCILLATOR, COMPLIANT, DELAYED, GROWTH, POWER, RELAXING, STAGGERED, PENDULUM = range(8)
-"""y'' = -w^2 y; m y'' = -k d^e on a floor below y = 0; y' = -y(t - T); y' = r y; y' = k t^(k-1); y' = r (y - cos t) - sin t;
+OSCILLATOR, COMPLIANT, GROWTH, POWER, RELAXING, STAGGERED, PENDULUM = range(7)
+"""y'' = -w^2 y; m y'' = -k d^e on a floor below y = 0; y' = r y; y' = k t^(k-1); y' = r (y - cos t) - sin t;
 y' = -r (y - y_2), y_2' = 1; y'' = -sin y + 0.3 sin 2t, which has no closed form, and beside it, where there is a third state,
 y_3' = -r (y_3 - cos t) - sin t."""
 
@@ -52,27 +50,10 @@ class Numbers(NamedTuple):
     jacobian: F2
     matrix: F2
     mode: I1
-    history: F2
-    history_length: I1
     calls: I1
 
 
 open_numbers = opener(Numbers)
-
-
-@kernel
-def earlier(when, S):
-    """The first signal at an instant: 1 up to t = 0, then what the rows of the history hold, as powers."""
-    if when <= 0.0 or S.history_length[0] == 0:
-        return 1.0
-    for k in range(S.history_length[0]):
-        row = S.history[k]
-        if when <= row[0] + row[1] * (1.0 + 1e-12):
-            s, total = 2.0 * (when - row[0]) / row[1] - 1.0, 0.0
-            for q in range(row.size - 2):
-                total += row[2 + q] * s**q
-            return total
-    return math.nan
 
 
 @kernel
@@ -88,14 +69,12 @@ def rate(t, y, address, dy):
         if depth > 0.0 and S.mode[0] == 1:
             dy[1] += p[0] * depth ** p[1]
     elif kind == 2:
-        dy[0] = -earlier(t - p[0], S)
-    elif kind == 3:
         dy[0] = p[0] * y[0]
-    elif kind == 4:
+    elif kind == 3:
         dy[0] = p[0] * t ** (p[0] - 1.0)
-    elif kind == 5:
+    elif kind == 4:
         dy[0] = p[0] * (y[0] - math.cos(t)) - math.sin(t)
-    elif kind == 6:
+    elif kind == 5:
         dy[0], dy[1] = -p[0] * (y[0] - y[1]), 1.0
     else:
         dy[0], dy[1] = y[1], -math.sin(y[0]) + 0.3 * math.sin(2.0 * t)
@@ -119,14 +98,12 @@ def linearise(t, y, address, dy, dt):
         if depth > 0.0 and S.mode[0] == 1:
             J[1, 0] = -p[0] * p[1] * depth ** (p[1] - 1.0)
     elif kind == 2:
-        dt[0] = -(earlier(t - p[0] + 1e-6, S) - earlier(t - p[0] - 1e-6, S)) / 2e-6 if t > p[0] + 1e-6 else 0.0
-    elif kind == 3:
         J[0, 0] = p[0]
-    elif kind == 4:
+    elif kind == 3:
         dt[0] = p[0] * (p[0] - 1.0) * t ** (p[0] - 2.0) if p[0] > 1.0 else 0.0
-    elif kind == 5:
+    elif kind == 4:
         J[0, 0], dt[0] = p[0], p[0] * math.sin(t) - math.cos(t)
-    elif kind == 6:
+    elif kind == 5:
         J[0, 0], J[0, 1] = -p[0], p[0]
     else:
         J[0, 1], J[1, 0], dt[1] = 1.0, -math.cos(y[0]), 0.6 * math.cos(2.0 * t)
@@ -257,17 +234,14 @@ def solve_problem(
     first: float = 0.0,
     crosses: bool = False,
     band: float = math.inf,
-    delays: tuple[float, ...] = (),
     monitors: bool = True,
     log_rows: int = 400,
-    history_rows: int = 4000,
     record_rows: int = 20000,
     most_steps: int = 100000,
     group: tuple[int, ...] = (),
 ) -> Result:
     n, count = len(start), len(levels)
     mode = np.array(above or (0,) * count, np.int64)
-    history, length = make_history(1 if delays else 0, history_rows if delays else 0), np.zeros(1, np.int64)
     numbers = Numbers(
         np.array([kind]),
         np.array([*parameters, 0.0, 0.0, 0.0]),
@@ -278,8 +252,6 @@ def solve_problem(
         np.zeros((n, n)),
         np.zeros((n, n)),
         mode,
-        history,
-        length,
         np.zeros(1, np.int64),
     )
     handle, method = Handle(numbers), tableau(name)
@@ -291,8 +263,6 @@ def solve_problem(
         quadratures=3,
         monitors=1,
         band=np.array([band]),
-        history=history,
-        history_length=length,
     )
     work = make_work(
         state,
@@ -302,7 +272,6 @@ def solve_problem(
         group=np.array(group or (0, n), np.int64),
         precision=np.full(count, 1e-13),
         crossable=np.full(count, int(crosses), np.int64),
-        delays=delays,
     )
     state.clock["end"], state.clock["longest"], state.clock["crosses"] = until, step, int(crosses)
     state.clock["monitors"] = int(monitors)

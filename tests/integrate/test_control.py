@@ -11,6 +11,8 @@ from motions import COMPLIANT, GROWTH, OSCILLATOR, POWER, solve_problem
 from scissordyn.integrate.advance import FINISHED, STEP_TOO_SMALL
 from scissordyn.integrate.tableau import METHODS, tableau
 
+FLOOR = {"levels": (0.0,), "senses": (-1.0,)}
+
 
 @pytest.mark.parametrize("name", METHODS)
 def test_steady_step(name: str) -> None:
@@ -131,8 +133,7 @@ def test_one_impact(name: str, exponent: float) -> None:
     result = solve_problem(
         *(name, COMPLIANT, (1e-3, -v), 4e-3),
         parameters=(k, exponent, 0.0),
-        levels=(0.0,),
-        senses=(-1.0,),
+        **FLOOR,
         rtol=1e-11,
         atol=1e-13,
     )
@@ -151,8 +152,7 @@ def test_steps_of_an_impact(name: str) -> None:
     result = solve_problem(
         *(name, COMPLIANT, (1e-3, -2.0), 4e-3),
         parameters=(1e8, 1.5, 0.0),
-        levels=(0.0,),
-        senses=(-1.0,),
+        **FLOOR,
         rtol=1e-8,
         atol=1e-12,
     )
@@ -185,8 +185,7 @@ def test_bounces_on_a_compliant_floor(name: str) -> None:
     result = solve_problem(
         *(name, COMPLIANT, (0.0 + 1e-12, -v), 1.0),
         parameters=(k, 1.5, g),
-        levels=(0.0,),
-        senses=(-1.0,),
+        **FLOOR,
         rtol=1e-11,
         atol=1e-13,
     )

@@ -24,13 +24,6 @@ def impact(name: str, crosses: bool, tolerance: float, **options) -> Result:
     )
 
 
-def linear_floor(k: float, g: float, height: float) -> tuple[float, float, float]:
-    """First contact, speed there, and duration of a contact under gravity: a half oscillation about -g/k and a little more."""
-    v = math.sqrt(2.0 * g * height)
-    w = math.sqrt(k)
-    return math.sqrt(2.0 * height / g), v, (2.0 * math.atan2(v * w, -g) - 0.0) / w if v else 0.0
-
-
 @pytest.mark.parametrize("name", METHODS)
 @pytest.mark.parametrize("crosses", [False, True])
 def test_impacts_on_a_linear_floor(name: str, crosses: bool) -> None:

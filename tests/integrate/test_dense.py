@@ -28,18 +28,6 @@ def test_order_inside_a_step(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", METHODS)
-def test_integrals_at_samples(name: str) -> None:
-    """Closed form: integrals of y and y^2 at samples that are no ends of steps."""
-    result = solve_problem(name, OSCILLATOR, (0.0, 2.0), 7.0, parameters=(2.0,), rtol=1e-9, atol=1e-9, samples=97)
-    t = result.time
-    assert np.allclose(result.state[:, 0], np.sin(2.0 * t), atol=1e-6)
-    assert np.allclose(result.total[:, 0], 0.5 * (1.0 - np.cos(2.0 * t)), atol=1e-6)
-    assert np.allclose(result.total[:, 1], 0.5 * t - 0.125 * np.sin(4.0 * t), atol=1e-6)
-    assert result.end.total[1] == pytest.approx(0.5 * 7.0 - 0.125 * math.sin(28.0), abs=1e-7)
-    assert result.total[-1, 1] == pytest.approx(float(result.end.total[1]), rel=1e-12)
-
-
-@pytest.mark.parametrize("name", METHODS)
 def test_integrals_of_one_step(name: str) -> None:
     """Order of convergence: in one step the integral of exp, and of its square, inside and at the end."""
     errors = []

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from motions import DELAYED, OSCILLATOR, solve_problem
+from motions import OSCILLATOR, solve_problem
 
-from scissordyn.integrate.advance import ADVANCING, FINISHED, HISTORY_FULL, LOG_FULL, RECORD_FULL
+from scissordyn.integrate.advance import ADVANCING, FINISHED, LOG_FULL, RECORD_FULL
 from scissordyn.integrate.integration import NO_EVENT, make_state, reset_state
 from scissordyn.integrate.tableau import METHODS
 
@@ -24,13 +24,6 @@ def test_full_stores_lose_nothing(name: str) -> None:
     assert np.array_equal(recorded.steps, whole.steps[:11])
     few = solve_problem(name, OSCILLATOR, (0.0, 1.0), 40.0, most_steps=5, **options)
     assert few.status == ADVANCING
-
-
-def test_a_history_that_is_full() -> None:
-    """Limit: with room for few steps an equation with a delay stops when they are made."""
-    result = solve_problem("dopri5", DELAYED, (1.0,), 40.0, parameters=(1.0,), delays=(1.0,), history_rows=20)
-    assert result.status == HISTORY_FULL
-    assert result.end.history_length[0] == 20
 
 
 def test_begin_anew() -> None:

@@ -49,82 +49,54 @@ def test_scissor_at_a_right_angle(units: int) -> None:
     assert f"unit {units}/pivot" in path.singular[0].joints
 
 
-def test_one_unit_has_no_change_point_at_a_right_angle() -> None:
-    """Closed form: without a rhombus an array can branch where the slider meets the pin, at 0 and 180 deg, and only there."""
-    assert_places(stroke(sd.scissor(units=1, angle=0.5).driven(speed=1.0), 4.0), [(CHANGE, math.pi)])
+PARALLEL = {"ground": 0.2, "crank": 0.1, "coupler": 0.2, "rocker": 0.1, "angle": 0.3}
+LOCK = math.acos((0.2**2 + 0.15**2 - (0.12 + 0.1) ** 2) / (2.0 * 0.2 * 0.15))
+STROKES = {
+    # without a rhombus an array can branch where the slider meets the pin, at 0 and 180 deg, and only there
+    "one unit of an array": (sd.scissor(units=1, angle=0.5).driven(speed=1.0), 4.0, [(CHANGE, math.pi)]),
+    # where crank and rod line up only the slider stops; the assembly has one branch near by
+    "dead centres of a slider-crank": (sd.slider_crank(crank=0.05, rod=0.12).driven(speed=1.0), 7.0, []),
+    "dead centres of a four-bar": (
+        sd.four_bar(ground=0.2, crank=0.06, coupler=0.18, rocker=0.12).driven(speed=1.0),
+        7.0,
+        [],
+    ),
+    # the two assemblies of a four-bar with equal opposite sides meet at 0 and 180 deg
+    "parallelogram": (sd.four_bar(**PARALLEL).driven(speed=-1.0), 4.0, [(CHANGE, -math.pi), (CHANGE, 0.0)]),
+    "crossed parallelogram": (sd.four_bar(**PARALLEL, branch="crossed").driven(speed=-1.0), 0.5, [(CHANGE, 0.0)]),
+    # with ground as long as the crank, coupler and rocker fall on one line at 0 deg and are free to turn
+    "kite": (sd.four_bar(ground=0.2, crank=0.2, coupler=0.3, rocker=0.3, angle=0.3).driven(speed=-1.0), 0.5, [(CHANGE, 0.0)]),
+    # crank against stretched coupler and rocker, by the law of cosines
+    "four-bar that locks": (
+        sd.four_bar(ground=0.2, crank=0.15, coupler=0.12, rocker=0.1).driven(speed=1.0),
+        2.0,
+        [(LOCKING, LOCK)],
+    ),
+    "mast driven too far": (
+        sd.mast(units=5, angle=sd.degrees(15)).driven(sd.Cycloidal(start=sd.degrees(15), end=sd.degrees(120), duration=1.0)),
+        1.0,
+        [(CHANGE, math.pi / 2)],
+    ),
+    "stroke that ends flat": (
+        sd.scissor(units=2, angle=sd.degrees(60)).driven(sd.Cycloidal(start=sd.degrees(60), end=sd.degrees(90), duration=1.0)),
+        2.0,
+        [(CHANGE, math.pi / 2)],
+    ),
+    # radii are proportional to cos(th); all bars meet at 90 deg, despite redundant joints
+    "ring": (sd.hoberman_ring(units=6).driven(speed=1.0), 1.0, [(CHANGE, math.pi / 2)]),
+}
 
 
-def test_scissor_turned_through() -> None:
-    """Closed form: an array that is turned all the way round is flat at every multiple of 90 deg."""
-    path = stroke(sd.scissor(units=2, angle=0.5).driven(speed=1.0), 2.0 * math.pi)
-    assert_places(path, [(CHANGE, k * math.pi / 2) for k in range(1, 5)])
-
-
-def test_slider_crank_with_equal_lengths() -> None:
-    """Closed form: with rod and crank of one length the slider is at the crank's pin at 90 deg, and can stay there."""
-    path = stroke(sd.slider_crank(crank=0.1, rod=0.1, angle=1.2).driven(speed=1.0), 0.5)
-    assert_places(path, [(CHANGE, math.pi / 2)])
-
-
-def test_dead_centres_of_the_output_are_no_change_points() -> None:
-    """Closed form: where crank and rod line up only the slider stops; the assembly has one branch near by."""
-    assert not stroke(sd.slider_crank(crank=0.05, rod=0.12).driven(speed=1.0), 7.0).singular
-    assert not stroke(sd.four_bar(ground=0.2, crank=0.06, coupler=0.18, rocker=0.12).driven(speed=1.0), 7.0).singular
-
-
-def test_slider_crank_locks() -> None:
-    """Closed form: a crank longer than the rod stops where sin(th) = rod/crank."""
-    assert_places(
-        stroke(sd.slider_crank(crank=0.12, rod=0.1, angle=0.5).driven(speed=1.0), 1.0), [(LOCKING, math.asin(1 / 1.2))]
-    )
-
-
-def test_four_bar_locks() -> None:
-    """Closed form: crank against stretched coupler and rocker, by the law of cosines; named are coupler and rocker."""
-    ground, crank, coupler, rocker = 0.2, 0.15, 0.12, 0.1
-    linkage = sd.four_bar(ground=ground, crank=crank, coupler=coupler, rocker=rocker).driven(speed=1.0)
-    path = stroke(linkage, 2.0)
-    angle = math.acos((ground**2 + crank**2 - (coupler + rocker) ** 2) / (2.0 * ground * crank))
-    assert_places(path, [(LOCKING, angle)])
-    assert set(path.singular[0].bodies) == {"coupler", "rocker"}
-    assert path.singular[0].joints[0] == "rocker pin"
-
-
-def test_parallelogram_and_crossed_parallelogram_fold_flat() -> None:
-    """Closed form: the two assemblies of a four-bar with equal opposite sides meet at 0 and 180 deg."""
-    sides = {"ground": 0.2, "crank": 0.1, "coupler": 0.2, "rocker": 0.1, "angle": 0.3}
-    parallel = stroke(sd.four_bar(**sides).driven(speed=-1.0), 4.0)
-    assert_places(parallel, [(CHANGE, -math.pi), (CHANGE, 0.0)])
-    assert_places(stroke(sd.four_bar(**sides, branch="crossed").driven(speed=-1.0), 0.5), [(CHANGE, 0.0)])
-
-
-def test_kite() -> None:
-    """Closed form: with ground as long as the crank, coupler and rocker fall on one line at th = 0 and are free to turn."""
-    kite = sd.four_bar(ground=0.2, crank=0.2, coupler=0.3, rocker=0.3, angle=0.3).driven(speed=-1.0)
-    path = stroke(kite, 0.5)
-    assert_places(path, [(CHANGE, 0.0)])
-    assert set(path.singular[0].bodies) == {"coupler", "rocker"}
-
-
-def test_mast_driven_too_far() -> None:
-    """Closed form: all units of a mast are flat at 90 deg; on its ordinary stroke there is nothing to say."""
-    mast = sd.mast(units=5, angle=sd.degrees(15))
-    far = sd.Cycloidal(start=sd.degrees(15), end=sd.degrees(120), duration=1.0)
-    path = stroke(mast.driven(far), 1.0)
-    assert_places(path, [(CHANGE, math.pi / 2)])
-    assert not drive_warnings(plan(mast.driven(sd.Cycloidal(start=sd.degrees(15), end=sd.degrees(60), duration=1.0))), 1.0)
-
-
-def test_stroke_that_ends_flat() -> None:
-    """Limit: a drive that stops at the change point leaves the mechanism there, which is said."""
-    drive = sd.Cycloidal(start=sd.degrees(60), end=sd.degrees(90), duration=1.0)
-    assert_places(stroke(sd.scissor(units=2, angle=sd.degrees(60)).driven(drive), 2.0), [(CHANGE, math.pi / 2)])
-
-
-def test_ring_through_its_limit() -> None:
-    """Closed form: the radii of a ring are proportional to cos(th); all its bars meet at 90 deg, despite redundant joints."""
-    path = stroke(sd.hoberman_ring(units=6).driven(speed=1.0), 1.0)
-    assert_places(path, [(CHANGE, math.pi / 2)])
+@pytest.mark.parametrize("case", STROKES)
+def test_places_on_a_stroke(case: str) -> None:
+    """Closed form: kinds and places of the singular positions, and that coupler and rocker are named where they are free."""
+    mechanism, until, expected = STROKES[case]
+    path = stroke(mechanism, until)
+    assert_places(path, expected)
+    if case in ("kite", "four-bar that locks"):
+        assert set(path.singular[0].bodies) == {"coupler", "rocker"}
+    if case == "four-bar that locks":
+        assert path.singular[0].joints[0] == "rocker pin"
 
 
 def test_positions_are_those_of_a_run() -> None:

@@ -50,22 +50,17 @@ def crossed(problem, T, t, h, error, s, w, S):
         return -1.0
     prepare(problem, T, t, s, w, S)
     again = error_norm(T, h, s, w) if attempt(problem, T, t, h, s, w, S) else 2.0 * LARGEST_ERROR
-    if not again <= LARGEST_ERROR:
-        restore(s, w)
-        prepare(problem, T, t, s, w, S)
-        attempt(problem, T, t, h, s, w, S)
-        return -1.0
-    if not find_crossings(problem, T, t, h, s, w, S, True):
-        again = -1.0
-    for c in range(w.crossing_count[0]):  # what the prepared contacts change must not be another rise
-        if s.mode[w.crossing_guard[c]] == 0:
-            again = -1.0
-    if again < 0.0 or not crossable(s, w):
-        restore(s, w)
-        prepare(problem, T, t, s, w, S)
-        attempt(problem, T, t, h, s, w, S)
-        return -1.0
-    return again
+    fits = again <= LARGEST_ERROR and find_crossings(problem, T, t, h, s, w, S, True)
+    if fits:
+        for c in range(w.crossing_count[0]):  # what the prepared contacts change must not be another rise
+            if s.mode[w.crossing_guard[c]] == 0:
+                fits = False
+    if fits and crossable(s, w):
+        return again
+    restore(s, w)
+    prepare(problem, T, t, s, w, S)
+    attempt(problem, T, t, h, s, w, S)
+    return -1.0
 
 
 @kernel

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 from scissordyn.config.case import RecordTable
 from scissordyn.config.code import AbsentCode, AbsentPart, AllowedCode, Code
 from scissordyn.config.table import instance
 from scissordyn.errors import InputError
-from scissordyn.model.mechanism import Mechanism
-from scissordyn.run.options import Options
+from scissordyn.run.configuration import Configuration
 
 WRITTEN = "a Dataset that scissordyn made"
 
@@ -23,28 +20,18 @@ NOT_WRITTEN = {"control", "payload", "panels", "bending", "joint_friction"}
 """Tables that are computed with; a run has the bodies and components that they make."""
 
 
-@dataclass(frozen=True)
-class Record:
-    """What a run says of itself."""
-
-    mechanism: Mechanism
-    options: Options | None = None
-    diagram: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))  # Further entries of a bifurcation diagram
-    absent: tuple[AbsentPart, ...] = ()  # Components of the user's, where their code is not executed
-
-
 @lru_cache(maxsize=16)
-def read_facts(text: str) -> Record:
+def read_facts(text: str) -> Configuration:
     """What a run says of itself; nothing is executed."""
     return _read(text, lambda digests: AbsentCode(None, digests))
 
 
-def read_record(text: str, allow_code: Sequence[Path] = ()) -> Record:
+def read_record(text: str, allow_code: Sequence[Path] = ()) -> Configuration:
     """What a run says of itself, with its parts of classes of the user's in files that may be executed."""
     return _read(text, lambda digests: AllowedCode(allow_code, digests))
 
 
-def _read(text: str, code: Any) -> Record:
+def _read(text: str, code: Any) -> Configuration:
     if not text.strip():
         raise InputError("an empty attribute 'configuration'", WRITTEN)
     if text.startswith("{"):
@@ -60,7 +47,7 @@ def _read(text: str, code: Any) -> Record:
         chosen: Code = code(digests if isinstance(digests, dict) else {})
         table = instance(RecordTable, tree, {"code": chosen})
         absent = tuple(part for part in table.component if isinstance(part, AbsentPart))
-        return Record(table.mechanism(), table.run, table.diagram, absent)
+        return Configuration(text, table.mechanism(), table.run, table.diagram, absent)
     except (ValueError, RecursionError) as error:
         if isinstance(error, InputError):
             raise

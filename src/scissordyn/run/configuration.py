@@ -56,8 +56,8 @@ def read_configuration(run: Run) -> Configuration:
     text = run.attrs.get(ATTRIBUTE)
     if not isinstance(text, str):
         raise InputError(f"a dataset without the attribute '{ATTRIBUTE}'", "a Dataset that scissordyn made")
-    facts = offered("read_facts")(text)
-    return Configuration(text, facts.mechanism, facts.options, facts.diagram, facts.absent)
+    configuration: Configuration = offered("read_facts")(text)
+    return configuration
 
 
 def number_attribute(run: Run, name: str) -> float:

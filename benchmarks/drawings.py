@@ -11,8 +11,8 @@ import numpy as np
 from matplotlib.patches import Circle, Rectangle, Wedge
 
 from scissordyn.config.file import read_case
+from scissordyn.plot.animation_scene import outline
 from scissordyn.plot.file import write
-from scissordyn.plot.place import outline
 from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, VERMILION, dress
 from scissordyn.run.answer.placement import Placement
 from scissordyn.run.simulate import simulate

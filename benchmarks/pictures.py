@@ -22,11 +22,11 @@ from scissordyn.config.table import instance
 from scissordyn.plot.animation import animate, magnified_first
 from scissordyn.plot.animation_film import Film
 from scissordyn.plot.animation_scene import scene_of
-from scissordyn.plot.comparison import comparison
 from scissordyn.plot.file import write
+from scissordyn.plot.over_time import comparison
 from scissordyn.plot.preview import preview
 from scissordyn.plot.report import draw_all
-from scissordyn.plot.structure import structure
+from scissordyn.plot.still import structure
 from scissordyn.run.advance.instants import spread_samples
 from scissordyn.run.simulate import simulate
 

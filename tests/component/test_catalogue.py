@@ -23,10 +23,9 @@ from scissordyn.component.port import ACTUATOR, LINE, PORTS
 from scissordyn.config.template import template
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.animation_film import Film
-from scissordyn.plot.animation_scene import scene_of
+from scissordyn.plot.animation_scene import corners_of, scene_of
 from scissordyn.plot.canvas import page as film_page
-from scissordyn.plot.place import corners_of
-from scissordyn.plot.structure import structure
+from scissordyn.plot.still import structure
 from scissordyn.plot.symbol import symbols
 from scissordyn.run.answer.placement import Placement
 

@@ -11,7 +11,7 @@ import json, rlcompleter
 import scissordyn as sd
 before = dir(sd), dir(sd.plot)
 sd.simulate, sd.plot.force, sd.study, sd.Processes
-import scissordyn.study.compute.execute, scissordyn.run.engine as engine, scissordyn.plot.force
+import scissordyn.study.compute.execute, scissordyn.run.engine as engine, scissordyn.plot.joint
 completer = rlcompleter.Completer({"sd": sd})
 found = []
 while (name := completer.complete("sd.", len(found))) is not None:

@@ -22,10 +22,9 @@ from scissordyn.model.clearance import Clearance
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.animation import animate
 from scissordyn.plot.animation_film import Film
-from scissordyn.plot.animation_scene import GAP, Scene, scene_of
+from scissordyn.plot.animation_scene import GAP, Scene, outline, scene_of
 from scissordyn.plot.canvas import page
-from scissordyn.plot.place import outline
-from scissordyn.plot.structure import structure
+from scissordyn.plot.still import structure
 from scissordyn.plot.style import BLUE, GREEN
 from scissordyn.run.answer.placement import Placement
 

@@ -21,9 +21,9 @@ from scissordyn.plot.animation import animate
 from scissordyn.plot.animation_film import Film
 from scissordyn.plot.animation_scene import GAP, channel_of, guides_of, scene_of
 from scissordyn.plot.canvas import packed
-from scissordyn.plot.orbit import orbit
+from scissordyn.plot.joint import orbit
 from scissordyn.plot.report import draw_all
-from scissordyn.plot.structure import magnified, structure
+from scissordyn.plot.still import magnified, structure
 from scissordyn.plot.style import VERMILION
 from scissordyn.run.simulate import simulate
 

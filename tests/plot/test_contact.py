@@ -9,12 +9,10 @@ from matplotlib.axes import Axes
 
 import scissordyn as sd
 from scissordyn.plot.animation_scene import scene_of
-from scissordyn.plot.comparison import comparison
 from scissordyn.plot.contact import contact_times, force_curve, with_instants
-from scissordyn.plot.energy import energy
-from scissordyn.plot.force import force
+from scissordyn.plot.joint import force
+from scissordyn.plot.over_time import comparison, energy, torque
 from scissordyn.plot.report import draw_all
-from scissordyn.plot.torque import torque
 
 SAMPLES = 41
 

@@ -9,7 +9,7 @@ import pytest
 from scissordyn.config.file import read_case
 from scissordyn.plot.label import LEADER
 from scissordyn.plot.preview import preview
-from scissordyn.plot.structure import structure
+from scissordyn.plot.still import structure
 from scissordyn.run.simulate import simulate
 
 RING = Path(__file__).parents[2] / "examples" / "ring.toml"

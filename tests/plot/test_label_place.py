@@ -5,8 +5,8 @@ import math
 
 import numpy as np
 
+from scissordyn.plot.animation_scene import ring_size
 from scissordyn.plot.label_place import LETTER, LINE, REGION, asides
-from scissordyn.plot.place import ring_size
 
 RING = 5.5  # Radius of a drawn joint with its line [pt]
 

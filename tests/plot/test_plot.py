@@ -16,17 +16,14 @@ from matplotlib.patches import Patch
 import scissordyn as sd
 from scissordyn.errors import InputError, printable
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plot.energy import energy
 from scissordyn.plot.file import write
-from scissordyn.plot.force import force
-from scissordyn.plot.orbit import orbit
+from scissordyn.plot.joint import force, orbit
+from scissordyn.plot.over_time import energy, response, torque
 from scissordyn.plot.report import draw_all
-from scissordyn.plot.response import response
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.series import BEYOND, MOST_JOINTS, chosen_joints
-from scissordyn.plot.structure import magnified, structure
+from scissordyn.plot.still import magnified, structure
 from scissordyn.plot.style import literal
-from scissordyn.plot.torque import torque
 
 from .made_up import CLEARANCE, CLEARANCE_JOINTS, END, made_up, mechanism_with, overlaps
 

@@ -17,8 +17,8 @@ from scissordyn.cli.main import status_of
 from scissordyn.config.file import read_case
 from scissordyn.kinematics.transmission import dyads
 from scissordyn.plan.plan import plan
-from scissordyn.plot.kinematics import kinematics
 from scissordyn.plot.preview import preview
+from scissordyn.plot.stroke import kinematics
 from scissordyn.run.ideal import ideal_kinematics, motion_range
 from scissordyn.units import short
 

@@ -17,7 +17,7 @@ import scissordyn as sd
 from scissordyn.cli.compare import differences
 from scissordyn.cli.main import status_of
 from scissordyn.file.export import contact_table, time_table
-from scissordyn.plot.comparison import comparison, shared_curves
+from scissordyn.plot.over_time import comparison, shared_curves
 from scissordyn.plot.report import KINDS
 from scissordyn.plot.series import window
 

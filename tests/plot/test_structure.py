@@ -14,10 +14,9 @@ from scissordyn.model.body import Body, bar, point_mass
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.scissor import scissor
-from scissordyn.plot.animation_scene import GAP
-from scissordyn.plot.place import outline
+from scissordyn.plot.animation_scene import GAP, outline
 from scissordyn.plot.series import MOST_JOINTS
-from scissordyn.plot.structure import magnified, structure
+from scissordyn.plot.still import magnified, structure
 from scissordyn.plot.style import BLUE, GREEN, SKY, VERMILION
 from scissordyn.run.answer.placement import Placement
 from scissordyn.run.simulate import simulate

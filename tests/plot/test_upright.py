@@ -13,10 +13,9 @@ from scissordyn.config.file import read_case
 from scissordyn.explore.case import open_case
 from scissordyn.explore.drag import Drag
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plot.animation_scene import scene_of
-from scissordyn.plot.place import upright
+from scissordyn.plot.animation_scene import scene_of, upright
 from scissordyn.plot.preview import preview
-from scissordyn.plot.structure import structure
+from scissordyn.plot.still import structure
 
 LIFT = Path(__file__).parents[2] / "examples" / "lift.toml"
 

@@ -15,7 +15,7 @@ from scissordyn.kinematics.branching import drive_warnings
 from scissordyn.kinematics.path import instants, path_of
 from scissordyn.kinematics.singular import CHANGE, LOCKING, NEAR
 from scissordyn.plan.plan import plan
-from scissordyn.plot.kinematics import MARKS, kinematics
+from scissordyn.plot.stroke import MARKS, kinematics
 
 LOCATED = 1e-6  # Asked of a time, as a fraction of the stroke's duration
 REPORTED = 3e-4  # Near change points with a smaller miss must be named; those with a larger one may be

@@ -57,8 +57,8 @@ def preview(
     say(*preview_lines(read.mechanism, followed, ideal, read.run.until))
     if output is not None or curves is not None:
         from scissordyn.plot.file import write
-        from scissordyn.plot.kinematics import kinematics
         from scissordyn.plot.preview import preview as draw
+        from scissordyn.plot.stroke import kinematics
 
         if output is not None:
             say(write(draw(read.mechanism, start=ideal), output))

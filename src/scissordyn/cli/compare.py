@@ -52,7 +52,7 @@ def compare(
         name, compared = "agreement", _print_agreement(first, other)
         drawn = None if output is None else draw_agreement(compared)
     else:
-        from scissordyn.plot.comparison import comparison
+        from scissordyn.plot.over_time import comparison
 
         second = read_run(other)
         labels = (run.stem, other.stem) if run.stem != other.stem else (str(run), str(other))

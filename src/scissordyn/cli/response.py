@@ -169,7 +169,7 @@ def motor(
         import numpy as np
 
         from scissordyn.plot.file import write
-        from scissordyn.plot.torque import torque_speed
+        from scissordyn.plot.over_time import torque_speed
 
         speeds = None if curve is None else np.array(curve.speeds) / curve.ratio
         torques = None if curve is None else np.array(curve.torques) * curve.ratio

@@ -49,7 +49,7 @@ def statics(
     solved = compute(read.mechanism, until=read.run.until if last is None else last, points=points, friction=friction)  # type: ignore[arg-type]
     drawn = None
     if plot is not None:
-        from scissordyn.plot.statics import statics as draw
+        from scissordyn.plot.stroke import statics as draw
 
         drawn = draw(solved, over=over)
     say(*_table(solved), *_bars(solved), highlight=False, soft_wrap=True)

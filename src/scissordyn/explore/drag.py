@@ -14,7 +14,7 @@ from scissordyn.errors import InputError
 from scissordyn.explore.case import Case
 from scissordyn.explore.field import Field
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plot.place import outline, upright
+from scissordyn.plot.animation_scene import outline, upright
 from scissordyn.run.answer.placement import Placement, turned
 from scissordyn.run.simulate import simulate
 

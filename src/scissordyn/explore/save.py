@@ -14,7 +14,7 @@ from scissordyn.explore.session import Session
 from scissordyn.explore.worker import Outcome
 from scissordyn.plot.animation import animate
 from scissordyn.plot.file import svg
-from scissordyn.plot.structure import structure
+from scissordyn.plot.still import structure
 from scissordyn.run.answer.summary import summary_of
 from scissordyn.run.options import AUTO
 from scissordyn.run.store import save

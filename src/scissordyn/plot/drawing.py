@@ -13,10 +13,9 @@ from matplotlib.colors import Normalize, to_rgba
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Polygon, Rectangle
 
-from scissordyn.plot.animation_scene import EDGE, GAP, TRAIL, Channel, ClearanceJoint, Scene, Shape
+from scissordyn.plot.animation_scene import EDGE, GAP, TRAIL, Channel, ClearanceJoint, Corners, Scene, Shape, ring_size
 from scissordyn.plot.bar_diagram import COLOURS, ORDINATE, QUANTITIES, Diagram, edges
 from scissordyn.plot.label import Label
-from scissordyn.plot.place import Corners, ring_size
 from scissordyn.plot.style import (
     BLACK,
     BLUE,

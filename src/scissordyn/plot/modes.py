@@ -12,9 +12,8 @@ from matplotlib.ticker import ScalarFormatter
 
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plot.animation_scene import scene_of
+from scissordyn.plot.animation_scene import corners_of, scene_of
 from scissordyn.plot.drawing import Drawing
-from scissordyn.plot.place import corners_of
 from scissordyn.plot.style import Canvas, figure_size, legend, panels, small
 from scissordyn.run.answer.placement import Placement
 

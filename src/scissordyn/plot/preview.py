@@ -14,11 +14,10 @@ from scissordyn.component.place import GROUND
 from scissordyn.kinematics.closure import Inputs
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import plan
-from scissordyn.plot.animation_scene import scene_of
+from scissordyn.plot.animation_scene import scene_of, upright
 from scissordyn.plot.drawing import Drawing
 from scissordyn.plot.file import svg
 from scissordyn.plot.label import Label, write_labels
-from scissordyn.plot.place import upright
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILION, Canvas, panels, small
 from scissordyn.plot.symbol import coupling_symbols, wheel_points

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, TypeAlias
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.plot.scale import Scale, engineering
+from scissordyn.plot.scale import DEGREES, Scale, engineering
 from scissordyn.plot.style import BLACK, BLUE, GREY, IDEAL, LIGHT, LINE, VERMILION, in_lines, normal, small
 from scissordyn.run.answer.joint_force import clearance_joints, joint_force, largest_force, some_clearance_joints
 
@@ -87,6 +87,23 @@ def write_more(figure: Figure, more: int) -> None:
         figure.supxlabel(note, fontsize=small(), color=GREY)
 
 
+def draw_curves(
+    axes: Axes,
+    name: str,
+    curves: Sequence[tuple[xr.DataArray, Mapping[str, Any]]],
+    time: Scale,
+    *,
+    scale: Scale | None = None,
+) -> Scale:
+    """Draw curves of one quantity over time, each with its look, in one unit: an engineering one, or degrees of angles."""
+    unit = curves[0][0].attrs.get("units", "1")
+    chosen = scale or (DEGREES if unit == "rad" else engineering(unit, *(curve.values for curve, _ in curves)))
+    for curve, look in curves:
+        axes.plot(time.factor * curve["time"].values, chosen.factor * curve.values, **{"linewidth": LINE, **look})
+    axes.set_ylabel(chosen.label(name))
+    return chosen
+
+
 def compare(
     axes: Axes,
     name: str,
@@ -99,13 +116,8 @@ def compare(
     labels: tuple[str, str] = ("with clearance", "ideal joints"),
 ) -> Scale:
     """Draw one quantity over time, beside the ideal mechanism's."""
-    both = [run] if ideal is None else [run, ideal]
-    chosen = scale or engineering(run.attrs["units"], *(part.values for part in both))
-    axes.plot(time.factor * run["time"].values, chosen.factor * run.values, color=color, linewidth=LINE, label=labels[0])
-    if ideal is not None:
-        axes.plot(time.factor * ideal["time"].values, chosen.factor * ideal.values, label=labels[1], **IDEAL)
-    axes.set_ylabel(chosen.label(name))
-    return chosen
+    beside = [] if ideal is None else [(ideal, IDEAL | {"label": labels[1]})]
+    return draw_curves(axes, name, [(run, {"color": color, "label": labels[0]}), *beside], time, scale=scale)
 
 
 def mark_largest(axes: Axes, when: float, value: float) -> None:

@@ -9,7 +9,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from scissordyn.plot.orbit import orbit
+from scissordyn.plot.joint import orbit
 from scissordyn_paper.cases import CLEARANCES, CONTROLLED, FRICTION, PaperCase
 from scissordyn_paper.figure.panel import panel_by_case
 

@@ -8,7 +8,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from scissordyn.plot.file import figure_of
-from scissordyn.plot.response import response
+from scissordyn.plot.over_time import response
 from scissordyn_paper.cases import PaperCase
 
 CASES = (PaperCase(), PaperCase().ideal)

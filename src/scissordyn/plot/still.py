@@ -1,26 +1,51 @@
-"""The structure itself at several instants, with its clearance joints magnified."""
+"""Stills of the mechanism: at several instants with its clearance joints magnified, and what bars that bend carry."""
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence, Set
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.gridspec import SubplotSpec
 from matplotlib.patches import Rectangle
 
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plot.animation_scene import channel_of, clearance_joint, guides_of, scene_of
-from scissordyn.plot.bar_diagram import colour_bar
+from scissordyn.plot.animation_scene import Corners, channel_of, clearance_joint, guides_of, scene_of, upright
+from scissordyn.plot.bar_diagram import AXIAL, MOMENT, ORDINATE, colour_bar, diagram_of, is_known
 from scissordyn.plot.drawing import Drawing, draw_magnified
 from scissordyn.plot.file import figure_of
 from scissordyn.plot.label import write_labels
 from scissordyn.plot.picture import picture
-from scissordyn.plot.place import upright
-from scissordyn.plot.series import BEYOND, Joints, chosen_joints, mechanism_of, note_more, predictability_horizon, window
-from scissordyn.plot.style import BLACK, LIGHT, figure_size, figure_width, in_lines, is_column, legend, literal, small
+from scissordyn.plot.series import (
+    BEYOND,
+    Joints,
+    chosen_joints,
+    draw_curves,
+    finish,
+    mechanism_of,
+    note_more,
+    predictability_horizon,
+    time_scale,
+    window,
+)
+from scissordyn.plot.style import (
+    BLACK,
+    BLUE,
+    GREY,
+    LIGHT,
+    dress,
+    figure_size,
+    figure_width,
+    in_lines,
+    is_column,
+    legend,
+    literal,
+    small,
+)
 from scissordyn.run.answer.deflection import magnified_deflection
 from scissordyn.run.answer.joint_force import clearance_joints
 from scissordyn.run.answer.placement import Placement
@@ -167,3 +192,99 @@ def magnified(run: xr.Dataset, mechanism: Mechanism, sample: int, joint: str, *,
     caption = (f"{literal(joint)}: {state}", f"clearance magnified {gain:.2g} times")
     axes.set_title("\n".join(in_lines(line, 1.35 * width, letters) for line in caption), fontsize=letters, color=BLACK)
     return axes
+
+
+@picture()
+def bending(
+    run: xr.Dataset,
+    mechanism: Mechanism | None = None,
+    *,
+    time: float | None = None,
+    envelope: bool = False,
+    start: float | None = None,
+    end: float | None = None,
+) -> list[Axes]:
+    """Bending moment and axial force as ordinates, stress as colours of the bars, and the largest stress over time.
+
+    Ordinates of the bending moment stand on the side of a bar whose fibres are in tension, those of a positive axial force on
+    the side of -y of its frame.
+
+    Parameters
+    ----------
+    mechanism : Mechanism, optional
+        The one that was run, with bars that bend; the one that the run holds if not given.
+    time : float, optional
+        Instant of the diagrams [s], at the nearest sample; that with the largest strain of a fibre if not given.
+    envelope : bool
+        The largest and the least value at each place over all samples, on the mechanism at that instant.
+
+    Returns
+    -------
+    list of Axes
+        Bending moment, axial force, stress where the material of all bars is known, and stress (or strain) over time.
+
+    Raises
+    ------
+    InputError
+        If no bar bends.
+    """
+    run, mechanism = window(run, start, end), mechanism or mechanism_of(run)
+    quantities = [quantity for quantity in (MOMENT, AXIAL, "stress") if is_known(quantity, mechanism)]
+    beams = list(diagram_of(run, mechanism, quantities[0]).parts)
+    strain = run["beam_fibre_strain"].sel(beam=beams).transpose("time", "beam").values
+    when = int(np.argmax(strain.max(axis=1))) if time is None else int(np.argmin(np.abs(run["time"].values - time)))
+    part = run if envelope else run.isel(time=[when])
+    shown = [diagram_of(part, mechanism, quantity) for quantity in quantities]
+    shown = [diagram.envelope() for diagram in shown] if envelope else shown
+    scene = dataclasses.replace(scene_of(run, mechanism, np.array([when]), []), diagrams=tuple(shown))
+    reach = 1.2 * ORDINATE * float(np.max(scene.high - scene.low))  # room for the diagrams around the mechanism
+    corners = scene.low - reach, scene.high + reach
+    drawn, below = _diagrams(len(shown), corners)
+    title = "envelope" if envelope else scene.instant(0)
+    drawings = []
+    for axes, diagram in zip(drawn, shown, strict=True):
+        drawings.append(Drawing(axes, dataclasses.replace(scene, on_bars=diagram.quantity), corners))
+        drawings[-1].show(0, diagram)
+        if diagram.coloured:
+            colour_bar([axes], diagram)
+        most, where = diagram.most()
+        caption = f"{diagram.quantity}, {title}: {diagram.scale.with_unit(most, 3)} in {where}"
+        axes.set_title(in_lines(caption, min(figure_width(), 5.5) - 1.0, small()), loc="left", fontsize=small())
+    figure = figure_of(drawn)
+    drawn.append(figure.add_subplot(below))
+    _stress(drawn[-1], run, beams, when)
+    figure.draw_without_rendering()
+    for drawing in drawings:
+        drawing.fit_rings()
+    return drawn
+
+
+def _diagrams(diagrams: int, corners: Corners) -> tuple[list[Axes], SubplotSpec]:
+    """Panels of a new figure for two or three diagrams, and the place of the curve."""
+    width, height = corners[1] - corners[0]
+    tall = 1.0 + min(1.6, max(0.35, 5.0 * float(height / width)))
+    if is_column():  # the diagrams stand one below the other
+        figure = Figure(figsize=figure_size(5.5, diagrams * tall + 3.2), layout="constrained")
+        grid = figure.add_gridspec(diagrams + 1, 1, height_ratios=(*[tall] * diagrams, 2.2))
+        return [figure.add_subplot(grid[k, 0]) for k in range(diagrams)], grid[diagrams, 0]
+    lower = max(tall, 2.2) if diagrams > 2 else 2.2
+    figure = Figure(figsize=figure_size(11.0, tall + lower + 0.4), layout="constrained")
+    grid = figure.add_gridspec(2, 2, height_ratios=(tall, lower))
+    places = [grid[0, 0], grid[0, 1], grid[1, 0]][:diagrams]
+    return [figure.add_subplot(place) for place in places], grid[1, 1] if diagrams > 2 else grid[1, :]
+
+
+def _stress(axes: Axes, run: xr.Dataset, beams: list[str], when: int) -> None:
+    """The largest stress of all bars over time, with the yield strength where it is known; or the largest strain."""
+    stress, used, strain = (run[f"beam_{name}"].sel(beam=beams) for name in ("stress", "utilisation", "fibre_strain"))
+    known = bool(stress.max() > 0.0)
+    dress(axes)
+    time, shown = time_scale(run), (stress if known else strain).max("beam", keep_attrs=True)
+    scale = draw_curves(axes, "largest stress" if known else "largest strain", [(shown, {"color": BLUE})], time)
+    if used.any():
+        strength = scale.factor * float((stress / used.where(used > 0.0)).min())
+        axes.axhline(strength, color=GREY, linewidth=0.9, linestyle="--", label="yield strength")
+        axes.legend(loc="best", fontsize=small())
+    axes.axvline(time.factor * run["time"].values[when], color=GREY, linewidth=0.7)
+    axes.set_ylim(bottom=0.0)
+    finish([axes], run, time)

@@ -1,0 +1,354 @@
+"""Pictures over time: motion, torques, deviations of tracked points, energies, and two runs beside each other."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from scissordyn.errors import InputError, did_you_mean
+from scissordyn.plot.contact import TorqueSource, force_curve, torque_sources, with_instants
+from scissordyn.plot.picture import picture
+from scissordyn.plot.scale import Scale, engineering
+from scissordyn.plot.series import compare, draw_curves, draw_limit, finish, largest_forces, mark_largest, time_scale, window
+from scissordyn.plot.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    LINE,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILION,
+    Canvas,
+    legend,
+    literal,
+    normal,
+    panels,
+    small,
+)
+from scissordyn.run.answer.joint_force import clearance_joints
+from scissordyn.run.answer.summary import at_limit, summary_of
+from scissordyn.run.configuration import ATTRIBUTE, read_configuration
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+ROUND_OFF = 1e-10  # Relative change over a run that is none
+
+DEFAULT_BODY = "unit 1/bar 2"
+
+SLIDER = (("slider_position", "displacement"), ("slider_velocity", "velocity"), ("slider_acceleration", "acceleration"))
+ROTATION = (("angle", "angle"), ("angular_velocity", "angular velocity"), ("angular_acceleration", "angular acceleration"))
+
+RPM = Scale(30.0 / math.pi, "rpm")
+
+ROUND = 1.15  # The curve is drawn up to so many times the speed and the torque that are needed, at least
+
+ENERGIES = (
+    (
+        "energy",
+        (
+            ("kinetic_energy", "kinetic", BLUE),
+            ("potential_energy", "potential", GREEN),
+            ("stored_energy", "springs and other components", PURPLE),
+            ("drive_work", "work of the drive", VERMILION),
+            ("motor_work", "work of motors and actuators", ORANGE),
+            ("load_work", "work of forces and torques", SKY),
+        ),
+    ),
+    (
+        "contacts",
+        (
+            ("elastic_energy", "elastic", ORANGE),
+            ("damping_loss", "damping of contacts", BLUE),
+            ("friction_loss", "friction of contacts", GREEN),
+            ("damper_loss", "dampers and other components", VERMILION),
+            ("switching_loss", "latches and snapping", SKY),
+            ("dissipated_energy", "dissipated", PURPLE),
+        ),
+    ),
+    ("residual", (("energy_residual", "residual of the balance", BLACK),)),
+)
+"""Panels from top to bottom; quantities of different magnitude have separate scales."""
+
+ALWAYS = ("kinetic_energy", "potential_energy", "elastic_energy", "dissipated_energy", "energy_residual")
+"""Drawn also if they are zero throughout; other accounts only if something was booked on them."""
+
+NOT_OF_CONTACTS = ("damper_loss", "switching_loss")
+
+JOINTS = 3  # Most joints whose forces are compared, those with the largest forces
+
+SECOND: dict[str, Any] = {"color": VERMILION, "linewidth": LINE, "linestyle": (0, (5, 1.5)), "zorder": 3.0}
+"""The second run is dashed and on top, so that both are visible where they agree."""
+
+WORKS = ("drive_work", "motor_work", "load_work")
+
+
+@picture("Six Axes, row by row, slider at the left; three for a mechanism without a slider.")
+def response(
+    run: xr.Dataset,
+    ideal: xr.Dataset | None = None,
+    *,
+    body: str = "",
+    start: float | None = None,
+    end: float | None = None,
+    axes: Canvas = None,
+) -> list[Axes]:
+    """Displacement, velocity and acceleration of the slider; angle, angular velocity and acceleration of a body.
+
+    Parameters
+    ----------
+    body : str
+        The body of the angle. If not given: the output body; where that is the slider, the coupler of the first scissor unit,
+        or the first body.
+
+    Raises
+    ------
+    InputError
+        If there is no such body.
+    """
+    run = window(run, start, end)
+    bodies = [str(name) for name in run["body"].values]
+    chosen = body or _body(run, bodies)
+    if chosen not in bodies:
+        raise InputError(f"body '{chosen}'{did_you_mean(chosen, bodies)}", "one of " + ", ".join(bodies))
+    slides = SLIDER[0][0] in run
+    columns = 2 if slides else 1
+    drawn = panels(axes, 3, columns, size=(4.6 * columns, 6.4))
+    time = time_scale(run)
+    for row, ((along, sliding), (around, rotation)) in enumerate(zip(SLIDER, ROTATION, strict=True)):
+        right = drawn[columns * row + columns - 1]
+        if slides:
+            beside = None if ideal is None else ideal[along]
+            compare(drawn[2 * row], sliding, _without_round_off(run, SLIDER, row), beside, time=time)
+        curve = _without_round_off(run.sel(body=chosen), ROTATION, row)
+        beside = None if ideal is None else ideal[around].sel(body=chosen)
+        compare(right, rotation, curve, beside, time=time)
+    if slides:
+        drawn[0].set_title("slider", loc="left", fontsize=normal())
+    drawn[columns - 1].set_title(literal(chosen), loc="left", fontsize=normal())
+    finish(drawn, run, time, bottom=drawn[-columns:])
+    legend(drawn, above=axes is None)
+    return drawn
+
+
+def _without_round_off(run: xr.Dataset, names: tuple[tuple[str, str], ...], row: int) -> xr.DataArray:
+    """A velocity or acceleration; zero where it could not change what it is the derivative of by more than its last digits."""
+    values = run[names[row][0]]
+    if row == 0:
+        return values
+    duration = float(run["time"].values[-1] - run["time"].values[0])
+    before = float(abs(run[names[row - 1][0]]).max())
+    return 0.0 * values if float(abs(values).max()) * duration < ROUND_OFF * before else values
+
+
+def _body(run: xr.Dataset, bodies: list[str]) -> str:
+    """The output body where its rotation is the output; with a slider as output a coupler, or the first body."""
+    output = str(read_configuration(run).mechanism.output_body) if ATTRIBUTE in run.attrs else ""
+    if output in bodies and SLIDER[0][0] not in run:
+        return output
+    return DEFAULT_BODY if DEFAULT_BODY in bodies else bodies[0]
+
+
+@picture("One for each drive, actuator and motor, in this order.")
+def torque(
+    run: xr.Dataset,
+    ideal: xr.Dataset | None = None,
+    *,
+    start: float | None = None,
+    end: float | None = None,
+    axes: Canvas = None,
+) -> list[Axes]:
+    """The torques of drives, actuators and motors with their located maxima, beside the ideal mechanism's; one panel for each.
+
+    A limit is a dotted line in either sense; where the torque is at its limit the panel is shaded.
+
+    Raises
+    ------
+    InputError
+        If there is no drive, no actuator and no motor.
+    """
+    run = window(run, start, end)
+    sources = torque_sources(run)
+    if not sources:
+        raise InputError("a run without a drive", "a run of a driven or controlled mechanism", "arm.driven(speed=rpm(150))")
+    beside = {} if ideal is None else {source.name: source.curve for source in torque_sources(ideal)}
+    drawn = panels(axes, len(sources), size=(8.0, 0.7 + 2.6 * len(sources)))
+    time = time_scale(run)
+    for panel, source in zip(drawn, sources, strict=True):
+        scale = compare(panel, literal(source.name), source.curve, beside.get(source.name), time=time)
+        if source.peak is not None:
+            mark_largest(panel, time.factor * source.peak[0], scale.factor * source.peak[1])
+        _limit(panel, source, scale, time)
+    finish(drawn, run, time)
+    legend(drawn, above=axes is None)
+    return drawn
+
+
+def _limit(axes: Axes, source: TorqueSource, scale: Scale, time: Scale) -> None:
+    """Lines at the limit where the curve comes near it, and shading where the torque is there."""
+    if source.limit is None:
+        return
+    values = source.curve.values
+    for sign in (1.0, -1.0):
+        if np.max(sign * values, initial=0.0) > 0.5 * source.limit:
+            draw_limit(axes, sign * scale.factor * source.limit, "limit")
+    shaded: dict[str, Any] = {"facecolor": ORANGE, "alpha": 0.22, "linewidth": 0.0, "zorder": 0.5, "label": "at the limit"}
+    for start, end in at_limit(source.curve["time"].values, values, source.limit):
+        axes.axvspan(time.factor * start, time.factor * end, **shaded)
+
+
+def torque_speed(
+    needed: xr.Dataset,
+    *,
+    speeds: np.ndarray | None = None,
+    torques: np.ndarray | None = None,
+    axes: Canvas = None,
+) -> list[Axes]:
+    """Torque over speed of a drive, an actuator or a motor."""
+    (panel,) = panels(axes, 1, size=(5.4, 4.2))
+    scale = engineering("N m", needed["torque"].values, *(() if torques is None else (torques,)))
+    speed, torque = RPM.factor * needed["speed"].values, scale.factor * needed["torque"].values
+    panel.plot(speed, torque, color=BLUE, linewidth=0.7 * LINE, label=literal(f"torque of {needed.attrs['of']}"))
+    k = int(np.argmax(np.abs(torque)))
+    panel.plot(speed[k], torque[k], linestyle="", marker="o", markersize=3.0, color=BLACK, label="largest")
+    if speeds is not None and torques is not None:
+        at, most = RPM.factor * speeds, scale.factor * torques
+        for sense in (1.0, -1.0):
+            for side in (1.0, -1.0):
+                label = "motor" if sense == side == 1.0 else None
+                panel.plot(side * at, sense * most, color=VERMILION, linewidth=1.5 * LINE, label=label)
+        wide = ROUND * max(float(np.max(np.abs(speed))), float(at[-1]))
+        panel.set_xlim(-wide if speed.min() < -0.02 * wide else -0.02 * wide, wide)
+    panel.set(xlabel=RPM.label("speed"), ylabel=scale.label("torque"))
+    legend([panel], above=axes is None)
+    return [panel]
+
+
+def has_tracks(run: xr.Dataset) -> bool:
+    return "track_deviation" in run and run.sizes.get("track", 0) > 0
+
+
+@picture("One for each tracked point.")
+def track(run: xr.Dataset, *, start: float | None = None, end: float | None = None, axes: Canvas = None) -> list[Axes]:
+    """Deviation of tracked points from their commanded paths, with the located maximum and the tolerance; one panel for each.
+
+    Where a point is outside its tolerance the panel is shaded.
+
+    Raises
+    ------
+    InputError
+        If the run has no tracked point with a deviation.
+    """
+    run = window(run, start, end)
+    if not has_tracks(run):
+        raise InputError(
+            "a run without the deviation of a tracked point",
+            "a run of a mechanism with clearance and a tracked point",
+            'arm.track("tip", "unit 2/bar 1", "end", 1e-3)',
+        )
+    answers = {point.name: point for point in summary_of(run).points}
+    names = run["track"].values.astype(str).tolist()
+    drawn = panels(axes, len(names), size=(8.0, 0.7 + 2.4 * len(names)))
+    time = time_scale(run)
+    for panel, name in zip(drawn, names, strict=True):
+        sampled = run["track_deviation"].sel(track=name).values
+        point = answers.get(name)
+        tolerance = None if point is None else point.tolerance
+        peak = ([], []) if point is None else ([point.when], [point.deviation])
+        instants, values = with_instants(run["time"].values, sampled, *map(np.array, peak))
+        scale = engineering("m", values, *(() if tolerance is None else (tolerance,)))
+        at, deviation = time.factor * instants, scale.factor * values
+        panel.plot(at, deviation, color=BLUE, linewidth=LINE, label="deviation")
+        if point is not None and instants[0] <= point.when <= instants[-1]:
+            mark_largest(panel, time.factor * point.when, scale.factor * point.deviation)
+        if tolerance is not None:
+            outside, limit = values > tolerance, scale.factor * tolerance
+            draw_limit(panel, limit, "tolerance")
+            look: dict[str, Any] = {"facecolor": VERMILION, "alpha": 0.15, "linewidth": 0.0, "interpolate": True}
+            panel.fill_between(at, limit, deviation, where=outside, label="outside" if outside.any() else None, **look)
+        panel.set_ylim(bottom=0.0)
+        panel.set_ylabel(scale.label("deviation"))
+        panel.set_title(f"tracked point {literal(name)}", loc="left", fontsize=small())
+    finish(drawn, run, time)
+    legend(drawn)
+    return drawn
+
+
+@picture("Three Axes, or two for a run in which no contact stored or dissipated energy.")
+def energy(run: xr.Dataset, *, start: float | None = None, end: float | None = None, axes: Canvas = None) -> list[Axes]:
+    """Energies and work; elastic energy and losses of contacts and components; residual of the balance."""
+    run = window(run, start, end)
+    shown = []
+    for name, declared in ENERGIES:
+        kept = [line for line in declared if line[0] in run and (line[0] in ALWAYS or np.any(run[line[0]].values))]
+        if kept and (name != "contacts" or any(np.any(run[variable].values) for variable, _, _ in kept)):
+            losses = any(variable in NOT_OF_CONTACTS for variable, _, _ in kept)
+            shown.append(("losses" if losses else name, kept))
+    ratios = [1.0 if name == "residual" else 1.8 for name, _ in shown]
+    drawn = panels(axes, len(shown), size=(8.5, 0.6 + 1.25 * sum(ratios)), ratios=ratios)
+    time = time_scale(run)
+    for panel, (name, lines) in zip(drawn, shown, strict=True):
+        curves = [(run[variable], {"color": color, "label": label}) for variable, label, color in lines]
+        draw_curves(panel, name, curves, time)
+    finish(drawn, run, time)
+    for panel in drawn:
+        legend([panel])
+    return drawn
+
+
+def shared_curves(runs: Sequence[xr.Dataset]) -> Iterator[tuple[str, list[xr.DataArray]]]:
+    """Quantities over time that all runs have, with their curves: output, torques, forces, energy, work."""
+    if all("slider_position" in run for run in runs):
+        yield "displacement", [run["slider_position"] for run in runs]
+    torques = [{source.name: source.curve for source in torque_sources(run)} for run in runs]
+    for name in _shared([list(curves) for curves in torques]):
+        yield name, [curves[name] for curves in torques]
+    if not all("slider_position" in run for run in runs):
+        for body in _shared([run["body"].values.astype(str).tolist() for run in runs])[-1:]:
+            yield f"angle of {body}", [run["angle"].sel(body=body) for run in runs]
+    joints = _shared([clearance_joints(run) for run in runs])
+    largest = [largest_forces(run) for run in runs]
+    peaks = [max(curves[joint] for curves in largest) for joint in joints]
+    chosen = {joints[k] for k in np.argsort(-np.array(peaks), kind="stable")[:JOINTS]}
+    for joint in joints:
+        if joint in chosen:
+            yield f"force at {joint}", [force_curve(run, joint) for run in runs]
+    for variable, name in (("kinetic_energy", "kinetic energy"), ("dissipated_energy", "dissipated")):
+        if all(variable in run and np.any(run[variable].values) for run in runs):
+            yield name, [run[variable] for run in runs]
+    if all(set(WORKS) <= set(run.variables) and any(np.any(run[name].values) for name in WORKS) for run in runs):
+        yield "work", [sum((run[name] for name in WORKS[1:]), run[WORKS[0]]).assign_attrs(units="J") for run in runs]
+
+
+def _shared(names: Sequence[Sequence[str]]) -> list[str]:
+    return [name for name in names[0] if all(name in other for other in names[1:])]
+
+
+@picture("One for each of `shared_curves`.")
+def comparison(
+    run: xr.Dataset, other: xr.Dataset, *, labels: tuple[str, str] = ("first run", "second run"), axes: Canvas = None
+) -> list[Axes]:
+    """Output, torque, contact forces and energies of two runs, each pair of curves in one panel.
+
+    Parameters
+    ----------
+    run, other : Dataset
+    labels : (str, str)
+        Names of the runs in the legend.
+    """
+    curves = list(shared_curves([run, other]))
+    drawn = panels(axes, len(curves), size=(8.5, 0.8 + 1.75 * len(curves)))
+    longer = max(run, other, key=lambda part: float(part["time"].values[-1]))
+    time = time_scale(longer)
+    for panel, (name, pair) in zip(drawn, curves, strict=True):
+        looks = [look | {"label": literal(label)} for look, label in zip(({"color": BLUE}, SECOND), labels, strict=True)]
+        draw_curves(panel, literal(name), list(zip(pair, looks, strict=True)), time)
+        panel.set_ylabel(panel.get_ylabel().replace(" [", "\n["))
+    finish(drawn, longer, time)
+    legend(drawn, above=axes is None)
+    return drawn

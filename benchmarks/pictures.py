@@ -19,8 +19,7 @@ from benchmarks.drawings import clearance_joint, result
 from scissordyn.config.case import CaseTable
 from scissordyn.config.file import read_case
 from scissordyn.config.table import instance
-from scissordyn.plot.animation import animate, magnified_first
-from scissordyn.plot.animation_film import Film
+from scissordyn.plot.animation import Film, animate, magnified_first
 from scissordyn.plot.animation_scene import scene_of
 from scissordyn.plot.file import write
 from scissordyn.plot.over_time import comparison

@@ -118,7 +118,7 @@ from scissordyn.periodic.lyapunov import (
     variational_exponent as variational_exponent,
 )
 from scissordyn.plot.animation import animate as animate
-from scissordyn.plot.notebook import view as view
+from scissordyn.plot.canvas import view as view
 from scissordyn.plot.preview import preview as preview
 from scissordyn.plot.publication import style as style
 from scissordyn.run.batch import simulate_many as simulate_many

@@ -22,7 +22,7 @@ from scissordyn.component.catalogue import COMPONENTS
 from scissordyn.component.port import ACTUATOR, LINE, PORTS
 from scissordyn.config.template import template
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plot.animation_film import Film
+from scissordyn.plot.animation import Film
 from scissordyn.plot.animation_scene import corners_of, scene_of
 from scissordyn.plot.canvas import page as film_page
 from scissordyn.plot.still import structure

@@ -20,8 +20,7 @@ from scissordyn.component.spring import Spring
 from scissordyn.errors import InputError
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plot.animation import animate
-from scissordyn.plot.animation_film import Film
+from scissordyn.plot.animation import Film, animate
 from scissordyn.plot.animation_scene import GAP, Scene, outline, scene_of
 from scissordyn.plot.canvas import page
 from scissordyn.plot.still import structure

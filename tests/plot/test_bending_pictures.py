@@ -10,8 +10,7 @@ from scissordyn.component.port.stroke import bent
 from scissordyn.errors import InputError
 from scissordyn.plan.bending import beams_of
 from scissordyn.plan.flexible import flexible_bars
-from scissordyn.plot.animation import animate
-from scissordyn.plot.animation_film import Film
+from scissordyn.plot.animation import Film, animate
 from scissordyn.plot.animation_scene import scene_of
 from scissordyn.plot.bar_diagram import QUANTITIES, diagram_of, edges
 from scissordyn.plot.modes import frequencies, oscillation, shapes

@@ -17,8 +17,7 @@ from scissordyn.laws.elastic.linear import Linear
 from scissordyn.model.guide_clearance import GuideClearance
 from scissordyn.model.linkage import slider_crank
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plot.animation import animate
-from scissordyn.plot.animation_film import Film
+from scissordyn.plot.animation import Film, animate
 from scissordyn.plot.animation_scene import GAP, channel_of, guides_of, scene_of
 from scissordyn.plot.canvas import packed
 from scissordyn.plot.joint import orbit

@@ -1,22 +1,30 @@
-"""A run as a film: GIF, MP4, or a page with a player."""
+"""A run as a film: GIF and MP4, drawn by matplotlib, or a page with a player."""
 
 from __future__ import annotations
 
 import os
+import subprocess
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
+from matplotlib.text import Annotation
 
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.file.output_file import check_target, write_file
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plot.animation_film import write_film
-from scissordyn.plot.animation_scene import scene_of
-from scissordyn.plot.canvas import write_page
-from scissordyn.plot.series import MOST_JOINTS, chosen_joints, clearance_pins, largest_forces
+from scissordyn.plot.animation_scene import Channel, Scene, newtons, scale_in_words, scene_of
+from scissordyn.plot.bar_diagram import colour_bar
+from scissordyn.plot.canvas import page
+from scissordyn.plot.drawing import Drawing, draw_magnified
+from scissordyn.plot.series import MOST_JOINTS, chosen_joints, clearance_pins, largest_forces, write_more
+from scissordyn.plot.style import BLACK, literal, small
 from scissordyn.run.advance.instants import spread_samples
 from scissordyn.run.answer.deflection import magnified_deflection
 from scissordyn.run.answer.joint_force import clearance_joints
@@ -26,19 +34,22 @@ if TYPE_CHECKING:
 
 RATES = {"gif": 10, "mp4": 25, "html": 25}  # Frames per second by format. A GIF is composed in memory before it is written
 
-FILMS = tuple(RATES)
+DPI = 100
+
+WIDE = 1.5  # Structures wider than this have the panels of their joints below, others beside them
+NARROW = 0.5  # Least ratio of width to height of the region that is drawn
+
+LEADER = {"arrowstyle": "-", "color": BLACK, "linewidth": 0.5, "shrinkA": 1.0, "shrinkB": 0.5}
+"""The thin line from a name to its joint."""
 
 
 def check_film(path: str | os.PathLike[str]) -> None:
     """Raise `InputError` unless a film can be written in the format that a file name ends with."""
     ending = Path(path).suffix.lower().removeprefix(".")
-    if ending not in FILMS:
-        raise InputError(f"film '{path}'{did_you_mean(ending, FILMS)}", "a name that ends in .gif, .mp4 or .html", "film.html")
-    if ending == "mp4":
-        from matplotlib.animation import FFMpegWriter
-
-        if not FFMpegWriter.isAvailable():
-            raise InputError("an MP4 needs the program ffmpeg, which is not installed", "film.gif or film.html")
+    if ending not in RATES:
+        raise InputError(f"film '{path}'{did_you_mean(ending, RATES)}", "a name that ends in .gif, .mp4 or .html", "film.html")
+    if ending == "mp4" and not FFMpegWriter.isAvailable():
+        raise InputError("an MP4 needs the program ffmpeg, which is not installed", "film.gif or film.html")
 
 
 def animate(
@@ -104,9 +115,9 @@ def animate(
         with tempfile.TemporaryDirectory(prefix="scissordyn-film-") as folder:
             part = Path(folder) / f"film{target.suffix.lower()}"
             if target.suffix.lower() == ".html":
-                write_page(scene, run, part, seconds)
+                part.write_text(page(scene, run, seconds), encoding="utf-8")
             else:
-                write_film(scene, part, rate, slower)
+                _write_film(scene, part, rate, slower)
             film = part.read_bytes()
     except OSError as error:
         raise InputError(
@@ -123,3 +134,98 @@ def magnified_first(run: xr.Dataset, mechanism: Mechanism, joints: Sequence[str]
     guides = [guide.name for guide in mechanism.guides if guide.clearance is not None] if joints is None else []
     shown = len(joints) if joints is not None else MOST_JOINTS
     return shown, chosen + sorted(others, key=lambda name: -largest[name]), guides
+
+
+class Film:
+    """A figure whose artists are moved from frame to frame."""
+
+    def __init__(self, scene: Scene, slower: float) -> None:
+        self.scene, self.slower = scene, slower
+        region = _widened(scene.low, scene.high)
+        joints = scene.magnified[: scene.shown]
+        self.figure, self.axes, self.panels = _figure(float(np.divide(*(region[1] - region[0]))), len(joints))
+        self.drawing = Drawing(self.axes, scene, region)
+        self.diagram = self.drawing.diagram and self.drawing.diagram.diagram
+        if self.diagram and self.diagram.coloured:
+            colour_bar([self.axes], self.diagram)
+        self.joints = [draw_magnified(axes, joint) for axes, joint in zip(self.panels, joints, strict=True)]
+        for axes, joint in zip(self.panels, joints, strict=True):  # in two lines, for panels stand close to each other
+            axes.set_xlabel(f"clearance magnified\n{joint.gain:.2g} times", fontsize=small())
+        self.names = [_name(self.axes, joint.name) for joint in joints]
+        self.asides = np.zeros((len(scene.time), len(joints), 2))
+        write_more(self.figure, len(scene.magnified) - len(joints))
+        self.show(0)
+        for _ in range(2):  # lays the panels out, once for all frames; the first time without the room of equal scales
+            self.figure.draw_without_rendering()
+        self.figure.set_layout_engine("none")
+        longer = self.drawing.fit_rings()
+        self.asides = scene.asides(len(joints), region=region, longer=longer, looks=len(scene.time))
+        self.show(0)
+
+    def show(self, frame: int) -> None:
+        self.drawing.show(frame)
+        for axes, magnified, name, aside in zip(self.panels, self.joints, self.names, self.asides[frame], strict=True):
+            magnified.show(frame)
+            joint = magnified.joint
+            touched = joint.touching[frame].any() if isinstance(joint, Channel) else joint.touched[frame]
+            state = newtons(float(joint.force[frame])) if touched else "free"
+            axes.set_title(f"{literal(joint.name)}: {state}", fontsize=small(), color=BLACK)
+            name.xy = tuple(joint.place[frame])
+            name.set_position(tuple(aside))
+        caption = f"{self.scene.instant(frame)}   ({scale_in_words(self.slower, self.scene.magnification)})"
+        if self.diagram and not self.diagram.coloured:
+            caption = f"{self.diagram.label}\n{caption}"
+        self.axes.set_title(caption, loc="left", fontsize=small())
+
+
+def _name(axes: Axes, text: str) -> Annotation:
+    """A name beside its joint, readable over bars."""
+    offset = {"xytext": (0.0, 0.0), "textcoords": "offset points", "fontsize": small(), "arrowprops": LEADER}
+    annotation = axes.annotate(literal(text), (0.0, 0.0), zorder=6.0, ha="center", va="center", color=BLACK, **offset)  # type: ignore[arg-type]
+    annotation.set_path_effects([withStroke(linewidth=2.0, foreground="white")])
+    annotation.set_in_layout(False)
+    return annotation
+
+
+def _widened(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The region of a structure, that of a narrow one with room for names at its sides."""
+    width, height = high - low
+    more = np.array([0.5 * max(NARROW * height - width, 0.0), 0.0])
+    return low - more, high + more
+
+
+def _figure(aspect: float, joints: int) -> tuple[Figure, Axes, list[Axes]]:
+    """A figure with a panel for the structure and one for each joint."""
+    if aspect > WIDE:
+        width = 9.0
+        heights = [min(max(width / aspect, 1.6), 5.0) + 0.7, *[1.9] * bool(joints)]
+        figure = Figure(figsize=(width, sum(heights)), layout="constrained")
+        grid = figure.add_gridspec(len(heights), max(joints, 1), height_ratios=heights)
+        places = [grid[1, k] for k in range(joints)]
+        main = grid[0, :]
+    else:
+        height, columns = 5.6, -(-joints // 3)
+        widths = [min(max((height - 0.8) * aspect, 2.4), 7.0) + 0.8, *[1.9] * columns]
+        figure = Figure(figsize=(sum(widths), height), layout="constrained")
+        grid = figure.add_gridspec(min(max(joints, 1), 3), len(widths), width_ratios=widths)
+        places = [grid[k % 3, 1 + k // 3] for k in range(joints)]
+        main = grid[:, 0]
+    return figure, figure.add_subplot(main), [figure.add_subplot(place) for place in places]
+
+
+def _write_film(scene: Scene, path: Path, rate: int, slower: float) -> None:
+    film = Film(scene, slower)
+    writer: AbstractMovieWriter
+    if path.suffix.lower() == ".mp4":
+        # players need even sides and this pixel format
+        even = ["-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2", "-pix_fmt", "yuv420p"]
+        writer = FFMpegWriter(fps=rate, codec="h264", extra_args=even)
+    else:
+        writer = PillowWriter(fps=rate)
+    try:
+        with writer.saving(film.figure, str(path), DPI):
+            for frame in range(len(scene.time)):
+                film.show(frame)
+                writer.grab_frame()
+    except subprocess.CalledProcessError as error:
+        raise InputError(f"ffmpeg could not write the film (exit status {error.returncode})", "film.gif or film.html") from None

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import base64
 import json
+from dataclasses import dataclass, field
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.animation_scene import EDGE, Channel, Scene, scale_in_words, scene_of
 from scissordyn.plot.bar_diagram import COLOURS, ORDINATE, QUANTITIES, Diagram
 from scissordyn.plot.label_place import LOOKS
 from scissordyn.plot.scale import engineering
-from scissordyn.plot.series import clearance_pins, largest_forces, predictability_horizon
+from scissordyn.plot.series import clearance_pins, largest_forces, mechanism_of, predictability_horizon
 from scissordyn.run.advance.instants import spread_samples
 
 if TYPE_CHECKING:
@@ -27,6 +30,7 @@ CANVAS = "".join((Path(__file__).parent / "assets" / part).read_text(encoding="u
 
 FRAMES = 500  # Most frames in the explorer; between two of them contacts and largest forces are kept
 MOST_NAMES = 6  # Of more joints, as in canvas.js, the chosen one alone has its name in the drawing, in one place beside it
+HIGH = 520  # Of the frame in a notebook [pixel]
 SECONDS = 6.0  # How long a run is shown at speed 1 [s]
 
 
@@ -194,5 +198,43 @@ def page(scene: Scene, run: xr.Dataset, seconds: float, *, ghost: str = "") -> s
     return PAGE.format(about=about, scene=data, ghost=other, canvas=CANVAS.replace("export default { render };", ""))
 
 
-def write_page(scene: Scene, run: xr.Dataset, path: Path, seconds: float) -> None:
-    path.write_text(page(scene, run, seconds), encoding="utf-8")
+@dataclass(frozen=True)
+class View:
+    """A film that a notebook shows.
+
+    Parameters
+    ----------
+    html : str
+        Its page.
+    """
+
+    html: str = field(repr=False)
+
+    def _repr_html_(self) -> str:
+        # a frame keeps the styles and scripts of page and notebook apart
+        return f'<iframe srcdoc="{escape(self.html)}" style="width: 100%; height: {HIGH}px; border: 0"></iframe>'
+
+
+def view(run: xr.Dataset, *, ghost: xr.Dataset | None = None) -> View:
+    """The motion of a run in a notebook, with its clearance joints magnified.
+
+    Parameters
+    ----------
+    run : Dataset
+    ghost : Dataset, optional
+        Another run, drawn dashed at the same times.
+
+    Returns
+    -------
+    View
+        Jupyter, marimo and whatever else shows HTML display it; `html` is the page, without other files or network access.
+
+    Raises
+    ------
+    InputError
+        If a run has fewer than two samples.
+    """
+    if any(shown.sizes.get("time", 0) < 2 for shown in (run, ghost) if shown is not None):
+        raise InputError("a run of fewer than two samples", "a longer run")
+    other = "" if ghost is None else packed_scene(ghost, mechanism_of(ghost))
+    return View(page(run_scene(run, mechanism_of(run)), run, SECONDS, ghost=other))

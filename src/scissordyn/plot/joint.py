@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 from matplotlib.axes import Axes
 
 from scissordyn.errors import InputError, did_you_mean
@@ -45,9 +46,6 @@ from scissordyn.plot.style import (
 )
 from scissordyn.run.answer.film import MIXED
 from scissordyn.run.configuration import read_configuration
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 STRIP = 0.06  # Height of the strip of contacts, as a fraction of the panel
 COLUMNS, LEAST = 3, 1.7  # Orbits in a row, and their least width in a figure of a width that the user has chosen [inch]
@@ -102,8 +100,7 @@ def _force(axes: Axes, run: xr.Dataset, ideal: xr.Dataset | None, joint: str, ti
     contacts = contact_times(run, joint, normal=oiled)
     curves: list[tuple[xr.DataArray, dict[str, Any]]] = [(force_curve(run, joint), {"color": BLUE, "label": "force"})]
     if ideal is not None and "reaction" in ideal and joint in ideal["joint"].values:
-        x, y = (ideal["reaction"].sel(joint=joint, axis=axis) for axis in ("x", "y"))
-        curves.append((np.hypot(x, y), IDEAL | {"label": "ideal reaction"}))
+        curves.append((_size(ideal["reaction"].sel(joint=joint)), IDEAL | {"label": "ideal reaction"}))
     if oiled:
         curves.append((force_curve(run, joint, normal=True), {"color": GREEN, "label": "normal force of the metal"}))
     scale = engineering("N", contacts.peak, *(curve.values for curve, _ in curves))
@@ -121,6 +118,11 @@ def _force(axes: Axes, run: xr.Dataset, ideal: xr.Dataset | None, joint: str, ti
         axes.broken_barh(spans, (0.0, STRIP), transform=axes.get_xaxis_transform(), **look)
     else:
         axes.text(0.5, 0.5, "no contact in this run", transform=axes.transAxes, ha="center", fontsize=small(), color=GREY)
+
+
+def _size(vector: xr.DataArray) -> xr.DataArray:
+    sizes: xr.DataArray = xr.apply_ufunc(np.hypot, vector.sel(axis="x"), vector.sel(axis="y"), keep_attrs=True)
+    return sizes
 
 
 @picture("One per joint.")
@@ -256,10 +258,8 @@ def film(
     drawn[0].axhline(size.factor * MIXED * rough, color=GREY, linewidth=LINE, linestyle="--", label="three roughnesses")
     drawn[0].set_ylabel(size.label("film thickness"))
     drawn[0].set_title(literal(chosen), fontsize="medium")
-    force = here["film_force"]
-    sizes = np.hypot(force.sel(axis="x"), force.sel(axis="y")).assign_attrs(force.attrs)
-    for panel, values, text in ((drawn[1], here["film_pressure"], "largest pressure"), (drawn[2], sizes, "force of the film")):
-        draw_curves(panel, text, [(values, {"color": BLUE})], time)
+    draw_curves(drawn[1], "largest pressure", [(here["film_pressure"], {"color": BLUE})], time)
+    draw_curves(drawn[2], "force of the film", [(_size(here["film_force"]), {"color": BLUE})], time)
     finish(drawn, run, time)
     drawn[0].set_yscale("log")
     legend(drawn, above=axes is None)

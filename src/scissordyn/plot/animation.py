@@ -19,7 +19,7 @@ from matplotlib.text import Annotation
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.file.output_file import check_target, write_file
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plot.animation_scene import Channel, Scene, newtons, scale_in_words, scene_of
+from scissordyn.plot.animation_scene import Scene, newtons, scale_in_words, scene_of
 from scissordyn.plot.bar_diagram import colour_bar
 from scissordyn.plot.canvas import page
 from scissordyn.plot.drawing import Drawing, draw_magnified
@@ -167,8 +167,7 @@ class Film:
         for axes, magnified, name, aside in zip(self.panels, self.joints, self.names, self.asides[frame], strict=True):
             magnified.show(frame)
             joint = magnified.joint
-            touched = joint.touching[frame].any() if isinstance(joint, Channel) else joint.touched[frame]
-            state = newtons(float(joint.force[frame])) if touched else "free"
+            state = newtons(float(joint.force[frame])) if joint.touched[frame] else "free"
             axes.set_title(f"{literal(joint.name)}: {state}", fontsize=small(), color=BLACK)
             name.xy = tuple(joint.place[frame])
             name.set_position(tuple(aside))

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -83,6 +82,26 @@ class ClearanceJoint:
     touched: np.ndarray  # (frames,) Whether there was contact at any instant since the frame before
     force: np.ndarray  # (frames,) Largest force since the frame before [N]
     gain: float  # Magnification of the clearance relative to that of the journal
+
+
+@dataclass(frozen=True)
+class Channel:
+    """The block of a clearance guide between the guide surfaces, its line horizontal, in drawn half widths of the block."""
+
+    name: str  # Of the guide
+    block: np.ndarray  # (samples, corners, 2) The corners around the block, with magnified clearance
+    touching: np.ndarray  # (samples, corners) Which corners are in contact
+    surfaces: dict[float, float]  # Heights of the guide surfaces by their sides, 1 and -1
+    force: np.ndarray  # (samples,) Largest force of a corner [N]
+    place: np.ndarray  # (samples, 2) Where the block is in the picture [m]
+    gain: float  # Magnification of the clearance relative to that of the block
+    corners: tuple[str, ...]  # Names of the contact points, as they stand around the block
+    hollow: bool = False  # Whether the block surrounds the guide, as a ring does a pole
+
+    @property
+    def touched(self) -> np.ndarray:
+        """Whether any corner is in contact, shape (samples,)."""
+        return np.asarray(self.touching.any(axis=1))
 
 
 @dataclass(frozen=True)
@@ -181,8 +200,12 @@ def scene_of(
     shown: int = MOST_JOINTS,
     on_bars: str | None = None,
     larger: float = 1.0,
+    between: bool = True,
 ) -> Scene:
-    """The scene of a film of a run; of pictures with larger blocks, loads and symbols than those of a film."""
+    """The scene of a film of a run; of pictures with larger blocks, loads and symbols than those of a film.
+
+    `between`: whether a frame covers the contacts since the one before, as that of a film does, or its instant alone.
+    """
     if on_bars is not None:
         check_quantity(on_bars, mechanism)
     diagrams = known_diagrams(run, mechanism)
@@ -213,11 +236,11 @@ def scene_of(
         shapes=tuple(shapes),
         pins=np.stack(pins, axis=1) if pins else np.empty((len(frames), 0, 2)),
         supports=np.array([placement.place(end)[0] for end in supported], float).reshape(-1, 2),
-        clearance_joints=tuple(clearance_joint(run, mechanism, placement, frames, name) for name in joints),
+        clearance_joints=tuple(_clearance_joint(run, mechanism, placement, frames, name, between=between) for name in joints),
         low=low,
         high=high,
         turns=placement.turns,
-        channels=tuple(_channel(run, mechanism, placement, frames, name) for name in guides),
+        channels=tuple(_channel(run, mechanism, placement, frames, name, between=between) for name in guides),
         shown=shown,
         pin_names=tuple(joint.name for joint in mechanism.ideal_joints),
         tracks=tuple((track.name, _tracked(mechanism, placement, track)) for track in mechanism.tracks),
@@ -288,10 +311,9 @@ def _guides(mechanism: Mechanism, placement: Placement, size: float) -> list[Sha
     return shapes
 
 
-def clearance_joint(
-    run: xr.Dataset, mechanism: Mechanism, placement: Placement, frames: np.ndarray, name: str, *, between: bool = True
+def _clearance_joint(
+    run: xr.Dataset, mechanism: Mechanism, placement: Placement, frames: np.ndarray, name: str, *, between: bool
 ) -> ClearanceJoint:
-    """A clearance joint at the frames of a film, each of which covers the time since the one before, or at instants alone."""
     joint, read = mechanism.joint(name), run.variables
     k = read["joint"].values.tolist().index(name)
     if joint.clearance is None:
@@ -322,47 +344,16 @@ def clearance_joint(
     )
 
 
-def _channel(run: xr.Dataset, mechanism: Mechanism, placement: Placement, frames: np.ndarray, name: str) -> Channel:
-    """The channel of a guide, frame by frame; a frame covers the contacts since the one before."""
-    last = int(frames[-1]) + 1
-    every = channel_of(run, mechanism, slice(last), name, placement.place(mechanism.guide(name).follower))
-    begins = np.concatenate([[0], frames[:-1] + 1])
-    when = run["time"].values[frames]
-    located = [frame_contacts(run, corner, when) for corner in every.corners]
-    return dataclasses.replace(
-        every,
-        block=every.block[frames],
-        touching=np.logical_or.reduceat(every.touching, begins, axis=0) | np.stack([part for part, _ in located], axis=1),
-        force=np.max([np.maximum.reduceat(every.force, begins), *(part for _, part in located)], axis=0),
-    )
-
-
-@dataclass(frozen=True)
-class Channel:
-    """The block of a clearance guide between the guide surfaces, its line horizontal, in drawn half widths of the block."""
-
-    name: str  # Of the guide
-    block: np.ndarray  # (samples, corners, 2) The corners around the block, with magnified clearance
-    touching: np.ndarray  # (samples, corners) Which corners are in contact
-    surfaces: dict[float, float]  # Heights of the guide surfaces by their sides, 1 and -1
-    force: np.ndarray  # (samples,) Largest force of a corner [N]
-    place: np.ndarray  # (samples, 2) Where the block is in the picture [m]; empty if not asked for
-    gain: float  # Magnification of the clearance relative to that of the block
-    corners: tuple[str, ...]  # Names of the contact points, as they stand around the block
-    hollow: bool = False  # Whether the block surrounds the guide, as a ring does a pole
-
-
 def guides_of(mechanism: Mechanism, names: Iterable[str]) -> list[str]:
     """Names of clearance joints with the contact points of each clearance guide replaced by the guide, once."""
     guide = {point.name: point.guide for point in mechanism.contact_points}
     return list(dict.fromkeys(guide.get(name, name) for name in names))
 
 
-def channel_of(run: xr.Dataset, mechanism: Mechanism, samples: Any, guide: str, place: np.ndarray | None = None) -> Channel:
-    """The channel of a guide at samples of a run.
-
-    Shapes: `place` (samples, 2) [m].
-    """
+def _channel(
+    run: xr.Dataset, mechanism: Mechanism, placement: Placement, frames: np.ndarray, guide: str, *, between: bool
+) -> Channel:
+    """The channel of a guide, frame by frame."""
     described = mechanism.guide(guide)
     gap = described.clearance
     if gap is None:
@@ -370,7 +361,8 @@ def channel_of(run: xr.Dataset, mechanism: Mechanism, samples: Any, guide: str, 
             f"guide '{guide}' is ideal", "a clearance guide", f'mechanism.with_clearance("{guide}", GuideClearance(...))'
         )
     points = [point for point in mechanism.contact_points if point.guide == guide]
-    now = run[["indentation", "in_contact", "reaction"]].isel(time=samples).sel(joint=[point.name for point in points])
+    last = int(frames[-1]) + 1 if between else run.sizes["time"]
+    now = run[["indentation", "in_contact", "reaction"]].isel(time=slice(last)).sel(joint=[point.name for point in points])
     now = now.transpose("time", "joint", "axis", missing_dims="ignore")
     follower = mechanism.body(described.follower[0])
     base = 0.0 if described.body == GROUND else mechanism.body(described.body).placed_angle
@@ -382,20 +374,31 @@ def channel_of(run: xr.Dataset, mechanism: Mechanism, samples: Any, guide: str, 
     inside = -1.0 if gap.around else 1.0  # where a surface is, seen from the corner that faces it
     half = abs(float(np.mean(distance)) - gap.clearance)
     centred = inside * np.abs(across) + gap.corner_radius  # extent of the outline towards the surface with the block centred
-    moved = now["indentation"].values + distance - centred
+    moved = now["indentation"].values[frames] + distance - centred
     surface = distance / half + (GAP / gap.clearance - 1.0 / half) * gap.clearance
     heights = inside * side * (centred / half + GAP * moved / gap.clearance)
     tips = np.stack([np.broadcast_to(LONG * along / np.max(np.abs(along)), heights.shape), heights], axis=-1)
     around = np.argsort(np.arctan2(across, along))
+    corners = tuple(points[k].name for k in around)
+    touching, force = (
+        now["in_contact"].values.astype(bool)[:, around],
+        np.linalg.norm(now["reaction"].values, axis=2).max(axis=1),
+    )
+    touched, largest = touching[frames], force[frames]
+    if between:
+        begins = np.concatenate([[0], frames[:-1] + 1])
+        located = [frame_contacts(run, corner, run["time"].values[frames]) for corner in corners]
+        touched = np.logical_or.reduceat(touching, begins, axis=0) | np.stack([part for part, _ in located], axis=1)
+        largest = np.max([np.maximum.reduceat(force, begins), *(part for _, part in located)], axis=0)
     return Channel(
         guide,
         tips[:, around],
-        now["in_contact"].values.astype(bool)[:, around],
+        touched,
         {face: face * float(surface[inside * side == face][0]) for face in (1.0, -1.0)},
-        np.linalg.norm(now["reaction"].values, axis=2).max(axis=1),
-        np.empty((0, 2)) if place is None else place,
+        largest,
+        placement.place(described.follower),
         GAP * half / gap.clearance,
-        tuple(points[k].name for k in around),
+        corners,
         gap.around,
     )
 

@@ -177,7 +177,7 @@ class MagnifiedBlock:
     def show(self, frame: int) -> None:
         touching = self.joint.touching[frame]
         self.block.set_xy(self.joint.block[frame])
-        self.block.set_edgecolor(VERMILION if touching.any() else SKY)
+        self.block.set_edgecolor(VERMILION if self.joint.touched[frame] else SKY)
         self.corners.set_data(*self.joint.block[frame][touching].T)
 
 

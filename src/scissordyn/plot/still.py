@@ -14,7 +14,7 @@ from matplotlib.patches import Rectangle
 
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plot.animation_scene import Corners, channel_of, clearance_joint, guides_of, scene_of, upright
+from scissordyn.plot.animation_scene import Channel, ClearanceJoint, Corners, guides_of, scene_of
 from scissordyn.plot.bar_diagram import AXIAL, MOMENT, ORDINATE, colour_bar, diagram_of, is_known
 from scissordyn.plot.drawing import Drawing, draw_magnified
 from scissordyn.plot.file import figure_of
@@ -24,6 +24,7 @@ from scissordyn.plot.series import (
     BEYOND,
     Joints,
     chosen_joints,
+    clearance_pins,
     draw_curves,
     finish,
     mechanism_of,
@@ -48,7 +49,6 @@ from scissordyn.plot.style import (
 )
 from scissordyn.run.answer.deflection import magnified_deflection
 from scissordyn.run.answer.joint_force import clearance_joints
-from scissordyn.run.answer.placement import Placement
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -107,24 +107,27 @@ def structure(
         run = magnified_deflection(run, mechanism, magnify, samples=samples)
     largest = chosen_joints(run, joint) if joint is not None or clearance_joints(run) else []
     chosen = guides_of(mechanism, largest)
-    scene = scene_of(run, mechanism, np.array(samples), [], on_bars=bars, larger=LARGER)
-    width, height = scene.high - scene.low
-    tall = bool(width < TALL * height) and not is_column()
     if is_column() and joint is None:
         chosen = chosen[:FEW]
+    guides = [guide.name for guide in mechanism.guides if guide.name in chosen]
+    look: dict[str, Any] = {"guides": guides, "on_bars": bars, "larger": LARGER, "between": False}
+    scene = scene_of(run, mechanism, np.array(samples), clearance_pins(run), **look)
+    width, height = scene.high - scene.low
+    tall = bool(width < TALL * height) and not is_column()
     rows = _grid(tall, float(width / height), len(samples), len(chosen))
     until, larger = predictability_horizon(run), f", deflections {magnify:g}×" if magnify != 1.0 else ""
+    magnified = {view.name: view for view in scene.magnified}
     drawings = []
-    for k, (sample, (axes, *panels)) in enumerate(zip(samples, rows, strict=True)):
+    for k, (axes, *panels) in enumerate(rows):
         drawings.append(Drawing(axes, scene))
         drawings[-1].show(k)
         axes.set_title(f"{scene.instant(k)}{larger}", loc="left", fontsize=small())
         if until is not None and scene.time[k] > until:
-            look: dict[str, Any] = {"facecolor": LIGHT, "alpha": 0.7, "zorder": 0.0, "label": BEYOND}
-            axes.add_patch(Rectangle((0.0, 0.0), 1.0, 1.0, transform=axes.transAxes, **look))
+            shade: dict[str, Any] = {"facecolor": LIGHT, "alpha": 0.7, "zorder": 0.0, "label": BEYOND}
+            axes.add_patch(Rectangle((0.0, 0.0), 1.0, 1.0, transform=axes.transAxes, **shade))
         _share_labels(axes, k, len(samples), tall=tall)
         for name, panel in zip(chosen, panels, strict=True):
-            magnified(run, mechanism, sample, name, axes=panel)
+            _magnify(panel, magnified[name], k)
             if len(chosen) > CLOSE:
                 panel.set_title(panel.get_title().replace("magnified ", "magnified\n"), fontsize=small(), color=BLACK)
     drawn = [axes for row in rows for axes in row]
@@ -175,23 +178,16 @@ def _grid(tall: bool, aspect: float, instants: int, joints: int) -> list[list[Ax
     return [list(row) for row in grid]
 
 
-def magnified(run: xr.Dataset, mechanism: Mechanism, sample: int, joint: str, *, axes: Axes) -> Axes:
-    """A clearance joint or guide at one sample, with magnified clearance: journal and bearing, or block and channel."""
-    if joint in guides_of(mechanism, (point.name for point in mechanism.contact_points)):
-        channel = channel_of(run, mechanism, [sample], joint)
-        draw_magnified(axes, channel).show(0)
-        count, gain = int(channel.touching[0].sum()), channel.gain
-        state = f"{count} corner{'s' * (count > 1)} in contact" if count else "free flight"
-    else:
-        chosen_joints(run, [joint])
-        placed = Placement.at(mechanism, run, [sample], turns=upright(mechanism))
-        bearing = clearance_joint(run, mechanism, placed, np.array([sample]), joint, between=False)
-        draw_magnified(axes, bearing).show(0)
-        state, gain = "contact" if bearing.touched[0] else "free flight", bearing.gain
+def _magnify(axes: Axes, joint: Channel | ClearanceJoint, k: int) -> None:
+    """A clearance joint or guide at one instant, with magnified clearance: journal and bearing, or block and channel."""
+    draw_magnified(axes, joint).show(k)
+    state = "contact" if joint.touched[k] else "free flight"
+    if isinstance(joint, Channel) and joint.touched[k]:
+        count = int(joint.touching[k].sum())
+        state = f"{count} corner{'s' * (count > 1)} in contact"
     width, letters = figure_of(axes).get_figwidth() * axes.get_position(original=True).width, small()
-    caption = (f"{literal(joint)}: {state}", f"clearance magnified {gain:.2g} times")
+    caption = (f"{literal(joint.name)}: {state}", f"clearance magnified {joint.gain:.2g} times")
     axes.set_title("\n".join(in_lines(line, 1.35 * width, letters) for line in caption), fontsize=letters, color=BLACK)
-    return axes
 
 
 @picture()

@@ -2,6 +2,7 @@
 
 import base64
 import dataclasses
+import html
 import itertools
 import json
 import re
@@ -16,6 +17,7 @@ import xarray as xr
 from matplotlib.animation import FFMpegWriter
 from PIL import Image
 
+import scissordyn as sd
 from scissordyn.component.spring import Spring
 from scissordyn.errors import InputError
 from scissordyn.model.clearance import Clearance
@@ -261,3 +263,19 @@ def test_film_names_its_joints_and_counts_the_others() -> None:
     assert np.allclose(film.names[0].xy, placed[3])
     assert len(film.drawing.rings) == 2
     assert film.figure.get_supxlabel() == "1 more clearance joint with smaller forces"
+
+
+def test_notebook_shows_the_scene_of_a_run() -> None:
+    """Identity: the frame has the page of a film with every joint, and the other run as its ghost; a name is no script."""
+    linkage = sd.slider_crank(crank=0.05, rod=0.12, angle=0.4).driven(speed=sd.rpm(60))
+    run = sd.simulate(linkage.with_clearance("slider pin", sd.Clearance(5e-4)), until=1e-2, samples=11)
+    other = sd.simulate(linkage, until=1e-2, samples=5)
+    shown = sd.view(run, ghost=other)
+    frame = re.fullmatch(r'<iframe srcdoc="([^"]*)" style="[^"]*"></iframe>', shown._repr_html_())
+    assert html.unescape(frame[1]) == shown.html
+    scene, ghost = (re.search(rf'id="{name}">(.*?)</script>', shown.html) for name in ("scene", "ghost"))
+    assert [joint["name"] for joint in json.loads(scene[1])["joints"]] == ["slider pin"]
+    assert json.loads(ghost[1])["joints"] == []
+    assert "http" not in shown.html.replace("http://www.w3.org", "")
+    with pytest.raises(sd.InputError, match="fewer than two samples"):
+        sd.view(run.isel(time=[0]))

@@ -16,14 +16,16 @@ from matplotlib.patches import Patch
 import scissordyn as sd
 from scissordyn.errors import InputError, printable
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.plot.animation_scene import loads
 from scissordyn.plot.file import write
 from scissordyn.plot.joint import force, orbit
 from scissordyn.plot.over_time import energy, response, torque
 from scissordyn.plot.report import draw_all
 from scissordyn.plot.scale import engineering
-from scissordyn.plot.series import BEYOND, MOST_JOINTS, chosen_joints
-from scissordyn.plot.still import magnified, structure
+from scissordyn.plot.series import BEYOND, chosen_joints
+from scissordyn.plot.still import structure
 from scissordyn.plot.style import literal
+from scissordyn.run.answer.placement import Placement
 
 from .made_up import CLEARANCE, CLEARANCE_JOINTS, END, made_up, mechanism_with, overlaps
 
@@ -77,26 +79,42 @@ def test_engineering_scale(unit: str, largest: float, factor: float, shown: str)
     assert scale.unit == shown
 
 
-def test_response_shows_the_data(run: xr.Dataset, ideal: xr.Dataset) -> None:
-    """Contract: six panels with the run's and the ideal mechanism's numbers, in the units of their labels."""
-    drawn = response(run, ideal)
-    bar_2 = run.sel(body="unit 1/bar 2")
-    expected = [
-        ("displacement [m]", run["slider_position"]),
-        ("angle [deg]", np.degrees(bar_2["angle"])),
-        ("velocity [m/s]", run["slider_velocity"]),
-        ("angular velocity\n[rad/s]", bar_2["angular_velocity"]),
-        ("acceleration [m/s²]", run["slider_acceleration"]),
-        ("angular acceleration\n[rad/s²]", bar_2["angular_acceleration"]),
-    ]
-    for axes, (label, values) in zip(drawn, expected, strict=True):
+TOLERANCE = 0.05e-3
+
+CURVES = [
+    ("response", 0, "displacement [m]", "with clearance", "slider_position", 1.0),
+    ("response", 1, "angle [deg]", "with clearance", "angle", 180.0 / math.pi),
+    ("response", 2, "velocity [m/s]", "with clearance", "slider_velocity", 1.0),
+    ("response", 3, "angular velocity\n[rad/s]", "with clearance", "angular_velocity", 1.0),
+    ("response", 4, "acceleration [m/s²]", "with clearance", "slider_acceleration", 1.0),
+    ("response", 5, "angular acceleration\n[rad/s²]", "with clearance", "angular_acceleration", 1.0),
+    ("torque", 0, "driving torque [kN·m]", "with clearance", "drive_torque", 1e-3),
+    ("energy", 0, "energy [kJ]", "kinetic", "kinetic_energy", 1e-3),
+    ("energy", 0, "energy [kJ]", "potential", "potential_energy", 1e-3),
+    ("energy", 0, "energy [kJ]", "work of the drive", "drive_work", 1e-3),
+    ("energy", 1, "contacts [J]", "elastic", "elastic_energy", 1.0),
+    ("energy", 1, "contacts [J]", "dissipated", "dissipated_energy", 1.0),
+    ("energy", 2, "residual [µJ]", "residual of the balance", "energy_residual", 1e6),
+]
+
+
+def test_curves_show_the_data(run: xr.Dataset, ideal: xr.Dataset, arm: Mechanism) -> None:
+    """Contract: each panel has the run's and the ideal mechanism's numbers, in the unit of its label."""
+    drawn = figures(run, ideal, arm)
+    for kind, panel, label, name, variable, factor in CURVES:
+        axes, values = drawn[kind][panel], run[variable]
+        values = values.sel(body="unit 1/bar 2") if "body" in values.dims else values
         assert axes.get_ylabel() == label
-        np.testing.assert_allclose(curve(axes, "with clearance").get_ydata(), values, rtol=1e-14)
-        np.testing.assert_allclose(curve(axes, "with clearance").get_xdata(), 1e3 * run["time"], rtol=1e-14)
-    assert [axes.get_xlabel() for axes in drawn] == ["", "", "", "", "time [ms]", "time [ms]"]
-    np.testing.assert_array_equal(curve(drawn[4], "ideal joints").get_ydata(), ideal["slider_acceleration"])
-    assert curve(drawn[4], "ideal joints").is_dashed()
-    assert not curve(drawn[4], "with clearance").is_dashed()
+        np.testing.assert_allclose(curve(axes, name).get_ydata(), factor * values, rtol=1e-12)
+        np.testing.assert_allclose(curve(axes, name).get_xdata(), 1e3 * run["time"], rtol=1e-14)
+    assert [len(drawn[kind]) for kind in ("response", "torque", "energy")] == [6, 1, 3]
+    assert [axes.get_xlabel() for axes in drawn["response"]] == ["", "", "", "", "time [ms]", "time [ms]"]
+    below = drawn["response"][4]
+    np.testing.assert_array_equal(curve(below, "ideal joints").get_ydata(), ideal["slider_acceleration"])
+    np.testing.assert_allclose(curve(drawn["torque"][0], "ideal joints").get_ydata(), ideal["drive_torque"] / 1e3, rtol=1e-14)
+    assert curve(below, "ideal joints").is_dashed()
+    assert not curve(below, "with clearance").is_dashed()
+    assert [axes.get_ylabel() for axes in energy(ideal)] == ["energy [kJ]", "residual [µJ]"]
 
 
 def test_response_of_another_body(run: xr.Dataset) -> None:
@@ -126,12 +144,8 @@ def test_constant_stays_flat(ideal: xr.Dataset) -> None:
     assert high > 16.0
 
 
-def test_torque_shows_the_data(run: xr.Dataset, ideal: xr.Dataset) -> None:
-    """Contract: the torque in kN m beside the ideal one, one panel per drive."""
-    (axes,) = torque(run, ideal)
-    assert axes.get_ylabel() == "driving torque [kN·m]"
-    np.testing.assert_allclose(curve(axes, "with clearance").get_ydata(), run["drive_torque"] / 1e3, rtol=1e-14)
-    np.testing.assert_allclose(curve(axes, "ideal joints").get_ydata(), ideal["drive_torque"] / 1e3, rtol=1e-14)
+def test_each_drive_has_its_torque(run: xr.Dataset) -> None:
+    """Contract: one panel per drive, each in its unit; a run without one is refused."""
     both = xr.concat([run["drive_torque"], 1e-4 * run["drive_torque"]], "drive").transpose("time", "drive")
     first, second = torque(run.assign(drive_torques=both.assign_attrs(units="N m")))
     assert (first.get_ylabel(), second.get_ylabel()) == ("torque of drive 1 [kN·m]", "torque of drive 2 [N·m]")
@@ -189,21 +203,6 @@ def test_force_of_several_joints(two_joints: xr.Dataset) -> None:
         force(two_joints, joint="unit 1/pivto")
 
 
-def test_joints_with_the_largest_forces() -> None:
-    """Contract: of more clearance joints than fit, those with the largest forces are drawn, in the order of the mechanism."""
-    names = [f"j{k}" for k in range(9)]
-    peaks = [3.0, 9.0, 1.0, 8.0, 2.0, 7.0, 6.0, 5.0, 4.0]
-    many = xr.Dataset(
-        {
-            "clearance": ("joint", np.full(9, 1e-3)),
-            "reaction": (("time", "joint", "axis"), np.array([np.zeros((9, 2)), [(peak, 0.0) for peak in peaks]])),
-        },
-        coords={"time": [0.0, 1.0], "joint": names},
-    )
-    assert chosen_joints(many, None) == ["j1", "j3", "j5", "j6", "j7", "j8"]
-    assert len(chosen_joints(many, None)) == MOST_JOINTS
-
-
 def test_orbit_shows_the_data(run: xr.Dataset) -> None:
     """Contract: free flight and contact together are the orbit, each where it belongs, and the circle is the clearance."""
     (axes,) = orbit(run, exaggeration=1.0)
@@ -243,22 +242,6 @@ def test_exaggeration_is_chosen(run: xr.Dataset, depth: float, said: str) -> Non
     place = run["eccentricity"] / np.hypot(run["eccentricity"].sel(axis="x"), run["eccentricity"].sel(axis="y"))
     (axes,) = orbit(run.assign(eccentricity=place * (CLEARANCE + xr.where(touching, depth, -depth))))
     assert axes.get_title(loc="left") == ", ".join(filter(None, ["joint A", said]))
-
-
-def test_energy_shows_the_data(run: xr.Dataset, ideal: xr.Dataset) -> None:
-    """Identity: each term of the energy balance in its panel; without contacts there is no panel for them."""
-    balance, contacts, residual = energy(run)
-    assert [axes.get_ylabel() for axes in (balance, contacts, residual)] == ["energy [kJ]", "contacts [J]", "residual [µJ]"]
-    for axes, label, name, factor in (
-        (balance, "kinetic", "kinetic_energy", 1e-3),
-        (balance, "potential", "potential_energy", 1e-3),
-        (balance, "work of the drive", "drive_work", 1e-3),
-        (contacts, "elastic", "elastic_energy", 1.0),
-        (contacts, "dissipated", "dissipated_energy", 1.0),
-        (residual, "residual of the balance", "energy_residual", 1e6),
-    ):
-        np.testing.assert_allclose(curve(axes, label).get_ydata(), factor * run[name], rtol=1e-12)
-    assert [axes.get_ylabel() for axes in energy(ideal)] == ["energy [kJ]", "residual [µJ]"]
 
 
 def test_trust_horizon_is_shaded_and_labelled_once(arm: Mechanism, ideal: xr.Dataset) -> None:
@@ -349,9 +332,8 @@ def test_names_are_text(name: str, run: xr.Dataset, arm: Mechanism) -> None:
     named["contact_joint"] = named["contact_joint"].astype(object).where(named["contact_joint"] != "A", name)
     changed = dataclasses.replace(arm, joints=joints)
     shown = figures(named, None, changed)
-    for axes in (*shown.values(), [magnified(named, changed, 0, name, axes=Figure().subplots())]):
-        figure = axes[0].get_figure(root=True)
-        figure.savefig(io.BytesIO(), format="svg")
+    for axes in shown.values():
+        axes[0].get_figure(root=True).savefig(io.BytesIO(), format="svg")
     text = next(text for text in shown["structure"][0].texts if text.get_text().startswith(literal(name)))
     assert text._preprocess_math(text.get_text()) == (printable(name), False)
 
@@ -459,3 +441,51 @@ def test_round_off_of_a_constant_speed_is_no_curve() -> None:
     drawn = response(run, body="crank")
     assert np.all(drawn[5].lines[0].get_ydata() == 0.0)
     assert np.abs(drawn[4].lines[0].get_ydata()).max() > 1.0
+
+
+@pytest.fixture(scope="module")
+def tracked() -> xr.Dataset:
+    crank = sd.slider_crank().with_clearance("slider pin", sd.Clearance(2e-4)).track("pin", "rod", "end", TOLERANCE)
+    return sd.simulate(crank.controlled(sd.PID(30.0, 0.5, limit=2.0), reference=sd.Cycloidal(0.0, 2.0, 0.05)), until=0.1)
+
+
+def test_deviation_meets_its_peak_and_tolerance(tracked: xr.Dataset) -> None:
+    """Contract: the curve has the located maximum, the dotted line the tolerance, in one scale; a window has its part."""
+    (axes,) = tracked.scissordyn.plot.track()
+    lines = {line.get_label(): line for line in axes.lines}
+    factor = 1e3 if "mm" in axes.get_ylabel() else 1e6
+    largest = float(tracked["peak_track_deviation"][0])
+    assert np.max(lines["deviation"].get_ydata()) == pytest.approx(factor * largest, rel=1e-12)
+    assert lines["largest"].get_ydata()[0] == pytest.approx(factor * largest)
+    assert lines["tolerance"].get_ydata()[0] == pytest.approx(factor * TOLERANCE)
+    assert tracked.scissordyn.plot.track(start=0.02, end=0.03)[0].get_xlim() == pytest.approx((20.0, 30.0), abs=0.1)
+    plain = sd.simulate(sd.slider_crank().driven(speed=100.0), until=0.01, samples=11)
+    with pytest.raises(sd.InputError, match="tracked point"):
+        plain.scissordyn.plot.track()
+
+
+def test_torque_shades_its_limit(tracked: xr.Dataset) -> None:
+    """Contract: the shaded stretches last as long as the summary says, and the line stands at the limit."""
+    (axes,) = tracked.scissordyn.plot.torque()
+    shaded = [patch for patch in axes.patches if patch.get_label() == "at the limit"]
+    lasting = tracked.scissordyn.summary().actuators[0].time_at_limit
+    assert lasting > 0.0
+    factor = 1e3 if "ms" in axes.get_xlabel() else 1.0
+    assert sum(patch.get_width() for patch in shaded) == pytest.approx(factor * lasting, rel=0.02)
+    limits = [float(line.get_ydata()[0]) for line in axes.lines if line.get_label() == "limit"]
+    assert {abs(limit) for limit in limits} == {2.0}
+
+
+def test_payloads_and_panels_are_where_they_are_fixed() -> None:
+    """Contract: the middle of a payload is its point, that of a panel the middle of its two points, at every sample."""
+    arm = sd.scissor(units=2).driven(speed=sd.rpm(150))
+    arm = sd.with_panels(sd.with_payload(arm, "unit 2/bar 1.end", 12.0), "unit 1/bar 2", 1.0)
+    moved = sd.simulate(arm, until=0.02, samples=5)
+    placement = Placement.at(arm, moved, slice(None))
+    panel, payload = loads(arm, placement, 0.02)
+    assert (panel.kind, payload.kind) == ("panel", "payload")
+    assert payload.points.mean(axis=1) == pytest.approx(placement.place(("unit 2/bar 1", "end")))
+    ends = [placement.place(("unit 1/bar 2", name)) for name in ("start", "end")]
+    assert panel.points.mean(axis=1) == pytest.approx(0.5 * (ends[0] + ends[1]))
+    twice = sd.with_payload(arm, "unit 2/bar 1.end", 1.0).body("unit 2/bar 1").points
+    assert {"payload", "payload 2"} <= twice.keys()

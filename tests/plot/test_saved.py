@@ -58,20 +58,6 @@ def test_import_stays_light() -> None:
     assert subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False).stderr == ""
 
 
-def test_accessor_draws_what_the_functions_draw(saved: xr.Dataset) -> None:
-    """Identity: the method of the accessor and the function under `sd.plot` draw the same curve, that of the run."""
-    methods = saved.scissordyn.plot.force(joint="A")[0].lines
-    functions = sd.plot.force(saved, joint="A")[0].lines
-    for one, other in zip(methods, functions, strict=True):
-        assert np.array_equal(np.asarray(one.get_xydata()), np.asarray(other.get_xydata()))
-    times, drawn = np.asarray(methods[0].get_xdata()), np.asarray(methods[0].get_ydata())
-    force = saved["normal_force"].sel(joint="A").values
-    step = times[-1] / (force.size - 1)
-    sampled = np.isclose(times, step * np.round(times / step), rtol=0.0, atol=1e-9 * step)
-    assert np.count_nonzero(sampled) == force.size < times.size  # the others are starts, peaks and ends of contacts
-    assert np.allclose(drawn[sampled] / drawn.max(), force / saved["peak_force"].values.max(), rtol=1e-9)
-
-
 def test_accessor_has_all_pictures(saved: xr.Dataset) -> None:
     """Contract: each kind of picture is a method, and `sd.plot` has the function of the same name."""
     for kind in PLAIN:

@@ -142,11 +142,14 @@ def confirmed(study: Study, accurate: xr.Dataset, cheap: xr.Dataset) -> pd.DataF
 
 def fidelity(study: Study, cheap: xr.Dataset, accurate: xr.Dataset, stores: tuple[Store, Store]) -> Iterator[Section]:
     """What both kinds of runs say together."""
-    times = [_seconds(store) for store in stores]
+    taken = [store.times() for store in stores]
+    times = [(float(spent["cases"].sum()), float(spent["seconds"].sum())) for spent in taken]
     cost = _cost(study, stores, times)
     if study.optimisation is not None:
         points = confirmed(study, accurate, cheap)
-        yield Section(lines=[_confirmation(study, points)])
+        met, best = int((points["accurate violation"] <= 0.0).sum()), int(points["front"].sum())
+        kind = "confirmed front" if len(study.optimisation.goals) > 1 else "confirmed"
+        yield Section(lines=[Fact(kind, numbers={"tried": len(points), "met": met, "best": best})])
         yield _confirmed_table(study, cheap, points, cost)
         return
     corrected = estimates(study, cheap, accurate)
@@ -158,14 +161,6 @@ def fidelity(study: Study, cheap: xr.Dataset, accurate: xr.Dataset, stores: tupl
     yield Section(lines=[*([] if every is None else [_met_by(every, times)]), Fact("cheap")])
     notes = (f"Intervals of 95 %. {saved}", cost)
     yield Section(head, [_row(number) for number in corrected], "Cheap and accurate runs", notes)
-
-
-def _confirmation(study: Study, points: pd.DataFrame) -> Fact:
-    """How many points of a search accurate runs confirm."""
-    assert study.optimisation is not None
-    met, best = int((points["accurate violation"] <= 0.0).sum()), int(points["front"].sum())
-    kind = "confirmed front" if len(study.optimisation.goals) > 1 else "confirmed"
-    return Fact(kind, numbers={"tried": len(points), "met": met, "best": best})
 
 
 def _met_by(both: Estimate, times: Sequence[tuple[float, float]]) -> Fact:
@@ -228,14 +223,8 @@ def _confirmed_table(study: Study, cheap: xr.Dataset, table: pd.DataFrame, cost:
     return Section((*head, "requirements, accurate", "best there"), rows, title, (cost,))
 
 
-def _seconds(store: Store) -> tuple[float, float]:
-    """Cases whose time is known, and their time [s]."""
-    times = store.times()
-    return float(times["cases"].sum()), float(times["seconds"].sum())
-
-
 def _cost(study: Study, stores: tuple[Store, Store], times: Sequence[tuple[float, float]]) -> str:
-    """How many cases of each kind there are, and what they cost."""
+    """How many cases of each kind there are, and what those cost whose time is known."""
     parts = []
     assert study.accurate is not None
     kinds = zip(("cheap", "accurate"), stores, times, (study.options, study.accurate.options), strict=True)

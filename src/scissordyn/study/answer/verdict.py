@@ -139,21 +139,16 @@ def feasible_fraction(study: Study, results: xr.Dataset) -> list[FeasibleFractio
     labelled = [(requirement.label, requirement.met_in(results)) for requirement in study.requirements]
     every = [*labelled, ("all requirements", meets_all(study, results))] if labelled else []
     complete, fractions_met = study.cells(results["status"].values == COMPLETE), []
-    by_samples = len(complete) == 1
-    axis = (0, 2) if by_samples else (1, 2)  # one point with uncertain numbers: its samples are the trials
+    by_samples = len(complete) == 1  # one point with uncertain numbers: its samples are the trials
+    kind, axis = (study.sampling.kind, (0, 2)) if by_samples else (study.design.kind, (1, 2))
     completed = complete.sum(axis=axis)
     for label, met in every:
         fractions = (study.cells(met) & complete).sum(axis=axis)[completed > 0] / completed[completed > 0]
         fraction = float(np.mean(fractions)) if fractions.size else float("nan")
-        sampled = fractions.size and _is_sample(study, by_samples)
+        sampled = fractions.size and kind in INDEPENDENT and (by_samples or study.factors)
         low, high = fraction_interval(fraction * fractions.size, fractions.size) if sampled else (np.nan, np.nan)
         fractions_met.append(FeasibleFraction(label, fraction, low, high, int(fractions.size)))
     return fractions_met
-
-
-def _is_sample(study: Study, by_samples: bool) -> bool:
-    kind = study.sampling.kind if by_samples else study.design.kind
-    return kind in INDEPENDENT and (by_samples or bool(study.factors))
 
 
 def worst_cases(study: Study, results: xr.Dataset, count: int = 5) -> list[Worst]:

@@ -133,8 +133,8 @@ def convergence(
         if at >= 0 and _agrees(levels[at], levels[at + 1 :], within):
             enough = levels[at].setting
             break
-    units, chaotic = MEASURES[measure].units, _chaotic(levels, within)
-    return Convergence(wanted.name, units, within, tuple(levels), varied, enough, chaotic)
+    chaotic = any(not level.cause and level.spread > within for level in levels[-AGREEING:])
+    return Convergence(wanted.name, MEASURES[measure].units, within, tuple(levels), varied, enough, chaotic)
 
 
 _Tried = tuple[str, list[tuple[float, Mechanism, Options]]]
@@ -182,7 +182,3 @@ def _agrees(coarse: Level, finer: Sequence[Level], within: float) -> bool:
         abs(coarse.value - level.value) <= max(within * abs(reference.value), NOISE * math.hypot(coarse.error, level.error))
         for level in finer
     )
-
-
-def _chaotic(levels: Sequence[Level], within: float) -> bool:
-    return any(not level.cause and level.spread > within for level in levels[-AGREEING:])

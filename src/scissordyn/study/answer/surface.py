@@ -11,6 +11,7 @@ from scipy.stats import qmc
 from scissordyn.plot.study import Bound, Field
 from scissordyn.study.answer.trend import CLEAR
 from scissordyn.study.ask.description import Study
+from scissordyn.study.ask.design import quantiles
 from scissordyn.study.compute.interpolation import LEAST, MOST, Kriging
 
 CELLS = 48  # Cells of a field along each number
@@ -90,7 +91,7 @@ def predicted_point(study: Study, points: xr.Dataset) -> dict[str, float] | None
     if not study.factors or None in models:
         return None
     drawn = qmc.Sobol(len(study.factors), rng=np.random.default_rng(0)).random(TRIED)
-    at = np.stack([factor.variation.quantile(drawn[:, k]) for k, factor in enumerate(study.factors)], axis=1)
+    at = quantiles([factor.variation for factor in study.factors], drawn)
     tried = np.stack([points[factor.path].values for factor in study.factors], axis=1)
     at = np.clip(at, np.nanmin(tried, axis=0), np.nanmax(tried, axis=0))  # nothing is extrapolated
     margins = [

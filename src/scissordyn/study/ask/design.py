@@ -175,12 +175,19 @@ def morris_numbers(design: Design, dimensions: int) -> np.ndarray:
     return 0.5 * (1.0 - DRAWN_IN) + DRAWN_IN * _trajectories(design.points, dimensions, design.seed)
 
 
+def quantiles(variations: Sequence[Variation], u: np.ndarray) -> np.ndarray:
+    """Values of each factor at probabilities.
+
+    Shapes: `u` (n, factors); returns (n, factors).
+    """
+    return np.stack([variation.quantile(u[:, place]) for place, variation in enumerate(variations)], axis=1)
+
+
 def _sampled(numbers: Callable[[Design, int, np.ndarray], np.ndarray]) -> Points:
     """A design by its numbers in the unit cube, of which the quantile functions make values."""
 
     def values(design: Design, variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> np.ndarray:
-        u = numbers(design, len(variations), at)
-        return np.stack([variation.quantile(u[:, place]) for place, variation in enumerate(variations)], axis=1)
+        return quantiles(variations, numbers(design, len(variations), at))
 
     return values
 

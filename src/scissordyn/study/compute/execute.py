@@ -178,8 +178,7 @@ def extend(study: Study, path: str | os.PathLike[str], points: int, **how: Unpac
     larger = replace(study, design=replace(study.design, points=points))
     store = Store(path)
     store.check(study)
-    with store.alone():
-        store.extend(larger)
+    store.extend(larger)
     return execute(larger, path, **how)
 
 

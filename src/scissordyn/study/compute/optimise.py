@@ -13,7 +13,7 @@ import xarray as xr
 
 from scissordyn.errors import InputError
 from scissordyn.study.ask.description import Study
-from scissordyn.study.ask.design import Design, design_values
+from scissordyn.study.ask.design import Design, design_values, quantiles
 from scissordyn.study.ask.requirement import Goal, Optimisation, response_unit, response_values, risk_value
 from scissordyn.study.compute.execute import How, Progress, execute
 from scissordyn.study.compute.store import COMPLETE, PENDING, Store
@@ -121,15 +121,13 @@ def optimise(study: Study, path: str | os.PathLike[str], **how: Unpack[How]) -> 
         if method is None:
             new = design_values(Design("grid"), variations, study.base(), np.arange(width))
         else:
-            u = method.ask()
-            new = np.stack([variation.quantile(u[:, k]) for k, variation in enumerate(variations)], axis=1)
+            new = quantiles(variations, method.ask())
         points = np.concatenate([points, new])
         here = replace(study, design=plan.design(generation + 1, count))
         there = store.cases // study.per_point if store.exists() else 0
         if there < points.shape[0] and there:
             store.check(here)
-            with store.alone():
-                store.extend(here)
+            store.extend(here)
         if progress is not None:
             how["progress"] = partial(_tell, progress, generation + 1)
         missing = there > points.shape[0] and (store.status()[: here.cases] == PENDING).any()

@@ -171,8 +171,7 @@ def _confirm(study: Study, store: Store, how: How) -> None:
         return
     confirmed = verified_study(study, points.shape[0])
     if there.exists() and there.cases < confirmed.cases:
-        with there.alone():
-            there.extend(confirmed)
+        there.extend(confirmed)
     execute(confirmed, there.path, points, **how)
 
 

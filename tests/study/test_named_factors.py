@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -41,6 +42,12 @@ MATERIAL, SECTION = "structure.bars.material", "structure.bars.section"
 MATERIALS = ["steel", "aluminium", "titanium"]
 SECTIONS = ["tube 60x60x1.5 mm", "tube 50x50x2 mm"]
 
+TWELVE: dict[str, Any] = {
+    "factors": {MATERIAL: MATERIALS, "A.clearance": [0.3e-3, 0.5e-3], SECTION: SECTIONS},
+    "measures": ["peak_drive_torque", "peak_bar_stress", "mass"],
+    "requirements": {"peak_bar_stress": 1.2e6},
+}
+
 
 @pytest.fixture(scope="module")
 def case(tmp_path_factory: pytest.TempPathFactory) -> Path:
@@ -53,13 +60,7 @@ def case(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def found(case: Path) -> StudyResult:
     """Three materials, two sections and two clearances."""
-    return sd.study(
-        case,
-        {MATERIAL: MATERIALS, "A.clearance": [0.3e-3, 0.5e-3], SECTION: SECTIONS},
-        measures=["peak_drive_torque", "peak_bar_stress", "mass"],
-        requirements={"peak_bar_stress": 1.2e6},
-        store=case.parent / "names.db",
-    )
+    return sd.study(case, **TWELVE, store=case.parent / "names.db")
 
 
 def test_each_case_is_the_run_of_its_case_file(case: Path, found: StudyResult) -> None:
@@ -106,14 +107,7 @@ def test_trends_are_ratios_of_names(found: StudyResult) -> None:
 
 def test_a_store_is_read_resumed_and_refined(case: Path, found: StudyResult) -> None:
     """Contract: the same call finds everything there; a store alone knows the names; a refined study has some of them."""
-    again = sd.study(
-        case,
-        {MATERIAL: MATERIALS, "A.clearance": [0.3e-3, 0.5e-3], SECTION: SECTIONS},
-        measures=["peak_drive_torque", "peak_bar_stress", "mass"],
-        requirements={"peak_bar_stress": 1.2e6},
-        store=found.store.path,
-        compute=False,
-    )
+    again = sd.study(case, **TWELVE, store=found.store.path, compute=False)
     assert again.counts["pending"] == 0
     opened = sd.open_study(found.store.path)
     assert opened.mechanism(7) == found.mechanism(7)

@@ -7,6 +7,7 @@ import scissordyn as sd
 from scissordyn.errors import InputError
 from scissordyn.study.answer.control_variate import fraction_by_margins, fraction_estimate, mean_estimate
 from scissordyn.study.compute.screening import verified_path
+from study.test_control_variate import least_held
 from study.test_study import arm
 
 RANGES = {"A.clearance": (0.05e-3, 0.4e-3), "drive.speed": "100..200 rpm"}
@@ -183,5 +184,4 @@ def test_two_hundred_studies_cover():
             held[name] += found.low <= (accurate < bound).mean() <= found.high
         widths.append(margins.width / fraction.width)
     assert np.median(widths) < 0.95
-    least = 200 * (0.95 - 3.0 * np.sqrt(0.95 * 0.05 / 200))
-    assert min(held.values()) >= least
+    assert min(held.values()) >= least_held(studies)

@@ -18,13 +18,13 @@ from scissordyn.study.answer.conclusion import conclude, needs, trend_table
 from scissordyn.study.answer.fact import WORDS, Fact
 from scissordyn.study.answer.page import response_ranges
 from scissordyn.study.answer.sensitivity import ranked, rankings
-from scissordyn.study.answer.surface import Surfaces
 from scissordyn.study.answer.trend import fitted, trends
 from scissordyn.study.answer.verdict import by_point, feasible_fraction, recommended, worst_cases
 from scissordyn.study.ask.description import Factor, OwnMeasure, Sampling
 from scissordyn.study.ask.design import Design
 from scissordyn.study.ask.distribution import Interval, Uniform
 from scissordyn.study.ask.requirement import Requirement
+from scissordyn.study.compute.interpolation import between_points
 from scissordyn.study.compute.store import FAILED
 from study.test_answer import made_up, result_of, study
 
@@ -159,7 +159,7 @@ def test_cases_that_never_settle_are_failures() -> None:
     assert "needs A.clearance" not in text
     points = by_point(described, found)
     assert np.isinf(points["settling_time"].values).sum() == never
-    assert Surfaces(described, points).model("settling_time") is None
+    assert between_points(described, points, "settling_time") is None
     rows = {row[0]: row for row in response_ranges(described, found, points).rows}
     assert rows["settling_time"][3] == "none"
 

@@ -15,12 +15,13 @@ from sklearn.gaussian_process import GaussianProcessRegressor
 import scissordyn as sd
 from scissordyn.plot.study import feasibility_map
 from scissordyn.study.answer.control_variate import Predicted, cost_ratio, fraction_by_margins, mean_estimate, population_mean
-from scissordyn.study.answer.surface import Surfaces
+from scissordyn.study.answer.pictures import Surfaces
 from scissordyn.study.answer.verdict import by_point
 from scissordyn.study.ask.requirement import Response
 from scissordyn.study.compute.interpolation import FEWEST, GROUPS, Interpolation, Kriging, interpolation
 from study.test_answer import made_up
 from study.test_conclusion import proportional
+from study.test_control_variate import least_held
 from study.test_study import arm
 
 FORCE = Response("peak_force")
@@ -82,7 +83,7 @@ def test_intervals_cover() -> None:
         fraction = fraction_by_margins(2.0 - accurate, 2.0 - cheap[:24], 2.0 - cheap, margins)
         held[1] += fraction.low <= truth <= fraction.high
     assert np.median(narrower) < 0.33
-    assert min(held) >= 40 * (0.95 - 3.0 * math.sqrt(0.95 * 0.05 / 40))
+    assert min(held) >= least_held(40)
 
 
 def test_a_study_is_interpolated(tmp_path) -> None:

@@ -5,15 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
 import xarray as xr
+from scipy.stats import qmc
 
 from scissordyn.errors import command
 from scissordyn.plot.scale import Scale, scale_of
 from scissordyn.study.answer.fact import Fact, Section
-from scissordyn.study.answer.surface import predicted_point
 from scissordyn.study.answer.trend import ALIKE, Trend, trends, with_indicators
 from scissordyn.study.answer.verdict import (
     Recommendation,
@@ -24,7 +25,9 @@ from scissordyn.study.answer.verdict import (
     recommended,
 )
 from scissordyn.study.ask.description import Factor, Study
+from scissordyn.study.ask.design import quantiles
 from scissordyn.study.ask.requirement import Requirement, meaning
+from scissordyn.study.compute.interpolation import between_points
 from scissordyn.study.compute.store import COMPLETE, PENDING
 from scissordyn.study.compute.table import column
 from scissordyn.units import counted
@@ -37,6 +40,7 @@ Step = tuple[Fact, str]  # Why, and a command
 CHECKED = 64  # Least number of samples with which a recommended point is checked: the interval of 64 of 64 begins at 94.4 %
 TOLERANCE = "+- 10 %"  # Tolerance that is proposed where the study has no uncertain number
 WIDE = 0.2  # Width of the interval of a fraction above which more points are proposed
+TRIED = 4096  # Points at which the interpolation is searched for one that meets the requirements
 PAST = 0.7  # The moved range ends at this fraction of what a requirement needs, or its inverse: an extrapolation is rough
 
 
@@ -342,7 +346,7 @@ def _not_met(study: Study, results: xr.Dataset, store: str, point: Recommendatio
         ends = sorted((value * past, low if value < low else high))
         text = f"{ends[0] / factor.scale:.6g}..{typed(results, factor, ends[1])}"
         steps.append((Fact("goes on", point.binding), _refine(store, "--vary", f"{name}={text}")))
-    likely = predicted_point(study, by_point(study, results))
+    likely = _interpolated_point(study, by_point(study, results))
     if likely is not None:
         steps.insert(0, (Fact("interpolated"), _refine(store, *_fixed(study, results, likely))))
     if study.optimisation is None:
@@ -350,6 +354,26 @@ def _not_met(study: Study, results: xr.Dataset, store: str, point: Recommendatio
         goal = f"{'maximise' if binding.response.smallest else 'minimise'} {name}"
         steps.append((Fact("search"), _refine(store, "--goal", goal)))
     return steps
+
+
+def _interpolated_point(study: Study, points: xr.Dataset) -> dict[str, float] | None:
+    """Within the ranges, the point with the largest least margin by interpolation; None unless it is likely to meet all."""
+    model_of, models = cache(partial(between_points, study, points)), []
+    for requirement in study.requirements:
+        model = model_of(requirement.response.name)
+        if model is None:
+            return None
+        models.append(model)
+    names = [factor.path for factor in study.factors]
+    drawn = qmc.Sobol(len(names), rng=np.random.default_rng(0)).random(TRIED)
+    at = quantiles([factor.variation for factor in study.factors], drawn)
+    tried = np.stack([points[name].values for name in names], axis=1)
+    at = np.clip(at, np.nanmin(tried, axis=0), np.nanmax(tried, axis=0))  # nothing is extrapolated
+    every = zip(study.requirements, models, strict=True)
+    margins = [requirement.margin(model.predict(at)[0]) for requirement, model in every]
+    least = np.min(margins, axis=0)
+    best = int(np.argmax(least))
+    return dict(zip(names, at[best].tolist(), strict=True)) if least[best] > 0.0 else None
 
 
 def _typed(study: Study, results: xr.Dataset, numbers: Mapping[str, Any]) -> list[tuple[Factor, str]]:

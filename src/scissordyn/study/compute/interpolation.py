@@ -21,6 +21,7 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.study.answer.control_variate import Predicted
+from scissordyn.study.answer.trend import CLEAR
 from scissordyn.study.ask.description import Study
 from scissordyn.study.ask.design import Design
 from scissordyn.study.ask.requirement import Response, response_values
@@ -147,6 +148,22 @@ class Interpolation:
             of_runs.append(model.expected(self._x[here]))
             others.append(model.expected(self._further[there]))
         return Predicted(np.concatenate(of_runs), np.concatenate(others))
+
+
+def between_points(study: Study, points: xr.Dataset, response: str) -> Kriging | None:
+    """A response between the points of a study; None where they do not predict each other, or names vary."""
+    names = [factor.path for factor in study.factors]
+    if not names or any(factor.labels for factor in study.factors):
+        return None
+    x, values = np.stack([points[name].values for name in names], axis=1), points[response].values
+    if np.isinf(values).any():  # points without a number would read as if the others went on there
+        return None
+    there = np.isfinite(values) & np.all(np.isfinite(x), axis=1)
+    sizes = [np.unique(column_of[there]).size for column_of in x.T]
+    if not max(LEAST, 2 * len(names) + 2) <= there.sum() <= MOST or min(sizes) < 2 or np.ptp(values[there]) == 0.0:
+        return None
+    model = Kriging(x[there], values[there], np.array([factor.logarithmic for factor in study.factors]))
+    return model if model.predicted >= CLEAR else None
 
 
 def interpolation(study: Study, results: xr.Dataset, cases: Sequence[int] | np.ndarray) -> Interpolation | None:

@@ -248,7 +248,6 @@ def test_where_they_are_met_is_said() -> None:
     assert any(fact.kind == "need" and "needs A.clearance of at most about 0.25 mm" in str(fact) for fact in said.trends)
     assert "--uncertain" in said.next[0][1]
     table = trend_table(described, trends(described, found))
-    assert table is not None
     assert table.rows[0][:2] == ("peak_force", "1.00 ± 0.00")
 
 
@@ -269,7 +268,6 @@ def test_many_numbers_make_no_wall_of_text() -> None:
     assert (said.count("(of "), said.count("A.clearance")) == (6, 1)
     assert said.endswith(", and wider parts of the range of 2 numbers more.")
     table = trend_table(described, trends(described, found))
-    assert table is not None
     assert table.head == ("response", "peak_force")
     assert [row[0] for row in table.rows] == [*numbers, "R2", "error at points left out"]
 

@@ -278,8 +278,8 @@ def _failing(
     return {"failing": failing.size or None, "points": counted(there.size, "point")}
 
 
-def trend_table(study: Study, fitted: Mapping[str, tuple[Trend, ...]]) -> Section | None:
-    """Exponents of the power laws with their 95 % intervals, and how well they fit; None without any."""
+def trend_table(study: Study, fitted: Mapping[str, tuple[Trend, ...]]) -> Section:
+    """Exponents of the power laws with their 95 % intervals, and how well they fit; empty without any."""
     columns: list[tuple[str, ...]] = [("response", *study.factor_names, "R2", "error at points left out")]
     for name, both in fitted.items():
         law = next((trend for trend in both if trend.form == "power"), None)
@@ -293,7 +293,7 @@ def trend_table(study: Study, fitted: Mapping[str, tuple[Trend, ...]]) -> Sectio
     note = "Exponents of power laws by least squares; intervals by the jackknife over the points. R2 is that of the logarithms."
     # the longer side of the table goes down the page
     head, *rows = columns if len(study.factor_names) <= MOST_NUMBERS else zip(*columns, strict=True)
-    return Section(head, rows, "Exponents", (note,)) if len(columns) > 1 else None
+    return Section(head, rows, "Exponents", (note,)) if len(columns) > 1 else Section()
 
 
 def next_steps(

@@ -26,6 +26,7 @@ from scissordyn.units import counted
 
 if TYPE_CHECKING:
     from scissordyn.study.result import StudyResult
+
 SHOWN = 6  # Levels of a factor that are listed
 
 
@@ -53,8 +54,7 @@ def _sections(result: StudyResult, store: str, most: int) -> Iterator[Section]:
         yield requirement_fractions(study, results)
     if study.optimisation is not None:
         yield best_points(study, results, most)
-    if (exponents := trend_table(study, conclusion.fitted)) is not None:
-        yield exponents
+    yield trend_table(study, conclusion.fitted)
     indices, left_out = sensitivity(study, results)
     yield from (*sensitivities(indices), *rankings(study, results, conclusion.fitted))
     yield Section(title="Responses without indices", lines=[f"{name}: {why}." for name, why in left_out.items()])

@@ -48,8 +48,6 @@ def test_tables_are_the_formula_of_the_standard_rounded() -> None:
     """Cross-check: 7, 10, 16, ... 100 tolerance units, and 2.5 to 11 D^0.34..0.41, within the rounding of the tables."""
     low = np.array([1.0, *DIAMETERS[:-1]])
     middle = np.sqrt(low * np.array(DIAMETERS))
-    middle[0] = np.sqrt(1.0 * 3.0)
-    rounding = np.where(low < 3.0, 0.16, 0.05)  # of the smallest diameters the standard rounds up
     rounding = np.where(low < 3.0, 0.16, 0.08)  # the standard rounds up, most of all for the smallest diameters
     unit = 0.45 * np.cbrt(middle) + 0.001 * middle
     for grade, units in {5: 7, 6: 10, 7: 16, 8: 25, 9: 40, 10: 64, 11: 100}.items():

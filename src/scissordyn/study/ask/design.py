@@ -14,8 +14,6 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.extra import library
 from scissordyn.study.ask.distribution import Variation
 
-Points = Callable[["Design", Sequence[Variation], np.ndarray, np.ndarray], np.ndarray]
-
 WORDS = 4  # Numbers that one count of the Philox generator gives
 LARGEST_SEED = 2**62  # Generators take 64 bits; the seed of the uncertain numbers is larger than the one that is given
 DRAWN_IN = 0.99  # Morris's trajectories touch the sides of the unit cube; drawn in by this factor, no quantile is infinite
@@ -101,10 +99,14 @@ def design_values(design: Design, variations: Sequence[Variation], base: np.ndar
 
     Shapes: `base` (factors,), `at` (n,); returns (n, factors).
     """
-    return DESIGNS[design.kind](design, variations, base, at)
+    if design.kind in OF_LEVELS:
+        return OF_LEVELS[design.kind](variations, base, at)
+    if design.kind not in OF_NUMBERS:
+        raise InputError("points of an adaptive design by their numbers", "the points that an optimiser has proposed")
+    return quantiles(variations, OF_NUMBERS[design.kind](design, len(variations), at))
 
 
-def _grid(_: Design, variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> np.ndarray:
+def _grid(variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> np.ndarray:
     levels = [variation.levels() for variation in variations]
     if not levels:
         return np.empty((at.size, 0))
@@ -112,12 +114,12 @@ def _grid(_: Design, variations: Sequence[Variation], base: np.ndarray, at: np.n
     return np.stack([values[place] for values, place in zip(levels, places, strict=True)], axis=1)
 
 
-def _zip(design: Design, variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> np.ndarray:
-    size = design_size(design, variations)
+def _zip(variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> np.ndarray:
+    size = design_size(Design("zip"), variations)
     return np.stack([np.broadcast_to(variation.levels(), size)[at] for variation in variations], axis=1)
 
 
-def _one_at_a_time(_: Design, variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> np.ndarray:
+def _one_at_a_time(variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> np.ndarray:
     """Point 0 is the mechanism as it is; then the levels of each factor, all others as they are."""
     rows, first = np.tile(base, (at.size, 1)), 1
     for place, variation in enumerate(variations):
@@ -183,34 +185,23 @@ def quantiles(variations: Sequence[Variation], u: np.ndarray) -> np.ndarray:
     return np.stack([variation.quantile(u[:, place]) for place, variation in enumerate(variations)], axis=1)
 
 
-def _sampled(numbers: Callable[[Design, int, np.ndarray], np.ndarray]) -> Points:
-    """A design by its numbers in the unit cube, of which the quantile functions make values."""
+OF_LEVELS: Mapping[str, Callable[[Sequence[Variation], np.ndarray, np.ndarray], np.ndarray]] = MappingProxyType(
+    {"grid": _grid, "zip": _zip, "one-at-a-time": _one_at_a_time}
+)
+"""Designs by kind: the values of points at levels."""
 
-    def values(design: Design, variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> np.ndarray:
-        return quantiles(variations, numbers(design, len(variations), at))
-
-    return values
-
-
-def _adaptive(design: Design, variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> np.ndarray:
-    raise InputError("points of an adaptive design by their numbers", "the points that an optimiser has proposed")
-
-
-DESIGNS: Mapping[str, Points] = MappingProxyType(
+OF_NUMBERS: Mapping[str, Callable[[Design, int, np.ndarray], np.ndarray]] = MappingProxyType(
     {
-        "grid": _grid,
-        "zip": _zip,
-        "one-at-a-time": _one_at_a_time,
-        "random": _sampled(lambda design, d, at: uniform_numbers(design.seed, 0, d, at)),
-        "latin-hypercube": _sampled(lambda design, d, at: _hypercube(design.points, d, design.seed)[at]),
-        "sobol": _sampled(lambda design, d, at: sobol_numbers(design.seed, d, at)),
-        "saltelli": _sampled(lambda design, d, at: _saltelli_numbers(design.seed, d, at)),
-        "morris": _sampled(lambda design, d, at: morris_numbers(design, d)[at]),
-        "adaptive": _adaptive,
+        "random": lambda design, d, at: uniform_numbers(design.seed, 0, d, at),
+        "latin-hypercube": lambda design, d, at: _hypercube(design.points, d, design.seed)[at],
+        "sobol": lambda design, d, at: sobol_numbers(design.seed, d, at),
+        "saltelli": lambda design, d, at: _saltelli_numbers(design.seed, d, at),
+        "morris": lambda design, d, at: morris_numbers(design, d)[at],
     }
 )
-"""Designs by kind."""
+"""Designs by kind: the numbers of points in the unit cube, of which the quantile functions make values."""
 
+DESIGNS = (*OF_LEVELS, *OF_NUMBERS, "adaptive")
 INDEPENDENT = ("random", "latin-hypercube", "sobol")  # Of which the points are a sample of the range
-SAMPLED = (*INDEPENDENT, "saltelli", "morris")
+SAMPLED = tuple(OF_NUMBERS)
 EXTENDABLE = ("random", "sobol", "saltelli", "adaptive")

@@ -8,6 +8,7 @@ from scissordyn.component.declaration import component
 from scissordyn.component.place import BodyPoint
 from scissordyn.component.port import FRAME
 from scissordyn.errors import InputError
+from scissordyn.plugin.element import numbers
 from scissordyn.units import Quantity
 
 
@@ -98,15 +99,5 @@ class Bushing:
                 )
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
-        """K, k_t, D, d_t and phi_0."""
-        return (
-            self.stiffness_x,
-            self.stiffness_y,
-            self.stiffness_xy,
-            self.torsional_stiffness,
-            self.damping_x,
-            self.damping_y,
-            self.damping_xy,
-            self.torsional_damping,
-            start[2] if self.free_angle is None else self.free_angle,
-        )
+        """The free angle is as placed unless given."""
+        return numbers(self, free_angle=start[2] if self.free_angle is None else self.free_angle)

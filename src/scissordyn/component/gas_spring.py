@@ -11,6 +11,7 @@ from scissordyn.component.place import BodyPoint
 from scissordyn.component.port import LINE, Output
 from scissordyn.errors import InputError
 from scissordyn.kernel import kernel
+from scissordyn.plugin.element import numbers
 from scissordyn.units import Quantity
 
 
@@ -81,11 +82,8 @@ class GasSpring:
             )
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
-        """F_1 [N], l_1, h and the length of the gas [m], n, F_r [N], v_r [m/s], d [N s/m]."""
+        """The length of the gas follows from the progression."""
         ends = ((self.extended_length - self.stroke, 0.0), (self.extended_length, 0.0))
         check_covers(f"gas spring '{self.name}'", ends, start[0], "m")
         gas_length = self.stroke / (1.0 - 1.0 / self.progression)
-        return (
-            *(self.force, self.extended_length, self.stroke, gas_length),
-            *(self.exponent, self.friction, self.friction_speed, self.damping),
-        )
+        return numbers(self, gas_length=gas_length)

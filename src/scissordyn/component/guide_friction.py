@@ -9,6 +9,7 @@ from scissordyn.component.declaration import component
 from scissordyn.component.pin_friction import Kinetic, Static, StribeckSpeed, Transition, friction_ratio
 from scissordyn.component.place import BodyPoint
 from scissordyn.component.port import FRAME, Output
+from scissordyn.plugin.element import numbers
 from scissordyn.units import Meaning, Quantity
 
 
@@ -63,6 +64,5 @@ class GuideFriction:
     length: Annotated[float, Quantity("m", minimum=0.0, maximum=1e4, help="of a follower that is kept aligned")] = 0.0
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
-        """mu_k, mu_s, v_s and v_0 [m/s], direction."""
-        along = math.cos(self.direction), math.sin(self.direction)
-        return self.kinetic, self.static, self.stribeck_speed, self.transition, *along
+        """The direction as a unit vector."""
+        return numbers(self, along_x=math.cos(self.direction), along_y=math.sin(self.direction))

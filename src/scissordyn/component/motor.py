@@ -8,6 +8,7 @@ from typing import Annotated
 from scissordyn.component.declaration import component
 from scissordyn.component.place import GROUND
 from scissordyn.component.port import HINGE
+from scissordyn.plugin.element import numbers
 from scissordyn.units import Quantity
 
 
@@ -37,5 +38,5 @@ class Motor:
     inertia: Annotated[float, Quantity("kg m^2", minimum=0.0, maximum=1e9, help="moment of inertia of the rotor")] = 0.0
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
-        """T_0 [N m], w_0 [rad/s] and the limit [N m]."""
-        return self.stall_torque, self.no_load_speed, math.inf if self.limit is None else self.limit
+        """The limit is infinite unless given."""
+        return numbers(self, limit=math.inf if self.limit is None else self.limit)

@@ -27,7 +27,7 @@ def friction_ratio(slip, kinetic, static, stribeck_speed, transition):
 
 
 @kernel
-def force(angle, speed, reaction, kinetic, static, stribeck_speed, transition, radius):
+def force(angle, speed, reaction, radius, kinetic, static, stribeck_speed, transition):
     """Torque [N m], stored energy [J], dissipated power [W], the reaction [N]."""
     ratio = friction_ratio(radius * speed, kinetic, static, stribeck_speed, transition)
     # the reaction is the resultant of normal force and friction: their angle is that of friction
@@ -63,7 +63,3 @@ class PinFriction:
     static: Static = 0.0
     stribeck_speed: StribeckSpeed = 0.01
     transition: Transition = 1e-3
-
-    def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
-        """mu_k, mu_s, v_s and v_0 [m/s], R [m]."""
-        return self.kinetic, self.static, self.stribeck_speed, self.transition, self.radius

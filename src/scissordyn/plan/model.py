@@ -38,12 +38,11 @@ from scissordyn.plan.ordering import coupled, members, order_unknowns, pairs_of
 from scissordyn.plan.rail import Rails, rail_tables
 
 
-def _stacked(maps: list[PointMap], height: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Starts, columns and rows of some maps, one after the other."""
-    start = offsets(vector.columns.size for vector in maps)
-    if not maps:
-        return start, np.zeros(0, np.int64), np.zeros((height, 0))
-    return start, np.concatenate([m.columns for m in maps]), np.ascontiguousarray(np.hstack([m.rows for m in maps]))
+def _stacked(name: str, maps: list[PointMap], height: int) -> dict[str, np.ndarray]:
+    """Starts, columns and rows of some maps, one after the other, by the names that the model has for them."""
+    columns = np.concatenate([np.zeros(0, np.int64), *(m.columns for m in maps)])
+    rows = np.ascontiguousarray(np.hstack([np.zeros((height, 0)), *(m.rows for m in maps)]))
+    return {f"{name}_start": offsets(m.columns.size for m in maps), f"{name}_column": columns, f"{name}_row": rows}
 
 
 def _element_map(coordinates: Coordinates, attachments: Iterable[Attachment]) -> PointMap:
@@ -89,10 +88,8 @@ def make_model(mechanism: Mechanism, coordinates: Coordinates) -> Model:
         maps[len(contacts) + at] = PointMap(columns, np.zeros((6, columns.size)))
     rails = rail_tables(coordinates, components, bars, maps[len(contacts) :])
     maps[len(contacts) :] = rails.maps
-    element_start, element_column, element_row = _stacked(maps, 6)
-    counts = np.diff(element_start)
-    rotation_start, rotation_column, rotation_row = _stacked([family.maps[0] for family in coordinates.families], 2)
-    track_start, track_column, track_row = _stacked([coordinates.tracked(track) for track in mechanism.tracks], 2)
+    elements = _stacked("element", maps, 6)
+    counts = np.diff(elements["element_start"])
     constraints = _constraints(mechanism, coordinates)
     read = [part.columns[part.columns < n] for part in maps]
     ordering = order_unknowns(n, coordinates.constraints, set(constraints["latch"][:, 0].tolist()), read, states)
@@ -103,18 +100,9 @@ def make_model(mechanism: Mechanism, coordinates: Coordinates) -> Model:
         inertia=np.ascontiguousarray(inertia),
         inertia_b=np.ascontiguousarray(inertia_b),
         coupled=np.flatnonzero(np.any(np.asarray(inertia)[:, 1:] != 0.0, axis=1)),
-        element_start=element_start,
-        element_column=element_column,
-        element_row=element_row,
-        rotation_start=rotation_start,
-        rotation_column=rotation_column,
-        rotation_row=rotation_row,
         state_start=offsets(states),
         elastic_state=_elastic_states(n, contacts, offsets(states)),
         monitor=_monitors(mechanism, coordinates.constraints),
-        track_start=track_start,
-        track_column=track_column,
-        track_row=track_row,
         block_start=offsets(counts**2),
         force_state_start=offsets(counts * np.array(states, np.int64)),
         state_state_start=offsets(s * s for s in states),
@@ -122,8 +110,11 @@ def make_model(mechanism: Mechanism, coordinates: Coordinates) -> Model:
         band_limits=_integers([ordering.reach, ordering.reach, gram, gram]),
         pair=ordering.pair,
         pair_of=ordering.pair_of,
+        **elements,
+        **_stacked("rotation", [family.maps[0] for family in coordinates.families], 2),
+        **_stacked("track", [coordinates.tracked(track) for track in mechanism.tracks], 2),
         **constraints,
-        **_components(mechanism, rotation_start.size - 1),
+        **_components(mechanism, len(coordinates.families)),
         **_flexible(coordinates, components, bars, rails),
     )
 
@@ -140,7 +131,6 @@ def _flexible(
     for i, bar in rails.bars.items():
         numbers[i] = bar
     vectors = [vector for _, maps in bars for vector in maps]
-    shape_start, shape_column, shape_row = _stacked(vectors, 2)
     tables, table_start = _shared([bar_table(axis) for axis in coordinates.natural.axes])
     first = offsets(len(maps) for _, maps in bars)
     rows = [
@@ -164,9 +154,7 @@ def _flexible(
         "bar_scale": np.array([row[6] for row in rows], float),
         "bar_column": np.concatenate([np.zeros(0, np.int64), *(columns for columns, _ in fixed)]),
         "bar_table": np.concatenate([tables, *(table for _, table in fixed)]),
-        "shape_start": shape_start,
-        "shape_column": shape_column,
-        "shape_row": shape_row,
+        **_stacked("shape", vectors, 2),
         "shape_place": np.concatenate([np.zeros(0, np.int64), *places]),
         "rail": rails.rows,
         "rail_table": rails.table,
@@ -205,12 +193,12 @@ def _part_references(constraints: tuple[Constraint, ...], first: int) -> np.ndar
 def _constraints(mechanism: Mechanism, coordinates: Coordinates) -> dict[str, np.ndarray]:
     constraints = coordinates.constraints
     parts = [(k, weight, part) for k, constraint in enumerate(constraints) for weight, part in constraint.parts]
-    part_start, column, row = _stacked([part for _, _, part in parts], 2)
+    maps = _stacked("part", [part for _, _, part in parts], 2)
     timed = [k for k, constraint in enumerate(constraints) if constraint.motion]
     first = len(mechanism.drives) + len(time_functions(mechanism, 0)[2])
     references = len(coordinates.families) + sum(part.declaration.port.angle for part in acting(mechanism))
     return {
-        "part_start": part_start,
+        "part_start": maps["part_start"],
         "part_constraint": _integers(k for k, _, _ in parts),
         "part_full": np.array([weight for _, weight, _ in parts], float),
         "part_reference": _part_references(constraints, references),
@@ -220,8 +208,8 @@ def _constraints(mechanism: Mechanism, coordinates: Coordinates) -> dict[str, np
         "timed_linear": _integers(constraints[k].linear for k in timed),
         "latch": _latches(mechanism, constraints),
         "constraint_start": offsets(constraint.columns.size for constraint in constraints),
-        "constraint_column": column,
-        "constraint_row": row,
+        "constraint_column": maps["part_column"],
+        "constraint_row": maps["part_row"],
         "overlap": _overlaps(coordinates),
     }
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.patheffects import withStroke
 
+from scissordyn.plot.label_place import around, sampled
 from scissordyn.plot.style import literal, small
 
 DISTANCES = (7.0, 11.0, 16.0, 23.0, 32.0, 44.0, 60.0, 82.0, 112.0, 150.0)
@@ -54,7 +54,7 @@ def write_labels(axes: Axes, labels: Sequence[Label], *, size: float | None = No
     frame = axes.get_window_extent(renderer)
     low, high = np.array([frame.x0, frame.y0]), np.array([frame.x1, frame.y1])
     anchors = np.array([axes.transData.transform(label.place) for label in labels]).reshape(-1, 2)
-    ink = np.concatenate([*(_sampled(line, INK * dot) for line in _drawn(axes)), anchors])
+    ink = np.concatenate([sampled(_drawn(axes), INK * dot), anchors])
     rings = _rings(axes, dot)
     boxes: list[np.ndarray] = []
     leaders: list[np.ndarray] = []
@@ -83,7 +83,7 @@ def write_labels(axes: Axes, labels: Sequence[Label], *, size: float | None = No
         text.set_position(tuple((centre - anchor) / dot))
         near = np.clip(anchor, centre - half, centre + half)
         if math.dist(near, anchor) > LEADER * dot:
-            leaders.append(_sampled(np.stack([anchor, near]), INK * dot))
+            leaders.append(sampled([np.stack([anchor, near])], INK * dot))
             ends = axes.transData.inverted().transform(np.stack([anchor, near]))
             axes.plot(*ends.T, color=label.color, linewidth=0.4, zorder=3.0)
     return left
@@ -100,12 +100,8 @@ def _best(
     leaders: list[np.ndarray],
 ) -> tuple[np.ndarray, bool]:
     """The centre of the best place for a name of a size, and whether it is free."""
-    turn = 2.0 * math.pi * (np.arange(DIRECTIONS) + 0.5) / DIRECTIONS
-    ray = np.stack([np.cos(turn), np.sin(turn)], axis=1)
-    # the box touches the circle about the anchor from outside
-    reach = np.concatenate(
-        [(distance * dot) * ray + np.sign(ray) * half * np.minimum(1.0, np.abs(ray) * 1.5) for distance in DISTANCES]
-    )
+    turns = 2.0 * math.pi * (np.arange(DIRECTIONS) + 0.5) / DIRECTIONS
+    reach, _ = around(half, [dot * far for far in DISTANCES], turns)
     distance = np.repeat(DISTANCES, DIRECTIONS)
     centre = anchor + reach
     first, last = centre - half, centre + half
@@ -153,12 +149,3 @@ def _rings(axes: Axes, dot: float) -> np.ndarray:
             radius = (0.5 * line.get_markersize() + line.get_markeredgewidth()) * dot
             rings.append(np.column_stack([centres, np.full(len(centres), radius)]))
     return np.concatenate(rings)
-
-
-def _sampled(line: np.ndarray, step: float) -> np.ndarray:
-    """Points along a line, about so far apart."""
-    parts = [line[-1:]]
-    for start, end in itertools.pairwise(line):
-        count = max(1, int(math.dist(start, end) / step))
-        parts.append(start + np.arange(count)[:, None] / count * (end - start))
-    return np.concatenate(parts)

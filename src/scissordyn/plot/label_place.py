@@ -47,7 +47,7 @@ def asides(
     chosen = np.linspace(0, len(joints) - 1, min(looks, len(joints))).round().astype(int)
     scale = longer / float(np.max(region[1] - region[0]))
     places = scale * np.concatenate([joints, others], axis=1)[chosen]
-    ink = [_sampled([scale * line[min(look, len(line) - 1)] for line in lines]) for look in chosen]
+    ink = [sampled([scale * line[min(look, len(line) - 1)] for line in lines], STEP) for look in chosen]
     edges = scale * np.stack(region)
     chosen_places = np.empty((len(chosen), len(names), 2))
     halves = np.array([(0.5 * LETTER * len(name) + ROUND, 0.5 * LINE + ROUND) for name in names]).reshape(-1, 2)
@@ -62,15 +62,17 @@ def asides(
     return chosen_places
 
 
+def around(half: np.ndarray, distances: Sequence[float], turns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Middles of a box of half a width and height that touches circles about the origin from outside, and their radii."""
+    ray = np.round(np.stack([np.cos(turns), np.sin(turns)], axis=1), 12)
+    tries = [far * ray + np.sign(ray) * half * np.minimum(1.0, 1.5 * np.abs(ray)) for far in distances]
+    return np.concatenate(tries), np.repeat(distances, len(turns))
+
+
 @lru_cache(256)
 def _tried(wide: float, high: float) -> tuple[np.ndarray, np.ndarray]:
     """Middles of a name of half a width and height that are tried, and how far its edge is from the middle of the joint."""
-    half = np.array([wide, high])
-    turn = 2.0 * math.pi * np.arange(DIRECTIONS) / DIRECTIONS
-    ray = np.round(np.stack([np.cos(turn), np.sin(turn)], axis=1), 12)
-    # the box touches the circle about the joint from outside
-    tries = [far * ray + np.sign(ray) * half * np.minimum(1.0, 1.5 * np.abs(ray)) for far in DISTANCES]
-    return np.concatenate(tries), np.repeat(DISTANCES, DIRECTIONS)
+    return around(np.array([wide, high]), DISTANCES, 2.0 * math.pi * np.arange(DIRECTIONS) / DIRECTIONS)
 
 
 def _hidden(here: np.ndarray, k: int, tries: np.ndarray, half: np.ndarray, ink: np.ndarray, region: np.ndarray) -> np.ndarray:
@@ -120,11 +122,11 @@ def _inside(points: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray
     return within
 
 
-def _sampled(lines: Sequence[np.ndarray]) -> np.ndarray:
-    """Points along lines, so far apart that no name stands between two of them."""
+def sampled(lines: Sequence[np.ndarray], step: float) -> np.ndarray:
+    """Points along lines, about so far apart."""
     start = np.concatenate([np.empty((0, 2)), *(line[:-1] for line in lines)])
     along = np.concatenate([start[:0], *(line[1:] for line in lines)]) - start
-    count = np.maximum(1, (np.hypot(*along.T) / STEP).astype(int))
+    count = np.maximum(1, (np.hypot(*along.T) / step).astype(int))
     segment = np.repeat(np.arange(len(start)), count)
     part = (np.arange(segment.size) - np.repeat(np.cumsum(count) - count, count)) / count[segment]
     return np.concatenate([start[segment] + part[:, None] * along[segment], *(line[-1:] for line in lines)])

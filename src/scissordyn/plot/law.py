@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from scissordyn.laws.contact import Damping, Elastic, Friction, JointContact
 from scissordyn.laws.damping.factors import Flores
 from scissordyn.laws.elastic.liu import Liu
 from scissordyn.laws.evaluate import elastic_force
-from scissordyn.laws.impact import Impact, impact
+from scissordyn.laws.impact import impact
 from scissordyn.laws.material import STEEL
 from scissordyn.laws.sliding import oscillation, steady_coefficient
 from scissordyn.plot.scale import Scale, engineering
@@ -50,44 +50,41 @@ DASHES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (1, 1.5)))
 """There are more laws than distinguishable colours, so the line styles differ too."""
 
 
-@dataclass(frozen=True)
-class FreeMass:
-    mass: float = 5.0  # Of the free body [kg]
-    speed: float = 0.5  # Of the impact [m/s]
+MASS, SPEED = 5.0, 0.5  # Of the free body [kg], and of its impact [m/s]
 
 
-FREE_MASS = FreeMass()
+def draw_law(law: Elastic | Damping | Friction, *, axes: Canvas = None, joint: JointContact = JOINT) -> list[Axes]:
+    """The curves of one law.
 
-
-def _loop(axes: Axes, history: Impact, force: Scale, length: Scale, **look: Any) -> None:
-    axes.plot(length.factor * history.indentation, force.factor * history.force, linewidth=LINE, **look)
-
-
-def _label(axes: Axes, force: Scale, length: Scale) -> None:
-    axes.set(xlabel=length.label("indentation"), ylabel=force.label("normal force"), xlim=(0.0, None), ylim=(0.0, None))
-
-
-def _draw_impact(
-    stiffness: Elastic, damping: Damping, title: str, axes: Canvas, joint: JointContact, free_mass: FreeMass
-) -> list[Axes]:
+    An elastic part is shown in the loop of an impact with Flores's damping, a damping in one on Liu's elastic part, each
+    beside the elastic part alone; a friction law in steady sliding and in an oscillation of a few micrometres.
+    """
+    if isinstance(law, Friction):
+        return _draw_friction(law, axes, joint)
+    stiffness, damping = (law, Flores()) if isinstance(law, Elastic) else (Liu(), law)
     (panel,) = panels(axes, 1, size=(5.6, 3.6))
-    history = impact(stiffness, damping, joint, mass=free_mass.mass, speed=free_mass.speed)
+    history = impact(stiffness, damping, joint, mass=MASS, speed=SPEED)
     depth = np.linspace(0.0, float(history.indentation.max()), 200)[1:]
     row, pointer = row_of(stiffness, joint), pointers(stiffness)["force"]
     elastic = np.array([elastic_force(pointer, delta, row) for delta in depth])
     force, length = engineering("N", history.force, elastic), engineering("m", depth)
-    _loop(panel, history, force, length, color=BLUE, label=literal(f"{stiffness.name} + {damping.name}"))
+    x, y = length.factor * history.indentation, force.factor * history.force
+    panel.plot(x, y, linewidth=LINE, color=BLUE, label=literal(f"{stiffness.name} + {damping.name}"))
     panel.plot(length.factor * depth, force.factor * elastic, **IDEAL, label=literal(f"{stiffness.name} alone"))
     for part in (0.35, 0.65):  # arrow heads show the direction of the loop
         k = int(part * history.time.size)
-        ends = [(length.factor * history.indentation[i], force.factor * history.force[i]) for i in (k - 8, k)]
-        panel.annotate("", xy=ends[1], xytext=ends[0], arrowprops={"arrowstyle": "-|>", "color": BLUE, "lw": 0.0})
-    back = history.restitution * free_mass.speed
-    title = f"{title}: {free_mass.mass:g} kg at {free_mass.speed:g} m/s, rebounds at {back:.3g} m/s"
+        arrow = {"arrowstyle": "-|>", "color": BLUE, "lw": 0.0}
+        panel.annotate("", xy=(x[k], y[k]), xytext=(x[k - 8], y[k - 8]), arrowprops=arrow)
+    back = history.restitution * SPEED
+    title = f"{law.name}: {MASS:g} kg at {SPEED:g} m/s, rebounds at {back:.3g} m/s"
     panel.set_title(literal(title), loc="left", fontsize=normal())
     _label(panel, force, length)
     panel.legend(loc="upper left", frameon=False, fontsize="small")
     return [panel]
+
+
+def _label(axes: Axes, force: Scale, length: Scale) -> None:
+    axes.set(xlabel=length.label("indentation"), ylabel=force.label("normal force"), xlim=(0.0, None), ylim=(0.0, None))
 
 
 def _draw_friction(friction: Friction, axes: Canvas, joint: JointContact) -> list[Axes]:
@@ -106,21 +103,6 @@ def _draw_friction(friction: Friction, axes: Canvas, joint: JointContact) -> lis
     return [sliding, sticking]
 
 
-def draw_law(
-    law: Elastic | Damping | Friction, *, axes: Canvas = None, joint: JointContact = JOINT, free_mass: FreeMass = FREE_MASS
-) -> list[Axes]:
-    """The curves of one law.
-
-    An elastic part is shown in the loop of an impact with Flores's damping, a damping in one on Liu's elastic part, each
-    beside the elastic part alone; a friction law in steady sliding and in an oscillation of a few micrometres.
-    """
-    if isinstance(law, Friction):
-        return _draw_friction(law, axes, joint)
-    if isinstance(law, Elastic):
-        return _draw_impact(law, Flores(), law.name, axes, joint, free_mass)
-    return _draw_impact(Liu(), law, law.name, axes, joint, free_mass)
-
-
 def _look(index: int) -> dict[str, Any]:
     return {"color": COLOURS[index % len(COLOURS)], "linestyle": DASHES[index // len(COLOURS) % len(DASHES)]}
 
@@ -129,26 +111,26 @@ def _soft(law: type[Any]) -> Any:
     return law(restitution=SOFT) if any(field.name == "restitution" for field in fields(law)) else law()
 
 
-def draw_gallery(*, axes: Canvas = None, joint: JointContact = JOINT, free_mass: FreeMass = FREE_MASS) -> list[Axes]:
+def draw_gallery(*, axes: Canvas = None, joint: JointContact = JOINT) -> list[Axes]:
     """All laws in one impact and in steady sliding, with default parameters except for a restitution coefficient of 0.5."""
-    mass, speed = free_mass.mass, free_mass.speed
     elastic, damping, friction = panels(axes, 3, size=(7.2, 9.6), share=False)
     for panel, pairs in (
         (elastic, [(name, law(), Flores()) for name, law in ELASTIC.items()]),
         (damping, [(name, Liu(), _soft(law)) for name, law in DAMPING.items()]),
     ):
         # an elastic part that is far softer would compress the curves of the others at the axis
-        histories = [(name, impact(spring, damper, joint, mass=mass, speed=speed)) for name, spring, damper in pairs]
+        histories = [(name, impact(spring, damper, joint, mass=MASS, speed=SPEED)) for name, spring, damper in pairs]
         deepest = np.array([history.indentation.max() for _, history in histories])
         shown = deepest <= 3.0 * np.median(deepest)
         length = engineering("m", deepest[shown])
         force = engineering("N", *(history.force for _, history in histories))
         for index, (name, history) in enumerate(histories):
             label = name if shown[index] else f"{name} (to {length.factor * deepest[index]:.3g} {length.unit})"
-            _loop(panel, history, force, length, label=label, **_look(index))
+            x, y = length.factor * history.indentation, force.factor * history.force
+            panel.plot(x, y, linewidth=LINE, label=label, **_look(index))
         _label(panel, force, length)
         panel.set_xlim(0.0, 1.05 * length.factor * float(deepest[shown].max()))
-    elastic.set_title(f"stiffness, with flores: {mass:g} kg at {speed:g} m/s", loc="left", fontsize=normal())
+    elastic.set_title(f"stiffness, with flores: {MASS:g} kg at {SPEED:g} m/s", loc="left", fontsize=normal())
     damping.set_title(f"damping, on liu, restitution {SOFT:g} where the law has one", loc="left", fontsize=normal())
     for index, (name, law) in enumerate(FRICTION.items()):
         friction.semilogx(SPEEDS, steady_coefficient(law(), joint, SPEEDS), linewidth=LINE, label=name, **_look(index))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -87,8 +88,7 @@ def velocity_acceleration(scatter: xr.Dataset, ideal: xr.Dataset | None = None, 
         The same of the ideal mechanism, drawn as a line.
     """
     (drawn,) = panels(axes, 1, size=(5.4, 4.6))
-    both = [scatter] if ideal is None else [scatter, ideal]
-    names = ("velocity", "acceleration")
+    both, names = [scatter] if ideal is None else [scatter, ideal], ("velocity", "acceleration")
     scales = [engineering(scatter[name].attrs["units"], *(part[name].values for part in both)) for name in names]
     dots: dict[str, Any] = {"color": BLUE, "markersize": 3.0, "label": None if ideal is None else "with clearance", **DOTS}
     line = {"color": BLACK, "linewidth": LINE, "label": "ideal joints"}
@@ -151,10 +151,7 @@ def bifurcation(diagram: xr.Dataset, *, variable: str = "", joint: str = "", axe
     """
     usable = [str(name) for name in diagram if {"value", "cycle"} <= set(diagram[name].dims)]
     chosen = variable or ("slider_velocity" if "slider_velocity" in usable else (usable or [""])[0])
-    if chosen not in usable:
-        raise InputError(
-            f"a bifurcation diagram of '{chosen}'{did_you_mean(chosen, usable)}", "one of " + (", ".join(usable) or "none")
-        )
+    _check("a bifurcation diagram of", chosen, usable)
     (drawn,) = panels(axes, 1, size=(7.2, 4.6))
     values = _along(diagram, chosen, 0, joint).transpose("value", "cycle")
     value = diagram["value"]
@@ -233,13 +230,9 @@ def distribution(run: xr.Dataset, *, variable: str = "peak_force", joint: str = 
         If there is no such column or joint.
     """
     columns = [str(name) for name in run if run[name].dims == ("contact",) and run[name].dtype.kind == "f"]
-    if variable not in columns:
-        raise InputError(f"a distribution of '{variable}'{did_you_mean(variable, columns)}", "one of " + ", ".join(columns))
-    if joint:
-        chosen_joints(run, [joint])
-    else:
-        names = chosen_joints(run, None)
-        joint = max(names, key=lambda name: float(run["normal_force"].sel(joint=name).max()))
+    _check("a distribution of", variable, columns)
+    names = chosen_joints(run, joint or None)
+    joint = max(names, key=lambda name: float(run["normal_force"].sel(joint=name).max()))
     (drawn,) = panels(axes, 1, size=(6.0, 3.8))
     values = run[variable].values[run["contact_joint"].values.astype(str) == joint]
     values = values[np.isfinite(values) & (values > 0.0)]
@@ -267,20 +260,21 @@ def distribution(run: xr.Dataset, *, variable: str = "peak_force", joint: str = 
     return [drawn]
 
 
+def _check(what: str, name: str, allowed: Sequence[str]) -> None:
+    if name not in allowed:
+        raise InputError(f"{what} '{name}'{did_you_mean(name, allowed)}", "one of " + (", ".join(allowed) or "none"))
+
+
 def _along(data: xr.Dataset, name: str, side: int, joint: str) -> xr.DataArray:
     """One series of a map or diagram."""
-    if name not in data:
-        variables = [str(other) for other in data]
-        raise InputError(f"variable '{name}'{did_you_mean(name, variables)}", "one of " + ", ".join(variables))
+    _check("variable", name, [str(other) for other in data])
     values = data[name]
     if "joint" in values.dims:
         names = [str(other) for other in values["joint"].values]
         if "clearance" in data:
             names = [other for other in names if np.isfinite(float(data["clearance"].sel(joint=other)))]
-        chosen = joint or names[0]
-        if chosen not in names:
-            raise InputError(f"joint '{chosen}'{did_you_mean(chosen, names)}", "one of " + ", ".join(names))
-        values = values.sel(joint=chosen)
+        _check("joint", joint or names[0], names)
+        values = values.sel(joint=joint or names[0])
     if "axis" in values.dims:
         letter = str(values["axis"].values[side])
         values = values.isel(axis=side)

@@ -281,7 +281,6 @@ def accept(problem, T, t, h, full, grow, last, guard, s, w, S, r):
 
 @kernel
 def record_step(now, event, s, steps):
-    """Keep the end of a step."""
     if not event and s.counts[0].steps % steps.every[0] > 0:
         return
     at = s.counts[0].recorded
@@ -388,7 +387,6 @@ def write_sample(T, when, t, h, at, s, w, out):
 
 @kernel
 def write_state(at, s, out):
-    """Write the present state as a sample."""
     for i in range(s.y.size):
         out.state[at, i] = s.y[i]
     for q in range(s.total.size):

@@ -61,7 +61,6 @@ def nest(T, h, K, F):
 
 @kernel
 def rosenbrock_dense(T, y, new, K, F):
-    """Coefficients F of the dense output."""
     for i in range(y.size):
         F[0, i] = new[i] - y[i]
     for d in range(T.dense.shape[0]):

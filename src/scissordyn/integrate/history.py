@@ -22,7 +22,6 @@ TRANSFORM: np.ndarray = np.linalg.inv(np.vander(NODES, increasing=True))
 
 
 def make_history(signals: int, steps: int = 4096) -> np.ndarray:
-    """Room for some signals over some steps."""
     return np.zeros((steps, 2 + COUNT * signals))
 
 

@@ -243,7 +243,6 @@ def make_work(
 
 
 def make_samples(time: np.ndarray, state: State) -> Samples:
-    """Room for samples at increasing instants."""
     sizes = {"samples": time.size, "y": state.y.size, "quadratures": state.total.size}
     sizes |= {"guards": state.mode.size, "angles": state.reference.size}
     samples = Samples(**arrays_of(Samples, sizes, {"time": time}))
@@ -252,6 +251,5 @@ def make_samples(time: np.ndarray, state: State) -> Samples:
 
 
 def make_record(rows: int, state: State, *, inside: bool = False) -> StepRecord:
-    """Room for so many rows."""
     samples = make_samples(np.zeros(rows), state)
     return StepRecord(*samples, np.zeros(rows, np.int64), np.ones(1, np.int64), np.array([int(inside)]))

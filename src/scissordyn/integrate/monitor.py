@@ -65,7 +65,6 @@ def end_peak(guard, s, w, row):
 
 @kernel
 def step_integral(T, h, w, which):
-    """Integral of a power over the whole step."""
     total = 0.0
     if T.kind == _EXPLICIT:
         last = T.stages

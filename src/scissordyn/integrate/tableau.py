@@ -136,7 +136,6 @@ METHODS = ("dop853", "dopri5", "rodas5p", "rodas4p")  # Names of the methods, ex
 
 
 def tableau(name: str) -> Tableau:
-    """The coefficients of a method."""
     from scissordyn.integrate import dormand_prince, rodas
 
     if name not in METHODS:

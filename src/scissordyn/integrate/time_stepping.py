@@ -66,8 +66,6 @@ DRIVES, NORMAL_LOSSES, TANGENTIAL_LOSSES = range(3)
 
 
 class Jumps(NamedTuple):
-    """The functions of a problem that jumps."""
-
     step: Any
     restore: Any
     guards_ahead: Any

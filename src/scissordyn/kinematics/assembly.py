@@ -73,6 +73,12 @@ def basis_at_start(system: System, time: float = 0.0) -> tuple[np.ndarray, np.nd
     return basis[0], basis[1]
 
 
+def whole_state(system: System, position: np.ndarray, velocity: np.ndarray | None = None) -> np.ndarray:
+    """Free coordinates, their rates, at rest if not given, and internal states, which are zero at the start, shape (ny,)."""
+    moving = np.zeros(position.size) if velocity is None else velocity
+    return np.concatenate([position, moving, np.zeros(int(system.model.state_start[-1]))])
+
+
 def placed_start(plan: Plan, system: System) -> Start:
     """The free coordinates nearest to where the user placed the bodies, and to how they move there."""
     b, rate = basis_at_start(system)
@@ -81,7 +87,6 @@ def placed_start(plan: Plan, system: System) -> Start:
 
 
 def natural_state(plan: Plan, system: System, start: Start) -> tuple[np.ndarray, np.ndarray]:
-    """Natural coordinates and velocities of a state."""
     b, rate = basis_at_start(system)
     matrix = plan.coordinates.matrix
     return matrix @ np.append(start.position, b), matrix @ np.append(start.velocity, rate)

@@ -40,8 +40,6 @@ APART = 0.1
 
 
 class Said(NamedTuple):
-    """A singular position in words."""
-
     time: float
     """At which the drives are first there [s]."""
     kind: str
@@ -96,7 +94,6 @@ def passing_warnings(plan: Plan, run: Any, until: float) -> list[str]:
 
 
 def _pressed(plan: Plan, run: Any) -> bool:
-    """Whether a journal is pressed in far."""
     if not plan.contacts:
         return False
     at = plan.places(contact.name for contact in plan.contacts)
@@ -234,7 +231,6 @@ def _input_in_words(path: Path, place: float) -> str:
 
 
 def _of_input(value: float, unit: str) -> str:
-    """An input in words."""
     return f"{math.degrees(value):.6g} deg" if unit == "rad" else f"{1e3 * value:.6g} mm"
 
 

@@ -59,7 +59,6 @@ class Inputs:
 
     @property
     def count(self) -> int:
-        """Number of inputs."""
         return len(self._rows)
 
     def at(self, time: float) -> np.ndarray:
@@ -126,7 +125,6 @@ class Closure:
         return np.asarray(self._sum(parts, -2)[..., self.chosen, :] / self.scale[self.chosen, None])
 
     def residual(self, z: np.ndarray, inputs: np.ndarray) -> np.ndarray:
-        """Errors of the chosen constraints at z."""
         return np.asarray(self.left_of(z) - self.values_at(inputs))
 
     def left_of(self, z: np.ndarray) -> np.ndarray:

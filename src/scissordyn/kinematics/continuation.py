@@ -47,8 +47,6 @@ class Meeting:
 
 @dataclass
 class Leg:
-    """Positions from a place to another."""
-
     points: list[tuple[float, np.ndarray]]
     met: list[Meeting] = field(default_factory=list)
     end: float | None = None  # Where the input can go no further
@@ -180,7 +178,6 @@ def _led(closure: Closure, inputs: AtPlace, leg: Leg, limit: Point, place: float
 
 
 def _longest(closure: Closure, inputs: AtPlace, first: float, last: float) -> float:
-    """The longest step along a leg."""
     places = np.linspace(first, last, 201)
     values = np.array([inputs(s) for s in places])
     lengths = np.array(closure.inputs.units) == "m"

@@ -89,7 +89,6 @@ def start_of(closure: Closure) -> np.ndarray | None:
 
 
 def path_of(plan: Plan, until: float, closure: Closure | None = None) -> Path | None:
-    """The path of a driven mechanism with ideal joints."""
     closure = Closure(plan) if closure is None else closure
     inputs = closure.inputs
     start = start_of(closure)

@@ -48,8 +48,6 @@ NAMED = 3  # So many bodies and joints are named
 
 @dataclass(frozen=True)
 class SingularPosition:
-    """A singular position of the ideal mechanism."""
-
     kind: str
     place: float  # Where on the path: value of the input [rad or m], or time [s]
     bodies: tuple[str, ...]  # Bodies that can move there to first order with the inputs fixed, those that move most first
@@ -79,13 +77,12 @@ def measure(closure: Closure, z: np.ndarray) -> np.ndarray:
     if rows.shape[1] <= FEW:
         return np.asarray(np.linalg.svd(rows, compute_uv=False)[:, -1])
     # the square root of the Gram determinant is known to 1e-8 only, enough to choose where to look
-    volume = np.linalg.slogdet(rows)[1] if rows.shape[1] == rows.shape[2] else 0.5 * np.linalg.slogdet(_gram(rows))[1]
+    if rows.shape[1] == rows.shape[2]:
+        volume = np.linalg.slogdet(rows)[1]
+    else:
+        volume = 0.5 * np.linalg.slogdet(rows @ np.swapaxes(rows, -1, -2))[1]
     largest = np.max(volume)
     return np.exp(volume - largest) if np.isfinite(largest) else np.zeros(len(z))
-
-
-def _gram(rows: np.ndarray) -> np.ndarray:
-    return np.asarray(rows @ np.swapaxes(rows, -1, -2))
 
 
 def suspects(volume: np.ndarray) -> list[int]:

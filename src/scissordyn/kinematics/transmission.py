@@ -19,8 +19,6 @@ from scissordyn.plan.plan import Plan
 
 @dataclass(frozen=True)
 class Dyad:
-    """A dyad of a mechanism."""
-
     joint: str  # The inner joint
     inner: BodyPoint  # Body and point of that joint
     outer: tuple[BodyPoint, ...]  # Body and point of the outer joints, one or two

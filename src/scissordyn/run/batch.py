@@ -184,8 +184,6 @@ class Perturbed:
 
 
 class Row(NamedTuple):
-    """What a worker returns of a case."""
-
     case: int
     ended: Ended | None  # Of a run that is complete; valid until the worker goes on
     cause: str = ""  # Why it is not
@@ -323,7 +321,6 @@ class _Batch:
         self.seconds = np.full(cases, np.nan)
 
     def mechanism(self, case: int) -> Mechanism:
-        """The mechanism with the numbers of a case."""
         changes = {parameter: float(column[case]) for parameter, column in self.columns.items()}
         return changed_all(self.base, changes, self.places)
 

@@ -52,7 +52,6 @@ def is_run(data: Run) -> bool:
 
 
 def read_configuration(run: Run) -> Configuration:
-    """What a saved run says of itself."""
     text = run.attrs.get(ATTRIBUTE)
     if not isinstance(text, str):
         raise InputError(f"a dataset without the attribute '{ATTRIBUTE}'", "a Dataset that scissordyn made")

@@ -53,7 +53,6 @@ class EngineError(ScissordynError):
 
 
 def processors() -> int:
-    """Processors that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else (os.cpu_count() or 1)
 
 

@@ -62,8 +62,6 @@ class Part(NamedTuple):
 
 @dataclass
 class Keeper:
-    """Writes the checkpoints of one run."""
-
     checkpoint: Checkpoint
     attributes: Mapping[str, str]  # Of the file; a file with others is of another run
     parts: dict[str, Part] = field(default_factory=dict)  # As they were last written or read

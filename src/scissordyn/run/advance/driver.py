@@ -72,7 +72,6 @@ class Snapshot:
 
     @property
     def time(self) -> float:
-        """Time of the state [s]."""
         return float(self.arrays["clock"]["time"][0])
 
     @property
@@ -86,7 +85,6 @@ class Snapshot:
         return self.arrays["mode"]
 
     def changed(self, **arrays: np.ndarray) -> Snapshot:
-        """A copy with other arrays in the place of some."""
         return Snapshot({name: np.array(arrays.get(name, part)) for name, part in self.arrays.items()})
 
     def plain(self) -> dict[str, np.ndarray]:
@@ -203,7 +201,6 @@ class Driver:
 
     @property
     def time(self) -> float:
-        """Time reached [s]."""
         return float(self.state.clock["time"][0])
 
     @property
@@ -255,7 +252,6 @@ class Driver:
         self.integration = Handle(self.integration.content._replace(**parts))
 
     def sample_at(self, times: np.ndarray) -> None:
-        """Write samples at these instants from here on."""
         self._exchange(samples=make_samples(np.array(times, float), self.state))
         self.state.counts["samples"] = 0
 
@@ -307,7 +303,6 @@ class Driver:
 
     @property
     def tried(self) -> int:
-        """Steps so far, rejected ones included."""
         counts = self.state.counts
         return int(counts["steps"][0] + counts["rejected"][0])
 
@@ -410,7 +405,6 @@ def _doubled(rows: np.ndarray) -> np.ndarray:
 
 
 def _rows_of(steps: StepRecord) -> list[tuple[str, np.ndarray]]:
-    """The arrays of a record that have a row for each instant."""
     return [(name, getattr(steps, name)) for name in (*Samples._fields, "end")]
 
 

@@ -134,7 +134,6 @@ class Stepping:
         }
 
     def counted(self) -> dict[str, int]:
-        """Counters of the solver of impulses by name."""
         counts = self.content.counts
         names = {
             "contact_steps": solver.IMPULSIVE,

@@ -55,8 +55,6 @@ CAUSES = {
 
 @dataclass(frozen=True)
 class Trajectory:
-    """What a run returns: samples, events and how it ended."""
-
     plan: Plan
     system: Handle  # Of the mechanics' `System`
     samples: Samples  # Trimmed to what was reached

@@ -12,7 +12,7 @@ from scissordyn.component.beam import Beam
 from scissordyn.component.flexible_bar import FlexibleBar
 from scissordyn.integrate.integration import Samples
 from scissordyn.kernel import Handle
-from scissordyn.kinematics.assembly import basis_at_start
+from scissordyn.kinematics.assembly import basis_at_start, whole_state
 from scissordyn.mechanics.outputs import Record
 from scissordyn.plan.plan import Plan
 from scissordyn.run.advance.system import make_system
@@ -130,7 +130,7 @@ class _Frozen:
         count_turns(self.ideal, content, turned | {"ground": 0.0})
         natural = np.asarray(self.plan.coordinates.matrix @ record.X[k])
         position = self.ideal.coordinates.nearest(basis_at_start(content, time)[0], natural)
-        state = np.concatenate([position, np.zeros(position.size + int(content.model.state_start[-1]))])
+        state = whole_state(content, position)
         touch_closed(self.system, state)
         return At(self.ideal, self.system, state)
 

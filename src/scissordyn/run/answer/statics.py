@@ -12,7 +12,7 @@ import numpy as np
 from scissordyn.component.time_function import Polynomial
 from scissordyn.errors import InputError
 from scissordyn.integrate.integration import Samples
-from scissordyn.kinematics.assembly import Held, Start, assemble
+from scissordyn.kinematics.assembly import Held, Start, assemble, whole_state
 from scissordyn.kinematics.closure import Closure, Inputs
 from scissordyn.kinematics.path import GRID, smooth_peak, start_of
 from scissordyn.mechanics.monitored import POWERS
@@ -245,7 +245,7 @@ def _creeping(at: At, turned: Mapping[str, float], motion: Sequence[Sequence[flo
     position = at.state[: slow.coordinates.free]
     start = assemble(slow, content, Start(position, 0.0 * position), Held())
     content.state.mode[:], content.state.memory[:] = at.system.content.state.mode, at.system.content.state.memory
-    return At(slow, system, np.concatenate([start.position, start.velocity, np.zeros(int(content.model.state_start[-1]))]))
+    return At(slow, system, whole_state(content, start.position, start.velocity))
 
 
 def _samples(rests: Sequence[At], state: np.ndarray, times: np.ndarray) -> Samples:

@@ -42,7 +42,6 @@ class IdealPath:
 
     @property
     def end(self) -> float:
-        """Time of the last row [s]."""
         return float(self.step * (self.table.shape[0] - 1))
 
     def at(self, times: np.ndarray) -> np.ndarray:

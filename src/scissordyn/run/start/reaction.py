@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from scissordyn.integrate.integration import Samples
-from scissordyn.kinematics.assembly import Start, assemble_as_placed
+from scissordyn.kinematics.assembly import assemble_as_placed, whole_state
 from scissordyn.mechanics.outputs import Record, record
 from scissordyn.mechanics.reactions import solve_reactions
 from scissordyn.plan.bending import beam_mass, bends
@@ -19,12 +19,15 @@ def ideal_reactions(plan: Plan, position: np.ndarray | None = None, reference: n
     """Forces on the journals of all revolute joints of a mechanism, taken as ideal, at t = 0, shape (joints, 2) [N]."""
     plan = plan.ideal
     system = make_system(plan)
-    start = assemble_as_placed(plan, system.content) if position is None else Start(position, np.zeros(plan.coordinates.free))
+    if position is None:
+        start = assemble_as_placed(plan, system.content)
+        y = whole_state(system.content, start.position, start.velocity)
+    else:
+        y = whole_state(system.content, position)
     state = system.content.state
-    internal = np.zeros(int(system.content.model.state_start[-1]))
     samples = Samples(
         time=np.zeros(1),
-        state=np.concatenate([start.position, start.velocity, internal])[None, :],
+        state=y[None, :],
         total=np.zeros((1, 0)),
         mode=state.mode[None, :].copy(),
         memory=state.memory[None, :].copy(),

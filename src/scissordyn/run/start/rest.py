@@ -110,7 +110,6 @@ def _equilibrium(plan: Plan, handle: Handle, position: np.ndarray, load: float) 
 
 
 def _descended(plan: Plan, handle: Handle, position: np.ndarray, load: float) -> _Descent:
-    """A descent that has come to rest."""
     descent, step = _Descent(plan, handle, position, load), FIRST_STEP
     for _ in range(MOST_STEPS):
         outcome = descent.implicit_step(step)

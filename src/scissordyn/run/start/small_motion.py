@@ -10,6 +10,7 @@ import numpy as np
 
 from scissordyn.component.torque import Torque
 from scissordyn.errors import InputError
+from scissordyn.kinematics.assembly import whole_state
 from scissordyn.kinematics.closure import Inputs
 from scissordyn.mechanics import functions
 from scissordyn.plan.plan import Plan, plan
@@ -48,14 +49,13 @@ def placed(still: Plan, position: Position, before: Place | None) -> tuple[At, P
         free_coordinates = assembled_near(ideal, system.content, before.natural, straight=position == "concentric").position
         if position == "static":
             free_coordinates = equilibrium(ideal, system, free_coordinates).position
-        y = np.zeros(2 * n + int(system.content.model.state_start[-1]))
-        y[:n] = free_coordinates
+        y = whole_state(system.content, free_coordinates)
     functions.accept(0.0, y, system.address, np.zeros(2))
     at = At(ideal, system, y)
     place = Place(at.natural, turns(ideal, system.content))
     if still.contacts:
         handle, rest = rest_with_clearances(still, system, y[:n])
-        state = np.concatenate([rest.position, np.zeros(rest.position.size + int(handle.content.model.state_start[-1]))])
+        state = whole_state(handle.content, rest.position)
         functions.accept(0.0, state, handle.address, np.zeros(2))
         at = At(still, handle, state)
     return at, place
@@ -111,7 +111,7 @@ def released(at: At) -> At:
     system = make_system(free)
     count_turns(free, system.content, turned)
     start = assembled_near(free, system.content, at.natural, straight=False)
-    state = np.concatenate([start.position, start.velocity, np.zeros(int(system.content.model.state_start[-1]))])
+    state = whole_state(system.content, start.position, start.velocity)
     functions.accept(0.0, state, system.address, np.zeros(2))
     touch_closed(system, state)
     torque, n = system.content.parameters.component[first : first + len(holding), 0], free.coordinates.free

@@ -23,6 +23,7 @@ from scissordyn.kinematics.assembly import (
     held_rods,
     natural_state,
     placed_start,
+    whole_state,
 )
 from scissordyn.kinematics.given import prescribed_bodies
 from scissordyn.laws.damping.proportional import DampingFactor
@@ -87,7 +88,7 @@ def prepare_start(plan: Plan, system: Handle, kind: StartKind) -> Prepared:
     warnings += _moved(plan, content, assembled)
     warnings += _changed_speeds(plan, content, start, kind)
     warnings += plan.out_of_proportion + plan.rounded_lengths
-    y = np.concatenate([start.position, start.velocity, np.zeros(int(content.model.state_start[-1]))])
+    y = whole_state(content, start.position, start.velocity)
     check_springs(plan, full_coordinates(plan, content, y, 0.0))
     events = _touching(plan, system, y, kind)
     _store_energy(plan, system, y)
@@ -287,7 +288,6 @@ def _hold_straight(plan: Plan, holds: Held, *, moving: bool = False) -> None:
     given = {body.name for body in plan.bodies if body.velocity is not None}
 
     def is_free(sections: Iterable[str]) -> bool:
-        """Whether the velocities of a bar are left as they are."""
         return moving and len({section in given for section in sections if section != GROUND}) < 2
 
     if is_free(end[0] for beam in beams for end in (beam.start, beam.end)):

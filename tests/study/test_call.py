@@ -14,6 +14,7 @@ import xarray as xr
 
 import scissordyn as sd
 from scissordyn.cli.study import study as command
+from scissordyn.config.studies import refined as refined_study
 from scissordyn.model.record import to_plain
 from scissordyn.study.ask.description import Factor, OwnMeasure, Sampling, Study
 from scissordyn.study.ask.design import Design
@@ -351,6 +352,9 @@ def test_recommendation_and_refinement(found: StudyResult, tmp_path: Path, capsy
     assert [each.path for each in described.factors] == ["drive.speed"]
     assert [each.path for each in described.uncertain] == ["A.damping.restitution", "A.clearance"]
     assert (described.design.kind, described.points, described.cases) == ("sobol", 3, 6)
+    searched = refined_study(found.built(), uncertain={"A.clearance": "uniform(0.1, 0.2) mm"}, goals=["minimise A.clearance"])
+    assert searched.optimisation is not None
+    assert searched.optimisation.goals == (Goal("A.clearance"),)
     with pytest.raises(sd.InputError, match="--samples without refine"):
         command("status", found.store.path, samples=3)
     with pytest.raises(sd.InputError, match="without a store of its own"):

@@ -417,7 +417,8 @@ class StudyResult:
 
 def searching(study: Study, factors: Sequence[Factor], goals: Sequence[str], **options: Any) -> dict[str, Any]:
     """What changes of a study that searches these factors for the best points."""
-    names, units = [factor.path for factor in factors], {measure.name: measure.units for measure in study.own_measures}
+    names = [factor.path for factor in (*factors, *study.factors)]  # also those that are uncertain from now on
+    units = {measure.name: measure.units for measure in study.own_measures}
     wanted = tuple(read_goal(goal, units, names) for goal in goals)
     search = Optimisation(wanted, **options).over([factor.variation for factor in factors])
     needed = [goal.measure for goal in wanted if goal.measure not in (*names, *study.factor_names, *study.measure_names)]

@@ -79,6 +79,7 @@ HARD_COUNTED = MappingProxyType({"stick": 0, "counts": 0, "overlap": 0})  # What
 
 
 def hard_contacts(plan: Plan) -> HardContacts:
+    """The tables without the numbers of a case, see `put_hard_numbers`."""
     model, which = plan.model, [*plan.hard_places, *plan.compliant_places]
     n, m, count = model.n, model.constraint_start.size - 1, len(which)
     damped = damped_components(plan)
@@ -87,7 +88,7 @@ def hard_contacts(plan: Plan) -> HardContacts:
     place, pairs, reach = _ordering(n, entries)
     value = np.zeros(AXES * model.element_column.size + model.constraint_column.size)
     product_start, products = _products(entries, pairs)
-    contacts_table = HardContacts(
+    return HardContacts(
         which=np.array(which, np.int64),
         compliant=np.repeat([0, 1], [len(plan.hard_places), len(plan.compliant_places)]).astype(np.int64),
         elastic=np.zeros((count, PARAMETERS)),
@@ -125,8 +126,6 @@ def hard_contacts(plan: Plan) -> HardContacts:
         **{name: np.zeros(rows) for name in OF_ROWS},
         **{name: np.zeros(states) for name in OF_STATES},
     )
-    put_hard_numbers(contacts_table, plan)
-    return contacts_table
 
 
 def put_hard_numbers(made: HardContacts, plan: Plan) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any
@@ -170,21 +169,14 @@ def mode_count(mechanism: Mechanism, bar: FlexibleBar) -> int:
     return min(max(least, below), MOST_MODES)
 
 
-def with_mode_counts(mechanism: Mechanism) -> Mechanism:
-    """The same mechanism with the numbers of modes in place of none given; itself if all are."""
-    if all(bar.modes is not None for bar in flexible_bars(mechanism)):
+def with_mode_counts(mechanism: Mechanism, count: int | None = None) -> Mechanism:
+    """The same mechanism with so many modes of each bar, or with `mode_count` in place of none given; itself if all are."""
+    if count is None and all(bar.modes is not None for bar in flexible_bars(mechanism)):
         return mechanism
-    return _changed(mechanism, lambda bar: mode_count(mechanism, bar))
-
-
-def with_modes(mechanism: Mechanism, count: int) -> Mechanism:
-    """The same mechanism with so many modes of each bar that bends as one part."""
-    return _changed(mechanism, lambda bar: count)
-
-
-def _changed(mechanism: Mechanism, count_of: Callable[[FlexibleBar], int]) -> Mechanism:
     components = tuple(
-        dataclasses.replace(part, modes=count_of(part)) if isinstance(part, FlexibleBar) else part
+        dataclasses.replace(part, modes=mode_count(mechanism, part) if count is None else count)
+        if isinstance(part, FlexibleBar)
+        else part
         for part in mechanism.components
     )
     return mechanism.with_parts({"components": components}, check=False)

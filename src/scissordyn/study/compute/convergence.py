@@ -12,7 +12,7 @@ import numpy as np
 
 from scissordyn.errors import InputError, whole_number
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plan.flexible import flexible_bars, with_modes
+from scissordyn.plan.flexible import flexible_bars, with_mode_counts
 from scissordyn.plan.plan import plan
 from scissordyn.run.advance.interrupt import pass_on
 from scissordyn.run.advance.trajectory import make_driver
@@ -156,7 +156,7 @@ def _with_modes(mechanism: Mechanism, options: Options) -> _Tried:
     if not flexible_bars(mechanism):
         raise InputError("over = 'modes' with no bar that bends by modes", "mechanism.with_bending(...)", "over='accuracy'")
     once = replace(options, trust=False)
-    return "modes", [(float(count), with_modes(mechanism, count), once) for count in MODES]
+    return "modes", [(float(count), with_mode_counts(mechanism, count), once) for count in MODES]
 
 
 def _level(

@@ -22,6 +22,7 @@ STOCKY, FURTHER_OF_STOCKY = 1e-5, 4
 """EI/(EA L^2) of a clamped bar from which on the change of the strain beside its clamp counts, and the points beyond those for
 modes that resolve it; in thin strips that are bent far so many would lock the bending."""
 
+RESOLVED = 1e-10  # Singular values of the shapes' slopes, over the largest, below this are round-off: a translation strains nothing
 POSITIVE = 1e-10  # Stiffness of a motion, over the largest, below zero by round-off: a translation has none
 
 _HERMITE = np.array([[0.5, -0.75, 0.0, 0.25], [0.25, -0.25, -0.25, 0.25], [0.5, 0.75, 0.0, -0.25], [-0.25, -0.25, 0.25, 0.25]])
@@ -140,6 +141,8 @@ class Shapes:
         The bending form of all vectors, EI int |r''|^2 ds, has the square of the strain's derivative e' beside that of the
         curvature. Here it is taken away: int e^2 - (EI/EA) e'^2 ds, with e a polynomial in each span. What varies so fast that
         little would be left keeps a positive energy: with x the part that is taken away, 1 - x up to x = 1/2, 1/(4 x) beyond.
+        The energy is that of the strain's projection on the strains of axial motions: those of a straight bar stay as they are,
+        and what a bar bent far makes beside them, which no axial motion can take back, does not lock its bending.
         """
         points, weights = self.quadrature
         form, slopes = np.zeros((2, points.size, points.size))
@@ -156,7 +159,17 @@ class Shapes:
             parts, vectors = np.linalg.eigh(ratio * scaled.T @ scaled)
             left = np.where(parts <= 0.5, 1.0 - parts, 0.25 / np.maximum(parts, 0.5))
             form[np.ix_(inside, inside)] = root[:, None] * (vectors * left) @ vectors.T * root
-        return self._with_strain_at_clamps(form, weights[:, None] * slopes, ratio) if self.unit else form
+        projected = self._onto_axial_strains.T @ form @ self._onto_axial_strains
+        return self._with_strain_at_clamps(projected, weights[:, None] * slopes, ratio) if self.unit else projected
+
+    @property
+    def _onto_axial_strains(self) -> np.ndarray:
+        """The projection, least in int (e - P e)^2 ds, of strains at the points on those that the slopes of the shapes span."""
+        points, weights = self.quadrature
+        root = np.sqrt(weights)[:, None]
+        vectors, values, _ = np.linalg.svd(root * self.at(points, 1), full_matrices=False)
+        axial = vectors[:, values > RESOLVED * values[0]]
+        return np.asarray(axial / root @ (axial * root).T)
 
     def _with_strain_at_clamps(self, form: np.ndarray, slopes: np.ndarray, ratio: float) -> np.ndarray:
         """The form where unit directions may be strained, by the strains a that make the energy least.

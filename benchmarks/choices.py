@@ -13,7 +13,7 @@ from benchmarks.measure import command, table
 from scissordyn.integrate import tableau
 from scissordyn.integrate.tableau import gauss_nodes, primitives
 from scissordyn.run.advance import driver
-from scissordyn.run.start.start import tolerance
+from scissordyn.run.start import tolerance
 
 
 def measure(quick: bool = False) -> str:

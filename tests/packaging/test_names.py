@@ -1,10 +1,19 @@
 """What a user is shown of the package: `dir`, tab completion, and the function that has the name of a room."""
 
+import ast
+import importlib
+import importlib.util
 import json
 import subprocess
 import sys
+from pathlib import Path
+
+import pytest
 
 import scissordyn as sd
+
+ROOT = Path(__file__).parents[2]
+PROGRAMS = sorted(file for folder in ("benchmarks", "validation", "docs", "examples") for file in (ROOT / folder).rglob("*.py"))
 
 FRESH = """
 import json, rlcompleter
@@ -43,3 +52,13 @@ def test_a_room_that_is_called() -> None:
     assert inspect.signature(sd.study) == inspect.signature(study)
     assert sd.study.__doc__ == study.__doc__
     assert sd.study is sys.modules["scissordyn.study"]
+
+
+@pytest.mark.parametrize("program", PROGRAMS, ids=lambda file: str(file.relative_to(ROOT)))
+def test_what_programs_import(program: Path) -> None:
+    """Contract: programs that no test runs import names that the package has."""
+    for node in ast.walk(ast.parse(program.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and str(node.module).startswith("scissordyn"):
+            module = importlib.import_module(str(node.module))
+            for name in (alias.name for alias in node.names):
+                assert hasattr(module, name) or importlib.util.find_spec(f"{node.module}.{name}"), f"{node.module}.{name}"

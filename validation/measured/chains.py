@@ -14,6 +14,7 @@ import xarray as xr
 import scissordyn as sd
 from scissordyn.analysis.measured import Measured
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.parameter_path import number
 from scissordyn.run.configuration import read_configuration
 from validation.measured.pendulum import Numbers, numbers, pendulum
 from validation.measured.read import estimated, records
@@ -83,8 +84,6 @@ def compared(copy: Path, arms: int, every: int) -> Comparison:
     fit = sd.fit(start, pieces[::2], FREE[arms], segment=math.inf, options=OPTIONS)
     seconds = clocks.process_time() - began
     ours = read_configuration(fit).build_mechanism()
-    from scissordyn.model.address import number
-
     values = [float(number(theirs, name).value) for name in FREE[arms]]
     left = pieces[1::2]
     elapsed, mine = error_over_time(ours, left, arms)

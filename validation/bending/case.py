@@ -94,7 +94,7 @@ def checks() -> list[Check]:
     """All of them: by elements, then by modes."""
     chains = [*_elastica(), *_circle(), *_vibration(), *_rotating(CHAIN, 5e-6), *_spun_up(CHAIN, 2e-4), *_wall(), *_heated()]
     wholes = [*_elastica_by_modes(), *_circle_by_modes(), *_vibration_by_modes(), *_rotating(WHOLE, 5e-6)]
-    wholes += [*_spun_up(WHOLE, 2e-2), *_wall(modes=MODES), *_heated_by_modes()]
+    wholes += [*_spun_up(WHOLE, 2e-3), *_wall(modes=MODES), *_heated_by_modes()]
     return [*chains, *_balance("2 elements", elements=2), *wholes, *_balance("8 modes", modes=8)]
 
 
@@ -121,7 +121,7 @@ def _elastica() -> list[Check]:
 
 
 def _elastica_by_modes() -> list[Check]:
-    """In one bar the axial strain is free at points of quadrature alone, which costs digits at large slopes."""
+    """One bar follows a large slope by its modes alone, which costs digits; several need few."""
     found = []
     for load in ELASTICA:
         allowed = (1e-6, 5e-6) if load < 5.0 else (2e-5, 2e-5)
@@ -213,7 +213,7 @@ def _in_the_frame_of_the_clamp(found: xr.Dataset) -> np.ndarray:
 
 
 def _spun_up(kind: Kind, allowed: float) -> list[Check]:
-    """The first direction of a bar with modes has length one, which costs 1 % of the extension."""
+    """The first direction of a bar with modes has length one: what that takes from the extension is made up for."""
     length, axial, mass, speed, lasting = 10.0, 2.8e7, 12.0, 6.0, 15.0
 
     def angle(t: float) -> float:

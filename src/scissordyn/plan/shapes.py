@@ -20,11 +20,9 @@ STRAINS, FURTHER = 1.5, 2
 
 STOCKY, FURTHER_OF_STOCKY = 1e-5, 4
 """EI/(EA L^2) of a clamped bar from which on the change of the strain beside its clamp counts, and the points beyond those for
-modes that resolve it; in thin strips that are bent far so many would lock the bending."""
+modes that resolve it."""
 
-RESOLVED = (
-    1e-10  # Singular values of the shapes' slopes, over the largest, below this are round-off: a translation strains nothing
-)
+RESOLVED = 1e-10  # Singular values of the shapes' slopes, over the largest, that are round-off: a translation strains nothing
 POSITIVE = 1e-10  # Stiffness of a motion, over the largest, below zero by round-off: a translation has none
 
 _HERMITE = np.array([[0.5, -0.75, 0.0, 0.25], [0.25, -0.25, -0.25, 0.25], [0.5, 0.75, 0.0, -0.25], [-0.25, -0.25, 0.25, 0.25]])

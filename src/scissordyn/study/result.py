@@ -19,6 +19,7 @@ from scissordyn.run.engine import Engine
 from scissordyn.run.simulate import simulate
 from scissordyn.study.answer.conclusion import Conclusion, conclude
 from scissordyn.study.answer.fidelity import Corrected, confirmed, estimates
+from scissordyn.study.answer.grouped import grouped, grouped_lines
 from scissordyn.study.answer.page import design_size, page
 from scissordyn.study.answer.pictures import StudyPictures
 from scissordyn.study.answer.report import MOST_ROWS, as_html, export, table, write_figures, write_report
@@ -30,8 +31,6 @@ from scissordyn.study.answer.verdict import (
     Worst,
     by_point,
     feasible_fraction,
-    grouped,
-    grouped_lines,
     recommended,
     recommended_point,
     worst_cases,

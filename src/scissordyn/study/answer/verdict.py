@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -21,7 +19,6 @@ from scissordyn.study.compute.table import chosen_numbers, column
 AGREEMENT = 1e-3
 """Members agree whose responses differ by no more than this fraction of the largest; round-off alone is far below it, chaos
 far above."""
-NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
 
 @dataclass(frozen=True)
@@ -258,19 +255,3 @@ def recommended_point(study: Study, results: xr.Dataset) -> int:
     least = np.where((status == COMPLETE).any(axis=(1, 2)), least, -np.inf)
     first = np.flatnonzero((met == met.max()) & (done > 0))
     return int(first[np.argmax(least[first])])
-
-
-def grouped(texts: Iterable[tuple[str, int]]) -> dict[str, list[int]]:
-    """Cases by what is said of them, the most frequent first; numbers in a text do not make it another one."""
-    groups: dict[str, list[int]] = {}
-    label: dict[str, str] = {}
-    for text, case in texts:
-        cases = groups.setdefault(label.setdefault(NUMBER.sub("#", text), text), [])
-        if not cases or cases[-1] != case:  # of several joints of a case it may say the same
-            cases.append(case)
-    return dict(sorted(groups.items(), key=lambda item: -len(item[1])))
-
-
-def grouped_lines(texts: Iterable[object]) -> dict[str, list[int]]:
-    """Cases by what the lines of their texts say, as `grouped` does."""
-    return grouped((line, case) for case, text in enumerate(texts) for line in str(text).split("\n") if line)

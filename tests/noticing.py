@@ -109,6 +109,16 @@ ALIVE: dict[tuple[str, str, str, str], str] = {
     ): "how long the first try after an event is; its error decides which step is taken",
     ("run/batch.py", "size", "factor", "GROUP_SECONDS / self.seconds"): GROUPED,
     (
+        "run/engine.py",
+        "processors",
+        "both",
+        "os.cpu_count() or 1",
+    ): "not reached where the system tells the processors of a process",
+    (
+        *("run/ideal.py", "motion_range", "bound"),
+        "min((place for place in locks if place > first), default=math.nan)",
+    ): "a path ends where it locks: there is one on each side at most",
+    (
         *("kinematics/continuation.py", "_ends", "dropped"),
         "meeting.a + mixed * before / bend",
     ): "where Newton's method starts: the same limits in 3908 random linkages near their change points",

@@ -11,6 +11,7 @@ import threading
 import time
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -91,6 +92,14 @@ def test_any_executor_is_an_engine() -> None:
             list(outcomes(pool, fatal, [2]))
     with pytest.raises(sd.InputError, match="engine = 'two'"):
         list(outcomes("two", abs, []))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("threads", "workers"), [({"one": 2, "two": 3}, 5), ({}, 1)])
+def test_workers_of_a_cluster(threads: dict[str, int], workers: int) -> None:
+    """Contract: as many tasks at once as the workers of dask's executor have threads, and one while there is none."""
+    with ThreadPoolExecutor(1) as pool:
+        pool._client = SimpleNamespace(nthreads=lambda: threads)  # type: ignore[attr-defined]
+        assert workers_of(pool) == workers
 
 
 def getpid(_: int) -> int:

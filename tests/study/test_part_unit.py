@@ -80,6 +80,8 @@ def test_a_batch_and_its_store_have_the_unit() -> None:
     found = simulated(described, np.array([0]))
     assert found["component_unit"].values.tolist() == ["N", "N m"]
     assert found[MEASURE].attrs["units"] == "N or N m"
+    many = sd.simulate_many(described.mechanism, {"A.clearance": [1e-4]}, until=1e-3, measures=[MEASURE, "peak_force"])
+    assert [many[name].attrs["units"] for name in (MEASURE, "peak_force")] == ["N or N m", "N"]
 
 
 def test_forces_and_torques_are_kept_apart(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -94,6 +94,20 @@ def test_magnified_joint(run: xr.Dataset, arm: Mechanism) -> None:
         magnified(run, arm, 0, "O")
 
 
+@pytest.mark.parametrize("joint", ["A", None])
+def test_rings_say_contact_or_flight(run: xr.Dataset, arm: Mechanism, joint: str | None) -> None:
+    """Invariant: the ring of a joint in a still has the colour that `in_contact` of its sample says."""
+    touched = run["in_contact"].sel(joint="A").values.astype(bool)
+    samples = [int(np.argmax(touched)), int(np.argmin(touched))]
+    drawn = structure(run, arm, joint=joint, times=[float(run["time"][k]) for k in samples])
+    stills = [axes for axes in drawn if axes.get_title(loc="left").startswith("t =")]
+    rings = [
+        line.get_color() for axes in stills for line in axes.lines if line.get_markersize() > 5.0 and line.get_zorder() == 5.0
+    ]
+    assert touched[samples].tolist() == [True, False]
+    assert rings == [VERMILION, SKY]
+
+
 def test_structure_at_chosen_instants(two_joints: xr.Dataset) -> None:
     """Contract: a panel per instant and per clearance joint, all structures on the same axes."""
     drawn = structure(two_joints, mechanism_with(tuple(CLEARANCE_JOINTS)), times=[0.0, 0.0300004])

@@ -162,7 +162,7 @@ class Shapes:
         projected = self._onto_axial_strains.T @ form @ self._onto_axial_strains
         return self._with_strain_at_clamps(projected, weights[:, None] * slopes, ratio) if self.unit else projected
 
-    @property
+    @cached_property
     def _onto_axial_strains(self) -> np.ndarray:
         """The projection, least in int (e - P e)^2 ds, of strains at the points on those that the slopes of the shapes span."""
         points, weights = self.quadrature

@@ -28,10 +28,10 @@ def geometric_stiffness(at: At, loaded: At, slopes: np.ndarray, allowed: np.ndar
     force = loaded.system.content.work.force[:n].copy()
     added -= force_slopes(at)
     force -= at.system.content.work.force[:n]
-    moved = np.zeros(n)
+    moved, stiffness = np.zeros(n), allowed.T @ slopes @ allowed
     # the second solution takes round-off along stiff bars away, which would be forces of these
     for _ in range(2):
-        moved += allowed @ np.linalg.solve(allowed.T @ slopes @ allowed, allowed.T @ (force - slopes @ moved))
+        moved += allowed @ np.linalg.solve(stiffness, allowed.T @ (force - slopes @ moved))
     response = _Response(at, moved, loaded.plan.gravity_vector, float(np.linalg.norm(force)))
     uncertain = CANCELLED * float(np.linalg.norm(np.abs(slopes) @ np.abs(moved)))
     whole: np.ndarray = added + response.stiffness(force - slopes @ moved, uncertain)

@@ -225,8 +225,8 @@ def _given(text: StudyText, changes: Sequence[str] = ()) -> Given:
 
 def described_study(base: Given, text: StudyText, cheap: Given | None = None, verify: int = Accurate.points) -> Study:
     """The study of a text; of cheap runs, where there are any, which those of the case verify."""
-    given = cheap or base
-    mechanism = given.mechanism
+    simulated = cheap or base
+    mechanism = simulated.mechanism
     names = [name for name in text.measures if isinstance(name, str) and "=" not in name]
     wanted = [Response(measure, part) for part, measure, _ in map(read_response, names)]
     for response in wanted:
@@ -244,7 +244,7 @@ def described_study(base: Given, text: StudyText, cheap: Given | None = None, ve
     search = Optimisation(**{**text.optimise, "goals": goals}).over([factor.variation for factor in factors]) if goals else None
     study = Study(
         mechanism=mechanism,
-        options=given.options,
+        options=simulated.options,
         factors=factors,
         design=text.design if search is None else search.design(1, len(factors)),
         measures=tuple(dict.fromkeys(measures)) or ("peak_force", "peak_drive_torque"),
@@ -255,7 +255,7 @@ def described_study(base: Given, text: StudyText, cheap: Given | None = None, ve
         requirements=tuple(requirements),
         optimisation=search,
         responses=tuple(dict.fromkeys(response for response in wanted if response.part)),
-        variants=variants_of((*factors, *uncertain), given.read),
+        variants=variants_of((*factors, *uncertain), simulated.read),
     )
     if cheap is None:
         return study

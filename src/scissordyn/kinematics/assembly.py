@@ -94,7 +94,7 @@ def natural_state(plan: Plan, system: System, start: Start) -> tuple[np.ndarray,
 
 def held_rods(plan: Plan, system: System, *, places: bool = False, speeds: bool = False) -> Held:
     """Rods whose direction at the start is given are held there."""
-    held = Held(places=places, speeds=speeds)
+    holds = Held(places=places, speeds=speeds)
     rates = value_rates(system)
     constraints = plan.coordinates.constraints
     for rod, k in zip(plan.rods, plan.maps.rod.tolist(), strict=True):
@@ -102,8 +102,8 @@ def held_rods(plan: Plan, system: System, *, places: bool = False, speeds: bool 
             length = math.sqrt(2.0 * constraints[k].value)
             cos, sin = math.cos(rod.direction), math.sin(rod.direction)
             speed = rates[k] / length
-            held.add(rod.name, constraints[k].parts[0][1], (length * cos, length * sin), (speed * cos, speed * sin))
-    return held
+            holds.add(rod.name, constraints[k].parts[0][1], (length * cos, length * sin), (speed * cos, speed * sin))
+    return holds
 
 
 def assemble_as_placed(plan: Plan, system: System) -> Start:

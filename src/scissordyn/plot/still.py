@@ -273,10 +273,10 @@ def _diagrams(diagrams: int, corners: Corners) -> tuple[list[Axes], SubplotSpec]
 def _stress(axes: Axes, run: xr.Dataset, beams: list[str], when: int) -> None:
     """The largest stress of all bars over time, with the yield strength where it is known; or the largest strain."""
     stress, used, strain = (run[f"beam_{name}"].sel(beam=beams) for name in ("stress", "utilisation", "fibre_strain"))
-    known = bool(stress.max() > 0.0)
+    has_stress = bool(stress.max() > 0.0)
     dress(axes)
-    time, shown = time_scale(run), (stress if known else strain).max("beam", keep_attrs=True)
-    scale = draw_curves(axes, "largest stress" if known else "largest strain", [(shown, {"color": BLUE})], time)
+    time, shown = time_scale(run), (stress if has_stress else strain).max("beam", keep_attrs=True)
+    scale = draw_curves(axes, "largest stress" if has_stress else "largest strain", [(shown, {"color": BLUE})], time)
     if used.any():
         strength = scale.factor * float((stress / used.where(used > 0.0)).min())
         axes.axhline(strength, color=GREY, linewidth=0.9, linestyle="--", label="yield strength")

@@ -4,6 +4,7 @@ import math
 from typing import Any
 
 import pytest
+from scipy.optimize import brentq
 
 import scissordyn as sd
 from reference.frame import Frame
@@ -52,6 +53,24 @@ def test_a_free_turn_is_no_buckling(stiffness: float) -> None:
             run["bar_buckling_load"] > math.pi**2 * stiffness
         )  # a force spread along a bar buckles it later than one at its end
     assert ratios[0] == pytest.approx(ratios[1], rel=0.05)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_bar_that_turns_freely_buckles_without_momentum_of_the_turn(kind: dict[str, int]) -> None:
+    """Closed form: EI w'''' + P w'' = m x, w = w'' = 0 at the pin, no moment and shear at the end, the integral of x w zero."""
+
+    def condition(k: float) -> float:
+        return math.sin(k) - k * math.cos(k) - k**2 * math.sin(k) / 3.0 - 2.0 / 15.0 * k**4 * math.sin(k)
+
+    load, stiffness, angle = 100.0, 250.0, 0.3
+    raised = sd.Cycloidal(0.0, 1.0, 0.1)
+    push = sd.Force("P", ("bar", "end"), (-load * math.cos(angle), -load * math.sin(angle)), time_function=raised)
+    bar, pin = sd.bar("bar", length=LENGTH, mass=2.0, angle=angle), sd.Revolute("O", ("bar", "start"), ("ground", "O"))
+    turning = sd.Mechanism((bar,), (pin,), ground=(("O", (0.0, 0.0)),), gravity=0.0, components=(push,))
+    turning = turning.with_bending(bending_stiffness=stiffness, axial_stiffness=1e6, damping=1e-3, **kind)
+    run = sd.simulate(turning, until=0.11, samples=31)
+    critical = brentq(condition, 1.0, 3.1) ** 2 * stiffness / LENGTH**2
+    assert run["bar_largest_buckling_ratio"].item() == pytest.approx(load / critical, rel=2e-3)
 
 
 @pytest.mark.parametrize("kind", KINDS)

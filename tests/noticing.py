@@ -119,6 +119,10 @@ ALIVE: dict[tuple[str, str, str, str], str] = {
         "min((place for place in locks if place > first), default=math.nan)",
     ): "a path ends where it locks: there is one on each side at most",
     (
+        *("kinematics/branching.py", "_closed_along", "edge"),
+        "np.max(np.abs(closed[:time.size] - z)) > APART",
+    ): "a distance that is this bound to the last bit",
+    (
         *("kinematics/continuation.py", "_ends", "dropped"),
         "meeting.a + mixed * before / bend",
     ): "where Newton's method starts: the same limits in 3908 random linkages near their change points",

@@ -6,10 +6,11 @@ import math
 import numpy as np
 import pytest
 from tests.mechanics.test_moving_guides import lever_angle, quick_return
+from tests.test_couplings import coupled_arms
 
 import scissordyn as sd
 from scissordyn.component.time_function import Polynomial
-from scissordyn.kinematics.branching import _closed_along
+from scissordyn.kinematics.branching import _closed_along, _passed
 from scissordyn.kinematics.closure import Closure
 from scissordyn.plan.plan import plan
 
@@ -87,7 +88,7 @@ def test_a_rod_that_changes_its_length() -> None:
     assert min(abs(math.remainder(angle_of(closure, z, "rocker") - one, 2.0 * math.pi)) for one in near) < 1e-11
 
 
-@pytest.mark.parametrize("mechanism", [quick_return(0.3), four_bar()], ids=["slot", "rod"])
+@pytest.mark.parametrize("mechanism", [quick_return(0.3), four_bar(), coupled_arms()], ids=["slot", "rod", "belt"])
 def test_derivatives(mechanism: sd.Mechanism) -> None:
     """Cross-check: gradients, directional and second derivatives of the equations by differences."""
     closure = closed(mechanism)
@@ -131,3 +132,14 @@ def test_an_ideal_motion_far_from_a_run_does_not_stand_for_it() -> None:
     assert _closed_along(closure, time, motion)
     motion[3, closure.first["rocker"]] += 0.25
     assert not _closed_along(closure, time, motion)
+
+
+def test_samples_on_both_sides_of_a_passage_decide_about_it() -> None:
+    """Closed form: between 1 and -1.5 the gradient falls to 0.5, not below a tenth of either; that it was 50 before is nothing."""
+
+    class Line:
+        def jacobian(self, z: np.ndarray) -> np.ndarray:
+            return np.interp(z, [0.0, 1.0, 1.4, 2.0, 3.0], [50.0, 1.0, 0.5, -1.5, -3.0])[..., None]
+
+    z = np.arange(4.0)[:, None]
+    assert _passed(Line(), z[:, 0], z) == []  # type: ignore[arg-type]

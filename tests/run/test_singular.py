@@ -155,6 +155,20 @@ def test_run_with_few_samples_is_warned() -> None:
     assert singular_warnings(swinging.attrs["warnings"])
 
 
+def test_a_loop_that_its_clearances_alone_close_has_no_singular_positions() -> None:
+    """Closed form: two bars of 1 m between pins 2.001 m apart, loose by 2 mm each, have no ideal assembly."""
+    gap = sd.Clearance(2e-3)
+    bars = (sd.bar("left", length=1.0, mass=1.0), sd.bar("right", length=1.0, mass=1.0, position=(1.0005, 0.0)))
+    joints = (
+        sd.Revolute("A", ("left", "start"), ("ground", "A")),
+        sd.Revolute("B", ("left", "end"), ("right", "start"), clearance=gap),
+        sd.Revolute("C", ("right", "end"), ("ground", "C"), clearance=gap),
+    )
+    loop = sd.Mechanism(bars, joints, ground=(("A", (0.0, 0.0)), ("C", (2.001, 0.0))))
+    run = sd.simulate(loop, until=1e-3, samples=11, start="as-placed")
+    assert not singular_warnings(run.attrs["warnings"])
+
+
 def test_failed_run_says_where_it_locks() -> None:
     """Closed form: the run of a crank longer than its rod names the angle at which it locks."""
     run = sd.simulate(sd.slider_crank(crank=0.12, rod=0.1, angle=0.5).driven(speed=1.0), until=1.0)
@@ -170,6 +184,7 @@ def test_two_samples_that_are_equally_near_are_both_looked_at() -> None:
     assert suspects(volume) == [3, 4]
     assert suspects(volume[::-1]) == [3, 4]
     assert suspects(np.zeros(4)) == [0, 1, 2, 3]
+    assert suspects(np.array([3.0, 0.0, 3.0])) == [1]
 
 
 def test_free_motion_is_judged_by_its_samples() -> None:

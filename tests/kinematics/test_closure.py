@@ -135,7 +135,7 @@ def test_an_ideal_motion_far_from_a_run_does_not_stand_for_it() -> None:
 
 
 def test_samples_on_both_sides_of_a_passage_decide_about_it() -> None:
-    """Closed form: between 1 and -1.5 the gradient falls to 0.5, not below a tenth of either; that it was 50 before is nothing."""
+    """Closed form: between 1 and -1.5 the gradient falls to 0.5, not below a tenth of both; 50 before counts not."""
 
     class Line:
         def jacobian(self, z: np.ndarray) -> np.ndarray:

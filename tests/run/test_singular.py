@@ -155,17 +155,14 @@ def test_run_with_few_samples_is_warned() -> None:
     assert singular_warnings(swinging.attrs["warnings"])
 
 
-def test_a_loop_that_its_clearances_alone_close_has_no_singular_positions() -> None:
-    """Closed form: two bars of 1 m between pins 2.001 m apart, loose by 2 mm each, have no ideal assembly."""
-    gap = sd.Clearance(2e-3)
-    bars = (sd.bar("left", length=1.0, mass=1.0), sd.bar("right", length=1.0, mass=1.0, position=(1.0005, 0.0)))
+def test_what_its_clearance_alone_closes_has_no_singular_positions() -> None:
+    """Contract: a bar of 1 m between pins 1.001 m apart, one of them loose by 2 mm, has no ideal assembly to look at."""
     joints = (
-        sd.Revolute("A", ("left", "start"), ("ground", "A")),
-        sd.Revolute("B", ("left", "end"), ("right", "start"), clearance=gap),
-        sd.Revolute("C", ("right", "end"), ("ground", "C"), clearance=gap),
+        sd.Revolute("A", ("bar", "start"), ("ground", "A")),
+        sd.Revolute("C", ("bar", "end"), ("ground", "C"), clearance=sd.Clearance(2e-3)),
     )
-    loop = sd.Mechanism(bars, joints, ground=(("A", (0.0, 0.0)), ("C", (2.001, 0.0))))
-    run = sd.simulate(loop, until=1e-3, samples=11, start="as-placed")
+    loose = sd.Mechanism((sd.bar("bar", length=1.0, mass=1.0),), joints, ground=(("A", (0.0, 0.0)), ("C", (1.001, 0.0))))
+    run = sd.simulate(loose, until=1e-3, samples=11, start="as-placed")
     assert not singular_warnings(run.attrs["warnings"])
 
 

@@ -45,13 +45,30 @@ def test_a_case_is_the_run_of_simulate(case: tuple[sd.Mechanism, xr.Dataset]) ->
         assert float(one["contact_count"]) == run.sizes["contact"] > 0
         assert float(one["first_contact"]) == float(run["contact_start"][0])
         assert float(one["peak_drive_torque"][0]) == float(run["peak_drive_torque"][0])
-        for name in ("peak_pressure_velocity", "peak_indentation"):
+        for name in ("peak_pressure_velocity", "pressure_distance", "peak_indentation"):
             assert float(one[name]) == float(run[name].sel(joint="A")), name
         for name in ("peak_track_deviation", "rms_track_deviation", "settling_time"):
             np.testing.assert_array_equal(one[name].values, run[name].values, err_msg=name)
         assert np.isnan(one["deployment_time"])
         for name in ("drive_work", "damping_loss", "friction_loss"):
             assert float(one[name]) == float(run[name][-1]), name
+
+
+@pytest.mark.parametrize("contact", ["compliant", "hard"])
+def test_pressure_times_sliding_distance(contact: Any) -> None:
+    """Closed form: m g/(2 R L) times omega R t of a rotor that rests in its bearing; by its samples, where it bounces."""
+    gap = sd.Clearance(1e-4, contact=contact)
+    rotor = sd.Body("rotor", mass=3.0, inertia=0.01, points={"c": (0.0, 0.0)}, position=(0.0, 0.0), angle=0.0)
+    pin = sd.Revolute("A", ("rotor", "c"), ("ground", "O"), clearance=gap)
+    turning = sd.Mechanism((rotor,), (pin,), ground=(("O", (0.0, 0.0)),)).driven(speed=20.0, body="rotor")
+    resting = sd.simulate(turning, until=0.05, samples=2, start="static")
+    surfaces = gap.surfaces
+    assert resting["pressure_distance"].item() == pytest.approx(3.0 * 9.81 * 20.0 * 0.05 / (2.0 * surfaces.length), rel=1e-6)
+    falling = sd.simulate(turning, until=0.05, samples=20001)
+    size = (falling["normal_force"] * abs(falling["slip_speed"])).sel(joint="A").fillna(0.0)
+    area = 2.0 * surfaces.journal_radius * surfaces.length
+    expected = np.trapezoid(size, falling["time"]) / area
+    assert falling["pressure_distance"].item() == pytest.approx(expected, rel=1e-2)
 
 
 def test_threads_and_order_change_nothing(case: tuple[sd.Mechanism, xr.Dataset]) -> None:

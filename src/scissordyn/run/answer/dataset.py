@@ -196,8 +196,13 @@ def _joint_peaks(plan: Plan, path: Trajectory, at: np.ndarray) -> Variables:
     """Located maxima per joint; NaN where there is no such quantity."""
     joints, about = len(plan.joint_names), "friction over the static limit of its law"
     bristles, oiled = at[path.monitored(FRICTION_RATIO)], at[oiled_contacts(path.system.content.model)]
-    wear = described("joint", spread(path.peaks(PRESSURE_VELOCITY)["largest"], at, joints), "Pa m/s", f"largest {WEAR}")
-    variables = {"peak_pressure_velocity": wear} if path.peaks(PRESSURE_VELOCITY).size else {}
+    variables = {}
+    if path.peaks(PRESSURE_VELOCITY).size:
+        product = spread(path.peaks(PRESSURE_VELOCITY), at, joints)
+        variables = {
+            "peak_pressure_velocity": described("joint", product["largest"], "Pa m/s", f"largest {WEAR}"),
+            "pressure_distance": described("joint", product["integral"], "Pa m", f"integral of the {WEAR}"),
+        }
     variables |= located("peak_indentation", "joint", spread(path.peaks(INDENTATION), at, joints), "m", "indentation")
     if oiled.size:
         text = "force that an oiled joint transmits, of metal and film"

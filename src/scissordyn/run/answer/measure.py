@@ -92,6 +92,10 @@ class Ended:
         """Largest values of one kind of monitored quantity."""
         return np.asarray(self.path.peaks(kind)["largest"])
 
+    def integrals(self, kind: int) -> np.ndarray:
+        """Over the time up to now."""
+        return np.asarray(self.path.peaks(kind)["integral"])
+
     def root_mean_squares(self, kind: int) -> np.ndarray:
         """Over the time up to now."""
         return np.asarray(np.sqrt(self.path.peaks(kind)["square"] / self.time))
@@ -227,7 +231,7 @@ def _of_couplings(dim: str) -> Measure:
 
 _FORCE = "largest force that a joint transmits: normal force, friction and film together"
 _HARD_FORCE = "estimated largest normal force in a hard contact; NaN for compliant ones"
-_WEAR = "largest product of mean pressure F_n/(2 R_J L_b) and slip speed, NaN for contact points"
+_WEAR = "product of mean pressure F_n/(2 R_J L_b) and slip speed, NaN for contact points"
 _JOINT, _DRIVE = ("joint",), ("drive",)
 
 MEASURES: Mapping[str, Measure] = MappingProxyType(
@@ -249,7 +253,10 @@ MEASURES: Mapping[str, Measure] = MappingProxyType(
         ),
         "impulse": _of_contacts("N s", "impulse of the normal forces", lambda contacts: sum(c.impulse for c in contacts)),
         "peak_pressure_velocity": Measure(
-            "Pa m/s", _WEAR, _JOINT, lambda e: _padded(e.peaks(PRESSURE_VELOCITY), len(e.plan.contacts))
+            "Pa m/s", f"largest {_WEAR}", _JOINT, lambda e: _padded(e.peaks(PRESSURE_VELOCITY), len(e.plan.contacts))
+        ),
+        "pressure_distance": Measure(
+            "Pa m", f"integral of the {_WEAR}", _JOINT, lambda e: _padded(e.integrals(PRESSURE_VELOCITY), len(e.plan.contacts))
         ),
         "peak_drive_torque": Measure("N m", "largest driving torque", _DRIVE, lambda e: e.peaks(DRIVE_TORQUE)),
         "rms_drive_torque": Measure(

@@ -14,6 +14,8 @@ from scissordyn.plot.animation import Film, animate
 from scissordyn.plot.animation_scene import scene_of
 from scissordyn.plot.bar_diagram import QUANTITIES, diagram_of, edges
 from scissordyn.plot.modes import frequencies, oscillation, shapes
+from scissordyn.plot.still import bending
+from scissordyn.plot.style import SKY, VERMILION
 from scissordyn.run.answer.bars import PARTS
 from scissordyn.run.answer.deflection import magnified_deflection
 from scissordyn.run.answer.placement import Placement
@@ -153,6 +155,17 @@ def test_the_envelope_has_the_largest_and_the_least(run, unit):
     np.testing.assert_array_equal(diagram.envelope().values, [diagram.values.max(axis=0), diagram.values.min(axis=0)])
     drawn = sd.plot.bending(run, unit, envelope=True)
     assert f"{abs(diagram.most()[0]):.3g} N·m" in drawn[0].get_title(loc="left").replace("-", "")
+
+
+def test_rings_of_diagrams_say_contact_or_flight(unit):
+    """Invariant: the ring of a joint beside a diagram has the colour that `in_contact` of its sample says."""
+    loose = sd.simulate(unit.with_clearance("A", sd.Clearance(1e-5)), until=8e-3, samples=201)
+    touched = loose["in_contact"].sel(joint="A").values.astype(bool)
+    assert 0 < touched.sum() < touched.size
+    for sample, color in ((int(np.argmax(touched)), VERMILION), (int(np.argmin(touched)), SKY)):
+        drawn = bending(loose, time=float(loose["time"][sample]))
+        rings = [line for line in drawn[0].lines if line.get_zorder() == 5.0 and line.get_marker() == "o"]
+        assert [ring.get_color() for ring in rings] == [color]
 
 
 def test_stress_without_a_section_is_refused(tmp_path):

@@ -70,7 +70,7 @@ class Drawing:
             axes.add_patch(Rectangle(pin - size * np.array([1.6, 2.3]), 3.2 * size, 0.7 * size, zorder=1.4, **HATCHED))
         pins: dict[str, Any] = {"markersize": 4.0, "color": BLACK, "markerfacecolor": "white", "markeredgewidth": 0.9}
         (self.pins,) = axes.plot([], [], "o", zorder=4.0, **pins)
-        ring: dict[str, Any] = {"markersize": RING, "markerfacecolor": "none", "markeredgewidth": 1.4, "color": VERMILION}
+        ring: dict[str, Any] = {"markersize": RING, "markerfacecolor": "none", "markeredgewidth": 1.4, "color": BLACK}
         self.rings = [axes.plot([], [], "o", zorder=5.0, **ring)[0] for _ in scene.rings]
         self.touched = {joint.name: joint.touched for joint in scene.clearance_joints}
 

@@ -55,8 +55,7 @@ from scissordyn.component.torsion_spring import TorsionSpring as TorsionSpring
 from scissordyn.component.travel_stop import TravelStop as TravelStop
 from scissordyn.config.case import Case as Case
 from scissordyn.config.file import read_case as read_case, write_case as write_case
-from scissordyn.config.fits import fit as fit
-from scissordyn.config.least import least_value as least_value
+from scissordyn.config.fits import fit as fit, least_value as least_value
 from scissordyn.config.studies import open_study as open_study, study as study
 from scissordyn.control.catalogue import controller as controller
 from scissordyn.control.delayed.extended import ExtendedDelayedFeedback as ExtendedDelayedFeedback

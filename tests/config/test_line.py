@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from scissordyn.config.file import read_case
-from scissordyn.config.line import line_of, place_text
 from scissordyn.config.study import read_study
+from scissordyn.config.text import line_of, place_text
 from scissordyn.errors import InputError
 
 TEXT = '''# a case

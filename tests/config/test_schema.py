@@ -13,13 +13,12 @@ from jsonschema import Draft7Validator
 
 from scissordyn.config.case import CaseTable
 from scissordyn.config.part import PARTS
-from scissordyn.config.quantity import SI_UNITS, unit_factor
+from scissordyn.config.quantity import SI_UNITS, quantity_pattern, unit_factor
 from scissordyn.config.schema import schema
 from scissordyn.config.structure import STRUCTURES
 from scissordyn.config.study import StudyText
 from scissordyn.config.table import instance
 from scissordyn.config.template import template
-from scissordyn.config.unit_pattern import quantity_pattern
 from scissordyn.errors import InputError
 
 ROOT = Path(__file__).parents[2]

@@ -11,15 +11,14 @@ from pathlib import Path
 import pytest
 
 from scissordyn.component.actuator import Actuator
+from scissordyn.config.addition import ClearanceTable
 from scissordyn.config.case import CaseTable
-from scissordyn.config.clearance import ClearanceTable
 from scissordyn.config.file import read_case
 from scissordyn.config.fitted import DAMPING, FURTHER, OSCILLATIONS
 from scissordyn.config.part import PARTS
-from scissordyn.config.starter import STARTERS, TURNS
 from scissordyn.config.structure import STRUCTURES, BuiltTable
 from scissordyn.config.table import table_of
-from scissordyn.config.template import TEMPLATES, template
+from scissordyn.config.template import STARTERS, TEMPLATES, TURNS, template
 from scissordyn.config.time_function import DriveTable
 from scissordyn.errors import InputError
 from scissordyn.model.payload import panel_ends, payload_points

@@ -10,8 +10,7 @@ import xarray as xr
 
 import scissordyn as sd
 from scissordyn.cli.response import motor as command
-from scissordyn.config.motor import read_motor
-from scissordyn.config.study import read_study
+from scissordyn.config.study import read_motor, read_study
 from study.test_study import UNTIL, arm
 
 CURVE = sd.MotorCurve((0.0, 10.0, 30.0), (60.0, 60.0, 0.0))

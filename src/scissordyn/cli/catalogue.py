@@ -237,7 +237,7 @@ def examples(
         Path | None, Option("-o", "--output", metavar="DIR", help="Copy it, or all of them, into this folder.")
     ] = None,
 ) -> int:
-    from scissordyn.config.examples import folder_of_examples
+    from scissordyn.config.file import folder_of_examples
 
     folder = folder_of_examples()
     paths = {path.relative_to(folder).with_suffix("").as_posix(): path for path in sorted(folder.rglob("*.toml"))}

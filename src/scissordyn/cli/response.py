@@ -152,7 +152,7 @@ def motor(
 ) -> int:
     from scissordyn.analysis.motor import torque_over_speed
     from scissordyn.config.file import read_case
-    from scissordyn.config.motor import read_motor
+    from scissordyn.config.study import read_motor
     from scissordyn.run.simulate import simulate
 
     check_picture(plot, case, "--plot motor.png")
@@ -199,7 +199,7 @@ def _print_needed(needed: xr.Dataset, curve: MotorCurve | None) -> None:
 
 
 def _print_least(read: Case, path: str, first: str, last: str, require: list[str]) -> None:
-    from scissordyn.config.least import least_value
+    from scissordyn.config.fits import least_value
     from scissordyn.model.parameter_path import number
 
     quantity = number(read.mechanism, path).quantity

@@ -12,10 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 from scissordyn.bibliography.reference import Reference, references
 from scissordyn.collection.number import Found, Number, Origin
 from scissordyn.config.case import Case
-from scissordyn.config.examples import folder_of_examples
-from scissordyn.config.file import in_file, parsed, read_case
-from scissordyn.config.shape import About, Context, reader
-from scissordyn.config.table import PlacedError, Table, instance
+from scissordyn.config.file import folder_of_examples, in_file, parsed, read_case
+from scissordyn.config.table import About, Context, PlacedError, Table, instance, reader
 from scissordyn.config.text import read_text
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism

@@ -1,24 +1,32 @@
-"""The tables of a case file and their description as a mechanism and options."""
+"""A whole case file, which a user writes or a run carries, and the mechanism and options that it describes."""
 
 from __future__ import annotations
 
 import dataclasses
+import tomllib
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from pathlib import Path
 from types import MappingProxyType
 from typing import Annotated, Any
 
-from scissordyn.config.bending import BendingTable
-from scissordyn.config.clearance import ClearanceTable, GuideClearanceTable
+from scissordyn.config.addition import (
+    BendingTable,
+    ClearanceTable,
+    GuideClearanceTable,
+    JointFrictionTable,
+    PanelsTable,
+    PayloadTable,
+)
+from scissordyn.config.code import AbsentCode, AbsentPart, AllowedCode, Code
 from scissordyn.config.control import ControlTable
-from scissordyn.config.joint_friction import JointFrictionTable
 from scissordyn.config.part import PARTS, assembled
-from scissordyn.config.payload import PanelsTable, PayloadTable
-from scissordyn.config.shape import About, Context, Reader, reader
 from scissordyn.config.structure import STRUCTURE, StructureTable
-from scissordyn.config.table import Table, described, made_table, placed, read_list
+from scissordyn.config.table import About, Context, Reader, Table, described, instance, made_table, placed, read_list, reader
 from scissordyn.config.time_function import DriveTable
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.run.configuration import Configuration
 from scissordyn.run.options import Options
 
 
@@ -151,3 +159,43 @@ RecordTable = made_table(
     },
 )
 """What a run carries: a case file without [run] perhaps, and with further entries of a diagram."""
+
+
+WRITTEN = "a Dataset that scissordyn made"
+
+NOT_WRITTEN = {"control", "payload", "panels", "bending", "joint_friction"}
+"""Tables that are computed with; a run has the bodies and components that they make."""
+
+
+@lru_cache(maxsize=16)
+def read_facts(text: str) -> Configuration:
+    """What a run says of itself; nothing is executed."""
+    return _read(text, lambda digests: AbsentCode(None, digests))
+
+
+def read_record(text: str, allow_code: Sequence[Path] = ()) -> Configuration:
+    """What a run says of itself, with its parts of classes of the user's in files that may be executed."""
+    return _read(text, lambda digests: AllowedCode(allow_code, digests))
+
+
+def _read(text: str, code: Any) -> Configuration:
+    if not text.strip():
+        raise InputError("an empty attribute 'configuration'", WRITTEN)
+    if text.startswith("{"):
+        raise InputError(
+            "a mechanism in JSON, which an earlier version of scissordyn wrote",
+            f"{WRITTEN}, or that version: git checkout d1bea37c",
+        )
+    try:
+        tree = tomllib.loads(text)
+        for section in NOT_WRITTEN & tree.keys():
+            raise InputError(f"[[{section}]] in a run", "the tables that scissordyn writes there")
+        digests = tree.get("code", {})
+        chosen: Code = code(digests if isinstance(digests, dict) else {})
+        table = instance(RecordTable, tree, {"code": chosen})
+        absent = tuple(part for part in table.component if isinstance(part, AbsentPart))
+        return Configuration(text, table.mechanism(), table.run, table.diagram, absent)
+    except (ValueError, RecursionError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"the attribute 'configuration' is not whole TOML: {error}", WRITTEN) from None

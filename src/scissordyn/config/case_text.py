@@ -26,8 +26,7 @@ from scissordyn.config.code import Code, RecordedCode
 from scissordyn.config.coupling import ratio_unit
 from scissordyn.config.part import COMPONENT_SECTIONS
 from scissordyn.config.quantity import exact
-from scissordyn.config.shape import Context
-from scissordyn.config.table import instance
+from scissordyn.config.table import Context, instance
 from scissordyn.config.time_function import VALUES, powers, units_of
 from scissordyn.control.controller import Controller
 from scissordyn.errors import InputError

@@ -8,8 +8,8 @@ from collections.abc import Iterable, Set
 from difflib import get_close_matches
 from typing import Any
 
-from scissordyn.config.line import handle
 from scissordyn.config.quantity import read_quantity
+from scissordyn.config.text import handle
 from scissordyn.errors import InputError, command, did_you_mean
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.parameter_path import KINDS, number

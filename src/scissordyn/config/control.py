@@ -11,8 +11,7 @@ from scissordyn.component.place import GROUND
 from scissordyn.component.time_function import ConstantSpeed, OverTime, Tabulated, TimeFunction
 from scissordyn.config.code import AbsentPart, code_of
 from scissordyn.config.law import named_tables
-from scissordyn.config.shape import About, Context, read_as, reader
-from scissordyn.config.table import Table, build, toml
+from scissordyn.config.table import About, Context, Table, build, read_as, reader, toml
 from scissordyn.config.time_function import read_tabulated, table_shape
 from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.control.controller import Controller

@@ -7,11 +7,9 @@ from typing import Annotated, Any
 
 from scissordyn.component.place import GROUND, BodyPoint
 from scissordyn.component.time_function import TimeFunction
-from scissordyn.config.quantity import exact, read_quantity, written
-from scissordyn.config.shape import About, Context, read_as, reader
-from scissordyn.config.table import Call, Hints, Table, keys_of, made_table, table_of_call
+from scissordyn.config.quantity import exact, quantity_pattern, read_quantity, written
+from scissordyn.config.table import About, Call, Context, Hints, Table, keys_of, made_table, read_as, reader, table_of_call
 from scissordyn.config.time_function import time_function
-from scissordyn.config.unit_pattern import quantity_pattern
 from scissordyn.config.value import BODY_POINT
 from scissordyn.errors import InputError
 from scissordyn.model.backlash import closed, with_backlash

@@ -1,4 +1,4 @@
-"""Read and write a case file."""
+"""Case files: those that come with the package, and how one is read and written."""
 
 from __future__ import annotations
 
@@ -14,9 +14,8 @@ from scissordyn.config.case import Case, CaseTable
 from scissordyn.config.case_text import BEGINNING, case_text
 from scissordyn.config.change import changed, sorted_changes, with_numbers
 from scissordyn.config.code import Code
-from scissordyn.config.line import Place, line_of, place_of_name, place_text
 from scissordyn.config.table import PlacedError, in_a_file, instance
-from scissordyn.config.text import read_text
+from scissordyn.config.text import Place, line_of, place_of_name, place_text, read_text
 from scissordyn.errors import InputError, command
 from scissordyn.file.output_file import OTHER_ENDINGS, check_target, write_file
 from scissordyn.model.mechanism import Mechanism
@@ -172,3 +171,10 @@ def parsed(text: str, path: Path, allowed: str = "TOML") -> dict[str, Any]:
     if level:
         raise InputError(f"'{path}' has more than {DEEPEST} lists and tables inside each other", f"at most {DEEPEST} levels")
     return tree
+
+
+def folder_of_examples() -> Path:
+    """Where they are: beside the package's modules in an installation, in the root of its repository otherwise."""
+    package = Path(__file__).parents[1]
+    installed = package / "examples"
+    return installed if installed.is_dir() else package.parents[1] / "examples"

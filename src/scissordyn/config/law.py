@@ -8,8 +8,7 @@ from difflib import get_close_matches
 from typing import Any
 
 from scissordyn.config.code import AbsentPart, code_of
-from scissordyn.config.shape import Context, Reader, Shape, read_as, reader
-from scissordyn.config.table import build, filled_table, with_key
+from scissordyn.config.table import Context, Reader, Shape, build, filled_table, read_as, reader, with_key
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.laws import catalogue
 from scissordyn.laws.contact import Damping, Elastic, Friction

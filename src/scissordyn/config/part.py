@@ -13,8 +13,7 @@ from scissordyn.component.declaration import Declaration
 from scissordyn.component.place import Point
 from scissordyn.config.code import AbsentPart, code_of
 from scissordyn.config.coupling import COORDINATE_DRIVE, CouplingTable
-from scissordyn.config.shape import About, Context, Reader, Shape, reader
-from scissordyn.config.table import Hints, Table, filler, keys_of, made_table, table_of
+from scissordyn.config.table import About, Context, Hints, Reader, Shape, Table, filler, keys_of, made_table, reader, table_of
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.body import Body, bar
 from scissordyn.model.connection import Weld

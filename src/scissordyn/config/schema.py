@@ -8,9 +8,8 @@ from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal, get_args, get_origin
 
 from scissordyn.annotation import members
-from scissordyn.config.shape import Reader
-from scissordyn.config.table import Key, Table
-from scissordyn.config.unit_pattern import name_of, quantity_pattern
+from scissordyn.config.quantity import name_of, quantity_pattern
+from scissordyn.config.table import Key, Reader, Table
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.units import Quantity
 

@@ -7,9 +7,8 @@ from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from typing import Annotated, Any, Literal
 
-from scissordyn.config.bending import ALL_BARS, BARS_SAMPLE
-from scissordyn.config.shape import About, Context, Reader, reader
-from scissordyn.config.table import Call, Table, made_table, table_of_call
+from scissordyn.config.addition import ALL_BARS, BARS_SAMPLE
+from scissordyn.config.table import About, Call, Context, Reader, Table, made_table, reader, table_of_call
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.array import hoberman_ring, mast, polar_scissor
 from scissordyn.model.linkage import four_bar, n_four_bar, slider_crank

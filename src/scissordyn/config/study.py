@@ -12,11 +12,22 @@ from typing import Annotated, Any
 
 from scissordyn.analysis.motor import MotorCurve
 from scissordyn.config.file import in_file, is_case, parsed, read_case
-from scissordyn.config.motor import POINT, read_motor
 from scissordyn.config.names import NAMES_SAMPLE, OF_FILE, Reader, by_change, listed, names_of, number_of_file, variants_of
-from scissordyn.config.quantity import unit_factor
-from scissordyn.config.shape import About, Context, Shape, reader
-from scissordyn.config.table import Call, PlacedError, Table, described, instance, table_of, table_of_call, toml
+from scissordyn.config.quantity import read_quantity, unit_factor
+from scissordyn.config.table import (
+    About,
+    Call,
+    Context,
+    PlacedError,
+    Shape,
+    Table,
+    described,
+    instance,
+    reader,
+    table_of,
+    table_of_call,
+    toml,
+)
 from scissordyn.config.text import read_text
 from scissordyn.config.variation import (
     FORMS,
@@ -44,6 +55,7 @@ from scissordyn.study.ask.requirement import (
     read_goal,
     read_response,
 )
+from scissordyn.units import Quantity
 
 OWN = re.compile(r"\s*([^\s\[\]]+)\s*(?:\[([^\[\]]*)\])?\s*(?:\bof\s+(\S+))?\s*")
 """What stands before the equals sign of a measure of the user's: a name, a unit in brackets, and what its function gets."""
@@ -101,6 +113,25 @@ def _read_addresses(given: Any, context: Context) -> dict[str, str | Variation]:
         if not isinstance(value, str | Names):
             raise InputError(f"'{parameter}' = {toml(value)}", f"text such as {FORMS}, or a list of names", NAMES_SAMPLE)
     return varied
+
+
+POINT = "'0 rpm, 60 N m'"
+SPEED = Quantity("rad/s", minimum=0.0, help="speed of a motor")
+TORQUE = Quantity("N m", minimum=0.0, help="torque of a motor")
+
+
+def read_motor(points: Sequence[str], of: str = "", ratio: float = 1.0) -> MotorCurve:
+    """The curve of a motor."""
+    pairs = []
+    for text in points:
+        speed, comma, torque = text.partition(",")
+        if not comma:
+            raise InputError(f"point '{text}' of a motor", "a speed, a comma and a torque", POINT)
+        try:
+            pairs.append((read_quantity(speed.strip(), SPEED), read_quantity(torque.strip(), TORQUE)))
+        except InputError as error:
+            raise InputError(f"point '{text}' of a motor: {error.what}", error.allowed, POINT) from None
+    return MotorCurve(tuple(pair[0] for pair in pairs), tuple(pair[1] for pair in pairs), of, ratio)
 
 
 @reader(lambda: LIST_OF_TEXTS)

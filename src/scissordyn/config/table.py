@@ -14,11 +14,51 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, TypeV
 
 from scissordyn.annotation import members, plain_hint
 from scissordyn.component.declaration import MEANINGS
-from scissordyn.config.line import Place, place_text
 from scissordyn.config.quantity import example, read_quantity, written
-from scissordyn.config.shape import About, Context, Reader, reader_of
+from scissordyn.config.text import Place, place_text
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.units import Quantity, Sample, help_of
+
+Shape = Any  # A class of tables, or a mapping of JSON Schema whose values may be such classes
+
+Context = dict[str, Any]
+"""What readers know beside their value: the "folder" of relative file names, and the "values" of the keys before in a table."""
+
+
+@dataclass(frozen=True, eq=False)
+class Reader:
+    """In an annotation: how the value of a key is read, and what is accepted."""
+
+    read: Callable[[Any, Context], Any]
+    shape: Callable[[], Shape]
+
+
+@dataclass(frozen=True, eq=False)
+class About:
+    """In an annotation: what a key is for, in one line, and examples of its values."""
+
+    description: str = ""
+    examples: Sequence[Any] = ()
+
+
+def reader(shape: Callable[[], Shape]) -> Callable[[Callable[[Any, Context], Any]], Reader]:
+    """Makes a function a reader; what it accepts is asked for late, since tables are made late."""
+    return lambda read: Reader(read, shape)
+
+
+_READERS: dict[frozenset[Any], Callable[[tuple[Any, ...]], Reader]] = {}
+"""By the members of a type: from what an annotation says beside it, such as a unit, to the reader."""
+
+
+def read_as(hint: Any, make: Reader | Callable[[tuple[Any, ...]], Reader]) -> None:
+    """Let all keys of a type be read by a reader, unless their annotation has another."""
+    _READERS[frozenset(members(hint))] = make if callable(make) else lambda _: make
+
+
+def reader_of(hint: Any, about: tuple[Any, ...]) -> Reader | None:
+    make = _READERS.get(frozenset(members(hint)) - {NoneType})
+    return None if make is None else make(about)
+
 
 Hints = tuple[tuple[str, Any], ...]  # Names of fields, and the annotations by which they are read in place of their own
 LARGEST_SHOWN = 10**300  # Whole numbers beyond it are not written out; Python refuses to write more than 4300 digits

@@ -19,11 +19,9 @@ from scissordyn.component.time_function import (
     Trapezoidal,
 )
 from scissordyn.config.code import code_of
-from scissordyn.config.quantity import read_numbers, read_quantity, unit_factor
-from scissordyn.config.shape import About, Context, Reader, Shape, read_as, reader
-from scissordyn.config.table import Table, described, located, made_table, toml
+from scissordyn.config.quantity import quantity_pattern, read_numbers, read_quantity, unit_factor
+from scissordyn.config.table import About, Context, Reader, Shape, Table, described, located, made_table, read_as, reader, toml
 from scissordyn.config.text import read_text
-from scissordyn.config.unit_pattern import quantity_pattern
 from scissordyn.config.value import columns_shape, numbers_shape
 from scissordyn.errors import InputError
 from scissordyn.units import Quantity, quantities

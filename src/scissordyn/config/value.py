@@ -8,10 +8,8 @@ from typing import Any
 from scissordyn.annotation import MismatchError, body_point
 from scissordyn.component.place import BodyPoint, Point
 from scissordyn.config.code import code_of
-from scissordyn.config.quantity import read_numbers
-from scissordyn.config.shape import Context, Reader, Shape, read_as, reader
-from scissordyn.config.table import located, toml
-from scissordyn.config.unit_pattern import numbers_pattern
+from scissordyn.config.quantity import numbers_pattern, read_numbers
+from scissordyn.config.table import Context, Reader, Shape, located, read_as, reader, toml
 from scissordyn.errors import InputError
 from scissordyn.units import Pairs, Quantity
 

@@ -10,19 +10,23 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, get_args
 
-from scissordyn.config.bending import BendingTable
+from scissordyn.config.addition import (
+    BendingTable,
+    ClearanceTable,
+    GuideClearanceTable,
+    JointFrictionTable,
+    PanelsTable,
+    PayloadTable,
+)
 from scissordyn.config.case import CaseTable
-from scissordyn.config.clearance import ClearanceTable, GuideClearanceTable
 from scissordyn.config.code import Code
 from scissordyn.config.control import ControlTable
 from scissordyn.config.coupling import BacklashTable
-from scissordyn.config.joint_friction import JointFrictionTable
-from scissordyn.config.line import handle
 from scissordyn.config.part import PARTS, component_part
-from scissordyn.config.payload import PanelsTable, PayloadTable
 from scissordyn.config.quantity import read_numbers, read_quantity, unit_factor, written
 from scissordyn.config.structure import STRUCTURES
 from scissordyn.config.table import Table, table_of
+from scissordyn.config.text import handle
 from scissordyn.config.time_function import DistanceTable, DriveTable, TimeFunctionTable
 from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.errors import InputError

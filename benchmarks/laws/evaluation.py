@@ -35,11 +35,11 @@ def _elastic_loop(address: int, p: F1, calls: int) -> float:
     return total
 
 
-def _normal_loop(address: int, p: F1, calls: int) -> float:
+def _normal_loop(address: int, p: F1, z: F1, dz: F1, calls: int) -> float:
     total = 0.0
     for k in range(calls):
         elastic = 100.0 + 1e-3 * k + 1e-30 * total
-        total = elastic + normal_force(address, elastic, 1e-5, 0.1, 0.5, p)
+        total = elastic + normal_force(address, elastic, 1e-5, 0.1, 0.5, z, dz, p)
     return total
 
 
@@ -114,7 +114,7 @@ def main():
             if kind == "stiffness":
                 calls[name] = elastic, pointers(law)["force"], row
             elif kind == "damping":
-                calls[name] = normal, pointers(law)["force"], row
+                calls[name] = normal, pointers(law)["force"], row, np.zeros(len(law.states)), np.zeros(len(law.states))
             else:
                 z, dz = np.zeros(len(law.states)), np.zeros(len(law.states))
                 friction_states(pointers(law)["start"], 0.01, z, row)

@@ -42,7 +42,7 @@ ANY_RANGE = (1e-30, 1e30)  # The same for units that are not listed
 
 @dataclass(frozen=True)
 class State:
-    """An internal state of a component, a controller or a friction law.
+    """An internal state of a component, a controller, a damping or a friction law.
 
     Parameters
     ----------

@@ -19,6 +19,9 @@ UNIT_LENGTH = JointContact(clearance=0.5e-3, journal_radius=9.5e-3, length=1.0, 
 """R_B = 10 mm, c = 0.5 mm, for which the figures of the literature are known."""
 
 
+STATELESS = np.zeros(0)  # Internal states, and their rates, of a law without
+
+
 def by_name(law):
     """A test id that the mutation script selects by."""
     return getattr(law, "name", None)
@@ -42,7 +45,7 @@ def force(law, delta, joint=JOINT):
 def _acceleration(delta, rate, stiffness, p, damping, q, speed, mass):
     if delta <= 0.0:
         return 0.0
-    return -normal_force(damping, elastic_force(stiffness, delta, p), delta, rate, speed, q) / mass
+    return -normal_force(damping, elastic_force(stiffness, delta, p), delta, rate, speed, q[0:0], q[0:0], q) / mass
 
 
 def _advance(delta, rate, h, stiffness, p, damping, q, speed, mass):

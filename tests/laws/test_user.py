@@ -10,7 +10,7 @@ from typing import Annotated
 
 import numpy as np
 import pytest
-from bouncing import JOINT, at, bounce, force, row, step
+from bouncing import JOINT, STATELESS, at, bounce, force, row, step
 
 from scissordyn.errors import InputError
 from scissordyn.laws.damping.factors import Flores
@@ -70,9 +70,9 @@ def test_damping_and_friction_are_the_built_in_ones():
     """Cross-check: Flores's damping and Coulomb's friction as users' functions."""
     own, built_in = lossy(Flores(0.6).factor), Flores(0.6)
     for rate in (-0.4, 0.0, 0.7):
-        pair = [normal_force(at(law), 321.0, 1e-5, rate, 0.5, row(law)) for law in (own, built_in)]
+        pair = [normal_force(at(law), 321.0, 1e-5, rate, 0.5, STATELESS, STATELESS, row(law)) for law in (own, built_in)]
         assert pair[0] == pytest.approx(pair[1], rel=1e-14)
-    assert normal_force(at(own), 321.0, 1e-5, -9.0, 0.5, row(own)) == 0.0
+    assert normal_force(at(own), 321.0, 1e-5, -9.0, 0.5, STATELESS, STATELESS, row(own)) == 0.0
     own, coulomb = dry_friction(0.05), Coulomb(0.05)
     for v in (-0.1, 2e-5, 0.0):
         pair = [friction_force(at(law), v, 100.0, NOTHING, NOTHING, row(law)) for law in (own, coulomb)]

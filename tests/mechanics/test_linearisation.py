@@ -8,7 +8,9 @@ import pytest
 from reference.kernels import accepted, at_start, check_step_matrix, check_time_derivative
 from scissordyn.component.clutch import Clutch
 from scissordyn.component.time_function import Harmonic
+from scissordyn.laws.damping.standard_linear_solid import StandardLinearSolid
 from scissordyn.laws.friction.lugre import LuGre
+from scissordyn.laws.friction.none import NoFriction
 from scissordyn.mechanics import functions
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.scissor import scissor
@@ -21,11 +23,11 @@ def increments(state, n):
     return np.repeat([2e-9, 1e-5, 1e-11], [n, n, state.size - 2 * n])
 
 
-def touching_state(joint, units, rng, slip="surfaces"):
+def touching_state(joint, units, rng, slip="surfaces", **laws):
     """A random state of an array in which a joint with friction touches, its handle and its size."""
     drive = Harmonic(mean=0.5, amplitude=0.3, angular_frequency=40.0, phase=0.2)
     arm = scissor(units=units, angle=0.5 + 0.3 * np.sin(0.2)).driven(drive)
-    mechanism = arm.with_clearance(joint, Clearance(5e-4, friction=LuGre(0.1), slip=slip))
+    mechanism = arm.with_clearance(joint, Clearance(5e-4, **{"friction": LuGre(0.1)} | laws, slip=slip))
     handle, state = at_start(mechanism)
     content, n = handle.content, handle.content.model.n
     state[: 2 * n] += np.concatenate([3e-4 * rng.normal(size=n), rng.normal(size=n)])
@@ -53,6 +55,18 @@ def test_step_matrix_with_the_slip_of_contact_points(joint):
     """Cross-check: the same where the slip speed is e'.t delta/|e|."""
     handle, state, n = touching_state(joint, 2, np.random.default_rng(7), "contact-points")
     check_step_matrix(handle, state, 1e-5, increments(state, n))
+
+
+@pytest.mark.parametrize("friction", [NoFriction(), LuGre(0.1)])
+@pytest.mark.parametrize("step", [1e-7, 1e-5, 1e-3])
+def test_step_matrix_with_states_of_the_normal_force(friction, step):
+    """Cross-check: the same where surfaces relax, with and without bristles beside."""
+    laws = {"damping": StandardLinearSolid(1.5, 3e-4), "friction": friction}
+    handle, state, n = touching_state("A", 2, np.random.default_rng(7), **laws)
+    state[-1] = 40.0
+    sizes = increments(state, n)
+    sizes[-1] = 1e-3
+    check_step_matrix(handle, state, step, sizes)
 
 
 @pytest.mark.parametrize("units", [2, 3])

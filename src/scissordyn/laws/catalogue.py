@@ -44,7 +44,7 @@ class Facts:
     summary: str
     source: str
     parameters: tuple[Parameter, ...]
-    states: tuple[State, ...] = ()  # Internal states of a friction law
+    states: tuple[State, ...] = ()  # Internal states of a damping or friction law
     stiff: bool = False  # Whether it makes the equations of motion stiff
     restitution_range: tuple[float, float] | None = None  # Range of restitution coefficients in the source
     caveat: str = ""  # Limitation of the law, for the user
@@ -99,7 +99,7 @@ def facts(kind: str, name: str) -> Facts:
     if kind == "friction":
         special = {"states": law_class.states, "stiff": law_class.stiff}
     elif kind == "damping":
-        special = {"restitution_range": law_class.restitution_range}
+        special = {"states": law_class.states, "restitution_range": law_class.restitution_range}
     else:
         special = {"caveat": law_class.caveat}
     summary = (law_class.__doc__ or "").strip().splitlines()[0]

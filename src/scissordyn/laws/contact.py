@@ -95,9 +95,21 @@ class TangentElastic(Elastic):
 
 
 class Damping(Part):
-    """A damping part: normal force [N] of the elastic part [N], delta [m], delta' and delta'(-) [m/s]; a pull is cut off."""
+    """A damping part: normal force [N] of the elastic part [N], delta [m], delta' and delta'(-) [m/s]; a pull is cut off.
 
-    slot = Slot("damping", ("elastic", "indentation", "rate", "approach"), {"force": (4, "force")}, title="damping law")
+    Its internal states are zero at the start of a contact, and those of its kernel `settled`, which gets the elastic part and
+    delta, where surfaces rest on each other.
+    """
+
+    slot = Slot(
+        "damping",
+        ("elastic", "indentation", "rate", "approach"),
+        {"force": (4, "force"), "settled": (2, "states")},
+        stateful=True,
+        title="damping law",
+    )
+    states: ClassVar[tuple[State, ...]] = ()
+    """Its internal states; empty for none."""
     restitution_range: ClassVar[tuple[float, float] | None] = None
     """Range of restitution coefficients in the source; None without a restitution or a range."""
 

@@ -40,12 +40,24 @@ def rate_in_range(rate, approach):
 
 
 @entry
-def normal_force(pointer: int, elastic: float, delta: float, rate: float, approach: float, p: F1) -> float:
-    """Normal force [N] from an elastic part; never negative. For `approach` see `rate_in_range`."""
+def normal_force(pointer: int, elastic: float, delta: float, rate: float, approach: float, z: F1, dz: F1, p: F1) -> float:
+    """Normal force [N] from an elastic part; never negative; writes the rates of the internal states into dz.
+
+    For `approach` see `rate_in_range`.
+    """
     rate = rate_in_range(rate, approach)
-    force = call_at(pointer, (elastic, delta, rate, abs(approach)), (), (), (), p, ())
+    force = call_at(pointer, (elastic, delta, rate, abs(approach)), (), z, (), p, dz)
     # max() would drop a NaN
     return 0.0 if force < 0.0 else force
+
+
+@entry
+def settled_states(pointer: int, elastic: float, delta: float, z: F1, p: F1) -> None:
+    """Internal states of damping where an indentation lasts."""
+    if pointer == 0:
+        z[:] = 0.0
+    else:
+        call_at(pointer, (elastic, delta), (), (), (), p, z)
 
 
 @entry

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 
 from scissordyn.kernel import kernel
-from scissordyn.laws.evaluate import elastic_force, friction_force, friction_states, normal_force
+from scissordyn.laws.evaluate import elastic_force, friction_force, friction_states, normal_force, settled_states
 from scissordyn.mechanics.constraint_solver import expand_element
 from scissordyn.mechanics.force_element import add_torques, map_values, write_wrench
 from scissordyn.mechanics.plane_contact import plane_forces, plane_gap, plane_kinematics, plane_slopes
@@ -19,10 +19,12 @@ from scissordyn.mechanics.system import (
     APPROACH_FLOOR,
     ARM_N,
     ARM_T,
+    DEPTH_BY_X,
     N_BY_V,
     N_BY_X,
     OTHER,
     OWN,
+    RATE_BY_X,
     SLIP_BY_V,
     SLIP_BY_X,
 )
@@ -78,9 +80,13 @@ def contact_laws(j, S, z, dz):
         contact.tangential = z[0]
         dz[:] = 0.0
         return maps
+    first = law.bristles
+    pressed, pressed_rate = z[first : z.size], dz[first : z.size]
+    pressed_rate[:] = 0.0
     if contact.depth > 0.0:
         elastic = elastic_force(law.stiffness, contact.depth, P.elastic[j])
-        normal = normal_force(law.damping, elastic, contact.depth, contact.rate, S.state.memory[j], P.damping[j])
+        memory = S.state.memory[j]
+        normal = normal_force(law.damping, elastic, contact.depth, contact.rate, memory, pressed, pressed_rate, P.damping[j])
     tangential = friction_force(law.friction, contact.slip, normal, z, dz, P.friction[j])
     contact.elastic = elastic
     contact.normal = normal
@@ -141,8 +147,14 @@ def begin_contact(y, j, S, data, resting):
     C.memory[j] = max(contact.rate, APPROACH_FLOOR)
     data[0] = C.memory[j] if resting else contact.rate
     data[1] = math.atan2(contact.ny, contact.nx)
-    start, stop = 2 * M.n + M.state_start[j], 2 * M.n + M.state_start[j + 1]
-    friction_states(S.parameters.law[j].start, contact.slip, y[start:stop], S.parameters.friction[j])
+    P = S.parameters
+    law, start, stop = P.law[j], 2 * M.n + M.state_start[j], 2 * M.n + M.state_start[j + 1]
+    middle = start + law.bristles
+    friction_states(law.start, contact.slip, y[start:middle], P.friction[j])
+    y[middle:stop] = 0.0
+    if resting and law.settled != 0 and contact.depth > 0.0:
+        elastic = elastic_force(law.stiffness, contact.depth, P.elastic[j])
+        settled_states(law.settled, elastic, contact.depth, y[middle:stop], P.damping[j])
     return True
 
 
@@ -159,53 +171,72 @@ def end_contact(j, S, data):
 
 
 @kernel
-def law_slopes(j, S, z, dz, up, down, by_state):
+def law_slopes(j, S, z, up, down, by_state):
     """Partial derivatives of the laws of contact j at its present state, by central differences.
 
     Only a handful of scalars enter a law, so differences cost little, and a user's law needs no derivative. Returns
-    d F_n / d (delta, delta'), d F_t / d (v, F_n); writes d F_t / d z and the state rates' derivatives into by_state
-    rows 0 .. s-1: d dz / d z, row s: d F_t / d z, row s+1: d dz / d v, row s+2: d dz / d F_n.
+    d F_n / d (delta, delta'), d F_t / d (v, F_n); writes into by_state rows 0 .. s-1: d dz / d z, row s: d F_t / d z,
+    row s+1: d dz / d v, row s+2: d dz / d F_n, row s+3: d F_n / d z, row s+4: d dz / d delta, row s+5: d dz / d delta'.
     """
-    P, C = S.parameters, S.state
-    contact, law = S.work.contact[j], P.law[j]
+    P, memory = S.parameters, S.state.memory[j]
+    contact, law, scale = S.work.contact[j], P.law[j], S.model.state_start[j]
     delta, rate, slip, normal = contact.depth, contact.rate, contact.slip, contact.normal
     stiffness, damping, friction = law.stiffness, law.damping, law.friction
     n_by_delta = n_by_rate = t_by_slip = t_by_normal = 0.0
+    states, first = z.size, law.bristles
+    for s in range(by_state.shape[0]):
+        for k in range(states):
+            by_state[s, k] = 0.0
     if delta > 0.0 and stiffness != 0:
+        pressed, rising, falling = z[first:states], up[first:states], down[first:states]
         h = 1e-5 * delta
         high = elastic_force(stiffness, delta + h, P.elastic[j])
         low = elastic_force(stiffness, delta - h, P.elastic[j])
-        high = normal_force(damping, high, delta + h, rate, C.memory[j], P.damping[j])
-        low = normal_force(damping, low, delta - h, rate, C.memory[j], P.damping[j])
+        high = normal_force(damping, high, delta + h, rate, memory, pressed, rising, P.damping[j])
+        low = normal_force(damping, low, delta - h, rate, memory, pressed, falling, P.damping[j])
         n_by_delta = (high - low) / (2.0 * h)
-        h = 1e-5 * (abs(rate) + abs(C.memory[j]))
-        high = normal_force(damping, contact.elastic, delta, rate + h, C.memory[j], P.damping[j])
-        low = normal_force(damping, contact.elastic, delta, rate - h, C.memory[j], P.damping[j])
+        for s in range(first, states):
+            by_state[states + 4, s] = (up[s] - down[s]) / (2.0 * h)
+        h = 1e-5 * (abs(rate) + abs(memory))
+        high = normal_force(damping, contact.elastic, delta, rate + h, memory, pressed, rising, P.damping[j])
+        low = normal_force(damping, contact.elastic, delta, rate - h, memory, pressed, falling, P.damping[j])
         n_by_rate = (high - low) / (2.0 * h)
-    states = z.size
+        for s in range(first, states):
+            by_state[states + 5, s] = (up[s] - down[s]) / (2.0 * h)
+        for k in range(first, states):
+            here = z[k]
+            h = 1e-5 * abs(here) + 1e-12 * max(1.0, P.state_scale[scale + k])
+            z[k] = here + h
+            high = normal_force(damping, contact.elastic, delta, rate, memory, pressed, rising, P.damping[j])
+            z[k] = here - h
+            low = normal_force(damping, contact.elastic, delta, rate, memory, pressed, falling, P.damping[j])
+            z[k] = here
+            by_state[states + 3, k] = (high - low) / (2.0 * h)
+            for s in range(first, states):
+                by_state[s, k] = (up[s] - down[s]) / (2.0 * h)
     if friction != 0:
         h = 1e-5 * abs(slip) + 1e-9
         high = friction_force(friction, slip + h, normal, z, up, P.friction[j])
         low = friction_force(friction, slip - h, normal, z, down, P.friction[j])
         t_by_slip = (high - low) / (2.0 * h)
-        for s in range(states):
+        for s in range(first):
             by_state[states + 1, s] = (up[s] - down[s]) / (2.0 * h)
         h = 1e-5 * normal + 1e-9
         high = friction_force(friction, slip, normal + h, z, up, P.friction[j])
         low = friction_force(friction, slip, normal - h, z, down, P.friction[j])
         t_by_normal = (high - low) / (2.0 * h)
-        for s in range(states):
+        for s in range(first):
             by_state[states + 2, s] = (up[s] - down[s]) / (2.0 * h)
-        for k in range(states):
+        for k in range(first):
             here = z[k]
-            h = 1e-5 * abs(here) + 1e-12 * max(1.0, P.state_scale[S.model.state_start[j] + k])
+            h = 1e-5 * abs(here) + 1e-12 * max(1.0, P.state_scale[scale + k])
             z[k] = here + h
             high = friction_force(friction, slip, normal, z, up, P.friction[j])
             z[k] = here - h
             low = friction_force(friction, slip, normal, z, down, P.friction[j])
             z[k] = here
             by_state[states, k] = (high - low) / (2.0 * h)
-            for s in range(states):
+            for s in range(first):
                 by_state[s, k] = (up[s] - down[s]) / (2.0 * h)
     return n_by_delta, n_by_rate, t_by_slip, t_by_normal
 
@@ -234,6 +265,8 @@ def pin_slopes(j, S, n_d, n_r):
         local[ARM_T, a] = -sideways - rotation
         local[N_BY_X, a] = n_d * outward + n_r * turning * sideways
         local[N_BY_V, a] = n_r * outward
+        local[DEPTH_BY_X, a] = outward
+        local[RATE_BY_X, a] = turning * sideways
         local[SLIP_BY_X, a] = (
             -along / e * sideways - bearing_speed * outward + rj * (r2 * py - r3 * px) - rb * (r4 * qy - r5 * qx)
         )
@@ -267,7 +300,7 @@ def linearise_contact(j, S, z, by_state, up, down):
     written into Work.block_x.
     """
     M, W = S.model, S.work
-    n_d, n_r, t_v, t_n = law_slopes(j, S, z, up, up, down, by_state)
+    n_d, n_r, t_v, t_n = law_slopes(j, S, z, up, down, by_state)
     if S.parameters.contact[j].plane == 1:
         plane_slopes(j, S, n_d, n_r)
     else:
@@ -281,15 +314,22 @@ def linearise_contact(j, S, z, by_state, up, down):
             W.block_x[at] += both * local[N_BY_X, b] + arm * t_v * local[SLIP_BY_X, b]
             W.block_v[at] = both * local[N_BY_V, b] + arm * t_v * local[SLIP_BY_V, b]
 
-    states = z.size
+    states, first = z.size, S.parameters.law[j].bristles
     at, square = M.force_state_start[j], M.state_state_start[j]
     for a in range(count):
+        both = local[ARM_N, a] + local[ARM_T, a] * t_n
         for s in range(states):
             i = at + a * states + s
-            by_slip, by_normal = by_state[states + 1, s], by_state[states + 2, s]
-            W.force_by_state[i] = local[ARM_T, a] * by_state[states, s]
-            W.rate_by_x[i] = by_slip * local[SLIP_BY_X, a] + by_normal * local[N_BY_X, a]
-            W.rate_by_v[i] = by_slip * local[SLIP_BY_V, a] + by_normal * local[N_BY_V, a]
+            if s < first:
+                by_slip, by_normal = by_state[states + 1, s], by_state[states + 2, s]
+                W.force_by_state[i] = local[ARM_T, a] * by_state[states, s]
+                W.rate_by_x[i] = by_slip * local[SLIP_BY_X, a] + by_normal * local[N_BY_X, a]
+                W.rate_by_v[i] = by_slip * local[SLIP_BY_V, a] + by_normal * local[N_BY_V, a]
+            else:
+                by_depth, by_rate = by_state[states + 4, s], by_state[states + 5, s]
+                W.force_by_state[i] = both * by_state[states + 3, s]
+                W.rate_by_x[i] = by_depth * local[DEPTH_BY_X, a] + by_rate * local[RATE_BY_X, a]
+                W.rate_by_v[i] = -by_rate * local[ARM_N, a]
     for s in range(states):
-        for k in range(states):
-            W.rate_by_state[square + s * states + k] = by_state[s, k]
+        for k in range(states):  # friction follows the normal force, and with it the states of that
+            W.rate_by_state[square + s * states + k] = by_state[s, k] + by_state[states + 2, s] * by_state[states + 3, k]

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from scissordyn.kernel import kernel
 from scissordyn.mechanics.force_element import add_torques, map_values, write_wrench
-from scissordyn.mechanics.system import ARM_N, ARM_T, N_BY_V, N_BY_X, OTHER, OWN, SLIP_BY_V, SLIP_BY_X
+from scissordyn.mechanics.system import ARM_N, ARM_T, DEPTH_BY_X, N_BY_V, N_BY_X, OTHER, OWN, RATE_BY_X, SLIP_BY_V, SLIP_BY_X
 
 
 @kernel
@@ -89,6 +89,8 @@ def plane_slopes(j, S, n_d, n_r):
         local[ARM_T, a] = -moment_arm
         local[N_BY_X, a] = n_d * outward + n_r * rate
         local[N_BY_V, a] = n_r * arm
+        local[DEPTH_BY_X, a] = outward
+        local[RATE_BY_X, a] = rate
         local[SLIP_BY_X, a] = vy * mx - vx * my + radius * (r2 * py - r3 * px) - outward * turn - reach * rotation_rate
         local[SLIP_BY_V, a] = moment_arm
         local[OWN, a] = outward

@@ -31,9 +31,12 @@ CONTACT = np.dtype(
         ("spinless", "i8"),  # 1 where the slip speed is that of the contact points R n, which do not turn with the bodies
     ]
 )
-LAW = np.dtype([(name, "i8") for name in ("stiffness", "energy", "damping", "friction", "start", "limit")])
-"""Addresses of the kernels of a contact's laws, or 0: elastic force and energy, normal force, friction, its states at the start
-of a contact and its limit."""
+LAW = np.dtype(
+    [(name, "i8") for name in ("stiffness", "energy", "damping", "settled", "friction", "start", "limit", "bristles")]
+)
+"""Addresses of the kernels of a contact's laws, or 0: elastic force and energy, normal force, its states where an indentation
+lasts, friction, its states at the start of a contact and its limit; and how many states friction has, behind which those of
+the normal force stand."""
 
 CONTACT_RESULT = np.dtype(
     [(name, "f8") for name in ("depth", "rate", "slip", "elastic", "normal", "tangential", "nx", "ny", "distance")]
@@ -41,9 +44,9 @@ CONTACT_RESULT = np.dtype(
 """delta [m], delta' [m/s], slip speed [m/s], elastic part, normal and tangential force [N], n, and |e| or the way towards the
 surface from the middle [m]."""
 
-ARM_N, ARM_T, N_BY_X, N_BY_V, SLIP_BY_X, SLIP_BY_V, OWN, OTHER = range(8)
-"""Rows of `Workspace.local`: arms of F_n and F_t, derivatives of F_n and of the slip speed; two more for the kind of
-contact."""
+ARM_N, ARM_T, N_BY_X, N_BY_V, SLIP_BY_X, SLIP_BY_V, DEPTH_BY_X, RATE_BY_X, OWN, OTHER = range(10)
+"""Rows of `Workspace.local`: arms of F_n and F_t, derivatives of F_n, of the slip speed, of delta and delta'; two more for the
+kind of contact."""
 
 RESULTS = 24  # Most numbers that the kernel of a component returns
 

@@ -69,5 +69,5 @@ def hard_numbers(clearance: Clearance | GuideClearance) -> HardNumbers:
 
 
 def contact_states(clearance: Clearance | GuideClearance) -> tuple[State, ...]:
-    """Internal states of a contact: those of its friction law, or mean friction and elastic energy of a hard contact."""
-    return HARD_STATES if clearance.contact == "hard" else clearance.friction.states
+    """Internal states of a contact: of friction, then damping, or mean friction and elastic energy of a hard contact."""
+    return HARD_STATES if clearance.contact == "hard" else (*clearance.friction.states, *clearance.damping.states)

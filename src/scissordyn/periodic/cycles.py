@@ -14,7 +14,7 @@ from scissordyn.kinematics.branching import drive_warnings
 from scissordyn.mechanics.outputs import record
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.periodic.stroboscope import Cycles, drive_period, run_cycles
-from scissordyn.plan.acting import friction_states
+from scissordyn.plan.acting import states_of
 from scissordyn.plan.plan import Plan
 from scissordyn.run.advance.driver import Snapshot
 from scissordyn.run.answer.events import ACCOUNTS
@@ -186,7 +186,7 @@ def per_cycle(found: Cycles) -> dict[str, np.ndarray]:
 
 def _internal_states(plan: Plan) -> np.ndarray:
     """What each internal state is: "A: bristle_deflection"."""
-    states = [f"{contact.name}: {state.name}" for contact in plan.contacts for state in friction_states(contact)]
+    states = [f"{contact.name}: {state.name}" for contact in plan.contacts for state in states_of(contact)]
     states += [f"{part.name}: {state.name}" for part in plan.acting for state in part.states]
     return np.array(states, dtype=str)
 

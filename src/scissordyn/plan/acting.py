@@ -34,8 +34,8 @@ def start_coordinates(mechanism: Mechanism, component: Any) -> tuple[float, ...]
     return coordinates
 
 
-def friction_states(contact: Revolute | ContactPoint) -> tuple[State, ...]:
-    """Internal states of the friction law of a contact, or of a hard contact."""
+def states_of(contact: Revolute | ContactPoint) -> tuple[State, ...]:
+    """Internal states of a contact."""
     assert contact.clearance is not None
     return contact_states(contact.clearance)
 

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from scissordyn.errors import InputError
 from scissordyn.mechanics.band import width
 from scissordyn.mechanics.hard_elastic import FLOOR
 from scissordyn.mechanics.hard_result import RESULTS
@@ -135,6 +136,9 @@ def put_hard_numbers(made: HardContacts, plan: Plan) -> None:
         assert clearance is not None
         if made.compliant[i] == 0:
             made.restitution[i], made.kinetic[i], made.static[i] = hard_numbers(clearance)
+        elif clearance.damping.states:
+            what = f"damping law '{clearance.damping.name}' of '{plan.contacts[j].name}', with states, beside hard contact"
+            raise InputError(what, "a damping law without states", 'contact = "compliant" in all joints')
         made.law[i], made.energy[i], made.elastic[i] = elastic_law(clearance)
         made.floor[i] = FLOOR * clearance.clearance
     for name, start in {**HARD_STATE, **HARD_COUNTED}.items():

@@ -31,7 +31,7 @@ from scissordyn.model.guide_clearance import ContactPoint
 from scissordyn.model.hard_contact import HARD_STATES, STORED
 from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plan.acting import acting, friction_states, offsets, start_coordinates, time_functions
+from scissordyn.plan.acting import acting, offsets, start_coordinates, states_of, time_functions
 from scissordyn.plan.bending import bar_table, flexible_maps, held_table, mode_columns
 from scissordyn.plan.coordinates import Constraint, Coordinates, PointMap, joined
 from scissordyn.plan.ordering import coupled, members, order_unknowns, pairs_of
@@ -79,7 +79,7 @@ def make_model(mechanism: Mechanism, coordinates: Coordinates) -> Model:
         part if isinstance(part, np.ndarray) else part.toarray() for part in (moving.T @ carried, driven.T @ carried)
     )
     contacts, components = mechanism.contacts, acting(mechanism)
-    states = [len(friction_states(contact)) for contact in contacts] + [len(part.states) for part in components]
+    states = [len(states_of(contact)) for contact in contacts] + [len(part.states) for part in components]
     attachments = [contact.attachments for contact in contacts]
     attachments += [part.declaration.port.attachments(part) for part in components]
     maps = [_element_map(coordinates, attachment) for attachment in attachments]
@@ -298,7 +298,7 @@ def _rubs(contact: Any) -> bool:
 
 def _has_bristles(contact: Any) -> bool:
     """Whether a contact has a friction law with internal states."""
-    return contact.clearance.contact != "hard" and bool(friction_states(contact))
+    return contact.clearance.contact != "hard" and bool(contact.clearance.friction.states)
 
 
 def _latches(mechanism: Mechanism, constraints: tuple[Constraint, ...]) -> np.ndarray:

@@ -16,9 +16,10 @@ from scissordyn.laws.trial import tried
 from scissordyn.mechanics.system import CONTACT, LAW, Parameters
 from scissordyn.mechanics.time_function import COLUMNS, breaks_of, function_rows
 from scissordyn.model.guide_clearance import ContactPoint
+from scissordyn.model.hard_contact import HARD_STATES
 from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plan.acting import acting, friction_states, offsets, start_coordinates, time_functions
+from scissordyn.plan.acting import acting, offsets, start_coordinates, time_functions
 from scissordyn.plan.bending import beam_mass, bends
 from scissordyn.plan.coordinates import Coordinates
 from scissordyn.plugin.element import PARAMETERS, is_ours, pointers, row_of
@@ -46,6 +47,7 @@ def make_parameters(mechanism: Mechanism, coordinates: Coordinates) -> Parameter
             p["normal_x"], p["normal_y"] = contact.normal
         if clearance.contact == "hard":
             continue  # no laws: see `plan.hard_contact`
+        law[j]["bristles"] = len(clearance.friction.states)
         for which, kind in enumerate(("stiffness", "damping", "friction")):
             chosen: Any = getattr(clearance, kind)
             if not is_ours(chosen) and not getattr(chosen, "states", None):
@@ -82,7 +84,7 @@ def make_parameters(mechanism: Mechanism, coordinates: Coordinates) -> Parameter
         damping=tables[1],
         friction=tables[2],
         component=numbers_of,
-        state_scale=np.array([*_of_friction(contacts), *_of_components(components)], float),
+        state_scale=np.array([*_of_contacts(contacts), *_of_components(components)], float),
         controller=torque,
         control=control,
         actuator=actuator,
@@ -106,12 +108,13 @@ def _weight(mechanism: Mechanism, coordinates: Coordinates) -> np.ndarray:
     return np.asarray(coordinates.matrix.T @ natural)
 
 
-def _of_friction(contacts: Sequence[Revolute | ContactPoint]) -> list[float]:
-    """Declared scales of the states of friction laws, 0 for none."""
+def _of_contacts(contacts: Sequence[Revolute | ContactPoint]) -> list[float]:
+    """Declared scales of the states of contact laws, 0 for none."""
     scales: list[float] = []
     for contact in contacts:
-        law: Any = contact.clearance and contact.clearance.friction
-        scales += [0.0 if state.scale is None else state.size(law) for state in friction_states(contact)]
+        gap: Any = contact.clearance
+        laws = [(law, law.states) for law in (gap.friction, gap.damping)] if gap.contact != "hard" else [(gap, HARD_STATES)]
+        scales += [0.0 if state.scale is None else state.size(law) for law, states in laws for state in states]
     return scales
 
 

@@ -26,6 +26,7 @@ from scissordyn.mechanics.monitored import (
 from scissordyn.mechanics.outputs import Record
 from scissordyn.mechanics.reactions import solve_reactions
 from scissordyn.mechanics.system import RESULTS
+from scissordyn.plan.acting import states_of
 from scissordyn.plan.plan import Plan
 from scissordyn.run.advance.trajectory import Trajectory
 from scissordyn.run.answer.bars import bar_variables
@@ -182,7 +183,7 @@ def _joint_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
         if joint.clearance.contact == "hard":
             continue
         first = 2 * plan.coordinates.free + int(path.system.content.model.state_start[j])
-        for s, declared in enumerate(joint.clearance.friction.states):
+        for s, declared in enumerate(states_of(joint)):
             name = declared.name
             if name not in variables:
                 empty = np.full((mode.shape[0], joints), np.nan)

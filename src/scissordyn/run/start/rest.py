@@ -15,6 +15,7 @@ from scissordyn.component.pin_friction import PinFriction
 from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.kernel import Handle
+from scissordyn.laws.evaluate import elastic_force, settled_states
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.system import System
 from scissordyn.plan.plan import Plan
@@ -338,3 +339,8 @@ def touch_closed(handle: Handle, state: np.ndarray) -> None:
     system.state.mode[:] = value > 0.0
     system.state.mode[system.model.component_guard[system.model.latch[:, 2]]] = 0
     system.state.memory[:] = 1.0
+    model, laws = system.model, system.parameters.law
+    for j in np.flatnonzero(laws["settled"] * (value[: laws.size] > 0.0)):
+        states = state[2 * model.n :][model.state_start[j] + laws["bristles"][j] : model.state_start[j + 1]]
+        elastic = elastic_force(laws["stiffness"][j], value[j], system.parameters.elastic[j])
+        settled_states(laws["settled"][j], elastic, value[j], states, system.parameters.damping[j])

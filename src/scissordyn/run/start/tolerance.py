@@ -135,7 +135,7 @@ def _sliding_states(system: System) -> np.ndarray:
     model, parameters = system.model, system.parameters
     scale = np.zeros(int(model.state_start[-1]))
     for j in range(parameters.contact.size):
-        part = slice(model.state_start[j], model.state_start[j + 1])
+        part = slice(model.state_start[j], model.state_start[j] + parameters.law["bristles"][j])
         if part.stop > part.start:
             state = np.zeros(part.stop - part.start)
             friction_states(parameters.law["start"][j], 1.0, state, parameters.friction[j])

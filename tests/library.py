@@ -1,4 +1,4 @@
-"""What tests of several rooms share: kernels that are compiled to libraries of their own, and a bar on a pin."""
+"""What tests of several rooms share: kernels that are compiled to libraries of their own, and bars on a pin."""
 
 from __future__ import annotations
 
@@ -47,6 +47,14 @@ def hanging(*elements: Any, inertia: float = 0.2, angle: float = 0.3, gravity: f
     pin = sd.Revolute("pin", ("rod", "start"), ("ground", "origin"))
     ground = (("origin", (0.0, 0.0)), ("wall", (1.5, 0.5)))
     return sd.Mechanism((rod,), joints=(pin,), components=elements, ground=ground, gravity=gravity, input_body="rod")
+
+
+def on_pin(bar: sd.Body, *elements: Any, gravity: float = 0.0, **parts: Any) -> sd.Mechanism:
+    """A bar on a ground pin at its start, where a drive can clamp it, with some elements."""
+    pin = sd.Revolute("O", (bar.name, "start"), ("ground", "O"))
+    return sd.Mechanism(
+        (bar,), (pin,), ground=(("O", (0.0, 0.0)),), gravity=gravity, input_body=bar.name, components=elements, **parts
+    )
 
 
 def balanced(run: xr.Dataset, bound: float = 1e-9, *, terms: tuple[str, ...] = ("load_work",)) -> bool:

@@ -1,5 +1,6 @@
-"""All that a rigid bar can have, on a bar that bends: the limit of rigid bars, and the energy of both formulations."""
+"""All that a rigid bar can have, on a bar that bends: the limit of rigid bars, energy, hard contact, oil in the joints."""
 
+import json
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -126,17 +127,25 @@ def test_its_energy_is_kept(name: str, how: dict[str, int]) -> None:
     assert float(np.abs(run["energy_residual"]).max()) < 1e-6 * turned_over
 
 
-def loaded_array(**loose: Any) -> sd.Mechanism:
-    """The array of the paper with tubes, its journal A loose."""
-    made = sd.scissor(units=2)
-    joint = sd.Clearance(0.5e-3, damping=sd.Flores(restitution=0.9), friction=sd.NoFriction(), **loose)
-    tubes = {"bending_stiffness": 42743.0, "axial_stiffness": 7.5e7}
-    return made.with_clearance("A", joint).with_bending(modes=4, **tubes).driven(speed=sd.rpm(150))
+TUBE = 42743.0, 7.5e7  # EI [N m^2] and EA [N]
 
 
-def test_hard_contact_on_bars_that_bend() -> None:
+def with_tubes(rigid: sd.Mechanism, stiffness: float = 1.0, **how: int) -> sd.Mechanism:
+    """The same with tubes as its bars, so many times as stiff."""
+    rigidity, axial = (stiffness * value for value in TUBE)
+    return rigid.with_bending(bending_stiffness=rigidity, axial_stiffness=axial, **how)
+
+
+def oiled(viscosity: float = 0.1) -> sd.Clearance:
+    """A clearance of 0.4 mm with oil in it."""
+    return sd.Clearance(4e-4, friction=sd.NoFriction(), lubrication=sd.Lubrication(viscosity=viscosity))
+
+
+def test_hard_contact_on_bars_that_bend(array: sd.Mechanism) -> None:
     """Second model: the first impact is that of compliant contact, and so is the impulse over a millisecond to 5 %."""
-    hard, soft = (sd.simulate(loaded_array(contact=kind), until=3e-3, samples=11) for kind in ("hard", "compliant"))
+    laws = {"damping": sd.Flores(restitution=0.9), "friction": sd.NoFriction()}
+    loose = (sd.Clearance(0.5e-3, contact=kind, **laws) for kind in ("hard", "compliant"))
+    hard, soft = (sd.simulate(with_tubes(array.with_clearance("A", joint), modes=4), until=3e-3, samples=11) for joint in loose)
     assert hard.attrs["status"] == "complete"
     for name, within in (("contact_start", 1e-5), ("approach_speed", 1e-4)):
         assert float(hard[name][0]) == pytest.approx(float(soft[name][0]), rel=within)
@@ -158,3 +167,34 @@ def test_the_summary_says_what_bars_carry() -> None:
     # a second road: linear buckling of the straight mechanism under its weight
     assert said["buckling"] == pytest.approx(float(sd.buckling(made)["load_factor"][0]), rel=0.02)
     assert "of its yield strength; largest deflection" in str(summary_of(run))
+
+
+@pytest.mark.parametrize("how", [{"modes": 4}, {"elements": 2}])
+@pytest.mark.parametrize("method", ["dop853", "rodas5p"])
+def test_a_film_on_bars_that_bend_keeps_the_balance_of_energy(array: sd.Mechanism, method: str, how: dict[str, int]) -> None:
+    """Identity: to 1e-8 of the change of kinetic energy, with both formulations and integrators, down to a thin film."""
+    bent = with_tubes(array.with_clearance("A", oiled()), **how)
+    run = sd.simulate(bent, until=4e-3, samples=41, method=method, rtol=1e-9)
+    assert run.attrs["status"] == "complete"
+    assert float(run["film_least_thickness"].min()) < 0.2 * 4e-4
+    assert float(run["film_power_lost"].max()) > 1.0
+    assert float(np.abs(run["energy_residual"]).max()) < 1e-8 * float(np.ptp(run["kinetic_energy"].values))
+
+
+def test_stiff_bars_with_a_film_tend_to_rigid_ones(array: sd.Mechanism) -> None:
+    """Limit: the largest deviation of the journal over a millisecond as 1/EI tends to zero, of the first order."""
+    length, apart = 1e-3, []
+    oily = array.with_clearance("A", oiled())
+    rigid = sd.simulate(oily, until=length, samples=41)["eccentricity"].sel(joint="A").values
+    for factor in (1e5, 1e6):
+        run = sd.simulate(with_tubes(oily, factor, modes=2), until=length, samples=41, method="rodas5p")
+        apart.append(float(np.abs(run["eccentricity"].sel(joint="A").values - rigid).max()))
+    assert apart[0] < 0.01 * 4e-4
+    assert 7.0 < apart[0] / apart[1] < 13.0
+
+
+def test_thick_oil_is_integrated_by_the_stiff_method(array: sd.Mechanism) -> None:
+    """Contract: by the damping of the film where it is thin; thin oil and dry joints of bars that bend are not stiff."""
+    bent = (with_tubes(array.with_clearance("A", oiled(viscosity)), modes=4) for viscosity in (0.1, 0.001))
+    runs = [sd.simulate(made, until=1e-6, samples=2) for made in bent]
+    assert [json.loads(run.attrs["statistics"])["method"] for run in runs] == ["rodas5p", "dop853"]

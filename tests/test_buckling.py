@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 from scipy.optimize import brentq
+from tests.library import on_pin
 
 import scissordyn as sd
 from reference.frame import Frame
@@ -12,14 +13,13 @@ from scissordyn.errors import InputError
 
 LENGTH, MASS, RIGIDITY, AXIAL = 2.0, 5.68, 42743.0, 7.5e7
 KINDS = {"modes": 8}, {"elements": 8}
+BAR, END = sd.bar("bar", length=LENGTH, mass=MASS), sd.Guide("end", ("bar", "end"))
 
 
 def column(angle: float, *parts: Any, gravity: float = 0.0, rigidity: float = RIGIDITY, **kind: Any) -> sd.Mechanism:
     """A bar clamped at its start, at an angle."""
-    pin = sd.Revolute("O", ("bar", "start"), ("ground", "O"))
-    body, ground = sd.bar("bar", length=LENGTH, mass=MASS, angle=angle), (("O", (0.0, 0.0)),)
-    made = sd.Mechanism((body,), (pin,), ground=ground, gravity=gravity, input_body="bar", components=parts)
-    return made.with_bending(**{"bending_stiffness": rigidity, "axial_stiffness": AXIAL} | kind).driven(speed=0.0)
+    bar = on_pin(sd.bar("bar", length=LENGTH, mass=MASS, angle=angle), *parts, gravity=gravity)
+    return bar.with_bending(**{"bending_stiffness": rigidity, "axial_stiffness": AXIAL} | kind).driven(speed=0.0)
 
 
 def portal(load: float, **kind: Any) -> sd.Mechanism:
@@ -43,15 +43,12 @@ def portal(load: float, **kind: Any) -> sd.Mechanism:
 def test_a_free_turn_is_no_buckling(stiffness: float) -> None:
     ratios = []
     for kind in KINDS:
-        bar = sd.bar("bar", length=1.0, mass=2.0, angle=0.3)
-        pin = sd.Revolute("O", ("bar", "start"), ("ground", "O"))
-        pendulum = sd.Mechanism((bar,), (pin,), ground=(("O", (0.0, 0.0)),), gravity=9.81)
+        pendulum = on_pin(sd.bar("bar", length=1.0, mass=2.0, angle=0.3), gravity=9.81)
         run = sd.simulate(pendulum.with_bending(bending_stiffness=stiffness, axial_stiffness=1e6, **kind), until=0.05)
         assert run.attrs["warnings"] == "[]"
         ratios.append(run["bar_largest_buckling_ratio"].item())
-        assert (
-            run["bar_buckling_load"] > math.pi**2 * stiffness
-        )  # a force spread along a bar buckles it later than one at its end
+        # a force spread along a bar buckles it later than one at its end
+        assert run["bar_buckling_load"] > math.pi**2 * stiffness
     assert ratios[0] == pytest.approx(ratios[1], rel=0.05)
 
 
@@ -65,8 +62,7 @@ def test_a_bar_that_turns_freely_buckles_without_momentum_of_the_turn(kind: dict
     load, stiffness, angle = 100.0, 250.0, 0.3
     raised = sd.Cycloidal(0.0, 1.0, 0.1)
     push = sd.Force("P", ("bar", "end"), (-load * math.cos(angle), -load * math.sin(angle)), time_function=raised)
-    bar, pin = sd.bar("bar", length=LENGTH, mass=2.0, angle=angle), sd.Revolute("O", ("bar", "start"), ("ground", "O"))
-    turning = sd.Mechanism((bar,), (pin,), ground=(("O", (0.0, 0.0)),), gravity=0.0, components=(push,))
+    turning = on_pin(sd.bar("bar", length=LENGTH, mass=2.0, angle=angle), push)
     turning = turning.with_bending(bending_stiffness=stiffness, axial_stiffness=1e6, damping=1e-3, **kind)
     run = sd.simulate(turning, until=0.11, samples=31)
     critical = brentq(condition, 1.0, 3.1) ** 2 * stiffness / LENGTH**2
@@ -95,15 +91,7 @@ def test_a_leaning_column_buckles_by_the_part_of_the_load_along_it(kind: dict[st
 def test_columns_between_pins_and_under_their_weight(kind: dict[str, int]) -> None:
     """Closed forms: pi^2 EI/L^2 and four times that; a clamped one under its weight, q L^3 = 7.83735 EI."""
     critical = math.pi**2 * RIGIDITY / LENGTH**2
-    pin = sd.Revolute("O", ("bar", "start"), ("ground", "O"))
-    made = sd.Mechanism(
-        (sd.bar("bar", length=LENGTH, mass=MASS),),
-        (pin,),
-        guides=(sd.Guide("end", ("bar", "end")),),
-        ground=(("O", (0.0, 0.0)),),
-        gravity=0.0,
-    )
-    made = made.with_bending(bending_stiffness=RIGIDITY, axial_stiffness=1e9, **kind)
+    made = on_pin(BAR, guides=(END,)).with_bending(bending_stiffness=RIGIDITY, axial_stiffness=1e9, **kind)
     with pytest.raises(InputError, match="without loads"):
         sd.buckling(made)
     push = sd.Force("load", (made.bodies[-1].name, "end"), (-0.25 * critical, 0.0))
@@ -181,7 +169,7 @@ def test_rigid_parts_springs_and_rollers_buckle() -> None:
         sd.Spring("k", ("car", "centre"), ("ground", "level"), stiffness=1e3, free_length=51.0),
         sd.Force("F", ("car", "centre"), (0.0, -10.0)),
     )
-    rolling = sd.Mechanism((sd.bar("bar", length=LENGTH, mass=MASS), car), (pin,), ground=ground, gravity=0.0, components=parts)
+    rolling = sd.Mechanism((BAR, car), (pin,), ground=ground, gravity=0.0, components=parts)
     stiff = rolling.with_bending("bar", bending_stiffness=1e9, axial_stiffness=1e9, modes=2)
     assert float(sd.buckling(stiff)["load_factor"][0]) == pytest.approx(math.sqrt(400.0 * 1e3) / 10.0, rel=1e-3)
 
@@ -191,16 +179,13 @@ def test_rigid_parts_springs_and_rollers_buckle() -> None:
 def test_a_static_start_is_stable_and_on_the_side_of_the_load(kind: dict[str, int], part: float, across: float) -> None:
     """Contract: a strut beyond Euler's load, pushed down a little, bends down; frequencies about the start are real."""
     critical = math.pi**2 * RIGIDITY / LENGTH**2
-    pin, guide = sd.Revolute("O", ("bar", "start"), ("ground", "O")), sd.Guide("end", ("bar", "end"))
     loads = (
         sd.Force("P", ("bar", "end"), (-part * critical, 0.0)),
         sd.Force("q", ("bar", "middle"), (0.0, -across * part * critical)),
     )
-    body, ground = sd.bar("bar", length=LENGTH, mass=MASS), (("O", (0.0, 0.0)),)
-    strut = sd.Mechanism((body,), (pin,), guides=(guide,), ground=ground, gravity=0.0, components=loads)
-    made = strut.with_bending(bending_stiffness=RIGIDITY, axial_stiffness=AXIAL, **kind)
+    made = on_pin(BAR, *loads, guides=(END,)).with_bending(bending_stiffness=RIGIDITY, axial_stiffness=AXIAL, **kind)
     run = sd.simulate(made, until=1e-6, samples=2, start="static")
-    middle = next(name for name, point in (("bar/1", "middle"), ("bar/4", "middle")) if point in made.body(name).points)
+    middle = next(body.name for body in made.bodies if "middle" in body.points)
     down = -float(run["position"].sel(body=middle, axis="y")[0])
     # of second order in the deflection: a^2 = 8 (L/pi)^2 (P/P_E - 1) beyond Euler's load, q L^3/(48 EI (1 - P/P_E)) before it
     expected = (
@@ -222,10 +207,7 @@ def test_a_static_start_that_is_not_stable_is_said() -> None:
 @pytest.mark.parametrize("thinness", [1e-7, 1e-8])
 def test_thin_strips_are_bent_by_a_moment(thinness: float) -> None:
     """Closed form: half a circle under the moment pi EI/L, its end 2 L/pi above the clamp."""
-    pin = sd.Revolute("O", ("bar", "start"), ("ground", "O"))
-    strip = sd.Mechanism(
-        (sd.bar("bar", length=1.0, mass=1.0),), (pin,), ground=(("O", (0.0, 0.0)),), gravity=0.0, input_body="bar"
-    )
+    strip = on_pin(sd.bar("bar", length=1.0, mass=1.0))
     bent = strip.with_bending(bending_stiffness=1.0, axial_stiffness=1.0 / thinness, modes=6)
     bent = bent.with_parts({"components": (*bent.components, sd.Torque("M", "bar/2", torque=math.pi))}).driven(speed=0.0)
     run = sd.simulate(bent, until=1e-8, samples=2, start="static")

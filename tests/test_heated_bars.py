@@ -1,33 +1,48 @@
-"""Bars that are heated and damped: closed forms, the balance of energy, refusals, and the same from a case file."""
+"""Bars that are heated and damped: closed forms, the balance of energy, derivatives, and refusals."""
 
-import dataclasses
 import math
 from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.library import on_pin
 
 import scissordyn as sd
+from reference.kernels import element_slopes
 from scissordyn.config.file import read_case
 from scissordyn.errors import InputError
+from scissordyn.mechanics import functions
 from scissordyn.model.payload import with_payload
+from scissordyn.plan.plan import plan
+from scissordyn.run.advance.system import make_system
+from scissordyn.run.start.start import prepare_start
 
 LENGTH, DEPTH, EXPANSION = 1.0, 0.02, 12e-6
 MASS = 7850.0 * DEPTH**2 * LENGTH
+WARMING = sd.Cycloidal(0.0, 1.0, 0.02)
+LONG = sd.bar("bar", length=2.0, mass=5.68)
 
 
 def cantilever(*, elements: int = 4, gravity: float = 0.0, guided: bool = False, **more: object) -> sd.Mechanism:
     """A steel bar clamped by its drive; guided, its other end slides along x."""
-    made = sd.Mechanism(
-        bodies=(sd.bar("bar", length=LENGTH, mass=MASS),),
-        joints=(sd.Revolute("O", ("bar", "start"), ("ground", "O")),),
-        guides=(sd.Guide("end", ("bar", "end"), (LENGTH, 0.0), math.pi / 2.0),) if guided else (),
-        ground=(("O", (0.0, 0.0)),),
-        gravity=gravity,
-        input_body="bar",
-    )
-    bent = made.with_bending(section="solid 20x20 mm", material="steel", elements=elements, **more)
-    return bent.driven(speed=0.0)
+    guides = (sd.Guide("end", ("bar", "end"), (LENGTH, 0.0), math.pi / 2.0),) if guided else ()
+    bar = on_pin(sd.bar("bar", length=LENGTH, mass=MASS), gravity=gravity, guides=guides)
+    return bar.with_bending(section="solid 20x20 mm", material="steel", elements=elements, **more).driven(speed=0.0)
+
+
+def damped() -> sd.Mechanism:
+    """A free unit with everything that the kernel of modes has: damping, and heat over time."""
+    made = sd.scissor(units=1, angle=0.6)
+    heat = {"temperature_rise": 80.0, "temperature_difference": 30.0, "time_function": WARMING}
+    return made.with_bending(section="tube 60x60x1.56 mm", material="steel", modes=3, damping=1e-4, **heat)
+
+
+HEATED = {
+    "elements": cantilever(
+        elements=2, temperature_difference=100.0, temperature_rise=50.0, time_function=WARMING, damping=1e-5
+    ),
+    "modes": damped().driven(speed=3.0),
+}
 
 
 def test_a_free_bar_extends_and_curves_without_stress() -> None:
@@ -51,15 +66,71 @@ def test_a_bar_between_walls_is_pressed_by_its_expansion() -> None:
 
 
 @pytest.mark.parametrize("method", ["dop853", "rodas5p"])
-def test_heating_is_work_in_the_balance(method: str) -> None:
+@pytest.mark.parametrize("kind", HEATED)
+def test_heating_is_work_in_the_balance(kind: str, method: str) -> None:
     """Identity: what heat does against the stress is the work of a load; kinetic, stored and dissipated energy are the rest."""
-    warming = sd.Cycloidal(0.0, 1.0, 0.02)
-    made = cantilever(elements=2, temperature_difference=100.0, temperature_rise=50.0, time_function=warming, damping=1e-5)
-    run = sd.simulate(made, until=0.03, samples=61, method=method)
+    run = sd.simulate(HEATED[kind], until=0.03, samples=61, method=method)
     work = float(np.abs(run["load_work"]).max())
     assert work > 1e-3
     assert float(np.abs(run["energy_residual"]).max()) < 1e-6 * work
     assert float(run["dissipated_energy"][-1]) > 0.0
+
+
+def test_the_analytic_derivatives_are_those_of_the_forces() -> None:
+    """Identity, by differences: derivatives by position, rate and time at a bent position, with damping and heat."""
+    made = plan(damped())
+    system, n, t = make_system(made), made.coordinates.free, 0.007
+    y = prepare_start(made, system, "concentric").y
+    random = np.random.default_rng(1)
+    y[:n] += 1e-2 * random.standard_normal(n)
+    y[n : 2 * n] += random.standard_normal(n)
+    by_time = np.zeros_like(y)
+    functions.linearise(t, y, system.address, np.zeros_like(y), by_time)
+    analytic = element_slopes(system, n)
+
+    def rate(y: np.ndarray, t: float = t) -> np.ndarray:
+        found = np.zeros_like(y)
+        functions.rate(t, y.copy(), system.address, found)
+        return found[n : 2 * n]
+
+    steps = 1e-6 * np.eye(y.size)[: 2 * n]
+    numeric = np.stack([(rate(y + h) - rate(y - h)) / 2e-6 for h in steps], axis=1).reshape(n, 2, n).transpose(1, 0, 2)
+    for ours, theirs in zip(analytic, numeric, strict=True):
+        assert np.abs(ours - theirs).max() < 1e-7 * np.abs(ours).max()
+    changed = (rate(y, t + 1e-6) - rate(y, t - 1e-6)) / 2e-6
+    assert np.abs(by_time[n : 2 * n] - changed).max() < 1e-6 * np.abs(changed).max()
+
+
+def test_bars_by_modes_extend_and_curve_without_stress() -> None:
+    """Closed forms: alpha Delta T L, and an arc of the curvature alpha Delta T_h/h."""
+    rise = {"thermal_expansion": EXPANSION, "temperature_rise": 80.0}
+    made = on_pin(LONG).with_bending(bending_stiffness=2252.0, axial_stiffness=7.5e7, modes=6, **rise)
+    guided = made.with_parts({"guides": (sd.Guide("end", ("bar/2", "end")),)})
+    run = sd.simulate(guided, until=1e-4, samples=2, start="static")
+    assert float(run["position"].sel(body="bar/2", axis="x")[0]) == pytest.approx(2.0 * (1.0 + EXPANSION * 80.0), rel=1e-9)
+    assert float(np.abs(run["beam_axial_force"][0]).max()) < 1e-3  # of 72 kN
+    run = sd.simulate(made.driven(speed=0.0), until=1e-4, samples=2, start="static")
+    longer = float(run["position"].sel(body="bar/2", axis="x")[0]) - 2.0
+    assert longer == pytest.approx(2.0 * EXPANSION * 80.0, rel=5e-3)  # a clamp has no strain at its one cross-section
+    curved = {"temperature_difference": 30.0, "mass": "section"}
+    warm = on_pin(LONG).with_bending(section="solid 20x20 mm", material="steel", modes=6, **curved)
+    run = sd.simulate(warm.driven(speed=0.0), until=1e-4, samples=2, start="static")
+    turn = EXPANSION * 30.0 / DEPTH * 2.0
+    assert float(run["angle"].sel(body="bar/2")[0]) == pytest.approx(turn, rel=1e-5)
+    assert float(run["position"].sel(body="bar/2", axis="y")[0]) == pytest.approx(2.0 * (1 - math.cos(turn)) / turn, rel=1e-5)
+
+
+@pytest.mark.parametrize("rise", [0.0, 80.0, 800.0])
+def test_a_bar_that_is_longer_curves_as_much(rise: float) -> None:
+    """Closed form: between a pin and a guide an arc of the curvature alpha Delta T_h/h, without stress, however long."""
+    loose = on_pin(LONG, guides=(sd.Guide("end", ("bar", "end")),))
+    heat = {"temperature_difference": 30.0, "temperature_rise": rise}
+    warm = loose.with_bending(section="solid 20x20 mm", material="steel", modes=6, mass="section", **heat)
+    run = sd.simulate(warm, until=1e-4, samples=2, start="static")
+    turn = EXPANSION * 30.0 / DEPTH * 2.0
+    radius = (1.0 + EXPANSION * rise) * 2.0 / turn
+    assert float(np.abs(run["beam_deflection"][0]).max()) == pytest.approx(radius * (1.0 - math.cos(0.5 * turn)), rel=1e-7)
+    assert float(np.abs(run["beam_start_moment"][0]).max()) < 1e-5 * 210e9 * DEPTH**4 / 12.0 * turn / 2.0
 
 
 def test_vibration_decays_by_half_the_damping_time_times_the_frequency() -> None:
@@ -84,50 +155,6 @@ def test_what_cannot_be_heated_is_refused() -> None:
         arm.with_bending(bending_stiffness=1e4, axial_stiffness=1e7, temperature_rise=10.0)
     with pytest.raises(InputError, match="a section, which has a depth"):
         arm.with_bending(bending_stiffness=1e4, axial_stiffness=1e7, temperature_difference=10.0, thermal_expansion=1e-5)
-
-
-CASE = """
-[structure]
-kind = "scissor"
-bar_length = "2 m"
-bar_mass = "5.68 kg"
-
-[[bending]]
-bars = "unit 1/*"
-section = "tube 60x60x1.56 mm"
-material = "steel"
-elements = 2
-damping = "2e-5 s"
-temperature_rise = "40 K"
-temperature_difference = "-15 K"
-time_function = { cycloidal = { start = 0, end = 1, duration = "2 s" } }
-
-[run]
-until = "1 ms"
-"""
-
-
-def test_case_file_and_python_agree(tmp_path: Path) -> None:
-    """Round trip: the table reads as the arguments do, and the elements are written and read with all they have."""
-    path = tmp_path / "case.toml"
-    path.write_text(CASE)
-    made = read_case(path).mechanism
-    arguments = {"damping": 2e-5, "temperature_rise": 40.0, "temperature_difference": -15.0}
-    arguments |= {"time_function": sd.Cycloidal(0.0, 1.0, 2.0)}
-    same = sd.scissor(bar_length=2.0, bar_mass=5.68).with_bending(
-        "unit 1/*",
-        section="tube 60x60x1.56 mm",
-        material="steel",
-        elements=2,
-        **arguments,
-    )
-    assert made.components == same.components
-    path.write_text(made.to_case(sd.Options(1e-3)))
-    assert read_case(path).mechanism.components == made.components
-    path.write_text(CASE.replace("40 K", "40 degC"))
-    with pytest.raises(InputError, match="a temperature in place of a difference"):
-        read_case(path)
-    assert dataclasses.replace(made.components[0], damping=0.0) != made.components[0]
 
 
 WITH_BARS = """

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.optimize import brentq
+from tests.library import on_pin
 
 import scissordyn as sd
 from scissordyn.errors import InputError
@@ -19,10 +20,8 @@ FIRST, SECOND, MASS, RIGIDITY, AXIAL = 1.2, 0.8, 4.0, 2000.0, 1e9
 def frame(*, load: tuple[float, float] | None = None, **how: Any) -> sd.Mechanism:
     """An L: a leg along x that is clamped by its drive, and a leg along y."""
     body = sd.angulated_bar("frame", first=FIRST, second=SECOND, kink=0.5 * math.pi, mass=MASS)
-    pin = sd.Revolute("O", ("frame", "start"), ("ground", "O"))
     forces = () if load is None else (sd.Force("load", ("frame", "end"), load),)
-    made = sd.Mechanism((body,), (pin,), ground=(("O", (0.0, 0.0)),), gravity=0.0, input_body="frame", components=forces)
-    return made.with_bending(bending_stiffness=RIGIDITY, axial_stiffness=AXIAL, **how).driven(speed=0.0)
+    return on_pin(body, *forces).with_bending(bending_stiffness=RIGIDITY, axial_stiffness=AXIAL, **how).driven(speed=0.0)
 
 
 @pytest.mark.parametrize("how", [{"modes": 4}, {"elements": 2}])
@@ -88,8 +87,7 @@ def test_a_ring_of_kinked_tubes_keeps_its_energy(method: str) -> None:
 
 def test_what_is_no_kinked_bar() -> None:
     """Bad input: a plate has not the inertia of a line, a triangle of bars none on its x axis; one line."""
-    assert legs_of(sd.Body("plate", 1.0, 0.5, {"a": (0.0, 0.0), "b": (1.0, 0.0), "c": (1.0, 1.0)}, centre=(0.6, 0.3))) is None
-    plate = sd.Body("plate", 1.0, 0.5, {"a": (0.0, 0.0), "b": (1.0, 0.0), "c": (1.0, 1.0)}, centre=(0.6, 0.3))
-    made = sd.Mechanism((plate,), (sd.Revolute("O", ("plate", "a"), ("ground", "O")),), ground=(("O", (0.0, 0.0)),))
+    plate = sd.Body("plate", 1.0, 0.5, {"start": (0.0, 0.0), "b": (1.0, 0.0), "c": (1.0, 1.0)}, centre=(0.6, 0.3))
+    assert legs_of(plate) is None
     with pytest.raises(InputError, match="no uniform bar"):
-        made.with_bending("plate", bending_stiffness=1e3, axial_stiffness=1e7)
+        on_pin(plate).with_bending("plate", bending_stiffness=1e3, axial_stiffness=1e7)

@@ -226,7 +226,7 @@ class PaperCase:
         with located(self.name):
             (table,) = tomllib.loads(self.toml)["clearance"]
             read: Any = instance(ClearanceTable, table, {"folder": Path()})
-            mechanism = ideal.mechanism.with_clearance(read.joint, read.described())
+            mechanism = ideal.mechanism.with_clearance(read.joint, read.result())
             return Case(mechanism, self.options)
 
     def _drive(self) -> str:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping
 from dataclasses import MISSING
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any
 
-from scissordyn.config.table import About, Call, Context, Hints, Table, keys_of, made_table, reader, table_of_call, toml
+from scissordyn.config.table import About, Call, Context, Hints, Table, call_table, keys_of, made_table, reader, table_of, toml
 from scissordyn.errors import InputError
 from scissordyn.laws.contact import Damping, Elastic, Friction
 from scissordyn.laws.damping.factors import LankaraniNikravesh
@@ -20,10 +19,9 @@ from scissordyn.units import quantities
 
 BARS_SAMPLE = {"section": "tube 60x60x1.56 mm", "material": "steel"}
 
-BendingTable = table_of_call(
+BendingTable = table_of(
     with_bending,
     (("mechanism", None),),
-    base=Call,
     spelt={"bodies": "bars"},
     bodies="unit */bar *",
     modes="auto",
@@ -53,13 +51,12 @@ def _all_bars(given: Any, context: Context) -> Any:
 ALL_BARS = _all_bars  # For a key of [structure] whose value is a table of all bars
 
 
-JointFrictionTable = table_of_call(
+JointFrictionTable = table_of(
     with_joint_friction,
     (
         ("mechanism", None),
         ("joints", Annotated[str, About('ideal pins: "all", "pivots", "unit 1/*", or a name', examples=["all"])]),
     ),
-    base=Call,
     spelt={"joints": "joint"},
     radius="10 mm",
     kinetic=0.1,
@@ -67,10 +64,10 @@ JointFrictionTable = table_of_call(
 """Friction in some ideal pins."""
 
 
-PayloadTable = table_of_call(with_payload, (("mechanism", None),), base=Call, spelt={"place": "at"}, place="A", mass="1 kg")
+PayloadTable = table_of(with_payload, (("mechanism", None),), spelt={"place": "at"}, place="A", mass="1 kg")
 """A payload fixed to a body."""
 
-PanelsTable = table_of_call(with_panels, (("mechanism", None),), base=Call, bodies="unit */bar 1", mass="0.5 kg")
+PanelsTable = table_of(with_panels, (("mechanism", None),), bodies="unit */bar 1", mass="0.5 kg")
 """A panel on each of some bars."""
 
 
@@ -85,26 +82,14 @@ _LAWS: Hints = (
 )
 
 
-class _Contact(Table):
-    """A clearance joint or guide, by the keys of its dataclass and the restitution coefficient of its damping law."""
-
-    kind: ClassVar[type]
-
-    def described(self) -> Any:
-        """The clearance joint or guide of the model."""
-        return type(self).kind(**{field.name: getattr(self, field.name) for field in dataclasses.fields(type(self).kind)})
-
-
-def _table(kind: type, which: str, joints: str, **examples: Any) -> type[_Contact]:
-    """The table of a kind of clearance, whose first key says which joints or guides have it."""
-    keys: dict[str, Any] = {which: (Annotated[str, About(joints, [examples.pop(which)])], dataclasses.MISSING)}
+def _table(kind: type, which: str, joints: str, **examples: Any) -> type[Call]:
+    """The table of a kind of clearance: its keys, those of which joints or guides, and the restitution of its damping law."""
+    keys: dict[str, Any] = {which: (Annotated[str, About(joints, [examples.pop(which)])], MISSING)}
     for key, declared in keys_of(kind, _LAWS, material="steel", **examples).items():
         if key == "stiffness":  # the damping law, which is read later, takes it
             keys["restitution"] = (_RESTITUTION, None)
         keys[key] = declared
-    table = made_table(f"{kind.__name__}Table", _Contact, keys)
-    table.kind = kind
-    return table
+    return call_table(kind, keys, base=Call)
 
 
 ClearanceTable = _table(

@@ -88,7 +88,7 @@ class _CaseTable(Table):
         with placed("structure"):
             base = self.structure.fields()
         parts = {name: getattr(self, name) for name in PARTS}
-        mechanism = assembled(base, parts | {"coupling": [table.coupling() for table in self.coupling]})
+        mechanism = assembled(base, parts | {"coupling": [table.result() for table in self.coupling]})
         for section in ("panels", "bending", "payload"):
             for index, change in enumerate(getattr(self, section)):
                 with placed(section, index):
@@ -124,10 +124,10 @@ class _CaseTable(Table):
                 if table.joint in named:
                     raise InputError(f"joint '{table.joint}' given twice", "one [[clearance]] for each joint")
                 named.add(table.joint)
-                mechanism = mechanism.with_clearance(table.joint, table.described())
+                mechanism = mechanism.with_clearance(table.joint, table.result())
         for index, channel in enumerate(self.guide_clearance):
             with placed("guide_clearance", index):
-                mechanism = mechanism.with_clearance(channel.guide, channel.described())
+                mechanism = mechanism.with_clearance(channel.guide, channel.result())
         return mechanism
 
 

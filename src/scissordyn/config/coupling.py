@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import dataclasses
 from typing import Annotated, Any
 
 from scissordyn.component.place import GROUND, BodyPoint
 from scissordyn.component.time_function import TimeFunction
 from scissordyn.config.quantity import exact, quantity_pattern, read_quantity, written
-from scissordyn.config.table import About, Call, Context, Hints, Table, keys_of, made_table, read_as, reader, table_of_call
+from scissordyn.config.table import About, Call, Context, Hints, Table, read_as, reader, table_of
 from scissordyn.config.time_function import time_function
 from scissordyn.config.value import BODY_POINT
 from scissordyn.errors import InputError
@@ -95,10 +94,9 @@ COUPLING: Hints = (
     ),
     ("offset", Annotated[float | None, _read_offset, About("output where the input is zero; as assembled without it")]),
 )
-BacklashTable = table_of_call(
+BacklashTable = table_of(
     with_backlash,
     (("mechanism", None), ("coupling", None)),
-    base=Call,
     spelt={"backlash": "angle"},
     backlash="0.5 deg",
 )
@@ -114,28 +112,23 @@ _BACKLASH = Quantity("rad", above=0.0, help='angle between both flanks, as "0.5 
 _FLANKS = {"angle": "0.5 deg", "stiffness": 1e5, "restitution": 0.5}
 
 
-class _Coupling(Table):
+class CouplingTable(
+    table_of(  # type: ignore[misc]
+        Coupling, COUPLING, name="mesh", output={"angle": "wheel"}, input={"angle": "crank"}, ratio=-0.5, offset="5 deg"
+    )
+):
     """A linear relation of two coordinates."""
 
-    def check(self) -> None:
-        self.coupling()
+    backlash: Annotated[Any, _read_backlash, _BACKLASH, About(examples=[_FLANKS])] = None
 
-    def coupling(self) -> Coupling:
-        return Coupling(**{field.name: getattr(self, field.name) for field in dataclasses.fields(Coupling)})
+    def check(self) -> None:
+        self.result()
 
     def opened(self, mechanism: Mechanism) -> Mechanism:
         """The mechanism with the backlash of the coupling, if it has one."""
         opened: Mechanism = mechanism if self.backlash is None else self.backlash.result(mechanism, self.name)
         return opened
 
-
-CouplingTable = made_table(
-    "CouplingTable",
-    _Coupling,
-    keys_of(Coupling, COUPLING, name="mesh", output={"angle": "wheel"}, input={"angle": "crank"}, ratio=-0.5, offset="5 deg")
-    | {"backlash": (Annotated[Any, _read_backlash, _BACKLASH, About(examples=[_FLANKS])], None)},
-)
-"""A coupling."""
 
 COORDINATE_DRIVE: Hints = (
     ("coordinate", _COORDINATE),

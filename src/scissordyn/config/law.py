@@ -8,7 +8,7 @@ from difflib import get_close_matches
 from typing import Any
 
 from scissordyn.config.code import AbsentPart, code_of
-from scissordyn.config.table import Context, Reader, Shape, build, filled_table, read_as, reader, with_key
+from scissordyn.config.table import Context, Reader, Shape, build, plain_table, read_as, reader, with_key
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.laws import catalogue
 from scissordyn.laws.contact import Damping, Elastic, Friction
@@ -55,7 +55,7 @@ def read_law(given: Any, kind: str, context: Context, **shorthand: Any) -> Any:
 def named_tables(key: str, classes: Mapping[str, type]) -> Shape:
     """The name of one of several classes, or a table of its parameters; one in a file, whose keys are not known."""
     in_file = {"type": "string", "pattern": r"\.py:"}
-    tables = [with_key(key, {"const": name}, filled_table(kind)) for name, kind in classes.items()]
+    tables = [with_key(key, {"const": name}, plain_table(kind)) for name, kind in classes.items()]
     further = {"type": "object", "properties": {key: in_file}, "required": [key]}
     return {"anyOf": [{"enum": list(classes)}, in_file, *tables, further]}
 
@@ -72,7 +72,7 @@ def _law_reader(kind: str) -> Reader:
 def table_or_name(kind: type, names: Iterable[str] | None) -> Shape:
     """A name, one of those that are known unless any text is, or a table whose own name may be left out."""
     text = {"type": "string"} if names is None else {"enum": list(names)}
-    return {"anyOf": [text, with_key("name", {"type": "string"}, filled_table(kind), required=False)]}
+    return {"anyOf": [text, with_key("name", {"type": "string"}, plain_table(kind), required=False)]}
 
 
 @reader(lambda: table_or_name(Material, catalogue.MATERIALS))
@@ -100,7 +100,7 @@ def _read_oil(given: Any, context: Context) -> Oil:
     return oil_of(given)
 
 
-@reader(lambda: {"anyOf": [{"type": "string"}, filled_table(Lubrication)]})
+@reader(lambda: {"anyOf": [{"type": "string"}, plain_table(Lubrication)]})
 def _read_lubrication(given: Any, context: Context) -> Lubrication:
     """An oil, or a table."""
     film: Lubrication = build(Lubrication, {"oil": given} if isinstance(given, str) else given, context)

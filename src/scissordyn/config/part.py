@@ -98,7 +98,7 @@ class Part:
 def _part(kind: type, fills: str, help: str, hints: Hints = (), **examples: Any) -> Part:
     """A part whose keys are the fields of its dataclass."""
     keys = cache(lambda: table_of(kind, hints, **examples))
-    return Part(keys, filler(kind, keys), fills, help)
+    return Part(keys, filler(keys), fills, help)
 
 
 _LISTED = {"rod": "rods", "latch": "latches"}  # Components that a mechanism has in lists of their own

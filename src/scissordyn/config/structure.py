@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from typing import Annotated, Any, Literal
 
 from scissordyn.config.addition import ALL_BARS, BARS_SAMPLE
-from scissordyn.config.table import About, Call, Context, Reader, Table, made_table, reader, table_of_call
+from scissordyn.config.table import About, Call, Context, Reader, Table, made_table, reader, table_of
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.array import hoberman_ring, mast, polar_scissor
 from scissordyn.model.linkage import four_bar, n_four_bar, slider_crank
@@ -67,7 +67,7 @@ def _built(kind: str, builder: Callable[..., Mechanism], help: str, **examples: 
     """The table of a kind of structure whose keys are the arguments of a builder, which all have defaults."""
     named: Any = Annotated[Literal[kind], About(help, [kind])]
     base = made_table(f"{builder.__name__}_kind", BuiltTable, {"kind": (named, dataclasses.MISSING)})
-    return table_of_call(builder, (), base=base, **examples)
+    return table_of(builder, (), base_table=base, **examples)
 
 
 _TABLES = (

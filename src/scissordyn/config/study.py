@@ -16,7 +16,6 @@ from scissordyn.config.names import NAMES_SAMPLE, OF_FILE, Reader, by_change, li
 from scissordyn.config.quantity import read_quantity, unit_factor
 from scissordyn.config.table import (
     About,
-    Call,
     Context,
     PlacedError,
     Shape,
@@ -25,7 +24,6 @@ from scissordyn.config.table import (
     instance,
     reader,
     table_of,
-    table_of_call,
     toml,
 )
 from scissordyn.config.text import read_text
@@ -143,14 +141,13 @@ def _read_points(given: Any, context: Context) -> list[str]:
         raise InputError(error.what, "texts, a name and a number as points, of and ratio", f"points = [{POINT}]") from None
 
 
-MotorTable = table_of_call(
+MotorTable = table_of(
     read_motor,
     (
         ("points", Annotated[list[str], _read_points, About(examples=[[POINT.strip("'")]])]),
         ("of", Annotated[str, About("a drive, an actuator or a motor")]),
         ("ratio", Annotated[float, About("speed of the motor over that of its body")]),
     ),
-    base=Call,
 )
 """The curve of a motor."""
 

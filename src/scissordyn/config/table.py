@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
 import inspect
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import MISSING, dataclass
 from functools import cache
@@ -17,6 +16,7 @@ from scissordyn.component.declaration import MEANINGS
 from scissordyn.config.quantity import example, read_quantity, written
 from scissordyn.config.text import Place, place_text
 from scissordyn.errors import InputError, did_you_mean
+from scissordyn.model.walk import declared, is_described
 from scissordyn.units import Quantity, Sample, help_of
 
 Shape = Any  # A class of tables, or a mapping of JSON Schema whose values may be such classes
@@ -272,95 +272,95 @@ class Table:
 AnyTable = TypeVar("AnyTable", bound=Table)
 
 
-def made_table(name: str, base: type[AnyTable], keys: Mapping[str, tuple[Any, Any]], doc: str | None = None) -> type[AnyTable]:
-    """A class of tables from the annotations and defaults of its own keys; `MISSING` for none."""
+Keys = Mapping[str, tuple[Any, Any]]  # Annotations and defaults of keys; `MISSING` for none
+
+
+def made_table(name: str, base: type[AnyTable], keys: Keys, doc: str | None = None) -> type[AnyTable]:
+    """A class of tables from the annotations and defaults of its own keys."""
     defaults = {key: default for key, (_, default) in keys.items() if default is not MISSING}
     hints = {key: hint for key, (hint, _) in keys.items()}
     return type(name, (base,), {**defaults, "__annotations__": hints, "__doc__": doc, "__module__": __name__})
 
 
-def _documented(docstrings: Iterable[str | None]) -> dict[str, str]:
-    """First sentences of the parameters in docstrings; later ones count."""
-    texts: dict[str, str] = {}
-    for docstring in docstrings:
-        for names, text in re.findall(r"^(\w[\w, ]*) : .*\n((?:    .*\n?)+)", inspect.cleandoc(docstring or ""), re.MULTILINE):
-            sentence = re.split(r"[.;](?:\s|$)", " ".join(text.split()))[0]
-            texts.update({name.strip(): sentence[:1].lower() + sentence[1:] for name in names.split(",")})
-    return texts
-
-
-def keys_of(described_type: type, hints: Hints = (), **examples: Any) -> dict[str, tuple[Any, Any]]:
-    """Annotations and defaults of the keys of the table that fills a frozen dataclass, see `table_of`."""
-    annotations = {**get_type_hints(described_type, include_extras=True), **dict(hints)}
-    documented = _documented(ancestor.__doc__ for ancestor in reversed(described_type.__mro__))
-    keys: dict[str, tuple[Any, Any]] = {}
-    for field in dataclasses.fields(described_type):
-        if annotations[field.name] is None:
-            continue
-        default = field.default if field.default_factory is MISSING else field.default_factory()
-        if dataclasses.is_dataclass(default):  # a law or a material, which a file names
-            default = default.name  # type: ignore[union-attr]
-        described = field.name in dict(hints) or help_of(annotations[field.name])
-        description = "" if described else documented.get(field.name, MEANINGS.get(field.name, ""))
-        shown = About(description, [examples[field.name]] if field.name in examples else [])
-        keys[field.name] = (Annotated[annotations[field.name], shown], default)
-    return keys
-
-
-def table_of(described_type: type, hints: Hints = (), **examples: Any) -> type[Table]:
-    """The table that fills a frozen dataclass: a key for each field, with its quantity and default."""
-    return made_table(described_type.__name__, Table, keys_of(described_type, hints, **examples))
-
-
 class Call(Table):
-    """The arguments of a function as the keys of a table, see `table_of_call`."""
+    """The fields of a dataclass, or the arguments of a function, as the keys of a table, see `table_of`."""
 
     function: ClassVar[Callable[..., Any]]
     arguments: ClassVar[Mapping[str, str]]
 
     def result(self, *before: Any) -> Any:
-        """What the function gives for them, after the arguments that have no key."""
+        """What the dataclass or the function gives for them, after the arguments that have no key."""
         return type(self).function(*before, **{name: getattr(self, key) for key, name in self.arguments.items()})
 
 
 AnyCall = TypeVar("AnyCall", bound=Call)
 
 
-def table_of_call(
-    function: Callable[..., Any],
-    hints: Hints,
+def _documented(described: Callable[..., Any]) -> dict[str, str]:
+    """First sentences of the parameters in a docstring; those of a class after those of its ancestors."""
+    texts: dict[str, str] = {}
+    for part in reversed(described.__mro__) if isinstance(described, type) else (described,):
+        docstring = inspect.cleandoc(part.__doc__ or "")
+        for names, text in re.findall(r"^(\w[\w, ]*) : .*\n((?:    .*\n?)+)", docstring, re.MULTILINE):
+            sentence = re.split(r"[.;](?:\s|$)", " ".join(text.split()))[0]
+            texts.update({name.strip(): sentence[:1].lower() + sentence[1:] for name in names.split(",")})
+    return texts
+
+
+def _defaults(described: Callable[..., Any]) -> dict[str, Any]:
+    """The defaults of the fields of a dataclass or of the arguments of a function; laws and materials as a file names them."""
+    if not isinstance(described, type):
+        parameters = inspect.signature(described).parameters.values()
+        return {
+            parameter.name: MISSING if parameter.default is parameter.empty else parameter.default for parameter in parameters
+        }
+    defaults = {name: field.default for name, field in declared(described).items()}
+    return {name: default.name if is_described(default) else default for name, default in defaults.items()}
+
+
+def keys_of(described: Callable[..., Any], hints: Hints = (), **examples: Any) -> dict[str, tuple[Any, Any]]:
+    """Annotations and defaults of the keys of a table, see `table_of`; a hint of None stands for a parameter without a key."""
+    annotations = {**get_type_hints(described, include_extras=True), **dict(hints)}
+    documented = MEANINGS | _documented(described)
+    keys: dict[str, tuple[Any, Any]] = {}
+    for name, default in _defaults(described).items():
+        if annotations[name] is not None:
+            description = "" if name in dict(hints) or help_of(annotations[name]) else documented.get(name, "")
+            about = About(description, [examples[name]] if name in examples else [])
+            keys[name] = (Annotated[annotations[name], about], default)
+    return keys
+
+
+def table_of(
+    described: Callable[..., Any],
+    hints: Hints = (),
     *,
-    base: type[AnyCall],
+    base_table: type[AnyCall] = Call,  # type: ignore[assignment]
     spelt: Mapping[str, str] = MappingProxyType({}),
     **examples: Any,
 ) -> type[AnyCall]:
-    """The table whose keys are the arguments of a function, with their quantities and defaults."""
-    annotations = {**get_type_hints(function, include_extras=True), **dict(hints)}
-    documented, keys, arguments = _documented([function.__doc__]), dict[str, tuple[Any, Any]](), dict[str, str]()
-    for name, parameter in inspect.signature(function).parameters.items():
-        if annotations[name] is None:
-            continue
-        described = name in dict(hints) or help_of(annotations[name])
-        about = About("" if described else documented.get(name, ""), [examples[name]] if name in examples else [])
-        default = MISSING if parameter.default is parameter.empty else parameter.default
-        key = spelt.get(name, name)
-        keys[key], arguments[key] = (Annotated[annotations[name], about], default), name
-    table = made_table(f"{function.__name__}_table", base, keys, function.__doc__)
-    table.function, table.arguments = staticmethod(function), arguments
+    """The table whose keys are the fields of a frozen dataclass or the arguments of a function, with quantities."""
+    keys = {spelt.get(name, name): key for name, key in keys_of(described, hints, **examples).items()}
+    return call_table(described, keys, base=base_table, spelt=spelt)
+
+
+def call_table(
+    described: Callable[..., Any], keys: Keys, *, base: type[AnyCall], spelt: Mapping[str, str] = MappingProxyType({})
+) -> type[AnyCall]:
+    """The table of some keys, of which those with the name of a parameter are what a dataclass or a function takes."""
+    table = made_table(described.__name__, base, keys, None if isinstance(described, type) else described.__doc__)
+    names = {spelt.get(name, name): name for name in _defaults(described)}
+    table.function, table.arguments = staticmethod(described), {key: names[key] for key in keys if key in names}
     return table
 
 
-_table_of = cache(table_of)
+plain_table = cache(table_of)
+"""The table of a dataclass as it is."""
 
 
-def build(described_type: Any, given: Any, context: Context) -> Any:
+def build(described: Any, given: Any, context: Context) -> Any:
     """An instance of a frozen dataclass from the table that a case file gives for it."""
-    return _filled(described_type, _table_of(described_type), given, context)
-
-
-def filled_table(described_type: Any) -> type[Table]:
-    """The table that `build` reads."""
-    return _table_of(described_type)
+    return plain_table(described).read(given, context).result()
 
 
 def with_key(key: str, value: Any, table: type[Table], *, required: bool = True) -> type[Table]:
@@ -369,19 +369,14 @@ def with_key(key: str, value: Any, table: type[Table], *, required: bool = True)
     return made_table(f"{table.__name__}_{key}", table, {key: (hint, MISSING if required else None)}, table.__doc__)
 
 
-def _filled(described_type: Any, table: type[Table], given: Any, context: Context) -> Any:
-    values = table.read(given, context)
-    return described_type(**{key: getattr(values, key) for key in given})
-
-
-def described(described_type: type, hints: Hints = (), **examples: Any) -> Reader:
+def described(kind: type, hints: Hints = (), **examples: Any) -> Reader:
     """For ``Annotated[Harmonic, described(Harmonic)]``: a key whose value is a table that fills a frozen dataclass."""
-    return filler(described_type, cache(lambda: table_of(described_type, hints, **examples)))
+    return filler(cache(lambda: table_of(kind, hints, **examples)))
 
 
-def filler(described_type: type, keys: Callable[[], type[Table]]) -> Reader:
-    """Reads a table, which is made when the first one is read, and fills a frozen dataclass."""
-    return Reader(lambda given, context: _filled(described_type, keys(), given, context), keys)
+def filler(keys: Callable[[], type[Call]]) -> Reader:
+    """Reads a table, which is made when the first one is read, as the result of its call."""
+    return Reader(lambda given, context: keys().read(given, context).result(), keys)
 
 
 def instance(table: type[AnyTable], given: Any, context: Context) -> AnyTable:

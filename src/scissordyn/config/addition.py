@@ -1,12 +1,19 @@
-"""What a case file adds to an assembled mechanism: bars that bend, friction in ideal pins, payloads, clearances."""
+"""What a case file adds to an assembled mechanism: bars that bend, friction in pins, payloads, clearances, controllers."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import MISSING
+from pathlib import Path
 from typing import Annotated, Any
 
+from scissordyn.component.actuator import Actuator
+from scissordyn.component.place import GROUND
+from scissordyn.component.time_function import ConstantSpeed, OverTime, Tabulated, TimeFunction
+from scissordyn.config.law import CONTROLLER
 from scissordyn.config.table import About, Call, Context, Hints, Table, call_table, keys_of, made_table, reader, table_of, toml
+from scissordyn.config.time_function import read_tabulated, table_shape
+from scissordyn.control.controller import Controller
 from scissordyn.errors import InputError
 from scissordyn.laws.contact import Damping, Elastic, Friction
 from scissordyn.laws.damping.factors import LankaraniNikravesh
@@ -14,10 +21,12 @@ from scissordyn.model.bending import with_bending
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.guide_clearance import GuideClearance
 from scissordyn.model.joint_friction import with_joint_friction
+from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.payload import with_panels, with_payload
+from scissordyn.run.feed_forward import feed_forward
 from scissordyn.units import quantities
 
-BARS_SAMPLE = {"section": "tube 60x60x1.56 mm", "material": "steel"}
+BARS_SAMPLE: dict[str, Any] = {"section": "tube 60x60x1.56 mm", "material": "steel"}
 
 BendingTable = table_of(
     with_bending,
@@ -115,3 +124,57 @@ GuideClearanceTable = _table(
     corners=["-19, -9 mm", "19, -9 mm", "19, 9 mm", "-19, 9 mm"],
 )
 """A clearance guide."""
+
+TORQUES = 'feed_forward = { time = "0 0.1 0.2 0.3 0.4 0.5 s", torque = "0 1 2 3 4 5 N m" }'
+
+
+@reader(lambda: {"anyOf": [{"const": "ideal"}, table_shape("N m")]})
+def _read_torques(given: Any, context: Context) -> str | Tabulated:
+    if given == "ideal":
+        return "ideal"
+    if not isinstance(given, Mapping) or set(given) != {"time", "torque"}:
+        raise InputError("not a feed-forward torque", '"ideal" for that of the ideal mechanism, or a table', TORQUES)
+    return read_tabulated(given, Path(), "N m")
+
+
+class ControlTable(Table):
+    """A controlled torque in place of a drive."""
+
+    controller: Annotated[Controller, About("scissordyn controllers lists them", examples=[CONTROLLER])]
+    body: Annotated[str, About("the body on which the torque acts", examples=["unit 1/bar 1"])] = ""
+    reference: Annotated[
+        TimeFunction | None,
+        OverTime("rad", "the reference angle over time"),
+        About("the reference angle; that of the body's [drive] without it", examples=[{"speed": "20 rpm"}]),
+    ] = None
+    feed_forward: Annotated[
+        str | Tabulated | None,
+        _read_torques,
+        About("torque to add: that of the ideal mechanism with rigid bars, or a table", examples=["ideal"]),
+    ] = None
+    sensor: Annotated[str, About('a joint, whose eccentricity is measured, or a point "BODY.POINT"', examples=["A"])] = ""
+    inertia: Annotated[float, quantities(Actuator)["inertia"]] = 0.0
+    base: Annotated[str, About("the body against which it acts and measures, or the ground")] = GROUND
+    start_on_reference: Annotated[bool, About("whether the body starts at the reference's angle and speed")] = True
+    name: Annotated[str, About("name of the actuator", examples=["servo"])] = ""
+
+    def applied(self, mechanism: Mechanism, *, until: float) -> Mechanism:
+        reference, body = self.reference, self.body or mechanism.input_body
+        if reference is None:
+            reference = next((drive.motion for drive in mechanism.drives if drive.body == body), None)
+        torque = self.feed_forward
+        if isinstance(torque, str):
+            if self.base != GROUND:
+                raise InputError(f"feed_forward = {torque!r} against body '{self.base}'", "a table of torques over time")
+            torque = feed_forward(mechanism, reference or ConstantSpeed(0.0), until=until, body=self.body)
+        return mechanism.controlled(
+            self.controller,
+            reference=reference,
+            body=self.body,
+            feed_forward=torque,
+            sensor=self.sensor or None,
+            inertia=self.inertia,
+            start_on_reference=self.start_on_reference,
+            base=self.base,
+            name=self.name,
+        )

@@ -13,13 +13,13 @@ from typing import Annotated, Any
 from scissordyn.config.addition import (
     BendingTable,
     ClearanceTable,
+    ControlTable,
     GuideClearanceTable,
     JointFrictionTable,
     PanelsTable,
     PayloadTable,
 )
 from scissordyn.config.code import AbsentCode, AbsentPart, AllowedCode, Code
-from scissordyn.config.control import ControlTable
 from scissordyn.config.part import PARTS, assembled
 from scissordyn.config.structure import STRUCTURE, StructureTable
 from scissordyn.config.table import About, Context, Reader, Table, described, instance, made_table, placed, read_list, reader

@@ -67,7 +67,8 @@ def _built(kind: str, builder: Callable[..., Mechanism], help: str, **examples: 
     """The table of a kind of structure whose keys are the arguments of a builder, which all have defaults."""
     named: Any = Annotated[Literal[kind], About(help, [kind])]
     base = made_table(f"{builder.__name__}_kind", BuiltTable, {"kind": (named, dataclasses.MISSING)})
-    return table_of(builder, (), base_table=base, **examples)
+    table: Any = table_of(builder, (), base_table=base, **examples)
+    return table  # type: ignore[no-any-return]
 
 
 _TABLES = (

@@ -293,9 +293,6 @@ class Call(Table):
         return type(self).function(*before, **{name: getattr(self, key) for key, name in self.arguments.items()})
 
 
-AnyCall = TypeVar("AnyCall", bound=Call)
-
-
 def _documented(described: Callable[..., Any]) -> dict[str, str]:
     """First sentences of the parameters in a docstring; those of a class after those of its ancestors."""
     texts: dict[str, str] = {}
@@ -321,7 +318,7 @@ def _defaults(described: Callable[..., Any]) -> dict[str, Any]:
 def keys_of(described: Callable[..., Any], hints: Hints = (), **examples: Any) -> dict[str, tuple[Any, Any]]:
     """Annotations and defaults of the keys of a table, see `table_of`; a hint of None stands for a parameter without a key."""
     annotations = {**get_type_hints(described, include_extras=True), **dict(hints)}
-    documented = MEANINGS | _documented(described)
+    documented = {**MEANINGS, **_documented(described)}
     keys: dict[str, tuple[Any, Any]] = {}
     for name, default in _defaults(described).items():
         if annotations[name] is not None:
@@ -335,18 +332,18 @@ def table_of(
     described: Callable[..., Any],
     hints: Hints = (),
     *,
-    base_table: type[AnyCall] = Call,  # type: ignore[assignment]
+    base_table: type[Call] = Call,
     spelt: Mapping[str, str] = MappingProxyType({}),
     **examples: Any,
-) -> type[AnyCall]:
+) -> type[Call]:
     """The table whose keys are the fields of a frozen dataclass or the arguments of a function, with quantities."""
     keys = {spelt.get(name, name): key for name, key in keys_of(described, hints, **examples).items()}
     return call_table(described, keys, base=base_table, spelt=spelt)
 
 
 def call_table(
-    described: Callable[..., Any], keys: Keys, *, base: type[AnyCall], spelt: Mapping[str, str] = MappingProxyType({})
-) -> type[AnyCall]:
+    described: Callable[..., Any], keys: Keys, *, base: type[Call], spelt: Mapping[str, str] = MappingProxyType({})
+) -> type[Call]:
     """The table of some keys, of which those with the name of a parameter are what a dataclass or a function takes."""
     table = made_table(described.__name__, base, keys, None if isinstance(described, type) else described.__doc__)
     names = {spelt.get(name, name): name for name in _defaults(described)}

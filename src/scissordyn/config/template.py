@@ -8,10 +8,9 @@ import tomllib
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from scissordyn.config.addition import ClearanceTable, GuideClearanceTable, PanelsTable, PayloadTable
+from scissordyn.config.addition import ClearanceTable, ControlTable, GuideClearanceTable, PanelsTable, PayloadTable
 from scissordyn.config.case import CaseTable
 from scissordyn.config.change import changed
-from scissordyn.config.control import ControlTable
 from scissordyn.config.fitted import Given, fitted
 from scissordyn.config.part import COMPONENT_SECTIONS, PARTS
 from scissordyn.config.structure import STRUCTURES

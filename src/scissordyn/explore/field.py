@@ -13,6 +13,7 @@ from typing import Any, get_args
 from scissordyn.config.addition import (
     BendingTable,
     ClearanceTable,
+    ControlTable,
     GuideClearanceTable,
     JointFrictionTable,
     PanelsTable,
@@ -20,7 +21,6 @@ from scissordyn.config.addition import (
 )
 from scissordyn.config.case import CaseTable
 from scissordyn.config.code import Code
-from scissordyn.config.control import ControlTable
 from scissordyn.config.coupling import BacklashTable
 from scissordyn.config.part import PARTS, component_part
 from scissordyn.config.quantity import read_numbers, read_quantity, unit_factor, written

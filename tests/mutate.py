@@ -5,7 +5,8 @@ Run by hand: ``python tests/mutate.py [FILE ...] [--write]``, and ``python tests
 The first multiplies numbers by 1.01, for every law, controller and component: every float but zero, every exponent, every
 parameter that a kernel reads (p[k], or by its name in a component) and every number that a law hands to its kernel, in the
 files of `TARGETS`. The second draws changes of other kinds (`mutators.KINDS`) at random from the rooms of `ROOMS`. Each is made
-alone: a kernel in a copy of the package, whose kernels run as plain Python, what is above them with the library.
+alone: a kernel in a copy of the package, whose kernels run as plain Python, or compiled anew where the tests make runs; what is
+above them with the library.
 Every change of a number has to be noticed or to stand in
 `EQUIVALENT` with a reason, and all but `MOST_ALIVE` of those drawn; otherwise the script ends with status 1. ``--write`` keeps
 its part of the page in docs/decisions/measured. A run that was stopped goes on where it was, as far as sources are the same.
@@ -35,7 +36,7 @@ for _library in ("scipy.integrate", "scipy.linalg", "scipy.optimize", "scipy.spa
     importlib.import_module(_library)
 
 from mutators import KINDS, Change, Mutator, changed, changes_of, drawn
-from noticing import ALIVE, EQUIVALENT, MOST_ALIVE, NAMED, ROOMS, SEED, tests_of
+from noticing import ALIVE, EQUIVALENT, MOST_ALIVE, NAMED, ROOMS, SEED, of_runs, tests_of
 
 KERNEL_ROOMS = ("plugin", "laws", "control", "component", "mechanics", "integrate", "plan")
 HERE = Path(__file__).parent
@@ -329,10 +330,11 @@ def try_drawn(
     asked = dict.fromkeys(test for each in tests.values() for test in each)
     noticed: dict[Change, str] = {}
     above = {test: above_kernels(change.file) for change, each in tests.items() for test in each}
-    judge([Job(None, (file,), False, "", above[file]) for file in asked], workers, done, keep)
+    judge([Job(None, (file,), of_runs(file), "", above[file]) for file in asked], workers, done, keep)
     for turn in range(max(map(len, tests.values()))):
         unnoticed = (each for each in changes if each not in noticed and turn < len(tests[each]))
-        jobs = [Job(each, (tests[each][turn],), False, "", above_kernels(each.file)) for each in unnoticed]
+        asking = ((each, tests[each][turn]) for each in unnoticed)
+        jobs = [Job(each, (test,), of_runs(test), "", above_kernels(each.file)) for each, test in asking]
         judge(jobs, workers, done, keep)
         noticed |= {job.mutation: job.tests[0] for job in jobs if done[job.digest] and isinstance(job.mutation, Change)}
     return [(change, noticed.get(change, "")) for change in changes]

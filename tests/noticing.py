@@ -55,6 +55,13 @@ MECHANICS = (
     "mechanics/test_impulses.py",
     "mechanics/test_elements.py",
 )
+HARD = (
+    "run/test_hard_contact.py",
+    "run/test_hard_damping.py",
+    "run/test_hard_answers.py",
+    "run/test_hard_immobile.py",
+    "run/test_hard_examples.py",
+)
 GROUPED = "how many cases are done together: no number depends on it"
 BRENT = "which points Brent's parabola goes through: another way to the same maximum"
 
@@ -74,14 +81,20 @@ NOTICING: dict[str, tuple[str, ...]] = {
     "integrate/crossing.py": ("integrate/test_crossing.py", *INTEGRATE),
     "integrate/dense.py": ("integrate/test_dense.py", *INTEGRATE),
     "integrate/step.py": ("integrate/test_step.py", *INTEGRATE),
-    "integrate/*": INTEGRATE,
+    "integrate/time_stepping.py": (*INTEGRATE, *HARD),
+    "integrate/*": (*INTEGRATE, "test_run.py"),
     "component/port/*": ("mechanics/test_ports.py", "component/test_symbols.py"),
     "mechanics/band.py": ("mechanics/test_band.py", *MECHANICS),
     "plan/elimination.py": ("mechanics/test_elimination.py",),
     "mechanics/monitored.py": ("mechanics/test_track_deviation.py", "mechanics/test_entries_read.py", *MECHANICS),
     "mechanics/reactions.py": ("mechanics/test_reactions.py", *MECHANICS),
     "mechanics/time_function.py": ("mechanics/test_time_functions.py", *MECHANICS),
-    "mechanics/*": MECHANICS,
+    "mechanics/hard_*": (*MECHANICS, *HARD),
+    "mechanics/impulse_solver.py": (*MECHANICS, *HARD),
+    "mechanics/pivoting.py": (*MECHANICS, *HARD),
+    "mechanics/compliant_contact.py": (*MECHANICS, *HARD),
+    "mechanics/flexible_bar*": (*MECHANICS, "test_flexible_bars.py", "test_bending.py"),
+    "mechanics/*": (*MECHANICS, "test_run.py"),
     "kinematics/path.py": ("kinematics/test_path.py", *KINEMATICS),
     "kinematics/*": KINEMATICS,
     "plan/*": ("mechanics/test_moving_guides.py",),
@@ -128,6 +141,11 @@ ALIVE: dict[tuple[str, str, str, str], str] = {
     ): "where Newton's method starts: the same limits in 3908 random linkages near their change points",
 }
 """By file, function, kind and expression: why no test can notice a change."""
+
+
+def of_runs(test: str) -> bool:
+    """Whether tests make runs, which take too long with kernels in plain Python."""
+    return test.startswith(("run/", "test_"))
 
 
 def tests_of(file: str) -> tuple[str, ...]:

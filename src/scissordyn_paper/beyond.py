@@ -221,7 +221,7 @@ def contacts(results: Results) -> list[str]:
     for title, cases in groups.items():
         rows.append(title)
         for case in cases:
-            name = f"{case.speed * 30.0 / math.pi:.0f} rpm" if title.startswith("speed") else in_words(case)
+            name = f"{case.rpm} rpm" if title.startswith("speed") else in_words(case)
             rows.append(_contact_row(name, results.runs[case], results.runs[case.ideal]))
     head = (
         "",

@@ -119,11 +119,16 @@ class PaperCase:
     @property
     def name(self) -> str:
         """Name of the run in file names; unique for one choice."""
-        parts = ["ideal" if self.clearance is None else f"c-{_number(1e3 * self.clearance)}mm", f"{_rpm(self.speed)}rpm"]
+        parts = ["ideal" if self.clearance is None else f"c-{_number(1e3 * self.clearance)}mm", f"{self.rpm}rpm"]
         parts += [] if self.friction is None else [f"friction-{_number(self.friction)}"]
         parts += ["constrained"] if self.constrained else []
         parts += [self.start] if self.start != "concentric" else []
         return "_".join(parts)
+
+    @property
+    def rpm(self) -> str:
+        """The speed of the driven bar, in its unit."""
+        return _number(self.speed * 30.0 / math.pi)
 
     @property
     def until(self) -> float:
@@ -236,7 +241,7 @@ class PaperCase:
             return (
                 f'harmonic = {{ mean = "{mean} deg", amplitude = "{amplitude} deg", angular_frequency = "{frequency} rad/s" }}'
             )
-        return f'speed = "{"-" if self.choice.travel == "falling" else ""}{_rpm(self.speed)} rpm"'
+        return f'speed = "{"-" if self.choice.travel == "falling" else ""}{self.rpm} rpm"'
 
 
 def every_case(choice: Choice) -> tuple[PaperCase, ...]:
@@ -258,7 +263,3 @@ def contact_starts(choice: Choice) -> tuple[PaperCase, ...]:
 def _number(value: float) -> str:
     """A number in the form of a case file; twelve digits, which removes the round-off of conversions."""
     return f"{value:.12g}"
-
-
-def _rpm(speed: float) -> str:
-    return _number(speed * 30.0 / math.pi)

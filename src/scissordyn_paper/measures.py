@@ -62,6 +62,11 @@ class Measures:
     trusted_until: float  # [s]
     end: float
 
+    @property
+    def arc_degrees(self) -> float:
+        """The arc [deg]."""
+        return math.degrees(self.arc)
+
 
 @dataclass(frozen=True, eq=False)
 class Curves:

@@ -14,15 +14,32 @@ smallest visible difference, the same everywhere.
 
 from __future__ import annotations
 
-import math
+import operator
 
-from scissordyn_paper import findings, periodic_findings
-from scissordyn_paper.cases import ARRAY
-from scissordyn_paper.findings import QUARTER, VISIBLE, millimetres, percent
+from scissordyn_paper import criteria
+from scissordyn_paper.cases import ARRAY, CLEARANCES, FRICTION, SIZES
+from scissordyn_paper.criteria import (
+    QUARTER,
+    VISIBLE,
+    classified,
+    clearances,
+    compared,
+    every,
+    falls,
+    frictions,
+    grows,
+    millimetres,
+    only,
+    percent,
+)
 from scissordyn_paper.measures import CONTINUOUS, LATE, SETTLED
 from scissordyn_paper.verdict import Clause, Periodically
 
 _SETTLED, _LATE = f"{1e3 * SETTLED:g} ms", f"{1e3 * LATE:g} ms"
+_CONTINUOUS, _INTERRUPTED = every(operator.ge, CONTINUOUS), every(operator.lt, CONTINUOUS)
+_BY_SIZE, _BY_FRICTION = clearances(*SIZES), frictions(*FRICTION)
+_LARGE, _SMALL, _BUT_SMALLEST = (clearances(*sizes) for sizes in (CLEARANCES[:3], CLEARANCES[3:], CLEARANCES[:5]))
+_FLYING = clearances(0.7e-3, 0.6e-3, 0.5e-3, 0.3e-3)
 _SCATTER = (
     "a single stroke is not periodic, so period and quasi-period are not defined; the paper's picture of velocity and "
     "acceleration shows the scatter of the points about a line, here the ideal curve (root mean square, relative)"
@@ -35,134 +52,139 @@ CLAUSES = (
         f"Displacement of the slider and angle of bar 2 do not discernibly differ from the ideal ones ({millimetres(ARRAY)}).",
         f"largest difference below {percent(VISIBLE)} of the range that both curves cover",
         _BY_SIGHT,
-        findings.position,
+        criteria.position,
     ),
     Clause(
         "1b",
         "Velocities and accelerations fluctuate about the ideal ones in the first 5 ms.",
         f"largest difference before {_SETTLED} above {percent(VISIBLE)} of the range that both curves cover, for all four",
         _BY_SIGHT,
-        findings.oscillation,
+        criteria.oscillation,
     ),
     Clause(
         "1c",
         "The fluctuation is strongest in the first 5 ms.",
         f"root mean square difference larger before {_SETTLED} than after it, in all four curves",
         "the text places the fluctuation within 0.005 s",
-        findings.early,
+        criteria.early,
     ),
     Clause(
         "1d",
         "The fluctuation belongs mostly to the first 5 ms.",
         f"more than half of the integrated squared difference lies before {_SETTLED}, in all four curves",
         '"mostly" is more than half',
-        findings.within,
+        criteria.within,
     ),
     Clause(
         "2a",
         "Clearance raises the reaction more than 10 times.",
         "largest contact force above 10 times the largest reaction of the ideal joint",
         "the number is the paper's, which quotes it from earlier work",
-        findings.tenfold,
+        criteria.tenfold,
     ),
     Clause(
         "3a",
         "The largest contact force grows five times from 100 to 250 rpm.",
         "ratio between 4.5 and 5.5",
         "what rounds to five",
-        findings.fivefold,
+        criteria.fivefold,
     ),
     Clause(
         "3b",
         "Force and torque grow with the speed.",
         "largest force and largest torque both grow from 100 over 150 to 250 rpm",
         "the comparison is the paper's",
-        findings.faster,
+        criteria.faster,
     ),
     Clause(
         "3c",
         "With clearance a larger motor is needed.",
         "largest torque above that of the ideal mechanism, at each speed",
         "the size of a motor follows from the largest torque",
-        findings.larger_motor,
+        criteria.larger_motor,
     ),
     Clause(
         "4a",
         "The force falls with the clearance (0.6, 0.4, 0.2 mm).",
         "largest contact force falls in that order",
         "the comparison is the paper's",
-        findings.smaller_force,
+        compared(_BY_SIZE, criteria.PEAK_FORCE, falls),
     ),
     Clause(
         "4b",
         "The driving torque falls with the clearance.",
         "largest torque falls in that order",
         "the comparison is the paper's",
-        findings.smaller_torque,
+        compared(_BY_SIZE, criteria.PEAK_TORQUE, falls),
     ),
     Clause(
         "4c",
         "Impacts become more frequent as the clearance falls, at first.",
         f"more contacts begin before {_LATE} at each smaller clearance",
         "the paper counts collisions, and names 0.03 s as the end of this order",
-        findings.more_impacts,
+        compared(_BY_SIZE, criteria.EARLY_IMPACTS, grows),
     ),
     Clause(
         "4d",
         "After 0.03 s the force is largest at 0.2 mm.",
         f"largest force after {_LATE} is that of 0.2 mm",
         "the comparison is the paper's",
-        findings.late_force,
+        compared(_BY_SIZE, criteria.LATE_FORCE, only(operator.gt, -1)),
     ),
     Clause(
         "4e",
         "After 0.03 s impacts are most frequent at 0.2 mm.",
         f"most contacts begin after {_LATE} at 0.2 mm",
         "the comparison is the paper's",
-        findings.late_impacts,
+        compared(_BY_SIZE, criteria.LATE_RATE, only(operator.gt, -1)),
     ),
     Clause(
         "5a",
         "At 0.4 mm journal and bearing stay in contact, without free flight or impact.",
         f"in contact at least {percent(CONTINUOUS)} of the time after {_SETTLED}",
         "the start is concentric, so the run starts in free flight; none may follow",
-        findings.continuous_04,
-        Periodically(f"in contact at least {percent(CONTINUOUS)} of the time", periodic_findings.continuous_04),
+        compared(clearances(0.4e-3), criteria.SETTLED_ALONE, _CONTINUOUS),
+        Periodically(
+            f"in contact at least {percent(CONTINUOUS)} of the time",
+            compared(clearances(0.4e-3), criteria.PERIODIC_FRACTION, _CONTINUOUS),
+        ),
     ),
     Clause(
         "5b",
         "At 0.7, 0.6, 0.5 and 0.3 mm free flight is frequent.",
         f"in contact less than {percent(CONTINUOUS)} of the time after {_SETTLED}, at each of them",
         "the opposite of continuous contact by the same threshold",
-        findings.flying,
-        Periodically(f"in contact less than {percent(CONTINUOUS)} of the time, at each of them", periodic_findings.flying),
+        compared(_FLYING, criteria.SETTLED, _INTERRUPTED),
+        Periodically(
+            f"in contact less than {percent(CONTINUOUS)} of the time, at each of them",
+            compared(_FLYING, criteria.PERIODIC_FRACTION, _INTERRUPTED),
+        ),
     ),
     Clause(
         "5c",
         "Collisions become more frequent as the clearance falls from 0.7 to 0.5 mm.",
         "more contacts at each smaller clearance",
         "the paper says it of all clearances and then excepts those from 0.4 mm on",
-        findings.more_often,
-        Periodically("more contacts per period at each smaller clearance", periodic_findings.more_often),
+        compared(_LARGE, criteria.IMPACTS, grows),
+        Periodically("more contacts per period at each smaller clearance", compared(_LARGE, criteria.PERIODIC_IMPACTS, grows)),
     ),
     Clause(
         "5d",
         "Collisions are more frequent at 0.3 and 0.2 mm than at 0.4 mm.",
         "more contacts at both",
         "the comparison is the paper's",
-        findings.again_more,
-        Periodically("more contacts per period at both", periodic_findings.again_more),
+        compared(_SMALL, criteria.IMPACTS, only(operator.lt, 0)),
+        Periodically("more contacts per period at both", compared(_SMALL, criteria.PERIODIC_IMPACTS, only(operator.lt, 0))),
     ),
     Clause(
         "5e",
         "The motion is regular at 0.4 mm, irregular at 0.7, 0.6, 0.5 and 0.3 mm.",
         "scatter of the slider acceleration smallest at 0.4 mm",
         _SCATTER,
-        findings.regular,
+        compared(_BUT_SMALLEST, criteria.SCATTER, only(operator.lt, 3)),
         Periodically(
             "the samples repeat at 0.4 mm, or are quasi-periodic, and are irregular at the other four",
-            periodic_findings.regular,
-            measures_regularity=True,
+            classified(_BUT_SMALLEST, criteria.regular_at_04),
         ),
     ),
     Clause(
@@ -170,52 +192,57 @@ CLAUSES = (
         "At 0.2 mm the motion is quasi-periodic: between the regular one at 0.4 mm and the irregular one at 0.3 mm.",
         "scatter of the slider acceleration grows from 0.4 over 0.2 to 0.3 mm",
         _SCATTER,
-        findings.quasi_periodic,
-        Periodically("the samples at 0.2 mm are quasi-periodic", periodic_findings.quasi_periodic, measures_regularity=True),
+        compared(_SMALL, criteria.SCATTER, criteria.last_between),
+        Periodically("the samples at 0.2 mm are quasi-periodic", classified(clearances(0.2e-3), criteria.quasi_periodic)),
     ),
     Clause(
         "6a",
         "Rebounds diminish as the friction coefficient grows (0.01, 0.03, 0.05, 0.1).",
         "fewer contacts at each larger coefficient",
         "a rebound ends a contact, and the next impact starts another",
-        findings.fewer_rebounds,
-        Periodically("fewer contacts per period at each larger coefficient", periodic_findings.fewer_rebounds),
+        compared(_BY_FRICTION, criteria.IMPACTS, falls),
+        Periodically(
+            "fewer contacts per period at each larger coefficient", compared(_BY_FRICTION, criteria.PERIODIC_IMPACTS, falls)
+        ),
     ),
     Clause(
         "6b",
         "At 0.01 rebounds follow impacts, without continuous contact.",
         f"in contact less than {percent(CONTINUOUS)} of the last fifth of the run",
         "contact that never becomes continuous is not continuous at the end",
-        findings.rebounding,
-        Periodically(f"in contact less than {percent(CONTINUOUS)} of the time", periodic_findings.rebounding),
+        compared(frictions(*FRICTION[:1]), criteria.FINAL_ALONE, _INTERRUPTED),
+        Periodically(
+            f"in contact less than {percent(CONTINUOUS)} of the time",
+            compared(frictions(*FRICTION[:1]), criteria.PERIODIC_FRACTION, _INTERRUPTED),
+        ),
     ),
     Clause(
         "6c",
         "From 0.03 on contact eventually becomes continuous.",
         f"in contact at least {percent(CONTINUOUS)} of the last fifth of the run, at 0.03, 0.05 and 0.1",
         '"eventually" is the end of the run',
-        findings.eventually,
+        compared(frictions(*FRICTION[1:]), criteria.FINAL, _CONTINUOUS),
         Periodically(
-            f"in contact at least {percent(CONTINUOUS)} of the time, at 0.03, 0.05 and 0.1", periodic_findings.eventually
+            f"in contact at least {percent(CONTINUOUS)} of the time, at 0.03, 0.05 and 0.1",
+            compared(frictions(*FRICTION[1:]), criteria.PERIODIC_FRACTION, _CONTINUOUS),
         ),
     ),
     Clause(
         "6d",
         "Contact is concentrated in about a quarter of the bearing.",
-        f"an arc of at most {math.degrees(QUARTER):g} deg has 95 % of the contact time, at each coefficient",
+        f"an arc of at most {QUARTER:g} deg has 95 % of the contact time, at each coefficient",
         '"about" is taken as a tenth, "mainly" as 95 %',
-        findings.quarter,
+        compared(_BY_FRICTION, criteria.ARC, every(operator.le, QUARTER)),
     ),
     Clause(
         "6e",
         "The motion becomes more regular as the friction coefficient grows.",
         "scatter of the slider acceleration falls at each larger coefficient",
         _SCATTER,
-        findings.calmer,
+        compared(_BY_FRICTION, criteria.SCATTER, falls),
         Periodically(
             "the largest Lyapunov exponent falls at each larger coefficient, by more than both standard errors",
-            periodic_findings.calmer,
-            measures_regularity=True,
+            classified(_BY_FRICTION, criteria.calmer),
         ),
     ),
     Clause(
@@ -223,14 +250,14 @@ CLAUSES = (
         "With control journal and bearing stay in contact at 0.7, 0.5, 0.3 and 0.1 mm.",
         "the normal force is positive during the whole run, at each of them",
         "the control is a bilateral constraint, but a contact is unilateral",
-        findings.constrained,
+        compared(criteria.CONSTRAINED, criteria.SMALLEST_FORCE, every(operator.gt, 0.0)),
     ),
     Clause(
         "7b",
         "Control needs a higher torque.",
         "largest torque with control above that without, at each clearance",
         "the paper compares with and without control; without it, the start is concentric as in its other figures",
-        findings.dearer,
+        criteria.dearer,
     ),
 )
 """In the order of the paper."""

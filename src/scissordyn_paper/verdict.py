@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from scissordyn_paper.cases import Choice, PaperCase
 from scissordyn_paper.measures import Measures
-from scissordyn_paper.periodic import Regularity
+from scissordyn_paper.periodic import PERIODIC, Regularity
 
 Measured = Mapping[PaperCase, Measures]
 
@@ -33,8 +33,7 @@ class Periodically:
     """Evaluation of a clause for the periodic drive, from the asymptotic motion."""
 
     criterion: str  # Criterion of the clause
-    find: Callable[[Settled], Finding]  # (motions under the periodic drive) -> Finding
-    measures_regularity: bool = False  # Whether the terms of the clause are defined only for such a drive
+    find: Callable[[Choice, Settled], Finding]  # (their choice, motions under the periodic drive) -> Finding
 
 
 @dataclass(frozen=True)
@@ -90,4 +89,4 @@ def answer(clause: Clause, choice: Choice, measured: Measured, settled: Settled 
     trusted = all(measured[case].trusted_until >= measured[case].end for case in recorded.used)
     if settled is None or clause.periodically is None:
         return Verdict(clause, finding, trusted)
-    return Verdict(clause, finding, trusted, clause.periodically.find(settled))
+    return Verdict(clause, finding, trusted, clause.periodically.find(PERIODIC, settled))

@@ -6,7 +6,7 @@ import math
 import pytest
 
 from scissordyn_paper.cases import CLEARANCES, CONTROLLED, FRICTION, SPEEDS, Choice, PaperCase
-from scissordyn_paper.findings import OSCILLATING
+from scissordyn_paper.criteria import OSCILLATING
 from scissordyn_paper.measures import Deviation, Measures
 from scissordyn_paper.periodic import BY_CLEARANCE, BY_FRICTION, PERIODIC, Regularity
 from scissordyn_paper.statements import CLAUSES

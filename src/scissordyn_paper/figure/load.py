@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from functools import partial
 
@@ -44,5 +43,5 @@ def draw(runs: Mapping[PaperCase, xr.Dataset], cases: Mapping[PaperCase, str]) -
     return figure_of(drawn)
 
 
-draw_by_speed = partial(draw, cases={case: f"{case.speed * 30.0 / math.pi:.0f} rpm" for case in BY_SPEED})
+draw_by_speed = partial(draw, cases={case: f"{case.rpm} rpm" for case in BY_SPEED})
 draw_by_clearance = partial(draw, cases={case: f"c = {1e3 * (case.clearance or 0.0):g} mm" for case in BY_CLEARANCE})

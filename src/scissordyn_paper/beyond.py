@@ -10,7 +10,6 @@ import xarray as xr
 from scissordyn.analysis.contact import contact_statistics
 from scissordyn_paper.cases import ARRAY, CLEARANCES, CONTROLLED, FRICTION, SPEEDS, PaperCase
 from scissordyn_paper.controlled import MANOEUVRES, ControlledRun, merits, mismatch
-from scissordyn_paper.figure.panel import in_words
 from scissordyn_paper.measures import JOINT
 from scissordyn_paper.page import Cell, folded, paragraph, table
 from scissordyn_paper.periodic import (
@@ -64,7 +63,7 @@ def regularity(settled: Mapping[PaperCase, xr.Dataset]) -> list[str]:
         "contacts per period",
         "starts diverge after [periods]",
     )
-    evidence = [folded(f"{in_words(case)}: {one.name}", "\n".join(one.evidence)) for case, one in found.items()]
+    evidence = [folded(f"{case.words}: {one.name}", "\n".join(one.evidence)) for case, one in found.items()]
     return [
         paragraph(
             "Regular, quasi-periodic and irregular are properties of the motion under a periodic drive; the paper's single "
@@ -95,7 +94,7 @@ def _regular_row(case: PaperCase, one: Regularity) -> list[str | Cell]:
         f"{one.trusted_cycles}" if one.trusted_cycles < one.followed_cycles else f"not in {one.followed_cycles}",
     )
     return [
-        Cell(in_words(case), "nowrap"),
+        Cell(case.words, "nowrap"),
         one.name,
         Cell(WORDS[one.regular], "nowrap", tint),
         Cell(together, "number"),
@@ -221,7 +220,7 @@ def contacts(results: Results) -> list[str]:
     for title, cases in groups.items():
         rows.append(title)
         for case in cases:
-            name = f"{case.rpm} rpm" if title.startswith("speed") else in_words(case)
+            name = f"{case.rpm} rpm" if title.startswith("speed") else case.words
             rows.append(_contact_row(name, results.runs[case], results.runs[case.ideal]))
     head = (
         "",

@@ -126,6 +126,11 @@ class PaperCase:
         return "_".join(parts)
 
     @property
+    def words(self) -> str:
+        """Clearance or friction coefficient, as in the figures."""
+        return f"c = {1e3 * (self.clearance or 0.0):g} mm" if self.friction is None else f"friction {self.friction:g}"
+
+    @property
     def rpm(self) -> str:
         """The speed of the driven bar, in its unit."""
         return _number(self.speed * 30.0 / math.pi)

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import xarray as xr
 from matplotlib.figure import Figure
 
 from scissordyn.errors import InputError
-from scissordyn_paper.cases import PaperCase
-from scissordyn_paper.figure import further, load, orbit, response, scatter
+from scissordyn_paper.cases import CLEARANCES, CONTROLLED, FRICTION, SIZES, SPEEDS, PaperCase
+from scissordyn_paper.figure import further, stroke
 from scissordyn_paper.periodic import BY_CLEARANCE, BY_FRICTION
 from scissordyn_paper.results import Results
 
@@ -19,56 +19,55 @@ from scissordyn_paper.results import Results
 class PaperFigure:
     """One figure of the paper."""
 
-    number: int  # In the paper
     caption: str
-    cases: tuple[PaperCase, ...]  # The runs it needs
-    draw: Callable[[Mapping[PaperCase, xr.Dataset]], Figure]  # From the runs by case to a Figure
+    cases: tuple[PaperCase, ...]  # The runs it shows, beside the ideal ones
+    paint: Callable[[Mapping[PaperCase, xr.Dataset], Sequence[PaperCase]], Figure]
 
+    def draw(self, runs: Mapping[PaperCase, xr.Dataset]) -> Figure:
+        """The figure, from the runs by case."""
+        return self.paint(runs, self.cases)
+
+
+_BY_CLEARANCE = tuple(PaperCase(clearance) for clearance in CLEARANCES)
+_BY_FRICTION = tuple(PaperCase(friction=friction) for friction in FRICTION)
 
 FIGURES = {
-    figure.number: figure
-    for figure in (
-        PaperFigure(
-            6,
-            "Response at 0.5 mm and 150 rpm beside the ideal mechanism. Left: displacement, velocity, acceleration of the "
-            "slider. Right: angle, angular velocity, angular acceleration of bar 2.",
-            response.CASES,
-            response.draw,
-        ),
-        PaperFigure(7, "Contact force and driving torque at 100, 150 and 250 rpm, 0.5 mm.", load.BY_SPEED, load.draw_by_speed),
-        PaperFigure(
-            8,
-            "Contact force and driving torque at 0.6, 0.4 and 0.2 mm, 150 rpm.",
-            load.BY_CLEARANCE,
-            load.draw_by_clearance,
-        ),
-        PaperFigure(9, "Orbits of the journal for clearances from 0.7 to 0.2 mm.", orbit.BY_CLEARANCE, orbit.draw_by_clearance),
-        PaperFigure(
-            10,
-            "Slider velocity and acceleration for clearances from 0.7 to 0.2 mm. The paper calls these Poincaré maps; over one "
-            "stroke they are scatter plots of samples.",
-            scatter.CASES_BY_CLEARANCE,
-            scatter.draw_by_clearance,
-        ),
-        PaperFigure(
-            11,
-            "Orbits of the journal for friction coefficients 0.01, 0.03, 0.05 and 0.1, 0.5 mm.",
-            orbit.BY_FRICTION,
-            orbit.draw_by_friction,
-        ),
-        PaperFigure(
-            12,
-            "Slider velocity and acceleration for friction coefficients 0.01, 0.03, 0.05 and 0.1.",
-            scatter.CASES_BY_FRICTION,
-            scatter.draw_by_friction,
-        ),
-        PaperFigure(
-            13,
-            "Orbits of the journal with control: constrained contact, for clearances 0.7, 0.5, 0.3 and 0.1 mm.",
-            orbit.CONSTRAINED,
-            orbit.draw_constrained,
-        ),
-    )
+    6: PaperFigure(
+        "Response at 0.5 mm and 150 rpm beside the ideal mechanism. Left: displacement, velocity, acceleration of the "
+        "slider. Right: angle, angular velocity, angular acceleration of bar 2.",
+        (PaperCase(),),
+        stroke.draw_response,
+    ),
+    7: PaperFigure(
+        "Contact force and driving torque at 100, 150 and 250 rpm, 0.5 mm.",
+        tuple(PaperCase(speed=speed) for speed in reversed(SPEEDS)),
+        stroke.draw_loads,
+    ),
+    8: PaperFigure(
+        "Contact force and driving torque at 0.6, 0.4 and 0.2 mm, 150 rpm.",
+        tuple(PaperCase(clearance) for clearance in SIZES),
+        stroke.draw_loads,
+    ),
+    9: PaperFigure("Orbits of the journal for clearances from 0.7 to 0.2 mm.", _BY_CLEARANCE, stroke.draw_orbits),
+    10: PaperFigure(
+        "Slider velocity and acceleration for clearances from 0.7 to 0.2 mm. The paper calls these Poincaré maps; over one "
+        "stroke they are scatter plots of samples.",
+        _BY_CLEARANCE,
+        stroke.draw_scatter,
+    ),
+    11: PaperFigure(
+        "Orbits of the journal for friction coefficients 0.01, 0.03, 0.05 and 0.1, 0.5 mm.", _BY_FRICTION, stroke.draw_orbits
+    ),
+    12: PaperFigure(
+        "Slider velocity and acceleration for friction coefficients 0.01, 0.03, 0.05 and 0.1.",
+        _BY_FRICTION,
+        stroke.draw_scatter,
+    ),
+    13: PaperFigure(
+        "Orbits of the journal with control: constrained contact, for clearances 0.7, 0.5, 0.3 and 0.1 mm.",
+        tuple(PaperCase(clearance, constrained=True) for clearance in CONTROLLED),
+        stroke.draw_orbits,
+    ),
 }
 """By number."""
 
@@ -77,53 +76,44 @@ FIGURES = {
 class FurtherFigure:
     """A figure beyond the paper."""
 
-    name: str  # Of its files
     title: str
     caption: str
     draw: Callable[[Results], Figure]  # From the results to a Figure
 
 
 FURTHER = {
-    figure.name: figure
-    for figure in (
-        FurtherFigure(
-            "control-torque",
-            "Torque of the control",
-            "Driving torque against that of ideal joints. (a) The paper's scheme on its stroke. (b) Torque of constrained "
-            "contact above the ideal torque, by clearance. (c) A deployment with a gust on the slider from 0.6 to 0.8 s. (d) "
-            "Torque of delayed feedback in addition to a servo; it would be zero for a periodic motion.",
-            lambda results: further.draw_torques(results.runs, results.controlled),
-        ),
-        FurtherFigure(
-            "contact-forces",
-            "Forces and impulses of the contacts",
-            "Every contact of the strokes, with a horizontal offset in the order of time, and the medians.",
-            lambda results: further.draw_contacts(results.runs),
-        ),
-        FurtherFigure(
-            "maps-by-clearance",
-            "Scatter plots of the stroke and true maps, by clearance",
-            "Above: the paper's Poincaré map, every sample of a single stroke. Below: a true Poincaré map, the same two "
-            "quantities once a period of the periodic drive, at the middle of its oscillation, on the same scales. "
-            "Few points are a periodic motion, a closed curve a quasi-periodic one, a cloud an irregular one.",
-            lambda results: further.draw_maps(results.runs, results.settled, BY_CLEARANCE),
-        ),
-        FurtherFigure(
-            "maps-by-friction",
-            "Scatter plots of the stroke and true maps, by friction coefficient",
-            "As before, 0.5 mm.",
-            lambda results: further.draw_maps(results.runs, results.settled, BY_FRICTION),
-        ),
-        FurtherFigure(
-            "bifurcation",
-            "Bifurcation diagram over the clearance",
-            "Under the periodic drive, without friction: the asymptotic motion, once a period. Dotted lines are the "
-            "clearances of the paper.",
-            lambda results: further.draw_bifurcation(results.diagram),
-        ),
-    )
+    "control-torque": FurtherFigure(
+        "Torque of the control",
+        "Driving torque against that of ideal joints. (a) The paper's scheme on its stroke. (b) Torque of constrained "
+        "contact above the ideal torque, by clearance. (c) A deployment with a gust on the slider from 0.6 to 0.8 s. (d) "
+        "Torque of delayed feedback in addition to a servo; it would be zero for a periodic motion.",
+        lambda results: further.draw_torques(results.runs, results.controlled),
+    ),
+    "contact-forces": FurtherFigure(
+        "Forces and impulses of the contacts",
+        "Every contact of the strokes, with a horizontal offset in the order of time, and the medians.",
+        lambda results: further.draw_contacts(results.runs),
+    ),
+    "maps-by-clearance": FurtherFigure(
+        "Scatter plots of the stroke and true maps, by clearance",
+        "Above: the paper's Poincaré map, every sample of a single stroke. Below: a true Poincaré map, the same two "
+        "quantities once a period of the periodic drive, at the middle of its oscillation, on the same scales. "
+        "Few points are a periodic motion, a closed curve a quasi-periodic one, a cloud an irregular one.",
+        lambda results: further.draw_maps(results.runs, results.settled, BY_CLEARANCE),
+    ),
+    "maps-by-friction": FurtherFigure(
+        "Scatter plots of the stroke and true maps, by friction coefficient",
+        "As before, 0.5 mm.",
+        lambda results: further.draw_maps(results.runs, results.settled, BY_FRICTION),
+    ),
+    "bifurcation": FurtherFigure(
+        "Bifurcation diagram over the clearance",
+        "Under the periodic drive, without friction: the asymptotic motion, once a period. Dotted lines are the "
+        "clearances of the paper.",
+        lambda results: further.draw_bifurcation(results.diagram),
+    ),
 }
-"""By name."""
+"""By the name of its files."""
 
 
 def figure_of(number: int) -> PaperFigure:

@@ -17,7 +17,6 @@ from scissordyn.plot.regularity import velocity_acceleration as scatter
 from scissordyn.plot.style import BLUE, GREEN, GREY, IDEAL, LINE, ORANGE, VERMILION, legend, normal, panels, small
 from scissordyn_paper.cases import ARRAY, CLEARANCES, CONTROLLED, FRICTION, PaperCase
 from scissordyn_paper.controlled import MANOEUVRES, ControlledRun
-from scissordyn_paper.figure.panel import in_words
 from scissordyn_paper.measures import JOINT
 from scissordyn_paper.periodic import read
 
@@ -38,7 +37,7 @@ def draw_maps(
         own = above.get_legend()
         if own is not None:
             own.remove()
-        above.set_title(f"{in_words(case)}: stroke", loc="left", fontsize=normal())
+        above.set_title(f"{case.words}: stroke", loc="left", fontsize=normal())
         stroboscopic_map(settled[case], x="slider_velocity", y="slider_acceleration", axes=below)
         below.set(xlabel="velocity [m/s]", ylabel="acceleration [m/s²]")
         below.set_title(_sentence(read(settled[case]).name), loc="left", fontsize=normal())

@@ -21,8 +21,11 @@ Progress = Callable[[str, int, int], None]  # Kind of work, number done, total n
 
 SHOWN = (
     *FACES,
-    *(f"{name}.py" for name in ("beyond", "events", "figures", "open_answers", "page", "report", "reproduce", "results")),
-    *("figure", "readings_page.py", "summary.py", "tables.py"),
+    "figure",
+    *(
+        f"{name}.py"
+        for name in ("beyond", "figures", "open_answers", "page", "readings_page", "report", "reproduce", "results")
+    ),
 )
 """Sources that no kept number depends on: they draw and write what was computed."""
 

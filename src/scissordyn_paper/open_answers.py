@@ -139,7 +139,7 @@ def _csv(found: Found) -> str:
     return csv_text(rows)
 
 
-def _page(found: Found, answers: Sequence[Change], pictures: Mapping[str, bytes]) -> str:
+def _page(found: Found, answers: Sequence[Change], pictures: Mapping[str, Sequence[Path]]) -> str:
     """The whole page."""
     middle, largest = _spread(found)
     parts = [

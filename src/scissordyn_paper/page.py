@@ -46,14 +46,14 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str | Cell] | str], *, ti
     return found
 
 
-def save_picture(drawn: Figure, folder: Path, name: str) -> bytes:
-    """Write a picture in all formats; returns the vector one."""
+def save_picture(drawn: Figure, folder: Path, name: str) -> list[Path]:
+    """Write a picture in all formats."""
     folder.mkdir(parents=True, exist_ok=True)
-    paths = [write(drawn, folder / f"{name}.{form}") for form in FORMATS]
-    return next(path for path in paths if path.suffix == ".svg").read_bytes()
+    return [write(drawn, folder / f"{name}.{form}") for form in FORMATS]
 
 
-def picture(svg: bytes, title: str, caption: str) -> Markup:
-    """A vector picture inside the page, with its caption."""
+def picture(files: Sequence[Path], title: str, caption: str) -> Markup:
+    """The vector file of a picture inside the page, with its caption."""
+    svg = next(path for path in files if path.suffix == ".svg").read_bytes()
     found: Markup = _MACROS.figure(base64.b64encode(svg).decode(), title, caption)
     return found

@@ -90,7 +90,7 @@ def excluded(judged: Judged) -> dict[str, list[str]]:
     }
 
 
-def _page(judged: Judged, leading: Judged, default: np.ndarray, pictures: Sequence[bytes]) -> str:
+def _page(judged: Judged, leading: Judged, default: np.ndarray, pictures: Sequence[Sequence[Path]]) -> str:
     half = judged.part(judged.met.size // 2)
     effective = 1.0 / float(np.sum(weights(judged) ** 2))
     counts = [

@@ -9,10 +9,10 @@ from functools import partial
 from pathlib import Path
 
 import xarray as xr
+from matplotlib.figure import Figure
 
 from scissordyn.errors import InputError
 from scissordyn.file.output_file import write_file
-from scissordyn.plot.file import write
 from scissordyn.run.engine import Engine
 from scissordyn_paper import controlled, periodic
 from scissordyn_paper.cache import Jobs, Progress, fetch_all
@@ -20,13 +20,14 @@ from scissordyn_paper.cases import DEFAULT, PaperCase, contact_starts, every_cas
 from scissordyn_paper.figures import FIGURES, FURTHER, figure_of
 from scissordyn_paper.judge import findings
 from scissordyn_paper.measures import measure
-from scissordyn_paper.page import FORMATS
-from scissordyn_paper.report import page
+from scissordyn_paper.page import save_picture
+from scissordyn_paper.report import as_csv, as_json, page
 from scissordyn_paper.results import BEST, Results
 from scissordyn_paper.runs import compute, fetch_runs
 from scissordyn_paper.statements import CLAUSES
-from scissordyn_paper.tables import as_csv, as_json
 from scissordyn_paper.verdict import Settled, Verdict, answer
+
+_FIGURE = "figure-{:02d}"  # Name of the files of a figure of the paper
 
 
 @dataclass(frozen=True)
@@ -59,10 +60,11 @@ def draw_figure(
     progress: Progress | None = None,
 ) -> list[Path]:
     """One figure of the paper; missing runs are computed."""
-    cases = figure_of(number).cases
+    figure = figure_of(number)
     target = _made(folder)
-    needed = [*cases, *(case.ideal for case in cases)]
-    return _draw(number, fetch_runs(needed, target / "runs", engine=engine, progress=progress), target / "figures")
+    needed = [*figure.cases, *(case.ideal for case in figure.cases)]
+    runs = fetch_runs(needed, target / "runs", engine=engine, progress=progress)
+    return save_picture(figure.draw(runs), target / "figures", _FIGURE.format(number))
 
 
 def verdicts(runs: Mapping[PaperCase, xr.Dataset], settled: Settled | None = None) -> tuple[Verdict, ...]:
@@ -88,35 +90,23 @@ def _results(target: Path, engine: Engine, progress: Progress | None) -> Results
     )
 
 
-def _drawn(results: Results, folder: Path, progress: Progress | None) -> dict[int | str, bytes]:
-    """Draw all figures as files, and keep them as SVG by number or name."""
-    draw: dict[int | str, Callable[[], list[Path]]] = {
-        **{number: partial(_draw, number, results.runs, folder) for number in FIGURES},
-        **{name: partial(_draw_further, name, results, folder) for name in FURTHER},
+def _drawn(results: Results, folder: Path, progress: Progress | None) -> dict[int | str, list[Path]]:
+    """The files of all figures by number or name."""
+    draw: dict[int | str, Callable[[], Figure]] = {
+        **{number: partial(figure.draw, results.runs) for number, figure in FIGURES.items()},
+        **{name: partial(figure.draw, results) for name, figure in FURTHER.items()},
     }
-    pictures = {}
+    pictures: dict[int | str, list[Path]] = {}
     for name, drawn in draw.items():
-        pictures[name] = next(path for path in drawn() if path.suffix == ".svg").read_bytes()
+        pictures[name] = save_picture(drawn(), folder, _FIGURE.format(name) if isinstance(name, int) else name)
         if progress is not None:
             progress("figures", len(pictures), len(draw))
     return pictures
 
 
-def _draw_further(name: str, results: Results, folder: Path) -> list[Path]:
-    _made(folder)
-    figure = FURTHER[name].draw(results)
-    return [write(figure, folder / f"{name}.{format}") for format in FORMATS]
-
-
 def _file(case: PaperCase) -> str:
     """Name of a case file: the drive is part of it."""
     return f"periodic_{case.name}" if case.choice == periodic.PERIODIC else case.name
-
-
-def _draw(number: int, runs: Mapping[PaperCase, xr.Dataset], folder: Path) -> list[Path]:
-    _made(folder)
-    figure = FIGURES[number].draw(runs)
-    return [write(figure, folder / f"figure-{number:02d}.{format}") for format in FORMATS]
 
 
 def _made(folder: str | os.PathLike[str]) -> Path:

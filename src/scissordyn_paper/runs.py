@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 
+import numpy as np
 import xarray as xr
 
 from scissordyn.config.case import Case
 from scissordyn.errors import ScissordynError
+from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.advance.interrupt import pass_on
+from scissordyn.run.answer.placement import Placement
 from scissordyn.run.constrained_contact import constrain_contact
 from scissordyn.run.engine import Engine
 from scissordyn.run.simulate import simulate
 from scissordyn_paper.cache import Progress, fetch
 from scissordyn_paper.cases import PaperCase
-from scissordyn_paper.constrained_contact import with_contact
+from scissordyn_paper.measures import JOINT
 
 
 def compute(case: PaperCase, *, trust: bool = True) -> xr.Dataset:
@@ -26,7 +30,7 @@ def compute(case: PaperCase, *, trust: bool = True) -> xr.Dataset:
     run = pass_on(simulate(simulated, **{**case.options.keywords, "trust": trust}))
     if run.attrs["status"] != "complete":
         raise ScissordynError(f"run '{case.name}' ({case.choice.words}): {run.attrs['cause']}")
-    return with_contact(run, mechanism) if case.constrained else run
+    return _with_contact(run, mechanism) if case.constrained else run
 
 
 @lru_cache(1024)
@@ -42,3 +46,51 @@ def fetch_runs(
 ) -> dict[PaperCase, xr.Dataset]:
     """Runs from a folder; those missing or out of date are computed first."""
     return fetch(cases, compute, folder, engine=engine, progress=progress)
+
+
+def _with_contact(run: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
+    """Add eccentricity and normal force, so that a constrained contact can be evaluated and drawn like a clearance joint."""
+    joint = mechanism.joint(JOINT)
+    assert joint.clearance is not None
+    force = run["rod_force"].isel(rod=0).values
+    highest = int(np.argmax(force))
+    names = [*run["joint"].values.astype(str).tolist(), JOINT]
+    whole = run.drop_dims("contact").reindex(joint=names)
+
+    def here(values: np.ndarray, units: str, long_name: str) -> tuple[tuple[str, ...], np.ndarray, dict[str, str]]:
+        full = np.full((values.shape[0], len(names), *values.shape[1:]), np.nan)
+        full[:, -1] = values
+        return ("time", "joint", "axis")[: full.ndim], full, {"units": units, "long_name": long_name}
+
+    touching = np.zeros((force.size, len(names)), bool)
+    touching[:, -1] = force > 0.0
+    clearance = np.full(len(names), np.nan)
+    clearance[-1] = joint.clearance.clearance
+    placed = Placement.at(mechanism, run, slice(None))
+    journal, bearing = placed.place(joint.journal), placed.place(joint.bearing)
+    apart = journal - bearing
+    reaction = whole["reaction"].transpose("time", "joint", "axis").copy(deep=True)
+    reaction[:, -1] = -force[:, None] * apart / np.linalg.norm(apart, axis=1)[:, None]
+    contact = (
+        ("contact_start", 0.0, "s"),
+        ("contact_duration", math.nan, "s"),
+        ("peak_force", float(force[highest]), "N"),
+        ("peak_time", float(run["time"].values[highest]), "s"),
+        ("peak_normal_force", float(force[highest]), "N"),
+        ("peak_normal_time", float(run["time"].values[highest]), "s"),
+    )
+    variables = {
+        "eccentricity": here(apart, "m", "journal centre relative to the bearing centre"),
+        "reaction": reaction,
+        "normal_force": here(force, "N", "normal force of the constrained contact"),
+        "in_contact": (
+            ("time", "joint"),
+            touching,
+            {"units": "1", "long_name": "the normal force of the constrained contact is positive"},
+        ),
+        "clearance": (("joint",), clearance, {"units": "m", "long_name": "radial clearance"}),
+        "contact_joint": (("contact",), np.array([JOINT]), {"long_name": "joint"}),
+    }
+    for name, value, unit in contact:
+        variables[name] = (("contact",), np.array([value]), {"units": unit, "long_name": name.replace("_", " ")})
+    return whole.assign(variables)

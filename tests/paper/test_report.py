@@ -16,10 +16,13 @@ from scissordyn.errors import InputError
 from scissordyn.run import engine
 from scissordyn_paper import controlled, periodic
 from scissordyn_paper import reproduce as module
-from scissordyn_paper.cases import CLEARANCES, CONTROLLED, FRICTION, SPEEDS
+from scissordyn_paper.cases import CLEARANCES, CONTROLLED, DEFAULT, FRICTION, SPEEDS
 from scissordyn_paper.figures import FIGURES, FURTHER
+from scissordyn_paper.report import _summary
 from scissordyn_paper.reproduce import draw_figure, reproduce
+from scissordyn_paper.results import BEST, BEST_OF
 from scissordyn_paper.statements import CLAUSES
+from scissordyn_paper.verdict import Finding, Verdict
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 VOID = {"meta", "img", "br"}
@@ -114,8 +117,9 @@ def test_a_second_time_gives_the_same_bytes(report):
     assert len(before) == 3
     with pytest.MonkeyPatch.context() as patch:
         # drawing all pictures again is another test's business
-        patch.setattr(module, "_draw", lambda number, _, into: [into / f"figure-{number:02d}.svg"])
-        patch.setattr(module, "_draw_further", lambda name, _, into: [into / f"{name}.svg"])
+        named = {number: f"figure-{number:02d}" for number in FIGURES} | {name: name for name in FURTHER}
+        files = {name: [folder / "figures" / f"{file}.svg"] for name, file in named.items()}
+        patch.setattr(module, "_drawn", lambda *_: files)
         reproduce(folder, engine=1)
     assert {path: path.read_bytes() for path in kept} == before
 
@@ -191,3 +195,17 @@ def test_a_browser_shows_it(report, chromium, tmp_path):
     shown = dumped(chromium, report.report.as_uri(), tmp_path)
     assert len(re.findall(r'class="badge (?:yes|no)"', shown)) == BADGES
     assert shown.count("data:image/svg+xml") == len(FIGURES) + len(FURTHER)
+
+
+def test_both_readings_stand_beside_each_other():
+    """Contract: counts of the reading chosen before, and of the best one, which is said to be chosen afterwards."""
+    finding = Finding(True, "words", {})
+    verdicts = [Verdict(clause, finding, True, finding if clause.periodically else None) for clause in CLAUSES]
+    best = [finding] * 3 + [Finding(False, "words", {})] * (len(CLAUSES) - 3)
+    text = " ".join(_summary(verdicts, best))
+    assert f"<strong>{len(CLAUSES)} of {len(CLAUSES)}</strong>" in text
+    assert f"<strong>3 of {len(CLAUSES)}</strong><span>agree under the best reading, chosen afterwards" in text
+    assert f"chosen before its agreement was known: {DEFAULT.words}." in text
+    assert f"among {BEST_OF} " in text
+    assert BEST.words in text
+    assert "give the same answers" in text

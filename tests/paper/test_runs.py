@@ -10,9 +10,9 @@ from scissordyn.errors import ScissordynError
 from scissordyn.run.advance.interrupt import look
 from scissordyn.run.store import load, save
 from scissordyn_paper import runs as module
+from scissordyn_paper.beyond import REFERENCE, event_table
 from scissordyn_paper.cache import Jobs, computed, fetch_all, provenance
 from scissordyn_paper.cases import Choice, PaperCase, every_case
-from scissordyn_paper.events import REFERENCE, event_table
 from scissordyn_paper.runs import compute, fetch_runs
 
 CASE = PaperCase(None)

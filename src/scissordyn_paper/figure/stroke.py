@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -83,7 +84,14 @@ def draw_scatter(runs: Runs, cases: Sequence[PaperCase]) -> Figure:
         speed, acceleration = run["slider_velocity"].values, scale.factor * run["slider_acceleration"].values
         # in free flight only gravity acts on the slider: all of these points are on one line, drawn over the others
         for part, color, label in ((touching, VERMILION, "contact"), (~touching, BLUE, "free flight")):
-            dots = {"linestyle": "", "marker": "o", "markersize": 2.2, "markeredgewidth": 0.0, "color": color, "label": label}
+            dots: dict[str, Any] = {
+                "linestyle": "",
+                "marker": "o",
+                "markersize": 2.2,
+                "markeredgewidth": 0.0,
+                "color": color,
+                "label": label,
+            }
             axes.plot(speed[part], acceleration[part], **dots)
         smooth = ideal["slider_velocity"].values, scale.factor * ideal["slider_acceleration"].values
         axes.plot(*smooth, label="ideal joints", **IDEAL)

@@ -17,7 +17,7 @@ import numpy as np
 import scissordyn as sd
 from scissordyn.component.place import GROUND, BodyPoint, Point
 from scissordyn.laws.catalogue import DAMPING, ELASTIC, FRICTION, MATERIALS
-from scissordyn.model.connection import Weld
+from scissordyn.model.joint import Weld
 
 __all__ = ["Case", "random_case"]
 

@@ -12,7 +12,7 @@ from reference.kernels import element_slopes
 from scissordyn.config.file import read_case
 from scissordyn.errors import InputError
 from scissordyn.mechanics import functions
-from scissordyn.model.payload import with_payload
+from scissordyn.model.addition import with_payload
 from scissordyn.plan.plan import plan
 from scissordyn.run.advance.system import make_system
 from scissordyn.run.start.start import prepare_start

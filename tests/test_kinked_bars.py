@@ -12,7 +12,7 @@ from tests.library import on_pin
 
 import scissordyn as sd
 from scissordyn.errors import InputError
-from scissordyn.model.kinked import legs_of
+from scissordyn.model.bending import legs_of
 
 FIRST, SECOND, MASS, RIGIDITY, AXIAL = 1.2, 0.8, 4.0, 2000.0, 1e9
 

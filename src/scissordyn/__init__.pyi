@@ -81,22 +81,25 @@ from scissordyn.laws.friction.lugre import LuGre as LuGre
 from scissordyn.laws.friction.none import NoFriction as NoFriction
 from scissordyn.laws.material import STEEL as STEEL, Material as Material
 from scissordyn.laws.oil import Oil as Oil
-from scissordyn.model.array import hoberman_ring as hoberman_ring, mast as mast, polar_scissor as polar_scissor
-from scissordyn.model.bar import angulated_bar as angulated_bar
+from scissordyn.model.addition import (
+    with_backlash as with_backlash,
+    with_joint_friction as with_joint_friction,
+    with_panels as with_panels,
+    with_payload as with_payload,
+)
 from scissordyn.model.bending import with_bending as with_bending
-from scissordyn.model.body import Body as Body, bar as bar, point_mass as point_mass
+from scissordyn.model.body import Body as Body, Track as Track, bar as bar, point_mass as point_mass
 from scissordyn.model.clearance import Clearance as Clearance
-from scissordyn.model.connection import Weld as Weld
-from scissordyn.model.backlash import with_backlash as with_backlash
-from scissordyn.model.coupling import CoordinateDrive as CoordinateDrive
-from scissordyn.model.coupling import Coupling as Coupling
-from scissordyn.model.coupling import Distance as Distance
-from scissordyn.model.coupling import RelativeAngle as RelativeAngle
-from scissordyn.model.coupling import Slide as Slide
-from scissordyn.model.drive import Drive as Drive
+from scissordyn.model.coupling import (
+    CoordinateDrive as CoordinateDrive,
+    Coupling as Coupling,
+    Distance as Distance,
+    Drive as Drive,
+    RelativeAngle as RelativeAngle,
+    Slide as Slide,
+)
 from scissordyn.model.guide_clearance import GuideClearance as GuideClearance
-from scissordyn.model.joint import Guide as Guide, Revolute as Revolute
-from scissordyn.model.joint_friction import with_joint_friction as with_joint_friction
+from scissordyn.model.joint import Guide as Guide, Revolute as Revolute, Weld as Weld
 from scissordyn.model.linkage import (
     common_pin as common_pin,
     four_bar as four_bar,
@@ -105,10 +108,14 @@ from scissordyn.model.linkage import (
 )
 from scissordyn.model.lubrication import Lubrication as Lubrication
 from scissordyn.model.mechanism import Mechanism as Mechanism
-from scissordyn.model.payload import with_panels as with_panels, with_payload as with_payload
-from scissordyn.model.scissor import scissor as scissor
+from scissordyn.model.scissor import (
+    angulated_bar as angulated_bar,
+    hoberman_ring as hoberman_ring,
+    mast as mast,
+    polar_scissor as polar_scissor,
+    scissor as scissor,
+)
 from scissordyn.model.section import Section as Section, StructuralMaterial as StructuralMaterial
-from scissordyn.model.track import Track as Track
 from scissordyn.periodic.bifurcation import bifurcation as bifurcation
 from scissordyn.periodic.cycles import cycle as cycle
 from scissordyn.periodic.ensemble import ensemble as ensemble

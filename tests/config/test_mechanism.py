@@ -18,14 +18,12 @@ from scissordyn.component.torsion_spring import TorsionSpring
 from scissordyn.config.file import read_case
 from scissordyn.config.template import template
 from scissordyn.errors import InputError
-from scissordyn.model.array import mast
 from scissordyn.model.body import Body, bar, point_mass
 from scissordyn.model.clearance import Clearance
-from scissordyn.model.connection import Weld
-from scissordyn.model.drive import Drive
-from scissordyn.model.joint import Guide, Revolute
+from scissordyn.model.coupling import Drive
+from scissordyn.model.joint import Guide, Revolute, Weld
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.scissor import scissor
+from scissordyn.model.scissor import mast, scissor
 
 CASE = """
 [structure]

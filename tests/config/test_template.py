@@ -21,7 +21,7 @@ from scissordyn.config.table import table_of
 from scissordyn.config.template import STARTERS, TEMPLATES, TURNS, template
 from scissordyn.config.time_function import DriveTable
 from scissordyn.errors import InputError
-from scissordyn.model.payload import panel_ends, payload_points
+from scissordyn.model.addition import panel_ends, payload_points
 from scissordyn.model.scissor import scissor
 from scissordyn.run.options import Options
 from scissordyn.run.simulate import simulate

@@ -9,13 +9,12 @@ import scissordyn as sd
 from scissordyn.component.rod import Rod
 from scissordyn.component.time_function import Cycloidal
 from scissordyn.kinematics.path import drive_inertia, path_of, smooth_peak
-from scissordyn.model.array import hoberman_ring, mast
+from scissordyn.model.addition import with_payload
 from scissordyn.model.body import bar
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.linkage import four_bar, slider_crank
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.payload import with_payload
-from scissordyn.model.scissor import scissor
+from scissordyn.model.scissor import hoberman_ring, mast, scissor
 from scissordyn.plan.plan import plan
 from scissordyn.run.simulate import simulate
 

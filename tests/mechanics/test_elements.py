@@ -15,7 +15,7 @@ from scissordyn.component.time_function import ConstantSpeed, Cycloidal, Harmoni
 from scissordyn.component.torque import Torque
 from scissordyn.component.torsion_spring import TorsionSpring
 from scissordyn.mechanics.time_function import function_at, function_rows
-from scissordyn.model.connection import Weld
+from scissordyn.model.joint import Weld
 from scissordyn.model.mechanism import Mechanism
 
 TIGHT = {"rtol": 1e-11, "atol": 1e-11, "samples": 101}

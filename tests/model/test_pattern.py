@@ -4,7 +4,7 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.errors import InputError
-from scissordyn.model.pattern import matching
+from scissordyn.model.parameter_path import matching
 
 PIN = sd.Clearance(0.5e-3)
 

@@ -8,7 +8,7 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.errors import InputError
-from scissordyn.model.connection import Weld
+from scissordyn.model.joint import Weld
 
 TIGHT = {"until": 1.0, "rtol": 1e-12, "atol": 1e-12, "samples": 51}
 

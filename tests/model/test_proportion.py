@@ -11,8 +11,8 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.config.file import read_case
+from scissordyn.model.check import proportion_warnings
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.proportion import proportion_warnings
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
 

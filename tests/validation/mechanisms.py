@@ -18,8 +18,7 @@ from scissordyn.laws.friction.coulomb import Coulomb
 from scissordyn.laws.friction.lugre import LuGre
 from scissordyn.model.body import Body
 from scissordyn.model.clearance import Clearance
-from scissordyn.model.connection import Weld
-from scissordyn.model.joint import Guide, Revolute
+from scissordyn.model.joint import Guide, Revolute, Weld
 from scissordyn.model.mechanism import Mechanism
 
 CLEARANCE = 1e-3

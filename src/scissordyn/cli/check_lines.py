@@ -22,8 +22,8 @@ from scissordyn.errors import InputError, command
 from scissordyn.kinematics.branching import drive_warnings
 from scissordyn.kinematics.closure import check_tables
 from scissordyn.kinematics.path import DriveInertia, drive_inertia, path_of, smooth_peak
+from scissordyn.model.clearance import hard_numbers
 from scissordyn.model.commanded import commanded, rigid
-from scissordyn.model.hard_contact import hard_numbers
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.run.advance.trajectory import make_driver

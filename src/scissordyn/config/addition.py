@@ -17,12 +17,11 @@ from scissordyn.control.controller import Controller
 from scissordyn.errors import InputError
 from scissordyn.laws.contact import Damping, Elastic, Friction
 from scissordyn.laws.damping.factors import LankaraniNikravesh
+from scissordyn.model.addition import with_joint_friction, with_panels, with_payload
 from scissordyn.model.bending import with_bending
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.guide_clearance import GuideClearance
-from scissordyn.model.joint_friction import with_joint_friction
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.payload import with_panels, with_payload
 from scissordyn.run.feed_forward import feed_forward
 from scissordyn.units import quantities
 

@@ -33,13 +33,12 @@ from scissordyn.errors import InputError
 from scissordyn.laws.catalogue import MATERIALS
 from scissordyn.laws.material import Material
 from scissordyn.laws.oil import OILS, Oil
-from scissordyn.model.backlash import closed
-from scissordyn.model.body import Body, bar_points, uniform_inertia
+from scissordyn.model.addition import closed
+from scissordyn.model.body import Body, Track, bar_points, uniform_inertia
 from scissordyn.model.coupling import Coordinate, CoordinateDrive, Coupling, Distance, Slide
 from scissordyn.model.lubrication import Lubrication
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import first_difference, to_plain
-from scissordyn.model.track import Track
 from scissordyn.model.walk import Declared, declared, given
 from scissordyn.plugin.element import Part
 from scissordyn.run.options import Options

@@ -11,7 +11,7 @@ from scissordyn.config.table import About, Call, Context, Hints, Table, read_as,
 from scissordyn.config.time_function import time_function
 from scissordyn.config.value import BODY_POINT
 from scissordyn.errors import InputError
-from scissordyn.model.backlash import closed, with_backlash
+from scissordyn.model.addition import closed, with_backlash
 from scissordyn.model.coupling import Coordinate, Coupling, Distance, RelativeAngle, Slide
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.units import Quantity, quantities

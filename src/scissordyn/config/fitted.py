@@ -18,10 +18,10 @@ from scissordyn.config.table import instance
 from scissordyn.config.time_function import DriveTable
 from scissordyn.errors import InputError, command, did_you_mean
 from scissordyn.kinematics.path import Path, drive_inertia, drive_rate, path_of
+from scissordyn.model.addition import with_panels, with_payload
 from scissordyn.model.commanded import rigid
 from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.payload import with_panels, with_payload
 from scissordyn.plan.plan import plan
 from scissordyn.run.feed_forward import feed_forward
 from scissordyn.run.start.reaction import ideal_reactions

@@ -15,12 +15,10 @@ from scissordyn.config.code import AbsentPart, code_of
 from scissordyn.config.coupling import COORDINATE_DRIVE, CouplingTable
 from scissordyn.config.table import About, Context, Hints, Reader, Shape, Table, filler, keys_of, made_table, reader, table_of
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.model.body import Body, bar
-from scissordyn.model.connection import Weld
+from scissordyn.model.body import Body, Track, bar
 from scissordyn.model.coupling import CoordinateDrive
-from scissordyn.model.joint import Guide, Revolute
+from scissordyn.model.joint import Guide, Revolute, Weld
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.track import Track
 from scissordyn.units import Quantity
 
 _CENTRE = Quantity("m", help="mass centre in the body's frame; of a bar its middle")

@@ -10,10 +10,9 @@ from typing import Annotated, Any, Literal
 from scissordyn.config.addition import ALL_BARS, BARS_SAMPLE
 from scissordyn.config.table import About, Call, Context, Reader, Table, made_table, reader, table_of
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.model.array import hoberman_ring, mast, polar_scissor
 from scissordyn.model.linkage import four_bar, n_four_bar, slider_crank
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.scissor import scissor
+from scissordyn.model.scissor import hoberman_ring, mast, polar_scissor, scissor
 from scissordyn.units import quantities
 
 _MECHANISM = quantities(Mechanism)

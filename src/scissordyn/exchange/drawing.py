@@ -11,12 +11,11 @@ from scissordyn.component.force import Force
 from scissordyn.component.place import GROUND, BodyPoint, Point
 from scissordyn.component.time_function import TimeFunction
 from scissordyn.errors import InputError
-from scissordyn.model.body import Body, point_mass
-from scissordyn.model.drive import Drive
+from scissordyn.model.body import Body, Track, point_mass
+from scissordyn.model.coupling import Drive
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.linkage import common_pin
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.track import Track
 
 UNITS = {"mm": 1e-3, "cm": 1e-2, "dm": 0.1, "m": 1.0, "um": 1e-6, "in": 0.0254, "ft": 0.3048}
 """Units of length of drawings and tables [m]."""

@@ -24,9 +24,8 @@ from scissordyn.errors import InputError
 from scissordyn.exchange.drawing import Imported, plain_name
 from scissordyn.extra import library
 from scissordyn.model.body import Body
-from scissordyn.model.connection import Weld
 from scissordyn.model.coupling import Coordinate, Coupling, RelativeAngle, Slide
-from scissordyn.model.joint import Guide, Revolute
+from scissordyn.model.joint import Guide, Revolute, Weld
 from scissordyn.model.mechanism import Mechanism
 
 PARALLEL = 1e-9  # Axes are parallel, and gravity is in the plane, within this sine

@@ -15,11 +15,10 @@ from typing import Any, NamedTuple, TypeAlias
 
 from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
-from scissordyn.model.backlash import closed
+from scissordyn.model.addition import closed
 from scissordyn.model.body import Body
-from scissordyn.model.connection import Weld
 from scissordyn.model.coupling import Coordinate, CoordinateDrive, Coupling, Distance, RelativeAngle
-from scissordyn.model.joint import Guide, Revolute
+from scissordyn.model.joint import Guide, Revolute, Weld
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.simulate import simulate
 

@@ -34,7 +34,7 @@ from scissordyn.exchange.drawing import (
     uniform,
     with_point_mass,
 )
-from scissordyn.model.drive import Drive
+from scissordyn.model.coupling import Drive
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.units import rpm
 

@@ -1,4 +1,4 @@
-"""Rigid bodies, bars and point masses."""
+"""Rigid bodies, bars and point masses, and points of them whose motion is recorded."""
 
 from __future__ import annotations
 
@@ -130,3 +130,21 @@ def bar(
 def point_mass(name: str, *, mass: float, position: Point | None = None) -> Body:
     """A body without rotation and with one point, "centre"."""
     return Body(name=name, mass=mass, inertia=None, points={"centre": (0.0, 0.0)}, position=position)
+
+
+@documented
+@dataclass(frozen=True)
+class Track:
+    """A point of a body whose position, velocity, acceleration and deviation from the commanded path are recorded."""
+
+    name: Annotated[str, Meaning("name of the tracked point")]
+    body: Annotated[str, Meaning("the body")]
+    point: Annotated[str | Point, Meaning('a point of the body, or a place in its frame as "1.2, 0 m"')]
+    tolerance: Annotated[float | None, Quantity("m", above=0.0, help="deviation within which the point has settled")] = None
+
+    def __post_init__(self) -> None:
+        check_quantities(self, f"tracked point {self.name!r}")
+        if not self.name or not isinstance(self.name, str):
+            raise InputError(f"tracked point {self.name!r}", "a name")
+        if not isinstance(self.point, str):
+            object.__setattr__(self, "point", tuple(self.point))

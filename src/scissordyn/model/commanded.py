@@ -14,8 +14,8 @@ from scissordyn.component.flexible_bar import FlexibleBar
 from scissordyn.component.place import GROUND, Point
 from scissordyn.component.time_function import ConstantSpeed
 from scissordyn.model.body import Body
-from scissordyn.model.connection import Weld
-from scissordyn.model.drive import Drive
+from scissordyn.model.coupling import Drive
+from scissordyn.model.joint import Weld
 from scissordyn.model.mechanism import Mechanism
 
 TINY = 1e-9  # Part of the mass of a cross-section that is left with it: a body has a mass

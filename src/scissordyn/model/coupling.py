@@ -1,4 +1,4 @@
-"""Linear relations between coordinates of a mechanism, and coordinates that are prescribed."""
+"""Coordinates of a mechanism: linear relations between them, and drives, which prescribe them."""
 
 from __future__ import annotations
 
@@ -126,3 +126,15 @@ class CoordinateDrive:
     def terms(self) -> tuple[tuple[float, Coordinate], ...]:
         """Factor and coordinate."""
         return ((1.0, self.coordinate),)
+
+
+@documented
+@dataclass(frozen=True)
+class Drive:
+    """A prescribed angle of a body; the driving torque follows from the motion."""
+
+    body: Annotated[str, Meaning("the driven body")]
+    motion: Annotated[TimeFunction, Meaning("the prescribed angle", "ConstantSpeed(rpm(150))")]
+
+    def __post_init__(self) -> None:
+        check_quantities(self, f"drive of '{self.body}'")

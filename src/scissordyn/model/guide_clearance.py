@@ -15,7 +15,7 @@ from scissordyn.laws.elastic.hertz import Hertz
 from scissordyn.laws.friction.none import NoFriction
 from scissordyn.laws.material import STEEL, Material
 from scissordyn.model.body import Body, check_place
-from scissordyn.model.hard_contact import ContactKind, check_hard
+from scissordyn.model.clearance import ContactKind, check_hard
 from scissordyn.units import Meaning, Quantity, check_quantities, documented
 
 

@@ -1,11 +1,11 @@
-"""Joints between bodies, and guides."""
+"""Joints between bodies: pins, guides and welds."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Annotated
 
-from scissordyn.component.place import GROUND, BodyPoint, Point
+from scissordyn.component.place import GROUND, BodyPoint, Name, Point, Reference
 from scissordyn.component.port.declaration import Attachment, Ends, direction, place
 from scissordyn.errors import InputError
 from scissordyn.model.clearance import Clearance
@@ -72,3 +72,18 @@ class Guide:
             raise InputError(
                 f"guide '{self.name}' on body '{self.body}' guides a point of the '{GROUND}'", "a point of a body as follower"
             )
+
+
+@documented
+@dataclass(frozen=True)
+class Weld:
+    """A rigid connection: two points coincide and the bodies keep the relative angle of the start."""
+
+    name: Name
+    start: Reference
+    end: Reference
+
+    def __post_init__(self) -> None:
+        check_quantities(self, f"weld '{self.name}'")
+        if self.start[0] == self.end[0]:
+            raise InputError(f"weld '{self.name}' connects body '{self.start[0]}' with itself", "two different bodies")

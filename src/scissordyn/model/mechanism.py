@@ -19,18 +19,14 @@ from scissordyn.component.rod import Rod
 from scissordyn.component.time_function import ConstantSpeed, OverTime, TimeFunction
 from scissordyn.control.controller import Controller
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.model.body import Body
+from scissordyn.model.body import Body, Track
 from scissordyn.model.check import check_parts
 from scissordyn.model.clearance import Clearance
-from scissordyn.model.connection import Weld
-from scissordyn.model.coupling import CoordinateDrive, Coupling
-from scissordyn.model.drive import Drive
+from scissordyn.model.coupling import CoordinateDrive, Coupling, Drive
 from scissordyn.model.guide_clearance import ContactPoint, GuideClearance, block_contact_points
-from scissordyn.model.joint import Guide, Revolute
+from scissordyn.model.joint import Guide, Revolute, Weld
 from scissordyn.model.lubrication import Lubrication
-from scissordyn.model.parameter_path import changed
-from scissordyn.model.pattern import matching
-from scissordyn.model.track import Track
+from scissordyn.model.parameter_path import changed, matching
 from scissordyn.offer import offered
 from scissordyn.units import Meaning, Quantity, check_quantities, checked, documented
 

@@ -1,4 +1,4 @@
-"""The one language for which number of a mechanism is meant: ``A.clearance``, ``drive.speed``, ``servo.controller.limit``.
+"""Which parts are meant, by patterns of names, and which numbers: ``A.clearance``, ``drive.speed``, ``servo.controller.limit``.
 
 A parameter path names a part and a field of it, and goes on into what the field holds. The kind before the name tells parts
 of the same name apart (``joint.A.clearance``, ``body.slider.mass``), a pattern takes several at once
@@ -8,17 +8,46 @@ go on with ``x`` and ``y``, the points of a body with their names (``crank.centr
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Any
 
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.model.pattern import matching
 from scissordyn.model.walk import Declared, Route, at, declared, is_described, replaced
 from scissordyn.model.walk import Place as Place
 from scissordyn.units import Quantity, quantities
 
 if TYPE_CHECKING:
     from scissordyn.model.mechanism import Mechanism
+
+
+GROUPS = {
+    "all": ("*",),
+    "pivots": ("*/pivot",),
+    "ends": ("*/upper", "*/lower", "*/left", "*/right"),
+}
+"""Group names of the joints of arrays: all, those inside the units, those between units."""
+
+
+def matching(what: str, patterns: str | Iterable[str], names: Sequence[str]) -> tuple[str, ...]:
+    wanted: set[str] = set()
+    for pattern in (patterns,) if isinstance(patterns, str) else tuple(patterns):
+        if not isinstance(pattern, str):
+            raise InputError(f"{what} {pattern!r}", "text: a name or a pattern")
+        shapes = (pattern,) if pattern in names else GROUPS.get(pattern, (pattern,))
+        matches = {name for name in names if name == pattern}
+        matches = matches or {name for name in names if any(fnmatchcase(name, shape) for shape in shapes)}
+        if not matches:
+            names_and_groups = (*names, *GROUPS)
+            raise InputError(
+                f"{what} '{pattern}'{did_you_mean(pattern, names_and_groups)}",
+                "one of " + (", ".join(names) or "none") + "; or " + ", ".join(GROUPS) + "; or a pattern such as 'unit 1/*'",
+            )
+        wanted |= matches
+    if not wanted:
+        raise InputError(f"no {what} named", "one or more names or patterns")
+    return tuple(name for name in names if name in wanted)
+
 
 DRIVE = "drive"
 

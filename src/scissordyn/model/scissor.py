@@ -1,13 +1,13 @@
-"""Arrays of scissor-like elements."""
+"""Arrays of scissor-like elements: straight, upright, curved, and closed to a ring."""
 
 from __future__ import annotations
 
 import math
 from typing import Annotated, Literal
 
-from scissordyn.component.place import GROUND
+from scissordyn.component.place import GROUND, Point
 from scissordyn.errors import InputError
-from scissordyn.model.body import bar, point_mass
+from scissordyn.model.body import Body, bar, point_mass
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Gravity, GravityDirection, Mechanism
 from scissordyn.units import Meaning, Quantity, Sample, checked, documented
@@ -100,3 +100,242 @@ def scissor(
         input_body="unit 1/bar 1",
         output_body="slider",
     )
+
+
+@documented
+@checked
+def angulated_bar(
+    name: str,
+    *,
+    first: Annotated[float, Quantity("m", above=0.0, help="from the start to the pivot")],
+    second: Annotated[float, Quantity("m", above=0.0, help="from the pivot to the end")],
+    kink: Annotated[float, Quantity("rad", help="angle from the direction of the first leg to that of the second")] = 0.0,
+    mass: Annotated[float, Quantity("kg", above=0.0, help="of both legs, in proportion to their lengths")],
+    position: Annotated[Point, Meaning("of its start [m]")] = (0.0, 0.0),
+    angle: Annotated[float, Quantity("rad", help="direction of the first leg")] = 0.0,
+) -> Body:
+    """A uniform bar of two straight legs that meet at a pivot; without a kink a straight bar with a pivot outside its middle.
+
+    Returns
+    -------
+    Body
+        With points "start", "pivot" and "end".
+    """
+    end = first + second * math.cos(kink), second * math.sin(kink)
+    fractions = first / (first + second), second / (first + second)
+    middles = (0.5 * first, 0.0), (0.5 * (first + end[0]), 0.5 * end[1])
+    centre = tuple(sum(fraction * middle[axis] for fraction, middle in zip(fractions, middles, strict=True)) for axis in (0, 1))
+    legs = zip(fractions, (first, second), middles, strict=True)
+    inertia = mass * sum(fraction * (leg**2 / 12.0 + math.dist(middle, centre) ** 2) for fraction, leg, middle in legs)
+    return Body(
+        name=name,
+        mass=mass,
+        inertia=inertia,
+        points={"start": (0.0, 0.0), "pivot": (first, 0.0), "end": end},
+        centre=(centre[0], centre[1]),
+        position=position,
+        angle=angle,
+    )
+
+
+Inclination = Annotated[
+    float,
+    Quantity("rad", help="mean inclination th of the bars to the circumference; the array extends as it falls"),
+]
+
+
+@documented
+@checked
+def polar_scissor(
+    *,
+    units: Units = 4,
+    inner: Annotated[float, Quantity("m", above=0.0, help="leg a of a bar, inside of its pivot")] = 0.8,
+    outer: Annotated[float, Quantity("m", above=0.0, help="leg b of a bar, outside of its pivot")] = 1.2,
+    kink: Annotated[float, Quantity("rad", help="angle k between the two legs of a bar, 0 for straight bars")] = 0.0,
+    bar_mass: BarMass = 5.0,
+    slider_mass: SliderMass = 5.0,
+    angle: Inclination = math.pi / 4,
+    gravity: Gravity = 9.81,
+    gravity_direction: GravityDirection = -math.pi / 2,
+) -> Mechanism:
+    """An array that curves: the bars of a unit cross outside their middles, or are kinked there.
+
+    The first unit starts on the y axis, pinned at the origin with its inner end and with a slider at its outer end. With
+    a and b the legs inside and outside of the pivot, th the mean inclination of the bars against the circumference and k
+    the kink, a unit spans the angle g and the inner and outer ends lie on circles of radii R_i and R_o:
+
+        tan(g/2) = (b cos(th - k/2) - a cos(th + k/2)) / (b sin(th - k/2) + a sin(th + k/2))
+        R_i = a cos(th + k/2) / sin(g/2),    R_o = b cos(th - k/2) / sin(g/2)
+
+    With straight bars, tan(g/2) = (b - a)/(b + a) cot th: the curvature, downwards if b > a, changes during deployment. With
+    equal legs g = k: the radius changes and the angle does not (Hoberman 1990, US patent 4942700).
+
+    Returns
+    -------
+    Mechanism
+        Bodies "unit 1/bar 1" (from the inner to the outer circle), "unit 1/bar 2" (from the outer to the inner one), ...
+        with points "start", "pivot", "end", and "slider"; joints "O" (ground pin), "A" (slider), "unit 1/pivot", ... and
+        "unit 1/upper" (outer), "unit 1/lower" (inner) between units 1 and 2; guide "guide".
+    """
+    _check_opening(inner, outer, kink, angle)
+    height = _height(inner, outer, kink, angle)
+    return Mechanism(
+        bodies=(
+            *_curved_bars(units, inner, outer, kink, bar_mass, angle, (0.0, 0.0)),
+            point_mass("slider", mass=slider_mass, position=(0.0, height)),
+        ),
+        joints=(
+            Revolute("O", ("unit 1/bar 1", "start"), (GROUND, "origin")),
+            Revolute("A", ("unit 1/bar 2", "start"), ("slider", "centre")),
+            *joints_of_units(units, pivot="pivot"),
+        ),
+        guides=(Guide("guide", ("slider", "centre"), direction=0.5 * math.pi),),
+        ground=(("origin", (0.0, 0.0)),),
+        gravity=gravity,
+        gravity_direction=gravity_direction,
+        input_body="unit 1/bar 1",
+        output_body="slider",
+    )
+
+
+@documented
+@checked
+def hoberman_ring(
+    *,
+    units: Annotated[int, Quantity("1", minimum=3, maximum=MOST_UNITS, because=UNITS_TAKE, help="number of units")] = 12,
+    leg: Annotated[float, Quantity("m", above=0.0, help="p, from the pivot of a bar to each of its ends")] = 0.5,
+    bar_mass: BarMass = 1.0,
+    angle: Inclination = math.pi / 4,
+    gravity: Gravity = 0.0,
+    gravity_direction: GravityDirection = -math.pi / 2,
+) -> Mechanism:
+    """A closed ring of angulated units, each spanning k = 2 pi/N, that opens and closes with one degree of freedom.
+
+    With p the leg and th the mean inclination of the bars against the circumference, pivots, inner and outer ends lie on
+    circles about the origin (You and Pellegrino 1997, Foldable bar structures):
+
+        R = p cos th / sin(k/2),    R_i = p cos(th + k/2) / sin(k/2),    R_o = p cos(th - k/2) / sin(k/2)
+
+    Returns
+    -------
+    Mechanism
+        Bodies "unit 1/bar 1", "unit 1/bar 2", ..., clockwise from the top, with points "start", "pivot", "end"; joints
+        "unit 1/pivot", ..., "unit 1/upper" (outer) and "unit 1/lower" (inner) between units 1 and 2, ... and between units N
+        and 1; guides "guide 1", "guide 2", "guide 3", which keep three of the pivots on rays from the origin.
+    """
+    kink = 2.0 * math.pi / units
+    _check_opening(leg, leg, kink, angle)
+    inside = leg * math.cos(angle + 0.5 * kink) / math.sin(0.5 * kink)
+    guided = (1, 1 + units // 3, 1 + 2 * units // 3)
+    return Mechanism(
+        bodies=_curved_bars(units, leg, leg, kink, bar_mass, angle, (0.0, inside)),
+        joints=joints_of_units(units, pivot="pivot", closed=True),
+        guides=tuple(
+            Guide(f"guide {number}", (f"unit {unit}/bar 1", "pivot"), direction=0.5 * math.pi - (unit - 0.5) * kink)
+            for number, unit in enumerate(guided, start=1)
+        ),
+        gravity=gravity,
+        gravity_direction=gravity_direction,
+        input_body="unit 1/bar 1",
+    )
+
+
+@documented
+@checked
+def mast(
+    *,
+    units: Units = 4,
+    bar_length: BarLength = 1.0,
+    bar_mass: BarMass = 2.0,
+    slider_mass: SliderMass = 1.0,
+    platform_mass: Annotated[float | None, Quantity("kg", above=0.0, help="mass of a platform on top, none without it")] = None,
+    angle: Annotated[
+        float,
+        Quantity("rad", help="th of the bars to the base at the start, above 0 and below 90 deg; the mast extends as it grows"),
+    ] = math.pi / 6,
+    gravity: Gravity = 9.81,
+    gravity_direction: GravityDirection = -math.pi / 2,
+) -> Mechanism:
+    """An array on a base along x that extends along y to the height N L sin th, with or without a platform.
+
+    A platform is uniform and as long as a bar, pinned to the left end of the last unit, and rests on its right end.
+
+    Returns
+    -------
+    Mechanism
+        Bodies "unit 1/bar 1" (rising to the right), "unit 1/bar 2" (rising to the left), ..., "slider" and "platform";
+        joints "O" (ground pin at the origin), "A" (slider on the base), "unit 1/pivot", ..., "unit 1/right", "unit 1/left"
+        between units 1 and 2, and "platform pin"; guides "guide" and "platform guide".
+    """
+    _check_opening(0.5 * bar_length, 0.5 * bar_length, 0.0, angle)
+    width, storey = bar_length * math.cos(angle), bar_length * math.sin(angle)
+    bodies: list[Body] = []
+    for unit in range(1, units + 1):
+        level = (unit - 1) * storey
+        for number, start, lean in ((1, 0.0, angle), (2, width, math.pi - angle)):
+            name = f"unit {unit}/bar {number}"
+            bodies.append(bar(name, length=bar_length, mass=bar_mass, position=(start, level), angle=lean))
+    bodies.append(point_mass("slider", mass=slider_mass, position=(width, 0.0)))
+    joints = [
+        Revolute("O", ("unit 1/bar 1", "start"), (GROUND, "origin")),
+        Revolute("A", ("unit 1/bar 2", "start"), ("slider", "centre")),
+        *joints_of_units(units, pivot="middle", sides=("right", "left")),
+    ]
+    guides = [Guide("guide", ("slider", "centre"))]
+    if platform_mass is not None:
+        bodies.append(bar("platform", length=bar_length, mass=platform_mass, position=(0.0, units * storey)))
+        joints.append(Revolute("platform pin", (f"unit {units}/bar 2", "end"), ("platform", "start")))
+        guides.append(Guide("platform guide", (f"unit {units}/bar 1", "end"), body="platform"))
+    return Mechanism(
+        bodies=tuple(bodies),
+        joints=tuple(joints),
+        guides=tuple(guides),
+        ground=(("origin", (0.0, 0.0)),),
+        gravity=gravity,
+        gravity_direction=gravity_direction,
+        input_body="unit 1/bar 1",
+        output_body="slider",
+    )
+
+
+def _height(inner: float, outer: float, kink: float, angle: float) -> float:
+    """Distance between the inner and the outer end of a unit [m]."""
+    across = outer * math.cos(angle - 0.5 * kink) - inner * math.cos(angle + 0.5 * kink)
+    return math.hypot(across, outer * math.sin(angle - 0.5 * kink) + inner * math.sin(angle + 0.5 * kink))
+
+
+def _span(inner: float, outer: float, kink: float, angle: float) -> float:
+    """The angle that a unit spans [rad]."""
+    across = outer * math.cos(angle - 0.5 * kink) - inner * math.cos(angle + 0.5 * kink)
+    return 2.0 * math.atan2(across, outer * math.sin(angle - 0.5 * kink) + inner * math.sin(angle + 0.5 * kink))
+
+
+def _curved_bars(
+    units: int, inner: float, outer: float, kink: float, mass: float, angle: float, start: Point
+) -> tuple[Body, ...]:
+    """The bars of units one after the other, clockwise, the first with its inner end at `start` on the y axis."""
+    bodies: list[Body] = []
+    span, (x, y) = _span(inner, outer, kink, angle), start
+    for unit in range(1, units + 1):
+        along = -(unit - 0.5) * span
+        steep, flat = along + angle + 0.5 * kink, along - angle + 0.5 * kink
+        pivot = x + inner * math.cos(steep), y + inner * math.sin(steep)
+        high = pivot[0] - outer * math.cos(flat), pivot[1] - outer * math.sin(flat)
+        # bar 1 meets the pivot with its inner leg, bar 2 with its outer one; both bend clockwise there
+        for number, first, second, place, lean in ((1, inner, outer, (x, y), steep), (2, outer, inner, high, flat)):
+            name = f"unit {unit}/bar {number}"
+            bodies.append(angulated_bar(name, first=first, second=second, kink=-kink, mass=mass, position=place, angle=lean))
+        x, y = pivot[0] + inner * math.cos(flat - kink), pivot[1] + inner * math.sin(flat - kink)
+    return tuple(bodies)
+
+
+def _check_opening(inner: float, outer: float, kink: float, angle: float) -> None:
+    """Raise `InputError` unless the ends of a unit are apart, both across the array and along it."""
+    across = outer * math.sin(angle - 0.5 * kink) + inner * math.sin(angle + 0.5 * kink)
+    along = min(math.cos(angle - 0.5 * kink), math.cos(angle + 0.5 * kink))
+    if not (0.0 < angle < 0.5 * math.pi and across > 0.0 and along > 0.0):
+        raise InputError(
+            f"angle = {math.degrees(angle):g} deg, at which the array cannot be assembled",
+            f"an angle above 0 and below {math.degrees(0.5 * math.pi - 0.5 * abs(kink)):g} deg",
+            Sample("angle", math.radians(30.0), "rad"),
+        )

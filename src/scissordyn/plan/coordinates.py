@@ -14,9 +14,8 @@ import numpy as np
 from scissordyn.component.place import GROUND, BodyPoint, Point
 from scissordyn.component.port import AXIS
 from scissordyn.component.time_function import TimeFunction
-from scissordyn.model.body import Body
+from scissordyn.model.body import Body, Track
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.track import Track
 from scissordyn.plan.elimination import Expression, add, scaled
 from scissordyn.plan.flexible import Axis, axes_of, clamped_bodies
 

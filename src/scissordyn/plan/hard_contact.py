@@ -15,9 +15,8 @@ from scissordyn.mechanics.hard_result import RESULTS
 from scissordyn.mechanics.hard_rows import HardContacts
 from scissordyn.mechanics.impulse_solver import COUNTS
 from scissordyn.mechanics.pivoting import table_shape
-from scissordyn.model.clearance import Clearance
+from scissordyn.model.clearance import Clearance, hard_numbers
 from scissordyn.model.guide_clearance import GuideClearance
-from scissordyn.model.hard_contact import hard_numbers
 from scissordyn.plan.ordering import coupled, members, pairs_of, reach, reverse_cuthill_mckee
 from scissordyn.plan.plan import Plan
 from scissordyn.plugin.element import PARAMETERS, pointers, row_of

@@ -18,17 +18,14 @@ from scissordyn.component.time_function import TimeFunction
 from scissordyn.mechanics.body_maps import BodyMaps
 from scissordyn.mechanics.reactions import Balance
 from scissordyn.mechanics.system import FrictionWorkspace, Model, Parameters
-from scissordyn.model.body import Body
-from scissordyn.model.clearance import Clearance
-from scissordyn.model.connection import Weld
-from scissordyn.model.drive import Drive
+from scissordyn.model.body import Body, Track
+from scissordyn.model.check import proportion_warnings
+from scissordyn.model.clearance import Clearance, ContactKind, contact_states
+from scissordyn.model.coupling import Drive
 from scissordyn.model.guide_clearance import ContactPoint
-from scissordyn.model.hard_contact import ContactKind, contact_states
-from scissordyn.model.joint import Guide, Revolute
+from scissordyn.model.joint import Guide, Revolute, Weld
 from scissordyn.model.lubrication import Lubrication
 from scissordyn.model.mechanism import LENT, PLAN, Mechanism
-from scissordyn.model.proportion import proportion_warnings
-from scissordyn.model.track import Track
 from scissordyn.plan.acting import acting, start_coordinates
 from scissordyn.plan.balance import balance
 from scissordyn.plan.bodies import body_maps

@@ -12,10 +12,9 @@ import numpy as np
 from scissordyn.component.place import GROUND
 from scissordyn.component.port.stroke import AXIS_POINTS
 from scissordyn.errors import InputError
-from scissordyn.model.body import Body
+from scissordyn.model.addition import panel_ends, payload_points
+from scissordyn.model.body import Body, Track
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.payload import panel_ends, payload_points
-from scissordyn.model.track import Track
 from scissordyn.plot.bar_diagram import Diagram, check_quantity, known_diagrams, part_indices
 from scissordyn.plot.contact import frame_contacts
 from scissordyn.plot.label_place import LOOKS, REGION, asides

@@ -14,7 +14,7 @@ from scissordyn.component.beam import Beam
 from scissordyn.component.flexible_bar import FlexibleBar
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.pattern import matching
+from scissordyn.model.parameter_path import matching
 from scissordyn.plan.bending import HERMITE, beams_of
 from scissordyn.plan.flexible import flexible_bars
 from scissordyn.run.answer.bars import PARTS, marks_of, part_names

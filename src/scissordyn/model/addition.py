@@ -1,19 +1,187 @@
-"""Backlash of a coupling: a body with both flanks on one side, and a stop for each flank."""
+"""What is added to a mechanism: payloads and panels, friction in pins, backlash."""
 
 from __future__ import annotations
 
 import dataclasses
 import math
+import re
+from collections.abc import Iterable
 from typing import Annotated, Any
 
 from scissordyn.component.angle_stop import AngleStop
-from scissordyn.component.place import GROUND, BodyPoint
-from scissordyn.errors import InputError
+from scissordyn.component.lugre import PinLuGre
+from scissordyn.component.pin_friction import PinFriction
+from scissordyn.component.place import GROUND, BodyPoint, Point
+from scissordyn.errors import InputError, did_you_mean
+from scissordyn.laws.friction.bristle import BristleDamping
+from scissordyn.model.bending import cross_section
 from scissordyn.model.body import Body
 from scissordyn.model.coupling import Coordinate, Coupling, Distance, RelativeAngle
 from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.parameter_path import matching
 from scissordyn.units import Meaning, Quantity, checked, documented, quantities
+
+PAYLOAD, PANEL = "payload", "panel"
+"""Names of the points that say where a body carries what: "payload", and "panel start" and "panel end", numbered from the
+second one on. Pictures draw them, and they can be tracked as any point."""
+
+
+@documented
+@checked
+def with_payload(
+    mechanism: Mechanism,
+    place: Annotated[str | BodyPoint, Meaning('a joint (at the body of its journal), or a point as "BODY.POINT"')],
+    mass: Annotated[float, Quantity("kg", above=0.0, help="mass")],
+    *,
+    inertia: Annotated[float, Quantity("kg m^2", minimum=0.0, help="about the payload's own mass centre")] = 0.0,
+) -> Mechanism:
+    """The same mechanism with a payload fixed to one of its bodies, which gets a point "payload" there.
+
+    Returns
+    -------
+    Mechanism
+    """
+    carrier = mechanism.joint_or_point(place)
+    name, point = carrier.journal if isinstance(carrier, Revolute) else cross_section(mechanism, carrier)
+    if name == GROUND:
+        raise InputError(f"a payload on the ground at '{place}'", "a body and one of its points")
+    body = mechanism.body(name)
+    local = _local(body, point)
+    marked = _marked(body, {PAYLOAD: local}, len(payload_points(body)))
+    return _exchanged(mechanism, [_loaded(marked, mass, local, inertia)])
+
+
+@documented
+@checked
+def with_panels(
+    mechanism: Mechanism,
+    bodies: Annotated[str | Iterable[str], Meaning("which bars, by name or pattern")],
+    mass: Annotated[float, Quantity("kg", above=0.0, help="mass of one panel")],
+    *,
+    start: Annotated[str, Meaning("a point of the bar, where the panel begins")] = "start",
+    end: Annotated[str, Meaning("a point of the bar, where the panel ends")] = "end",
+) -> Mechanism:
+    """The same mechanism with a panel on each of some bars, its mass spread evenly between two points of the bar.
+
+    The bar gets points "panel start" and "panel end" there.
+
+    Returns
+    -------
+    Mechanism
+    """
+    rotating = [body.name for body in mechanism.bodies if body.rotates]
+    changed = []
+    for name in matching("rotating body", bodies, rotating):
+        body = mechanism.body(name)
+        first, second = _local(body, start), _local(body, end)
+        middle = 0.5 * (first[0] + second[0]), 0.5 * (first[1] + second[1])
+        marked = _marked(body, {f"{PANEL} start": first, f"{PANEL} end": second}, len(panel_ends(body)))
+        changed.append(_loaded(marked, mass, middle, mass * math.dist(first, second) ** 2 / 12.0))
+    return _exchanged(mechanism, changed)
+
+
+def payload_points(body: Body) -> list[str]:
+    """Names of the points at which a body carries payloads."""
+    return [name for name in body.points if re.fullmatch(rf"{PAYLOAD}( \d+)?", name)]
+
+
+def panel_ends(body: Body) -> list[tuple[str, str]]:
+    """Names of the points between which a body carries panels."""
+    starts = [name for name in body.points if re.fullmatch(rf"{PANEL}( \d+)? start", name)]
+    pairs = [(name, name.removesuffix("start") + "end") for name in starts]
+    return [pair for pair in pairs if pair[1] in body.points and body.points[pair[0]] != body.points[pair[1]]]
+
+
+def _marked(body: Body, places: dict[str, Point], earlier: int) -> Body:
+    """A body with further points, numbered if there are such points already."""
+    number = f" {earlier + 1}" if earlier else ""
+    named = {re.sub(f"^({PAYLOAD}|{PANEL})", rf"\g<1>{number}", name): place for name, place in places.items()}
+    return dataclasses.replace(body, points={**body.points, **named})
+
+
+def _local(body: Body, point: str) -> Point:
+    if point not in body.points:
+        raise InputError(
+            f"point '{point}' of body '{body.name}'{did_you_mean(point, body.points)}", "one of " + ", ".join(body.points)
+        )
+    return body.points[point]
+
+
+def _loaded(body: Body, mass: float, place: Point, inertia: float) -> Body:
+    """A body with a further mass fixed to it; inertias about the common mass centre (Steiner)."""
+    total = body.mass + mass
+    centre = tuple((body.mass * before + mass * new) / total for before, new in zip(body.centre, place, strict=True))
+    if body.inertia is not None:
+        apart = math.dist(body.centre, place)
+        inertia += body.inertia + body.mass * mass / total * apart**2
+    return dataclasses.replace(
+        body, mass=total, inertia=None if body.inertia is None else inertia, centre=(centre[0], centre[1])
+    )
+
+
+def _exchanged(mechanism: Mechanism, changed: Iterable[Body]) -> Mechanism:
+    new = {body.name: body for body in changed}
+    return dataclasses.replace(mechanism, bodies=tuple(new.get(body.name, body) for body in mechanism.bodies))
+
+
+_PIN = quantities(PinFriction)
+
+
+@documented
+@checked
+def with_joint_friction(
+    mechanism: Mechanism,
+    joints: Annotated[
+        str | Iterable[str], Meaning('names of ideal pins, "all", "pivots", "ends", or patterns as "unit 3/*"', '"pivots"')
+    ] = "all",
+    *,
+    radius: Annotated[float, _PIN["radius"]],
+    kinetic: Annotated[float, _PIN["kinetic"]],
+    static: Annotated[float, _PIN["static"]] = 0.0,
+    stribeck_speed: Annotated[float, _PIN["stribeck_speed"]] = 0.01,
+    transition: Annotated[float, _PIN["transition"]] = 1e-3,
+    bristle_stiffness: Annotated[
+        float, Quantity("1/m", minimum=0.0, maximum=1e9, help="sigma_0 of LuGre's bristles; 0: none, friction is smooth")
+    ] = 0.0,
+    bristle_damping: BristleDamping = 316.0,
+) -> Mechanism:
+    """The same mechanism with friction in some ideal pins: a `PinFriction` or `PinLuGre` for each, with the name of its joint.
+
+    Friction of that name, of a call before, is replaced; friction of another name in the same pin is an error. A pin between
+    bodies that do not rotate has none.
+
+    Returns
+    -------
+    Mechanism
+    """
+    chosen = {joint.name: joint for joint in mechanism.ideal_joints}
+    chosen = {name: chosen[name] for name in matching("ideal joint", joints, list(chosen))}
+    before = [part for part in mechanism.components if isinstance(part, PinFriction | PinLuGre)]
+    replaced = [part for part in before if part.name in chosen]
+    pairs = {frozenset((part.body, part.base)): part for part in before if part not in replaced}
+    added = []
+    for name, joint in chosen.items():
+        other = pairs.get(frozenset(joint.bodies))
+        if other is not None:
+            raise InputError(f"friction in pin '{name}', which has '{other.name}' already", "one of both")
+        body, base = _rotating(mechanism, joint)
+        if not body:
+            continue
+        common = name, body, radius, kinetic, base, static, stribeck_speed
+        added.append(
+            PinLuGre(*common, bristle_stiffness, bristle_damping) if bristle_stiffness else PinFriction(*common, transition)
+        )
+    return mechanism.with_parts({"components": (*(part for part in mechanism.components if part not in replaced), *added)})
+
+
+def _rotating(mechanism: Mechanism, joint: Revolute) -> tuple[str, str]:
+    """A body of a joint that rotates, and the other one; no body where neither does."""
+    for body, base in (joint.bodies, joint.bodies[::-1]):
+        if body != GROUND and mechanism.body(body).rotates:
+            return body, base
+    return "", ""
+
 
 _STOP = quantities(AngleStop)
 

@@ -93,7 +93,7 @@ NOTICING: dict[str, tuple[str, ...]] = {
     "mechanics/impulse_solver.py": (*MECHANICS, *HARD),
     "mechanics/pivoting.py": (*MECHANICS, *HARD),
     "mechanics/compliant_contact.py": (*MECHANICS, *HARD),
-    "mechanics/flexible_bar*": (*MECHANICS, "test_flexible_bars.py", "test_bending.py"),
+    "mechanics/flexible_bar*": (*MECHANICS, "test_bending.py", "test_modes.py"),
     "mechanics/*": (*MECHANICS, "test_run.py"),
     "kinematics/path.py": ("kinematics/test_path.py", *KINEMATICS),
     "kinematics/*": KINEMATICS,

@@ -126,6 +126,16 @@ def test_a_static_start_rests_on_what_does_not_relax() -> None:
     assert {"bristle_deflection", "relaxed_force"} <= set(run)
 
 
+def test_modes_take_the_stiffness_of_a_sudden_change() -> None:
+    """Closed form: against an elastic contact a mass vibrates sqrt(1 + r) times faster, and swings as fast."""
+    laws = sd.law("damping", "none")(), StandardLinearSolid(1.5, 5e-4)
+    elastic, relaxing = (sd.modes(rotor(sd.Clearance(2e-4, damping=law)), count=3, joints="contact") for law in laws)
+    np.testing.assert_allclose(relaxing["contact_force"], elastic["contact_force"], rtol=1e-9)
+    np.testing.assert_allclose(relaxing["contact_stiffness"], 2.5 * elastic["contact_stiffness"], rtol=1e-6)
+    factor = np.array([0.0, 1.0, math.sqrt(2.5)])  # it turns freely
+    np.testing.assert_allclose(relaxing["frequency"], factor * elastic["frequency"], rtol=1e-6, atol=1e-3)
+
+
 def test_beside_hard_contact_it_is_refused() -> None:
     """Contract: time stepping has no states of normal forces."""
     arm = sd.scissor(units=1).driven(speed=1.0).with_clearance("A", sd.Clearance(2e-4, contact="hard"))

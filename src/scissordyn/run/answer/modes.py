@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from scissordyn.errors import InputError
 from scissordyn.kinematics.closure import Inputs
-from scissordyn.laws.evaluate import elastic_force
+from scissordyn.laws.evaluate import elastic_force, normal_force
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.flexible import with_mode_counts
 from scissordyn.plan.plan import plan
@@ -146,10 +146,19 @@ def _contacts(at: At) -> dict[str, Any]:
     numbers, contact = content.parameters, content.work.contact
     force = np.where(content.state.mode[: contact.size] == 1, contact["elastic"], 0.0)
     slope = np.zeros(contact.size)
+    states, start = at.state[2 * content.model.n :], content.model.state_start
+
+    def suddenly(j: int, depth: float) -> float:
+        """Normal force of contact j, before anything relaxes."""
+        law = numbers.law[j]
+        frozen = states[start[j] + law["bristles"] : start[j + 1]]
+        elastic = elastic_force(law["stiffness"], depth, numbers.elastic[j])
+        return normal_force(law["damping"], elastic, depth, 0.0, 1.0, frozen, np.zeros_like(frozen), numbers.damping[j])
+
     for j in np.flatnonzero(force > 0.0):
-        depth, law, row = float(contact["depth"][j]), int(numbers.law["stiffness"][j]), numbers.elastic[j]
+        depth = float(contact["depth"][j])
         step = 1e-5 * depth
-        slope[j] = (elastic_force(law, depth + step, row) - elastic_force(law, depth - step, row)) / (2.0 * step)
+        slope[j] = (suddenly(j, depth + step) - suddenly(j, depth - step)) / (2.0 * step)
     return {
         "contact_force": ("contact", force, {"units": "N", "long_name": "static normal force of a contact"}),
         "contact_stiffness": ("contact", slope, {"units": "N/m", "long_name": "stiffness of the contact law there"}),

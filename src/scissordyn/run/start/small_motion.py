@@ -57,6 +57,7 @@ def placed(still: Plan, position: Position, before: Place | None) -> tuple[At, P
         handle, rest = rest_with_clearances(still, system, y[:n])
         state = whole_state(handle.content, rest.position)
         functions.accept(0.0, state, handle.address, np.zeros(2))
+        touch_closed(handle, state)
         at = At(still, handle, state)
     return at, place
 

@@ -153,9 +153,9 @@ def _contacts(at: At) -> dict[str, Any]:
         law = numbers.law[j]
         frozen = states[start[j] + law["bristles"] : start[j + 1]]
         elastic = elastic_force(law["stiffness"], depth, numbers.elastic[j])
-        return normal_force(law["damping"], elastic, depth, 0.0, 1.0, frozen, np.zeros_like(frozen), numbers.damping[j])
+        return float(normal_force(law["damping"], elastic, depth, 0.0, 1.0, frozen, np.zeros_like(frozen), numbers.damping[j]))
 
-    for j in np.flatnonzero(force > 0.0):
+    for j in np.flatnonzero(force > 0.0).tolist():
         depth = float(contact["depth"][j])
         step = 1e-5 * depth
         slope[j] = (suddenly(j, depth + step) - suddenly(j, depth - step)) / (2.0 * step)

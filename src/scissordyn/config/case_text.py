@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import re
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +25,7 @@ from scissordyn.config.code import Code, RecordedCode
 from scissordyn.config.coupling import ratio_unit
 from scissordyn.config.part import COMPONENT_SECTIONS
 from scissordyn.config.quantity import exact
-from scissordyn.config.table import Context, instance
+from scissordyn.config.table import Context, instance, toml_entries
 from scissordyn.config.time_function import VALUES, powers, units_of
 from scissordyn.control.controller import Controller
 from scissordyn.errors import InputError
@@ -36,10 +35,9 @@ from scissordyn.laws.oil import OILS, Oil
 from scissordyn.model.addition import closed
 from scissordyn.model.body import Body, Track, bar_points, uniform_inertia
 from scissordyn.model.coupling import Coordinate, CoordinateDrive, Coupling, Distance, Slide
-from scissordyn.model.lubrication import Lubrication
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import first_difference, to_plain
-from scissordyn.model.walk import Declared, declared, given
+from scissordyn.model.walk import Declared, declared, given, is_described
 from scissordyn.plugin.element import Part
 from scissordyn.run.options import Options
 from scissordyn.units import Pairs
@@ -56,9 +54,7 @@ SURROGATE = "[\ud800-\udfff]"
 NO_CODE = Code()  # For tables in which no class of the user's can be
 UNTIL = 0.05  # End of the simulated time where none is given [s], as in the files that ``scissordyn new`` prints
 
-BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
-
-Entries = dict[str, str]  # Keys of a table and their values as TOML
+Entries = dict[str, Any]  # Keys of a table and their values as parsed TOML has them
 
 
 def case_text(described: Mechanism | Case, run: Options | None = None, *, folder: Path | None = None) -> str:
@@ -71,8 +67,7 @@ def case_text(described: Mechanism | Case, run: Options | None = None, *, folder
     if not isinstance(mechanism, Mechanism):
         raise InputError(f"a {type(mechanism).__name__} as a case", "a Mechanism or a Case", "write_case(arm, 'arm.toml')")
     options = run or (described.run if isinstance(described, Case) else Options(UNTIL))
-    code = Code(folder)
-    text = "\n".join([BEGINNING, *_tables(mechanism, code), *_run(options), ""])
+    text = "\n".join([BEGINNING, *_lines(_tables(mechanism, Code(folder)) | _run(options)), ""])
     if half := re.search(f'"([^"]*{SURROGATE}[^"]*)"', text):
         raise InputError(f"the name {half[1]!r}, which has half a surrogate pair", "text that UTF-8 can hold")
     _check(text, mechanism, options, {"folder": folder or Path()})
@@ -82,108 +77,100 @@ def case_text(described: Mechanism | Case, run: Options | None = None, *, folder
 def record_text(mechanism: Mechanism, options: Options | None = None, further: Mapping[str, Any] | None = None) -> str:
     """What a run carries: the case file of its mechanism and options, which also names what a case file of a user's cannot."""
     code = RecordedCode()
-    lines = [RECORD, *_tables(mechanism, code)]
+    lines = [RECORD, *_lines(_tables(mechanism, code))]
     if code.noted:
-        lines += _table("[code]", {_string(name): _string(digest) for name, digest in code.noted.items()})
+        lines += _lines({"code": code.noted})
         lines += [f"# {CONTROL.sub('?', line)}" for source in code.sources for line in source.splitlines()]
-    lines += [] if options is None else _run(options)
-    lines += [] if further is None else _table("[diagram]", {_string(key): _plain(value) for key, value in further.items()})
+    lines += _lines(({} if options is None else _run(options)) | ({} if further is None else {"diagram": further}))
     return re.sub(SURROGATE, lambda half: f"\\\\u{ord(half[0]):04x}", "\n".join([*lines, ""]))
 
 
-def _plain(value: Any) -> str:
-    return _string(value) if isinstance(value, str) else str(value).lower() if isinstance(value, bool) else repr(value)
+def _lines(tree: Mapping[str, Any]) -> Iterator[str]:
+    """Tables, and lists of them."""
+    for section, tables in tree.items():
+        many = isinstance(tables, list)
+        for table in tables if many else [tables]:
+            yield from ("", f"[[{section}]]" if many else f"[{section}]", *toml_entries(table))
 
 
-def _run(options: Options) -> list[str]:
-    return _table("[run]", {"until": _quantity((options.until,), "s")} | _fields(options, NO_CODE))
+def _run(options: Options) -> Entries:
+    return {"run": {"until": _quantity((options.until,), "s")} | _fields(options, NO_CODE)}
 
 
-def _tables(mechanism: Mechanism, code: Code) -> list[str]:
+def _tables(mechanism: Mechanism, code: Code) -> Entries:
     """All tables but for [run], in the order of a case file."""
-    fields, structure = declared(Mechanism), {"kind": '"mechanism"'}
+    fields, structure = declared(Mechanism), {"kind": "mechanism"}
     mechanism, backlashes = closed(mechanism)
     for name in ("gravity", "gravity_direction", "input_body", "output_body", "source"):
         value = getattr(mechanism, name)
         if value not in (None, ""):
             structure[name] = _value(value, fields[name], Mechanism, code)
-    lines = _table("[structure]", structure)
-    lines += _list("ground", ({"name": _string(name), "position": _quantity(place, "m")} for name, place in mechanism.ground))
-    lines += _list("body", (_body(body, code) for body in mechanism.bodies))
-    for section, parts in (("joint", mechanism.joints), ("guide", mechanism.guides)):
-        lines += _list(section, (_fields(dataclasses.replace(part, clearance=None), code) for part in parts))
-    lines += _list("weld", (_fields(part, code) for part in mechanism.welds))
-    lines += _list("track", (_track(track, code) for track in mechanism.tracks))
-    lines += _list("rod", (_fields(part, code) for part in mechanism.rods))
-    lines += _list("latch", (_fields(part, code) for part in mechanism.latches))
-    lines += _list("coupling", (_coupling(part, backlashes, code) for part in mechanism.couplings))
-    lines += _list("coordinate_drive", (_coordinate_drive(part, code) for part in mechanism.coordinate_drives))
-    lines += _components(mechanism, code)
+    parts = {
+        "ground": [{"name": name, "position": _quantity(place, "m")} for name, place in mechanism.ground],
+        "body": [_body(body, code) for body in mechanism.bodies],
+        "joint": [_fields(dataclasses.replace(joint, clearance=None), code) for joint in mechanism.joints],
+        "guide": [_fields(dataclasses.replace(guide, clearance=None), code) for guide in mechanism.guides],
+        "weld": [_fields(weld, code) for weld in mechanism.welds],
+        "track": [_track(track, code) for track in mechanism.tracks],
+        "rod": [_fields(rod, code) for rod in mechanism.rods],
+        "latch": [_fields(latch, code) for latch in mechanism.latches],
+        "coupling": [_coupling(part, backlashes, code) for part in mechanism.couplings],
+        "coordinate_drive": [_coordinate_drive(drive, code) for drive in mechanism.coordinate_drives],
+    }
     loose = [(joint.name, joint.clearance) for joint in mechanism.joints if joint.clearance is not None]
     names = [joint.name for joint in mechanism.joints]
     if len(loose) == len(names) > 1 and "all" not in names and len({repr(clearance) for _, clearance in loose}) == 1:
         loose = [("all", loose[0][1])]
-    lines += _list("clearance", ({"joint": _string(name), **_fields(gap, code)} for name, gap in loose))
     channels = [(guide.name, guide.clearance) for guide in mechanism.guides if guide.clearance is not None]
-    lines += _list("guide_clearance", ({"guide": _string(name), **_fields(gap, code)} for name, gap in channels))
-    drives = ({"body": _string(drive.body)} | _time_function(drive.motion, "rad") for drive in mechanism.drives)
-    return lines + _list("drive", drives)
+    return {
+        "structure": structure,
+        **parts,
+        **_components(mechanism, code),
+        "clearance": [{"joint": name, **_fields(gap, code)} for name, gap in loose],
+        "guide_clearance": [{"guide": name, **_fields(gap, code)} for name, gap in channels],
+        "drive": [{"body": drive.body, **_time_function(drive.motion, "rad")} for drive in mechanism.drives],
+    }
 
 
-def _components(mechanism: Mechanism, code: Code) -> list[str]:
+def _components(mechanism: Mechanism, code: Code) -> Entries:
     """The components: in tables of their kind as long as that keeps their order, then in [[component]] tables."""
     components: tuple[Any, ...] = mechanism.components
-    place = {section: at for at, section in enumerate(COMPONENT_SECTIONS) if section not in ("rod", "latch")}
-    listed: dict[str, list[Entries]] = {}
-    others: list[Entries] = []
-    last = -1
+    listed: dict[str, list[Entries]] = {section: [] for section in COMPONENT_SECTIONS if section not in ("rod", "latch")}
+    order, others, last = list(listed), list[Entries](), 0
     for part in components:
         section, ours = part.declaration.section, type(part).__module__.startswith("scissordyn.")
-        here = place.get(section, -1) if ours else -1
         entries = _fields(part, code)
-        if here >= max(last, 0) and not others:
-            listed.setdefault(section, []).append(entries)
-            last = here
-        elif ours:
-            others.append({"type": _string(section), **entries})
+        if ours and not others and section in order[last:]:
+            listed[section].append(entries)
+            last = order.index(section)
         else:
-            others.append({"type": _string(code.of_class(part, f"component '{part.name}'")), **entries})
-    lines = [line for section in place for line in _list(section, listed.get(section, []))]
-    return lines + _list("component", others)
+            others.append({"type": section if ours else code.of_class(part, f"component '{part.name}'"), **entries})
+    return {**listed, "component": others}
 
 
 def _coupling(part: Coupling, backlashes: Mapping[str, Mapping[str, float]], code: Code) -> Entries:
-    entries = {"name": _string(part.name), "output": _coordinate(part.output, code), "input": _coordinate(part.input, code)}
+    entries: Entries = {"name": part.name, "output": _coordinate(part.output, code), "input": _coordinate(part.input, code)}
     entries["ratio"] = _quantity((part.ratio,), ratio_unit(part.output, part.input))
     entries |= {} if part.offset is None else {"offset": _quantity((part.offset,), part.output.unit)}
     if part.name in backlashes:
-        angle, *others = backlashes[part.name].items()
-        numbers = {"angle": _quantity((angle[1],), "rad")} | {name: _quantity((value,), "1") for name, value in others}
-        entries["backlash"] = _inline(numbers)
+        (_, angle), *others = backlashes[part.name].items()
+        entries["backlash"] = {"angle": _quantity((angle,), "rad"), **dict(others)}
     return entries
 
 
 def _coordinate_drive(part: CoordinateDrive, code: Code) -> Entries:
-    motion = _inline(_time_function(part.motion, part.coordinate.unit))
-    return {"name": _string(part.name), "coordinate": _coordinate(part.coordinate, code), "motion": motion}
+    motion = _time_function(part.motion, part.coordinate.unit)
+    return {"name": part.name, "coordinate": _coordinate(part.coordinate, code), "motion": motion}
 
 
-def _coordinate(part: Coordinate, code: Code) -> str:
+def _coordinate(part: Coordinate, code: Code) -> Entries:
     if isinstance(part, Distance):
-        return _inline({"distance": f"[{_body_point(part.start, code)}, {_body_point(part.end, code)}]"})
+        return {"distance": [_body_point(part.start, code), _body_point(part.end, code)]}
     if isinstance(part, Slide):
         entries = {"slide": _body_point(part.point, code), "direction": _quantity((part.direction,), "rad")}
     else:
-        entries = {"angle": _string(part.body)}
-    return _inline(entries if part.base == GROUND else entries | {"base": _string(part.base)})
-
-
-def _list(section: str, tables: Iterable[Entries]) -> list[str]:
-    return [line for entries in tables for line in _table(f"[[{section}]]", entries)]
-
-
-def _table(heading: str, entries: Entries) -> list[str]:
-    return ["", heading, *(f"{key} = {value}" for key, value in entries.items())]
+        entries = {"angle": part.body}
+    return entries if part.base == GROUND else entries | {"base": part.base}
 
 
 def _body(body: Body, code: Code) -> Entries:
@@ -208,7 +195,7 @@ def _track(track: Track, code: Code) -> Entries:
     entries = _fields(track, code)
     if isinstance(track.point, str) and "," in track.point:
         if code.recorded:
-            return entries | {"point": f"[{_string(track.point)}]"}
+            return entries | {"point": [track.point]}
         raise InputError(f"tracked point '{track.name}' at the point '{track.point}'", "names without a comma")
     return entries
 
@@ -218,39 +205,32 @@ def _fields(described: Any, code: Code) -> Entries:
     return {field.name: _value(value, field, type(described), code) for field, value in given(described) if value is not None}
 
 
-def _value(value: Any, field: Declared, kind: type, code: Code) -> str:
+def _value(value: Any, field: Declared, kind: type, code: Code) -> Any:
     unit = "1" if field.quantity is None else field.quantity.unit
     pairs = next((extra for extra in field.extras if isinstance(extra, Pairs)), None)
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, str):
-        return _string(value)
+    if isinstance(value, bool | str):
+        return value
     if pairs is not None:
-        columns = zip(*value, strict=True)
-        return _inline(
-            {key: _quantity(column, unit) for key, column, unit in zip(pairs.names, columns, pairs.units, strict=True)}
-        )
+        columns = zip(pairs.names, zip(*value, strict=True), pairs.units, strict=True)
+        return {name: _quantity(column, unit) for name, column, unit in columns}
     if isinstance(value, TimeFunction):
-        return _inline(_time_function(value, next((extra.unit for extra in field.extras if isinstance(extra, OverTime)), "1")))
+        return _time_function(value, next((extra.unit for extra in field.extras if isinstance(extra, OverTime)), "1"))
     if isinstance(value, Mapping):
         return _points(value, code)
-    if isinstance(value, Material):
-        listed = MATERIALS.get(value.name)
-        return _string(value.name) if repr(listed) == repr(value) else _inline(_fields(value, code))
-    if isinstance(value, Oil):
-        return _string(value.name) if OILS.get(value.name) == value else _inline(_fields(value, code))
-    if isinstance(value, Lubrication):
-        return _inline(_fields(value, code))
     if isinstance(value, Part):
         return _named(value, "name" if isinstance(value, Controller) else "law", code)
+    if is_described(value):
+        listed = {Material: MATERIALS, Oil: OILS}.get(type(value), {})
+        by_name = getattr(value, "name", "")
+        return by_name if by_name in listed and repr(listed[by_name]) == repr(value) else _fields(value, code)
     if field.hint in (BodyPoint, BodyPoint | None):
         return _body_point(value, code)
     if field.hint == tuple[str, ...]:
-        return "[" + ", ".join(map(_string, value)) + "]"
+        return value
     if field.hint == tuple[float, ...]:
         return _quantity(value, unit)
     if field.hint == tuple[Point, ...]:
-        return "[" + ", ".join(_quantity(place, "m") for place in value) + "]"
+        return [_quantity(place, "m") for place in value]
     if isinstance(value, tuple) and len(value) == 2:
         return _quantity(value, "m" if field.quantity is None else unit)
     if isinstance(value, int | float):
@@ -258,11 +238,11 @@ def _value(value: Any, field: Declared, kind: type, code: Code) -> str:
     raise InputError(f"{field.name} = {value!r:.60} in a {kind.__name__}", "a value that a case file can hold")
 
 
-def _named(described: Any, key: str, code: Code) -> str:
+def _named(described: Any, key: str, code: Code) -> Any:
     """A law or a controller: by name alone if its parameters are the defaults."""
     entries, ours = _fields(described, code), type(described).__module__.startswith("scissordyn.")
-    name = _string(described.name if ours else code.of_class(described, described.slot.title))
-    return _inline({key: name, **entries}) if entries else name
+    name = described.name if ours else code.of_class(described, described.slot.title)
+    return {key: name, **entries} if entries else name
 
 
 def _time_function(function: TimeFunction, unit: str) -> Entries:
@@ -276,46 +256,33 @@ def _time_function(function: TimeFunction, unit: str) -> Entries:
             kind: Any = type(function)
             values = {name: (getattr(function, name), of) for name, of in units_of(kind, unit).items()}
             entries = {name: _quantity((value,), of) for name, (value, of) in values.items() if value or name != "begin"}
-            return {kind.__name__.lower(): _inline(entries)}
+            return {kind.__name__.lower(): entries}
         case Polynomial(coefficients):
-            powered = (_quantity((number,), power) for number, power in zip(coefficients, powers(unit), strict=False))
-            return {"polynomial": "[" + ", ".join(powered) + "]"}
+            return {"polynomial": [_quantity((number,), of) for number, of in zip(coefficients, powers(unit), strict=False)]}
         case Tabulated(times, values):
-            numbers = "[" + ", ".join(_quantity((value,), "1") for value in values) + "]"
-            column = numbers if unit == "1" else _quantity(values, unit)
-            return {"table": _inline({"time": _quantity(times, "s"), VALUES[unit].name: column})}
+            column = list(values) if unit == "1" else _quantity(values, unit)
+            return {"table": {"time": _quantity(times, "s"), VALUES[unit].name: column}}
 
 
-def _points(points: Mapping[str, Point], code: Code) -> str:
+def _points(points: Mapping[str, Point], code: Code) -> Entries:
     for name in points:
         if "." in name and not code.recorded:
             raise InputError(f"a point called '{name}'", "names without a dot, which separates body and point")
-    return _inline({name: _quantity(place, "m") for name, place in points.items()})
+    return {name: _quantity(place, "m") for name, place in points.items()}
 
 
-def _body_point(place: BodyPoint, code: Code) -> str:
+def _body_point(place: BodyPoint, code: Code) -> str | BodyPoint:
     body, point = place
     if "." in point and code.recorded:
-        return f"[{_string(body)}, {_string(point)}]"
+        return place
     if "." in point:
         raise InputError(f"a point called '{point}'", "names without a dot, which separates body and point")
-    return _string(f"{body}.{point}")
+    return f"{body}.{point}"
 
 
-def _inline(entries: Mapping[str, str]) -> str:
-    keys = (key if BARE_KEY.fullmatch(key) else _string(key) for key in entries)
-    return "{ " + ", ".join(f"{key} = {value}" for key, value in zip(keys, entries.values(), strict=True)) + " }"
-
-
-def _string(text: str) -> str:
-    """A text as a basic string of TOML."""
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
-
-
-def _quantity(values: Iterable[float], unit: str) -> str:
+def _quantity(values: Sequence[float], unit: str) -> Any:
     """A number without a unit, or numbers with one, as text."""
-    numbers = tuple(values)
-    return ", ".join(map(repr, numbers)) if unit == "1" else _string(exact(numbers, unit))
+    return values[0] if unit == "1" else exact(values, unit)
 
 
 def _check(text: str, mechanism: Mechanism, options: Options, context: Context) -> None:

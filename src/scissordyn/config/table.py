@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import json
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -67,18 +68,26 @@ LARGEST_SHOWN = 10**300  # Whole numbers beyond it are not written out; Python r
 WORDS = {str: "text", int: "a whole number", bool: "true or false", float: "a number"}  # What a value has to be, by its type
 
 
+BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
+
+
 def toml(value: Any) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, Mapping):
-        return "{ " + ", ".join(f"{key} = {toml(inner)}" for key, inner in value.items()) + " }"
+        return "{ " + ", ".join(toml_entries(value)) + " }"
     if isinstance(value, list | tuple):
         return "[" + ", ".join(map(toml, value)) + "]"
     if isinstance(value, str):
-        return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     if isinstance(value, int) and abs(value) > LARGEST_SHOWN:
         return "a number of hundreds of digits"
     return f"{value!r}"
+
+
+def toml_entries(table: Mapping[str, Any]) -> list[str]:
+    """The keys of a table with their values, an entry for each."""
+    return [f"{key if BARE_KEY.fullmatch(key) else toml(key)} = {toml(value)}" for key, value in table.items()]
 
 
 @dataclass(frozen=True)

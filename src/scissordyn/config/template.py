@@ -14,7 +14,7 @@ from scissordyn.config.change import changed
 from scissordyn.config.fitted import Given, fitted
 from scissordyn.config.part import COMPONENT_SECTIONS, PARTS
 from scissordyn.config.structure import STRUCTURES
-from scissordyn.config.table import Table, instance, table_of, toml
+from scissordyn.config.table import Table, instance, table_of, toml, toml_entries
 from scissordyn.config.time_function import DriveTable
 from scissordyn.errors import InputError, command, did_you_mean
 from scissordyn.model.body import Body
@@ -187,7 +187,7 @@ def _as_heavy(bar: Body, parts: Iterable[Body]) -> Body:
 def _list_of(name: str, given: list[Given]) -> list[str]:
     """The tables of a list: the first with every key, the others with their given keys."""
     first = [_section(f"[[{name}]]", PARTS[name].table, values) for values in given[:1]]
-    others = ["\n".join((f"[[{name}]]", *(f"{key} = {toml(value)}" for key, value in values.items()))) for values in given[1:]]
+    others = ["\n".join((f"[[{name}]]", *toml_entries(values))) for values in given[1:]]
     return first + others
 
 

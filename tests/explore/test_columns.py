@@ -16,7 +16,8 @@ def test_controller_and_motor_have_torque_and_work() -> None:
     held = crank.controlled(sd.PID(proportional=10.0, limit=5.0), reference=sd.Cycloidal(0.4, 2.0, 0.05))
     run = sd.simulate(held, until=0.1, samples=101)
     chosen = Chosen(run, summary_of(run), "", held.output_body)
-    assert ([source.name for source in chosen.torques], chosen.more) == (["torque of actuator of crank"], 0)
+    assert [source.name for source in chosen.torques.values()] == ["torque of actuator of crank"]
+    assert chosen.figures["torque"].title == "torque"
     time, found = chosen.columns(run)
     sampled = np.isin(time, run["time"].values)  # the located peak stands between them
     np.testing.assert_array_equal(found["torque 1"][sampled], run["control_torque"].values[:, 0])

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from scissordyn.file.output_file import csv_text
-from scissordyn.plot.contact import TorqueSource, force_curve, torque_sources
+from scissordyn.plot.contact import force_curve, torque_sources
 from scissordyn.plot.scale import DEGREES, Scale, engineering
 from scissordyn.plot.series import predictability_horizon
 from scissordyn.run.answer.joint_force import clearance_joints
@@ -27,53 +27,34 @@ NOW, PINNED = "blue", ("vermilion", "green", "purple")
 COLORS = ("blue", "orange", "green", "purple", "vermilion", "sky")
 """Of the lines of one figure, in order; those of energies stand for the same quantity in every picture."""
 
-ENERGIES = ("blue", "green", "purple", "vermilion", "orange", "sky")
+ENERGY_COLORS = ("blue", "green", "purple", "vermilion", "orange", "sky")
 
 MOST_POINTS = 100_000  # Points of a curve in the browser; of longer runs each interval keeps its smallest and its largest value
 MOST_TORQUES = 4  # Torques in one figure, those with the largest values
 NEAR = 5.0  # What is allowed is drawn from a fifth of it on: further off it would flatten the curve
 
-TORQUES = tuple(f"torque {k}" for k in range(1, MOST_TORQUES + 1))
-
-FIGURES: Mapping[str, tuple[str, str, Mapping[str, tuple[str, str]]]] = {
-    "output": ("m", "", {"output": ("", "")}),
-    "torque": ("N m", "torque", dict.fromkeys(TORQUES, ("", ""))),
-    "force": (
-        "N",
-        "contact force at {joint}",
-        {
-            "force": ("force", "force at {joint}"),
-            "friction": ("friction", "friction force at {joint}"),
-            "metal": ("metal alone", "normal force of the metal at {joint}"),
-        },
-    ),
-    "slip": ("m/s", "slip speed at {joint}", {"slip": ("slip", "slip speed at {joint}")}),
-    "energy": (
-        "J",
-        "energy",
-        {
-            "kinetic_energy": ("kinetic", "kinetic energy"),
-            "potential_energy": ("potential", "potential energy"),
-            "stored_energy": ("springs", "energy of springs"),
-            "drive_work": ("drives", "work of drives"),
-            "motor_work": ("motors", "work of motors"),
-            "load_work": ("loads", "work of loads"),
-        },
-    ),
-    "loss": ("J", "dissipated energy", {"dissipated_energy": ("dissipated", "dissipated energy")}),
-    "film": ("m", "film thickness at {joint}", {"film": ("film", "film")}),
-    "stress": ("Pa", "largest stress of the bars", {"stress": ("stress", "stress")}),
-    "track": ("m", "deviation of {point}", {"track": ("track", "deviation of {point}")}),
+ENERGY = {
+    "kinetic_energy": ("kinetic", "kinetic energy"),
+    "potential_energy": ("potential", "potential energy"),
+    "stored_energy": ("springs", "energy of springs"),
+    "drive_work": ("drives", "work of drives"),
+    "motor_work": ("motors", "work of motors"),
+    "load_work": ("loads", "work of loads"),
 }
-"""Figures with their SI units, titles, and columns, of which each has the label of its line and its head in a file.
-
-Energies have the names of their variables.
-"""
+"""Variables of energies, with the labels of their lines and their heads in a file."""
 
 NOTHING = ("friction", "stored_energy", "drive_work", "motor_work", "load_work", "dissipated_energy", "stress")
 """Columns that are left out where they are zero throughout."""
 
 Columns = dict[str, np.ndarray]
+
+
+class Figure(NamedTuple):
+    """A figure over time."""
+
+    unit: str  # In SI
+    title: str
+    lines: Mapping[str, tuple[str, str]]  # Label of the line and head in a file, by the name of the column
 
 
 class Chosen:
@@ -86,13 +67,42 @@ class Chosen:
         self._run, self._sources = run, torque_sources(run)
         sources = self._sources
         largest = sorted(range(len(sources)), key=lambda k: -float(np.abs(sources[k].curve.values).max(initial=0.0)))
-        self.torques: list[TorqueSource] = [sources[k] for k in sorted(largest[:MOST_TORQUES])]
-        self.more = len(sources) - len(self.torques)
+        drawn = sorted(largest[:MOST_TORQUES])
+        self.torques = {f"torque {number}": sources[k] for number, k in enumerate(drawn, start=1)}
+        self.figures = self._figures(len(sources) - len(drawn))
 
-    @property
-    def words(self) -> dict[str, str]:
-        """For titles and heads."""
-        return {"joint": self.joint, "point": self.point.name if self.point else ""}
+    def _figures(self, further: int) -> dict[str, Figure]:
+        """The figures by name; there are further torques, which are not drawn."""
+        at, point = f" at {self.joint}" if self.joint else "", self.point
+        output = Figure("rad", f"angle of {self.output}", {"output": ("", "output angle")})
+        if "slider_position" in self._run:
+            output = Figure("m", "displacement of the slider", {"output": ("", "slider displacement")})
+        limits = {
+            name: "" if torque.limit is None else f", limit {short(torque.limit, 'N m')}"
+            for name, torque in self.torques.items()
+        }
+        track = f"deviation of {point.name}" if point else ""
+        allowed = "" if point is None or point.tolerance is None else f"; allowed {short(point.tolerance, 'm')}"
+        forces = {
+            "force": ("force", f"force{at}"),
+            "friction": ("friction", f"friction force{at}"),
+            "metal": ("metal alone", f"normal force of the metal{at}"),
+        }
+        return {
+            "output": output,
+            "torque": Figure(
+                "N m",
+                f"torque; {further} more are smaller" if further else "torque",
+                {name: (torque.name + limits[name], torque.name) for name, torque in self.torques.items()},
+            ),
+            "force": Figure("N", f"contact force{at}", forces),
+            "slip": Figure("m/s", f"slip speed{at}", {"slip": ("slip", f"slip speed{at}")}),
+            "energy": Figure("J", "energy", ENERGY),
+            "loss": Figure("J", "dissipated energy", {"dissipated_energy": ("dissipated", "dissipated energy")}),
+            "film": Figure("m", f"film thickness{at}", {"film": ("film", "film")}),
+            "stress": Figure("Pa", "largest stress of the bars", {"stress": ("stress", "stress")}),
+            "track": Figure("m", track + allowed, {"track": ("track", track)}),
+        }
 
     def columns(self, run: xr.Dataset) -> tuple[np.ndarray, Columns]:
         """The curves in SI with their instants: the samples, and the located peaks of force and torque between them.
@@ -103,8 +113,7 @@ class Chosen:
         labels = {dim: variables[dim].values.astype(str).tolist() for dim in ("joint", "body", "film", "track") if dim in run}
         films = labels.get("film", [])
         curves = {source.name: source.curve for source in (self._sources if run is self._run else torque_sources(run))}
-        names = zip(TORQUES, (source.name for source in self.torques), strict=False)
-        exact = {column: curves[name] for column, name in names if name in curves}
+        exact = {column: curves[torque.name] for column, torque in self.torques.items() if torque.name in curves}
         if joint in clearance_joints(run):
             exact["force"] = force_curve(run, joint)
         parts = [
@@ -113,14 +122,14 @@ class Chosen:
             ("metal", "normal_force", "joint", joint if joint in films else ""),
             ("output", "angle", "body", self.output),
             ("film", "film_thickness", "film", joint if joint in films else "".join(films[:1])),
-            ("track", "track_deviation", "track", self.words["point"]),
+            ("track", "track_deviation", "track", self.point.name if self.point else ""),
         ]
         sampled = {
             column: along(variables[name], dim, "time")[labels[dim].index(label)]
             for column, name, dim, label in parts
             if name in run and label in labels[dim]
         }
-        sampled |= {name: variables[name].values for name in (*FIGURES["energy"][2], "dissipated_energy") if name in run}
+        sampled |= {name: variables[name].values for name in (*ENERGY, "dissipated_energy") if name in run}
         if "slider_position" in run:
             sampled["output"] = variables["slider_position"].values
         if "beam_stress" in run:
@@ -130,7 +139,7 @@ class Chosen:
         for name, column in sampled.items():
             if name not in NOTHING or np.any(np.nan_to_num(column)):
                 values[name] = column if every.size == time.size else np.interp(every, time, column)
-        present = (name for _, _, lines in FIGURES.values() for name in lines if name in values)
+        present = (name for figure in self.figures.values() for name in figure.lines if name in values)
         return every, {name: values[name] for name in present if np.isfinite(values[name]).any()}
 
     def scaled(self, runs: Sequence[xr.Dataset]) -> tuple[dict[str, Scale], list[Columns]]:
@@ -144,10 +153,9 @@ class Chosen:
         kept = [thinned(time.size, list(columns.values())) for time, columns in raw]
         for data, chosen, (time, _) in zip(drawn, kept, raw, strict=True):
             data["time"] = scales["time"].factor * time[chosen]
-        for name, (unit, _, lines) in FIGURES.items():
-            angular = name == "output" and "slider_position" not in runs[0]
+        for name, (unit, _, lines) in self.figures.items():
             shown = [columns[line] for _, columns in raw for line in lines if line in columns]
-            scales[name] = DEGREES if angular else engineering(unit, *shown)
+            scales[name] = DEGREES if unit == "rad" else engineering(unit, *shown)
             for data, chosen, (_, columns) in zip(drawn, kept, raw, strict=True):
                 data |= {line: scales[name].factor * columns[line][chosen] for line in lines if line in columns}
         return scales, drawn
@@ -157,7 +165,7 @@ class Chosen:
         factor, point = scales["torque"].factor, self.point
         limits = [
             side * factor * source.limit
-            for name, source in zip(TORQUES, self.torques, strict=False)
+            for name, source in self.torques.items()
             for side in (1.0, -1.0)
             if source.limit is not None and NEAR * np.nanmax(side * data[name], initial=0.0) >= factor * source.limit
         ]
@@ -188,16 +196,14 @@ def figures(run: xr.Dataset, summary: Summary, pins: Sequence[xr.Dataset], joint
     scales, (data, *before) = chosen.scaled([run, *reversed(pins)])
     time, horizon, levels = scales["time"], predictability_horizon(run), chosen.levels(data, scales)
     drawn = []
-    for name, (_, _, lines) in FIGURES.items():
+    for name, (_, title, lines) in chosen.figures.items():
         labels = {line: label for line, (label, _) in lines.items() if line in data}
-        if name == "torque":
-            labels = dict(zip(labels, map(_label, chosen.torques), strict=False))
-        elif len(labels) == 1:
+        if len(labels) == 1 and name != "torque":
             labels = dict.fromkeys(labels, "")
-        first, colors = next(iter(lines)), dict(zip(lines, ENERGIES if name == "energy" else COLORS, strict=False))
+        first, colors = next(iter(lines), ""), dict(zip(lines, ENERGY_COLORS if name == "energy" else COLORS, strict=False))
         pinned = [_line("", PINNED[k], pin["time"], pin[first], "dash") for k, pin in enumerate(before) if first in pin]
         shown = [_line(label, colors[line], data["time"], data[line]) for line, label in labels.items()]
-        about: dict[str, Any] = {"name": name, "title": _title(name, chosen, run), "unit": scales[name].unit or "1"}
+        about: dict[str, Any] = {"name": name, "title": title, "unit": scales[name].unit or "1"}
         about |= {"axis": f"time [{time.unit}]", "lines": [*pinned, *shown], "levels": levels.get(name, [])}
         drawn += [about] if shown else []
     return {
@@ -211,21 +217,6 @@ def figures(run: xr.Dataset, summary: Summary, pins: Sequence[xr.Dataset], joint
 
 def _line(label: str, color: str, x: np.ndarray, y: np.ndarray, style: str = "solid") -> dict[str, Any]:
     return {"label": label, "color": color, "x": x, "y": y, "style": style}
-
-
-def _label(source: TorqueSource) -> str:
-    return source.name if source.limit is None else f"{source.name}, limit {short(source.limit, 'N m')}"
-
-
-def _title(name: str, chosen: Chosen, run: xr.Dataset) -> str:
-    if name == "output":
-        return "displacement of the slider" if "slider_position" in run else f"angle of {chosen.output}"
-    title = FIGURES[name][1].format(**chosen.words).removesuffix(" at ")
-    if name == "torque" and chosen.more:
-        return f"{title}; {chosen.more} more are smaller"
-    if name == "track" and chosen.point is not None and chosen.point.tolerance is not None:
-        return f"{title}; allowed {short(chosen.point.tolerance, 'm')}"
-    return title
 
 
 def orbit(run: xr.Dataset, joint: str, factor: float) -> Columns:
@@ -272,10 +263,8 @@ def curves_as_csv(run: xr.Dataset, summary: Summary, joint: str, output: str) ->
     """The curves of a run as the page draws them, with the instants of located peaks between the samples."""
     chosen = Chosen(run, summary, joint, output)
     time, values = chosen.columns(run)
-    moved = "output angle [rad]" if "slider_position" not in run else "slider displacement [m]"
-    named = {"output": moved} | {name: f"{source.name} [N m]" for name, source in zip(TORQUES, chosen.torques, strict=False)}
     heads = {"time": "time [s]"}
-    for unit, _, lines in FIGURES.values():
-        heads |= {name: named.get(name) or f"{head.format(**chosen.words)} [{unit}]" for name, (_, head) in lines.items()}
+    for unit, _, lines in chosen.figures.values():
+        heads |= {column: f"{head} [{unit}]" for column, (_, head) in lines.items()}
     rows = zip(time.tolist(), *(column.tolist() for column in values.values()), strict=True)
     return csv_text([[heads[name] for name in ("time", *values)], *rows])

@@ -14,7 +14,7 @@ from scissordyn.errors import InputError
 from scissordyn.explore.answers import cards
 from scissordyn.explore.case import open_case
 from scissordyn.explore.drag import Drag
-from scissordyn.explore.magnified import factor_of, wish
+from scissordyn.explore.page import factor_of, wish
 from scissordyn.run.answer.deflection import magnified_deflection
 from scissordyn.run.answer.summary import summary_of
 

@@ -15,9 +15,8 @@ from scissordyn.cli.main import status_of
 pytest.importorskip("tomlkit", reason="the package tomlkit is not installed")
 
 from scissordyn.config.code import Code
-from scissordyn.explore.case import Case, open_case
+from scissordyn.explore.case import Case, open_case, python_of
 from scissordyn.explore.drag import Drag
-from scissordyn.explore.python_code import python_of
 from scissordyn.explore.session import Session
 from scissordyn.explore.worker import Outcome, Worker
 

@@ -46,10 +46,6 @@ class _Number:
     def value(self) -> float:
         return self.field.value[self.part]
 
-    @property
-    def name(self) -> str:
-        return f"{self.field.label}{('', f' {chr(120 + self.part)}')[len(self.field.value) > 1]}"
-
 
 class Drag:
     """One drag of a joint or of the length of a bar.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import logging
+import math
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -12,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 from scissordyn.errors import InputError, ScissordynError
 from scissordyn.explore.answers import cards, contact_table, differences
+from scissordyn.explore.case import python_of
 from scissordyn.explore.figures import NOW, PINNED, figures
-from scissordyn.explore.magnified import factor_of, magnified_scene, wish
 from scissordyn.explore.message import number, text, whole
 from scissordyn.explore.session import Session
 from scissordyn.explore.worker import Outcome
@@ -31,9 +32,16 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from scissordyn.explore.drag import Drag
+    from scissordyn.model.mechanism import Mechanism
     from scissordyn.run.answer.summary import Summary
 
 FAULT = "a fault of scissordyn: the terminal of the explorer says where"
+
+AUTO = "auto"  # The magnification that makes deflections visible
+LARGEST = 1e6  # Magnification
+SHARE = 0.05  # The largest deflection, magnified, is at most this part of the size of the mechanism
+STEPS = (1.0, 2.0, 5.0)  # Magnifications, times a power of ten
+FRAMES = 61  # Of a drawing with magnified deflections: each needs the mechanism assembled with straight bars
 
 log = logging.getLogger(__name__)
 
@@ -183,9 +191,14 @@ class Page:
         return packed_scene(run, shown.case.mechanism, number=shown.number)
 
     def _enlarge(self, shown: Outcome, run: xr.Dataset, factor: float) -> None:
+        from scissordyn.run.advance.instants import spread_samples
+        from scissordyn.run.answer.deflection import magnified_deflection
+
+        mechanism, frames = shown.case.mechanism, min(run.sizes["time"], FRAMES)
         try:
-            larger = magnified_scene(run, shown.case.mechanism, factor, shown.number)
-            self._larger = (shown.number, factor), larger
+            samples = spread_samples(run["time"].values, frames).tolist()
+            larger = magnified_deflection(run, mechanism, factor, samples=samples)
+            self._larger = (shown.number, factor), packed_scene(larger, mechanism, number=shown.number, frames=frames)
         except BaseException:
             self._wish = 1.0
             raise
@@ -259,8 +272,6 @@ class Page:
             self._publish()
 
     def _python(self, message: Message) -> None:
-        from scissordyn.explore.python_code import python_of
-
         self.send({"type": "python", "text": python_of(self.session.case)})
 
     def _pin(self, message: Message) -> None:
@@ -323,3 +334,26 @@ class Page:
         self._answers += 1
         note = f"Drag: {self.drag.note}" if self.drag.note else "Drag"
         self.send({"type": "draft", "draft": packed_scene(self.drag.run, self.drag.ideal, number=self._answers, note=note)})
+
+
+def wish(given: Any) -> float | str:
+    """A magnification as the page asks for it: "auto", or a number."""
+    if given == AUTO:
+        return AUTO
+    if isinstance(given, bool) or not isinstance(given, int | float) or not 1.0 <= given <= LARGEST:
+        raise InputError("magnification of deflections", f"'{AUTO}', 1 to {LARGEST:g}", AUTO)
+    return float(given)
+
+
+def factor_of(wanted: float | str, run: xr.Dataset, mechanism: Mechanism) -> float:
+    """How many times deflections are drawn as large as they are; 1 without bars that bend."""
+    if not bends(mechanism):
+        return 1.0
+    if isinstance(wanted, float):
+        return wanted
+    largest = float(abs(run["bar_largest_deflection"]).max()) if "bar_largest_deflection" in run else 0.0
+    room = SHARE * mechanism.size / largest if largest > 0.0 else 1.0
+    if not 1.0 < room < LARGEST:
+        return LARGEST if room >= LARGEST else 1.0
+    power = 10.0 ** math.floor(math.log10(room))
+    return float(max(step * power for step in STEPS if step * power <= room * (1.0 + 1e-12)))

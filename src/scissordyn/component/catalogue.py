@@ -13,8 +13,8 @@ from typing import Any
 
 from scissordyn.component.declaration import Component, Declaration
 from scissordyn.errors import InputError
-from scissordyn.plugin.catalogue import declared_in
-from scissordyn.plugin.origin import class_in
+from scissordyn.plugin.element import declared_in
+from scissordyn.plugin.user_file import class_in
 
 FILES = (
     *("spring", "constant_force_spring", "nonlinear_spring", "gas_spring", "cable", "torsion_spring", "tape_spring"),

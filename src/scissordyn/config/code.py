@@ -12,8 +12,7 @@ from scissordyn.config.quantity import LEADING_NUMBER, si_value
 from scissordyn.errors import InputError, command
 from scissordyn.model.record import code_digest, source_of
 from scissordyn.plugin.element import SLOTS, Element, element_class
-from scissordyn.plugin.origin import origin_of
-from scissordyn.plugin.user_file import file_digest, split_reference
+from scissordyn.plugin.user_file import file_digest, origin_of, split_reference
 
 CLASS = "class"  # What the name of a class begins with that is in no file: "class Rubber"
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from scissordyn.control import delayed, tracking
-from scissordyn.plugin.catalogue import element_named, elements_in
+from scissordyn.plugin.element import element_named, elements_in
 
 CONTROLLERS: Mapping[str, type[Any]] = elements_in(tracking, delayed)  # Controllers by name
 

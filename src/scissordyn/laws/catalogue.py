@@ -15,9 +15,8 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.laws import damping, elastic, friction
 from scissordyn.laws.contact import Damping, Elastic, Friction
 from scissordyn.laws.material import MATERIALS as MATERIALS
-from scissordyn.plugin.catalogue import element_named, elements_in
-from scissordyn.plugin.element import Slot
-from scissordyn.plugin.origin import class_in
+from scissordyn.plugin.element import Slot, element_named, elements_in
+from scissordyn.plugin.user_file import class_in
 from scissordyn.units import Quantity, State, quantities
 
 ELASTIC: Mapping[str, type[Elastic]] = elements_in(elastic)  # Elastic parts of the normal force, by name

@@ -12,7 +12,7 @@ from typing import Any
 
 from scissordyn.errors import InputError
 from scissordyn.model.walk import declared, is_described
-from scissordyn.plugin.origin import origin_of
+from scissordyn.plugin.user_file import origin_of
 
 PACKAGE = "scissordyn"
 KIND = "kind"

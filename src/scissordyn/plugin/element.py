@@ -1,22 +1,24 @@
-"""What makes a class an element: its slot, its kernels with named arguments, its states and facts, said once."""
+"""What makes a class an element: its slot, its kernels with named arguments, its states and facts; elements by their names."""
 
 from __future__ import annotations
 
+import importlib
 import inspect
+import pkgutil
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
-from types import MappingProxyType
-from typing import Annotated, Any, ClassVar, Protocol, TypeVar, dataclass_transform, get_type_hints, overload
+from types import MappingProxyType, ModuleType
+from typing import Annotated, Any, ClassVar, Protocol, TypeVar, cast, dataclass_transform, get_type_hints, overload
 
 import numpy as np
 
 from scissordyn.compiler.recipe import ANSWER, Recipe
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.plugin.origin import class_in, note_origin
 from scissordyn.plugin.pointer import Kernel, arguments_of, check_names, pointer_of
+from scissordyn.plugin.user_file import class_in, note_origin
 from scissordyn.units import Quantity, State, check_quantities, quantities
 
 PARAMETERS = 16  # Width of one row of numbers, a law's or a controller's, in the parameter tables that kernels read
@@ -258,3 +260,32 @@ def row_of(part: Any, *joint: Any) -> np.ndarray:
 def is_ours(part: Any) -> bool:
     """Whether an element is the package's own, and not a user's."""
     return type(part).__module__.startswith("scissordyn.")
+
+
+def declared_in(module: ModuleType) -> list[type[Any]]:
+    """Classes with a declaration that a module defines, in order."""
+    classes = [thing for thing in vars(module).values() if isinstance(thing, type) and thing.__module__ == module.__name__]
+    return [thing for thing in classes if "declaration" in vars(thing)]
+
+
+def elements_in(*folders: ModuleType) -> Mapping[str, type[Any]]:
+    """The elements that are defined in the modules of packages: an element has no other place than its file."""
+    elements: dict[str, type[Any]] = {}
+    for folder in folders:
+        for entry in pkgutil.iter_modules(folder.__path__):
+            module = importlib.import_module(f"{folder.__name__}.{entry.name}")
+            for thing in declared_in(module):
+                name: str = vars(thing)["name"]
+                if name in elements:
+                    raise TypeError(f"two elements named '{name}': {elements[name].__module__} and {module.__name__}")
+                elements[name] = thing
+    return MappingProxyType(dict(sorted(elements.items())))
+
+
+def element_named(slot: str, what: str, name: str, elements: Mapping[str, type[Any]]) -> type[Any]:
+    """An element of the package, or in a file of the user's, which is executed."""
+    if ".py:" in name:
+        return cast(type[Any], element_class(slot, name, Path.cwd()))
+    if name not in elements:
+        raise InputError(f"no {what} '{name}'{did_you_mean(name, elements)}", ", ".join(elements) + ", or 'file.py:NAME'")
+    return elements[name]

@@ -17,8 +17,7 @@ from scissordyn.compiler.kind import SourceError
 from scissordyn.compiler.recipe import Recipe
 from scissordyn.compiler.unit import Unit
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.kernel import CALLED, PYTHON
-from scissordyn.library import library
+from scissordyn.kernel import CALLED, PYTHON, library
 
 Kernel = Callable[..., Any]
 

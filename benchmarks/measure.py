@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 import scipy
 
-from scissordyn.library import PATH
+from scissordyn.kernel import LIBRARY
 
 __all__ = ["DECISIONS", "Times", "command", "fitted_exponent", "interleaved", "machine", "paragraph", "table", "write_section"]
 
@@ -98,7 +98,7 @@ def machine() -> str:
 
 def _compiler() -> str:
     """What the library of kernels says of the C compiler that made it."""
-    content = PATH.read_bytes() if PATH.is_file() else b""
+    content = LIBRARY.read_bytes() if LIBRARY.is_file() else b""
     named = re.search(rb"(GCC): \([^)]*\) ([\d.]+)|(clang) version ([\d.]+)", content)
     return " ".join(part.decode() for part in named.groups() if part) if named else "a C compiler without a name"
 

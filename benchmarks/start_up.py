@@ -14,7 +14,7 @@ from pathlib import Path
 
 import scissordyn
 from benchmarks.measure import command, table
-from scissordyn.library import library
+from scissordyn.kernel import library
 
 CASE = Path(__file__).parent.parent / "examples" / "paper.toml"
 FIRST, LATER, IMPORT, MEMORY = 1.5, 0.6, 0.4, 130.0  # Targets: first run, later runs and imports [s], memory [MB]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import scissordyn as sd
-from scissordyn import library
+from scissordyn import kernel
 from scissordyn.compiler.c import compile_library
 from scissordyn.kernel import Handle
 from scissordyn.mechanics.functions import rate
@@ -55,6 +55,6 @@ def test_the_process_that_builds_the_library_uses_it(tmp_path: Path, monkeypatch
 
     make("of others", 1)
     os.utime(path, (0.0, 0.0))
-    monkeypatch.setattr(library, "PATH", path)
-    monkeypatch.setattr(library, "build", lambda _: make(library.digest_of([source]), 2))
-    assert library.library.__wrapped__().number() == 2
+    monkeypatch.setattr(kernel, "LIBRARY", path)
+    monkeypatch.setattr(kernel, "build_library", lambda _: make(kernel.digest_of([source]), 2))
+    assert kernel.library.__wrapped__().number() == 2

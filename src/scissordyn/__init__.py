@@ -7,8 +7,6 @@ from importlib import import_module
 from types import ModuleType
 from typing import Any
 
-from scissordyn.offer import hand_down
-
 __version__ = "0.1.0"
 
 
@@ -48,7 +46,9 @@ class _Study(ModuleType):
 
 
 def _study() -> Any:
-    return _public("config.studies", "study")
+    from scissordyn.lookup import public
+
+    return public("scissordyn", "study", _HOME)
 
 
 class _Package(ModuleType):
@@ -66,27 +66,10 @@ class _Package(ModuleType):
 def __getattr__(name: str) -> Any:
     if name == "plot":  # a room with names of its own
         return import_module("scissordyn.plot")
-    if name not in _HOME:
-        from scissordyn.errors import did_you_mean
+    from scissordyn.lookup import public
 
-        raise AttributeError(f"module 'scissordyn' has no attribute '{name}'{did_you_mean(name, _HOME)}")
-    value = globals()[name] = _public(_HOME[name], name)
+    value = globals()[name] = public("scissordyn", name, _HOME)
     return value
-
-
-def _public(home: str, name: str) -> Any:
-    """What has a public name: a keyword that it does not know is answered with the nearest one."""
-    from scissordyn.keyword import suggesting
-
-    room = import_module(f"scissordyn.{home}")
-    member = getattr(room, name)
-    value = suggesting(member)
-    if value is not member:
-        setattr(room, name, value)  # where others find it by its name, as pickle does
-    return value
-
-
-hand_down(__getattr__)
 
 
 def __dir__() -> list[str]:

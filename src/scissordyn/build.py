@@ -21,9 +21,8 @@ from scissordyn.component.declaration import recipes_of
 from scissordyn.component.film.film import Film
 from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.errors import InputError
-from scissordyn.kernel import ENTRIES
+from scissordyn.kernel import ENTRIES, PACKAGE, digest_of, library_name
 from scissordyn.laws.catalogue import DAMPING, ELASTIC, FRICTION
-from scissordyn.library import PACKAGE, digest_of, library_name
 from scissordyn.plugin.element import recipes
 
 ROOMS = ("plugin", "laws", "control", "component", "mechanics", "integrate", "plan")

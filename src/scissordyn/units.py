@@ -18,7 +18,7 @@ from typing import Annotated, Any, Literal, ParamSpec, TypeVar, get_args, get_or
 
 from scissordyn.annotation import MismatchError, accepted, in_words, is_number, members, plain_hint, shown, type_decides
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.keyword import knows_keywords, unexpected
+from scissordyn.lookup import knows_keywords, unexpected
 from scissordyn.numeral import PREFIXES, numerals, prefix
 
 RANGES: Mapping[str, tuple[float, float]] = {

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from scissordyn.component.place import Point
 from scissordyn.errors import InputError
-from scissordyn.extra import library
+from scissordyn.lookup import library
 from scissordyn.model.body import Body
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.mechanism import Mechanism

@@ -17,7 +17,7 @@ from typing import Any
 from scissordyn.component.place import Point
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.exchange.drawing import LINEAR_DENSITY, UNITS, Block, Drawing, DrawnBar, Imported, assembled, uniform
-from scissordyn.extra import library
+from scissordyn.lookup import library
 
 MARKS = {"POINT": "location", "CIRCLE": "center"}  # Entities that are pins, and what their places are called
 

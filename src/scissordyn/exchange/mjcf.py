@@ -22,7 +22,7 @@ from scissordyn.component.torsion_spring import TorsionSpring
 from scissordyn.component.travel_stop import TravelStop
 from scissordyn.errors import InputError
 from scissordyn.exchange.drawing import Imported, plain_name
-from scissordyn.extra import library
+from scissordyn.lookup import library
 from scissordyn.model.body import Body
 from scissordyn.model.coupling import Coordinate, Coupling, RelativeAngle, Slide
 from scissordyn.model.joint import Guide, Revolute, Weld

@@ -9,11 +9,11 @@ import io
 import os
 import secrets
 import stat
+import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from scissordyn.errors import InputError, command
-from scissordyn.lock import LOCKS, hold
 
 HDF_MAGIC = b"\x89HDF\r\n\x1a\n"
 
@@ -187,3 +187,21 @@ def _left_behind(target: Path) -> Iterator[Path]:
                 yield part
         finally:
             os.close(handle)
+
+
+LOCKS = sys.platform != "win32"  # Whether there are any. On Windows an open file cannot be deleted, which protects it as well
+
+
+def hold(handle: int, *, shared: bool = False) -> bool:
+    """Lock an open file until it is closed or the process ends; does not wait."""
+    if sys.platform == "win32":
+        return True
+    import fcntl
+
+    try:
+        fcntl.flock(handle, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:
+        return True
+    return True

@@ -19,12 +19,12 @@ from scissordyn.component.pin_friction import PinFriction
 from scissordyn.component.place import BodyPoint, Point
 from scissordyn.component.time_function import OverTime, TimeFunction
 from scissordyn.errors import InputError
+from scissordyn.lookup import offered
 from scissordyn.model.body import Body
 from scissordyn.model.joint import Weld
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.parameter_path import matching
 from scissordyn.model.section import Section, StructuralMaterial, read_material, read_section
-from scissordyn.offer import offered
 from scissordyn.units import Meaning, Quantity, checked, documented
 
 UNIFORM = 1e-6  # Largest relative difference of mass centre and inertia from those of uniform legs

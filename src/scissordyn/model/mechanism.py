@@ -19,6 +19,7 @@ from scissordyn.component.rod import Rod
 from scissordyn.component.time_function import ConstantSpeed, OverTime, TimeFunction
 from scissordyn.control.controller import Controller
 from scissordyn.errors import InputError, did_you_mean
+from scissordyn.lookup import offered
 from scissordyn.model.body import Body, Track
 from scissordyn.model.check import check_parts
 from scissordyn.model.clearance import Clearance
@@ -27,7 +28,6 @@ from scissordyn.model.guide_clearance import ContactPoint, GuideClearance, block
 from scissordyn.model.joint import Guide, Revolute, Weld
 from scissordyn.model.lubrication import Lubrication
 from scissordyn.model.parameter_path import changed, matching
-from scissordyn.offer import offered
 from scissordyn.units import Meaning, Quantity, check_quantities, checked, documented
 
 PLAN, LENT, LOOSE = "_plan", "_lent", "_loose"

@@ -6,7 +6,6 @@ scenes of films and other parts of this room need no matplotlib.
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -41,15 +40,9 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> Any:
-    from scissordyn.errors import did_you_mean
-    from scissordyn.keyword import suggesting
+    from scissordyn.lookup import public
 
-    if name not in _HOMES:
-        raise AttributeError(f"module 'scissordyn.plot' has no attribute '{name}'{did_you_mean(name, _HOMES)}")
-    home = import_module(f"{__name__}.{_HOMES[name]}")
-    value = suggesting(getattr(home, name))
-    setattr(home, name, value)
-    globals()[name] = value
+    value = globals()[name] = public(__name__, name, _HOMES)
     return value
 
 

@@ -9,8 +9,8 @@ from typing import Any
 import xarray as xr
 
 from scissordyn.file.export import export
+from scissordyn.lookup import offered
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.offer import offered
 from scissordyn.run.answer.citations import Citations, citations
 from scissordyn.run.answer.summary import Summary, summary_of
 from scissordyn.run.configuration import read_configuration

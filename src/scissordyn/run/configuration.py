@@ -11,8 +11,8 @@ from typing import Any
 
 from scissordyn.annotation import is_number, shown
 from scissordyn.errors import InputError
+from scissordyn.lookup import offered
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.offer import offered
 from scissordyn.run.options import Options
 from scissordyn.run.results import Run
 

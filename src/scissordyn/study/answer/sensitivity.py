@@ -11,7 +11,7 @@ import xarray as xr
 from scipy import stats
 
 from scissordyn.errors import InputError
-from scissordyn.extra import library
+from scissordyn.lookup import library
 from scissordyn.plot.scale import Scale, scale_of
 from scissordyn.study.answer.control_variate import CONFIDENCE
 from scissordyn.study.answer.fact import Section

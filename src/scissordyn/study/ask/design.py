@@ -11,7 +11,7 @@ from types import MappingProxyType
 import numpy as np
 
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.extra import library
+from scissordyn.lookup import library
 from scissordyn.study.ask.distribution import Variation
 
 WORDS = 4  # Numbers that one count of the Philox generator gives

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from scissordyn.errors import InputError
-from scissordyn.extra import library
+from scissordyn.lookup import library
 from scissordyn.run.engine import QUICKLY, signals_blocked
 
 KEYS = ("_job_ca_file", "_job_cert", "_job_key")

@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.errors import InputError
-from scissordyn.extra import library
+from scissordyn.lookup import library
 from scissordyn.study.compute.store import PENDING, TIMES, BlockResult, Store
 from scissordyn.study.compute.table import Columns
 

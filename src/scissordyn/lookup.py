@@ -1,13 +1,15 @@
-"""Keywords that a function or a class does not know: the error names the nearest one that it knows."""
+"""What is looked up by its name: public names and keywords, with the nearest one for another; libraries of extras."""
 
 from __future__ import annotations
 
 import functools
 import inspect
+import sys
 from collections.abc import Mapping
+from importlib import import_module
 from typing import Any, TypeVar
 
-from scissordyn.errors import did_you_mean
+from scissordyn.errors import InputError, did_you_mean
 
 MARK = "_suggests_keywords"
 
@@ -55,3 +57,33 @@ def _wrapped(function: Any, name: str) -> Any:
             raise TypeError(f"{name}() {text}") from None
 
     return knows_keywords(suggested)
+
+
+def library(name: str, extra: str, purpose: str) -> Any:
+    """A module of a library of an extra."""
+    try:
+        return import_module(name)
+    except ImportError as error:
+        missing = error.name or name
+        raise InputError(
+            f"{purpose} needs the package {missing}, which is not installed",
+            f"the extra '{extra}'",
+            f"pip install 'scissordyn[{extra}]'",
+        ) from None
+
+
+def public(package: str, name: str, homes: Mapping[str, str]) -> Any:
+    """What a package has under a public name, imported from the home of that name: it suggests keywords."""
+    if name not in homes:
+        raise AttributeError(f"module '{package}' has no attribute '{name}'{did_you_mean(name, homes)}")
+    home = import_module(f"{package}.{homes[name]}")
+    member = getattr(home, name)
+    value = suggesting(member)
+    if value is not member:
+        setattr(home, name, value)  # where others find it by its name, as pickle does
+    return value
+
+
+def offered(name: str) -> Any:
+    """What upper rooms offer to objects of lower ones under a public name, such as the picture of a mechanism."""
+    return getattr(sys.modules["scissordyn"], name)

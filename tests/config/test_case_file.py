@@ -5,12 +5,14 @@ from __future__ import annotations
 import dataclasses
 import inspect
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import get_type_hints
 
 import pytest
 
-from scissordyn.component.time_function import ConstantSpeed, Harmonic, Tabulated
+from scissordyn.component.time_function import ConstantSpeed, Tabulated
+from scissordyn.config.case import Case
 from scissordyn.config.file import read_case
 from scissordyn.config.structure import STRUCTURES, BuiltTable
 from scissordyn.config.table import table_of
@@ -31,13 +33,6 @@ from scissordyn.units import degrees, rpm
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 LEAST = '[structure]\nkind = "scissor"\n[run]\nuntil = "1 ms"\n'
-
-
-def written(folder: Path, text: str) -> Path:
-    """A case file with that text."""
-    path = folder / "case.toml"
-    path.write_text(text, encoding="utf-8")
-    return path
 
 
 def test_paper_case_is_the_one_built_in_python() -> None:
@@ -95,14 +90,14 @@ def test_every_argument_of_a_builder_has_its_key(kind: str) -> None:
     assert all(table.declared_keys()[name].quantity is not None for name in numbers)
 
 
-def test_left_out_keys_take_the_defaults_of_the_model(tmp_path: Path) -> None:
+def test_left_out_keys_take_the_defaults_of_the_model(case_of: Callable[..., Case]) -> None:
     """Contract: the shortest case file against the defaults in Python."""
-    case = read_case(written(tmp_path, LEAST + '[[clearance]]\njoint = "A"\nclearance = "1 mm"\n'))
+    case = case_of(LEAST + '[[clearance]]\njoint = "A"\nclearance = "1 mm"\n')
     assert case.mechanism == scissor().with_clearance("A", Clearance(1e-3))
     assert (case.run.samples, case.run.rtol, case.run.method) == (2001, 1e-8, "auto")
 
 
-def test_laws_and_materials_by_name_and_by_table(tmp_path: Path) -> None:
+def test_laws_and_materials_by_name_and_by_table(case_of: Callable[..., Case]) -> None:
     """Contract: names, tables of parameters with units, and the restitution of the joint."""
     text = """
 [[clearance]]
@@ -115,7 +110,7 @@ friction = { law = "lugre", kinetic = 0.1, stribeck_speed = "2 mm/s", bristle_st
 material = { youngs_modulus = "70 GPa", poisson_ratio = 0.33, density = "2.7 g/cm^3" }
 bearing_material = "steel"
 """
-    gap = read_case(written(tmp_path, LEAST + text)).mechanism.joint("A").clearance
+    gap = case_of(LEAST + text).mechanism.joint("A").clearance
     assert gap is not None
     assert gap.stiffness == Hertz()
     assert gap.damping == LankaraniNikravesh(restitution=0.6)
@@ -126,21 +121,12 @@ bearing_material = "steel"
     assert gap.bearing_material == STEEL
 
 
-def test_harmonic_drive(tmp_path: Path) -> None:
-    """Closed form: 3 Hz are 6 pi rad/s."""
-    text = '[drive]\nharmonic = { mean = "45 deg", amplitude = "15 deg", angular_frequency = "3 Hz" }\n'
-    motion = read_case(written(tmp_path, LEAST + text)).mechanism.drives[0].motion
-    assert isinstance(motion, Harmonic)
-    wanted = (0.25 * math.pi, math.pi / 12.0, 6.0 * math.pi, 0.0)
-    assert (motion.mean, motion.amplitude, motion.angular_frequency, motion.phase) == pytest.approx(wanted, rel=1e-14)
-
-
-def test_tables_of_motion_from_file_and_inline_agree(tmp_path: Path) -> None:
+def test_tables_of_motion_from_file_and_inline_agree(tmp_path: Path, case_of: Callable[..., Case]) -> None:
     """Cross-check: the same table in a file beside the case file, and in the case file."""
     (tmp_path / "motion.csv").write_text("time [ms], angle [deg]\n0, 30\n10, 31\n20, 34\n\n30, 39\n40, 46\n50, 55\n")
-    from_file = read_case(written(tmp_path, LEAST + '[drive]\ntable = "motion.csv"\n')).mechanism.drives[0].motion
+    from_file = case_of(LEAST + '[drive]\ntable = "motion.csv"\n').mechanism.drives[0].motion
     text = '[drive]\ntable = { time = "0 10 20 30 40 50 ms", angle = "30 31 34 39 46 55 deg" }\n'
-    inline = read_case(written(tmp_path, LEAST + text)).mechanism.drives[0].motion
+    inline = case_of(LEAST + text).mechanism.drives[0].motion
     assert isinstance(from_file, Tabulated)
     assert from_file == inline
     assert from_file.times[-1] == pytest.approx(0.05, rel=1e-15)
@@ -159,11 +145,11 @@ def test_tables_of_motion_from_file_and_inline_agree(tmp_path: Path) -> None:
         ("", "does not begin with the heading"),
     ],
 )
-def test_a_bad_table_of_motion_is_refused(tmp_path: Path, content: str, reason: str) -> None:
+def test_a_bad_table_of_motion_is_refused(tmp_path: Path, content: str, reason: str, case_of: Callable[..., Case]) -> None:
     """Contract: the message names the file, or the line in it."""
     (tmp_path / "motion.csv").write_text(content)
     with pytest.raises(InputError, match=r"drive\.table") as caught:
-        read_case(written(tmp_path, LEAST + '[drive]\ntable = "motion.csv"\n'))
+        case_of(LEAST + '[drive]\ntable = "motion.csv"\n')
     assert reason in str(caught.value)
 
 
@@ -173,7 +159,6 @@ def test_a_bad_table_of_motion_is_refused(tmp_path: Path, content: str, reason: 
         ("drive.sped=150 rpm", "drive", "did you mean 'speed'"),
         ("strukture.units=3", "", "did you mean 'structure'"),
         ("structure.angle=30", "structure.angle", 'type: angle = "30 deg"'),
-        ("structure.angle='0.5'", "structure.angle", 'type: angle = "0.5 rad"'),
         ("clearance.A.journal_radius='10'", "clearance.A.journal_radius", 'type: journal_radius = "10 mm"'),
         ("drive.speed=150", "drive.speed", 'type: speed = "150 rpm"'),
         ("clearance.A.stiffness=xyz", "clearance.A.stiffness", 'type: stiffness = "liu"'),
@@ -183,25 +168,19 @@ def test_a_bad_table_of_motion_is_refused(tmp_path: Path, content: str, reason: 
         ("clearance.A.clearance=-0.5 mm", "clearance.A.clearance", ">= 1e-12 and <= 1e+06 [m]"),
         ("clearance.A.clearance=nan mm", "clearance.A.clearance", "a finite number"),
         ("clearance.A.clearance=20 mm", "clearance.A", "smaller than the journal radius"),
-        ("structure.bar_mass=-5 kg", "structure.bar_mass", ">= 1e-12 and <= 1e+09 [kg]"),
         ("structure.angle=95 deg", "structure", "cannot be assembled"),
         ("structure.units=2.5", "structure.units", "whole number"),
         ("structure.units=0", "structure.units", ">= 1 and <= 10000 (3000 units take"),
         ("structure.kind=sissor", "structure.kind", "did you mean 'scissor'"),
         ("structure.driven_bar=C", "structure.driven_bar", "'pinned' or 'slider'"),
-        ("structure.gravity=9.81 m/s", "structure.gravity", "wrong dimension"),
         ("clearance.A.joint=unit 1/pvot", "clearance.unit 1/pvot", "did you mean 'unit 1/pivot'"),
         ("clearance.A.friction=lugr", "clearance.A.friction", "did you mean 'lugre'"),
-        ("clearance.A.stiffness=lui", "clearance.A.stiffness", "did you mean 'liu'"),
-        ("clearance.A.damping=floress", "clearance.A.damping", "did you mean 'flores'"),
         ("clearance.A.material=stel", "clearance.A.material", "did you mean 'steel'"),
         ("clearance.A.friction.kinetik=0.1", "clearance.A.friction", "did you mean 'kinetic'"),
         ("clearance.A.friction.kinetic=-0.1", "clearance.A.friction.kinetic", ">= 1e-06"),
-        ("clearance.A.friction.stribeck_speed=0.1", "clearance.A.friction.stribeck_speed", "missing unit"),
         ("clearance.A.friction.static=0.01", "clearance.A.friction", "static >= kinetic"),
         ('clearance.A.material={youngs_modulus="200 GPa"}', "clearance.A.material", "missing key 'poisson_ratio'"),
         ("clearance.A.restitution=1.5", "clearance.A.restitution", "<= 1"),
-        ("clearance.A.restitution=nan", "clearance.A.restitution", "a finite number"),
         ('clearance.A.restitution="0.9"', "clearance.A.restitution", "plain number"),
         ('clearance.A.damping={law="flores", restitution=0.5}', "clearance.A.damping", "given twice"),
         ("clearance.A.stiffness=3", "clearance.A.stiffness", "no name of a stiffness law"),
@@ -210,16 +189,11 @@ def test_a_bad_table_of_motion_is_refused(tmp_path: Path, content: str, reason: 
         ("drive.body=unit 1/bar 9", "drive", "did you mean"),
         ("drive.body=slider", "drive", "does not rotate"),
         ('drive.harmonic={mean="1 deg", amplitude="1 deg", angular_frequency="1 Hz"}', "drive", "exactly one of"),
-        ('drive.harmonic={mean="1 deg", amplitude="1 deg"}', "drive.harmonic", "missing key 'angular_frequency'"),
         ("drive.table=none.csv", "drive.table", "cannot read"),
-        ("run.until=0.05", "run.until", "missing unit"),
-        ("run.until=-1 ms", "run.until", "a finite number >= 1e-12 and <= 1e+09 [s]"),
         ("run.start=concentrik", "run.start", "did you mean 'concentric'"),
         ("run.samples=1", "run.samples", ">= 2"),
-        ("run.samples=10.5", "run.samples", "whole number"),
         ("run.method=rodas", "run", "did you mean 'rodas5p'"),
         ("run.trust=1", "run.trust", "true or false"),
-        ("run.rtol=0", "run.rtol", ">= 1e-14"),
     ],
 )
 def test_bad_values_are_refused_with_their_place(change: str, place: str, says: str) -> None:
@@ -248,12 +222,13 @@ def test_bad_values_are_refused_with_their_place(change: str, place: str, says: 
         (LEAST + 2 * '[[clearance]]\njoint = "A"\nclearance = "1 mm"\n', "given twice"),
         ("", "missing key 'structure'"),
         ('[[body]]\nname = "a"\n', 'structure = { kind = "mechanism" }'),
+        ('[structure]\nkind = "mechanism"\n[run]\nuntil = "1 ms"\n', "a mechanism without bodies"),
     ],
 )
-def test_half_written_files_are_refused(tmp_path: Path, text: str, says: str) -> None:
+def test_half_written_files_are_refused(case_of: Callable[..., Case], text: str, says: str) -> None:
     """Contract: what is missing is named, with something to type."""
     with pytest.raises(InputError) as caught:
-        read_case(written(tmp_path, text))
+        case_of(text)
     assert says in str(caught.value)
     assert "case.toml" in str(caught.value)
 
@@ -270,48 +245,47 @@ def test_unreadable_files_are_refused(tmp_path: Path) -> None:
             read_case(path)
 
 
-OWN = "import scissordyn as sd\n\n\n@sd.element(slot='stiffness')\n"  # How a file with a law begins
+OWN = """
+import scissordyn as sd
 
 
-def test_a_law_in_the_users_own_file(tmp_path: Path) -> None:
-    """Contract: the file beside the case file is found wherever the command is given, and a missing function is named."""
-    (tmp_path / "my_laws.py").write_text(f"{OWN}def soft(indentation):\n    return 1e8 * indentation\n")
-    text = LEAST + '[[clearance]]\njoint = "A"\nclearance = "1 mm"\nstiffness = "my_laws.py:soft"\n'
-    gap = read_case(written(tmp_path, text)).mechanism.joint("A").clearance
+@sd.element(slot='stiffness')
+def soft(indentation, k, n=1.5):
+    return k * indentation**n
+"""
+
+
+def test_a_law_in_the_users_own_file(tmp_path: Path, case_of: Callable[..., Case]) -> None:
+    """Contract: the file beside the case file is found, numbers of its law reach the function, a missing one is named."""
+    (tmp_path / "my_laws.py").write_text(OWN)
+    law = '{ law = "my_laws.py:soft", k = 2e9 }'
+    gap = case_of(LEAST + f'[[clearance]]\njoint = "A"\nclearance = "1 mm"\nstiffness = {law}\n').mechanism.joint("A").clearance
     assert gap is not None
-    assert gap.stiffness == element_class("stiffness", "my_laws.py:soft", tmp_path)()
+    assert gap.stiffness == element_class("stiffness", "my_laws.py:soft", tmp_path)(2e9)
+    assert gap.stiffness.parameters() == (2e9, 1.5)
     with pytest.raises(InputError, match=r"clearance\.A\.stiffness .*did you mean 'soft'"):
         read_case(tmp_path / "case.toml", ["clearance.A.stiffness=my_laws.py:sof"])
-
-
-def test_numbers_of_an_own_law(tmp_path):
-    """Identity: numbers of a law in the user's file reach the function."""
-    (tmp_path / "my_laws.py").write_text(f"{OWN}def soft(indentation, k, n=1.5):\n    return k * indentation**n\n")
-    law = '{ law = "my_laws.py:soft", k = 2e9 }'
-    (tmp_path / "case.toml").write_text(LEAST + f'[[clearance]]\njoint = "A"\nclearance = "1 mm"\nstiffness = {law}\n')
-    (pin,) = read_case(tmp_path / "case.toml").mechanism.clearance_joints
-    assert pin.clearance.stiffness.parameters() == (2e9, 1.5)
     with pytest.raises(InputError, match=r"stiffness\.k = \"1 N\": text in place of a plain number"):
         read_case(tmp_path / "case.toml", ['clearance.A.stiffness={ law = "my_laws.py:soft", k = "1 N" }'])
 
 
 @pytest.mark.parametrize(("kind", "name"), [(kind, name) for kind, known in BY_KIND.items() for name in known])
-def test_every_law_of_the_catalogue_can_be_written_in_a_case_file(tmp_path: Path, kind: str, name: str) -> None:
+def test_every_law_of_the_catalogue_can_be_written_in_a_case_file(case_of: Callable[..., Case], kind: str, name: str) -> None:
     """Contract: by its name, and by a table with each of its defaults written out."""
     text = LEAST + f'[[clearance]]\njoint = "A"\nclearance = "1 mm"\n{kind} = "{name}"\n'
-    gap = read_case(written(tmp_path, text)).mechanism.joint("A").clearance
+    gap = case_of(text).mechanism.joint("A").clearance
     assert getattr(gap, kind) == BY_KIND[kind][name]()
     keys = table_of(BY_KIND[kind][name])
     parts = [f'law = "{name}"']
     parts += [f"{name} = {key.sample}" for name, key in keys.declared_keys().items() if key.default is not None]
     full = text.replace(f'{kind} = "{name}"', f"{kind} = {{ {', '.join(parts)} }}")
-    law = getattr(read_case(written(tmp_path, full)).mechanism.joint("A").clearance, kind)
+    law = getattr(case_of(full).mechanism.joint("A").clearance, kind)
     for field in dataclasses.fields(law):
         default = getattr(BY_KIND[kind][name](), field.name)
         assert getattr(law, field.name) == (default if default is None else pytest.approx(default, rel=1e-11))
 
 
-def test_a_clearance_guide_and_its_laws(tmp_path: Path) -> None:
+def test_a_clearance_guide_and_its_laws(case_of: Callable[..., Case]) -> None:
     """Contract: [[guide_clearance]] against the same clearance guide in Python, by size and by corners."""
     slider = '[structure]\nkind = "slider-crank"\nslider_inertia = "2e-5 kg m^2"\n[drive]\nspeed = "60 rpm"\n'
     table = '[[guide_clearance]]\nguide = "guide"\nclearance = "0.1 mm"\nrestitution = 0.7\n'
@@ -321,15 +295,15 @@ def test_a_clearance_guide_and_its_laws(tmp_path: Path) -> None:
     friction = 'corner_radius = "2 mm"\nfriction = { law = "lugre", kinetic = 0.1 }\n'
     sized = slider + table + 'length = "40 mm"\nwidth = "20 mm"\n' + friction + end
     wanted = built.with_clearance("guide", GuideClearance(1e-4, 0.04, 0.02, **described))
-    assert read_case(written(tmp_path, sized)).mechanism.contact_points == wanted.contact_points
+    assert case_of(sized).mechanism.contact_points == wanted.contact_points
     outlined = slider + table + 'corners = ["-0.018, -0.008 m", "0.018, -0.008 m", "0, 0.009 m"]\n' + friction + end
     corners = ((-0.018, -0.008), (0.018, -0.008), (0.0, 0.009))
     wanted = built.with_clearance("guide", GuideClearance(1e-4, corners=corners, **described))
-    assert read_case(written(tmp_path, outlined)).mechanism.contact_points == wanted.contact_points
-    changed = read_case(written(tmp_path, sized), ["guide_clearance.guide.clearance=0.2 mm"]).mechanism
+    assert case_of(outlined).mechanism.contact_points == wanted.contact_points
+    changed = case_of(sized, ["guide_clearance.guide.clearance=0.2 mm"]).mechanism
     assert changed.guide("guide").clearance == GuideClearance(2e-4, 0.04, 0.02, **described)
     with pytest.raises(InputError, match=r"guide_clearance\.guide.*liu.*plane guide surface"):
-        read_case(written(tmp_path, sized), ['guide_clearance.0.stiffness="liu"'])
+        case_of(sized, ['guide_clearance.0.stiffness="liu"'])
 
 
 def test_addresses_reach_what_the_file_makes() -> None:

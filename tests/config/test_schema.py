@@ -32,44 +32,34 @@ CASES = [path for path, tree in FILES.items() if isinstance(tree.get("structure"
 STUDIES = [path for path, tree in FILES.items() if isinstance(tree.get("case"), str)]
 
 
-@pytest.fixture(scope="module")
-def of_cases():
-    made = schema("case")
+@pytest.fixture(scope="module", params=["case"])
+def validator(request):
+    """Of a kind of file, by the schema of the program."""
+    made = schema(request.param)
     Draft7Validator.check_schema(made)
     return Draft7Validator(made)
 
 
-@pytest.fixture(scope="module")
-def of_studies():
-    made = schema("study")
-    Draft7Validator.check_schema(made)
-    return Draft7Validator(made)
+@pytest.mark.parametrize(
+    ("validator", "tree"),
+    [
+        *(pytest.param("case", FILES[path], id=str(path.relative_to(ROOT))) for path in CASES),
+        *(pytest.param("study", FILES[path], id=str(path.relative_to(ROOT))) for path in STUDIES),
+        *(pytest.param("case", tomllib.loads(template(kind)), id=kind) for kind in STRUCTURES),
+    ],
+    indirect=["validator"],
+)
+def test_what_the_program_reads_is_valid(validator, tree):
+    """Contract: every case and study of the repository, and a printed case of each structure."""
+    assert not list(validator.iter_errors(tree))
 
 
-@pytest.mark.parametrize("path", CASES, ids=lambda path: str(path.relative_to(ROOT)))
-def test_every_case_of_the_repository_is_valid(of_cases, path):
-    """Contract: what the program reads, the schema takes."""
-    assert not list(of_cases.iter_errors(tomllib.loads(path.read_text(encoding="utf-8"))))
-
-
-@pytest.mark.parametrize("path", STUDIES, ids=lambda path: path.name)
-def test_every_study_of_the_repository_is_valid(of_studies, path):
-    """Contract: what the program reads, the schema takes."""
-    assert not list(of_studies.iter_errors(tomllib.loads(path.read_text(encoding="utf-8"))))
-
-
-@pytest.mark.parametrize("kind", STRUCTURES)
-def test_what_new_prints_is_valid(of_cases, kind):
-    """Contract: a printed case of each structure."""
-    assert not list(of_cases.iter_errors(tomllib.loads(template(kind))))
-
-
-def test_samples_of_every_key_are_valid(of_cases):
+def test_samples_of_every_key_are_valid(validator):
     """Contract: the example that help shows for each key of each table is one that the schema takes."""
-    definitions, checked = of_cases.schema["definitions"], 0
+    definitions, checked = validator.schema["definitions"], 0
     for section, part in PARTS.items():
         table = part.table
-        properties = of_cases.schema["properties"][section]
+        properties = validator.schema["properties"][section]
         reference = next((value for key, value in _walk(properties) if key == "$ref"), None)
         if reference is None:  # [[component]], whose keys depend on its type
             continue
@@ -96,14 +86,14 @@ def _walk(schema):
             yield from _walk(value)
 
 
-def test_every_key_says_what_it_is(of_cases):
+def test_every_key_says_what_it_is(validator):
     """Contract: editors show a description of every key of structures, parts and options."""
     tables = [
-        name for name in of_cases.schema["definitions"] if name in ("scissor", "four_bar", "Options", "Body", "Clearance")
+        name for name in validator.schema["definitions"] if name in ("scissor", "four_bar", "Options", "Body", "Clearance")
     ]
     assert len(tables) == 5
     for name in tables:
-        for key, value in of_cases.schema["definitions"][name]["properties"].items():
+        for key, value in validator.schema["definitions"][name]["properties"].items():
             assert value.get("description"), (name, key)
 
 
@@ -169,6 +159,8 @@ WRONG = [
 ]
 """Fifty and more files with one fault each: an example, the place of the fault, and what stands there; None for nothing."""
 
+assert len(WRONG) >= 50, "as many as docs/claims.md says"
+
 
 def spoilt(name, place, value):
     """An example with one fault."""
@@ -185,20 +177,15 @@ def spoilt(name, place, value):
 
 
 @pytest.mark.parametrize(("name", "place", "value"), WRONG, ids=lambda each: str(each)[:30])
-def test_wrong_files_are_refused(of_cases, name, place, value):
+def test_wrong_files_are_refused(validator, name, place, value):
     """Contract: the schema and the program refuse each of fifty files with one fault, and the schema says where."""
     tree = spoilt(name, place, value)
-    errors = list(of_cases.iter_errors(tree))
+    errors = list(validator.iter_errors(tree))
     assert errors
     first = str(place.split(".")[0])
     assert any(first in map(str, error.absolute_path) or first in error.message for error in errors)
     with pytest.raises(InputError):
         instance(CaseTable, tree, {"folder": ROOT / "examples"}).case()
-
-
-def test_there_are_fifty():
-    """Contract: as many as are claimed."""
-    assert len(WRONG) >= 50
 
 
 @pytest.mark.parametrize(
@@ -212,14 +199,15 @@ def test_there_are_fifty():
         ("set", [1]),
     ],
 )
-def test_wrong_studies_are_refused(of_studies, key, value):
+@pytest.mark.parametrize("validator", ["study"], indirect=True)
+def test_wrong_studies_are_refused(validator, key, value):
     """Contract: the schema and the program refuse studies with one fault."""
     tree = tomllib.loads((ROOT / "examples/studies/solar_array.toml").read_text(encoding="utf-8"))
     if value is None:
         del tree[key]
     else:
         tree[key] = value
-    assert list(of_studies.iter_errors(tree))
+    assert list(validator.iter_errors(tree))
     with pytest.raises(InputError):
         instance(StudyText, tree, {"folder": ROOT})
 

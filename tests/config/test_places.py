@@ -1,0 +1,245 @@
+"""Places in case files: their lines in messages, changes at their paths, and names of parts."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from scissordyn.config.case import Case
+from scissordyn.config.change import changed
+from scissordyn.config.file import read_case
+from scissordyn.config.part import PARTS
+from scissordyn.config.study import read_study
+from scissordyn.config.text import line_of, place_text
+from scissordyn.errors import InputError, did_you_mean
+
+TEXT = '''# a case
+[structure]
+kind = "scissor"   # [run]
+note = """
+[run]
+until = 3
+"""
+"odd = key" = [
+    1,  # ]
+    2,
+]
+
+[drive.harmonic]
+mean = "1 deg"
+[[clearance]]
+joint = "A"
+clearance = "1 mm"
+friction = { law = "lugre", kinetic = 0.1 }
+
+[[clearance]]
+joint = "B.1"
+damping.law = "flores"
+[clearance.friction]
+law = "lugre"
+[[force]]
+[ run ]
+until = "1 ms"
+'''
+
+LEAST = '[structure]\nkind = "scissor"\n[run]\nuntil = "1 ms"\n'
+
+
+@pytest.mark.parametrize(
+    ("place", "line"),
+    [
+        (("structure",), 2),
+        (("structure", "kind"), 3),
+        (("structure", "missing"), 2),
+        (("structure", "note"), 4),
+        (("structure", "odd = key"), 8),
+        (("drive", "harmonic", "mean"), 14),
+        (("drive", 0, "harmonic"), 0),
+        (("clearance", 0), 15),
+        (("clearance", 0, "friction", "kinetic"), 18),
+        (("clearance", 1, "joint"), 21),
+        (("clearance", 1, "damping", "law"), 22),
+        (("clearance", 1, "friction", "law"), 24),
+        (("force", 0, "name"), 25),
+        (("run", "until"), 27),
+        (("elsewhere",), 0),
+    ],
+)
+def test_the_line_of_a_place(place: tuple[int | str, ...], line: int) -> None:
+    """Contract: counted by hand, past texts over lines, lists over lines, comments, dotted keys and tables of a list."""
+    assert line_of(TEXT, place) == line
+
+
+def test_an_address_names_tables_as_the_option_set_does() -> None:
+    """Contract: a table of a list by its name, without a name by its position, counted from one."""
+    tree = tomllib.loads(TEXT)
+    assert place_text(tree, ("clearance", 0, "friction", "kinetic")) == "clearance.A.friction.kinetic"
+    assert place_text(tree, ("clearance", 1)) == "clearance.B.1"
+    assert place_text(tree, ("force", 0, "name")) == "force (the first).name"
+    assert place_text(tree, ("drive", 0, "harmonic")) == "drive.harmonic"
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (LEAST.replace("scissor", "sissor"), "case.toml, line 2: structure.kind"),
+        (LEAST + '[drive]\nspeed = "1 m"\n', "case.toml, line 6: drive.speed"),
+        (LEAST + '[drive]\nspeed = "1 rpm"\nbodi = "x"\n', "case.toml, line 7: drive: unknown key 'bodi'"),
+        (LEAST + '[drive]\nspeed = "1 rpm"\nbody = "x"\n', "case.toml, line 5: drive: the drive refers to body 'x'"),
+        (LEAST + '[[clearance]]\njoint = "A"\nclearance = "1 s"\n', "case.toml, line 7: clearance.A.clearance"),
+        (LEAST + '[[clearance]]\njoint = "A"\n', "case.toml, line 5: clearance.A: missing key 'clearance'"),
+        (LEAST + '[[clearance]]\nclearance = "1 mm"\n', "case.toml, line 5: clearance (the first): missing key 'joint'"),
+        (
+            LEAST + '[[spring]]\nname = "s"\nstart = "slider.centre"\nend = "ground.nowhere"\nstiffness = "1 N/m"\n',
+            "case.toml, line 5: spring 's' refers to point 'nowhere'",
+        ),
+        (LEAST + "[drive\n", "line 5"),
+    ],
+)
+def test_messages_say_the_line(case_of: Callable[..., Case], text: str, says: str) -> None:
+    """Contract: the line of the key, or that of its table where the key is missing."""
+    with pytest.raises(InputError, match=re.escape(says)):
+        case_of(text)
+
+
+def test_a_value_from_the_command_line_has_no_line(case_of: Callable[..., Case]) -> None:
+    """Contract: the file does not hold it."""
+    with pytest.raises(InputError, match=r"case\.toml: structure\.angle"):
+        case_of(LEAST, ["structure.angle=30 m"])
+
+
+def test_no_message_proposes_to_write_over_the_case_file(tmp_path: Path, case_of: Callable[..., Case]) -> None:
+    """Contract: a shell empties the file that it writes to, so only a name that is free is proposed."""
+    with pytest.raises(InputError) as caught:
+        case_of("[structure\n")
+    assert ">" not in str(caught.value)
+    with pytest.raises(InputError) as caught:
+        read_case(tmp_path / "new.toml")
+    assert str(caught.value).endswith(f"type: scissordyn new scissor > {tmp_path / 'new.toml'}")
+
+
+def test_a_byte_order_mark_is_no_text(tmp_path: Path) -> None:
+    """Contract: the mark that some editors put first changes nothing."""
+    (tmp_path / "case.toml").write_bytes(b"\xef\xbb\xbf" + LEAST.encode())
+    assert read_case(tmp_path / "case.toml").run.until == 1e-3
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ('case = "case.toml"\nseed = 1\n', "line 2: unknown key 'seed'"),
+        (
+            'case = "case.toml"\n\n[design]\nkind = "grid"\npoints = 2.5\n',
+            "line 5: design.points = 2.5; allowed: a whole number",
+        ),
+        ('case = "case.toml"\n[vary]\n"a.b" = 3\n', "line 2: vary: 'a.b' = 3; allowed: text"),
+        ("members = 2\n", "missing key 'case'"),
+    ],
+)
+def test_messages_of_study_files_say_the_line(tmp_path: Path, text: str, says: str) -> None:
+    """Contract: a study file is read as a case file is."""
+    path = tmp_path / "study.toml"
+    path.write_text(text)
+    with pytest.raises(InputError) as caught:
+        read_study(path)
+    assert str(caught.value).startswith(f"{path}")
+    assert says in str(caught.value)
+
+
+def tree() -> dict[str, Any]:
+    """A parsed case of two clearance joints."""
+    return {
+        "drive": {"speed": "150 rpm"},
+        "clearance": [
+            {"joint": "A", "clearance": "0.5 mm", "friction": "lugre"},
+            {"joint": "unit 1/pivot", "clearance": "1 mm"},
+        ],
+    }
+
+
+@pytest.mark.parametrize(
+    ("change", "path", "value"),
+    [
+        ("drive.speed=250 rpm", ("drive", "speed"), "250 rpm"),
+        ("drive.speed = 250 rpm", ("drive", "speed"), "250 rpm"),
+        ("drive.speed='250 rpm'", ("drive", "speed"), "250 rpm"),
+        ("run.samples=11", ("run", "samples"), 11),
+        ("run.trust=true", ("run", "trust"), True),
+        ("clearance.1.clearance=2 mm", ("clearance", 1, "clearance"), "2 mm"),
+        ("clearance.unit 1/pivot.clearance=2 mm", ("clearance", 1, "clearance"), "2 mm"),
+        ("clearance.A.friction.kinetic=0.1", ("clearance", 0, "friction"), {"law": "lugre", "kinetic": 0.1}),
+        ("clearance.A.friction={law='ambrosio'}", ("clearance", 0, "friction"), {"law": "ambrosio"}),
+        ("run.note=a=b", ("run", "note"), "a=b"),
+        ("run.note=1\nother = 2", ("run", "note"), "1\nother = 2"),
+        ("drive.table.time=0 1 ms", ("drive", "table"), {"time": "0 1 ms"}),
+    ],
+)
+def test_a_change_is_made_at_its_path(change: str, path: tuple[str | int, ...], value: object) -> None:
+    """Contract: the value at the path, everything else and the original as they were."""
+    before = tree()
+    found: Any = changed(before, [change])
+    for key in path:
+        found = found[key]
+    assert found == value
+    assert before == tree()
+
+
+@pytest.mark.parametrize("path", ["clearance", "clearance.A", "clearance.0"])
+def test_a_table_that_is_the_only_one_need_not_be_named(path: str) -> None:
+    """Identity: its keys, and keys of its laws, with its name, its place and without."""
+    single = {"clearance": [{"joint": "A", "clearance": "1 mm", "friction": "lugre"}]}
+    found = changed(single, [f"{path}.clearance=2 mm", f"{path}.friction.kinetic=0.1", f"{path}.contact=hard"])
+    assert found["clearance"] == [
+        {"joint": "A", "clearance": "2 mm", "friction": {"law": "lugre", "kinetic": 0.1}, "contact": "hard"}
+    ]
+
+
+def test_later_changes_see_earlier_ones() -> None:
+    """Contract: two changes of one value."""
+    assert changed(tree(), ["drive.speed=1 rpm", "drive.speed=2 rpm"])["drive"]["speed"] == "2 rpm"
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ("drive.speed", "an equals sign"),
+        ("=3", "a path of keys"),
+        ("drive..speed=3", "a path of keys"),
+        ("drive.speed.x=3", "no keys below"),
+        ("clearance.B.clearance=3 mm", "one of A, unit 1/pivot, 0, 1"),
+        ("clearance.2.clearance=3 mm", "no '2' there"),
+        ("clearance.unit 1/pivo.clearance=3 mm", "did you mean 'unit 1/pivot'"),
+        ("clearance.A=3", "whole table"),
+        ("clearance.clearance=1 mm", "which [[clearance]] is not said"),
+    ],
+)
+def test_a_path_that_leads_nowhere_is_refused(change: str, says: str) -> None:
+    """Contract: the message quotes the change."""
+    with pytest.raises(InputError, match=f"--set.*{re.escape(says)}"):
+        changed(tree(), [change])
+
+
+def test_a_change_of_all_tables_is_that_of_each() -> None:
+    """Identity: "clearance.all.KEY" is "clearance.NAME.KEY" for each name; a table called "all" is meant itself."""
+    single = changed(tree(), ["clearance.A.friction=none", "clearance.unit 1/pivot.friction=none"])
+    assert changed(tree(), ["clearance.all.friction=none"]) == single
+    named = {"clearance": [{"joint": "all"}, {"joint": "A"}]}
+    assert changed(named, ["clearance.all.clearance=1 mm"])["clearance"] == [
+        {"joint": "all", "clearance": "1 mm"},
+        {"joint": "A"},
+    ]
+
+
+@pytest.mark.parametrize(
+    ("word", "part"),
+    [("revolute", "joint"), ("gas_strut", "gas_spring"), ("damper", "spring"), ("cylinder", "rod"), ("gear", "coupling")],
+)
+def test_words_of_the_field(word: str, part: str) -> None:
+    """Contract: a word of the field leads to the part that does it."""
+    assert did_you_mean(word, PARTS) == f" (did you mean '{part}'?)"
+    assert did_you_mean("wheel", PARTS) == ""  # a similar name of another thing

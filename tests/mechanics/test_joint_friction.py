@@ -1,35 +1,51 @@
-"""Friction in ideal pins and guides that follows the reaction: closed forms, a second formulation, jams, energy."""
+"""Friction in ideal pins and guides that follows the reaction: closed forms, presliding, a second formulation, jams, energy."""
 
 from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
 import pytest
+from tests.library import on_pin
 
 import scissordyn as sd
 from scissordyn.model.mechanism import Mechanism
 
 G = 9.81
 WEDGE = 1e-4
+WEIGHT, RADIUS = 3.0 * G, 0.02
 TIGHT = {"rtol": 1e-11, "atol": 1e-11}
+ORIGIN = (("O", (0.0, 0.0)),)
 
 
-def journal(mu: float, radius: float, *more: Any, **start: Any) -> Mechanism:
-    """A disc of 3 kg on a pin with friction, loaded by 40 N across and 100 N down."""
+def journal(friction: sd.PinFriction | sd.PinLuGre, *more: Any, **start: Any) -> Mechanism:
+    """A disc of 3 kg on a pin with friction."""
     disc = sd.Body("disc", mass=3.0, inertia=0.02, points={"middle": (0.0, 0.0)}, **start)
     pin = sd.Revolute("pin", ("disc", "middle"), ("ground", "O"))
-    friction = sd.PinFriction("friction", "disc", radius, mu, transition=1e-7)
-    load = sd.Force("load", ("disc", "middle"), (40.0, -100.0))
-    return Mechanism((disc,), joints=(pin,), components=(friction, load, *more), ground=(("O", (0.0, 0.0)),))
+    return Mechanism((disc,), joints=(pin,), components=(friction, *more), ground=ORIGIN, gravity=G)
+
+
+def rubbing(mu: float, radius: float) -> sd.PinFriction:
+    """Coulomb's friction in the pin of the disc."""
+    return sd.PinFriction("friction", "disc", radius, mu, transition=1e-7)
+
+
+def bristles(**friction: float) -> sd.PinLuGre:
+    """Bristles in the pin of the disc."""
+    return sd.PinLuGre("friction", "disc", RADIUS, **friction)
+
+
+LOAD = sd.Force("load", ("disc", "middle"), (40.0, -100.0))
 
 
 @pytest.mark.parametrize("mu", [0.05, 0.3, 1.2])
 def test_loaded_journal(mu: float) -> None:
     """Closed form: the torque W R sin(phi) touches the friction circle."""
-    run = sd.simulate(journal(mu, 0.02).driven(speed=5.0, body="disc"), until=0.1, samples=3)
+    run = sd.simulate(journal(rubbing(mu, 0.02), LOAD).driven(speed=5.0, body="disc"), until=0.1, samples=3)
     load = math.hypot(40.0, 100.0 + 3.0 * G)
     np.testing.assert_allclose(run["drive_torque"], load * 0.02 * math.sin(math.atan(mu)), rtol=1e-14)
     np.testing.assert_allclose(run["pin_friction_reaction"][:, 0], load, rtol=1e-14)
@@ -37,7 +53,7 @@ def test_loaded_journal(mu: float) -> None:
 
 def test_disc_runs_down() -> None:
     """Closed form: constant deceleration."""
-    run = sd.simulate(journal(0.2, 0.01, angular_velocity=20.0), until=1.0, samples=11, **TIGHT)
+    run = sd.simulate(journal(rubbing(0.2, 0.01), LOAD, angular_velocity=20.0), until=1.0, samples=11, **TIGHT)
     torque = math.hypot(40.0, 100.0 + 3.0 * G) * 0.01 * math.sin(math.atan(0.2))
     np.testing.assert_allclose(run["angular_velocity"][:, 0], 20.0 - torque / 0.02 * run["time"], rtol=1e-9)
     turnover = float(run["dissipated_energy"][-1])
@@ -97,36 +113,59 @@ def test_wedge_that_jams() -> None:
     assert lowered.attrs["status"] == "complete"
 
 
-def drawer(width: float, length: float, mu: float) -> Mechanism:
-    """A drawer pulled at a distance aside of its guide."""
-    box = sd.Body("box", mass=2.0, inertia=0.05, points={"c": (0.0, 0.0), "pull": (0.0, width)})
-    guide = sd.Guide("rails", ("box", "c"), aligned=True)
-    friction = sd.GuideFriction("friction", ("ground", "O"), ("box", "c"), 0.0, mu, transition=1e-7, length=length)
+def sideways(mu: float, friction: Callable[..., Any]) -> Mechanism:
+    """A drawer of 0.4 m that is pulled 0.2 m aside of its guide."""
+    box = sd.Body("box", mass=2.0, inertia=0.05, points={"c": (0.0, 0.0), "pull": (0.0, 0.2)})
     rod = sd.Rod("hand", ("ground", "far"), ("box", "pull"), motion=sd.Polynomial((2.0, 0.1)))
-    ground = (("O", (0.0, 0.0)), ("far", (-2.0, width)))
-    weight = sd.Force("side", ("box", "c"), (-30.0, 0.0))
-    return Mechanism((box,), guides=(guide,), rods=(rod,), components=(friction, weight), ground=ground, gravity=0.0)
+    rails = friction("friction", ("ground", "O"), ("box", "c"), 0.0, mu, length=0.4)
+    return Mechanism(
+        (box,),
+        guides=(sd.Guide("rails", ("box", "c"), aligned=True),),
+        rods=(rod,),
+        components=(rails, sd.Force("side", ("box", "c"), (-30.0, 0.0))),
+        ground=(*ORIGIN, ("far", (-2.0, 0.2))),
+        gravity=0.0,
+    )
 
 
-def test_drawer() -> None:
-    """Closed form: pushed aside of its rails F = P/(1 - 2 mu a/l), and it jams from 2 mu a = l on."""
-    run = sd.simulate(drawer(0.2, 0.4, 0.3), until=0.1, samples=3)
-    np.testing.assert_allclose(-run["rod_force"][:, 0], 30.0 / (1.0 - 2.0 * 0.3 * 0.2 / 0.4), rtol=1e-9)
-    jammed = sd.simulate(drawer(0.2, 0.4, 1.1), until=0.1, samples=3)
+@pytest.mark.parametrize(("friction", "since"), [(partial(sd.GuideFriction, transition=1e-7), 0), (sd.GuideLuGre, 1)])
+def test_drawer(friction: Callable[..., Any], since: int) -> None:
+    """Closed form: pulled aside of its rails F = P/(1 - 2 mu a/l), once bristles are bent; it jams from 2 mu a = l on."""
+    run = sd.simulate(sideways(0.3, friction), until=0.1, samples=3)
+    np.testing.assert_allclose(-run["rod_force"][since:, 0], 30.0 / (1.0 - 2.0 * 0.3 * 0.2 / 0.4), rtol=1e-9)
+    jammed = sd.simulate(sideways(1.1, friction), until=0.1, samples=3)
     assert "the mechanism jams: no reactions are in balance with friction 'friction'" in jammed.attrs["cause"]
 
 
-PINS = (("crank", "ground"), ("rod", "crank"), ("rod", "slider"))
+PINS = (("ground pin", "crank", "ground"), ("crank pin", "rod", "crank"), ("slider pin", "rod", "slider"))
 
 
-def rubbing_crank(mu: float, radius: float = 0.012, transition: float = 1e-3) -> Mechanism:
+def rubbing_crank(mu: float, transition: float = 1e-3) -> Mechanism:
     """A slider-crank with friction in its pins and its guide."""
     crank = sd.slider_crank(crank=0.1, rod=0.3, gravity=G)
-    pins = [
-        sd.PinFriction(f"pin {k}", body, radius, mu, base=base, transition=transition) for k, (body, base) in enumerate(PINS)
-    ]
+    pins = [sd.PinFriction(joint, body, 0.012, mu, base=base, transition=transition) for joint, body, base in PINS]
     guide = sd.GuideFriction("guide", ("ground", "origin"), ("slider", "centre"), 0.0, mu, transition=transition)
     return dataclasses.replace(crank, components=(*pins, guide))
+
+
+def crank_with_bristles() -> Mechanism:
+    """A slider-crank with bristles in its pins."""
+    crank = sd.slider_crank(crank=0.1, rod=0.3, gravity=G)
+    pins = tuple(sd.PinLuGre(joint, body, 0.012, 0.2, base=base, static=0.3) for joint, body, base in PINS)
+    return dataclasses.replace(crank, components=pins)
+
+
+def spinning(crank: Mechanism) -> Mechanism:
+    """The same whose crank starts at 30 rad/s."""
+    bodies = (dataclasses.replace(b, angular_velocity=30.0) if b.name == "crank" else b for b in crank.bodies)
+    return dataclasses.replace(crank, bodies=tuple(bodies))
+
+
+def assert_reactions(run: Any, part: str, rtol: float) -> None:
+    """The reactions that friction follows are those of the result."""
+    size, joints = np.linalg.norm(run["reaction"].values, axis=2), run["joint"].values.tolist()
+    for k, joint in enumerate(run[part].values.tolist()):
+        np.testing.assert_allclose(run[f"{part}_reaction"][:, k], size[:, joints.index(joint)], rtol=rtol)
 
 
 def torque_by_hand(crank: Mechanism, angle: float, speed: float, mu: float, radius: float, transition: float) -> float:
@@ -179,37 +218,43 @@ def test_slider_crank_by_newton_and_euler(mu: float) -> None:
     np.testing.assert_allclose(run["drive_torque"], by_hand, atol=1e-10 * np.abs(by_hand).max())
 
 
-def test_free_motion_of_explicit_and_implicit_steps() -> None:
-    """Cross-check: two methods agree, and the energy balance closes."""
-    crank = rubbing_crank(0.15, transition=0.02)
-    bodies = tuple(dataclasses.replace(b, angular_velocity=30.0) if b.name == "crank" else b for b in crank.bodies)
-    runs = [
-        sd.simulate(dataclasses.replace(crank, bodies=bodies), until=0.3, samples=31, method=method, rtol=1e-10, atol=1e-10)
+@pytest.mark.parametrize(
+    ("crank", "until", "within", "least", "part"),
+    [
+        (rubbing_crank(0.15, transition=0.02), 0.3, 1e-7, 0.1, "pin_friction"),
+        (crank_with_bristles(), 0.05, 1e-8, 0.07, "pin_lugre"),
+    ],
+    ids=["rubbing", "bristles"],
+)
+def test_free_motion_of_explicit_and_implicit_steps(
+    crank: Mechanism, until: float, within: float, least: float, part: str
+) -> None:
+    """Cross-check: two methods agree, the energy balance closes, and friction follows the reactions of the result."""
+    explicit, implicit = (
+        sd.simulate(spinning(crank), until=until, samples=31, method=method, rtol=1e-10, atol=1e-12)
         for method in ("dop853", "rodas5p")
-    ]
-    np.testing.assert_allclose(runs[0]["angle"], runs[1]["angle"], atol=1e-7)
-    lost = float(runs[0]["dissipated_energy"][-1])
-    assert lost > 0.1
-    assert float(np.abs(runs[0]["energy_residual"]).max()) < 1e-8 * lost
+    )
+    np.testing.assert_allclose(explicit["angle"], implicit["angle"], atol=within)
+    lost = float(explicit["dissipated_energy"][-1])
+    assert lost > least
+    assert float(np.abs(explicit["energy_residual"]).max()) < 1e-8 * lost
+    assert_reactions(explicit, part, 1e-9)
 
 
 def test_balance_of_reactions() -> None:
-    """Identity: the reactions that friction follows are those of the result."""
+    """Identity: the reactions that friction follows are those of the result, in a crank that is driven."""
     run = sd.simulate(rubbing_crank(0.3).driven(speed=12.0), until=0.5, samples=21, **TIGHT)
-    size = np.linalg.norm(run["reaction"].values, axis=2)
-    for k, joint in enumerate(("ground pin", "crank pin", "slider pin")):
-        of = run["joint"].values.tolist().index(joint)
-        np.testing.assert_allclose(run["pin_friction_reaction"][:, k], size[:, of], rtol=1e-10)
+    assert_reactions(run, "pin_friction", 1e-10)
 
 
 def test_beside_an_open_contact() -> None:
     """Identity: a contact that is open presses on no pin, whatever was evaluated before."""
     crank = rubbing_crank(0.3, transition=0.05).with_clearance("slider pin", sd.Clearance(2e-5))
-    loose = dataclasses.replace(crank, components=tuple(part for part in crank.components if part.name != "pin 2"))
+    loose = dataclasses.replace(crank, components=tuple(part for part in crank.components if part.name != "slider pin"))
     run = sd.simulate(loose.driven(speed=12.0), until=0.05, samples=41)
     assert 0 < int(run["in_contact"].sel(joint="slider pin").sum()) < 41
     exact = np.linalg.norm(run["reaction"].sel(joint="crank pin").values, axis=1)
-    np.testing.assert_allclose(run["pin_friction_reaction"].sel(pin_friction="pin 1"), exact, atol=1e-9 * exact.max())
+    np.testing.assert_allclose(run["pin_friction_reaction"].sel(pin_friction="crank pin"), exact, atol=1e-9 * exact.max())
 
 
 @pytest.mark.parametrize(
@@ -236,24 +281,22 @@ def test_refused_beside_other_parts() -> None:
     """Contract: hard contact is refused by name."""
     crank = rubbing_crank(0.1)
     hard = crank.with_clearance("slider pin", sd.Clearance(1e-4, contact="hard"))
-    frictions = tuple(part for part in hard.components if part.name != "pin 2")
-    with pytest.raises(sd.InputError, match=r"pin friction 'pin 0' beside hard contact; allowed: contact = 'compliant'"):
+    frictions = tuple(part for part in hard.components if part.name != "slider pin")
+    with pytest.raises(sd.InputError, match=r"pin friction 'ground pin' beside hard contact; allowed: contact = 'compliant'"):
         sd.simulate(dataclasses.replace(hard, components=frictions), until=0.01)
 
 
 def test_is_the_limit_of_a_small_clearance() -> None:
     """Second model: the contact of a journal that rubs in its bearing, which knows nothing of reactions."""
-
-    def pendulum(*parts: Any) -> Mechanism:
-        bar = sd.bar("bar", length=1.0, mass=2.0, angle=-0.3)
-        pin = sd.Revolute("O", ("bar", "start"), ("ground", "O"))
-        return Mechanism((bar,), (pin,), ground=(("O", (0.0, 0.0)),), gravity=G, components=parts)
-
-    ideal = sd.simulate(pendulum(sd.PinFriction("friction", "bar", 0.01, 0.3, transition=1e-4)), until=1.0)
+    bar, friction = (
+        sd.bar("bar", length=1.0, mass=2.0, angle=-0.3),
+        sd.PinFriction("friction", "bar", 0.01, 0.3, transition=1e-4),
+    )
+    ideal = sd.simulate(on_pin(bar, friction, gravity=G), until=1.0)
     apart = []
     for clearance in (8e-6, 2e-6):
         joint = sd.Clearance(clearance, journal_radius=0.01, friction=sd.Ambrosio(0.3, 0.0, 1e-4))
-        run = sd.simulate(pendulum().with_clearance("O", joint), until=1.0)
+        run = sd.simulate(on_pin(bar, gravity=G).with_clearance("O", joint), until=1.0)
         assert float(run["friction_loss"][-1]) == pytest.approx(float(ideal["dissipated_energy"][-1]), rel=500.0 * clearance)
         apart.append(float(np.abs(run["angle"] - ideal["angle"]).max()))
     assert apart[1] < 6e-5
@@ -262,9 +305,118 @@ def test_is_the_limit_of_a_small_clearance() -> None:
 
 def test_batch_is_the_runs() -> None:
     """Identity: cases of a batch are the single runs bit for bit, whatever was evaluated before them."""
-    crank = rubbing_crank(0.15, transition=0.02)
-    bodies = tuple(dataclasses.replace(b, angular_velocity=30.0) if b.name == "crank" else b for b in crank.bodies)
-    crank, values = dataclasses.replace(crank, bodies=bodies), [0.1, 0.3]
-    batch = sd.simulate_many(crank, {"pin 0.kinetic": values}, until=0.1, measures=["damper_loss", "steps"])
-    runs = [sd.simulate(crank.replace("pin 0.kinetic", mu), until=0.1) for mu in values]
+    crank, values = spinning(rubbing_crank(0.15, transition=0.02)), [0.1, 0.3]
+    batch = sd.simulate_many(crank, {"ground pin.kinetic": values}, until=0.1, measures=["damper_loss", "steps"])
+    runs = [sd.simulate(crank.replace("ground pin.kinetic", mu), until=0.1) for mu in values]
     np.testing.assert_array_equal(batch["damper_loss"], [float(run["damper_loss"][-1]) for run in runs])
+
+
+FINE = {"rtol": 1e-10, "atol": 1e-12}
+
+
+@pytest.mark.parametrize("speed", [0.3, 5.0])
+def test_steady_sliding(speed: float) -> None:
+    """Closed form: the Stribeck curve and the viscous part, on the friction circle."""
+    friction = bristles(kinetic=0.2, static=0.3, viscous=0.05)
+    run = sd.simulate(journal(friction).driven(speed=speed, body="disc"), until=0.05, samples=3, **FINE)
+    slip = RADIUS * speed
+    ratio = 0.2 + 0.1 * math.exp(-((slip / 0.01) ** 2)) + 0.05 * slip
+    assert float(run["drive_torque"][-1]) == pytest.approx(WEIGHT * RADIUS * math.sin(math.atan(ratio)), rel=1e-13)
+
+
+def test_soft_bristles() -> None:
+    """Closed form: at a speed from rest on friction grows as g (1 - exp(-sigma_0 x / g)), and vanishes with sigma_0."""
+    friction = bristles(kinetic=0.3, bristle_stiffness=50.0, bristle_damping=0.0)
+    run = sd.simulate(journal(friction).driven(speed=5.0, body="disc"), until=0.2, samples=9, **FINE)
+    ratio = 0.3 * (1.0 - np.exp(-50.0 * RADIUS * 5.0 * run["time"].values / 0.3))
+    np.testing.assert_allclose(run["drive_torque"], WEIGHT * RADIUS * np.sin(np.arctan(ratio)), rtol=1e-8, atol=1e-12)
+
+
+@pytest.mark.parametrize("share", [0.1, 0.5, 0.95])
+def test_presliding(share: float) -> None:
+    """Closed form: a slow torque below breakaway turns the pin by -mu_s/(sigma_0 R) ln(1 - tan(phi)/mu_s), and it stays."""
+    torque = share * WEIGHT * RADIUS * math.sin(math.atan(0.3))
+    load = sd.Torque("load", "disc", torque, time_function=sd.Cycloidal(0.0, 1.0, 2.0))
+    run = sd.simulate(journal(bristles(kinetic=0.2, static=0.3), load), until=3.0, samples=4)
+    ratio = math.tan(math.asin(torque / (WEIGHT * RADIUS)))
+    exact = -0.3 / (1e5 * RADIUS) * math.log(1.0 - ratio / 0.3)
+    turned = run["angle"].values[:, 0] - run["angle"].values[0, 0]
+    assert turned[-1] == pytest.approx(exact, rel=1e-3 if share > 0.9 else 1e-5)
+    assert abs(float(run["angular_velocity"][-1, 0])) < 1e-9
+    if share == 0.1:  # sigma_0 R^2 W is the stiffness of small angles
+        assert turned[-1] == pytest.approx(torque / (1e5 * RADIUS**2 * WEIGHT), rel=0.06)
+
+
+def test_breakaway() -> None:
+    """Limit: 5 % more than R W sin(arctan(mu_s)) breaks the pin away."""
+    torque = 1.05 * WEIGHT * RADIUS * math.sin(math.atan(0.3))
+    load = sd.Torque("load", "disc", torque, time_function=sd.Cycloidal(0.0, 1.0, 2.0))
+    run = sd.simulate(journal(bristles(kinetic=0.2, static=0.3), load), until=3.0, samples=4)
+    assert float(run["angle"][-1, 0]) > 1.0
+
+
+def test_stiff_bristles() -> None:
+    """Order of convergence: a disc runs down as by Coulomb's friction, with an error as 1/sigma_0; energy closes."""
+    torque, errors = WEIGHT * RADIUS * math.sin(math.atan(0.2)), []
+    for stiffness in (1e4, 1e5):
+        friction = bristles(kinetic=0.2, bristle_stiffness=stiffness, bristle_damping=0.0)
+        run = sd.simulate(journal(friction, angular_velocity=20.0), until=0.5, samples=3, **FINE)
+        errors.append(float(run["angular_velocity"][-1, 0]) - (20.0 - torque / 0.02 * 0.5))
+        lost = float(run["dissipated_energy"][-1])
+        assert float(np.abs(run["energy_residual"]).max()) < 1e-9 * lost
+    assert errors[0] / errors[1] == pytest.approx(10.0, rel=1e-3)
+
+
+def pulled(**friction: float) -> Mechanism:
+    """A block of 1 kg on a floor, pulled by a spring of 1 N/mm whose end moves at 2 mm/s."""
+    block, hand = sd.point_mass("block", mass=1.0, position=(0.0, 0.0)), sd.point_mass("hand", mass=1.0, position=(1.0, 0.0))
+    guides = (sd.Guide("floor", ("block", "centre")), sd.Guide("rail", ("hand", "centre")))
+    pull = sd.CoordinateDrive("pull", sd.Slide(("hand", "centre")), sd.Polynomial((1.0, 2e-3)))
+    spring = sd.Spring("spring", ("block", "centre"), ("hand", "centre"), stiffness=1e3, free_length=1.0)
+    floor = sd.GuideLuGre("floor", ("ground", "O"), ("block", "centre"), 0.0, **friction)
+    return Mechanism((block, hand), guides=guides, drives=(pull,), components=(spring, floor), ground=ORIGIN, gravity=G)  # type: ignore[arg-type]
+
+
+def test_stick_slip() -> None:
+    """Closed form: slip is half an oscillation about mu_k N, from F to 2 mu_k N - F; F goes to mu_s N with sigma_0."""
+    breakaway = []
+    for stiffness in (1e5, 1e6):
+        bristles = {"bristle_stiffness": stiffness, "bristle_damping": math.sqrt(stiffness)}
+        run = sd.simulate(pulled(kinetic=0.2, static=0.4, stribeck_speed=1e-4, **bristles), until=6.0, samples=6001)
+        force = run["spring_force"].values[:, 0] / G
+        breakaway.append(float(force.max()))
+        assert breakaway[-1] + float(force[force.argmax() :].min()) == pytest.approx(2.0 * 0.2, rel=1e-3)
+        fastest = (breakaway[-1] - 0.2) * G * math.sqrt(1.0 / 1e3) + 2e-3
+        velocity = run["velocity"].sel(body="block", axis="x").values
+        assert float(velocity.max()) == pytest.approx(fastest, rel=0.02)
+        assert float(np.mean(np.abs(velocity) < 1e-4)) > 0.9
+    assert 0.36 < breakaway[0] < breakaway[1] < 0.4
+    assert breakaway[1] == pytest.approx(0.4, rel=0.02)
+
+
+@pytest.mark.parametrize(("slope", "holds"), [(0.28, True), (0.32, False)])
+def test_block_on_an_incline(slope: float, holds: bool) -> None:
+    """Closed form: mu_s = 0.3 holds a block up to tan(alpha) = mu_s, without creep."""
+    angle = math.atan(slope)
+    block = sd.point_mass("block", mass=2.0, position=(0.0, 0.0))
+    friction = sd.GuideLuGre("friction", ("ground", "O"), ("block", "centre"), angle, 0.2, 0.3)
+    guide = sd.Guide("incline", ("block", "centre"), direction=angle)
+    run = sd.simulate(
+        Mechanism((block,), guides=(guide,), components=(friction,), ground=ORIGIN, gravity=G), until=2.0, samples=3
+    )
+    assert (math.hypot(*run["position"].values[-1, 0]) < 1e-4) is holds
+    if holds:
+        assert float(np.linalg.norm(run["velocity"].values[-1, 0])) < 1e-9
+
+
+def test_rest_and_statics() -> None:
+    """Limit: in equilibrium bristles exert nothing; in a slow motion they are Coulomb's friction."""
+    crank = crank_with_bristles()
+    coulomb = dataclasses.replace(crank, components=tuple(part.without_bristles() for part in crank.components))  # type: ignore[attr-defined]
+    drive = sd.Cycloidal(0.5, 2.0, 1.0)
+    torques = [
+        sd.statics(part.driven(drive), until=1.0, points=5, friction="forward")["drive_torque"] for part in (crank, coulomb)
+    ]
+    np.testing.assert_array_equal(*torques)
+    run = sd.simulate(crank, until=0.01, start="static")
+    assert float(np.abs(run["angular_velocity"]).max()) < 1e-6

@@ -168,9 +168,9 @@ NUMBERS = {"f": FLOAT, "i": INT, "b": BOOL}
 SCALARS = {int: INT, float: FLOAT, bool: BOOL, type(None): VOID}
 
 
-def kind_of(value: Any, name: str = "", known: dict[Any, Any] | None = None) -> Kind:
-    """The type of a value of Python; `known` keeps the types of records and named tuples by what they are."""
-    known = {} if known is None else known
+def kind_of(value: Any, name: str = "", types: dict[Any, Any] | None = None) -> Kind:
+    """The type of a value of Python; `types` keeps those of records and named tuples by what they are."""
+    types = {} if types is None else types
     if isinstance(value, bool | np.bool_):
         return BOOL
     if isinstance(value, int | np.integer):
@@ -178,44 +178,44 @@ def kind_of(value: Any, name: str = "", known: dict[Any, Any] | None = None) -> 
     if isinstance(value, float | np.floating):
         return FLOAT
     if isinstance(value, np.ndarray):
-        return Array(_element(value.dtype, name, known), value.ndim)
+        return Array(_element(value.dtype, name, types), value.ndim)
     if hasattr(value, "_asdict"):
-        return kind_of_hint(type(value), name, known)
+        return kind_of_hint(type(value), name, types)
     if isinstance(value, tuple):
-        return Tuple(tuple(kind_of(part, name, known) for part in value))
+        return Tuple(tuple(kind_of(part, name, types) for part in value))
     raise TranslationError(f"a {type(value).__name__} in a kernel", "numbers, arrays and tuples of them")
 
 
-def kind_of_hint(hint: Any, name: str, known: dict[Any, Any], number: Scalar = FLOAT) -> Kind:
-    """The type that an annotation declares, `number` in the place of floats; `known` and `name` as in `kind_of`."""
+def kind_of_hint(hint: Any, name: str, types: dict[Any, Any], number: Scalar = FLOAT) -> Kind:
+    """The type that an annotation declares, `number` in the place of floats; `types` and `name` as in `kind_of`."""
     if hint in SCALARS:
         return number if hint is float else SCALARS[hint]
     if get_origin(hint) is Annotated:
         declared_type: ArrayType = get_args(hint)[1]
-        return Array(_element(declared_type.dtype, name, known, number), declared_type.dimensions)
+        return Array(_element(declared_type.dtype, name, types, number), declared_type.dimensions)
     if get_origin(hint) is tuple:
-        return Tuple(tuple(kind_of_hint(part, name, known, number) for part in get_args(hint)))
+        return Tuple(tuple(kind_of_hint(part, name, types, number) for part in get_args(hint)))
     if hasattr(hint, "_fields"):
-        if hint not in known:
-            known[hint] = Struct(hint.__name__, {key: kind_of_hint(part, key, known, number) for key, part in fields_of(hint)})
-        struct: Struct = known[hint]
+        if hint not in types:
+            types[hint] = Struct(hint.__name__, {key: kind_of_hint(part, key, types, number) for key, part in fields_of(hint)})
+        struct: Struct = types[hint]
         return struct
     raise TranslationError(
         f"'{name}' of a kernel with the type {hint!r}", "int, float, F1, F2, F3, I1, I2 or a named tuple of these"
     )
 
 
-def _element(dtype: np.dtype, name: str, known: dict[Any, Any], number: Scalar = FLOAT) -> Scalar | Record:
+def _element(dtype: np.dtype, name: str, types: dict[Any, Any], number: Scalar = FLOAT) -> Scalar | Record:
     """The type of the entries of an array."""
     kinds = {**NUMBERS, "f": number}
     if dtype.names is None:
         return kinds[dtype.kind]
     fields = tuple((field, kinds[dtype[field].kind]) for field in dtype.names)
-    if fields not in known:
-        taken = [kind.name for kind in known.values()]
+    if fields not in types:
+        taken = [kind.name for kind in types.values()]
         named = f"{name}_record" if f"{name}_record" not in taken else f"{name}_record_{len(taken)}"
-        known[fields] = Record(named, fields)
-    record: Record = known[fields]
+        types[fields] = Record(named, fields)
+    record: Record = types[fields]
     return record
 
 

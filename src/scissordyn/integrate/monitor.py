@@ -125,17 +125,17 @@ def monitor_stages(problem, T, t, h, s, w, S):
 
 
 @kernel
-def turns(T, row, known, w):
-    """Whether the stages of a step leave room for a maximum inside, or its start is above the largest number known.
+def turns(T, row, largest, w):
+    """Whether the stages of a step leave room for a maximum inside, or its start is above the largest so far.
 
-    No room if the largest number is at an end, and the parabola through it and the two stages next to it is steep there and has
-    its vertex well outside.
+    No room if the largest of its numbers is at an end, and the parabola through it and the two stages next to it is steep there
+    and has its vertex well outside.
     """
     start, end = w.monitored[0, row, 0], w.monitored[T.stages, row, 0]
     rises, edge = end >= start, max(start, end)
-    if start > known and not rises:
+    if start > largest and not rises:
         return True
-    one = other = 2.0  # places of the two stages, and their numbers: counted from the higher end
+    near = far = 2.0  # places of the two stages, and their numbers: counted from the higher end
     first = second = 0.0
     for stage in range(1, T.stages):
         place, number = T.nodes[stage], w.monitored[stage, row, 0]
@@ -145,16 +145,16 @@ def turns(T, row, known, w):
             return True
         if rises:
             place = 1.0 - place
-        if place < one:
-            other, second = one, first
-            one, first = place, number
-        elif place < other:
-            other, second = place, number
-    if other > 1.0:
+        if place < near:
+            far, second = near, first
+            near, first = place, number
+        elif place < far:
+            far, second = place, number
+    if far > 1.0:
         return True
-    slope = (first - edge) / one
-    bend = ((second - first) / (other - one) - slope) / other
-    slope -= bend * one
+    slope = (first - edge) / near
+    bend = ((second - first) / (far - near) - slope) / far
+    slope -= bend * near
     return not slope < -max(2.0 * NEARLY * abs(bend), STEADY * abs(end - start))
 
 

@@ -81,7 +81,7 @@ def law_fits(m, H):
     """Whether impulses agree with the law of all elastic contacts that keep their mode; where not it is linearised anew."""
     fits, h, largest = True, H.size[0], largest_impulse(m, H)
     for i in range(H.which.size):
-        if H.closed[i] == 0 or H.yields[i] == 0 or H.compliant[i] == 1 or H.asked[i] != H.mode[i]:
+        if H.closed[i] == 0 or H.yields[i] == 0 or H.compliant[i] == 1 or H.required[i] != H.mode[i]:
             continue
         at = H.place[m + 2 * i]
         delta = law_depth(i, at, H)

@@ -69,7 +69,7 @@ class HardContacts(NamedTuple):
     was: I1  # (k,) whether it was in contact before
     impact: I1  # (2,) whether the step has an impact; `STEP` and so on
     mode: I1  # (k,) OPEN, STICK, SLIP, SLIP + 1 (towards -T)
-    asked: I1  # (k,) the mode that its impulses and velocities ask for
+    required: I1  # (k,) the mode that its impulses and velocities require
     restless: I1  # (k,) number of the last step of Newton's method after which its mode was changed
     stuck: I1  # (k,) whether it stuck in the last step
     gram: F2  # (rows, 2 reach + 1) symmetric, products of the rows

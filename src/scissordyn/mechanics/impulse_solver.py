@@ -210,7 +210,7 @@ def ask_for_modes(m, H):
         largest = max(largest, abs(H.impulse[a]))
     near = BORDER * largest
     for i in range(H.which.size):
-        old = H.asked[i] = H.mode[i]
+        old = H.required[i] = H.mode[i]
         if H.closed[i] == 0:
             continue
         a, b = H.place[m + 2 * i], H.place[m + 2 * i + 1]
@@ -225,7 +225,7 @@ def ask_for_modes(m, H):
                 new = SLIP
             if H.friction[i] > 0.0 and abs(wanted) <= limit + (near if old == STICK else -near):
                 new = STICK
-        H.asked[i] = new
+        H.required[i] = new
         if new != old or (new >= SLIP and H.friction[i] > H.kinetic[i]):
             asking += 1
     return asking
@@ -235,9 +235,9 @@ def ask_for_modes(m, H):
 def change_modes(single, tried, m, H):
     """Change the modes of all contacts that ask for it, or of the last one, and note when."""
     for i in range(H.which.size - 1, -1, -1):
-        breaks_away = H.closed[i] == 1 and H.asked[i] >= SLIP and H.friction[i] > H.kinetic[i]
-        if H.asked[i] != H.mode[i] or breaks_away:
-            H.mode[i], H.restless[i] = H.asked[i], tried
+        breaks_away = H.closed[i] == 1 and H.required[i] >= SLIP and H.friction[i] > H.kinetic[i]
+        if H.required[i] != H.mode[i] or breaks_away:
+            H.mode[i], H.restless[i] = H.required[i], tried
             differ(i, m, H)
             if breaks_away:
                 H.friction[i] = H.kinetic[i]

@@ -45,7 +45,7 @@ def factorize(hg, S):
         row, factor = M.permutation[i], W.row_factor[i] * (1.0 / hg)
         W.band[row, lower] += W.unknown_factor[i] * factor
         if paired:
-            W.aside[row, lower] += W.given_factor[i] * factor
+            W.aside[row, lower] += W.prescribed_factor[i] * factor
     add_constraints(hg, S)
     singular = add_elements(hg, S)
     if singular >= 0:
@@ -85,7 +85,7 @@ def orient_pairs(hg, S):
         if not (size > 0.0 and steepness > 0.0):  # NaN counts as zero
             return M.permutation[a]
         W.pair_size[q] = size
-        W.given_factor[a], W.given_factor[b] = wa / size, wb / size
+        W.prescribed_factor[a], W.prescribed_factor[b] = wa / size, wb / size
         W.unknown_factor[a], W.unknown_factor[b] = -wb / size, wa / size
         W.row_factor[a], W.row_factor[b] = -gb / steepness, ga / steepness
     return -1
@@ -122,7 +122,7 @@ def add_constraints(hg, S):
                     change = W.row_factor[a] * (value * (hx * M.constraint_row[0, j] + hy * M.constraint_row[1, j]))
                     matrix[row, at] += change * W.unknown_factor[b]
                     if paired:
-                        W.aside[row, at] += change * W.given_factor[b]
+                        W.aside[row, at] += change * W.prescribed_factor[b]
 
 
 @kernel
@@ -168,7 +168,7 @@ def add_elements(hg, S):
                     at = place[there] - row + lower
                     matrix[row, at] -= value * W.unknown_factor[there]
                     if paired:
-                        W.aside[row, at] -= value * W.given_factor[there]
+                        W.aside[row, at] -= value * W.prescribed_factor[there]
             if not condensed:
                 for s in range(states):
                     at = at_state + a * states + s
@@ -177,7 +177,7 @@ def add_elements(hg, S):
                     value = W.rate_by_v[at] + hg * W.rate_by_x[at]
                     matrix[state, row - state + lower] -= value * W.unknown_factor[here]
                     if paired:
-                        W.aside[state, row - state + lower] -= value * W.given_factor[here]
+                        W.aside[state, row - state + lower] -= value * W.prescribed_factor[here]
         if not condensed:
             for s in range(states):
                 row = place[first_row + first_state + s]
@@ -206,12 +206,12 @@ def solve(r, S):
             work[place[n + m + s]] = r[2 * n + s]
     lower, upper, last = M.band_limits[0], M.band_limits[1], W.band.shape[0] - 1
     for q in range(M.pair.shape[0]):
-        column, prescribed = place[M.pair[q, 1]], W.given[M.pair[q, 1]]
+        column, prescribed = place[M.pair[q, 1]], W.prescribed[M.pair[q, 1]]
         for row in range(max(0, column - upper), min(last, column + lower) + 1):
             work[row] -= W.aside[row, column - row + lower] * prescribed
     band.solve(W.band, lower, W.pivots, work[: last + 1])
     for i in range(n):
-        value = W.unknown_factor[i] * work[place[i]] + W.given_factor[i] * W.given[i]
+        value = W.unknown_factor[i] * work[place[i]] + W.prescribed_factor[i] * W.prescribed[i]
         r[n + i] = value
         r[i] = hg * (value + r[i])
     for s in range(nz):
@@ -254,7 +254,7 @@ def load_constraints(r, S):
             W.work[place[n + k]] += change
         else:
             q = M.pair_of[k]
-            W.given[M.pair[q, 1]] = W.given[M.pair[q, 2]] = change / W.pair_size[q]
+            W.prescribed[M.pair[q, 1]] = W.prescribed[M.pair[q, 2]] = change / W.pair_size[q]
 
 
 @kernel

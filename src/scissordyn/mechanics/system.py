@@ -189,8 +189,8 @@ class Workspace(NamedTuple):
     pivots: I1
     row_factor: F1  # (n,) of coordinates in the rows of the step matrix
     unknown_factor: F1  # (n,) in its columns: both are 1 but for pairs
-    given_factor: F1  # (n,) what a pair's prescribed change contributes; 0 but for pairs
-    given: F1  # (n,) that change
+    prescribed_factor: F1  # (n,) what a pair's prescribed change contributes; 0 but for pairs
+    prescribed: F1  # (n,) that change
     pair_size: F1  # (pairs,) length of the constraint's row
     load: F1  # (n,) right-hand side by coordinate
     state_inverse: F1  # (nz,) inverse pivot of an eliminated state

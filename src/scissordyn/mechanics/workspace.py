@@ -85,7 +85,7 @@ def make_workspace(model: Model, parameters: Parameters) -> Workspace:
         **_zeros((parts, 2), "direction", "direction_rate", "direction_acceleration", "frozen_direction", "frozen_rate"),
         **_zeros(entries, "gradient", "frozen_gradient"),
         **_zeros(m, "multiplier", "frozen_multiplier"),
-        **_zeros(n, "given_factor", "given", "load", "gram_row"),
+        **_zeros(n, "prescribed_factor", "prescribed", "load", "gram_row"),
         **_zeros(blocks, "block_x", "block_v"),
         **_zeros(pairs, "force_by_state", "rate_by_x", "rate_by_v"),
         **_zeros((2, most), "state_work", "control_work"),

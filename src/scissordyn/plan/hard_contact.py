@@ -36,7 +36,7 @@ CHOICES = (
     "closed",
     "was",
     "mode",
-    "asked",
+    "required",
     "restless",
     "stuck",
     "kept_mode",

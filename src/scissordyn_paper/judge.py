@@ -103,7 +103,7 @@ def _curves(ended: Ended, *, printed: bool) -> Curves:
     """The curves of a run; its contacts and largest values are those between samples too, unless it is as printed."""
     samples, at = ended.driver.samples, ended.plan
     rows = record(at.maps, ended.driver.system, samples)
-    guide = at.output_guide
+    guide = at.mechanism.output_guide
     assert guide is not None
     follower, along = at.coordinates.place(guide.follower), np.array([math.cos(guide.direction), math.sin(guide.direction)])
     bar = [body.name for body in at.bodies].index(FREE_BAR)

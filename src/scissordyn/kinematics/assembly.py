@@ -230,7 +230,7 @@ def _worst(plan: Plan, constraints: list[Any], residual: np.ndarray, held: list[
 
 def _holding(plan: Plan, bodies: set[str]) -> list[str]:
     """The joints, guides, welds and drives at some bodies."""
-    names = [f"joint '{joint.name}'" for joint in plan.joints if bodies & set(joint.bodies)]
-    names += [f"guide '{guide.name}'" for guide in plan.guides if bodies & {guide.follower[0], guide.body}]
-    names += [f"weld '{weld.name}'" for weld in plan.welds if bodies & {weld.start[0], weld.end[0]}]
+    names = [f"joint '{joint.name}'" for joint in plan.mechanism.joints if bodies & set(joint.bodies)]
+    names += [f"guide '{guide.name}'" for guide in plan.mechanism.guides if bodies & {guide.follower[0], guide.body}]
+    names += [f"weld '{weld.name}'" for weld in plan.mechanism.welds if bodies & {weld.start[0], weld.end[0]}]
     return names + [f"the drive of body '{drive.body}'" for drive in plan.drives if drive.body in bodies]

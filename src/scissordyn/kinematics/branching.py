@@ -172,7 +172,7 @@ def _equations(plan: Plan) -> int:
     """Number of quadratic closure equations of the ideal mechanism at most."""
     rotating = sum(body.rotates for body in plan.bodies)
     others = (*plan.rods, *plan.mechanism.coupling_parts)
-    return rotating + sum(guide.body != GROUND for guide in plan.guides) + len(others)
+    return rotating + sum(guide.body != GROUND for guide in plan.mechanism.guides) + len(others)
 
 
 def _not_looked_for(plan: Plan) -> str:
@@ -253,9 +253,9 @@ def _passed(closure: Closure, time: np.ndarray, z: np.ndarray) -> list[tuple[Sin
 
 def _passed_in_words(closure: Closure, singular: SingularPosition, z: np.ndarray) -> str:
     plan = closure.plan
-    named = plan.input_body or (singular.bodies[0] if singular.bodies else plan.bodies[0].name)
+    named = plan.mechanism.input_body or (singular.bodies[0] if singular.bodies else plan.bodies[0].name)
     angle = ""
-    if plan.body(named).rotates:
+    if plan.mechanism.body(named).rotates:
         p = closure.first[named]
         angle = f" ('{named}' at {math.degrees(math.atan2(z[p + 3], z[p + 2])):.4g} deg)"
     return (

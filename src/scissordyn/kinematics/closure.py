@@ -53,7 +53,7 @@ class Inputs:
         ]
         self.timed = [name for name, *_ in timed]  # Rods, then coordinate drives
         self.units = ["rad"] * len(self.bodies) + [unit for _, unit, _, _ in timed]
-        self._rows = [function_rows(drive.motion, plan.body(drive.body).placed_angle) for drive in plan.drives]
+        self._rows = [function_rows(drive.motion, plan.mechanism.body(drive.body).placed_angle) for drive in plan.drives]
         self._rows += [function_rows(motion, first) for _, _, motion, first in timed]
         self._table = np.empty(0), np.empty((0, self.count))
 
@@ -86,7 +86,7 @@ class Closure:
 
     def __init__(self, plan: Plan) -> None:
         tables = plan.branches
-        self.plan, self.size, self.inputs = plan, plan.size, Inputs(plan)
+        self.plan, self.size, self.inputs = plan, plan.coordinates.size, Inputs(plan)
         turning = [pair for constraint in tables.constraints for pair in constraint.turning]
         self.turning, self.placed_turns = [body for body, _ in turning], np.array([angle for _, angle in turning], float)
         self.first, self.total, self.natural = tables.natural.offsets, tables.natural.total + len(turning), tables.natural
@@ -268,7 +268,8 @@ class Closure:
         z[:, self.origins] /= self.size
         index = {body.name: k for k, body in enumerate(self.plan.bodies)}
         for k, (name, first) in enumerate(zip(self.turning, self.placed_turns, strict=True)):
-            apart = TURN * round((first - self.plan.body(name).placed_angle) / TURN)  # where a motion begins some turns away
+            placed = self.plan.mechanism.body(name).placed_angle
+            apart = TURN * round((first - placed) / TURN)  # where a motion begins some turns away
             z[:, self.natural.total + k] = angle[:, index[name]] + apart
         return self._counted(z)
 

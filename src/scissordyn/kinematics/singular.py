@@ -178,7 +178,8 @@ def concerned(closure: Closure, z: np.ndarray, typical: float) -> tuple[tuple[st
     bodies = [name for name, value in size.items() if value > CONCERNED * most and np.any(speed[name])]
     bodies = bodies or [name for name, value in size.items() if value > CONCERNED * most]
     turning = {
-        joint.name: float(np.linalg.norm(speed[joint.bodies[0]] - speed[joint.bodies[1]])) for joint in closure.plan.joints
+        joint.name: float(np.linalg.norm(speed[joint.bodies[0]] - speed[joint.bodies[1]]))
+        for joint in closure.plan.mechanism.joints
     }
     largest = max(turning.values(), default=0.0)
     joints = [name for name, value in turning.items() if value > CONCERNED * largest and largest > 0.0]

@@ -31,13 +31,13 @@ def dyads(plan: Plan) -> list[Dyad]:
     for drive in plan.drives:
         if _pin(plan, drive.body, "", placed) is not None:
             placed.add(drive.body)
-    slides = {guide.follower[0]: guide.direction for guide in plan.guides if guide.body == GROUND}
-    sliding = {guide.follower[0] for guide in plan.guides if guide.aligned}
-    sliding |= {name for name in slides if not plan.body(name).rotates}
+    slides = {guide.follower[0]: guide.direction for guide in plan.mechanism.guides if guide.body == GROUND}
+    sliding = {guide.follower[0] for guide in plan.mechanism.guides if guide.aligned}
+    sliding |= {name for name in slides if not plan.mechanism.body(name).rotates}
     for rod in plan.rods:  # a jack that moves a slider
         ends = {rod.start[0], rod.end[0]}
         if rod.motion is not None and GROUND in ends:
-            placed |= {body for body in ends if body in slides and not plan.body(body).rotates}
+            placed |= {body for body in ends if body in slides and not plan.mechanism.body(body).rotates}
     if len(placed) == 1:
         return []
     chain: list[Dyad] = []
@@ -52,7 +52,7 @@ def dyads(plan: Plan) -> list[Dyad]:
 
 def _next(plan: Plan, known: set[str], slides: dict[str, float], sliding: set[str]) -> tuple[Dyad, set[str]] | None:
     """A further dyad on the known bodies, and its bodies; all points of bodies that are `sliding` move along their guides."""
-    for joint in plan.joints:
+    for joint in plan.mechanism.joints:
         first, second = joint.bodies
         if first in known or second in known:
             continue
@@ -63,17 +63,17 @@ def _next(plan: Plan, known: set[str], slides: dict[str, float], sliding: set[st
             if slider in slides and slider in sliding and pin is not None:
                 return Dyad(joint.name, joint.journal, (pin,), slides[slider]), {first, second}
     for body, direction in slides.items():  # a body that a pin and a guide hold
-        follower = next(guide.follower for guide in plan.guides if guide.follower[0] == body)
+        follower = next(guide.follower for guide in plan.mechanism.guides if guide.follower[0] == body)
         pin = None if body in known else _pin(plan, body, "", known)
         if pin is not None:
-            name = next(guide.name for guide in plan.guides if guide.follower == follower)
+            name = next(guide.name for guide in plan.mechanism.guides if guide.follower == follower)
             return Dyad(name, follower, (pin,), direction), {body}
     return None
 
 
 def _pin(plan: Plan, body: str, but: str, known: set[str]) -> BodyPoint | None:
     """The point at which a body is joined to a known one, by another joint than `but`."""
-    for joint in plan.joints:
+    for joint in plan.mechanism.joints:
         if joint.name != but and body in joint.bodies:
             here, there = (joint.journal, joint.bearing) if joint.journal[0] == body else (joint.bearing, joint.journal)
             if there[0] in known:

@@ -130,7 +130,7 @@ def stroboscopic_samples(found: Cycles) -> dict[str, np.ndarray]:
         "in_contact": samples.mode[:, : len(contacts)] == 1,
         "energy": rows.kinetic + rows.potential + rows.elastic + rows.stored,
     }
-    guide = found.plan.output_guide
+    guide = found.plan.mechanism.output_guide
     if guide is not None:
         guided = found.plan.coordinates.place(guide.follower)
         along = np.array([math.cos(guide.direction), math.sin(guide.direction)])

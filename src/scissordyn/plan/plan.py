@@ -12,18 +12,16 @@ import numpy as np
 
 from scissordyn.component.actuator import Actuator
 from scissordyn.component.declaration import Component
-from scissordyn.component.latch import Latch
 from scissordyn.component.rod import Rod
 from scissordyn.component.time_function import TimeFunction
 from scissordyn.mechanics.body_maps import BodyMaps
 from scissordyn.mechanics.reactions import Balance
 from scissordyn.mechanics.system import FrictionWorkspace, Model, Parameters
-from scissordyn.model.body import Body, Track
-from scissordyn.model.check import proportion_warnings
+from scissordyn.model.body import Body
 from scissordyn.model.clearance import Clearance, ContactKind, contact_states
 from scissordyn.model.coupling import Drive
 from scissordyn.model.guide_clearance import ContactPoint
-from scissordyn.model.joint import Guide, Revolute, Weld
+from scissordyn.model.joint import Revolute
 from scissordyn.model.lubrication import Lubrication
 from scissordyn.model.mechanism import LENT, PLAN, Mechanism
 from scissordyn.plan.acting import acting, start_coordinates
@@ -52,7 +50,7 @@ class Plan:
     The tables are never written; cases that differ only in numbers which do not enter them share them (`fits`, `case`).
     """
 
-    mechanism: Mechanism = field(repr=False)  # Read here only
+    mechanism: Mechanism = field(repr=False)  # With the numbers of the case
     coordinates: Coordinates  # Maps of points and directions, and the quadratic constraints
     model: Model = field(repr=False)  # What the kernels read of topology and lengths
     maps: BodyMaps = field(repr=False)  # Where the bodies are, and where force elements, rods and latches act on them
@@ -101,7 +99,6 @@ class Plan:
 
     @property
     def bodies(self) -> tuple[Body, ...]:
-        """The bodies, in the order of the results."""
         return self.mechanism.bodies
 
     @property
@@ -109,29 +106,9 @@ class Plan:
         return self.mechanism.drives
 
     @property
-    def joints(self) -> tuple[Revolute, ...]:
-        return self.mechanism.joints
-
-    @property
-    def guides(self) -> tuple[Guide, ...]:
-        return self.mechanism.guides
-
-    @property
-    def welds(self) -> tuple[Weld, ...]:
-        return self.mechanism.welds
-
-    @property
     def rods(self) -> tuple[Rod, ...]:
         """The rods, which act behind the components."""
         return self.mechanism.rods
-
-    @property
-    def latches(self) -> tuple[Latch, ...]:
-        return self.mechanism.latches
-
-    @property
-    def tracks(self) -> tuple[Track, ...]:
-        return self.mechanism.tracks
 
     @property
     def components(self) -> tuple[Component, ...]:
@@ -168,39 +145,13 @@ class Plan:
         """The joints with a film of oil, each with its clearance and its oil."""
         return self.mechanism.lubricated
 
-    @property
-    def clearance_joints(self) -> tuple[Revolute, ...]:
-        """The first of the contacts."""
-        return self.mechanism.clearance_joints
-
-    @property
-    def contact_points(self) -> tuple[ContactPoint, ...]:
-        """The other contacts."""
-        return self.mechanism.contact_points
-
-    @property
-    def joint_names(self) -> tuple[str, ...]:
-        """Names of all joints, guides and contact points, in the order of the results."""
-        return self.mechanism.joint_names
-
-    @property
-    def ideal_joints(self) -> tuple[Revolute, ...]:
-        return self.mechanism.ideal_joints
-
-    @property
-    def ideal_guides(self) -> tuple[Guide, ...]:
-        return self.mechanism.ideal_guides
-
     def places(self, names: Iterable[str]) -> np.ndarray:
         """Where some joints, guides or contact points stand among `joint_names`."""
         return np.array([self._joint_place[name] for name in names], np.int64)
 
     @cached_property
     def _joint_place(self) -> dict[str, int]:
-        return {name: k for k, name in enumerate(self.joint_names)}
-
-    def body_place(self, name: str) -> int:
-        return [body.name for body in self.bodies].index(name)
+        return {name: k for k, name in enumerate(self.mechanism.joint_names)}
 
     @property
     def motions(self) -> list[tuple[str, TimeFunction]]:
@@ -210,32 +161,10 @@ class Plan:
         return angles + [(f"the length of rod '{rod.name}'", rod.motion) for rod in self.rods if rod.motion is not None]
 
     @property
-    def size(self) -> float:
-        return self.coordinates.size
-
-    @property
-    def gravity(self) -> float:
-        return self.mechanism.gravity
-
-    @property
     def gravity_vector(self) -> np.ndarray:
-        """The same with its direction, shape (2,) [m/s^2]."""
+        """With its direction, shape (2,) [m/s^2]."""
         angle = self.mechanism.gravity_direction
-        return self.gravity * np.array([math.cos(angle), math.sin(angle)])
-
-    @property
-    def output_guide(self) -> Guide | None:
-        """The guide on the ground that leads the output body, the first if there are several."""
-        return self.mechanism.output_guide
-
-    @property
-    def input_body(self) -> str:
-        """The body that is driven by default; empty if none is named."""
-        return self.mechanism.input_body
-
-    @property
-    def out_of_proportion(self) -> list[str]:
-        return proportion_warnings(self.mechanism)
+        return self.mechanism.gravity * np.array([math.cos(angle), math.sin(angle)])
 
     @property
     def rounded_lengths(self) -> list[str]:
@@ -248,9 +177,6 @@ class Plan:
             f"the lengths given contradict each other by {miss:.1g}, as rounded numbers do: {subjects} keep"
             f"{'s' if len(self.coordinates.redundant) == 1 else ''} the length that the other parts leave"
         ]
-
-    def body(self, name: str) -> Body:
-        return self.mechanism.body(name)
 
     def eccentricity(self, contact: int) -> PointMap:
         """The eccentricity of a clearance joint, or the vector of a contact point, as a map."""

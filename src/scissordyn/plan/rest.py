@@ -43,7 +43,7 @@ def frictionless(mechanism: Mechanism) -> Mechanism:
 def still_at(whole: Plan, time: float, turned: Mapping[str, float] = NOT_TURNED) -> Plan:
     """The plan with drives, prescribed distances and coordinates constant as at a time [s]; see `with_inputs`."""
     starts = {constraint.name: constraint.start for constraint in whole.coordinates.constraints}
-    inputs = [(drive.motion, whole.body(drive.body).placed_angle) for drive in whole.drives]
+    inputs = [(drive.motion, whole.mechanism.body(drive.body).placed_angle) for drive in whole.drives]
     inputs += [(rod.motion, 0.0) for rod in whole.rods if rod.motion]
     inputs += [(drive.motion, starts[drive.name]) for drive in whole.mechanism.coordinate_drives]
     return with_inputs(whole, [_constant(motion, start, time) for motion, start in inputs], turned)

@@ -124,7 +124,9 @@ def motion_range(plan: Plan) -> tuple[float, float, str]:
     first = float(closure.inputs.at(0.0)[0])
     turns = closure.inputs.units == ["rad"]
     ends = (
-        (first - 2.0 * math.pi, first + 2.0 * math.pi) if turns else (SHORT * plan.size, max(2.0 * first, FURTHEST * plan.size))
+        (first - 2.0 * math.pi, first + 2.0 * math.pi)
+        if turns
+        else (SHORT * closure.size, max(2.0 * first, FURTHEST * closure.size))
     )
     path = follow(closure, "angle" if turns else "length", lambda value: np.array([value]), start, first, *ends)
     locks = [position.place for position in path.singular if position.kind == LOCKING]

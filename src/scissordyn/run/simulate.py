@@ -177,7 +177,7 @@ def results_of(
     check_samples(tables, MOST_INSTANTS if options.samples == AUTO else options.count)
     configuration = write_configuration(mechanism, options)
     keeper = None if checkpoint is None else open_checkpoint(checkpoint, configuration)
-    ideal = ideal_path(tables, options) if tables.tracks and deviates(mechanism) else None
+    ideal = ideal_path(tables, options) if tables.mechanism.tracks and deviates(mechanism) else None
     records = options.samples == AUTO or (curves and keeper is None)
     states = None
     if options.trust:

@@ -71,7 +71,7 @@ def singular_position(plan: Plan, system: Handle, state: np.ndarray, time: float
 def failed_latch(plan: Plan, system: Handle) -> str:
     """The latch that could not lock, in words; empty if there is none."""
     content: System = system.content
-    for (_, _, component), latch in zip(content.model.latch.tolist(), plan.latches, strict=True):
+    for (_, _, component), latch in zip(content.model.latch.tolist(), plan.mechanism.latches, strict=True):
         if math.isnan(content.state.memory[content.model.component_guard[component]]):
             return f"latch '{latch.name}' cannot lock: joints, rods, drives or other latches hold body '{latch.body}' there"
     return ""
@@ -98,7 +98,7 @@ def immobile_joints(plan: Plan, full: np.ndarray) -> list[str]:
     A journal moves against its bearing by E x', with D x' = 0 for the gradients D of the constraints: it cannot move if E
     vanishes on the null space of D.
     """
-    joints, n = plan.clearance_joints, plan.coordinates.free
+    joints, n = plan.mechanism.clearance_joints, plan.coordinates.free
     if not joints:
         return []
     holding = [constraint for constraint in plan.coordinates.constraints if not constraint.latch]

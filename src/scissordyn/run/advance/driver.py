@@ -241,7 +241,7 @@ class Driver:
 
     def _limits(self) -> np.ndarray:
         """A limit for each quantity that is monitored throughout: the tolerances of tracked points."""
-        model, tracks = self.system.content.model, self.plan.tracks
+        model, tracks = self.system.content.model, self.plan.mechanism.tracks
         limits = np.full(model.monitor.shape[0], np.inf)
         if tracks:
             tolerances = [np.inf if track.tolerance is None else track.tolerance for track in tracks]

@@ -96,7 +96,7 @@ def bar_motions(plan: Plan, record: Record, time: np.ndarray) -> list[BarMotion]
         running.setdefault(id(axis), []).append((record.coordinate[:, i, 1], force))
     turning: dict[int, list[tuple[int, np.ndarray, np.ndarray]]] = {}
     films = len(plan.contacts) + len(plan.mechanism.components)
-    joints = enumerate(plan.clearance_joints)
+    joints = enumerate(plan.mechanism.clearance_joints)
     for i, joint in (*joints, *((films + f, joint) for f, (joint, _, _) in enumerate(plan.lubricated))):
         journal, bearing = plan.coordinates.place(joint.journal), plan.coordinates.place(joint.bearing)
         # the force of a film acts on the bearing at the journal's centre, beside its own

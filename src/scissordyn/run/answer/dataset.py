@@ -48,7 +48,7 @@ def results(plan: Plan, configuration: str, path: Trajectory, record: Record) ->
     variables = {
         "time": described("time", path.samples.time, "s", "time"),
         "body": labels("body", [body.name for body in plan.bodies]),
-        "joint": labels("joint", list(plan.joint_names)),
+        "joint": labels("joint", list(plan.mechanism.joint_names)),
         "axis": labels("axis", ["x", "y"]),
         **_motion_variables(plan, record),
         **_joint_variables(plan, path, record),
@@ -107,7 +107,7 @@ def _motion_variables(plan: Plan, record: Record) -> Variables:
         "angular_velocity": described(rotation, record.angular_velocity, "rad/s", "angular velocity"),
         "angular_acceleration": described(rotation, record.angular_acceleration, "rad/s^2", "angular acceleration"),
     }
-    guide = plan.output_guide
+    guide = plan.mechanism.output_guide
     if guide is not None:
         guided = plan.coordinates.place(guide.follower)
         along = np.array([math.cos(guide.direction), math.sin(guide.direction)])
@@ -124,19 +124,19 @@ def _motion_variables(plan: Plan, record: Record) -> Variables:
 def _reactions(plan: Plan, record: Record, time: np.ndarray) -> np.ndarray:
     """Forces on the journals of joints and on the followers of guides, shape (nt, joints, 2) [N]."""
     joints, guided, _ = solve_reactions(plan.balance, plan.gravity_vector, with_distributed_mass(plan, record, time))
-    reaction = np.zeros((record.X.shape[0], len(plan.joint_names), 2))
+    reaction = np.zeros((record.X.shape[0], len(plan.mechanism.joint_names), 2))
     at = plan.places(contact.name for contact in plan.contacts)
     reaction[:, at] = record.wrench[:, : at.size, :2]
     films = len(plan.contacts) + len(plan.mechanism.components)
     for f, (joint, _, _) in enumerate(plan.lubricated):
         reaction[:, plan.places([joint.name])[0]] += record.wrench[:, films + f, :2]
-    for j, point in enumerate(plan.contact_points, len(plan.clearance_joints)):
+    for j, point in enumerate(plan.mechanism.contact_points, len(plan.mechanism.clearance_joints)):
         reaction[:, plan.places([point.guide])] += record.wrench[:, j : j + 1, :2]
-    reaction[:, plan.places(joint.name for joint in plan.ideal_joints)] = joints
-    for g, guide in enumerate(plan.ideal_guides):
+    reaction[:, plan.places(joint.name for joint in plan.mechanism.ideal_joints)] = joints
+    for g, guide in enumerate(plan.mechanism.ideal_guides):
         across = np.array([-math.sin(guide.direction), math.cos(guide.direction)])
         if guide.body != GROUND:
-            cos, sin = record.direction[:, plan.body_place(guide.body)].T
+            cos, sin = record.direction[:, plan.bodies.index(plan.mechanism.body(guide.body))].T
             across = np.stack([cos * across[0] - sin * across[1], sin * across[0] + cos * across[1]], axis=1)
         reaction[:, plan.places([guide.name])[0]] = guided[:, g : g + 1] * across
     return reaction
@@ -154,7 +154,7 @@ def spread(values: np.ndarray, places: np.ndarray, count: int, fill: float = np.
 
 def _joint_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
     """Quantities per joint; those that exist at clearance joints only are NaN at ideal ones."""
-    per_joint, joints = ("time", "joint"), len(plan.joint_names)
+    per_joint, joints = ("time", "joint"), len(plan.mechanism.joint_names)
     what = "force on the journal (contact and film at clearance joints, reaction at ideal ones), on the follower for guides"
     variables = {"reaction": described((*per_joint, "axis"), _reactions(plan, record, path.samples.time), "N", what)}
     if not plan.contacts:
@@ -175,8 +175,8 @@ def _joint_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
         "clearance": described("joint", clearance, "m", "radial clearance"),
     }
     variables |= _joint_peaks(plan, path, at)
-    if plan.contact_points:
-        plane = np.isin(plan.joint_names, [point.name for point in plan.contact_points])
+    if plan.mechanism.contact_points:
+        plane = np.isin(plan.mechanism.joint_names, [point.name for point in plan.mechanism.contact_points])
         variables["plane_contact"] = described("joint", plane, "1", "contact point of a block at a guide surface")
     for j, joint in enumerate(plan.contacts):
         assert joint.clearance is not None
@@ -195,7 +195,7 @@ def _joint_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
 
 def _joint_peaks(plan: Plan, path: Trajectory, at: np.ndarray) -> Variables:
     """Located maxima per joint; NaN where there is no such quantity."""
-    joints, about = len(plan.joint_names), "friction over the static limit of its law"
+    joints, about = len(plan.mechanism.joint_names), "friction over the static limit of its law"
     bristles, oiled = at[path.monitored(FRICTION_RATIO)], at[oiled_contacts(path.system.content.model)]
     variables = {}
     if path.peaks(PRESSURE_VELOCITY).size:

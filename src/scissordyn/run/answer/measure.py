@@ -143,8 +143,8 @@ class Ended:
     def deviation_parts(self) -> np.ndarray:
         """Sizes of what servos, bending and clearance add to deviations at the samples, shape (parts, time, tracks) [m]."""
         if self.ideal is None or self.options is None:
-            return np.full((len(PARTS), 1, len(self.plan.tracks)), math.nan)
-        at = np.stack([self.plan.coordinates.tracked(track).at(self.record.X) for track in self.plan.tracks], axis=1)
+            return np.full((len(PARTS), 1, len(self.plan.mechanism.tracks)), math.nan)
+        at = np.stack([self.plan.coordinates.tracked(track).at(self.record.X) for track in self.plan.mechanism.tracks], axis=1)
         parts = deviation_parts(self.ideal, self.mechanism, self.options, self.path.samples.time, at)
         return np.asarray(np.hypot(parts[..., 0], parts[..., 1]))
 

@@ -170,14 +170,14 @@ def _apart(path: Trajectory, times: np.ndarray, first: np.ndarray, second: np.nd
     vectors = [plan.coordinates.place((body.name, point)) for body in plan.bodies for point in body.points]
     vectors += [plan.coordinates.at(body.name, body.centre) for body in plan.bodies]
     limits = np.full(len(vectors), DIVERGENCE_BODY * plan.coordinates.size)
-    clearance, journals = system.parameters.contact["clearance"], len(plan.clearance_joints)
+    clearance, journals = system.parameters.contact["clearance"], len(plan.mechanism.clearance_joints)
     vectors += [plan.eccentricity(j) for j in range(journals)]
     limits = np.append(limits, DIVERGENCE * clearance[:journals])
     apart = np.zeros(times.size)
     for vector, limit in zip(vectors, limits, strict=True):
         moved = vector.at(difference)
         apart = np.maximum(apart, np.hypot(moved[:, 0], moved[:, 1]) / limit)
-    if plan.contact_points:
+    if plan.mechanism.contact_points:
         points = slice(journals, clearance.size)
         across = _gaps(path.system, times, first)[:, points] - _gaps(path.system, times, second)[:, points]
         apart = np.maximum(apart, np.max(np.abs(across) / (DIVERGENCE * clearance[points]), axis=1))

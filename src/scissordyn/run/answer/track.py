@@ -19,7 +19,7 @@ SETTLING = "from when on the deviation of a tracked point stays within its toler
 
 def track_variables(path: Trajectory, record: Record) -> Variables:
     """Position, velocity and acceleration of the tracked points, along `track`; nothing if there are none."""
-    tracks = path.plan.tracks
+    tracks = path.plan.mechanism.tracks
     if not tracks:
         return {}
     maps = [path.plan.coordinates.tracked(track) for track in tracks]
@@ -63,4 +63,4 @@ def settling_times(plan: Plan, bands: np.ndarray, end: float) -> np.ndarray:
     """From when on the tracked points stay within their tolerances [s], shape (tracks,)."""
     settled = np.where(np.isnan(bands["last_above"]), 0.0, bands["last_above"])
     settled[settled >= end * (1.0 - 1e-12)] = math.inf
-    return np.where([track.tolerance is None for track in plan.tracks], math.nan, settled)
+    return np.where([track.tolerance is None for track in plan.mechanism.tracks], math.nan, settled)

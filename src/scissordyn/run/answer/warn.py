@@ -157,7 +157,7 @@ def contact_failures(plan: Plan, run: Run) -> list[RunWarning]:
     warnings = []
     for joint in plan.contacts:
         assert joint.clearance is not None
-        at = plan.joint_names.index(joint.name)
+        at = plan.mechanism.joint_names.index(joint.name)
         failure = contact_failure(joint.name, joint.clearance.surfaces, float(run["peak_indentation"].values[at]))
         if failure:
             surfaces = joint.clearance.surfaces
@@ -178,7 +178,7 @@ def _beyond_damping(plan: Plan, run: Run) -> list[RunWarning]:
         if not hasattr(joint.clearance.damping, "restitution") or not here.size:
             continue
         law, worst = elastic_law(joint.clearance), here[np.argmax(peak[here])]
-        deepest = float(run["peak_indentation"].values[plan.joint_names.index(joint.name)])
+        deepest = float(run["peak_indentation"].values[plan.mechanism.joint_names.index(joint.name)])
         elastic = float(elastic_force(law.force, deepest, law.row))
         if peak[worst] > DAMPED * (1.0 + getattr(joint.clearance.damping, "factor", 0.0)) * elastic:
             kind = "damping from rest" if speed[worst] <= APPROACH_FLOOR else "damping"
@@ -197,7 +197,7 @@ def _stands_still(plan: Plan, run: Run) -> bool:
     """Whether no body moves by more than `MOVED`."""
     if not run.sizes["time"]:
         return True
-    motion = (run["position"].values, MOVED * plan.size), (run["angle"].values, MOVED)
+    motion = (run["position"].values, MOVED * plan.coordinates.size), (run["angle"].values, MOVED)
     middle = run.sizes["time"] // 2
     if any(np.any(np.abs(part[middle] - part[0]) > least) for part, least in motion):  # most runs move, which is soon seen
         return False

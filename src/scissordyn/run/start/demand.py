@@ -72,7 +72,7 @@ def check_memory(what: str, needed: int, seconds: float | Decimal, allowed: str,
 
 
 def check_samples(plan: Plan, samples: int) -> None:
-    joints = len(plan.joint_names)
+    joints = len(plan.mechanism.joint_names)
     numbers = BODY * len(plan.bodies) + (JOINT + (CONTACT_JOINT if plan.contacts else 0)) * joints
     most = machine_memory() // (NUMBER * numbers)
     check_memory(

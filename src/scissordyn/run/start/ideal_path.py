@@ -88,7 +88,7 @@ def ideal_path(plan: Plan, options: Options) -> IdealPath:
         if path.status == "interrupted":  # before anything of the run itself has been computed
             raise KeyboardInterrupt
         outputs = record(path.plan.maps, path.system, path.samples)
-        maps = [path.plan.coordinates.tracked(track) for track in ideal.tracks]
+        maps = [path.plan.coordinates.tracked(track) for track in ideal.mechanism.tracks]
         rows = np.stack(
             [[tracked.at(part) for tracked in maps] for part in (outputs.X, outputs.V, outputs.A)]
         )  # kind, track, time, axis
@@ -97,7 +97,7 @@ def ideal_path(plan: Plan, options: Options) -> IdealPath:
         step = 2.0 * times[1]
         kept = between[: max(0, table.shape[0] - 1)]
         guess = _quintic(0.5, step, *(np.moveaxis(part, 2, 0) for part in (table[:-1], table[1:])))
-        error = float(np.max(np.abs(guess - kept), initial=0.0)) / ideal.size
+        error = float(np.max(np.abs(guess - kept), initial=0.0)) / ideal.coordinates.size
         if error <= ACCURATE or intervals * FINER > MOST_NODES:
             break
         intervals *= FINER
@@ -107,7 +107,8 @@ def ideal_path(plan: Plan, options: Options) -> IdealPath:
             f"deviations of tracked points are unknown from t = {path.end:.6g} s: the rigid ideal mechanism {path.cause}"
         )
     if error > UNRELIABLE:
-        warnings.append(f"deviations of tracked points err by up to {error * ideal.size:.3g} m, where drives move in jerks")
+        apart = error * ideal.coordinates.size
+        warnings.append(f"deviations of tracked points err by up to {apart:.3g} m, where drives move in jerks")
     flat = np.ascontiguousarray(table.reshape(table.shape[0], -1))
     return IdealPath(flat, step, tuple(warnings), chosen)
 

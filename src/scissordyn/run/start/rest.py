@@ -170,7 +170,7 @@ class _Descent:
         self.state = np.concatenate([position, np.zeros(self.free + self.internal)])
         # the weight that ideal guides bear counts, too: the part along them may be round-off only
         inertia = math.sqrt(sum(body.mass for body in plan.bodies))
-        self.load = load or plan.gravity * inertia
+        self.load = load or plan.mechanism.gravity * inertia
         self.size = inertia * plan.coordinates.size
         self.force, self.scale = np.inf, self.load
         first = self.system.parameters.contact.size

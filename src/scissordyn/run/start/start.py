@@ -31,6 +31,7 @@ from scissordyn.laws.evaluate import elastic_energy, elastic_force
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.system import APPROACH_FLOOR, System
 from scissordyn.mechanics.time_function import function_at
+from scissordyn.model.check import proportion_warnings
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.acting import start_coordinates
 from scissordyn.plan.bending import beams_of, is_straight, straight_bar, straight_maps
@@ -80,14 +81,14 @@ def prepare_start(plan: Plan, system: Handle, kind: StartKind) -> Prepared:
             count_turns(plan, content, turned)
             assembled = _concentric(plan, content, guess, holds)
             still, full = Held(), np.append(place, basis_at_start(content)[0])
-            journals = [plan.eccentricity(j).at(full) for j in range(len(plan.clearance_joints))]
+            journals = [plan.eccentricity(j).at(full) for j in range(len(plan.mechanism.clearance_joints))]
             _hold_journals(plan, still, np.array(journals).reshape(-1, 2))
             start = assemble(plan, content, Start(place, guess.velocity * 0.0), still)
         case _:
             start = assembled = _concentric(plan, content, guess, holds)
     warnings += _moved(plan, content, assembled)
     warnings += _changed_speeds(plan, content, start, kind)
-    warnings += plan.out_of_proportion + plan.rounded_lengths
+    warnings += proportion_warnings(plan.mechanism) + plan.rounded_lengths
     y = whole_state(content, start.position, start.velocity)
     check_springs(plan, full_coordinates(plan, content, y, 0.0))
     events = _touching(plan, system, y, kind)
@@ -97,7 +98,7 @@ def prepare_start(plan: Plan, system: Handle, kind: StartKind) -> Prepared:
 
 def _concentric(plan: Plan, system: System, guess: Start, holds: Held) -> Start:
     """The state of the mechanism with ideal joints, on the same drives."""
-    if plan.contact_points:  # an ideal guide holds what its contact points do not
+    if plan.mechanism.contact_points:  # an ideal guide holds what its contact points do not
         ideal = plan.ideal
         handle = make_system(ideal)
         holds = held_rods(ideal, handle.content, places=True, speeds=True)
@@ -107,22 +108,22 @@ def _concentric(plan: Plan, system: System, guess: Start, holds: Held) -> Start:
         position, velocity = natural_state(ideal, handle.content, start)
         b, rate = basis_at_start(system)
         return Start(plan.coordinates.nearest(b, position), plan.coordinates.nearest(rate, velocity))
-    _hold_journals(plan, holds, np.zeros((len(plan.clearance_joints), 2)))
+    _hold_journals(plan, holds, np.zeros((len(plan.mechanism.clearance_joints), 2)))
     return assemble(plan, system, guess, holds)
 
 
 def _hold_journals(plan: Plan, holds: Held, eccentricities: np.ndarray) -> None:
     """Hold journals at rest where they are to be in their bearings, shape (nj, 2) [m]."""
-    for j, joint in enumerate(plan.clearance_joints):
+    for j, joint in enumerate(plan.mechanism.clearance_joints):
         holds.add(joint.name, plan.eccentricity(j), tuple(eccentricities[j]), (0.0, 0.0), plan.coordinates.size)
 
 
 def _resting(plan: Plan, system: System, start: Start) -> Start:
     """The state in which the journals rest in contact along the ideal reactions."""
-    if plan.contact_points:
+    if plan.mechanism.contact_points:
+        guide = plan.mechanism.contact_points[0].guide
         raise InputError(
-            f"start = 'in-contact' with the clearance guide '{plan.contact_points[0].guide}', whose contact points may "
-            "rest in several ways",
+            f"start = 'in-contact' with the clearance guide '{guide}', whose contact points may rest in several ways",
             "start = 'static', or 'concentric', from which they settle",
         )
     offsets = _resting_offsets(plan, system, ideal_reactions(plan))
@@ -155,7 +156,7 @@ def rest_with_clearances(still: Plan, system: Handle, place: np.ndarray, load: f
     position, velocity = natural_state(ideal, system.content, rest)
     start = Start(still.coordinates.nearest(b, position), still.coordinates.nearest(rate, velocity))
     forces = ideal_reactions(still, rest.position, system.content.state.reference)
-    with_clearance = [joint.clearance is not None for joint in still.joints]
+    with_clearance = [joint.clearance is not None for joint in still.mechanism.joints]
     if np.all(np.isfinite(forces[with_clearance])):
         holds = Held()
         _hold_journals(still, holds, _resting_offsets(still, handle.content, forces))
@@ -165,9 +166,9 @@ def rest_with_clearances(still: Plan, system: Handle, place: np.ndarray, load: f
 
 def _resting_offsets(plan: Plan, system: System, force: np.ndarray) -> np.ndarray:
     """Eccentricities at which the elastic contact forces equal the reactions of the ideal joints, shape (nj, 2) [m]."""
-    offsets = np.zeros((len(plan.clearance_joints), 2))
-    names = [other.name for other in plan.joints]
-    for j, joint in enumerate(plan.clearance_joints):
+    offsets = np.zeros((len(plan.mechanism.clearance_joints), 2))
+    names = [other.name for other in plan.mechanism.joints]
+    for j, joint in enumerate(plan.mechanism.clearance_joints):
         reaction = force[names.index(joint.name)]
         if not np.all(np.isfinite(reaction)):
             raise InputError(
@@ -285,10 +286,10 @@ def _hold_straight(plan: Plan, holds: Held, *, moving: bool = False) -> None:
     `moving`: only bars of which some cross-sections have a velocity that is given, and others follow.
     """
     coordinates, beams = plan.coordinates, list(beams_of(plan.mechanism))
-    given = {body.name for body in plan.bodies if body.velocity is not None}
+    has_velocity = {body.name for body in plan.bodies if body.velocity is not None}
 
     def is_free(sections: Iterable[str]) -> bool:
-        return moving and len({section in given for section in sections if section != GROUND}) < 2
+        return moving and len({section in has_velocity for section in sections if section != GROUND}) < 2
 
     if is_free(end[0] for beam in beams for end in (beam.start, beam.end)):
         beams = []

@@ -70,7 +70,7 @@ def error_weights(plan: Plan, system: Handle, y: np.ndarray, *, rtol: float, ato
         scale = max((body.extent for body in plan.bodies), default=1.0) or 1.0
     rate = np.zeros(y.size)
     functions.rate(0.0, y.copy(), system.address, rate)
-    fastest = float(np.max(reach * np.abs(content.work.A[:n]), initial=plan.gravity if n else 0.0))
+    fastest = float(np.max(reach * np.abs(content.work.A[:n]), initial=plan.mechanism.gravity if n else 0.0))
     duration = math.sqrt(scale / fastest) if 0.0 < fastest < math.inf else 1.0
     internal = _internal_weights(plan, content, rtol=rtol, atol=atol, acceleration=scale / duration**2)
     position = atol * scale / reach

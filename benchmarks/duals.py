@@ -20,6 +20,7 @@ from scissordyn.compiler.c import loaded
 from scissordyn.compiler.unit import Unit
 from scissordyn.kernel import F1, Entry, call_at
 from scissordyn.mechanics import functions
+from scissordyn.mechanics.system import LAW_KERNELS
 from scissordyn.plan.plan import plan
 from scissordyn.plugin.pointer import RECIPES
 from scissordyn.run.advance.trajectory import make_driver
@@ -113,7 +114,7 @@ class DualSystem:
 
 def _integers(content: Any, owner: str, name: str) -> np.ndarray:
     array = getattr(getattr(content, owner), name)
-    return np.array(array.tolist(), np.int64).ravel()
+    return np.array([array[kernel] for kernel in LAW_KERNELS] if array.dtype.names else array, np.int64).ravel()
 
 
 def with_derivatives(array: np.ndarray) -> np.ndarray:

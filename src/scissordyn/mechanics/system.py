@@ -31,12 +31,12 @@ CONTACT = np.dtype(
         ("spinless", "i8"),  # 1 where the slip speed is that of the contact points R n, which do not turn with the bodies
     ]
 )
-LAW = np.dtype(
-    [(name, "i8") for name in ("stiffness", "energy", "damping", "settled", "friction", "start", "limit", "bristles")]
-)
-"""Addresses of the kernels of a contact's laws, or 0: elastic force and energy, normal force, its states where an indentation
-lasts, friction, its states at the start of a contact and its limit; and how many states friction has, behind which those of
-the normal force stand."""
+LAW_KERNELS = ("stiffness", "energy", "damping", "settled", "friction", "start", "limit")
+"""Kernels of a contact's laws: elastic force and energy, normal force, its states where an indentation lasts, friction, its
+states at the start of a contact and its limit."""
+
+LAW = np.dtype([(name, "i8") for name in (*LAW_KERNELS, "bristles")])
+"""Their addresses, or 0; and how many states friction has, behind which those of the normal force stand."""
 
 CONTACT_RESULT = np.dtype(
     [(name, "f8") for name in ("depth", "rate", "slip", "elastic", "normal", "tangential", "nx", "ny", "distance")]

@@ -16,7 +16,7 @@ from scissordyn.integrate import advance as loop
 from scissordyn.integrate.integration import make_samples
 from scissordyn.mechanics import functions, outputs
 from scissordyn.mechanics.outputs import record
-from scissordyn.mechanics.system import System
+from scissordyn.mechanics.system import LAW_KERNELS, System
 from scissordyn.plan.plan import Plan
 from scissordyn.plugin.pointer import RECIPES
 from scissordyn.run.advance.driver import Driver
@@ -84,7 +84,7 @@ class Source:
             arrays = {}
             for name in names:
                 array = np.array(getattr(part, name))
-                for field in array.dtype.names or (None,):
+                for field in LAW_KERNELS if array.dtype.names else (None,):
                     view = array if field is None else array[field]
                     view[...] = [self.unit.kernel(RECIPES[int(address)]) if address else 0 for address in view]
                 arrays[name] = array

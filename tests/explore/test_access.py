@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import http.client
+import json
 import os
 import random
 import select
 import socket
+import string
 import subprocess
 import sys
 import time
@@ -19,7 +21,6 @@ from urllib.parse import urlsplit
 import pytest
 
 import scissordyn
-from scissordyn.cli.main import status_of
 
 pytest.importorskip("websockets", reason="the package websockets is not installed")
 
@@ -30,7 +31,41 @@ from scissordyn.explore.access import Access
 from scissordyn.explore.serve import FILES, LARGEST, MOST_PAGES, listen
 
 from .browser import CASE, served
-from .malformed import PATHS, malformed_message, malformed_requests
+
+PATHS = ("", "page.js", "page.css", "canvas.js", "ws", "metadata", "nothing")
+"""What the server has, below the page's address, and what it has not."""
+
+KINDS = (
+    "change",
+    "select",
+    "drawn",
+    "horizon",
+    "magnify",
+    "drag",
+    "pin",
+    "unpin",
+    "undo",
+    "redo",
+    "stop",
+    "python",
+    "curves",
+    "open",
+)
+NAMES = ("type", "key", "text", "final", "phase", "kind", "name", "dx", "dy", "run", "time", "wanted", "factor", "case")
+WORDS = (
+    *KINDS,
+    "pin",
+    "length",
+    "start",
+    "move",
+    "end",
+    "unit 1/upper",
+    "A",
+    "drive.speed",
+    "120 rpm",
+    "auto",
+    "../../etc/passwd",
+)
 
 MALFORMED = 1000
 ANSWERING = 0.3  # Longest time in which an answer begins [s]; what is waited for longer is no whole request
@@ -87,41 +122,34 @@ UPGRADE = {
 }
 
 
+ELSEWHERE = ["evil.example", "evil.example:{port}", "127.0.0.1.evil.example:{port}", "", "[::1", "a@127.0.0.1 b"]
+ORIGINS = ["http://evil.example", "null", "http://127.0.0.1:1", "http://localhost:{port}"]
+STARTS = ["/", "/{other}/", "/{lower}x/", "//", "/%2e%2e/"]
+
+
 @pytest.mark.parametrize("path", PATHS)
 @pytest.mark.parametrize(
-    "host", ["evil.example", "evil.example:{port}", "127.0.0.1.evil.example:{port}", "", "[::1", "a@127.0.0.1 b"]
+    ("start", "host", "origin", "statuses"),
+    [
+        *(("/{token}/", host, None, {400, 403}) for host in ELSEWHERE),
+        *(("/{token}/", host, f"http://{host}", {400, 403}) for host in ELSEWHERE),
+        *(("/{token}/", None, origin, {403}) for origin in ORIGINS),
+        *((start, None, None, {404}) for start in STARTS),
+    ],
 )
-def test_other_hosts_are_refused(url: str, path: str, host: str) -> None:
-    """Contract: whatever is asked for, a host that is no name of this machine gets one line, also with an equal origin."""
-    host = host.format(port=urlsplit(url).port)
-    headers = UPGRADE if path == "ws" else {}
-    for origin in ({}, {"Origin": f"http://{host}"}):
-        status, given, body = get(url, path, host=host, **headers, **origin)
-        assert status in (400, 403)
-        assert "access-control-allow-origin" not in given
-        assert len(body.splitlines()) <= 1
-
-
-@pytest.mark.parametrize("path", PATHS)
-def test_other_origins_are_refused(url: str, path: str) -> None:
-    """Contract: a page of another site, or of another server of this machine, gets nothing, not even a session."""
-    for origin in ("http://evil.example", "null", "http://127.0.0.1:1", f"http://localhost:{urlsplit(url).port}"):
-        status, given, _ = get(url, path, Origin=origin, **(UPGRADE if path == "ws" else {}))
-        assert status == 403
-        assert "access-control-allow-origin" not in given
-
-
-@pytest.mark.parametrize("path", PATHS)
-def test_address_without_its_random_part_leads_nowhere(url: str, path: str) -> None:
-    """Contract: without the token, or with another one, there is nothing, whatever is asked for."""
-    token = urlsplit(url).path.strip("/")
+def test_strangers_are_refused(
+    url: str, path: str, start: str, host: str | None, origin: str | None, statuses: set[int]
+) -> None:
+    """Contract: other hosts, pages of other sites, and addresses without the token get one line at most for anything."""
+    token, port = urlsplit(url).path.strip("/"), urlsplit(url).port
     assert len(token) >= 32
-    other = token[:-1] + ("a" if token[-1] != "a" else "b")
-    for start in ("/", f"/{other}/", f"/{token.lower()}x/", "//", "/%2e%2e/"):
-        status, given, body = ask(url, start + path, **(UPGRADE if path == "ws" else {}))
-        assert status == 404
-        assert token.encode() not in body
-        assert "access-control-allow-origin" not in given
+    names = {"port": port, "token": token, "lower": token.lower(), "other": token[:-1] + ("a" if token[-1] != "a" else "b")}
+    headers = (UPGRADE if path == "ws" else {}) | ({} if origin is None else {"Origin": origin.format(**names)})
+    status, given, body = ask(url, start.format(**names) + path, None if host is None else host.format(**names), **headers)
+    assert status in statuses
+    assert "access-control-allow-origin" not in given
+    assert len(body.splitlines()) <= 1
+    assert token.encode() not in body
 
 
 def test_page_is_served_to_its_own_names(url: str) -> None:
@@ -142,7 +170,7 @@ def test_page_is_served_to_its_own_names(url: str) -> None:
         assert get(url, "page.js", method=method)[0] == 405
 
 
-def test_each_start_has_its_own_address(tmp_path: Path) -> None:
+def test_each_start_has_its_own_address() -> None:
     """Contract: two servers have two tokens."""
     with listen("127.0.0.1", 0) as one, listen("127.0.0.1", 0) as two:
         assert Access.to(one, "127.0.0.1").token != Access.to(two, "127.0.0.1").token
@@ -171,18 +199,6 @@ def test_hosts_of_an_address(address: str, host: str, admitted: bool) -> None:
         assert access.refusal(access.folder, [named, named], []) is not None
 
 
-def test_empty_address_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Contract: no address is an error of one line, and nothing listens anywhere."""
-    path = tmp_path / "case.toml"
-    path.write_text(CASE)
-    for address in ("", " "):
-        assert status_of(["explore", str(path), "--no-browser", "--address", address]) == 2
-        said = capsys.readouterr()
-        assert len(said.err.splitlines()) == 1
-        assert "--address 127.0.0.1" in said.err
-        assert said.out == ""
-
-
 def opened(url: str) -> Any:
     """The socket of a new page, as a browser opens it."""
     parts = urlsplit(url)
@@ -208,6 +224,73 @@ def test_message_that_is_too_long_ends_its_page(url: str) -> None:
         with pytest.raises(ConnectionClosed):
             list(iter(lambda: page.recv(30.0), None))
     assert get(url, "")[0] == 200
+
+
+def _junk(chance: random.Random, depth: int = 0) -> Any:
+    """Any JSON, some of it with names that the page knows."""
+    kind = chance.randrange(9 if depth < 4 else 6)
+    if kind == 0:
+        return chance.choice([None, True, False, 0, -1, 1e308, 2**70, float("1e-320"), float("nan"), float("inf")])
+    if kind in (1, 2):
+        return chance.choice(WORDS)
+    if kind in (3, 4, 5):
+        return "".join(chance.choices(string.printable, k=chance.randrange(30)))
+    if kind == 6:
+        return [_junk(chance, depth + 1) for _ in range(chance.randrange(5))]
+    return {chance.choice(NAMES): _junk(chance, depth + 1) for _ in range(chance.randrange(6))}
+
+
+def malformed_message(chance: random.Random) -> str | bytes:
+    """A message that is none, or one of the page with wrong content."""
+    kind = chance.randrange(6)
+    if kind == 0:
+        return chance.choice([b"\x00\xff", "", "{", "[]", "null", "[" * 5000, b"{}", '{"type": {}}', '{"type": "__init__"}'])
+    if kind == 1:
+        return json.dumps(_junk(chance))
+    message = {
+        name: chance.choice([_junk(chance), chance.choice(WORDS), chance.uniform(-1e3, 1e3)])
+        for name in chance.sample(NAMES, 6)
+    }
+    return json.dumps(message | {"type": chance.choice(KINDS)})
+
+
+def malformed_requests(chance: random.Random, url: str) -> Iterator[bytes]:
+    """Malformed requests, as bytes."""
+    parts = urlsplit(url)
+    names = (
+        "Host",
+        "Origin",
+        "Cookie",
+        "Upgrade",
+        "Connection",
+        "Content-Length",
+        "Range",
+        "Sec-WebSocket-Key",
+        "Sec-WebSocket-Version",
+    )
+    below = (
+        *PATHS,
+        "../../../../etc/passwd",
+        "%2e%2e/%2e%2e/x",
+        "//etc/passwd",
+        "page.html",
+        "../message.py",
+        "page.js/../../page.py",
+    )
+    while True:
+        method = chance.choice(["GET", "GET", "GET", "POST", "OPTIONS", "HEAD", "G\0T", "", "PRI"])
+        noise = "".join(chance.choices(string.printable.replace("\n", "").replace("\r", ""), k=chance.randrange(40)))
+        asked = chance.choice(below)
+        path = chance.choice(
+            [parts.path + asked, parts.path + asked + noise, f"/{noise}", f"{parts.path}{asked}?x={noise}&y=%ff"]
+        )
+        lines = [f"{method} {path} HTTP/1.{chance.choice('1102')}"]
+        for _ in range(chance.randrange(4)):
+            value = chance.choice([parts.netloc, "websocket", "Upgrade", noise, "-1", "99999999999", "bytes=9-1", "13"])
+            lines.append(f"{chance.choice([*names, noise[:9] or 'X'])}: {value}")
+        if chance.random() < 0.8:
+            lines.insert(1, f"Host: {parts.netloc}")
+        yield ("\r\n".join(lines) + "\r\n\r\n" + noise * chance.randrange(2)).encode("latin-1", "replace")
 
 
 def _talk(url: str, chance: random.Random, count: int) -> list[bytes]:
@@ -280,11 +363,9 @@ def test_malformed_requests_get_no_more_than_a_line(url: str) -> None:
     assert get(url, "")[0] == 200
 
 
-def test_malformed_messages_get_no_more_than_a_line(tmp_path: Path) -> None:
+def test_malformed_messages_get_no_more_than_a_line(case_file: Path, tmp_path: Path) -> None:
     """Limit: of a thousand malformed messages none is answered with a trace or a path, and the server goes on."""
-    path = tmp_path / "case.toml"
-    path.write_text(CASE)
-    command = [sys.executable, "-m", "scissordyn.cli.main", "explore", str(path), "--no-browser"]
+    command = [sys.executable, "-m", "scissordyn.cli.main", "explore", str(case_file), "--no-browser"]
     with (tmp_path / "said").open("w+") as said:  # a pipe would be full of what the library logs
         process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=said, text=True)
         assert process.stdout is not None

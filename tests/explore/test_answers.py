@@ -1,9 +1,11 @@
-"""What the page says of a run beside its curves: cards, legend, lines of what is allowed, and the file of the curves."""
+"""What the page gets of a run, beside the functions that compute it: cards, table, legend, curves, orbit, scene."""
 
 from __future__ import annotations
 
+import base64
 import csv
 import dataclasses
+import json
 from pathlib import Path
 
 import numpy as np
@@ -14,13 +16,17 @@ import scissordyn as sd
 
 pytest.importorskip("tomlkit", reason="the package tomlkit is not installed")
 
-from scissordyn.explore.answers import cards, differences
-from scissordyn.explore.case import open_case
+from scissordyn.explore.answers import cards, contact_table, differences
+from scissordyn.explore.case import Case, open_case
 from scissordyn.explore.drag import assembled
-from scissordyn.explore.figures import Chosen, curves_as_csv
+from scissordyn.explore.figures import MOST_POINTS, Chosen, curves_as_csv, orbit
+from scissordyn.laws.elastic.linear import Linear
+from scissordyn.model.guide_clearance import GuideClearance
+from scissordyn.model.linkage import slider_crank
+from scissordyn.numeral import numeral
+from scissordyn.plot.animation_scene import GAP
+from scissordyn.plot.canvas import packed_scene
 from scissordyn.run.answer.summary import summary_of
-
-from .browser import CASE
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
 
@@ -66,11 +72,8 @@ def test_file_of_curves_has_their_values() -> None:
     assert table["force at slider pin [N]"].max() == float(run["peak_force"].max())
 
 
-def test_legend_names_the_numbers_that_differ(tmp_path: Path) -> None:
+def test_legend_names_the_numbers_that_differ(case: Case) -> None:
     """Contract: of two cases the changed numbers in both, and of equal ones that they are."""
-    path = tmp_path / "case.toml"
-    path.write_text(CASE)
-    case = open_case(path)
     other = case.changed({"clearance.0.clearance": "0.3 mm", "drive.speed": "100 rpm"})
     assert differences([case, other]) == [
         "drive speed 150 rpm, clearance A clearance 0.5 mm",
@@ -88,3 +91,76 @@ def test_starred_angles_move_the_mechanism(path: Path) -> None:
             other = case.changed({field.key: f"{field.value[0] + 0.05!r} rad"})
             before, after = (assembled(each.mechanism)[0]["position"].values[0] for each in (case, other))
             assert np.abs(after - before).max() > 1e-3
+
+
+def test_controller_and_motor_have_torque_and_work() -> None:
+    """Identity: without a drive the torque of a controller is a curve, and its work is one of the energies."""
+    crank = sd.slider_crank(crank=0.05, rod=0.12, angle=0.4)
+    turned = crank.controlled(sd.PID(proportional=10.0, limit=5.0), reference=sd.Cycloidal(0.4, 2.0, 0.05))
+    run = sd.simulate(turned, until=0.1, samples=101)
+    chosen = Chosen(run, summary_of(run), "", turned.output_body)
+    assert [source.name for source in chosen.torques.values()] == ["torque of actuator of crank"]
+    assert chosen.figures["torque"].title == "torque"
+    time, found = chosen.columns(run)
+    sampled = np.isin(time, run["time"].values)  # the located peak stands between them
+    np.testing.assert_array_equal(found["torque 1"][sampled], run["control_torque"].values[:, 0])
+    np.testing.assert_array_equal(found["motor_work"][sampled], run["motor_work"].values)
+    assert np.abs(found["torque 1"]).max() == float(run["peak_control_torque"][0])
+    assert "drive_work" not in found
+    assert run["motor_work"].values[-1] > 0.1
+
+
+@pytest.mark.parametrize("samples", [41, 3 * MOST_POINTS])
+def test_curves_of_the_page_reach_their_peaks(crank: sd.Mechanism, samples: int) -> None:
+    """Contract: the curves of few and of very many samples reach the located peaks of force and torque."""
+    run = sd.simulate(crank.driven(speed=sd.rpm(600)), until=0.2, samples=samples)
+    scales, (data,) = Chosen(run, summary_of(run), "slider pin", "slider").scaled([run])
+    assert data["force"].max() == pytest.approx(scales["force"].factor * float(run["peak_force"].max()), rel=1e-12)
+    assert np.abs(data["torque 1"]).max() == pytest.approx(
+        scales["torque"].factor * float(run["peak_drive_torque"][0]), rel=1e-12
+    )
+    assert data["time"].size <= MOST_POINTS + 2
+
+
+def test_long_orbit_keeps_its_outermost_points(crank: sd.Mechanism) -> None:
+    """Contract: of an orbit with more points than are drawn the deepest indentation and the range of both axes stay."""
+    run = sd.simulate(crank.driven(speed=sd.rpm(600)), until=0.2, samples=3 * MOST_POINTS)
+    drawn = orbit(run, "slider pin", 1.0)
+    place = run["eccentricity"].sel(joint="slider pin")
+    assert np.hypot(drawn["x"], drawn["y"]).max() == np.hypot(*place.transpose("axis", "time").values).max()
+    for axis in "xy":
+        assert (drawn[axis].min(), drawn[axis].max()) == (place.sel(axis=axis).min(), place.sel(axis=axis).max())
+    assert drawn["x"].size <= MOST_POINTS + 2
+
+
+CLEARANCE, WIDTH = 1e-4, 0.02
+
+
+def test_canvas_gets_the_channel_of_a_clearance_guide() -> None:
+    """Closed form: a block that falls from the middle is between surfaces at 1.35 half widths, and touches the lower one."""
+    linkage = slider_crank(slider_inertia=2e-5, gravity=9.81, angle=0.5).driven(speed=0.1)
+    linkage = linkage.with_clearance("guide", GuideClearance(CLEARANCE, 0.04, WIDTH, stiffness=Linear(1e6)))
+    run = sd.simulate(linkage, until=0.05, samples=201)
+    (channel,) = json.loads(packed_scene(run, linkage))["channels"]
+    assert channel["name"] == "guide"
+    assert channel["joint"].startswith("guide/corner ")
+    assert dict(channel["surfaces"]) == {1.0: pytest.approx(1.0 + GAP), -1.0: pytest.approx(-1.0 - GAP)}
+    block = np.frombuffer(base64.b64decode(channel["block"]), np.float32).reshape(201, channel["count"], 2)
+    touching = np.frombuffer(base64.b64decode(channel["touching"]), np.uint8).reshape(201, channel["count"])
+    assert np.abs(block[0, :, 1]).max() == pytest.approx(1.0, rel=1e-6)
+    assert np.all(block[touching.any(axis=1)][:, :, 1].min(axis=1) < -1.0)
+    assert touching.any()
+    assert not touching[0].any()
+
+
+def test_short_contacts_have_digits_beside_long_ones() -> None:
+    """Limit: of contacts of 0.4 ms and 2 s, both durations can be read from the table: three digits or more of each."""
+    number = xr.Variable("contact", [0.0004, 2.0])
+    names = ("contact_start", "approach_speed", "peak_force", "contact_duration", "rebound_speed")
+    run = xr.Dataset({**dict.fromkeys(names, number), "contact_joint": ("contact", ["A", "A"])})
+    columns = contact_table(run)["columns"]
+    titles = {column["title"]: column["values"].tolist() for column in columns}
+    places = next(column["places"] for column in columns if column["title"] == "duration [ms]")
+    assert [numeral(value, places) for value in titles["duration [ms]"]] == ["0.400", "2000"]
+    assert titles["duration [ms]"] == [0.4, 2000.0]
+    assert "peak force [N]" in titles

@@ -14,7 +14,7 @@ import pytest
 import scissordyn as sd
 from scissordyn.config.file import read_case
 
-from .browser import CASE, Tab, chromium, missing, served
+from .browser import CASE, Tab, missing, served
 
 pytestmark = pytest.mark.skipif(bool(missing()), reason=missing())
 
@@ -27,13 +27,6 @@ def case(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("explore") / "case.toml"
     path.write_text(CASE)
     return path
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    """Chromium."""
-    with chromium() as found:
-        yield found
 
 
 @pytest.fixture(scope="module")

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 
-from scissordyn.config.code import Code
 from scissordyn.explore.case import Case, open_case
 from scissordyn.explore.session import Session
 from scissordyn.explore.worker import Outcome, Worker
@@ -20,14 +20,14 @@ from scissordyn.run.results import Results
 from scissordyn.run.simulate import results_of, simulate
 from scissordyn.run.store import save
 
-from .browser import CASE
 from .heard import PATIENCE, until
 
 
-@pytest.fixture
-def case() -> Case:
-    """A short case."""
-    return Case("case.toml", CASE, Code(Path()))
+def shown(session: Session) -> xr.Dataset:
+    """The run that a session shows."""
+    assert session.good is not None
+    assert session.good.run is not None
+    return session.good.run
 
 
 @pytest.fixture
@@ -54,9 +54,7 @@ def test_first_run_is_computed_once(case: Case, gate: tuple[threading.Event, lis
     opened.set()
     until(lambda: early.first is not None and early.first.fine is not None)
     late = Session(case, lambda what: None, early.first)
-    assert late.good is not None
-    assert early.good is not None
-    assert late.good.run is early.good.run
+    assert shown(late) is shown(early)
     assert late.good.fine is early.good.fine
     assert not late.computing
     assert len(runs) == 1
@@ -77,9 +75,7 @@ def test_page_that_stops_leaves_others_alone(case: Case, gate: tuple[threading.E
     opened.set()
     until(lambda: not (stopping.computing or other.computing))
     assert len(runs) == 2
-    assert other.good is not None
-    assert other.good.run is not None
-    assert other.good.run.attrs["status"] == "complete"
+    assert shown(other).attrs["status"] == "complete"
     assert stopping.first is None
     for session in (stopping, other):
         session.worker.close()
@@ -91,16 +87,13 @@ def test_ideal_motion_is_shown_before_the_run(case: Case, gate: tuple[threading.
     session = Session(case, lambda what: None)
     until(lambda: session.good is not None)
     ideal = session.good
-    assert ideal is not None
-    assert ideal.run is not None
-    assert ideal.note == "ideal joints"
-    assert session.computing
-    wanted = simulate(case.mechanism.ideal(), until=case.options.until, samples=ideal.run.sizes["time"], rtol=1e-5, atol=1e-5)
-    np.testing.assert_allclose(ideal.run["angle"].values, wanted["angle"].values, rtol=0.0, atol=1e-12)
+    assert (ideal.note, session.computing) == ("ideal joints", True)
+    run = shown(session)
+    wanted = simulate(case.mechanism.ideal(), until=case.options.until, samples=run.sizes["time"], rtol=1e-5, atol=1e-5)
+    np.testing.assert_allclose(run["angle"].values, wanted["angle"].values, rtol=0.0, atol=1e-12)
     opened.set()
     until(lambda: not session.computing)
     assert session.good is session.first
-    assert session.first is not None
     assert session.first.note == ""
     assert session.first.case.options == case.options
     assert session.first.number == session.worker.number > ideal.number
@@ -131,11 +124,8 @@ def test_curves_follow_with_the_instants_of_contacts(case: Case, samples: int | 
     found: list[str] = []
     session = Session(few, found.append)
     until(lambda: session.good is not None and session.good.fine is not None)
-    assert session.good is not None
-    assert session.good.run is not None
-    assert session.good.fine is not None
     wanted = simulate(case.mechanism, until=case.options.until, samples="auto")
-    assert session.good.run.sizes["time"] == few.options.count
+    assert shown(session).sizes["time"] == few.options.count
     common = np.intersect1d(session.good.fine["time"], wanted["time"])  # all but those that round otherwise
     assert common.size >= wanted.sizes["time"] - 4
     np.testing.assert_array_equal(*(run["eccentricity"].sel(time=common) for run in (session.good.fine, wanted)))
@@ -158,14 +148,12 @@ def test_saved_run_is_shown_without_computing(case: Case, gate: tuple[threading.
     session = Session(saved, lambda what: None)
     assert not session.computing
     assert runs == []
-    assert session.good is not None
-    assert session.good.run is not None
-    np.testing.assert_array_equal(session.good.run["normal_force"].values, run["normal_force"].values)
+    np.testing.assert_array_equal(shown(session)["normal_force"].values, run["normal_force"].values)
     opened.set()
     length = next(field for field in session.case.fields if field.name == "until")
     assert session.change({length.key: "7 ms"})
     until(lambda: not session.computing)
     assert len(runs) == 1
     assert session.good.number > 1
-    assert float(session.good.run["time"][-1]) == pytest.approx(7e-3)
+    assert float(shown(session)["time"][-1]) == pytest.approx(7e-3)
     session.worker.close()

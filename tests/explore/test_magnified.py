@@ -18,7 +18,7 @@ from scissordyn.explore.page import factor_of, wish
 from scissordyn.run.answer.deflection import magnified_deflection
 from scissordyn.run.answer.summary import summary_of
 
-from .browser import Tab, chromium, missing, served
+from .browser import Tab, served
 
 CASE = """
 [structure]
@@ -79,14 +79,13 @@ def test_joints_of_bent_bars_are_dragged_and_their_lengths_not(path: Path) -> No
         Drag(case, "length", "unit 1/bar 1")
 
 
-@pytest.mark.skipif(bool(missing()), reason=missing())
-def test_page_draws_bars_bent_and_magnified(path: Path) -> None:
+def test_page_draws_bars_bent_and_magnified(browser: Any, path: Path) -> None:
     """Cross-check: the shapes on the canvas are those of `magnified_deflection` and change with a section."""
     case = read_case(path)
     run = sd.simulate(case.mechanism, until=case.run.until, samples=case.run.samples)
     factor = factor_of("auto", run, case.mechanism)
     script = "() => JSON.parse(window.scissordyn.shown.scene)"
-    with chromium() as browser, served(path) as url:
+    with served(path) as url:
         tab = Tab(browser, url)
         first = tab.run
         canvas = tab.page.locator("#sd-canvas canvas")

@@ -17,9 +17,7 @@ from scipy.spatial import KDTree
 import scissordyn as sd
 from scissordyn.config.file import read_case
 
-from .browser import Tab, chromium, missing, served
-
-pytestmark = pytest.mark.skipif(bool(missing()), reason=missing())
+from .browser import Tab, served
 
 PAPER = Path(__file__).parents[2] / "examples" / "paper.toml"
 KEY = "clearance.0.clearance"
@@ -62,9 +60,9 @@ PREFIX = {"m": 1e3, "k": 1e-3, "M": 1e-6, "µ": 1e6}
 
 
 @pytest.fixture(scope="module")
-def tab() -> Iterator[Tab]:
+def tab(browser: Any) -> Iterator[Tab]:
     """The page of the paper's case."""
-    with served(PAPER) as url, chromium() as browser:
+    with served(PAPER) as url:
         opened = Tab(browser, url, size=(1280, 800))
         yield opened
         opened.close()

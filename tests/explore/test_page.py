@@ -11,12 +11,10 @@ import pytest
 
 pytest.importorskip("tomlkit", reason="the package tomlkit is not installed")
 
-from scissordyn.config.code import Code
 from scissordyn.explore.case import Case, open_case
 from scissordyn.explore.drag import assembled
 from scissordyn.plot.canvas import declared
 
-from .browser import CASE
 from .heard import Heard, until
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
@@ -35,9 +33,9 @@ def test_declared_position_is_the_assembled_one(path: Path) -> None:
 
 
 @pytest.fixture
-def heard() -> Iterator[Heard]:
+def heard(case: Case) -> Iterator[Heard]:
     """A page of a case with two clearance joints."""
-    heard = Heard(Case("case.toml", CASE, Code(Path())))
+    heard = Heard(case)
     yield heard
     heard.page.close()
 
@@ -91,9 +89,9 @@ def test_what_cannot_be_done_is_said_in_one_line(heard: Heard, message: str, wor
     assert "\n" not in complaints[0]
 
 
-def test_long_run_says_how_long_it_will_take(heard: Heard) -> None:
-    """Contract: the time that is left is the time so far over the part that is done, for the part that is not."""
-    heard.until_run(0)
+def test_long_run_says_how_long_it_will_take_and_is_stopped(heard: Heard) -> None:
+    """Contract: the time that is left is in proportion to the part that is not done; a stopped run is shown as far as it is."""
+    first = heard.until_run(0)["run"]
     heard.messages.clear()
     heard.say("change", key="run.until", text="60 s")
     until(lambda: any(state["lasting"] > 1.0 for state in heard.of("state")))
@@ -102,3 +100,8 @@ def test_long_run_says_how_long_it_will_take(heard: Heard) -> None:
     assert state["computing"]
     assert 0.0 < state["fraction"] < 1.0
     assert state["left"] == pytest.approx(state["lasting"] * (1.0 / state["fraction"] - 1.0), rel=0.05)
+    assert heard.until_run(first)["until"] > 0.0
+    shown = heard.page.session.good
+    assert shown is not None
+    assert shown.run is not None
+    assert shown.run.attrs["status"] == "interrupted"

@@ -17,9 +17,8 @@ from .heard import Heard, until
 
 
 @pytest.fixture(scope="module")
-def store(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def store(crank: sd.Mechanism, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A study of a slider-crank: clearance and speed, with a requirement that half of the points meet."""
-    crank = sd.slider_crank(crank=0.05, rod=0.12, angle=0.4).with_clearance("slider pin", sd.Clearance(5e-4))
     path = tmp_path_factory.mktemp("points") / "study.db"
     vary = {"slider pin.clearance": [2e-4, 5e-4], "drive.speed": [10.0, 20.0, 30.0]}
     sd.study(crank.driven(speed=20.0), vary, until=0.05, store=path, requirements={"peak_force": 100.0}, engine=1)
@@ -65,9 +64,8 @@ def test_study_is_shown_with_its_requirement_and_opened_by_a_point(store: Path) 
     heard.page.close()
 
 
-def test_diagram_is_shown_and_opened_by_a_point(tmp_path: Path) -> None:
+def test_diagram_is_shown_and_opened_by_a_point(crank: sd.Mechanism, tmp_path: Path) -> None:
     """Identity: all cycles of a diagram over its parameter; a point has the mechanism with its value."""
-    crank = sd.slider_crank(crank=0.05, rod=0.12, angle=0.4).with_clearance("slider pin", sd.Clearance(5e-4))
     driven = crank.driven(speed=100.0)
     diagram = sd.bifurcation(
         driven,

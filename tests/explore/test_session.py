@@ -14,7 +14,10 @@ from scissordyn.cli.main import status_of
 
 pytest.importorskip("tomlkit", reason="the package tomlkit is not installed")
 
+from scissordyn.component.flexible_bar import FlexibleBar
 from scissordyn.config.code import Code
+from scissordyn.errors import InputError
+from scissordyn.explore.answers import differences
 from scissordyn.explore.case import Case, open_case, python_of
 from scissordyn.explore.drag import Drag
 from scissordyn.explore.session import Session
@@ -26,12 +29,19 @@ from .heard import until
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
 
 
-@pytest.fixture
-def case(tmp_path: Path) -> Case:
-    """A case file with two clearance joints."""
-    path = tmp_path / "case.toml"
-    path.write_text(CASE)
-    return open_case(path)
+BENDING = """
+[structure]
+kind = "scissor"
+bars = { section = "tube 60x60x1.56 mm", material = "steel" }
+[drive]
+speed = "60 rpm"
+[[clearance]]
+joint = "A"
+clearance = "0.5 mm"
+lubrication = { oil = "ISO VG 46", temperature = "50 degC" }
+[run]
+until = "1 ms"
+"""
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
@@ -94,6 +104,39 @@ def test_units_of_fields_are_those_of_their_texts(case: Case) -> None:
     assert carried.field("body.2.position").unit == "m"
 
 
+def test_section_material_and_oil_are_fields(tmp_path: Path) -> None:
+    """Contract: texts with what is allowed, temperatures in kelvin, and a case that changes with them."""
+    (tmp_path / "case.toml").write_text(BENDING, encoding="utf-8")
+    case = open_case(tmp_path / "case.toml")
+    plain = {each["key"]: each for each in (field.plain() for field in case.fields)}
+    oil, warm = plain["clearance.0.lubrication.oil"], plain["clearance.0.lubrication.temperature"]
+    assert (oil["text"], oil["slider"]) == ("ISO VG 46", None)
+    assert "ISO VG 32" in oil["allowed"]
+    assert (warm["text"], warm["unit"], warm["factor"]) == ("323.15 K", "K", 1.0)
+    texts = {
+        "structure.bars.section": "tube 60x60x2 mm",
+        "structure.bars.material": "aluminium",
+        "clearance.0.lubrication.oil": "ISO VG 32",
+        "clearance.0.lubrication.temperature": "40 degC",
+    }
+    changed = case.changed(texts)
+    lubrication = changed.mechanism.joint("A").clearance.lubrication
+    assert (lubrication.oil.name, lubrication.temperature) == ("ISO VG 32", pytest.approx(313.15))
+    mass = [
+        sum(body.mass for body in each.mechanism.bodies if body.name.startswith("unit 1/bar 1")) for each in (case, changed)
+    ]
+    assert mass[1] / mass[0] == pytest.approx(2700.0 / 7850.0 * (60.0**2 - 56.0**2) / (60.0**2 - 56.88**2))
+    assert 'material = "aluminium"' in changed.text()
+    assert differences([case, changed])[1].startswith(
+        "structure, bars section tube 60x60x2 mm, structure, bars material aluminium"
+    )
+    more = case.changed({"structure.bars.modes": "3"})
+    assert (case.field("structure.bars.modes").text, more.field("structure.bars.modes").text) == ("auto", "3")
+    assert {part.modes for part in more.mechanism.components if isinstance(part, FlexibleBar)} == {3}
+    with pytest.raises(InputError, match="wall"):
+        case.changed({"structure.bars.section": "tube 60x60x40 mm"})
+
+
 def test_session_keeps_the_last_good_run(case: Case) -> None:
     """Contract: a wrong number leaves case and run as they are and is noted; undo brings the state before a change back."""
     session = Session(case, lambda what: None)
@@ -147,20 +190,6 @@ def test_latest_order_wins(case: Case) -> None:
     assert {outcome.number for outcome in reported} == {last}  # with the instants of its contacts once more
     assert reported[0].run is not None
     assert reported[0].case.field("drive.speed").text == "109 rpm"
-
-
-def test_stopped_run_keeps_its_part(case: Case) -> None:
-    """Contract: a stopped run is reported, interrupted, with what it has."""
-    reported: list[Outcome] = []
-    began = threading.Event()
-    worker = Worker(reported.append, lambda number, fraction: began.set())
-    worker.order(case.changed({"run.until": "50 s"}))
-    assert began.wait(60.0)
-    worker.stop()
-    until(lambda: reported)
-    worker.close()
-    assert reported[0].run is not None
-    assert reported[0].run.attrs["status"] == "interrupted"
 
 
 def test_wrong_mechanism_is_reported(case: Case) -> None:
@@ -218,35 +247,33 @@ def test_no_other_file_is_read(tmp_path: Path, named: str, capsys: pytest.Captur
     assert "--allow" in error
 
 
-def test_other_address_says_what_it_means(case: Case, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
+def test_other_address_says_what_it_means(case_file: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
     """Contract: only an address that others can reach gives a warning."""
     pytest.importorskip("websockets", reason="the package websockets is not installed")
     monkeypatch.setattr("scissordyn.explore.serve.serve", lambda *given, **named: None)
-    path = str(tmp_path / "case.toml")
-    assert status_of(["explore", path, "--no-browser"]) == 0
-    assert capsys.readouterr().err == ""
-    assert status_of(["explore", path, "--no-browser", "--address", "0.0.0.0"]) == 0
-    assert "Nothing is encrypted" in capsys.readouterr().err
+    for options, warned in (([], False), (["--address", "0.0.0.0"], True)):
+        assert status_of(["explore", str(case_file), "--no-browser", *options]) == 0
+        assert ("Nothing is encrypted" in (error := capsys.readouterr().err)) == warned == (error != "")
 
 
-def test_server_ends_with_the_error_of_a_case(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Contract: a case that cannot be read ends the server with one line, which names the place, and exit status 2."""
+@pytest.mark.parametrize(
+    ("written", "options", "words", "announced"),
+    [
+        ("150 rmp", [], "drive.speed", "http://127.0.0.1:"),
+        ("150 rpm", ["--address", "192.0.2.1"], "cannot listen on 192.0.2.1", ""),
+        ("150 rpm", ["--address", ""], "--address 127.0.0.1", ""),
+        ("150 rpm", ["--address", " "], "--address 127.0.0.1", ""),
+    ],
+)
+def test_what_cannot_be_served_is_one_line(
+    case_file: Path, written: str, options: list[str], words: str, announced: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Contract: a wrong case ends the server; an address that is none, or of another machine, is refused before anything."""
     pytest.importorskip("websockets", reason="the package websockets is not installed")
-    path = tmp_path / "case.toml"
-    path.write_text(CASE.replace('speed = "150 rpm"', 'speed = "150 rmp"'))
-    assert status_of(["explore", str(path), "--no-browser"]) == 2
-    said = capsys.readouterr()
-    assert "drive.speed" in said.err
-    assert len(said.err.splitlines()) == 1
-    assert said.out.startswith("http://127.0.0.1:")
-
-
-def test_addresses_that_cannot_be_listened_on_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Contract: an address that is not of this machine is an error of one line before anything is served."""
-    pytest.importorskip("websockets", reason="the package websockets is not installed")
-    path = tmp_path / "case.toml"
-    path.write_text(CASE)
-    assert status_of(["explore", str(path), "--no-browser", "--address", "192.0.2.1"]) == 2
-    said = capsys.readouterr()
-    assert "cannot listen on 192.0.2.1" in said.err
-    assert said.out == ""
+    case_file.write_text(CASE.replace("150 rpm", written))
+    assert status_of(["explore", str(case_file), "--no-browser", *options]) == 2
+    out, error = capsys.readouterr()
+    assert words in error
+    assert len(error.splitlines()) == 1
+    assert out.startswith(announced)
+    assert bool(out) == bool(announced)

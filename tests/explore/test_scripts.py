@@ -1,9 +1,9 @@
-"""The script of the curves, and messages as the page unpacks them, in Chromium without a server."""
+"""Scripts of the page in Chromium without a server: curves, messages as it unpacks them, and numbers as text."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+import math
 from typing import Any
 
 import numpy as np
@@ -13,10 +13,7 @@ pytest.importorskip("websockets", reason="the package websockets is not installe
 
 from scissordyn.explore.message import packed
 from scissordyn.explore.serve import ASSETS
-
-from .browser import chromium, missing
-
-pytestmark = pytest.mark.skipif(bool(missing()), reason=missing())
+from scissordyn.numeral import LEAST, decimals, numeral, numerals
 
 LOAD = """async code => {
   const url = URL.createObjectURL(new Blob([code], { type: "text/javascript" }));
@@ -25,18 +22,15 @@ LOAD = """async code => {
 
 
 @pytest.fixture(scope="module")
-def page() -> Iterator[Any]:
+def page(browser: Any) -> Any:
     """An empty page with the functions of the scripts."""
-    with chromium() as browser:
-        page = browser.new_page(viewport={"width": 900, "height": 700})
-        script = (ASSETS / "page.js").read_text(encoding="utf-8")
-        unpack = script[script.index("export function unpack") : script.index("// ---- the drawing")]
-        page.set_content(
-            "<style>figure { margin: 0 } canvas { width: 800px }</style><div id=curves style='width: 800px'></div>"
-        )
-        parts = "".join((ASSETS / name).read_text(encoding="utf-8") for name in ("element.js", "curves.js"))
-        page.evaluate(LOAD, parts.replace('import { element } from "./element.js";', "") + unpack)
-        yield page
+    page = browser.new_page(viewport={"width": 900, "height": 700})
+    script = (ASSETS / "page.js").read_text(encoding="utf-8")
+    unpack = script[script.index("export function unpack") : script.index("// ---- the drawing")]
+    page.set_content("<style>figure { margin: 0 } canvas { width: 800px }</style><div id=curves style='width: 800px'></div>")
+    parts = "".join((ASSETS / name).read_text(encoding="utf-8") for name in ("element.js", "curves.js"))
+    page.evaluate(LOAD, parts.replace('import { element } from "./element.js";', "") + unpack)
+    return page
 
 
 def test_message_comes_as_it_was_sent(page: Any) -> None:
@@ -150,3 +144,54 @@ def test_keys_and_pointer_zoom_and_pick(page: Any) -> None:
     page.evaluate("() => window.curves.show(window.figures, { full: [0, 1] })")
     assert span() == pytest.approx((0.2, 0.8))
     assert json.loads(page.evaluate("() => JSON.stringify(document.querySelector('#curves').dataset.run)")) == "0"
+
+
+def drawn() -> list[tuple[float, int]]:
+    """Numbers of all sizes with digits after the point; halves and carries, which are rounded, among them."""
+    chance = np.random.default_rng(3)
+    sizes = 10.0 ** chance.uniform(-14.0, 14.0, 4000) * chance.choice([-1.0, 1.0], 4000)
+    halves = [0.125, 12.125, -2.5, 0.5, 1.5, 9.995, 9.9996, 99.96, 0.09996, 9.996e-9, -9.996e9, 1e7, 9999999.5, 1e-5, 1e22]
+    special = [0.0, -0.0, math.nan, math.inf, -math.inf, 1e-300, 1.7e308]
+    return [(value, places) for value in (*sizes.tolist(), *halves, *special) for places in (0, 2, 5)]
+
+
+def test_number_has_three_digits_or_more() -> None:
+    """Contract: the text has three significant digits and is the number rounded to them; zeros are kept."""
+    assert [numeral(value) for value in (9.5, 0.1, 123456.7, 0.00095, 4e-9, 0.0)] == [
+        "9.50",
+        "0.100",
+        "123457",
+        "0.000950",
+        "4.00e-9",
+        "0",
+    ]
+    for value, places in drawn():
+        text = numeral(value, places)
+        if not math.isfinite(value):
+            assert text == "-"
+            continue
+        mantissa, _, power = text.partition("e")
+        figures = mantissa.lstrip("-").replace(".", "").lstrip("0")
+        last = 10.0 ** (int(power or 0) - len(mantissa.partition(".")[2]))
+        assert len(figures) >= LEAST or value == 0.0
+        assert float(text) == pytest.approx(value, rel=1e-12, abs=0.5 * last * (1.0 + 1e-9))
+
+
+def test_column_has_common_digits() -> None:
+    """Contract: the largest number chooses the digits after the point; small ones beside it have more."""
+    assert numerals([42.944, 9.5, 0.0232, math.nan]) == ["42.94", "9.50", "0.0232", "-"]
+    assert numerals([0.0, 0.0]) == ["0.000", "0.000"]
+    assert decimals([12345.6, 1.0], 5) == 0
+    assert decimals([math.nan]) == 3
+
+
+def test_browser_writes_the_same(page: Any) -> None:
+    """Cross-check: the function of the page gives the text of the one in Python for every number."""
+    source, cases = (ASSETS / "numeral.js").read_text(encoding="utf-8").replace("export ", ""), drawn()
+    words = [["NaN" if math.isnan(value) else repr(value).replace("inf", "Infinity"), places] for value, places in cases]
+    found = page.evaluate(
+        "([source, cases]) => { const numeral = new Function(source + '; return numeral')();"
+        " return cases.map(([value, places]) => numeral(Number(value), places)); }",
+        [source, words],
+    )
+    assert found == [numeral(value, places) for value, places in cases]

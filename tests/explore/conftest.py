@@ -1,0 +1,46 @@
+"""A case with two clearance joints, a slider-crank, and a browser."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import scissordyn as sd
+from scissordyn.config.code import Code
+
+from .browser import CASE, chromium, missing
+
+
+@pytest.fixture
+def case_file(tmp_path: Path) -> Path:
+    """A case file with two clearance joints."""
+    path = tmp_path / "case.toml"
+    path.write_text(CASE)
+    return path
+
+
+@pytest.fixture
+def case() -> Any:
+    """The case of that file."""
+    pytest.importorskip("tomlkit", reason="the package tomlkit is not installed")
+    from scissordyn.explore.case import Case
+
+    return Case("case.toml", CASE, Code(Path()))
+
+
+@pytest.fixture(scope="session")
+def crank() -> sd.Mechanism:
+    """A slider-crank with a clearance joint, which nothing drives."""
+    return sd.slider_crank(crank=0.05, rod=0.12, angle=0.4).with_clearance("slider pin", sd.Clearance(5e-4))
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Any]:
+    """Chromium."""
+    if missing():
+        pytest.skip(missing())
+    with chromium() as started:
+        yield started

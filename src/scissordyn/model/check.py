@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
 from scissordyn.component.actuator import Actuator
@@ -32,34 +33,66 @@ def check_parts(mechanism: Mechanism) -> None:
     _check_names(mechanism)
     for name, place in mechanism.ground:
         check_place(f"point '{name}' of the ground", place)
-    points = _points(mechanism)
-    rotating = {GROUND, *(body.name for body in mechanism.bodies if body.rotates)}
+    bodies = _Bodies(mechanism)
     for joint in mechanism.joints:
-        _check_point(points, f"joint '{joint.name}'", joint.journal)
-        _check_point(points, f"joint '{joint.name}'", joint.bearing)
+        bodies.check_points(f"joint '{joint.name}'", joint.journal, joint.bearing)
     for guide in mechanism.guides:
-        _check_point(points, f"guide '{guide.name}'", guide.follower)
-        _check_rotates(points, rotating, f"guide '{guide.name}'", guide.body)
+        label = f"guide '{guide.name}'"
+        bodies.check_points(label, guide.follower)
+        bodies.check_rotates(label, guide.body)
         if guide.aligned:
-            _check_rotates(points, rotating - {GROUND}, f"guide '{guide.name}'", guide.follower[0])
+            bodies.check_rotates(label, guide.follower[0], ground=False)
     for weld in mechanism.welds:
-        _check_point(points, f"weld '{weld.name}'", weld.start)
-        _check_point(points, f"weld '{weld.name}'", weld.end)
+        bodies.check_points(f"weld '{weld.name}'", weld.start, weld.end)
     components: tuple[Any, ...] = (*mechanism.components, *mechanism.rods, *mechanism.latches)
     for component in components:
-        _check_component(points, rotating, component)
+        _check_component(bodies, component)
     _check_sections(components)
-    _check_moments(mechanism, points)
+    _check_moments(mechanism, bodies.points)
     for drive in mechanism.drives:
-        _check_rotates(points, rotating - {GROUND}, "the drive", drive.body)
+        bodies.check_rotates("the drive", drive.body, ground=False)
     for part in mechanism.coupling_parts:
-        _check_coordinates(points, rotating, part)
-    _check_tracks(mechanism, points)
+        _check_coordinates(bodies, part)
+    for track in mechanism.tracks:
+        label = f"tracked point '{track.name}'"
+        if isinstance(track.point, str):
+            bodies.check_points(label, (track.body, track.point))
+        else:
+            bodies.check_body(label, track.body, ground=False)
+            check_place(label, track.point)
     for what, name in (("input body", mechanism.input_body), ("output body", mechanism.output_body)):
         if name:
-            _check_body({body: part for body, part in points.items() if body != GROUND}, what, name)
+            bodies.check_body(what, name, ground=False)
     if mechanism.clearance_joints:
-        _check_movable(mechanism, points)
+        _check_movable(mechanism, bodies.points)
+
+
+class _Bodies:
+    """The ground and the bodies, to which parts refer: an unknown reference raises `InputError`."""
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.points: dict[str, Mapping[str, Point]] = {GROUND: dict(mechanism.ground)}
+        self.points |= {body.name: body.points for body in mechanism.bodies}
+        self.rotating = {GROUND, *(body.name for body in mechanism.bodies if body.rotates)}
+
+    def check_body(self, label: str, name: str, *, ground: bool = True) -> None:
+        names = [body for body in self.points if ground or body != GROUND]
+        if name not in names:
+            raise InputError(f"{label} refers to body '{name}'{did_you_mean(name, names)}", "one of " + ", ".join(names))
+
+    def check_points(self, label: str, *references: BodyPoint) -> None:
+        for body, point in references:
+            self.check_body(label, body)
+            if point not in self.points[body]:
+                raise InputError(
+                    f"{label} refers to point '{point}' of body '{body}'{did_you_mean(point, self.points[body])}",
+                    "one of " + (", ".join(self.points[body]) or "none"),
+                )
+
+    def check_rotates(self, label: str, body: str, *, ground: bool = True) -> None:
+        self.check_body(label, body)
+        if body not in self.rotating or (body == GROUND and not ground):
+            raise InputError(f"{label} needs the angle of body '{body}', which does not rotate", "a body with an inertia")
 
 
 def _check_moments(mechanism: Mechanism, points: Mapping[str, Mapping[str, Point]]) -> None:
@@ -87,46 +120,33 @@ def _check_moments(mechanism: Mechanism, points: Mapping[str, Mapping[str, Point
             )
 
 
-def _check_coordinates(points: Mapping[str, Mapping[str, Point]], rotating: set[str], part: Coupling | CoordinateDrive) -> None:
+def _check_coordinates(bodies: _Bodies, part: Coupling | CoordinateDrive) -> None:
     label = f"{'coupling' if isinstance(part, Coupling) else 'drive'} '{part.name}'"
     for _, coordinate in part.terms:
         if isinstance(coordinate, RelativeAngle):
             for body in coordinate.bodies:
-                _check_rotates(points, rotating, label, body)
+                bodies.check_rotates(label, body)
         elif isinstance(coordinate, Slide):
-            _check_point(points, label, coordinate.point)
-            _check_rotates(points, rotating, label, coordinate.base)
+            bodies.check_points(label, coordinate.point)
+            bodies.check_rotates(label, coordinate.base)
         else:
-            _check_point(points, label, coordinate.start)
-            _check_point(points, label, coordinate.end)
+            bodies.check_points(label, coordinate.start, coordinate.end)
 
 
-def _check_tracks(mechanism: Mechanism, points: Mapping[str, Mapping[str, Point]]) -> None:
-    for track in mechanism.tracks:
-        label = f"tracked point '{track.name}'"
-        if isinstance(track.point, str):
-            _check_point(points, label, (track.body, track.point))
-        else:
-            _check_body({body: part for body, part in points.items() if body != GROUND}, label, track.body)
-            check_place(label, track.point)
-
-
-def _check_component(points: Mapping[str, Mapping[str, Point]], rotating: set[str], component: Component) -> None:
+def _check_component(bodies: _Bodies, component: Component) -> None:
     declared = component.declaration
     label = f"{declared.label} '{component.name}'"
-    for field in declared.port.points:
-        _check_point(points, label, getattr(component, field))
+    bodies.check_points(label, *(getattr(component, field) for field in declared.port.points))
     for place, field in enumerate(declared.port.turning):
-        if place and "reaction" in component.declaration.context:  # the other body of a pin may be one that keeps its angle
-            _check_body(points, label, getattr(component, field))
-            continue
-        _check_rotates(points, rotating if place else rotating - {GROUND}, label, getattr(component, field))
+        if place and "reaction" in declared.context:  # the other body of a pin may be one that keeps its angle
+            bodies.check_body(label, getattr(component, field))
+        else:
+            bodies.check_rotates(label, getattr(component, field), ground=place > 0)
     if isinstance(component, FlexibleBar):
         for name in component.sections:
-            _check_rotates(points, rotating - {GROUND}, label, name)
+            bodies.check_rotates(label, name, ground=False)
     if isinstance(component, Actuator):
-        for reference in filter(None, (component.sensor, component.sensor_origin)):
-            _check_point(points, label, reference)
+        bodies.check_points(label, *filter(None, (component.sensor, component.sensor_origin)))
 
 
 def _check_sections(components: tuple[Any, ...]) -> None:
@@ -141,11 +161,6 @@ def _check_sections(components: tuple[Any, ...]) -> None:
                 "a section of its own",
                 f'@component(section="my_{section}", ...)',
             )
-
-
-def _points(mechanism: Mechanism) -> dict[str, Mapping[str, Point]]:
-    """The points of the ground and of each body, in its own frame."""
-    return {GROUND: dict(mechanism.ground), **{body.name: body.points for body in mechanism.bodies}}
 
 
 def _check_names(mechanism: Mechanism) -> None:
@@ -168,27 +183,6 @@ def _check_names(mechanism: Mechanism) -> None:
                 raise InputError(f"{what} '{name}'", "a name that does not end in a NUL character")
             if any("\ud800" <= character <= "\udfff" for character in name):  # no file and no index of pandas can hold it
                 raise InputError(f"{what} '{name}'", "a name that can be written as UTF-8, without half a surrogate pair")
-
-
-def _check_body(points: Mapping[str, Mapping[str, Point]], label: str, name: str) -> None:
-    if name not in points:
-        raise InputError(f"{label} refers to body '{name}'{did_you_mean(name, points)}", "one of " + ", ".join(points))
-
-
-def _check_point(points: Mapping[str, Mapping[str, Point]], label: str, reference: BodyPoint) -> None:
-    body, point = reference
-    _check_body(points, label, body)
-    if point not in points[body]:
-        raise InputError(
-            f"{label} refers to point '{point}' of body '{body}'{did_you_mean(point, points[body])}",
-            "one of " + (", ".join(points[body]) or "none"),
-        )
-
-
-def _check_rotates(points: Mapping[str, Mapping[str, Point]], rotating: set[str], label: str, body: str) -> None:
-    _check_body(points, label, body)
-    if body not in rotating:
-        raise InputError(f"{label} needs the angle of body '{body}', which does not rotate", "a body with an inertia")
 
 
 def _check_movable(mechanism: Mechanism, points: Mapping[str, Mapping[str, Point]]) -> None:
@@ -238,58 +232,39 @@ ADVICE = "; check its unit"
 
 def proportion_warnings(mechanism: Mechanism) -> list[str]:
     """A warning for each number that is far beyond those of the rest of a mechanism."""
-    return [*_of_contacts(mechanism), *_of_bodies(mechanism), *_of_rotors(mechanism)]
-
-
-def _of_contacts(mechanism: Mechanism) -> Iterator[str]:
-    size, warned = mechanism.size, set[str]()
+    size, bodies = mechanism.size, mechanism.bodies
+    compared: list[tuple[str, float, str, float, float, str]] = []  # What, how much, its unit, of what most, and its name
     for contact in mechanism.contacts:
         assert contact.clearance is not None
-        surfaces, name = contact.clearance.surfaces, getattr(contact, "guide", contact.name)
+        surfaces, has = contact.clearance.surfaces, f"joint '{getattr(contact, 'guide', contact.name)}' has a"
         radius = "corner radius" if surfaces.plane else "journal radius"
-        for what, value, most in (
-            ("clearance", contact.clearance.clearance, LARGEST_CLEARANCE),
-            (radius, surfaces.journal_radius, LARGEST_RADIUS),
-            ("bearing length", surfaces.length, LONGEST_BEARING),
-        ):
-            text = f"joint '{name}' has a {what} of {value:.4g} m, {value / size:.2g} times the size of the mechanism{ADVICE}"
-            if value > most * size and text not in warned:  # a guide has four contact points
-                warned.add(text)
-                yield text
-
-
-def _of_bodies(mechanism: Mechanism) -> Iterator[str]:
-    bodies = mechanism.bodies
+        compared += [
+            (f"{has} clearance", contact.clearance.clearance, "m", size, LARGEST_CLEARANCE, "the size of the mechanism"),
+            (f"{has} {radius}", surfaces.journal_radius, "m", size, LARGEST_RADIUS, "the size of the mechanism"),
+            (f"{has} bearing length", surfaces.length, "m", size, LONGEST_BEARING, "the size of the mechanism"),
+        ]
     for body in bodies:
-        gyration = math.sqrt((body.inertia or 0.0) / body.mass)
-        if gyration > LARGEST_GYRATION * mechanism.size:
-            yield (
-                f"body '{body.name}' has a radius of gyration of {gyration:.4g} m, {gyration / mechanism.size:.2g} times the "
-                f"size of the mechanism{ADVICE}"
-            )
-    masses = {body.name: body.mass for body in bodies}
-    extents = {
-        body.name: max(math.dist(body.centre, point) for point in body.points.values()) for body in bodies if body.points
-    }
+        gyration = math.sqrt((body.inertia or 0.0) / body.mass), "m", size, LARGEST_GYRATION, "the size of the mechanism"
+        compared.append((f"body '{body.name}' has a radius of gyration", *gyration))
+    extents = [
+        (max(math.dist(body.centre, point) for point in body.points.values()), body.name) for body in bodies if body.points
+    ]
     for what, unit, values, most in (
-        ("a mass", "kg", masses, HEAVIEST),
-        ("a length", "m", {name: extent for name, extent in extents.items() if extent > 0.0}, LARGEST),
+        ("mass", "kg", [(body.mass, body.name) for body in bodies], HEAVIEST),
+        ("length", "m", [(extent, name) for extent, name in extents if extent > 0.0], LARGEST),
     ):
         if values:
-            high, low = max(values, key=values.__getitem__), min(values, key=values.__getitem__)
-            if values[high] > most * values[low]:
-                yield (
-                    f"body '{high}' has {what} of {values[high]:.4g} {unit}, {values[high] / values[low]:.2g} times that of "
-                    f"body '{low}'{ADVICE}"
-                )
-
-
-def _of_rotors(mechanism: Mechanism) -> Iterator[str]:
-    whole = sum(body.mass for body in mechanism.bodies) * mechanism.size**2
+            (high, name), (low, other) = max(values, key=itemgetter(0)), min(values, key=itemgetter(0))
+            compared.append((f"body '{name}' has a {what}", high, unit, low, most, f"that of body '{other}'"))
+    whole = sum(body.mass for body in bodies) * size**2
     for component in mechanism.components:
         inertia = getattr(component, "inertia", None)
-        if isinstance(inertia, float) and inertia > LARGEST_ROTOR * whole:
-            yield (
-                f"{component.declaration.label} '{component.name}' has a rotor of {inertia:.4g} kg m^2, {inertia / whole:.2g} "
-                f"times the mass of the mechanism at its size{ADVICE}"
-            )
+        if isinstance(inertia, float):
+            has = f"{component.declaration.label} '{component.name}' has a rotor"
+            compared.append((has, inertia, "kg m^2", whole, LARGEST_ROTOR, "the mass of the mechanism at its size"))
+    texts = (
+        f"{what} of {value:.4g} {unit}, {value / standard:.2g} times {named}{ADVICE}"
+        for what, value, unit, standard, most, named in compared
+        if value > most * standard
+    )
+    return list(dict.fromkeys(texts))  # a guide has four contact points

@@ -5,8 +5,7 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import math
-from collections.abc import Iterable, Mapping
-from dataclasses import replace
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
@@ -20,7 +19,7 @@ from scissordyn.component.place import BodyPoint, Point
 from scissordyn.component.time_function import OverTime, TimeFunction
 from scissordyn.errors import InputError
 from scissordyn.lookup import offered
-from scissordyn.model.body import Body
+from scissordyn.model.body import Body, uniform_inertia, uniform_legs
 from scissordyn.model.joint import Weld
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.parameter_path import matching
@@ -42,13 +41,13 @@ class Legs(NamedTuple):
 def legs_of(body: Body) -> Legs | None:
     """The straight legs of a kinked bar, whose points follow each other from one end to the other."""
     groups = _groups(body)
-    if body.inertia is None or len(groups) < 2 or not _is_uniform(body):
+    if len(groups) < 2 or not _is_uniform(body, list(body.points.values())):
         return None
     placed = [[body.points[name] for name in names] for names in groups]
     straight = next((k for k, line in enumerate(placed) if _is_on_axis(line)), None)
     if straight is None:
         return None
-    per_length = body.mass / _line_length(body)
+    per_length = body.mass / sum(itertools.starmap(math.dist, itertools.pairwise(body.points.values())))
     names = [body.name if k == straight else f"{body.name}/leg {k + 1}" for k in range(len(groups))]
     bodies = [
         _leg(body, name, dict(zip(points, line, strict=True)), per_length, k == straight)
@@ -88,47 +87,35 @@ def _is_on_axis(line: list[Point]) -> bool:
     return all(y == 0.0 for _, y in line) and line[-1][0] > line[0][0]
 
 
-def _is_uniform(body: Body) -> bool:
-    """Whether mass centre and inertia are those of a line of uniform mass through the points."""
-    assert body.inertia is not None
-    total, parts = _line_length(body), list(itertools.pairwise(body.points.values()))
-    share = [math.dist(first, second) / total for first, second in parts]
-    middles = [(0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])) for a, b in parts]
-    centre = tuple(sum(part * middle[axis] for part, middle in zip(share, middles, strict=True)) for axis in (0, 1))
-    pairs = zip(share, middles, strict=True)
-    inertia = body.mass * sum(part * ((part * total) ** 2 / 12.0 + math.dist(middle, centre) ** 2) for part, middle in pairs)
-    return math.dist(body.centre, centre) <= UNIFORM * total and abs(body.inertia - inertia) <= UNIFORM * inertia
-
-
-def _line_length(body: Body) -> float:
-    """Of the line through the points of a body, in their order [m]."""
-    return sum(math.dist(first, second) for first, second in itertools.pairwise(body.points.values()))
+def _is_uniform(body: Body, line: Sequence[Point]) -> bool:
+    """Whether mass centre and inertia of a body are those of a line of uniform mass through some points."""
+    lengths = list(itertools.starmap(math.dist, itertools.pairwise(line)))
+    middles = [(0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])) for a, b in itertools.pairwise(line)]
+    centre, inertia = uniform_legs(body.mass, lengths, middles)
+    return (
+        body.inertia is not None
+        and math.dist(body.centre, centre) <= UNIFORM * sum(lengths)
+        and abs(body.inertia - inertia) <= UNIFORM * inertia
+    )
 
 
 def _leg(body: Body, name: str, points: dict[str, Point], per_length: float, own: bool) -> Body:
     """A leg as a bar: in the frame of the kinked bar, or in one that begins with it and is along it."""
-    places = list(points.values())
-    (x, y), length = places[0], math.dist(places[0], places[-1])
-    turned = 0.0 if own else math.atan2(places[-1][1] - y, places[-1][0] - x)
-    if own:
-        along = {key: place[0] for key, place in points.items()}
-        x = y = 0.0
-    else:
-        along = {key: math.dist(places[0], place) for key, place in points.items()}
-    cos, sin = math.cos(body.placed_angle), math.sin(body.placed_angle)
-    dx, dy = cos * x - sin * y, sin * x + cos * y
-    first, last = min(along.values()), max(along.values())
-    mass, (ox, oy) = per_length * length, body.placed_position
-    return replace(
+    (x, y), *_, last = points.values()
+    length = math.dist((x, y), last)
+    start = (0.0, 0.0) if own else (x, y)
+    places = {key: place[0] if own else math.dist(start, place) for key, place in points.items()}
+    offset, mass = body.turned(start), per_length * length
+    return dataclasses.replace(
         body,
         name=name,
         mass=mass,
-        inertia=mass * length**2 / 12.0,
-        points={key: (at, 0.0) for key, at in along.items()},
-        centre=(0.5 * (first + last), 0.0),
-        position=(ox + dx, oy + dy),
-        angle=body.placed_angle + turned,
-        velocity=body.velocity_at((dx, dy)),
+        inertia=uniform_inertia(length, mass),
+        points={key: (place, 0.0) for key, place in places.items()},
+        centre=(0.5 * (min(places.values()) + max(places.values())), 0.0),
+        position=(body.placed_position[0] + offset[0], body.placed_position[1] + offset[1]),
+        angle=body.placed_angle + (0.0 if own else math.atan2(last[1] - y, last[0] - x)),
+        velocity=body.velocity_at(offset),
     )
 
 
@@ -142,6 +129,12 @@ ELEMENTS = Quantity("1", minimum=1, maximum=64, help="beam elements along a bar,
 NODE = "node"  # Point of a cross-section between the points of a bar
 SLENDER = 5.0  # Least length of a bar over its depth: below, shear takes a part of the deflection that beam theory leaves out
 NEAR = 1e-9  # A bar nearer to the origin than this fraction of the mechanism's size is there
+REFERRING: tuple[tuple[str, str, tuple[str, ...]], ...] = (
+    *(("joints", "joint", ()), ("guides", "guide", ()), ("welds", "weld", ()), ("rods", "rod", ())),
+    ("latches", "latch", ("body", "base")),
+)
+"""Parts that refer to bodies, what messages call them, and their fields that may name a bar that bends."""
+
 SAME_MASS = 0.05  # Largest relative difference of a bar's mass and that of its section and material
 
 
@@ -189,11 +182,12 @@ def with_bending(
         If a bar is not uniform, its mass is not that of section and material, it is too short for a beam, or
         something is attached to it that has no place on a bar that bends.
     """
-    stiffness = _stiffness(section, material, bending_stiffness, axial_stiffness)
-    expansion = stiffness.thermal_expansion if thermal_expansion is None else thermal_expansion
-    heated = _heated(stiffness, expansion, temperature_rise, temperature_difference)
-    more = {"damping": damping, **heated, "time_function": time_function}
-    if mass == "section" and stiffness.mass_per_length is None:
+    numbers = _stiffness(section, material, bending_stiffness, axial_stiffness)
+    numbers |= {"temperature_rise": temperature_rise, "temperature_difference": temperature_difference, "damping": damping}
+    numbers |= {} if thermal_expansion is None else {"thermal_expansion": thermal_expansion}
+    _check_heat(numbers)
+    per_length = numbers.pop("mass_per_length", None)
+    if mass == "section" and per_length is None:
         raise InputError('mass = "section" of bars without a section and a material', "both of them", 'mass = "given"')
     if elements is not None and modes != "auto":
         raise InputError("bars with modes and elements", "one of them", "modes = 6")
@@ -203,8 +197,9 @@ def with_bending(
         legs = legs_of(body)
         mechanism = _split(mechanism, body, legs) if legs else mechanism
         for part in legs.bodies if legs else (body,):
-            part = _of_section(part, stiffness) if mass == "section" else part
-            mechanism = _bent(mechanism, part, stiffness, elements, None if modes == "auto" else modes, more)
+            part = part if per_length is None or mass == "given" else _of_section(part, per_length)
+            numbers["mass_per_length"] = _mass_per_length(part, per_length, numbers.get("depth", 0.0))
+            mechanism = _bent(mechanism, part, elements, None if modes == "auto" else modes, numbers, time_function)
     return mechanism
 
 
@@ -251,31 +246,21 @@ def _split(mechanism: Mechanism, body: Body, legs: Legs) -> Mechanism:
     return mechanism_split.with_parts({"welds": (*mechanism_split.welds, *legs.welds)})
 
 
-@dataclasses.dataclass(frozen=True)
-class _Stiffness:
-    bending: float
-    axial: float
-    mass_per_length: float | None
-    depth: float
-    youngs_modulus: float
-    yield_strength: float
-    thermal_expansion: float = 0.0
-
-
-def _stiffness(section: Any, material: Any, bending: float | None, axial: float | None) -> _Stiffness:
+def _stiffness(section: Any, material: Any, bending: float | None, axial: float | None) -> dict[str, float]:
+    """What is known of a bar, by the names of its numbers."""
     if section is not None and material is not None and bending is None and axial is None:
         shape, made_of = read_section(section), read_material(material)
-        return _Stiffness(
-            made_of.youngs_modulus * shape.second_moment,
-            made_of.youngs_modulus * shape.area,
-            made_of.density * shape.area,
-            shape.depth,
-            made_of.youngs_modulus,
-            made_of.yield_strength,
-            made_of.thermal_expansion,
-        )
+        return {
+            "axial_stiffness": made_of.youngs_modulus * shape.area,
+            "bending_stiffness": made_of.youngs_modulus * shape.second_moment,
+            "mass_per_length": made_of.density * shape.area,
+            "depth": shape.depth,
+            "youngs_modulus": made_of.youngs_modulus,
+            "yield_strength": made_of.yield_strength,
+            "thermal_expansion": made_of.thermal_expansion,
+        }
     if section is None and material is None and bending is not None and axial is not None:
-        return _Stiffness(bending, axial, None, 0.0, 0.0, 0.0)
+        return {"axial_stiffness": axial, "bending_stiffness": bending}
     values = {"section": section, "material": material, "bending_stiffness": bending, "axial_stiffness": axial}
     named = [name for name, value in values.items() if value is not None]
     raise InputError(
@@ -285,40 +270,55 @@ def _stiffness(section: Any, material: Any, bending: float | None, axial: float 
     )
 
 
-def _heated(stiffness: _Stiffness, expansion: float, rise: float, difference: float) -> dict[str, float]:
-    """What elements get of temperatures, after a check that they can have an effect."""
-    if (rise or difference) and not expansion:
+def _check_heat(numbers: Mapping[str, float]) -> None:
+    """Raise `InputError` for temperatures that can have no effect."""
+    rise, difference = numbers["temperature_rise"], numbers["temperature_difference"]
+    if (rise or difference) and not numbers.get("thermal_expansion"):
         raise InputError(
             "bars that are heated without a thermal_expansion",
             "a material that has one, or the coefficient",
             'thermal_expansion = "12e-6 1/K"',
         )
-    if difference and not stiffness.depth:
+    if difference and "depth" not in numbers:
         raise InputError("a temperature difference across bars without a section", "a section, which has a depth")
-    return {"thermal_expansion": expansion, "temperature_rise": rise, "temperature_difference": difference}
 
 
 def _is_bar(body: Body) -> bool:
-    if body.inertia is None or len(body.points) < 2 or any(y != 0.0 for _, y in body.points.values()):
-        return False
-    first, last = (pick(x for x, _ in body.points.values()) for pick in (min, max))
-    length, middle = last - first, 0.5 * (first + last)
-    uniform = body.mass * length**2 / 12.0
-    return (
-        length > 0.0
-        and math.dist(body.centre, (middle, 0.0)) <= UNIFORM * length
-        and abs(body.inertia - uniform) <= UNIFORM * uniform
-    )
+    line = sorted(set(body.points.values()))
+    return len(line) > 1 and all(y == 0.0 for _, y in line) and _is_uniform(body, line)
 
 
-def _of_section(body: Body, stiffness: _Stiffness) -> Body:
+def _of_section(body: Body, per_length: float) -> Body:
     """A bar with the mass of its section and material."""
-    assert stiffness.mass_per_length is not None
-    length = float(np.ptp([x for x, _ in body.points.values()]))
-    if not _is_bar(body) or length == 0.0:
+    if not _is_bar(body):
         return body  # which is refused
-    mass = stiffness.mass_per_length * length
-    return dataclasses.replace(body, mass=mass, inertia=mass * length**2 / 12.0)
+    length = float(np.ptp([x for x, _ in body.points.values()]))
+    mass = per_length * length
+    return dataclasses.replace(body, mass=mass, inertia=uniform_inertia(length, mass))
+
+
+def _mass_per_length(body: Body, wanted: float | None, depth: float) -> float:
+    """Of a bar [kg/m]; an `InputError` unless it is uniform, long enough and as heavy as its section and material."""
+    if not _is_bar(body):
+        raise InputError(
+            f"body '{body.name}' is to bend and is no uniform bar",
+            "points on its x axis, or in order along straight legs of which one is on it, with mass centre and inertia of a "
+            "uniform line; bend bars before payloads are fixed to them",
+        )
+    length = max(x for x, _ in body.points.values()) - min(x for x, _ in body.points.values())
+    if depth and length < SLENDER * depth:
+        raise InputError(
+            f"bar '{body.name}' of {length:g} m with a section {depth:g} m deep, which beam theory does not fit",
+            f"a bar of at least {SLENDER * depth:g} m, or a rigid one",
+        )
+    mass_per_length = body.mass / length
+    if wanted is not None and abs(wanted - mass_per_length) > SAME_MASS * wanted:
+        raise InputError(
+            f"bar '{body.name}' has a mass of {body.mass:g} kg, its section and material {wanted * length:.4g} kg",
+            f"both the same to within {SAME_MASS:.0%}",
+            f'bar_mass = "{wanted * length:.4g} kg", or mass = "section"',
+        )
+    return mass_per_length
 
 
 def cross_section(mechanism: Mechanism, place: BodyPoint) -> BodyPoint:
@@ -331,48 +331,27 @@ def cross_section(mechanism: Mechanism, place: BodyPoint) -> BodyPoint:
 
 
 def _bent(
-    mechanism: Mechanism, body: Body, stiffness: _Stiffness, elements: int | None, modes: int | None, more: Mapping[str, Any]
+    mechanism: Mechanism,
+    body: Body,
+    elements: int | None,
+    modes: int | None,
+    numbers: Mapping[str, Any],
+    time_function: TimeFunction | None,
 ) -> Mechanism:
-    if not _is_bar(body):
-        raise InputError(
-            f"body '{body.name}' is to bend and is no uniform bar",
-            "points on its x axis, or in order along straight legs of which one is on it, with mass centre and inertia of a "
-            "uniform line; bend bars before payloads are fixed to them",
-        )
+    """The mechanism with cross-sections, and what joins them, in place of a uniform bar."""
     named: dict[float, list[str]] = {}
     for point, (x, _) in body.points.items():
         named.setdefault(x, []).append(point)
     places = sorted(named)
     length = places[-1] - places[0]
-    if stiffness.depth and length < SLENDER * stiffness.depth:
-        raise InputError(
-            f"bar '{body.name}' of {length:g} m with a section {stiffness.depth:g} m deep, which beam theory does not fit",
-            f"a bar of at least {SLENDER * stiffness.depth:g} m, or a rigid one",
-        )
-    mass_per_length = body.mass / length
-    wanted = stiffness.mass_per_length
-    if wanted is not None and abs(wanted - mass_per_length) > SAME_MASS * wanted:
-        raise InputError(
-            f"bar '{body.name}' has a mass of {body.mass:g} kg, its section and material {wanted * length:.4g} kg",
-            f"both the same to within {SAME_MASS:.0%}",
-            f'bar_mass = "{wanted * length:.4g} kg", or mass = "section"',
-        )
     marks = [places[0]]
     for first, second in itertools.pairwise(places):
         count = max(1, math.ceil((elements or 0) * (second - first) / length - 1e-9))
         marks += [first + (second - first) * k / count for k in range(1, count)] + [second]
     origin = min(range(len(marks)), key=lambda k: abs(marks[k]))
     label = [body.name if k == origin else f"{body.name}/{k}" for k in range(len(marks))]
-    more = {
-        "axial_stiffness": stiffness.axial,
-        "bending_stiffness": stiffness.bending,
-        "mass_per_length": mass_per_length,
-        "depth": stiffness.depth,
-        "youngs_modulus": stiffness.youngs_modulus,
-        "yield_strength": stiffness.yield_strength,
-        **more,
-    }
-    nodes, where = _sections(body, marks, label, named, mass_per_length)
+    nodes, where = _sections(body, marks, label, named, numbers["mass_per_length"])
+    more = {**numbers, "time_function": time_function}
     if elements is None:
         beams: list[Any] = [FlexibleBar(f"{body.name}/beam", tuple(label), tuple(marks), modes=modes, **more)]
     else:
@@ -391,13 +370,12 @@ def _sections(
     spans = [second - first for first, second in itertools.pairwise(marks)]
     half = [0.5 * mass_per_length * span for span in spans]
     turned = [node_inertia(mass_per_length, span) for span in spans]
-    cos, sin = math.cos(body.placed_angle), math.sin(body.placed_angle)
     ox, oy = body.placed_position
     nodes, where = [], dict[str, str]()
     for k, mark in enumerate(marks):
         points = named.get(mark, [NODE])
         where |= dict.fromkeys(points, label[k]) if mark in named else {}
-        dx, dy = cos * mark, sin * mark
+        dx, dy = body.turned((mark, 0.0))
         nodes.append(
             Body(
                 name=label[k],
@@ -464,10 +442,10 @@ def _attached(mechanism: Mechanism, body: Body, where: dict[str, str], nodes: li
     return mechanism.with_parts(
         {
             "bodies": (*mechanism.bodies[:at], *nodes, *mechanism.bodies[at + 1 :]),
-            "joints": tuple(exchanged(part, f"joint '{part.name}'") for part in mechanism.joints),
-            "guides": tuple(exchanged(part, f"guide '{part.name}'") for part in mechanism.guides),
-            "welds": tuple(exchanged(part, f"weld '{part.name}'") for part in mechanism.welds),
-            "rods": tuple(exchanged(part, f"rod '{part.name}'") for part in mechanism.rods),
+            **{
+                field: tuple(exchanged(part, f"{what} '{part.name}'", free) for part in getattr(mechanism, field))
+                for field, what, free in REFERRING
+            },
             "couplings": tuple(
                 dataclasses.replace(
                     part,
@@ -479,7 +457,6 @@ def _attached(mechanism: Mechanism, body: Body, where: dict[str, str], nodes: li
                 dataclasses.replace(part, coordinate=exchanged(part.coordinate, f"drive '{part.name}'", ("body",)))
                 for part in mechanism.coordinate_drives
             ),
-            "latches": tuple(exchanged(part, f"latch '{part.name}'", ("body", "base")) for part in mechanism.latches),
             "components": (*components, *beams),
             "tracks": tuple(tracks),
         }

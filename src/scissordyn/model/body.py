@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Annotated
@@ -81,6 +81,11 @@ class Body:
         gyration = math.sqrt((self.inertia or 0.0) / self.mass)
         return max([math.hypot(*point) for point in (self.centre, *self.points.values())] + [gyration])
 
+    def turned(self, offset: Point) -> Point:
+        """An offset in its frame as one in the fixed frame at the start [m]."""
+        (x, y), cos, sin = offset, math.cos(self.placed_angle), math.sin(self.placed_angle)
+        return cos * x - sin * y, sin * x + cos * y
+
     def place(self, point: str) -> Point:
         """Position of a named point at the start [m]."""
         x, y = self.points[point]
@@ -96,6 +101,14 @@ def bar_points(length: float) -> dict[str, Point]:
 def uniform_inertia(length: float, mass: float) -> float:
     """Of a uniform bar about its middle [kg m^2]."""
     return mass * length**2 / 12.0
+
+
+def uniform_legs(mass: float, lengths: Sequence[float], middles: Sequence[Point]) -> tuple[Point, float]:
+    """Mass centre of straight legs with one mass per length, and their moment of inertia about it [kg m^2] (Steiner)."""
+    shares = [length / sum(lengths) for length in lengths]
+    x, y = (sum(share * middle[axis] for share, middle in zip(shares, middles, strict=True)) for axis in (0, 1))
+    legs = zip(shares, lengths, middles, strict=True)
+    return (x, y), mass * sum(share * (length**2 / 12.0 + math.dist(middle, (x, y)) ** 2) for share, length, middle in legs)
 
 
 @documented

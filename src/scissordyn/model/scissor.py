@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from scissordyn.component.place import GROUND, Point
 from scissordyn.errors import InputError
-from scissordyn.model.body import Body, bar, point_mass
+from scissordyn.model.body import Body, bar, point_mass, uniform_legs
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Gravity, GravityDirection, Mechanism
 from scissordyn.units import Meaning, Quantity, Sample, checked, documented
@@ -68,12 +68,7 @@ def scissor(
         Bodies "unit 1/bar 1", "unit 1/bar 2", ... and "slider"; joints "O" (ground pin), "A" (slider),
         "unit 1/pivot", ... and "unit 1/upper", "unit 1/lower" between units 1 and 2; guide "guide".
     """
-    if not 0.0 < angle < 0.5 * math.pi:
-        raise InputError(
-            f"angle = {math.degrees(angle):g} deg, at which the array cannot be assembled",
-            "an angle above 0 and below 90 deg",
-            Sample("angle", math.radians(30.0), "rad"),
-        )
+    _check_opening(0.5 * bar_length, 0.5 * bar_length, 0.0, angle)
     pinned, coupler = (1, 2) if driven_bar == "pinned" else (2, 1)
     lean = {1: angle, 2: -angle}
     height = bar_length * math.sin(angle) * (1.0 if driven_bar == "pinned" else -1.0)
@@ -122,17 +117,13 @@ def angulated_bar(
         With points "start", "pivot" and "end".
     """
     end = first + second * math.cos(kink), second * math.sin(kink)
-    fractions = first / (first + second), second / (first + second)
-    middles = (0.5 * first, 0.0), (0.5 * (first + end[0]), 0.5 * end[1])
-    centre = tuple(sum(fraction * middle[axis] for fraction, middle in zip(fractions, middles, strict=True)) for axis in (0, 1))
-    legs = zip(fractions, (first, second), middles, strict=True)
-    inertia = mass * sum(fraction * (leg**2 / 12.0 + math.dist(middle, centre) ** 2) for fraction, leg, middle in legs)
+    centre, inertia = uniform_legs(mass, (first, second), ((0.5 * first, 0.0), (0.5 * (first + end[0]), 0.5 * end[1])))
     return Body(
         name=name,
         mass=mass,
         inertia=inertia,
         points={"start": (0.0, 0.0), "pivot": (first, 0.0), "end": end},
-        centre=(centre[0], centre[1]),
+        centre=centre,
         position=position,
         angle=angle,
     )
@@ -178,7 +169,7 @@ def polar_scissor(
         "unit 1/upper" (outer), "unit 1/lower" (inner) between units 1 and 2; guide "guide".
     """
     _check_opening(inner, outer, kink, angle)
-    height = _height(inner, outer, kink, angle)
+    height = math.hypot(*_opening(inner, outer, kink, angle))
     return Mechanism(
         bodies=(
             *_curved_bars(units, inner, outer, kink, bar_mass, angle, (0.0, 0.0)),
@@ -298,16 +289,10 @@ def mast(
     )
 
 
-def _height(inner: float, outer: float, kink: float, angle: float) -> float:
-    """Distance between the inner and the outer end of a unit [m]."""
-    across = outer * math.cos(angle - 0.5 * kink) - inner * math.cos(angle + 0.5 * kink)
-    return math.hypot(across, outer * math.sin(angle - 0.5 * kink) + inner * math.sin(angle + 0.5 * kink))
-
-
-def _span(inner: float, outer: float, kink: float, angle: float) -> float:
-    """The angle that a unit spans [rad]."""
-    across = outer * math.cos(angle - 0.5 * kink) - inner * math.cos(angle + 0.5 * kink)
-    return 2.0 * math.atan2(across, outer * math.sin(angle - 0.5 * kink) + inner * math.sin(angle + 0.5 * kink))
+def _opening(inner: float, outer: float, kink: float, angle: float) -> Point:
+    """From the inner to the outer end of a unit, along the circumference and across it [m]."""
+    along = outer * math.cos(angle - 0.5 * kink) - inner * math.cos(angle + 0.5 * kink)
+    return along, outer * math.sin(angle - 0.5 * kink) + inner * math.sin(angle + 0.5 * kink)
 
 
 def _curved_bars(
@@ -315,10 +300,11 @@ def _curved_bars(
 ) -> tuple[Body, ...]:
     """The bars of units one after the other, clockwise, the first with its inner end at `start` on the y axis."""
     bodies: list[Body] = []
-    span, (x, y) = _span(inner, outer, kink, angle), start
+    (x, y), (along, across) = start, _opening(inner, outer, kink, angle)
+    span = 2.0 * math.atan2(along, across)
     for unit in range(1, units + 1):
-        along = -(unit - 0.5) * span
-        steep, flat = along + angle + 0.5 * kink, along - angle + 0.5 * kink
+        tangent = -(unit - 0.5) * span
+        steep, flat = tangent + angle + 0.5 * kink, tangent - angle + 0.5 * kink
         pivot = x + inner * math.cos(steep), y + inner * math.sin(steep)
         high = pivot[0] - outer * math.cos(flat), pivot[1] - outer * math.sin(flat)
         # bar 1 meets the pivot with its inner leg, bar 2 with its outer one; both bend clockwise there
@@ -331,9 +317,9 @@ def _curved_bars(
 
 def _check_opening(inner: float, outer: float, kink: float, angle: float) -> None:
     """Raise `InputError` unless the ends of a unit are apart, both across the array and along it."""
-    across = outer * math.sin(angle - 0.5 * kink) + inner * math.sin(angle + 0.5 * kink)
-    along = min(math.cos(angle - 0.5 * kink), math.cos(angle + 0.5 * kink))
-    if not (0.0 < angle < 0.5 * math.pi and across > 0.0 and along > 0.0):
+    _, across = _opening(inner, outer, kink, angle)
+    flattest = min(math.cos(angle - 0.5 * kink), math.cos(angle + 0.5 * kink))
+    if not (0.0 < angle < 0.5 * math.pi and across > 0.0 and flattest > 0.0):
         raise InputError(
             f"angle = {math.degrees(angle):g} deg, at which the array cannot be assembled",
             f"an angle above 0 and below {math.degrees(0.5 * math.pi - 0.5 * abs(kink)):g} deg",

@@ -11,8 +11,7 @@ from typing import Any
 import pytest
 
 from scissordyn.config.case import Case
-from scissordyn.config.change import changed
-from scissordyn.config.file import read_case
+from scissordyn.config.file import changed, read_case
 from scissordyn.config.part import PARTS
 from scissordyn.config.study import read_study
 from scissordyn.config.text import line_of, place_text

@@ -14,8 +14,8 @@ import numpy as np
 
 from scissordyn.component.actuator import Actuator
 from scissordyn.component.time_function import ConstantSpeed, Polynomial, Tabulated, TimeFunction
-from scissordyn.config.coupling import coordinate_words, coupling_lines
 from scissordyn.config.file import read_case
+from scissordyn.config.part import coordinate_words, coupling_lines
 from scissordyn.config.quantity import written
 from scissordyn.config.time_function import units_of
 from scissordyn.errors import InputError, command

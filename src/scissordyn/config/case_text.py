@@ -22,8 +22,7 @@ from scissordyn.component.time_function import (
 )
 from scissordyn.config.case import Case, CaseTable
 from scissordyn.config.code import Code, RecordedCode
-from scissordyn.config.coupling import ratio_unit
-from scissordyn.config.part import COMPONENT_SECTIONS
+from scissordyn.config.part import COMPONENT_SECTIONS, ratio_unit
 from scissordyn.config.quantity import exact
 from scissordyn.config.table import Context, instance, toml_entries
 from scissordyn.config.time_function import VALUES, powers, units_of

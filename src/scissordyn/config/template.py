@@ -10,7 +10,7 @@ from typing import Any
 
 from scissordyn.config.addition import ClearanceTable, ControlTable, GuideClearanceTable, PanelsTable, PayloadTable
 from scissordyn.config.case import CaseTable
-from scissordyn.config.change import changed
+from scissordyn.config.file import changed
 from scissordyn.config.fitted import Given, fitted
 from scissordyn.config.part import COMPONENT_SECTIONS, PARTS
 from scissordyn.config.structure import STRUCTURES

@@ -21,8 +21,7 @@ from scissordyn.config.addition import (
 )
 from scissordyn.config.case import CaseTable
 from scissordyn.config.code import Code
-from scissordyn.config.coupling import BacklashTable
-from scissordyn.config.part import PARTS, component_part
+from scissordyn.config.part import PARTS, BacklashTable, component_part
 from scissordyn.config.quantity import read_numbers, read_quantity, unit_factor, written
 from scissordyn.config.structure import STRUCTURES
 from scissordyn.config.table import Table, table_of

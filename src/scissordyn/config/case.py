@@ -61,6 +61,13 @@ def _read_values(given: Any, _: Context) -> Mapping[str, Any]:
     return MappingProxyType(dict(given))
 
 
+ADDITIONS = (
+    *("panels", "bending", "payload", "clearance", "guide_clearance"),
+    *("joint_friction", "drive", "control", "coupling"),
+)
+"""Tables that add to the mechanism of the structure and the parts, in their order: a later one replaces an earlier one."""
+
+
 class _CaseTable(Table):
     """A whole case file, apart from the components."""
 
@@ -89,46 +96,36 @@ class _CaseTable(Table):
             base = self.structure.fields()
         parts = {name: getattr(self, name) for name in PARTS}
         mechanism = assembled(base, parts | {"coupling": [table.result() for table in self.coupling]})
-        for section in ("panels", "bending", "payload"):
-            for index, change in enumerate(getattr(self, section)):
+        for section in ADDITIONS:
+            for index, table in enumerate(tables := getattr(self, section)):
                 with placed(section, index):
-                    mechanism = change.result(mechanism)
+                    mechanism = self._added(mechanism, section, table, tables[:index])
             if section == "panels" and self.structure.bars is not None:
                 with placed("structure"):
                     mechanism = self.structure.bars.result(mechanism)
-        mechanism = self._with_clearances(mechanism)
-        for index, friction in enumerate(self.joint_friction):
-            with placed("joint_friction", index):
-                mechanism = friction.result(mechanism)
-        driven = set[str]()
-        for index, table in enumerate(self.drive):
-            with placed("drive", index):
-                body = table.body or mechanism.input_body
-                if body in driven:
-                    raise InputError(f"body '{body}' driven twice", "one drive for each body")
-                driven.add(body)
-                mechanism = mechanism.driven(table.motion(), body=table.body)
-        for index, control in enumerate(self.control):
-            with placed("control", index):
-                mechanism = control.applied(mechanism, until=self.run.until if self.run else 0.0)
-        for index, table in enumerate(self.coupling):
-            with placed("coupling", index):
-                mechanism = table.opened(mechanism)
         return mechanism
 
-    def _with_clearances(self, mechanism: Mechanism) -> Mechanism:
-        """The mechanism with every [[clearance]] and [[guide_clearance]], in order: a later table replaces an earlier one."""
-        named = set[str]()
-        for index, table in enumerate(self.clearance):
-            with placed("clearance", index):
-                if table.joint in named:
-                    raise InputError(f"joint '{table.joint}' given twice", "one [[clearance]] for each joint")
-                named.add(table.joint)
-                mechanism = mechanism.with_clearance(table.joint, table.result())
-        for index, channel in enumerate(self.guide_clearance):
-            with placed("guide_clearance", index):
-                mechanism = mechanism.with_clearance(channel.guide, channel.result())
-        return mechanism
+    def _added(self, mechanism: Mechanism, section: str, table: Any, before: Sequence[Any]) -> Mechanism:
+        """The mechanism with what one table adds to it."""
+        match section:
+            case "clearance" if table.joint in [earlier.joint for earlier in before]:
+                raise InputError(f"joint '{table.joint}' given twice", "one [[clearance]] for each joint")
+            case "clearance":
+                return mechanism.with_clearance(table.joint, table.result())
+            case "guide_clearance":
+                return mechanism.with_clearance(table.guide, table.result())
+            case "drive":
+                body = table.body or mechanism.input_body
+                if body in [drive.body for drive in mechanism.drives]:
+                    raise InputError(f"body '{body}' driven twice", "one drive for each body")
+                return mechanism.driven(table.motion(), body=table.body)
+            case "control":
+                return table.applied(mechanism, until=self.run.until if self.run else 0.0)  # type: ignore[no-any-return]
+            case "coupling" if table.backlash is None:
+                return mechanism
+            case "coupling":
+                return table.backlash.result(mechanism, table.name)  # type: ignore[no-any-return]
+        return table.result(mechanism)  # type: ignore[no-any-return]
 
 
 _LISTS: Mapping[str, tuple[Reader, str]] = {

@@ -147,11 +147,6 @@ class CouplingTable(
     def check(self) -> None:
         self.result()
 
-    def opened(self, mechanism: Mechanism) -> Mechanism:
-        """The mechanism with the backlash of the coupling, if it has one."""
-        opened: Mechanism = mechanism if self.backlash is None else self.backlash.result(mechanism, self.name)
-        return opened
-
 
 COORDINATE_DRIVE: Hints = (
     ("coordinate", _COORDINATE),

@@ -128,8 +128,7 @@ class Body:
         """A tuple of other numbers."""
         assert isinstance(found.kind, Tuple)
         kept, old = self._kept(found), found.kind.items
-        inner = ", ".join(converted(Value(item_of(kept, k), old[k]), item).c for k, item in enumerate(kind.items))
-        return Value(f"({kind.c}){{{{{inner}}}}}" if kind.alike else f"({kind.c}){{{inner}}}", kind)
+        return Value(kind.of(converted(Value(item_of(kept, k), old[k]), item).c for k, item in enumerate(kind.items)), kind)
 
     def _raise(self, node: ast.Raise) -> None:
         """An error of a function that gives one number is NaN."""

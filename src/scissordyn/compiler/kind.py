@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, get_args, get_origin
 
@@ -31,6 +31,9 @@ class SourceError(TranslationError):
     """A kernel whose text is not to be had, as of a function that was typed at a prompt."""
 
 
+# Each type has its name in C, `c`, and its letter or word in the names of functions, `letter`.
+
+
 @dataclass(frozen=True)
 class Scalar:
     """A number."""
@@ -51,18 +54,12 @@ DUAL = Scalar("dual", "d", 3)  # A value and its derivatives, see dual.c
 class Record:
     """An entry of a structured array; expressions of it are pointers."""
 
-    name: str
+    c: str
     fields: tuple[tuple[str, Scalar], ...]
 
     @property
     def letter(self) -> str:
-        """In the names of functions."""
-        return self.name
-
-    @property
-    def c(self) -> str:
-        """Its name in C."""
-        return self.name
+        return self.c
 
 
 @dataclass(frozen=True)
@@ -74,12 +71,10 @@ class Array:
 
     @property
     def letter(self) -> str:
-        """In the names of functions."""
-        return f"{self.element.letter.upper() if isinstance(self.element, Scalar) else self.element.name}{self.dimensions}"
+        return f"{self.element.letter.upper() if isinstance(self.element, Scalar) else self.element.c}{self.dimensions}"
 
     @property
     def c(self) -> str:
-        """Its name in C."""
         return f"{self.letter}_array"
 
 
@@ -91,7 +86,6 @@ class Tuple:
 
     @property
     def letter(self) -> str:
-        """In the names of functions."""
         return "t" + "".join(item.letter for item in self.items)
 
     @property
@@ -101,33 +95,32 @@ class Tuple:
 
     @property
     def c(self) -> str:
-        """Its name in C."""
         return f"tuple_{len(self.items)}{self.items[0].letter}" if self.alike else f"tuple_{self.letter[1:]}"
+
+    def of(self, items: Iterable[str]) -> str:
+        """An expression for a tuple of such items; nothing, if it has none."""
+        inner = ", ".join(items)
+        return f"({self.c}){{{{{inner}}}}}" if self.alike else f"({self.c}){{{inner}}}" if self.items else ""
 
 
 class Struct:
     """A named tuple of arrays; expressions of it are pointers."""
 
     def __init__(self, name: str, fields: Mapping[str, Kind]) -> None:
-        self.name, self.fields = name, dict(fields)
         self.letter = self.c = name
+        self.fields = dict(fields)
 
 
 @dataclass(frozen=True)
 class Called:
-    """A function that is handed to another one."""
+    """A function that is handed to another one; it is nothing in C: who calls it is translated for it."""
 
     function: Any
+    c = ""
 
     @property
     def letter(self) -> str:
-        """In the names of functions."""
         return f"{getattr(self.function, '__module__', '')}.{getattr(self.function, '__qualname__', self.function)}"
-
-    @property
-    def c(self) -> str:
-        """It is nothing in C: who calls it is translated for it."""
-        return ""
 
 
 @dataclass(frozen=True)
@@ -135,16 +128,11 @@ class Functions:
     """A named tuple of functions, nothing in C either."""
 
     named: Any
+    c = ""
 
     @property
     def letter(self) -> str:
-        """In the names of functions."""
         return f"functions_{id(self.named)}"
-
-    @property
-    def c(self) -> str:
-        """Nothing."""
-        return ""
 
 
 Kind = Scalar | Record | Array | Tuple | Struct | Called | Functions
@@ -212,7 +200,7 @@ def _element(dtype: np.dtype, name: str, types: dict[Any, Any], number: Scalar =
         return kinds[dtype.kind]
     fields = tuple((field, kinds[dtype[field].kind]) for field in dtype.names)
     if fields not in types:
-        taken = [kind.name for kind in types.values()]
+        taken = [kind.c for kind in types.values()]
         named = f"{name}_record" if f"{name}_record" not in taken else f"{name}_record_{len(taken)}"
         types[fields] = Record(named, fields)
     record: Record = types[fields]
@@ -238,9 +226,7 @@ def converted(value: Value, kind: Kind) -> Value:
         return Value(f"as_dual({value.c})", DUAL)
     old = Value("kept_0", value.kind)
     items = (converted(Value(item_of(old, k), value.kind.items[k]), item).c for k, item in enumerate(kind.items))
-    text = ", ".join(items)
-    text = f"{{{{{text}}}}}" if kind.alike else f"{{{text}}}"
-    return Value(f"({{ {value.kind.c} kept_0 = {value.c}; ({kind.c}){text}; }})", kind)
+    return Value(f"({{ {value.kind.c} kept_0 = {value.c}; {kind.of(items)}; }})", kind)
 
 
 def item_of(base: Value, at: int) -> str:

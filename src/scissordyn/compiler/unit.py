@@ -92,9 +92,7 @@ class Unit:
             parts = [self.constant(part, name) for part in value]
             kind = Tuple(tuple(part.kind for part in parts))
             self.use(kind)
-            inner = ", ".join(part.c for part in parts)
-            braces = f"{{{{{inner}}}}}" if parts and kind.alike else f"{{{inner}}}"
-            return Value(f"({kind.c}){braces}" if parts else "", kind, value)
+            return Value(kind.of(part.c for part in parts), kind, value)
         if isinstance(value, np.ndarray):
             return self._table(value, name)
         if value is None or isinstance(value, str):
@@ -107,11 +105,8 @@ class Unit:
             parts = [converted(part, DUAL if part.kind == FLOAT else part.kind) for part in parts]
         kind = Tuple(tuple(part.kind for part in parts))
         self.use(kind)
-        inner = ", ".join(part.c for part in parts)
         constant = tuple(part.constant for part in parts) if all(part.constant is not None for part in parts) else None
-        return Value(
-            f"({kind.c}){{{{{inner}}}}}" if parts and kind.alike else f"({kind.c}){{{inner}}}" if parts else "", kind, constant
-        )
+        return Value(kind.of(part.c for part in parts), kind, constant)
 
     def _table(self, value: np.ndarray, name: str) -> Value:
         kind = kind_of(value)
@@ -265,7 +260,7 @@ class Unit:
 
     def _types(self) -> list[str]:
         records = [kind for kind in self.types.values() if isinstance(kind, Record)]
-        texts = [_struct(record.name, record.fields) for record in records]
+        texts = [_struct(record.c, record.fields) for record in records]
         for name, array in self.arrays.items():
             counts = [(f"n{k}", INT) for k in range(array.dimensions)] + ([("s", INT)] if array.dimensions == 2 else [])
             fields = " ".join(f"{kind.c} {count};" for count, kind in counts)
@@ -276,7 +271,7 @@ class Unit:
             else:
                 texts.append(_struct(name, [(f"e{k}", item) for k, item in enumerate(kind.items)]))
         structs = [kind for kind in self.types.values() if isinstance(kind, Struct)]  # inner ones before those that have them
-        return texts + [_struct(struct.name, list(struct.fields.items())) for struct in structs]
+        return texts + [_struct(struct.c, list(struct.fields.items())) for struct in structs]
 
     def _tables(self) -> list[str]:
         texts = []

@@ -284,11 +284,8 @@ class Mechanism:
         """
         if (motion is None) == (speed is None):
             raise InputError("driven() with both or neither of motion and speed", "one of them", "driven(speed=rpm(150))")
-        chosen = body or self.input_body
-        if not chosen:
-            raise InputError("driven() without a body, on a mechanism without an input body", "driven(..., body=NAME)")
+        chosen, others = self._undriven("driven", body)
         drive = Drive(chosen, ConstantSpeed(speed) if motion is None else motion)  # type: ignore[arg-type]
-        others = tuple(other for other in self.drives if other.body != chosen)
         return self.with_parts({"drives": (*others, drive)})
 
     @documented
@@ -316,9 +313,7 @@ class Mechanism:
         -------
         Mechanism
         """
-        chosen = body or self.input_body
-        if not chosen:
-            raise InputError("controlled() without a body, on a mechanism without an input body", "controlled(..., body=NAME)")
+        chosen, others = self._undriven("controlled", body)
         if reference is not None and speed is not None:
             raise InputError(
                 "controlled() with both reference and speed", "one of them", "controlled(PID(100.0), speed=rpm(150))"
@@ -349,8 +344,14 @@ class Mechanism:
             inertia=inertia,
             start_on_reference=start_on_reference and first and reference is not None and base == GROUND,
         )
-        others = tuple(other for other in self.drives if other.body != chosen)
         return dataclasses.replace(self, drives=others, components=(*self.components, actuator))
+
+    def _undriven(self, method: str, body: str) -> tuple[str, tuple[Drive, ...]]:
+        """The body that a method means, and the drives of other bodies."""
+        chosen = body or self.input_body
+        if not chosen:
+            raise InputError(f"{method}() without a body, on a mechanism without an input body", f"{method}(..., body=NAME)")
+        return chosen, tuple(other for other in self.drives if other.body != chosen)
 
     @documented
     @checked

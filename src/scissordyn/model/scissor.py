@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
+from collections.abc import Iterable
 from typing import Annotated, Literal
 
 from scissordyn.component.place import GROUND, Point
@@ -37,6 +39,33 @@ def joints_of_units(
             ends = (f"unit {unit}/bar {here}", "end"), (f"unit {following}/bar {there}", "start")
             joints.append(Revolute(f"unit {unit}/{side}", *ends))
     return tuple(joints)
+
+
+def _with_slider(
+    bars: Iterable[Body],
+    joints: Iterable[Revolute],
+    slider: Body,
+    gravity: float,
+    gravity_direction: float,
+    *,
+    direction: float = 0.5 * math.pi,
+    pinned: int = 1,
+) -> Mechanism:
+    """An array with one bar of its first unit pinned at the origin, and the other at a slider on a line through the origin."""
+    return Mechanism(
+        bodies=(*bars, slider),
+        joints=(
+            Revolute("O", (f"unit 1/bar {pinned}", "start"), (GROUND, "origin")),
+            Revolute("A", (f"unit 1/bar {3 - pinned}", "start"), ("slider", "centre")),
+            *joints,
+        ),
+        guides=(Guide("guide", ("slider", "centre"), direction=direction),),
+        ground=(("origin", (0.0, 0.0)),),
+        gravity=gravity,
+        gravity_direction=gravity_direction,
+        input_body="unit 1/bar 1",
+        output_body="slider",
+    )
 
 
 @documented
@@ -80,21 +109,9 @@ def scissor(
         for number in (1, 2):
             name = f"unit {unit}/bar {number}"
             bodies.append(bar(name, length=bar_length, mass=bar_mass, position=starts[number], angle=lean[number]))
-    bodies.append(point_mass("slider", mass=slider_mass, position=(0.0, height)))
-    supports = (
-        Revolute("O", (f"unit 1/bar {pinned}", "start"), (GROUND, "origin")),
-        Revolute("A", (f"unit 1/bar {coupler}", "start"), ("slider", "centre")),
-    )
-    return Mechanism(
-        bodies=tuple(bodies),
-        joints=(*supports, *joints_of_units(units, pivot="middle")),
-        guides=(Guide("guide", ("slider", "centre"), direction=0.5 * math.pi),),
-        ground=(("origin", (0.0, 0.0)),),
-        gravity=gravity,
-        gravity_direction=gravity_direction,
-        input_body="unit 1/bar 1",
-        output_body="slider",
-    )
+    slider = point_mass("slider", mass=slider_mass, position=(0.0, height))
+    joints = joints_of_units(units, pivot="middle")
+    return _with_slider(bodies, joints, slider, gravity, gravity_direction, pinned=pinned)
 
 
 @documented
@@ -169,24 +186,10 @@ def polar_scissor(
         "unit 1/upper" (outer), "unit 1/lower" (inner) between units 1 and 2; guide "guide".
     """
     _check_opening(inner, outer, kink, angle)
+    bars = _curved_bars(units, inner, outer, kink, bar_mass, angle, (0.0, 0.0))
     height = math.hypot(*_opening(inner, outer, kink, angle))
-    return Mechanism(
-        bodies=(
-            *_curved_bars(units, inner, outer, kink, bar_mass, angle, (0.0, 0.0)),
-            point_mass("slider", mass=slider_mass, position=(0.0, height)),
-        ),
-        joints=(
-            Revolute("O", ("unit 1/bar 1", "start"), (GROUND, "origin")),
-            Revolute("A", ("unit 1/bar 2", "start"), ("slider", "centre")),
-            *joints_of_units(units, pivot="pivot"),
-        ),
-        guides=(Guide("guide", ("slider", "centre"), direction=0.5 * math.pi),),
-        ground=(("origin", (0.0, 0.0)),),
-        gravity=gravity,
-        gravity_direction=gravity_direction,
-        input_body="unit 1/bar 1",
-        output_body="slider",
-    )
+    slider = point_mass("slider", mass=slider_mass, position=(0.0, height))
+    return _with_slider(bars, joints_of_units(units, pivot="pivot"), slider, gravity, gravity_direction)
 
 
 @documented
@@ -266,26 +269,17 @@ def mast(
         for number, start, lean in ((1, 0.0, angle), (2, width, math.pi - angle)):
             name = f"unit {unit}/bar {number}"
             bodies.append(bar(name, length=bar_length, mass=bar_mass, position=(start, level), angle=lean))
-    bodies.append(point_mass("slider", mass=slider_mass, position=(width, 0.0)))
-    joints = [
-        Revolute("O", ("unit 1/bar 1", "start"), (GROUND, "origin")),
-        Revolute("A", ("unit 1/bar 2", "start"), ("slider", "centre")),
-        *joints_of_units(units, pivot="middle", sides=("right", "left")),
-    ]
-    guides = [Guide("guide", ("slider", "centre"))]
-    if platform_mass is not None:
-        bodies.append(bar("platform", length=bar_length, mass=platform_mass, position=(0.0, units * storey)))
-        joints.append(Revolute("platform pin", (f"unit {units}/bar 2", "end"), ("platform", "start")))
-        guides.append(Guide("platform guide", (f"unit {units}/bar 1", "end"), body="platform"))
-    return Mechanism(
-        bodies=tuple(bodies),
-        joints=tuple(joints),
-        guides=tuple(guides),
-        ground=(("origin", (0.0, 0.0)),),
-        gravity=gravity,
-        gravity_direction=gravity_direction,
-        input_body="unit 1/bar 1",
-        output_body="slider",
+    joints = joints_of_units(units, pivot="middle", sides=("right", "left"))
+    slider = point_mass("slider", mass=slider_mass, position=(width, 0.0))
+    bare = _with_slider(bodies, joints, slider, gravity, gravity_direction, direction=0.0)
+    if platform_mass is None:
+        return bare
+    platform = bar("platform", length=bar_length, mass=platform_mass, position=(0.0, units * storey))
+    return dataclasses.replace(
+        bare,
+        bodies=(*bare.bodies, platform),
+        joints=(*bare.joints, Revolute("platform pin", (f"unit {units}/bar 2", "end"), ("platform", "start"))),
+        guides=(*bare.guides, Guide("platform guide", (f"unit {units}/bar 1", "end"), body="platform")),
     )
 
 

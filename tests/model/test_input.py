@@ -1,13 +1,20 @@
-"""Values of the wrong type or size in Python: one line where they are given, with what to write instead."""
+"""Values in Python that do not fit: one line where they are given; and numbers out of all proportion to their mechanism."""
 
 from __future__ import annotations
 
+import dataclasses
+import json
+import re
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import scissordyn as sd
+from scissordyn.config.file import read_case
+from scissordyn.model.check import proportion_warnings
+from scissordyn.model.mechanism import Mechanism
 from scissordyn.units import RANGES, Quantity
 
 ARM = sd.scissor(units=1)
@@ -150,3 +157,99 @@ def test_equal_mechanisms_have_one_hash() -> None:
     arms = [sd.scissor(units=2).with_clearance("all", sd.Clearance(0.1e-3)) for _ in range(2)]
     assert arms[0] == arms[1]
     assert len({*arms, sd.scissor(units=2)}) == 2
+
+
+def test_both_spellings_are_the_same_mechanism() -> None:
+    """Contract: "BODY.POINT" and (BODY, POINT) give equal parts, wherever a body and a point are named."""
+    arm = sd.scissor(units=2)
+    for made in (
+        lambda point, other: sd.Revolute("pin", point, other),
+        lambda point, other: sd.Spring("spring", point, other, 10.0),
+        lambda point, other: sd.Rod("rod", point, other),
+        lambda point, other: sd.Weld("weld", point, other),
+        lambda point, other: sd.Force("push", point, (1.0, 0.0)),
+        lambda point, other: sd.Guide("guide", point, (0.0, 0.0), 0.0),
+        lambda point, other: sd.common_pin("pin", point, other),
+        lambda point, other: sd.with_payload(arm, point, 2.0),
+        lambda point, other: arm.controlled(sd.PID(10.0), sensor=point),
+        lambda point, other: arm.place(point),
+    ):
+        pairs = ("unit 2/bar 1", "end"), ("unit 1/bar 2", "start")
+        assert made(*map(".".join, pairs)) == made(*pairs)
+
+
+def test_a_joint_goes_before_a_point() -> None:
+    """Contract: where a joint or a point may be named, the name of a joint is a joint."""
+    arm = sd.scissor(units=1)
+    assert arm.joint_or_point("A") == arm.joint("A")
+    assert arm.joint_or_point("slider.centre") == ("slider", "centre")
+    with pytest.raises(sd.InputError, match="joint 'B'"):
+        arm.joint_or_point("B")
+
+
+@pytest.mark.parametrize("given", ["", "end", ".end", "bar.", ("bar",), 3])
+def test_what_is_no_point(given: object) -> None:
+    """Contract: one line that says what is wanted."""
+    with pytest.raises(sd.InputError, match=r"joint 'pin'|Revolute"):
+        sd.Revolute("pin", given, ("ground", "O"))  # type: ignore[arg-type]
+
+
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
+
+
+def arm(**surfaces: float) -> Mechanism:
+    """The array of the paper, of two units of 2 m, with clearance at A."""
+    return sd.scissor(units=2).with_clearance("A", sd.Clearance(**{"clearance": 5e-4, **surfaces}))  # type: ignore[arg-type]
+
+
+def changed(mechanism: Mechanism, name: str, **facts: object) -> Mechanism:
+    """With other facts of one body."""
+    bodies = tuple(dataclasses.replace(b, **facts) if b.name == name else b for b in mechanism.bodies)  # type: ignore[arg-type]
+    return dataclasses.replace(mechanism, bodies=bodies)
+
+
+def rotor(inertia: float) -> Mechanism:
+    """With a motor."""
+    motor = sd.Motor("m", "unit 1/bar 1", 1.0, 10.0, inertia=inertia)
+    return dataclasses.replace(arm(), components=(motor,))
+
+
+@pytest.mark.parametrize(
+    ("mechanism", "message"),
+    [
+        (
+            arm(bearing_length=1e6),
+            r"joint 'A' has a bearing length of 1e\+06 m, .* times the size of the mechanism; check its unit",
+        ),
+        (arm(journal_radius=1e6), r"joint 'A' has a journal radius of 1e\+06 m"),
+        (arm(clearance=0.5, journal_radius=1.0), r"joint 'A' has a clearance of 0\.5 m, 0\.2"),
+        (changed(arm(), "slider", mass=1e9), r"body 'slider' has a mass of 1e\+09 kg, .* times that of body 'unit 1/bar 1'"),
+        (changed(arm(), "unit 1/bar 1", inertia=1e9), r"body 'unit 1/bar 1' has a radius of gyration of"),
+        (rotor(1e9), r"motor 'm' has a rotor of 1e\+09 kg m\^2"),
+    ],
+)
+def test_absurd_numbers_are_told_once(mechanism: Mechanism, message: str) -> None:
+    """Limit: a number a million times beyond the mechanism's own has one warning, with its name and the proportion."""
+    (said,) = proportion_warnings(mechanism)
+    assert re.match(message, said)
+
+
+def test_a_run_and_a_check_tell_it(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    """Contract: the warning stands in a run, in many runs, and on the terminal before a run."""
+    from scissordyn.cli.main import status_of
+    from scissordyn.config.template import template
+
+    wide = arm(bearing_length=1e6).driven(speed=1.0)
+    (expected,) = proportion_warnings(wide)
+    assert expected in json.loads(sd.simulate(wide, until=1e-3, samples=3).attrs["warnings"])
+    many = sd.simulate_many(wide, {"A.clearance": [4e-4, 5e-4]}, until=1e-3)
+    assert all(expected in text.splitlines() for text in many["warnings"].values.tolist())
+    (tmp_path / "case.toml").write_text(template("scissor"), encoding="utf-8")
+    assert status_of(["check", str(tmp_path / "case.toml"), "--set", "A.bearing_length=1e9 mm"]) == 0
+    assert "has a bearing length of 1e+06 m" in " ".join(capsys.readouterr().out.split())
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_examples_are_in_proportion(path: Path) -> None:
+    """Limit: no ordinary mechanism is told to be absurd."""
+    assert proportion_warnings(read_case(path).mechanism) == []

@@ -1,12 +1,69 @@
-"""Numbers of a mechanism, by their parameter paths."""
+"""Which parts of a mechanism are meant, and which of their numbers: patterns, parameter paths, and the walk over all values."""
+
+from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import pytest
 
 import scissordyn as sd
 from scissordyn.errors import InputError
-from scissordyn.model.parameter_path import find, number
+from scissordyn.model.parameter_path import find, matching, number
+from scissordyn.model.walk import at, given, is_described, leaves, replaced
+
+PIN = sd.Clearance(0.5e-3)
+
+
+def clearance_joints(*patterns):
+    return [joint.name for joint in sd.scissor(units=3).with_clearance(patterns, PIN).clearance_joints]
+
+
+@pytest.mark.parametrize(
+    ("patterns", "expected"),
+    [
+        (("A",), ["A"]),
+        (("unit 2/pivot", "O"), ["O", "unit 2/pivot"]),
+        (("pivots",), ["unit 1/pivot", "unit 2/pivot", "unit 3/pivot"]),
+        (("ends",), ["unit 1/upper", "unit 1/lower", "unit 2/upper", "unit 2/lower"]),
+        (("unit 2/*",), ["unit 2/pivot", "unit 2/upper", "unit 2/lower"]),
+        (("unit [13]/pivot", "A"), ["A", "unit 1/pivot", "unit 3/pivot"]),
+    ],
+)
+def test_patterns(patterns, expected):
+    """Contract: names, words and patterns choose the joints they say, in the order of the mechanism."""
+    assert clearance_joints(*patterns) == expected
+
+
+def test_all():
+    """Contract: "all" is every revolute joint, and a single string is as good as a list of one."""
+    arm = sd.scissor(units=3)
+    assert arm.with_clearance("all", PIN).clearance_joints == arm.with_clearance(["*"], PIN).clearance_joints
+    assert arm.with_clearance("all", PIN).ideal_joints == ()
+    assert arm.with_clearance("all", PIN).ideal() == arm
+
+
+def test_a_name_goes_before_a_word():
+    """Contract: a joint that is called like a word or a pattern is itself."""
+    assert matching("joint", "all", ("all", "other")) == ("all",)
+    assert matching("joint", "a[1]", ("a1", "a[1]")) == ("a[1]",)
+
+
+@pytest.mark.parametrize(
+    ("pattern", "hint"), [("unit 1/pivto", "did you mean 'unit 1/pivot'"), ("pivot", "did you mean"), ("unit 9/*", "pattern")]
+)
+def test_nothing_matches(pattern, hint):
+    """Contract: a pattern that matches nothing is refused with the nearest name."""
+    with pytest.raises(InputError, match="joint") as caught:
+        sd.scissor(units=3).with_clearance(pattern, PIN)
+    assert hint in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_no_names():
+    """Contract: an empty list of joints is an error, not a mechanism that stays as it was."""
+    with pytest.raises(InputError, match="no joint named"):
+        sd.scissor(units=3).with_clearance([], PIN)
 
 
 @pytest.fixture
@@ -90,3 +147,40 @@ def test_a_mass_that_stands_twice_does_not_change_alone():
     for change in (lambda: number(bent, parameter), lambda: bent.replace(parameter, 3.0)):
         with pytest.raises(InputError, match="changed alone; allowed: the section or material"):
             change()
+
+
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
+
+
+@pytest.mark.parametrize("case", EXAMPLES, ids=lambda path: path.stem)
+def test_every_value_is_found_and_replaced_at_its_path(case: Path) -> None:
+    """Contract: what the walk meets is at its path, and another number there changes that one value alone."""
+    mechanism = sd.read_case(case).mechanism
+    met = list(leaves(mechanism))
+    assert len({leaf.path for leaf in met}) == len(met) > 10
+    assert all(at(mechanism, leaf.path) is leaf.value for leaf in met)
+    masses = [leaf for leaf in met if leaf.quantity is not None and leaf.quantity.unit == "kg"]
+    assert masses
+    for leaf in masses[:4]:
+        new = replaced(mechanism, leaf.path, 1.25 * leaf.value)
+        changed = [(one.path, two.value) for one, two in zip(met, leaves(new), strict=True) if one.value != two.value]
+        assert changed == [(leaf.path, 1.25 * leaf.value)]
+
+
+@pytest.mark.parametrize("case", EXAMPLES, ids=lambda path: path.stem)
+def test_what_is_given_makes_the_same(case: Path) -> None:
+    """Contract: the fields that are not their default, handed to the class, make an equal description."""
+    mechanism = sd.read_case(case).mechanism
+    parts = [part for field in ("bodies", "joints", "guides", "drives", "components") for part in getattr(mechanism, field)]
+    assert parts
+    assert all(map(is_described, parts))
+    for part in (mechanism, *parts):
+        assert type(part)(**{field.name: value for field, value in given(part)}) == part
+
+
+def test_a_tuple_with_a_unit_is_one_value() -> None:
+    """Contract: points are values in metres by their names; the sign of a zero is no default."""
+    body = sd.Body("rod", 1.0, 0.1, points={"tip": (0.2, 0.0)}, centre=(-0.0, 0.0))
+    units = {leaf.path: leaf.quantity.unit for leaf in leaves(body) if leaf.quantity is not None}
+    assert units["points", "tip"] == units["centre",] == "m"
+    assert [field.name for field, _ in given(body)] == ["name", "mass", "inertia", "points", "centre"]

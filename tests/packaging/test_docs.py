@@ -1,10 +1,11 @@
-"""The documentation: links, numbered equations, public names, and tutorials that run."""
+"""The documentation: links, numbered equations, public names, the README, and tutorials that run."""
 
 import ast
 import importlib
 import importlib.util
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -20,11 +21,12 @@ ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 GENERATED = ("api/", "theory/catalogue.md")
 PAGES = sorted(path for path in DOCS.rglob("*.md") if not str(path.relative_to(DOCS)).startswith(GENERATED))
+README = ROOT / "README.md"
 NUMBERED = re.compile(r"\\tag\{([A-Z]\d+)\}")  # The name of an equation of docs/theory
 
 
 def name(path: Path) -> str:
-    return str(path.relative_to(DOCS))
+    return str(path.relative_to(ROOT))
 
 
 def blocks(text: str, language: str) -> list[str]:
@@ -32,7 +34,7 @@ def blocks(text: str, language: str) -> list[str]:
     return re.findall(rf"^```{re.escape(language)}[^\n]*\n(?::tags:[^\n]*\n)?(.*?)^```", text, flags=re.MULTILINE | re.DOTALL)
 
 
-@pytest.mark.parametrize("page", PAGES, ids=name)
+@pytest.mark.parametrize("page", [*PAGES, README, ROOT / "CONTRIBUTING.md"], ids=name)
 def test_links(page: Path) -> None:
     """Contract: every relative link and picture of a page exists; the generated pages are those of `docs/_generate.py`."""
     text = re.sub(r"^```.*?^```", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
@@ -94,7 +96,7 @@ def used_names(code: str) -> set[tuple[str, str]]:
 
 def executed() -> list[Path]:
     """Pages whose code tests execute: `tests/test_documents.py`, the tutorials below, and the README."""
-    return [*DOCS.glob("*.md"), *(DOCS / "howto").glob("*.md"), *(DOCS / "tutorials").glob("*.md"), ROOT / "README.md"]
+    return [*DOCS.glob("*.md"), *(DOCS / "howto").glob("*.md"), *(DOCS / "tutorials").glob("*.md"), README]
 
 
 def generator() -> Any:
@@ -209,3 +211,72 @@ def test_every_doi_is_in_the_bibliography() -> None:
         named = (doi.lower() for doi in dois(path.read_text(encoding="utf-8")) if not doi.startswith("10.1000/"))  # of examples
         unknown = [doi for doi in named if doi not in known]
         assert not unknown, f"{path.relative_to(ROOT)}: {unknown}"
+
+
+def test_python_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    """Cross-check: the lines of Python run as they stand and print a peak force and a predictability horizon within the run."""
+    (code,) = blocks(README.read_text(encoding="utf-8"), "python")
+    assert len(code.splitlines()) <= 10
+    exec(compile(code, "README.md", "exec"), {})
+    found = re.fullmatch(r"(\d+) N, predictable until (0\.\d+) s\n", capsys.readouterr().out)
+    assert found
+    assert float(found[1]) > 1e4
+    assert 0.01 < float(found[2]) <= 0.05
+
+
+def test_the_checks_call_what_is_named() -> None:
+    """Contract: the commands of make on the page are targets with their set-up, and the checks call the tests by the same."""
+    named = re.findall(r"\bmake (\w+)", "".join(blocks(README.read_text(encoding="utf-8"), "sh")))
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    assert {"paper", "test"} <= set(named)
+    for target in named:
+        assert re.search(rf"^{target}: \.venv/\.\w+$", makefile, flags=re.MULTILINE), target
+    called = re.findall(r"^(?:env .*)?make (\w+)$", (ROOT / ".ci" / "run").read_text(encoding="utf-8"), flags=re.MULTILINE)
+    assert "test" in called
+    assert set(called) <= set(named)
+
+
+BROWSER = shutil.which("chromium") or shutil.which("chromium-browser")
+OFFLINE = (
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--host-resolver-rules=MAP * ~NOTFOUND",
+    "--virtual-time-budget=30000",
+)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(BROWSER is None, reason="no chromium")
+@pytest.mark.skipif(importlib.util.find_spec("myst_nb") is None, reason="the site's requirements are not installed")
+def test_equations_render_without_a_network(tmp_path: Path) -> None:
+    """Contract: every displayed equation of the theory becomes a picture, and none an error."""
+    theory = "\n".join(path.read_text(encoding="utf-8") for path in sorted((ROOT / "docs" / "theory").glob("*.md")))
+    equations = re.findall(r"^\$\$\n.*?^\$\$\n", theory, flags=re.MULTILINE | re.DOTALL)
+    assert len(equations) > 30
+    source = tmp_path / "source"
+    source.mkdir()
+    (source / "index.md").write_text("# Equations\n\n" + "\n".join(equations), encoding="utf-8")
+    command = [
+        sys.executable,
+        "-m",
+        "sphinx",
+        "-b",
+        "html",
+        "-q",
+        "-c",
+        str(ROOT / "docs"),
+        str(source),
+        str(tmp_path / "site"),
+    ]
+    subprocess.run(command, check=True, timeout=300, cwd=tmp_path)
+    page = (tmp_path / "site" / "index.html").as_uri()
+    shown = subprocess.run(
+        [str(BROWSER), *OFFLINE, f"--user-data-dir={tmp_path / 'profile'}", "--dump-dom", page],
+        check=True,
+        timeout=120,
+        capture_output=True,
+        text=True,
+    ).stdout
+    assert re.findall(r'data-mjx-error="([^"]*)"', shown) == []
+    assert len(re.findall(r"<mjx-container[^>]*display=\"true\"", shown)) == len(equations)

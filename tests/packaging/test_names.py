@@ -1,4 +1,4 @@
-"""What a user is shown of the package: `dir`, tab completion, and the function that has the name of a room."""
+"""What a user is shown of the package: names, completion, the function with the name of a room; constants are bound once."""
 
 import ast
 import importlib
@@ -6,6 +6,7 @@ import importlib.util
 import json
 import subprocess
 import sys
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -62,3 +63,22 @@ def test_what_programs_import(program: Path) -> None:
             module = importlib.import_module(str(node.module))
             for name in (alias.name for alias in node.names):
                 assert hasattr(module, name) or importlib.util.find_spec(f"{node.module}.{name}"), f"{node.module}.{name}"
+
+
+def bound(module: Path) -> Counter[str]:
+    """How often each name is bound by a plain statement of a module: what a condition chooses is bound once."""
+    found: Counter[str] = Counter()
+    for statement in ast.parse(module.read_text(encoding="utf-8")).body:
+        if isinstance(statement, ast.Assign):
+            found.update(each.id for target in statement.targets for each in ast.walk(target) if isinstance(each, ast.Name))
+        elif isinstance(statement, ast.AnnAssign) and isinstance(statement.target, ast.Name) and statement.value is not None:
+            found[statement.target.id] += 1
+    return found
+
+
+def test_a_module_binds_each_constant_once() -> None:
+    """Identity: a constant that is bound a second time changes, in silence, what functions above read."""
+    modules = [path for room in ("scissordyn", "scissordyn_paper") for path in (ROOT / "src" / room).rglob("*.py")]
+    assert len(modules) > 400
+    twice = {str(path): name for path in modules for name, times in bound(path).items() if times > 1 and name.isupper()}
+    assert not twice

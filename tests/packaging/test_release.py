@@ -1,11 +1,13 @@
-"""What a release takes: the sdist, the conda recipe, forms, and workflows that cannot be changed under it."""
+"""What a release takes: sdist, conda recipe, forms, and workflows that can run and cannot be changed under it."""
 
+import ast
 import re
 import shutil
 import subprocess
 import sys
 import tarfile
 import tomllib
+from importlib.metadata import PackageNotFoundError, packages_distributions, requires
 from pathlib import Path
 
 import pytest
@@ -14,8 +16,86 @@ import yaml
 import scissordyn as sd
 
 ROOT = Path(__file__).parents[2]
-GITHUB = ROOT / ".github"
+WORKFLOW = (ROOT / ".github" / "workflows" / "ci.yml").read_text(encoding="utf-8")
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+OWN = {"scissordyn", "scissordyn_paper", "benchmarks", "validation", "reference", "conftest"}
+
+
+def plain(requirement: str) -> str:
+    """The name of a requirement, as indexes compare it."""
+    return re.split(r"[\s\[<>=!~;]", requirement.strip())[0].lower().replace("_", "-")
+
+
+def installed(extras: set[str]) -> set[str]:
+    """The distributions that the package needs with these extras, and what they need in turn."""
+    wanted = [*PROJECT["dependencies"], *(one for extra in extras for one in PROJECT["optional-dependencies"][extra])]
+    found: set[str] = set()
+    while wanted:
+        one = plain(wanted.pop())
+        if one in found:
+            continue
+        found.add(one)
+        try:
+            wanted += [line for line in requires(one) or () if "extra ==" not in line]
+        except PackageNotFoundError:
+            continue
+    return found
+
+
+def imported(folder: str) -> set[str]:
+    """The modules that the sources of a folder import, without their own and those of Python."""
+    names: set[str] = set()
+    for path in (ROOT / folder).rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                names |= {alias.name.split(".")[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+                names.add(node.module.split(".")[0])
+    local = {path.stem for path in (ROOT / folder).rglob("*.py")}
+    return names - OWN - local - set(sys.stdlib_module_names)
+
+
+def test_ci_installs_what_the_tests_import() -> None:
+    """Contract: with the extras of the workflow, but for peers and pictures of a browser, which tests skip without."""
+    (extras,) = set(re.findall(r'--editable "\.\[([\w,]+)\]"', WORKFLOW))
+    there = installed(set(extras.split(",")))
+    distributions = packages_distributions()
+    missing = {
+        name
+        for name in imported("tests") | imported("src")
+        if name in distributions and not {plain(one) for one in distributions[name]} & there
+    }
+    assert missing <= {"exudyn", "numbalsoda"}, missing
+
+
+def test_systems_and_versions() -> None:
+    """Contract: tests run on three systems with every version of Python that the classifiers name."""
+    named = [one.rpartition(" ")[2] for one in PROJECT["classifiers"] if re.search(r"Python :: 3\.\d", one)]
+    quoted = ", ".join(f'"{one}"' for one in named)
+    assert f"python: [{quoted}]" in WORKFLOW
+    assert WORKFLOW.count("os: [ubuntu-latest, macos-latest, windows-latest]") == 2
+
+
+def test_commands_exist() -> None:
+    """Contract: each command is a target of make, an installation with extras that exist, or tests that exist."""
+    targets = re.findall(r"^(\w+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
+    commands = [line.strip("\"'").split() for line in re.findall(r"^ *- run: (.+)$", WORKFLOW, re.MULTILINE)]
+    assert len(commands) >= 6
+    assert "|" not in "".join(re.findall(r"run: (.)", WORKFLOW))
+    for words in commands:
+        match words:
+            case ["make", target]:
+                assert target in targets
+            case ["python", "-m", "pip", "install", "--editable", what]:
+                extras = re.search(r"\[([\w,]+)\]", what)
+                assert set(extras[1].split(",")) <= set(PROJECT["optional-dependencies"])
+            case ["python", "-m", "pytest", *rest]:
+                assert all((ROOT / word).exists() for word in rest if word.startswith("tests"))
+            case _:
+                raise AssertionError(words)
+
+
+GITHUB = ROOT / ".github"
 
 
 def spaceless(requirement: str) -> str:

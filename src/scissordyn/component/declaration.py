@@ -224,42 +224,50 @@ def component(
         raise InputError(f"port = {port!r}{did_you_mean(port, PORTS)}", ", ".join(PORTS))
     chosen = PORTS[port] if isinstance(port, str) else port
 
+    declaration = Declaration(
+        section,
+        label,
+        chosen,
+        force,
+        gap,
+        switch,
+        outputs,
+        states,
+        context,
+        passive,
+        symbol or next(iter(chosen.symbols)),
+        example,
+        events,
+        motor,
+        supplied,
+    )
+
     def declare(described: Class) -> Class:
-        if "__post_init__" not in vars(described):
-            described.__post_init__ = _own_check  # type: ignore[attr-defined]
-        cls: Any = dataclass(frozen=True)(described)
-        if not hasattr(cls, "parameters"):
-            cls.parameters = _own_parameters
-        named = section or re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", cls.__name__).lower()
-        cls.declaration = Declaration(
-            named,
-            label or named.replace("_", " "),
-            chosen,
-            force,
-            gap,
-            switch,
-            outputs,
-            states,
-            context,
-            passive,
-            symbol or next(iter(chosen.symbols)),
-            example,
-            events,
-            motor,
-            supplied,
-        )
-        if not hasattr(cls, "states"):  # of the class, unless its instances decide
-            cls.states = states
-        _check_fields(cls)
-        cls.declaration = dataclasses.replace(cls.declaration, numbers=_numbers_of(cls))
-        for key, kernel in cls.declaration.kernels.items():
-            check_names(f"component '{cls.__name__}'", key, kernel, cls.declaration.places)
-        if "\n    Parameters\n" not in (cls.__doc__ or "") and (source or cls.__module__.startswith("scissordyn.")):
-            documented(cls, MEANINGS, source)
-        note_origin(cls, described)
-        return cls
+        return _declared(described, declaration, source)
 
     return declare
+
+
+def _declared(described: Class, declaration: Declaration, source: str) -> Class:
+    """The component class with a declaration, whose section and label are those of its name if they are empty."""
+    if "__post_init__" not in vars(described):
+        described.__post_init__ = _own_check  # type: ignore[attr-defined]
+    cls: Any = dataclass(frozen=True)(described)
+    if not hasattr(cls, "parameters"):
+        cls.parameters = _own_parameters
+    section = declaration.section or re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", cls.__name__).lower()
+    label = declaration.label or section.replace("_", " ")
+    cls.declaration = dataclasses.replace(declaration, section=section, label=label)
+    if not hasattr(cls, "states"):  # of the class, unless its instances decide
+        cls.states = declaration.states
+    _check_fields(cls)
+    cls.declaration = dataclasses.replace(cls.declaration, numbers=_numbers_of(cls))
+    for key, kernel in cls.declaration.kernels.items():
+        check_names(f"component '{cls.__name__}'", key, kernel, cls.declaration.places)
+    if "\n    Parameters\n" not in (cls.__doc__ or "") and (source or cls.__module__.startswith("scissordyn.")):
+        documented(cls, MEANINGS, source)
+    note_origin(cls, described)
+    return cls
 
 
 def _check_fields(described: Any) -> None:

@@ -9,8 +9,10 @@ import numpy as np
 
 from scissordyn.component.time_function import Polynomial
 from scissordyn.errors import InputError
+from scissordyn.mechanics.outputs import Record
 from scissordyn.model.coupling import Coordinate, CoordinateDrive
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.coordinates import Coordinates
 from scissordyn.plan.coupling import coupling_parts
 from scissordyn.plan.elimination import in_words
 from scissordyn.plan.gradients import Gradients
@@ -71,11 +73,35 @@ def inverse_dynamics(
     path, motion = recorded(whole, options, compute(whole, options))
     if path.status != "complete":
         raise InputError(f"inverse dynamics of a motion that {path.status}: {path.cause}", "outputs that can be reached")
-    coordinates, constraints = path.plan.coordinates, path.plan.coordinates.constraints
-    n, basis = coordinates.free, coordinates.basis
     outputs = mechanism.coordinate_drives
+    force, authority, side = _forces(path.plan.coordinates, motion, inputs, [drive.name for drive in outputs])
+    _check_authority(list(inputs), [drive.name for drive in outputs], path.samples.time, authority, side)
+    measured = SampledCoordinates(path.plan, motion)
+    values, rates = (np.stack(part, axis=1) for part in zip(*map(measured.coordinate, inputs.values()), strict=True))
+    output = np.stack([measured.coordinate(drive.coordinate)[0] for drive in outputs], axis=1)
+    over = ("time", "input")
+    variables = {
+        "time": described("time", path.samples.time, "s", "time"),
+        "input": labels("input", list(inputs)),
+        "output": labels("output", [drive.name for drive in outputs], "driven coordinate"),
+        "input_unit": labels("input", [coordinate.unit for coordinate in inputs.values()], "its unit"),
+        "input_force": Variable(over, force, {"long_name": "torque [N m] or force [N] at an input"}),
+        "input_value": Variable(over, values, {"long_name": "angle [rad] or length [m] of an input"}),
+        "input_rate": Variable(over, rates, {"long_name": "its rate"}),
+        "input_power": described(over, force * rates, "W", "power of an input"),
+        "output_value": Variable(("time", "output"), output, {"long_name": "prescribed coordinate"}),
+    }
+    attributes = {"title": "scissordyn inverse dynamics", "configuration": write_configuration(mechanism, options)}
+    return Results(variables, attributes).dataset()
+
+
+def _forces(
+    coordinates: Coordinates, motion: Record, inputs: Mapping[str, Coordinate], outputs: list[str]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """What the inputs exert at each sample; how much the least of their motions moves them, and the sign of the determinant."""
+    n, basis, constraints = coordinates.free, coordinates.basis, coordinates.constraints
     names = [constraint.name for constraint in constraints]
-    at = [names.index(drive.name) for drive in outputs]
+    at = [names.index(output) for output in outputs]
     others = [k for k in range(len(constraints)) if k not in at]
     scale = np.array([constraints[k].scale for k in at])
     drives = [CoordinateDrive(name, coordinate, Polynomial((0.0,))) for name, coordinate in inputs.items()]
@@ -96,24 +122,7 @@ def inverse_dynamics(
         if authority[row] > AUTHORITY:
             # both do the same virtual work
             force[row] = np.linalg.solve(by_input.T, by_output.T @ (-multiplier[at] / scale))
-    _check_authority(list(inputs), [drive.name for drive in outputs], path.samples.time, authority, side)
-    measured = SampledCoordinates(path.plan, motion)
-    values, rates = (np.stack(part, axis=1) for part in zip(*map(measured.coordinate, inputs.values()), strict=True))
-    output = np.stack([measured.coordinate(drive.coordinate)[0] for drive in outputs], axis=1)
-    over = ("time", "input")
-    variables = {
-        "time": described("time", path.samples.time, "s", "time"),
-        "input": labels("input", list(inputs)),
-        "output": labels("output", [drive.name for drive in outputs], "driven coordinate"),
-        "input_unit": labels("input", [coordinate.unit for coordinate in inputs.values()], "its unit"),
-        "input_force": Variable(over, force, {"long_name": "torque [N m] or force [N] at an input"}),
-        "input_value": Variable(over, values, {"long_name": "angle [rad] or length [m] of an input"}),
-        "input_rate": Variable(over, rates, {"long_name": "its rate"}),
-        "input_power": described(over, force * rates, "W", "power of an input"),
-        "output_value": Variable(("time", "output"), output, {"long_name": "prescribed coordinate"}),
-    }
-    attributes = {"title": "scissordyn inverse dynamics", "configuration": write_configuration(mechanism, options)}
-    return Results(variables, attributes).dataset()
+    return force, authority, side
 
 
 def _dense(matrix: np.ndarray) -> np.ndarray:

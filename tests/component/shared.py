@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
 from scipy.integrate import solve_ivp
 
+import scissordyn as sd
 from scissordyn.cli.main import status_of
+from scissordyn.component.place import Point
 from scissordyn.config.file import read_case
 from scissordyn.model.mechanism import Mechanism
 
@@ -19,6 +23,17 @@ METHODS = ("dop853", "rodas5p")  # An explicit method and a stiff one
 TIGHT = {"rtol": 1e-11, "atol": 1e-11}
 
 ENERGIES = ("kinetic_energy", "potential_energy", "stored_energy", "dissipated_energy", "drive_work", "load_work")
+
+
+ENDS = ("ground", "O"), ("ball", "centre")  # Of a component on the ball
+
+
+def ball_on(
+    *components: Any, mass: float = 2.0, place: Point = (0.5, 0.0), velocity: Point = (0.0, 0.0), gravity: float = 0.0
+) -> Mechanism:
+    """A point mass and a point of the ground, with some components between them."""
+    ball = replace(sd.point_mass("ball", mass=mass, position=place), velocity=velocity)
+    return Mechanism((ball,), components=components, ground=(("O", (0.0, 0.0)),), gravity=gravity)
 
 
 def assert_balance(run: xr.Dataset, bound: float = 1e-8) -> None:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
+from functools import partial
 
 import numpy as np
 import pytest
@@ -12,18 +12,12 @@ from scipy.optimize import brentq
 import scissordyn as sd
 from scissordyn.component.cable import Cable
 from scissordyn.errors import InputError
-from scissordyn.model.mechanism import Mechanism
 
-from .shared import METHODS, TIGHT, assert_balance, events_of, phases
+from .shared import ENDS, METHODS, TIGHT, assert_balance, ball_on, events_of, phases
 
 MASS, GRAVITY, STIFFNESS, FREE, HEIGHT = 2.0, 9.81, 200.0, 0.5, 0.3
-ROPE = Cable("rope", ("ground", "O"), ("ball", "centre"), stiffness=STIFFNESS, free_length=FREE)
-
-
-def ball_on(rope: Cable, place: tuple[float, float], velocity: tuple[float, float] = (0.0, 0.0)) -> Mechanism:
-    """A point mass under gravity on a cable from the origin."""
-    ball = dataclasses.replace(sd.point_mass("ball", mass=MASS, position=place), velocity=velocity)
-    return Mechanism((ball,), components=(rope,), ground=(("O", (0.0, 0.0)),), gravity=GRAVITY)
+ROPE = Cable("rope", *ENDS, stiffness=STIFFNESS, free_length=FREE)
+ball = partial(ball_on, mass=MASS, gravity=GRAVITY)
 
 
 def drop(damping: float) -> tuple[float, float, float]:
@@ -58,10 +52,10 @@ def drop(damping: float) -> tuple[float, float, float]:
 @pytest.mark.parametrize("method", METHODS)
 def test_a_drop_makes_it_taut_and_slack(method: str, damping: float) -> None:
     """Closed form: a fall, a (damped) oscillation, a throw; both instants to 1e-8 s, and the next one of the throw."""
-    rope = Cable("rope", ("ground", "O"), ("ball", "centre"), STIFFNESS, FREE, damping)
+    rope = Cable("rope", *ENDS, STIFFNESS, FREE, damping)
     taut, slack, speed = drop(damping)
     again = slack + 2.0 * speed / GRAVITY
-    run = sd.simulate(ball_on(rope, (0.0, HEIGHT - FREE)), until=again + 0.02, method=method, samples=401, **TIGHT)
+    run = sd.simulate(ball(rope, place=(0.0, HEIGHT - FREE)), until=again + 0.02, method=method, samples=401, **TIGHT)
     assert events_of(run, "taut") == pytest.approx([taut, again], abs=1e-8)
     assert events_of(run, "slack")[0] == pytest.approx(slack, abs=1e-8)
     assert_balance(run)
@@ -90,8 +84,8 @@ def test_a_swing_with_a_slack_cable(method: str) -> None:
     def inside(t: float, y: np.ndarray) -> float:
         return FREE - math.hypot(y[0], y[1])
 
-    rope = Cable("rope", ("ground", "O"), ("ball", "centre"), STIFFNESS, FREE, damping)
-    run = sd.simulate(ball_on(rope, start[:2], start[2:]), until=2.0, method=method, samples=201, **TIGHT)
+    rope = Cable("rope", *ENDS, STIFFNESS, FREE, damping)
+    run = sd.simulate(ball(rope, place=start[:2], velocity=start[2:]), until=2.0, method=method, samples=201, **TIGHT)
     instants, modes, at = phases(rate, (inside, lambda t, y: -inside(t, y)), start, 2.0)
     assert len(instants) >= 4
     np.testing.assert_allclose(run["event_time"], instants, atol=1e-8)
@@ -103,7 +97,7 @@ def test_a_swing_with_a_slack_cable(method: str) -> None:
 def test_a_stretched_start_is_taut() -> None:
     """Limit: placed beyond its free length it pulls from the first instant on, and balances the weight where it should."""
     settled = FREE + MASS * GRAVITY / STIFFNESS
-    run = sd.simulate(ball_on(ROPE, (0.0, -settled)), until=0.2, **TIGHT)
+    run = sd.simulate(ball(ROPE, place=(0.0, -settled)), until=0.2, **TIGHT)
     assert run["cable_taut"].values.min() == 1.0
     np.testing.assert_allclose(run["cable_force"], MASS * GRAVITY, rtol=1e-9)
     assert run["event_time"].values.tolist() == [0.0]
@@ -112,20 +106,15 @@ def test_a_stretched_start_is_taut() -> None:
 def test_what_it_cannot_be() -> None:
     """Contract: a cable without stiffness, or from a body to itself, is refused in one line."""
     with pytest.raises(InputError, match=r"stiffness = 0.*must be a finite number >= 1e-30"):
-        Cable("rope", ("ground", "O"), ("ball", "centre"), 0.0, 0.5)
+        Cable("rope", *ENDS, 0.0, 0.5)
     with pytest.raises(InputError, match="acts between body 'ball' and itself"):
         Cable("rope", ("ball", "a"), ("ball", "b"), 1.0, 0.5)
 
 
 def test_a_cable_that_starts_taut() -> None:
     """Contract: what acts from the start on has its event at t = 0, as the variable says."""
-    ball = sd.point_mass("ball", mass=MASS, position=(0.0, -FREE - 0.1))
-    run = sd.simulate(
-        Mechanism((ball,), components=(ROPE,), ground=(("O", (0.0, 0.0)),), gravity=GRAVITY),
-        until=0.01,
-        samples=11,
-        start="as-placed",
-    )
+    stretched = ball(ROPE, place=(0.0, -FREE - 0.1))
+    run = sd.simulate(stretched, until=0.01, samples=11, start="as-placed")
     assert list(run["event_kind"].values) == ["taut"]
     assert float(run["event_time"][0]) == 0.0
     assert float(run["cable_taut"][0, 0]) == 1.0

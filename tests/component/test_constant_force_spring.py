@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
+from functools import partial
 
 import numpy as np
 import pytest
@@ -11,30 +11,22 @@ import pytest
 import scissordyn as sd
 from scissordyn.component.constant_force_spring import ConstantForceSpring
 from scissordyn.errors import InputError
-from scissordyn.model.mechanism import Mechanism
 
-from .shared import METHODS, TIGHT, assert_balance, phases
+from .shared import ENDS, METHODS, TIGHT, assert_balance, ball_on, phases
 
 MASS, TENSION, UNCOILED = 0.8, 12.0, 0.25
-
-
-def ball_on(
-    spring: ConstantForceSpring, place: tuple[float, float], velocity: tuple[float, float], gravity: float = 0.0
-) -> Mechanism:
-    """A point mass on a spring from the origin."""
-    ball = dataclasses.replace(sd.point_mass("ball", mass=MASS, position=place), velocity=velocity)
-    return Mechanism((ball,), components=(spring,), ground=(("O", (0.0, 0.0)),), gravity=gravity)
+ball = partial(ball_on, mass=MASS)
 
 
 def spring(damping: float = 0.0) -> ConstantForceSpring:
     """The spring of these tests."""
-    return ConstantForceSpring("reel", ("ground", "O"), ("ball", "centre"), TENSION, UNCOILED, damping)
+    return ConstantForceSpring("reel", *ENDS, TENSION, UNCOILED, damping)
 
 
 @pytest.mark.parametrize("method", METHODS)
 def test_full_tension_is_constant(method: str) -> None:
     """Closed form: beyond the uncoiling length a mass on the line of the spring moves on a parabola."""
-    run = sd.simulate(ball_on(spring(), (0.5, 0.0), (3.0, 0.0)), until=0.3, method=method, **TIGHT)
+    run = sd.simulate(ball(spring(), velocity=(3.0, 0.0)), until=0.3, method=method, **TIGHT)
     t = run["time"].values
     length = 0.5 + 3.0 * t - 0.5 * TENSION / MASS * t**2
     assert length.min() > UNCOILED
@@ -48,7 +40,7 @@ def test_full_tension_is_constant(method: str) -> None:
 def test_short_strip_is_linear(method: str) -> None:
     """Closed form: below the uncoiling length the mass is a plane oscillator with the stiffness T_0/l_1: an ellipse."""
     w = math.sqrt(TENSION / UNCOILED / MASS)
-    run = sd.simulate(ball_on(spring(), (0.2, 0.0), (0.0, 0.1 * w)), until=1.5, method=method, **TIGHT)
+    run = sd.simulate(ball(spring(), place=(0.2, 0.0), velocity=(0.0, 0.1 * w)), until=1.5, method=method, **TIGHT)
     t = run["time"].values
     exact = np.stack([0.2 * np.cos(w * t), 0.1 * np.sin(w * t)], axis=1)
     np.testing.assert_allclose(run["position"][:, 0], exact, atol=1e-9)
@@ -71,7 +63,8 @@ def test_orbit_across_the_uncoiling_length(method: str, damping: float) -> None:
     def beyond(t: float, y: np.ndarray) -> float:
         return math.hypot(y[0], y[1]) - UNCOILED
 
-    run = sd.simulate(ball_on(spring(damping), start[:2], start[2:], 1.6), until=1.2, method=method, **TIGHT)
+    made = ball(spring(damping), place=start[:2], velocity=start[2:], gravity=1.6)
+    run = sd.simulate(made, until=1.2, method=method, **TIGHT)
     instants, _, at = phases(rate, (beyond, lambda t, y: -beyond(t, y)), start, 1.2)
     assert len(instants) >= 4
     np.testing.assert_allclose(run["position"][:, 0], at(run["time"].values)[:, :2], atol=1e-8)
@@ -81,4 +74,4 @@ def test_orbit_across_the_uncoiling_length(method: str, damping: float) -> None:
 def test_what_it_cannot_be() -> None:
     """Contract: an uncoiling length of zero would be a jump of the force, and is refused."""
     with pytest.raises(InputError, match="uncoiling_length must be a finite number >= 1e-12"):
-        ConstantForceSpring("reel", ("ground", "O"), ("ball", "centre"), 1.0, 0.0)
+        ConstantForceSpring("reel", *ENDS, 1.0, 0.0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,15 +19,12 @@ from scissordyn.component.curve import curve_at, curve_numbers
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.answer.summary import summary_of
 
-from .shared import METHODS, TIGHT, assert_balance
+from .shared import ENDS, METHODS, TIGHT, assert_balance, ball_on
 
 PAIRS = ((-0.2, 3.0), (0.1, 5.0), (0.35, 5.0), (0.5, -2.0), (1.2, 0.0))
 
 
-def ball(*components: Any, place: tuple[float, float] = (0.5, 0.0), speed: float = 0.0) -> Mechanism:
-    """A point mass of 0.8 kg in the plane, without gravity."""
-    mass = dataclasses.replace(sd.point_mass("ball", mass=0.8, position=place), velocity=(speed, 0.0))
-    return Mechanism((mass,), components=components, ground=(("O", (0.0, 0.0)),), gravity=0.0)
+ball = partial(ball_on, mass=0.8)
 
 
 def wheel(*components: Any, **more: Any) -> Mechanism:
@@ -51,10 +49,9 @@ def test_curve_and_its_integral() -> None:
 
 def test_straight_curve_is_a_spring() -> None:
     """Identity: the curve of a linear spring."""
-    ends = ("ground", "O"), ("ball", "centre")
     curve = tuple((length, 30.0 * (length - 0.2)) for length in (0.01, 0.3, 0.7, 2.0))
-    by_curve = sd.simulate(ball(sd.NonlinearSpring("s", *ends, curve, 0.1), speed=0.3), until=0.35, **TIGHT)
-    linear = sd.simulate(ball(sd.Spring("s", *ends, 30.0, 0.2, 0.1), speed=0.3), until=0.35, **TIGHT)
+    by_curve = sd.simulate(ball(sd.NonlinearSpring("s", *ENDS, curve, 0.1), velocity=(0.3, 0.0)), until=0.35, **TIGHT)
+    linear = sd.simulate(ball(sd.Spring("s", *ENDS, 30.0, 0.2, 0.1), velocity=(0.3, 0.0)), until=0.35, **TIGHT)
     np.testing.assert_allclose(by_curve["position"], linear["position"], atol=1e-9)
     energy = by_curve["nonlinear_spring_energy"] - linear["spring_energy"].values
     assert np.ptp(energy.values) < 1e-9
@@ -65,7 +62,7 @@ def test_progressive_spring(method: str) -> None:
     """Cross-check by a second formulation: a mass on a line by scipy, with scipy's curve."""
     pairs = ((0.02, -60.0), (0.1, -20.0), (0.3, 0.0), (0.5, 6.0), (0.9, 40.0))
     curve = PchipInterpolator(*np.array(pairs).T)
-    mechanism = ball(sd.NonlinearSpring("s", ("ground", "O"), ("ball", "centre"), pairs), place=(0.55, 0.0))
+    mechanism = ball(sd.NonlinearSpring("s", *ENDS, pairs), place=(0.55, 0.0))
     run = sd.simulate(mechanism, until=1.5, samples=101, method=method, **TIGHT)
     exact = solve_ivp(
         lambda t, y: (y[1], -float(curve(y[0])) / 0.8),
@@ -85,7 +82,7 @@ def test_progressive_spring(method: str) -> None:
 def test_speed_that_a_gas_spring_gives(exponent: float) -> None:
     """Closed form: the work of a polytropic expansion becomes kinetic energy."""
     force, extended, stroke, progression = 40.0, 0.9, 0.6, 1.5
-    spring = sd.GasSpring("strut", ("ground", "O"), ("ball", "centre"), force, extended, stroke, progression, exponent)
+    spring = sd.GasSpring("strut", *ENDS, force, extended, stroke, progression, exponent)
     run = sd.simulate(ball(spring, place=(0.35, 0.0)), until=0.08, **TIGHT)
     gas = stroke / (1.0 - 1.0 / progression)
 
@@ -240,7 +237,7 @@ def test_warning_where_a_stroke_is_left() -> None:
     [
         (lambda: sd.StrokeLoad("cut", ("ball", "centre"), 0.0, ((0.3, 1.0),)), "stroke load 'cut': a curve of 1 pairs"),
         (
-            lambda: sd.NonlinearSpring("s", ("ground", "O"), ("ball", "centre"), ((0.3, 1.0), (0.2, 2.0))),
+            lambda: sd.NonlinearSpring("s", *ENDS, ((0.3, 1.0), (0.2, 2.0))),
             r"nonlinear spring 's': a curve of 2 pairs at \[0.3, 0.2\]; allowed: two or more lengths, which increase, and as "
             "many forces",
         ),
@@ -249,7 +246,7 @@ def test_warning_where_a_stroke_is_left() -> None:
             "angle load 'gas': a period that begins with 1 and ends with 2; allowed: the same value",
         ),
         (
-            lambda: sd.GasSpring("strut", ("ground", "O"), ("ball", "centre"), 1.0, 0.5, 0.5),
+            lambda: sd.GasSpring("strut", *ENDS, 1.0, 0.5, 0.5),
             "gas spring 'strut': a stroke of 0.5 m of a length of 0.5 m; allowed: a stroke below the extended length",
         ),
         (
@@ -257,7 +254,7 @@ def test_warning_where_a_stroke_is_left() -> None:
             "stroke load 'cut': its curve goes from 0.6 to 0.9 m, and the start is at 0.5 m; allowed: a curve that covers",
         ),
         (
-            lambda: sd.simulate(ball(sd.GasSpring("g", ("ground", "O"), ("ball", "centre"), 1.0, 0.4, 0.2)), until=0.1),
+            lambda: sd.simulate(ball(sd.GasSpring("g", *ENDS, 1.0, 0.4, 0.2)), until=0.1),
             "gas spring 'g': its curve goes from 0.2 to 0.4 m, and the start is at 0.5 m",
         ),
     ],

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import numpy as np
 import pytest
+from tests.library import on_pin
 
 import scissordyn as sd
 from scissordyn.errors import InputError
@@ -44,10 +45,7 @@ COARSE = creeping(sd.State("twist", "rad", scale=1.0), "coarse")
 
 def turning(*components: object) -> sd.Mechanism:
     """A bar at 2 rad/s."""
-    bar = sd.bar("rod", length=1.0, mass=2.0)
-    pin = sd.Revolute("pin", ("rod", "start"), ("ground", "O"))
-    mechanism = sd.Mechanism((bar,), joints=(pin,), ground=(("O", (0.0, 0.0)),), components=components)  # type: ignore[arg-type]
-    return mechanism.driven(body="rod", speed=2.0)
+    return on_pin(sd.bar("rod", length=1.0, mass=2.0), *components).driven(speed=2.0)
 
 
 @pytest.mark.parametrize("stiffness", [1e2, 1e4, 1e6, 1e8])
@@ -108,9 +106,7 @@ def test_a_scale_that_is_no_size(scale: object) -> None:
 def test_the_torque_of_an_integrator() -> None:
     """Contract: weighed against 1 N m, in a small mechanism against its own torques m L a, not against 1 N m."""
     for size, mass in ((1.0, 2.0), (1e-3, 1e-6)):
-        bar = sd.bar("rod", length=size, mass=mass)
-        pin = sd.Revolute("pin", ("rod", "start"), ("ground", "O"))
-        free = sd.Mechanism((bar,), joints=(pin,), ground=(("O", (0.0, 0.0)),), input_body="rod")
+        free = on_pin(sd.bar("rod", length=size, mass=mass), gravity=9.81)
         held = free.controlled(sd.PID(1e-3 * mass, integral=1e-3 * mass), reference=sd.Polynomial((0.1,)))
         made = plan(held)
         system = make_system(made)

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.library import on_pin
 
 import scissordyn as sd
 from scissordyn.component.tape_spring import TapeSpring
@@ -28,9 +30,7 @@ TABLES = TapeSpring(
 def hinged(tape: TapeSpring, *, angle: float = 0.0, speed: float = 0.0, gravity: float = 0.0) -> Mechanism:
     """A uniform bar of 1 m and 1.2 kg on a ground pin, with a tape spring in the hinge."""
     bar = sd.bar("rod", length=1.0, mass=1.2, angle=angle)
-    rod = sd.Body(**{**bar.__dict__, "angular_velocity": speed})
-    pin = sd.Revolute("pin", ("rod", "start"), ("ground", "O"))
-    return Mechanism((rod,), joints=(pin,), components=(tape,), ground=(("O", (0.0, 0.0)),), gravity=gravity)
+    return on_pin(replace(bar, angular_velocity=speed), tape, gravity=gravity)
 
 
 def branches(tape: TapeSpring) -> tuple[tuple[np.ndarray, np.ndarray], ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import pytest
@@ -12,9 +12,8 @@ import pytest
 import scissordyn as sd
 from scissordyn.component.cable import Cable
 from scissordyn.errors import InputError
-from scissordyn.model.mechanism import Mechanism
 
-from .shared import METHODS, TIGHT, assert_balance, assert_documented, checked, phases, read
+from .shared import ENDS, METHODS, TIGHT, assert_balance, assert_documented, ball_on, checked, phases, read
 
 RUBBER = '''
 from typing import Annotated
@@ -110,15 +109,6 @@ class Rope:
     free_length: Annotated[float, sd.Quantity("m", minimum=0.0)]
 
 
-def ball_on(*components: object, gravity: float = 0.0, place: tuple[float, float] = (0.5, 0.0)) -> Mechanism:
-    """A point mass of 2 kg and a point of the ground."""
-    ball = sd.point_mass("ball", mass=2.0, position=place)
-    return Mechanism((ball,), components=components, ground=(("O", (0.0, 0.0)),), gravity=gravity)  # type: ignore[arg-type]
-
-
-ENDS = (("ground", "O"), ("ball", "centre"))
-
-
 @pytest.mark.parametrize("method", METHODS)
 def test_case_file(method: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Cross-check by a second formulation: a class in a file beside the case file, against scipy; it is shown and saved."""
@@ -192,18 +182,30 @@ def weight(length, rate):
     return 1.0, length, 0.0
 
 
+def part_on_a_line(**options: Any) -> Any:
+    """A class whose instances pull on two points, declared with these options."""
+
+    @sd.component(**{"force": weight, "port": "line", **options})
+    class Part:
+        name: str
+        start: tuple[str, str]
+        end: tuple[str, str]
+
+    return Part
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
         ({"port": "lines"}, r"port = 'lines' \(did you mean 'line'\?\)"),
-        ({"port": "line", "symbol": "spirng"}, r"symbol = 'spirng' \(did you mean 'spring'\?\)"),
-        ({"port": "line", "section": "my part"}, r"section = 'my part'.*letters, digits, underscores"),
-        ({"port": "line", "context": ("hour",)}, "context 'hour'"),
+        ({"symbol": "spirng"}, r"symbol = 'spirng' \(did you mean 'spring'\?\)"),
+        ({"section": "my part"}, r"section = 'my part'.*letters, digits, underscores"),
+        ({"context": ("hour",)}, "context 'hour'"),
         ({"port": "hinge"}, "has no field 'body'"),
-        ({"port": "line", "states": ("slip",)}, r"state 'slip' has no unit or no scale.*type: states=\(sd\.State\(\"slip\""),
-        ({"port": "line", "states": (sd.State("slip", "m"),)}, r"state 'slip' has no unit or no scale"),
+        ({"states": ("slip",)}, r"state 'slip' has no unit or no scale.*type: states=\(sd\.State\(\"slip\""),
+        ({"states": (sd.State("slip", "m"),)}, r"state 'slip' has no unit or no scale"),
         (
-            {"port": "line", "gap": lambda length, spead: (length, spead)},
+            {"gap": lambda length, spead: (length, spead)},
             "kernel 'gap' names 'spead'.*length, rate",
         ),
     ],
@@ -211,26 +213,14 @@ def weight(length, rate):
 def test_a_wrong_declaration(options: dict[str, object], message: str) -> None:
     """Contract: what does not fit together is refused where the class is defined, in one line."""
     with pytest.raises(InputError, match=message):
-
-        @sd.component(force=weight, **options)  # type: ignore[arg-type]
-        class Part:
-            name: str
-            start: tuple[str, str]
-            end: tuple[str, str]
+        part_on_a_line(**options)
 
 
 @pytest.mark.parametrize("section", ["spring", "time", "contact"])
 def test_a_section_that_is_taken(section: str) -> None:
     """Contract: a section of the package, or a dimension of every run, is refused before the run."""
-
-    @sd.component(port="line", force=weight, section=section)
-    class Part:
-        name: str
-        start: tuple[str, str]
-        end: tuple[str, str]
-
     with pytest.raises(InputError, match=rf"section '{section}', which is taken"):
-        ball_on(Part("part", *ENDS))
+        ball_on(part_on_a_line(section=section)("part", *ENDS))
 
 
 def test_no_file_no_class_no_component(tmp_path: Path) -> None:
@@ -248,14 +238,8 @@ def test_a_kernel_without_an_answer() -> None:
     def divided(length, rate):
         return 1.0 / (length - 0.5), 0.0, 0.0
 
-    @sd.component(port="line", force=divided)
-    class Part:
-        name: str
-        start: tuple[str, str]
-        end: tuple[str, str]
-
     with pytest.raises(InputError, match=r"part 'part': its kernel raises ZeroDivisionError"):
-        sd.simulate(ball_on(Part("part", *ENDS)), until=0.1)
+        sd.simulate(ball_on(part_on_a_line(force=divided)("part", *ENDS)), until=0.1)
 
 
 def drag_force(x, y, cosine, sine, x_rate, y_rate, cosine_rate, sine_rate, viscosity):

@@ -5,39 +5,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from reference.kernels import accepted, at_start, check_step_matrix, check_time_derivative
+from reference.kernels import check_step_matrix, check_time_derivative, increments, touching
 from scissordyn.component.clutch import Clutch
 from scissordyn.component.time_function import Harmonic
 from scissordyn.laws.damping.standard_linear_solid import StandardLinearSolid
 from scissordyn.laws.friction.lugre import LuGre
 from scissordyn.laws.friction.none import NoFriction
-from scissordyn.mechanics import functions
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.scissor import scissor
 
-EDGE = 2e-5
 
-
-def increments(state, n):
-    """Of coordinates, velocities and internal states."""
-    return np.repeat([2e-9, 1e-5, 1e-11], [n, n, state.size - 2 * n])
-
-
-def touching_state(joint, units, rng, slip="surfaces", **laws):
-    """A random state of an array in which a joint with friction touches, its handle and its size."""
+def array(joint, units, slip="surfaces", **laws):
+    """An array that moves, with a joint with friction."""
     drive = Harmonic(mean=0.5, amplitude=0.3, angular_frequency=40.0, phase=0.2)
     arm = scissor(units=units, angle=0.5 + 0.3 * np.sin(0.2)).driven(drive)
-    mechanism = arm.with_clearance(joint, Clearance(5e-4, **{"friction": LuGre(0.1)} | laws, slip=slip))
-    handle, state = at_start(mechanism)
-    content, n = handle.content, handle.content.model.n
-    state[: 2 * n] += np.concatenate([3e-4 * rng.normal(size=n), rng.normal(size=n)])
-    state[2 * n :] = 2e-7
-    accepted(handle, state)
-    gap, rate = np.zeros(1), np.zeros(1)
-    functions.guards(0.0, state, handle.address, gap, rate)
-    content.parameters.contact["clearance"][0] += gap[0] - EDGE  # move the bearing surface to the journal
-    content.state.mode[0], content.state.memory[0] = 1, 0.5
-    return handle, state, n
+    return arm.with_clearance(joint, Clearance(5e-4, **{"friction": LuGre(0.1)} | laws, slip=slip))
 
 
 @pytest.mark.parametrize(
@@ -46,25 +28,24 @@ def touching_state(joint, units, rng, slip="surfaces", **laws):
 @pytest.mark.parametrize("step", [1e-7, 1e-5, 1e-3])
 def test_step_matrix_is_the_derivative(joint, units, step):
     """Cross-check: W^-1 r from the structured solve equals that of a differenced Jacobian (relative error of differences)."""
-    handle, state, n = touching_state(joint, units, np.random.default_rng(7))
-    check_step_matrix(handle, state, step, increments(state, n))
+    handle, state = touching(array(joint, units), 7)
+    check_step_matrix(handle, state, step, increments(handle, state))
 
 
 @pytest.mark.parametrize("joint", ["A", "unit 1/pivot"])
 def test_step_matrix_with_the_slip_of_contact_points(joint):
     """Cross-check: the same where the slip speed is e'.t delta/|e|."""
-    handle, state, n = touching_state(joint, 2, np.random.default_rng(7), "contact-points")
-    check_step_matrix(handle, state, 1e-5, increments(state, n))
+    handle, state = touching(array(joint, 2, "contact-points"), 7)
+    check_step_matrix(handle, state, 1e-5, increments(handle, state))
 
 
 @pytest.mark.parametrize("friction", [NoFriction(), LuGre(0.1)])
 @pytest.mark.parametrize("step", [1e-7, 1e-5, 1e-3])
 def test_step_matrix_with_states_of_the_normal_force(friction, step):
     """Cross-check: the same where surfaces relax, with and without bristles beside."""
-    laws = {"damping": StandardLinearSolid(1.5, 3e-4), "friction": friction}
-    handle, state, n = touching_state("A", 2, np.random.default_rng(7), **laws)
+    handle, state = touching(array("A", 2, damping=StandardLinearSolid(1.5, 3e-4), friction=friction), 7)
     state[-1] = 40.0
-    sizes = increments(state, n)
+    sizes = increments(handle, state)
     sizes[-1] = 1e-3
     check_step_matrix(handle, state, step, sizes)
 
@@ -74,31 +55,22 @@ def test_step_matrix_with_states_of_the_normal_force(friction, step):
 @pytest.mark.parametrize("step", [1e-7, 1e-5, 1e-3])
 def test_step_matrix_with_eliminated_unknowns(units, damped, step):
     """Cross-check: the same where bristles, and multipliers with a coordinate each, are eliminated before the band is made."""
-    rng = np.random.default_rng(11)
     arm = scissor(units=units, angle=0.6).with_clearance("all", Clearance(5e-4, friction=LuGre(0.1)))
     if damped:  # a state of a component, and one body that is moved by a time function
         clutch = Clutch("clutch", "unit 1/bar 1", 20.0, base="unit 1/bar 2", yield_angle=2e-3)
         arm = replace(arm, components=(clutch,)).driven(Harmonic(mean=0.6, amplitude=0.3, angular_frequency=40.0))
-    handle, state = at_start(arm)
+    closed = np.arange(len(arm.clearance_joints)) % 4 > 0  # one joint in four stays open
+    handle, state = touching(arm, 11, closed, spread=1e-4)
     model = handle.content.model
     n, states = model.n, int(model.state_start[-1])
     assert model.pair.shape[0] > 0
     assert int(np.sum(model.permutation < 0)) == states + model.pair.shape[0]
     assert handle.content.work.band.shape[0] == n + handle.content.work.multiplier.size - 2 * model.pair.shape[0]
-    state[: 2 * n] += np.concatenate([1e-4 * rng.normal(size=n), rng.normal(size=n)])
-    state[2 * n :] = 2e-7
-    accepted(handle, state)
-    guards = handle.content.state.mode.size
-    gap, rate = np.zeros(guards), np.zeros(guards)
-    functions.guards(0.0, state, handle.address, gap, rate)
-    touching = np.arange(guards) % 4 > 0  # one joint in four stays open
-    handle.content.parameters.contact["clearance"][touching] += gap[touching] - EDGE
-    handle.content.state.mode[touching], handle.content.state.memory[touching] = 1, 0.5
-    check_step_matrix(handle, state, step, increments(state, n))
+    check_step_matrix(handle, state, step, increments(handle, state))
 
 
 @pytest.mark.parametrize(("joint", "units"), [("A", 2), ("unit 1/pivot", 2), ("unit 1/upper", 3)])
 def test_time_derivative(joint, units):
     """Cross-check: the partial derivative by time equals a central difference at fixed state."""
-    handle, state, _ = touching_state(joint, units, np.random.default_rng(3))
+    handle, state = touching(array(joint, units), 3)
     check_time_derivative(handle, state, 1e-9)

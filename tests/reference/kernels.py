@@ -1,5 +1,7 @@
 """A mechanism's kernels at a state of choice, for tests of the mechanics."""
 
+from typing import Any
+
 import numpy as np
 
 from scissordyn.kernel import Handle
@@ -9,12 +11,36 @@ from scissordyn.plan.plan import plan
 from scissordyn.run.advance.system import make_system
 from scissordyn.run.start.start import prepare_start
 
+EDGE = 2e-5  # How deep contacts are that touch [m]
+
 
 def at_start(mechanism: Mechanism) -> tuple[Handle, np.ndarray]:
     """The system of a mechanism and its concentric start."""
     made = plan(mechanism)
     system = make_system(made)
     return system, prepare_start(made, system, "concentric").y
+
+
+def touching(
+    mechanism: Mechanism, seed: int, chosen: Any = slice(None), *, surface: str = "clearance", spread: float = 3e-4
+) -> tuple[Handle, np.ndarray]:
+    """The system of a mechanism in a random state in which chosen contacts touch: their surfaces are moved to them."""
+    random, (system, state) = np.random.default_rng(seed), at_start(mechanism)
+    content, n = system.content, system.content.model.n
+    state[: 2 * n] += np.concatenate([spread * random.normal(size=n), random.normal(size=n)])
+    state[2 * n :] = 2e-7
+    accepted(system, state)
+    gap, rate = np.zeros((2, content.state.mode.size))
+    functions.guards(0.0, state, system.address, gap, rate)
+    content.parameters.contact[surface][chosen] += gap[chosen] - EDGE
+    content.state.mode[chosen], content.state.memory[chosen] = 1, 0.5
+    return system, state
+
+
+def increments(system: Handle, state: np.ndarray) -> np.ndarray:
+    """Of coordinates, velocities and internal states, for differences."""
+    n = system.content.model.n
+    return np.repeat([2e-9, 1e-5, 1e-11], [n, n, state.size - 2 * n])
 
 
 def check_step_matrix(system: Handle, state: np.ndarray, step: float, increments: np.ndarray, time: float = 0.0) -> None:

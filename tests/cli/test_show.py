@@ -12,8 +12,8 @@ import pytest
 import xarray as xr
 
 from reference.paper_case import paper_case
+from scissordyn.cli.catalogue import plain_formula
 from scissordyn.cli.compare import change
-from scissordyn.cli.formula import plain_formula
 from scissordyn.cli.main import status_of
 from scissordyn.cli.show import column, show_answer, show_events, show_summary
 from scissordyn.cli.text_console import TextConsole
@@ -202,7 +202,7 @@ def test_names_can_be_typed_from_a_narrow_table(
     command: list[str], names: set[str], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Contract: names and defaults, which are copied into case files, are not cut where the terminal has 60 columns."""
-    for module in ("terminal", "catalogue"):
+    for module in ("output", "catalogue"):
         monkeypatch.setattr(f"scissordyn.cli.{module}.console", lambda: TextConsole(highlight=False, width=60))
     assert status_of(command) == 0
     lines = capsys.readouterr().out.splitlines()

@@ -155,8 +155,8 @@ def test_the_paper_can_be_stopped(tmp_path: Path, number: signal.Signals, engine
 
 STUBBORN = """
 import time
-from scissordyn.cli import interrupt
-interrupt.install()
+from scissordyn.cli.main import take_signals
+take_signals()
 while True:
     try:
         print("ready", flush=True)
@@ -189,7 +189,7 @@ def test_a_second_signal_ends_at_once(first: signal.Signals, second: signal.Sign
 
 HALF_MADE = """
 import time
-from scissordyn.cli import interrupt
+from scissordyn.cli.main import take_signals
 class File:
     def __init__(self):
         print("ready", flush=True)
@@ -197,7 +197,7 @@ class File:
         self.closed = False
     def __del__(self):
         assert not self.closed
-interrupt.install()
+take_signals()
 try:
     File()
 except KeyboardInterrupt:
@@ -216,13 +216,13 @@ def test_a_signal_while_an_object_is_made() -> None:
 
 DELETED = """
 import time, weakref
-from scissordyn.cli import interrupt
+from scissordyn.cli.main import take_signals
 class Cell:
     pass
 def forgotten(_):
     print("ready", flush=True)
     time.sleep(100)
-interrupt.install()
+take_signals()
 try:
     cell = Cell()
     watched = weakref.ref(cell, forgotten)

@@ -8,8 +8,7 @@ from typing import Annotated
 from typer import Option
 
 from scissordyn.cli.option import AsJson, CaseFile, Changes, Quiet
-from scissordyn.cli.output import DONE, check_picture, print_json
-from scissordyn.cli.terminal import say
+from scissordyn.cli.output import DONE, check_picture, print_json, say
 
 
 def check(

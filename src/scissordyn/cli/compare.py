@@ -10,10 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from typer import Argument, Option
 
-from scissordyn.cli.option import PictureFormat, SavedRun
-from scissordyn.cli.output import check_folder
-from scissordyn.cli.read import read_run
-from scissordyn.cli.terminal import print_table, say
+from scissordyn.cli.option import PictureFormat, SavedRun, read_run
+from scissordyn.cli.output import check_folder, print_table, say
 from scissordyn.config.quantity import written
 from scissordyn.units import cell
 

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 
 from typer import Argument, Option
 
-from scissordyn.cli.option import Quiet
+from scissordyn.cli.option import Quiet, typed
+from scissordyn.cli.output import say
 from scissordyn.errors import InputError, command
 
 if TYPE_CHECKING:
@@ -77,8 +78,6 @@ def import_drawing(
     until: Annotated[str, Option(metavar="TIME", help="How long the case runs.")] = "1 s",
     quiet: Quiet = False,
 ) -> int:
-    from scissordyn.cli.read import typed
-    from scissordyn.cli.terminal import say
     from scissordyn.config.case_text import BEGINNING
     from scissordyn.config.file import write_case
     from scissordyn.config.quantity import read_quantity

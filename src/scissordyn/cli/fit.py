@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 from typer import Option
 
 from scissordyn.cli.option import AsJson, CaseFile, Changes, Quiet
-from scissordyn.cli.output import DONE, UNFINISHED, check_file, check_folder, check_run, print_json
-from scissordyn.cli.terminal import print_table, say
+from scissordyn.cli.output import DONE, UNFINISHED, check_file, check_folder, check_run, print_json, print_table, say
 from scissordyn.config.quantity import read_quantity
 from scissordyn.errors import InputError, did_you_mean, printable
 from scissordyn.units import Quantity, cell

@@ -1,27 +1,31 @@
-"""The entry point: commands are loaded when they are called, errors become one line and an exit status."""
+"""The entry point: commands are loaded when called, errors and signals become one line and a status, whatever the streams."""
 
 from __future__ import annotations
 
+import codecs
 import contextlib
+import ctypes
 import functools
 import gc
+import io
 import os
 import re
+import signal
 import sys
 import threading
 import traceback
+import unicodedata
 from collections.abc import Callable, Sequence
 from difflib import get_close_matches
 from importlib import import_module
+from types import FrameType
 from typing import Annotated, Any
 
 import typer
 from typer.core import TyperGroup
 
 from scissordyn import __version__
-from scissordyn.cli.interrupt import install, received
 from scissordyn.cli.output import BAD_INPUT, BUG, DONE, INTERRUPTED
-from scissordyn.cli.streams import give_up, prepare_streams
 from scissordyn.errors import ScissordynError, printable, shortened
 
 ABOUT = "Dynamics of deployable scissor structures with clearance joints."
@@ -29,81 +33,112 @@ ABOUT = "Dynamics of deployable scissor structures with clearance joints."
 STOPPED = "interrupted"
 
 COMMANDS = {
-    "run": ("run", "Simulate a case and show its contacts."),
-    "check": ("check", "Read a case, assemble its mechanism and describe the run."),
-    "preview": ("check", "Assemble a case, describe its motion with ideal joints, and draw it with its names."),
-    "statics": ("statics", "Forces in pins, guides, drives, rods, springs and bars over the stroke, without inertia."),
-    "modes": ("response", "Natural frequencies and mode shapes at the start or along the motion."),
+    "run": ("run", "Simulate a case and show its contacts.", "scissordyn run case.toml -o run.nc --plot pictures --trust"),
+    "check": (
+        "check",
+        "Read a case, assemble its mechanism and describe the run.",
+        "scissordyn check case.toml --set drive.speed='250 rpm'",
+    ),
+    "preview": (
+        "check",
+        "Assemble a case, describe its motion with ideal joints, and draw it with its names.",
+        "scissordyn preview case.toml -o picture.svg --curves curves.svg",
+    ),
+    "statics": (
+        "response",
+        "Forces in pins, guides, drives, rods, springs and bars over the stroke, without inertia.",
+        "scissordyn statics case.toml --plot forces.png -o forces.csv",
+    ),
+    "modes": (
+        "response",
+        "Natural frequencies and mode shapes at the start or along the motion.",
+        "scissordyn modes case.toml --until '1 s' --plot figures",
+    ),
     "motor": (
         "response",
         "Torque and speed that a case needs, what of a motor's curve that is, and the least limit that is enough.",
+        "scissordyn motor case.toml --point '0 rpm, 60 N m' --point '300 rpm, 0 N m' --plot motor.png",
     ),
     "explore": (
         "explore",
         "Open a page in the browser with the fields of a case, its animation and its curves; end it with Ctrl-C.",
+        "scissordyn explore case.toml",
     ),
-    "plot": ("saved", "Draw a saved run; nothing is computed anew."),
-    "animate": ("saved", "Write a film of a saved run; nothing is computed anew."),
-    "compare": ("compare", "Show how two saved runs differ, or how well a run agrees with measured curves."),
-    "import": ("explore", "Write a case file of a linkage that was drawn elsewhere, and say what was not understood."),
-    "cite": ("saved", "List the publications of the mechanism, the laws and the methods that a saved run has used."),
+    "plot": (
+        "saved",
+        "Draw a saved run; nothing is computed anew.",
+        "scissordyn plot run.nc -o pictures --only force,orbit --joint A",
+    ),
+    "animate": ("saved", "Write a film of a saved run; nothing is computed anew.", "scissordyn animate run.nc film.html"),
+    "compare": (
+        "compare",
+        "Show how two saved runs differ, or how well a run agrees with measured curves.",
+        "scissordyn compare a.nc b.nc -o pictures",
+    ),
+    "import": (
+        "explore",
+        "Write a case file of a linkage that was drawn elsewhere, and say what was not understood.",
+        "scissordyn import linkage.dxf --unit mm -o case.toml",
+    ),
+    "cite": (
+        "saved",
+        "List the publications of the mechanism, the laws and the methods that a saved run has used.",
+        "scissordyn cite run.nc -o references.bib",
+    ),
     "fit": (
         "fit",
         "Fit numbers of a case to measured curves; say how well they are known, and which the data cannot distinguish.",
+        "scissordyn fit case.toml --data decay.csv --free arm.inertia --free pivot.damping --segment '2 s' -o fit.nc",
     ),
     "export": (
         "saved",
         "Write a saved run as a table or its pin forces, or the mechanism of a case as a drawing, a model or an FMU.",
+        "scissordyn export run.nc table.csv",
     ),
-    "new": ("catalogue", "Print a commented case file: scissordyn new scissor --with servo,tip > case.toml."),
-    "examples": ("catalogue", "List the examples, print one, or copy them."),
-    "zoo": ("catalogue", "List the named mechanisms, or show one: what it is, its source, its numbers, its case file."),
+    "new": (
+        "catalogue",
+        "Print a commented case file: scissordyn new scissor --with servo,tip > case.toml.",
+        "scissordyn new scissor --with servo,tip > case.toml",
+    ),
+    "examples": ("catalogue", "List the examples, print one, or copy them.", "scissordyn examples paper > case.toml"),
+    "zoo": (
+        "catalogue",
+        "List the named mechanisms, or show one: what it is, its source, its numbers, its case file.",
+        "scissordyn zoo peaucellier --case > case.toml",
+    ),
     "schema": (
         "catalogue",
         "Print the JSON Schema of case or study files; '#:schema case.json' on top of a file makes an editor use it.",
+        "scissordyn schema case -o case.json",
     ),
-    "laws": ("catalogue", "List the laws and materials, or show one with its parameters."),
-    "controllers": ("catalogue", "List the controllers, or show one with its parameters."),
+    "laws": (
+        "catalogue",
+        "List the laws and materials, or show one with its parameters.",
+        "scissordyn laws flores --plot law.png",
+    ),
+    "controllers": ("catalogue", "List the controllers, or show one with its parameters.", "scissordyn controllers pid"),
     "bifurcation": (
         "response",
         "Compute a bifurcation diagram: the state once per period of the drive, for many values of a parameter.",
+        "scissordyn bifurcation case.toml --over A.clearance --from '0.1 mm' --to '0.7 mm' -o diagram.nc",
     ),
-    "sweep": ("study", "Vary numbers of a case, keep all results in a store, and say where requirements are met."),
+    "sweep": (
+        "study",
+        "Vary numbers of a case, keep all results in a store, and say where requirements are met.",
+        "scissordyn sweep case.toml --vary A.clearance='0.1..0.4 mm' --points 16 -o sweep.db",
+    ),
     "study": (
         "study",
         "Compute a study file; or show, resume, retry, extend, refine, report, export or convert one, or replay a case.",
+        "scissordyn study study.toml -o study.db",
     ),
-    "paper": ("paper", "Reproduce the paper's figures and compare its statements with measured numbers."),
+    "paper": (
+        "paper",
+        "Reproduce the paper's figures and compare its statements with measured numbers.",
+        "scissordyn paper -o out --figure 9",
+    ),
 }
-"""Of each command the file and what it does."""
-
-EXAMPLES = {
-    "run": "scissordyn run case.toml -o run.nc --plot pictures --trust",
-    "check": "scissordyn check case.toml --set drive.speed='250 rpm'",
-    "preview": "scissordyn preview case.toml -o picture.svg --curves curves.svg",
-    "explore": "scissordyn explore case.toml",
-    "plot": "scissordyn plot run.nc -o pictures --only force,orbit --joint A",
-    "animate": "scissordyn animate run.nc film.html",
-    "compare": "scissordyn compare a.nc b.nc -o pictures",
-    "import": "scissordyn import linkage.dxf --unit mm -o case.toml",
-    "cite": "scissordyn cite run.nc -o references.bib",
-    "fit": "scissordyn fit case.toml --data decay.csv --free arm.inertia --free pivot.damping --segment '2 s' -o fit.nc",
-    "export": "scissordyn export run.nc table.csv",
-    "statics": "scissordyn statics case.toml --plot forces.png -o forces.csv",
-    "modes": "scissordyn modes case.toml --until '1 s' --plot figures",
-    "motor": "scissordyn motor case.toml --point '0 rpm, 60 N m' --point '300 rpm, 0 N m' --plot motor.png",
-    "new": "scissordyn new scissor --with servo,tip > case.toml",
-    "examples": "scissordyn examples paper > case.toml",
-    "zoo": "scissordyn zoo peaucellier --case > case.toml",
-    "schema": "scissordyn schema case -o case.json",
-    "laws": "scissordyn laws flores --plot law.png",
-    "controllers": "scissordyn controllers pid",
-    "bifurcation": "scissordyn bifurcation case.toml --over A.clearance --from '0.1 mm' --to '0.7 mm' -o diagram.nc",
-    "sweep": "scissordyn sweep case.toml --vary A.clearance='0.1..0.4 mm' --points 16 -o sweep.db",
-    "study": "scissordyn study study.toml -o study.db",
-    "paper": "scissordyn paper -o out --figure 9",
-}
-"""Of each command one that can be typed, below its help."""
+"""Of each command the file, what it does, and one that can be typed, below its help."""
 
 OTHER_WORDS = {
     "simulate": "run",
@@ -121,6 +156,15 @@ OPTION_KEYS = ("until", "start", "rtol", "atol", "method", "most_steps", "events
 
 # depending on its version typer has its own copy of click or uses the installed one: this is ClickException in both
 USAGE_ERROR: type[Exception] = typer.BadParameter.__mro__[2]
+
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
+_received: list[int] = []  # Signals that came
+
+WRITTEN = "scissordyn"  # Name of the error handler of encodings
+
+IN_ASCII = {"\u00b5": "u", "\u03bc": "u", "\u00b0": "deg", "\u00b7": "*", "\u00d7": "x", "\u2026": "...", "\u2019": "'"}
+"""Letters of units and signs as they are typed; of others the letter without its accent, or else the code."""
 
 PLAIN: dict[str, Any] = {
     "pretty_exceptions_enable": False,
@@ -141,12 +185,12 @@ class Commands(TyperGroup):
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         with formatter.section("Commands"):
-            formatter.write_dl([(name, about) for name, (_, about) in COMMANDS.items()])
+            formatter.write_dl([(name, about) for name, (_, about, _) in COMMANDS.items()])
 
 
 def load_command(name: str) -> Any:
     """A command that typer parses; it returns what is to be called, as typer handles Ctrl-C and pipes in its own way."""
-    room, about = COMMANDS[name]
+    room, about, example = COMMANDS[name]
     command: Callable[..., int] = getattr(import_module(f"scissordyn.cli.{room}"), {"import": "import_drawing"}.get(name, name))
 
     @functools.wraps(command)
@@ -154,7 +198,7 @@ def load_command(name: str) -> Any:
         return functools.partial(command, **options)
 
     alone = typer.Typer(add_completion=False, **PLAIN)
-    alone.command(name, help=about, epilog=f"Example: {EXAMPLES[name]}")(parsed)
+    alone.command(name, help=about, epilog=f"Example: {example}")(parsed)
     return typer.main.get_command(alone)
 
 
@@ -180,15 +224,15 @@ def run() -> None:
     # without this a third of a short command's time is garbage collection, among freshly loaded libraries and at
     # the end, when the system frees all memory anyway
     gc.set_threshold(200_000)
-    install()
+    take_signals()
     prepare_streams()
     try:
         status = status_of(sys.argv[1:])
     except KeyboardInterrupt:
         status = _complain(STOPPED, INTERRUPTED)
     gc.freeze()
-    if status == INTERRUPTED and received():
-        status = 128 + received()
+    if status == INTERRUPTED and _received:
+        status = 128 + _received[0]
     for name in ("stdout", "stderr"):
         try:
             getattr(sys, name).flush()
@@ -222,7 +266,7 @@ def status_of(arguments: Sequence[str]) -> int:
     except MemoryError as error:
         return _complain(f"the memory of this machine is not enough: {error or 'no details'}", BAD_INPUT)
     except Exception as error:  # the output is one line only
-        if received():
+        if _received:
             return _complain(STOPPED, INTERRUPTED)
         hint = "" if os.environ.get("SCISSORDYN_TRACEBACK") else "; a fault of scissordyn: SCISSORDYN_TRACEBACK=1 shows where"
         return _complain(f"{type(error).__name__}: {error}{hint}", BUG)
@@ -236,8 +280,8 @@ def _usage(error: Exception, arguments: Sequence[str]) -> str:
     near = near or [OTHER_WORDS[word] for word in get_close_matches(first, OTHER_WORDS, n=1, cutoff=0.6)]
     if "No such command" in text and near and (first in OTHER_WORDS or "Did you mean" not in text):
         text = f"No such command '{first}' (did you mean '{near[0]}'?)"
-    if text.startswith("Missing") and first in EXAMPLES:
-        return f"{text}; type: {EXAMPLES[first]}"
+    if text.startswith("Missing") and first in COMMANDS:
+        return f"{text}; type: {COMMANDS[first][2]}"
     option = re.match(r"No such option:? '?--([\w-]+)", text)
     key = option[1].replace("-", "_") if option else ""
     if key in OPTION_KEYS and first in COMMANDS:
@@ -262,6 +306,67 @@ def _complain(text: str, status: int) -> int:
             traceback.print_exc()
         print(f"scissordyn: {printable(shortened(text))}", file=sys.stderr)
     return status
+
+
+def take_signals() -> None:
+    """Take signals from now on; on the main thread of a process that is a command."""
+    for number in SIGNALS:
+        signal.signal(number, _interrupt)
+
+
+def _interrupt(number: int, _: FrameType | None) -> None:
+    """End a command in good order, after the present slice of steps; the operating system acts on a second signal by itself."""
+    _received.append(number)
+    sys.unraisablehook = _raise_again
+    for other in SIGNALS:
+        signal.signal(other, signal.SIG_DFL)
+    if os.isatty(2):  # a progress bar hides the cursor of the terminal
+        os.write(2, b"\x1b[?25h")
+    raise KeyboardInterrupt
+
+
+def _raise_again(unraisable: sys.UnraisableHookArgs) -> None:
+    """Raise an interrupt again that Python has dropped, as in the callback of a weak reference."""
+    main = threading.main_thread()
+    if issubclass(unraisable.exc_type, KeyboardInterrupt) and threading.current_thread() is main:
+        # not at once: what is raised while this function runs would be dropped as well
+        target = ctypes.c_ulong(main.ident or 0), ctypes.py_object(KeyboardInterrupt)
+        threading.Timer(0.02, ctypes.pythonapi.PyThreadState_SetAsyncExc, target).start()
+
+
+def prepare_streams() -> None:
+    """Make everything that a command prints fit its standard output: what is closed is nowhere, no letter is an error."""
+    codecs.register_error(WRITTEN, _written)
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
+        if stream is None:
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115
+        elif isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors=WRITTEN)
+
+
+def _written(error: UnicodeError) -> tuple[bytes, int]:
+    """Letters that an encoding does not have, in those that every encoding has; bytes of file names as they are."""
+    assert isinstance(error, UnicodeEncodeError)
+    written = b""
+    for letter in error.object[error.start : error.end]:
+        plain = IN_ASCII.get(letter) or unicodedata.normalize("NFKD", letter).encode("ascii", "ignore").decode()
+        if "\udc80" <= letter <= "\udcff":
+            written += bytes([ord(letter) - 0xDC00])
+        else:
+            written += (plain or letter).encode("ascii", "backslashreplace")
+    return written, error.end
+
+
+def give_up(name: str) -> None:
+    """Send what "stdout" or "stderr" has still to print nowhere; the interpreter would try again when it ends, and fail."""
+    try:
+        number = getattr(sys, name).fileno()
+    except (OSError, ValueError):  # a test's own stream
+        return
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, number)
+    os.close(nowhere)
 
 
 if __name__ == "__main__":

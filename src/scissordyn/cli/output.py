@@ -1,4 +1,4 @@
-"""Exit statuses, checks that results can be written before the computation, and progress."""
+"""What commands print, exit statuses, checks that results can be written before the computation, and progress."""
 
 from __future__ import annotations
 
@@ -6,13 +6,16 @@ import json
 import math
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from scissordyn.errors import InputError
+
+if TYPE_CHECKING:  # the help of a command loads no libraries
+    from rich.console import Console
 
 DONE, BUG, BAD_INPUT, UNFINISHED, INTERRUPTED = 0, 1, 2, 3, 130
 """Exit statuses: 3 if a run failed, whose results up to the failure are kept; 128 + SIGINT as in shells."""
@@ -20,6 +23,15 @@ DONE, BUG, BAD_INPUT, UNFINISHED, INTERRUPTED = 0, 1, 2, 3, 130
 STATUSES = {"complete": DONE, "interrupted": INTERRUPTED, "failed": UNFINISHED}
 
 PICTURES = (".png", ".svg", ".pdf", ".jpg", ".jpeg")
+
+WIDTH = 100  # Columns of the output without a terminal
+
+LOOKS: dict[str, dict[str, Any]] = {
+    "name": {"no_wrap": True},  # which is copied
+    "text": {"overflow": "fold"},
+    "number": {"justify": "right", "no_wrap": True},
+    "numbers": {"justify": "right", "overflow": "fold"},
+}
 
 DESCRIPTION = "{task.description}"  # A column of a progress bar
 
@@ -86,6 +98,34 @@ def _try(target: Path, folder: Path, sample: str) -> None:
             pass
     except OSError as error:
         raise InputError(f"cannot write '{target}': {error.strerror}", "a place that can be written", sample) from None
+
+
+def console() -> Console:
+    """Console on stdout, not narrower than the tables for a file or a pipe."""
+    from scissordyn.cli.text_console import TextConsole
+
+    plain = TextConsole(highlight=False, soft_wrap=False)
+    return plain if plain.is_terminal else TextConsole(highlight=False, width=WIDTH)
+
+
+def say(*lines: object, **look: Any) -> None:
+    """Print lines as they are, on a terminal broken between words."""
+    to = console()
+    for line in lines:
+        to.print(str(line), **look)
+
+
+def print_table(columns: Mapping[str, str], rows: Iterable[Sequence[str]], title: str | None = None) -> None:
+    """Print a table with columns of `LOOKS`, by their heads."""
+    from rich import box
+    from rich.table import Table
+
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0), title=title, title_justify="left")
+    for head, look in columns.items():
+        table.add_column(head, **LOOKS[look])
+    for row in rows:
+        table.add_row(*row)
+    console().print(table)
 
 
 def print_json(record: dict[str, Any]) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 from typer import Option
 
 from scissordyn.cli.option import MOST_THREADS, Where
-from scissordyn.cli.output import DESCRIPTION, DONE, INTERRUPTED, bars, check_folder
+from scissordyn.cli.output import DESCRIPTION, DONE, INTERRUPTED, bars, check_folder, print_table, say
 from scissordyn.errors import InputError
 
 if TYPE_CHECKING:
@@ -88,8 +88,6 @@ def _where(threads: int | None, workers: int | None, figure: int | None) -> Wher
 
 def _show(verdicts: tuple[Verdict, ...]) -> None:
     """Print the answers as a table."""
-    from scissordyn.cli.terminal import print_table, say
-
     rows = []
     for verdict in verdicts:
         words = verdict.finding.words
@@ -108,7 +106,6 @@ def _show(verdicts: tuple[Verdict, ...]) -> None:
 
 def _show_changes(changes: tuple[Change, ...]) -> None:
     """Print what each change of bars and joint does, a line each."""
-    from scissordyn.cli.terminal import say
     from scissordyn_paper.open_question import COMPARED, MANOEUVRES
 
     for manoeuvre, title in MANOEUVRES.items():
@@ -120,7 +117,6 @@ def _show_changes(changes: tuple[Change, ...]) -> None:
 
 def _show_readings(answers: ReadingAnswers) -> None:
     """Print how many statements are met, and by what."""
-    from scissordyn.cli.terminal import say
     from scissordyn_paper.readings import NEIGHBOURS, read
 
     judged, leading = answers.judged, answers.leading

@@ -17,6 +17,7 @@ from scissordyn.cli.output import (
     check_folder,
     check_movie,
     check_run,
+    console,
     print_json,
     progress_bar,
 )
@@ -54,7 +55,6 @@ def run(
     as_json: AsJson = False,
 ) -> int:
     from scissordyn.cli.show import run_record, show_answer, show_events, show_summary
-    from scissordyn.cli.terminal import console
 
     _check_outputs(case, output, plot, film)
     keeper = None if checkpoint is None else _checkpoint(checkpoint, output, case)

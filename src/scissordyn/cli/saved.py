@@ -7,10 +7,18 @@ from typing import Annotated, Any
 
 from typer import Argument, Option
 
-from scissordyn.cli.option import BarQuantity, Changes, Magnified, OwnCode, PictureFormat, SavedRun
-from scissordyn.cli.output import check_file, check_folder, check_movie
-from scissordyn.cli.read import mechanism_of, read_run, typed
-from scissordyn.cli.terminal import say
+from scissordyn.cli.option import (
+    BarQuantity,
+    Changes,
+    Magnified,
+    OwnCode,
+    PictureFormat,
+    SavedRun,
+    mechanism_of,
+    read_run,
+    typed,
+)
+from scissordyn.cli.output import check_file, check_folder, check_movie, say
 from scissordyn.errors import InputError
 
 LONGEST = 3600.0  # Of a film [s]

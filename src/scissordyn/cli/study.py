@@ -23,8 +23,10 @@ from scissordyn.cli.output import (
     check_folder,
     check_run,
     check_store_name,
+    console,
+    print_table,
+    say,
 )
-from scissordyn.cli.terminal import console, print_table, say
 from scissordyn.errors import InputError, command, did_you_mean, printable
 from scissordyn.units import Quantity, counted, short
 

@@ -113,25 +113,10 @@ def parts_only() -> sd.Mechanism:
     return sd.Mechanism(bodies, ground=(("O", (0.0, 0.0)), ("P", (0.3, 0.4))))
 
 
-HOSTS: Mapping[str, Any] = {
-    "bodies": lambda part: [sd.Mechanism((part,))],
-    **{
-        name: lambda part, name=name: [dataclasses.replace(parts_only(), **{name: (part,)})]
-        for name in (
-            "joints",
-            "guides",
-            "drives",
-            "welds",
-            "components",
-            "rods",
-            "latches",
-            "tracks",
-            "couplings",
-            "coordinate_drives",
-        )
-    },
-}
-"""For each list of parts of a mechanism, mechanisms with one such part."""
+def host(field: str, part: Any) -> sd.Mechanism:
+    """A mechanism with one part in one of its lists."""
+    return sd.Mechanism((part,)) if field == "bodies" else dataclasses.replace(parts_only(), **{field: (part,)})
+
 
 TEXTS = ("crank", "rod", "plate", "ground", "end", "start", "error", "sensor_x", *METHODS, ODD)
 PLACES = (("crank", "end"), ("rod", "start"), ("rod", "end"), ("ground", "O"), ("slider", "centre"), ("plate", "corner"))
@@ -187,7 +172,7 @@ def made(described: type, values: Mapping[str, Any]) -> Any:
     try:
         part = described(**values)
         for field in LISTS.get(described, ()):
-            HOSTS[field](part)
+            host(field, part)
     except InputError:
         return None
     return part
@@ -251,7 +236,7 @@ def cases(described: type) -> Iterator[sd.Mechanism]:
         if described is sd.Rod and isinstance(part.motion, sd.ConstantSpeed):
             continue  # a distance that is zero at the start has no spelling
         for field in LISTS[described]:
-            yield from HOSTS[field](part)
+            yield host(field, part)
 
 
 @pytest.mark.parametrize("described", LISTS, ids=lambda described: described.__name__)

@@ -118,12 +118,11 @@ class Stroke:
 
     def velocity(self, point: BodyPoint) -> np.ndarray:
         """Of a point at the start, for unit speed of the driven body [m/rad]."""
-        first, k = self.ends[0], [body.name for body in self.mechanism.bodies].index(point[0])
-        rate = drive_rate(self.path, first)
-        body, offset = self.mechanism.bodies[k], self.path.closure.first[point[0]]
-        x, y = body.points[point[1]]
-        cos, sin = rate[offset + 2 : offset + 4] if self.path.closure.natural.rotates(body.name) else (0.0, 0.0)
-        return np.asarray(rate[offset : offset + 2] + np.array([cos * x - sin * y, sin * x + cos * y]))
+        name, local = point
+        rate, first = drive_rate(self.path, self.ends[0]), self.path.closure.first[name]
+        x, y = self.mechanism.body(name).points[local]
+        cos, sin = rate[first + 2 : first + 4] if self.path.closure.natural.rotates(name) else (0.0, 0.0)
+        return np.asarray(rate[first : first + 2] + np.array([cos * x - sin * y, sin * x + cos * y]))
 
     @cached_property
     def hinge(self) -> Revolute:
@@ -317,11 +316,9 @@ def _linear_motor(stroke: Stroke) -> Given:
 
 
 def _bushing(stroke: Stroke) -> Given:
-    hinge = stroke.hinge
-    names = [body.name for body in stroke.mechanism.bodies]
-    start, end = (stroke.mechanism.bodies[names.index(name)].placed_angle for name in (hinge.journal[0], hinge.bearing[0]))
-    angle = {"free_angle": _exact(end - start, "rad")}
-    return {"start": ".".join(hinge.journal), "end": ".".join(hinge.bearing), **angle}
+    start, end = stroke.hinge.journal, stroke.hinge.bearing
+    turned = stroke.mechanism.body(end[0]).placed_angle - stroke.mechanism.body(start[0]).placed_angle
+    return {"start": ".".join(start), "end": ".".join(end), "free_angle": _exact(turned, "rad")}
 
 
 FURTHER: Mapping[str, tuple[str, Callable[[Stroke], Given]]] = {
@@ -408,7 +405,7 @@ def fitted(mechanism: Mechanism, turn: float, parts: Iterable[str], changes: Cha
     motion = instance(DriveTable, drive, {}).motion()
     assert isinstance(motion, Cycloidal), "the only motion of this table"
     tables: dict[str, Given] = {}
-    for name in sorted(names, key=lambda each: each not in LOADS):  # servo and springs are for the loaded structure
+    for name in sorted(names, key=lambda part: part not in LOADS):  # servo and springs are for the loaded structure
         section, values = FURTHER[name]
         tables[section] = changes(section, values(Stroke(mechanism, motion)))
         if name in LOADS:

@@ -70,10 +70,8 @@ def _corners(given: Any, context: Context) -> tuple[Point, ...]:
         raise InputError("not a list of corners", "a list of places", 'corners = ["-20, -10 mm", "20, -10 mm", "0, 10 mm"]')
     corners = []
     for place in given:
-        numbers = read_numbers(place, "m")
-        if len(numbers) != 2:
-            raise InputError(f"a corner with {len(numbers)} numbers", "two numbers and their unit [m]", '"20, -10 mm"')
-        corners.append((numbers[0], numbers[1]))
+        with located("a corner"):
+            corners.append(PLACE.read(place, context))
     return tuple(corners)
 
 

@@ -35,7 +35,6 @@ BendingTable = table_of(
     modes="auto",
     **BARS_SAMPLE,
 )
-"""Bars that bend."""
 
 
 def _of_all_bars() -> type[Table]:
@@ -69,14 +68,11 @@ JointFrictionTable = table_of(
     radius="10 mm",
     kinetic=0.1,
 )
-"""Friction in some ideal pins."""
 
 
 PayloadTable = table_of(with_payload, (("mechanism", None),), spelt={"place": "at"}, place="A", mass="1 kg")
-"""A payload fixed to a body."""
 
 PanelsTable = table_of(with_panels, (("mechanism", None),), bodies="unit */bar 1", mass="0.5 kg")
-"""A panel on each of some bars."""
 
 
 _RESTITUTION = Annotated[
@@ -109,7 +105,6 @@ ClearanceTable = _table(
     bearing_material="steel",
     lubrication="ISO VG 46",
 )
-"""A clearance joint."""
 
 GuideClearanceTable = _table(
     GuideClearance,
@@ -122,7 +117,6 @@ GuideClearanceTable = _table(
     guide_material="steel",
     corners=["-19, -9 mm", "19, -9 mm", "19, 9 mm", "-19, 9 mm"],
 )
-"""A clearance guide."""
 
 TORQUES = 'feed_forward = { time = "0 0.1 0.2 0.3 0.4 0.5 s", torque = "0 1 2 3 4 5 N m" }'
 

@@ -144,7 +144,6 @@ CaseTable = made_table(
     _CaseTable,
     {key: (Annotated[Sequence[Annotated[Any, read]], About(about)], ()) for key, (read, about) in _LISTS.items()},
 )
-"""A whole case file."""
 
 
 RecordTable = made_table(

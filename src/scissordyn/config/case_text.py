@@ -85,7 +85,6 @@ def record_text(mechanism: Mechanism, options: Options | None = None, further: M
 
 
 def _lines(tree: Mapping[str, Any]) -> Iterator[str]:
-    """Tables, and lists of them."""
     for section, tables in tree.items():
         many = isinstance(tables, list)
         for table in tables if many else [tables]:

@@ -52,7 +52,6 @@ class Code:
         return ".py:" in name or (name in self.digests and name.startswith(f"{CLASS} "))
 
     def element(self, slot: str, name: str, parameters: Mapping[str, Any]) -> Any:
-        """The class of a law or controller."""
         return element_class(slot, self.reference(SLOTS[slot].slot.title, name), self.folder or Path())
 
     def component(self, name: str, keys: Mapping[str, Any]) -> Any:

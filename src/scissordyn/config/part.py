@@ -61,11 +61,9 @@ class CoordinateTable(Table):
     exactly_one = ("angle", "slide", "distance")
 
     def check(self) -> None:
-        """One kind of coordinate."""
         self.coordinate()
 
     def coordinate(self) -> Coordinate:
-        """What the table describes."""
         if sum(part is not None for part in (self.angle, self.slide, self.distance)) != 1:
             raise InputError("a coordinate needs one of angle, slide and distance", SAMPLE)
         if self.slide is not None:
@@ -81,7 +79,6 @@ def _read_coordinate(given: Any, context: Context) -> Coordinate:
 
 
 def ratio_unit(output: Coordinate, input: Coordinate) -> str:
-    """The unit of the ratio of a coupling."""
     return "1" if output.unit == input.unit else f"{output.unit}/{input.unit}"
 
 
@@ -123,7 +120,6 @@ BacklashTable = table_of(
     spelt={"backlash": "angle"},
     backlash="0.5 deg",
 )
-"""The backlash of a coupling."""
 
 
 @reader(lambda: {"anyOf": [{"type": "string", "pattern": quantity_pattern("rad", negative=False)}, BacklashTable]})
@@ -168,7 +164,6 @@ def coupling_lines(mechanism: Mechanism) -> list[str]:
 
 
 def coordinate_words(coordinate: Coordinate) -> str:
-    """A coordinate in words."""
     if isinstance(coordinate, Distance):
         return f"distance of {'.'.join(coordinate.start)} and {'.'.join(coordinate.end)}"
     against = "" if coordinate.base == GROUND else f" against {coordinate.base}"

@@ -56,7 +56,6 @@ class BuiltTable(Call, StructureTable):
     """The arguments of a function that builds a mechanism."""
 
     def fields(self) -> dict[str, Any]:
-        """Every field of the mechanism that is built."""
         mechanism = self.result()
         built = {field.name: getattr(mechanism, field.name) for field in dataclasses.fields(mechanism)}
         return {**built, "source": self.source or ""}
@@ -82,7 +81,6 @@ _TABLES = (
 )
 
 STRUCTURES: Mapping[str, type[StructureTable]] = {table.declared_keys()["kind"].words[0]: table for table in _TABLES}
-"""The tables of [structure] by kind."""
 
 
 def _known(given: Any, _: Context) -> str:

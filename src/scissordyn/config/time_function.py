@@ -151,7 +151,6 @@ def _from_file(path: Path, values: Values) -> Tabulated:
 
 
 def table_shape(unit: str) -> Shape:
-    """Two columns."""
     column = {"type": "array", "items": {"type": "number"}} if unit == "1" else numbers_shape(unit)
     return columns_shape({"time": numbers_shape("s"), VALUES[unit].name: column})
 

@@ -48,7 +48,6 @@ def _numbers(unit: str) -> Reader:
 
 
 def _pairs(pairs: Pairs) -> Reader:
-    """For two lists of numbers."""
     units = dict(zip(pairs.names, pairs.units, strict=True))
 
     @reader(lambda: columns_shape({name: numbers_shape(unit) for name, unit in units.items()}))

@@ -130,13 +130,13 @@ from scissordyn.plot.publication import style as style
 from scissordyn.run.batch import simulate_many as simulate_many
 from scissordyn.run.answer.buckling import buckling as buckling
 from scissordyn.run.advance.checkpoint import Checkpoint as Checkpoint
-from scissordyn.run.constrained_contact import constrain_contact as constrain_contact
+from scissordyn.run.inverse_dynamics import constrain_contact as constrain_contact
 from scissordyn.run.engine import Processes as Processes
-from scissordyn.run.feed_forward import feed_forward as feed_forward
+from scissordyn.run.inverse_dynamics import feed_forward as feed_forward
 from scissordyn.run.ideal import ideal_kinematics as ideal_kinematics
 from scissordyn.run.answer.internal_forces import internal_forces as internal_forces
 from scissordyn.run.answer.modes import modes as modes
-from scissordyn.run.answer.inverse_dynamics import inverse_dynamics as inverse_dynamics
+from scissordyn.run.inverse_dynamics import inverse_dynamics as inverse_dynamics
 from scissordyn.run.answer.statics import statics as statics
 from scissordyn.run.options import Options as Options
 from scissordyn.run.simulate import replay as replay, simulate as simulate

@@ -27,7 +27,7 @@ from scissordyn.errors import ScissordynError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain
 from scissordyn.run.advance.interrupt import pass_on
-from scissordyn.run.feed_forward import feed_forward
+from scissordyn.run.inverse_dynamics import feed_forward
 from scissordyn.run.simulate import simulate
 from scissordyn.units import degrees
 from scissordyn_paper.cases import ARRAY, SPEED, STROKE, Choice, PaperCase

@@ -15,8 +15,8 @@ from scissordyn.errors import ScissordynError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.advance.interrupt import pass_on
 from scissordyn.run.answer.placement import Placement
-from scissordyn.run.constrained_contact import constrain_contact
 from scissordyn.run.engine import Engine
+from scissordyn.run.inverse_dynamics import constrain_contact
 from scissordyn.run.simulate import simulate
 from scissordyn_paper.cache import Progress, fetch
 from scissordyn_paper.cases import PaperCase

@@ -13,7 +13,7 @@ from scissordyn.config.file import read_case
 from scissordyn.control.delayed.pyragas import Pyragas
 from scissordyn.control.tracking.feed_forward import FeedForward
 from scissordyn.control.tracking.pid import PID
-from scissordyn.run.feed_forward import feed_forward
+from scissordyn.run.inverse_dynamics import feed_forward
 
 CASE = """
 [structure]

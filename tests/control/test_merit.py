@@ -11,7 +11,7 @@ from scissordyn.analysis.merit import figures_of_merit
 from scissordyn.component.force import Force
 from scissordyn.component.time_function import Cycloidal, tabulated
 from scissordyn.control.tracking.feed_forward import FeedForward
-from scissordyn.run.feed_forward import feed_forward
+from scissordyn.run.inverse_dynamics import feed_forward
 
 UNTIL, DURATION, LIMIT = 1.2, 1.0, 770.0
 REFERENCE = Cycloidal(math.radians(30), math.radians(60), DURATION)

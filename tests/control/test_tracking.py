@@ -17,7 +17,7 @@ from scissordyn.control.tracking.none import NoControl
 from scissordyn.control.tracking.pid import PID
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plugin.element import PARAMETERS
-from scissordyn.run.feed_forward import feed_forward
+from scissordyn.run.inverse_dynamics import feed_forward
 
 TIGHT = {"rtol": 1e-11, "atol": 1e-11, "samples": 101}
 INERTIA = 0.45  # Of the bar below about its pin [kg m^2]

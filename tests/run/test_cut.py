@@ -11,7 +11,7 @@ from scissordyn.file import export, netcdf, output_file
 from scissordyn.plan.plan import plan
 from scissordyn.run import configuration, store
 from scissordyn.run.advance import driver, trajectory
-from scissordyn.run.answer import dataset, events, synchronisation, track
+from scissordyn.run.answer import dataset, events
 from scissordyn.run.configuration import write_configuration
 from scissordyn.run.options import Options
 
@@ -97,5 +97,5 @@ def test_writers_do_not_simulate(arm: sd.Mechanism, monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(driver.Driver, "advance", refuse)
     made = dataset.results(path.plan, write_configuration(arm, options), path, record).dataset()
     assert made.sizes["time"] == 11
-    modules = (dataset, track, events, synchronisation, configuration, store, netcdf, export, output_file)
+    modules = (dataset, events, configuration, store, netcdf, export, output_file)
     assert not [module.__name__ for module in modules if {"compute", "Driver", "simulate"} & set(vars(module))]

@@ -28,7 +28,7 @@ def interrupted(*_: object, **__: object) -> xr.Dataset:
 
 PARTS: dict[str, tuple[str, str, Callable[[Path], object]]] = {
     "the torque of the ideal mechanism": (
-        "scissordyn.run.feed_forward",
+        "scissordyn.run.inverse_dynamics",
         "simulate",
         lambda _: sd.feed_forward(sd.scissor(units=1), sd.ConstantSpeed(1.0), until=0.1),
     ),

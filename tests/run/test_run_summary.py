@@ -23,8 +23,8 @@ from scissordyn.run.advance.instants import (
     with_recorded,
 )
 from scissordyn.run.advance.trajectory import compute
-from scissordyn.run.answer.advice import MEANS, force_at_equal_energy, warning_lines
 from scissordyn.run.answer.summary import at_limit
+from scissordyn.run.answer.warn import MEANS, force_at_equal_energy, warning_lines
 from scissordyn.run.options import Options
 from scissordyn.run.simulate import results_of
 from scissordyn.warning import RunWarning, group, line, warning

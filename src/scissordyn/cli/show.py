@@ -15,10 +15,9 @@ from rich.table import Table
 
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.numeral import PREFIXES, numerals, prefix
-from scissordyn.run.answer.advice import MEANS, warning_lines, warnings_of
 from scissordyn.run.answer.joint_force import JointSummary, estimate_in_words, joint_summaries, kinds_left_out, parts_of_oiled
 from scissordyn.run.answer.summary import summary_of
-from scissordyn.run.answer.warn import energy_turned_over
+from scissordyn.run.answer.warn import MEANS, energy_turned_over, warning_lines, warnings_of
 from scissordyn.run.results import Run
 from scissordyn.units import counted, short
 

@@ -22,7 +22,7 @@ from scissordyn.model.bending import with_bending
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.guide_clearance import GuideClearance
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.run.feed_forward import feed_forward
+from scissordyn.run.inverse_dynamics import feed_forward
 from scissordyn.units import quantities
 
 BARS_SAMPLE: dict[str, Any] = {"section": "tube 60x60x1.56 mm", "material": "steel"}

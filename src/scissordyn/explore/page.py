@@ -21,9 +21,9 @@ from scissordyn.explore.worker import Outcome
 from scissordyn.plan.bending import bends
 from scissordyn.plot.canvas import packed_scene
 from scissordyn.plot.series import largest_forces
-from scissordyn.run.answer.advice import warnings_of
 from scissordyn.run.answer.joint_force import clearance_joints
 from scissordyn.run.answer.summary import summary_of
+from scissordyn.run.answer.warn import warnings_of
 from scissordyn.run.configuration import ATTRIBUTE, Configuration
 from scissordyn.units import short
 from scissordyn.warning import group, line

@@ -22,8 +22,8 @@ from scissordyn.plan.plan import Plan, plan
 from scissordyn.run.advance.driver import FIRST, SLICE, UNFINISHED, Driver, advance_together
 from scissordyn.run.advance.system import make_system, put_numbers
 from scissordyn.run.advance.trajectory import broken_off, make_driver, model_failure, reach
-from scissordyn.run.answer.hard_contact import ignored_roots, stepping_warnings
 from scissordyn.run.answer.measure import COMPONENT_UNIT, MEASURES, Ended, Measure, check_measures, component_units, parts_of
+from scissordyn.run.answer.trajectory_warnings import ignored_roots, stepping_warnings
 from scissordyn.run.answer.warn import Extremes
 from scissordyn.run.configuration import write_configuration
 from scissordyn.run.engine import outcomes, workers_of

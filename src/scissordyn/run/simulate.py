@@ -15,14 +15,10 @@ from scissordyn.plan.plan import plan
 from scissordyn.run.advance.checkpoint import Checkpoint, open_checkpoint
 from scissordyn.run.advance.instants import MOST_INSTANTS, sample_times, sampled_at, with_recorded
 from scissordyn.run.advance.trajectory import FAILED, Trajectory, compute, recorded
-from scissordyn.run.answer.advice import warnings_of
-from scissordyn.run.answer.dataset import results
-from scissordyn.run.answer.hard_contact import hard_contact_warnings
-from scissordyn.run.answer.painleve import painleve_warnings
+from scissordyn.run.answer.dataset import deviation_variables, results
 from scissordyn.run.answer.predictability import compared, predictability
-from scissordyn.run.answer.state_scale import scale_warnings
-from scissordyn.run.answer.track import deviation_variables
-from scissordyn.run.answer.warn import Extremes, contact_failures, run_warnings
+from scissordyn.run.answer.trajectory_warnings import trajectory_warnings
+from scissordyn.run.answer.warn import Extremes, contact_failures, run_warnings, warnings_of
 from scissordyn.run.configuration import is_run, read_configuration, write_configuration
 from scissordyn.run.options import AUTO, EndTime, EventKind, Options, SampleCount, StartKind
 from scissordyn.run.results import Results, Run
@@ -190,8 +186,7 @@ def results_of(
         path, record = recorded(tables, options, path, progress, ideal=ideal)
         run = results(tables, configuration, path, record)
         warnings = [*plain(path.warnings), *Extremes(tables).add(path).warnings(), *run_warnings(tables, run, path.immobile)]
-        warnings += plain(passing_warnings(tables, run, options.until)) + painleve_warnings(path, record)
-        warnings += scale_warnings(options, path) + hard_contact_warnings(path, options)
+        warnings += plain(passing_warnings(tables, run, options.until)) + trajectory_warnings(path, record, options)
         if run.attrs["status"] == "failed":
             failures = [str(failure) for failure in contact_failures(tables, run)]
             run.attrs["cause"] = "; ".join(failures if failures and FAILED in path.cause else [path.cause, *failures])

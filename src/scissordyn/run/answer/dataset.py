@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from scissordyn.mechanics.monitored import (
     INDENTATION,
     JOINT_FORCE,
     PRESSURE_VELOCITY,
+    TRACK_DEVIATION,
     oiled_contacts,
 )
 from scissordyn.mechanics.outputs import Record
@@ -30,16 +32,15 @@ from scissordyn.plan.acting import states_of
 from scissordyn.plan.plan import Plan
 from scissordyn.run.advance.trajectory import Trajectory
 from scissordyn.run.answer.bars import bar_variables
-from scissordyn.run.answer.buckling_ratio import buckling_ratios
+from scissordyn.run.answer.buckling import buckling_ratios
 from scissordyn.run.answer.coupling import coupling_variables
-from scissordyn.run.answer.events import ACCOUNTS, accounts, columns, event_variables
+from scissordyn.run.answer.events import ACCOUNTS, accounts, columns, event_variables, peak_forces
 from scissordyn.run.answer.film import film_variables
 from scissordyn.run.answer.internal_forces import largest_variables
-from scissordyn.run.answer.peak_estimate import peak_forces
-from scissordyn.run.answer.synchronisation import synchronisation_variables
-from scissordyn.run.answer.track import track_variables
 from scissordyn.run.configuration import TITLE
-from scissordyn.run.results import Results, Variables, described, labels, located
+from scissordyn.run.options import Options
+from scissordyn.run.results import Results, Run, Variables, along, described, labels, located
+from scissordyn.run.start.ideal_path import PARTS, IdealPath, deviation_parts
 from scissordyn.run.start.reaction import with_distributed_mass
 
 
@@ -398,4 +399,94 @@ def _contact_variables(plan: Plan, path: Trajectory) -> Variables:
         "impulse": described(along, table["impulse"], "N s", "impulse of the normal force"),
         "contact_damping_loss": described(along, table["damping_loss"], "J", "energy dissipated by damping in the contact"),
         "contact_friction_loss": described(along, table["friction_loss"], "J", "energy dissipated by friction in the contact"),
+    }
+
+
+SETTLING = "from when on the deviation of a tracked point stays within its tolerance"
+
+
+def track_variables(path: Trajectory, record: Record) -> Variables:
+    """Position, velocity and acceleration of the tracked points, along `track`; nothing if there are none."""
+    tracks = path.plan.mechanism.tracks
+    if not tracks:
+        return {}
+    maps = [path.plan.coordinates.tracked(track) for track in tracks]
+    variables = {"track": labels("track", [track.name for track in tracks], "tracked point")}
+    for name, rows, units in (("position", record.X, "m"), ("velocity", record.V, "m/s"), ("acceleration", record.A, "m/s^2")):
+        values = np.stack([tracked.at(rows) for tracked in maps], axis=1)
+        variables[f"track_{name}"] = described(("time", "track", "axis"), values, units, f"{name} of the tracked point")
+    return variables
+
+
+def deviation_variables(run: Run, path: Trajectory, ideal: IdealPath, options: Options) -> Variables:
+    """Distance of the tracked points from where they are on the commanded path, and what adds to it."""
+    place = ideal.at(run["time"].values)
+    positions = along(run["track_position"], "time", "track", "axis")
+    difference = positions - place
+    parts = deviation_parts(ideal, path.plan.mechanism, options, run["time"].values, positions)
+    about = "distance of the tracked point from where it is on the commanded path of the rigid ideal mechanism"
+    peaks = path.peaks(TRACK_DEVIATION)
+    # an integral of squares that are round-off may end below zero
+    mean = np.sqrt(np.maximum(peaks["square"], 0.0) / path.end) if path.end > 0.0 else peaks["largest"]
+    columns = (
+        ("peak_track_deviation", peaks["largest"], "m", f"largest {about}"),
+        ("peak_track_deviation_time", peaks["largest_time"], "s", f"when the {about} is largest"),
+        ("rms_track_deviation", mean, "m", f"r.m.s. {about}"),
+        ("settling_time", settling_times(path.plan, path.bands(TRACK_DEVIATION), path.end), "s", SETTLING),
+    )
+    unknown = ideal.end < path.end * (1.0 - 1e-9)
+    of_parts = "what servos, bending and clearance add to the deviation of the tracked point"
+    return {
+        "part": labels("part", PARTS, "cause of a deviation"),
+        "deviation_part": described(("time", "track", "part", "axis"), np.moveaxis(parts, 0, 2), "m", of_parts),
+        "track_deviation": described(("time", "track"), np.hypot(*np.moveaxis(difference, -1, 0)), "m", about),
+        **{
+            name: described("track", np.full_like(values, np.nan) if unknown else values, units, text)
+            for name, values, units, text in columns
+        },
+    }
+
+
+def settling_times(plan: Plan, bands: np.ndarray, end: float) -> np.ndarray:
+    """From when on the tracked points stay within their tolerances [s], shape (tracks,)."""
+    settled = np.where(np.isnan(bands["last_above"]), 0.0, bands["last_above"])
+    settled[settled >= end * (1.0 - 1e-12)] = math.inf
+    return np.where([track.tolerance is None for track in plan.mechanism.tracks], math.nan, settled)
+
+
+BAR = re.compile(r"(unit \d+)/bar ([12])")
+
+
+def units_of(plan: Plan) -> dict[str, tuple[int, int]]:
+    """The scissor units of a mechanism: for each the places of its bars 1 and 2 among the bodies."""
+    bars: dict[str, dict[str, int]] = {}
+    for place, body in enumerate(plan.bodies):
+        match = BAR.fullmatch(body.name)
+        if match and body.rotates:
+            bars.setdefault(match[1], {})[match[2]] = place
+    return {unit: (pair["1"], pair["2"]) for unit, pair in bars.items() if len(pair) == 2}
+
+
+def synchronisation_variables(plan: Plan, record: Record) -> Variables:
+    """The synchronisation error of each unit, along `unit`; nothing for fewer than two units.
+
+    With phi_1 and phi_2 the angles of its bars, the deployment angle of a unit is half of the angle between them,
+    th = (phi_1 - phi_2)/2; in a straight array that is the inclination of the bars. In an ideal array of equal units all units
+    have the same deployment angle at every instant. The synchronisation error of unit k is the difference
+
+        e_k = th_k - th_1
+    """
+    units = units_of(plan)
+    if len(units) < 2:
+        return {}
+    first, second = np.array(list(units.values())).T
+    opening = 0.5 * (record.angle[:, first] - record.angle[:, second])
+    error = opening - opening[:, :1]
+    error -= np.pi * np.round(error[:1] / np.pi)  # a full turn more or less in the angle that a bar was given
+    largest = np.max(np.abs(error), axis=0, initial=0.0)
+    about = "deployment angle of the unit less that of the first one"
+    return {
+        "unit": labels("unit", list(units)),
+        "synchronisation_error": described(("time", "unit"), error, "rad", about),
+        "peak_synchronisation_error": described("unit", largest, "rad", "largest sampled size of the synchronisation error"),
     }

@@ -32,12 +32,10 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.advance.driver import Driver
 from scissordyn.run.advance.system import state_kept
 from scissordyn.run.advance.trajectory import reached
-from scissordyn.run.answer.dataset import largest_along_bars
-from scissordyn.run.answer.events import ACCOUNTS, Contact, accounts
+from scissordyn.run.answer.dataset import SETTLING, largest_along_bars, settling_times
+from scissordyn.run.answer.events import ACCOUNTS, Contact, accounts, peak_forces
 from scissordyn.run.answer.internal_forces import bars_of
-from scissordyn.run.answer.peak_estimate import peak_forces
 from scissordyn.run.answer.statics import check_stroke, static_peaks
-from scissordyn.run.answer.track import SETTLING, settling_times
 from scissordyn.run.options import Options
 from scissordyn.run.start.ideal_path import PARTS, IdealPath, deviation_parts
 

@@ -1,15 +1,21 @@
-"""Which forces and torques at some coordinates give the motion that is prescribed at others."""
+"""Inverse dynamics: forces and torques that a motion requires."""
 
 from __future__ import annotations
 
+import dataclasses
+import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
-from scissordyn.component.time_function import Polynomial
+from scissordyn.component.actuator import Actuator
+from scissordyn.component.force import Force
+from scissordyn.component.rod import Rod
+from scissordyn.component.time_function import Polynomial, Tabulated, TimeFunction
 from scissordyn.errors import InputError
 from scissordyn.mechanics.outputs import Record
+from scissordyn.model.commanded import rigid
 from scissordyn.model.coupling import Coordinate, CoordinateDrive
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.coordinates import Coordinates
@@ -17,15 +23,19 @@ from scissordyn.plan.coupling import coupling_parts
 from scissordyn.plan.elimination import in_words
 from scissordyn.plan.gradients import Gradients
 from scissordyn.plan.plan import Plan, plan
+from scissordyn.run.advance.interrupt import pass_on
 from scissordyn.run.advance.trajectory import compute, recorded
 from scissordyn.run.answer.coupling import SampledCoordinates
 from scissordyn.run.configuration import write_configuration
 from scissordyn.run.options import EndTime, Options, SampleCount
 from scissordyn.run.results import Results, Variable, described, labels
+from scissordyn.run.simulate import simulate
+from scissordyn.run.start.reaction import ideal_reactions
 from scissordyn.units import Meaning, checked
 
 if TYPE_CHECKING:
     import xarray as xr
+
 
 AUTHORITY = 1e-6  # A motion that moves the inputs by less than this fraction of what moves them most is beyond them
 
@@ -161,3 +171,110 @@ def _check_authority(inputs: list[str], outputs: list[str], time: np.ndarray, au
         f"no force at input {quoted} gives the motion of {wanted} up to t = {time[lost[0]]:.6g} s, past a singular position",
         "a motion that stays away from it",
     )
+
+
+@checked
+def feed_forward(
+    mechanism: Mechanism, reference: TimeFunction, *, until: float, body: str = "", samples: int = 2001
+) -> Tabulated:
+    """The driving torque of the ideal mechanism on a reference motion.
+
+    Clearance joints are taken as ideal, bars that bend as rigid. As long as joints stay in contact, the true torque of rigid
+    bars differs from this one by terms of the order of clearance over length.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        Its actuators, latches and forces that vary over time are left out: the first are to be replaced, the second hold it
+        where the reference would go on, the third are disturbances that nobody knows beforehand. Springs, motors and constant
+        loads stay.
+    reference : TimeFunction
+        The reference angle [rad].
+    until : float
+        End of the table [s].
+    body : str, optional
+        The driven body; the mechanism's input body if not given.
+    samples : int
+        Number of instants of the table; the error of the spline is of sixth order in their distance.
+
+    Returns
+    -------
+    Tabulated
+        Torque [N m] over time [s].
+
+    Raises
+    ------
+    InputError
+        If the ideal mechanism cannot follow the reference.
+    """
+    stiff = rigid(mechanism.ideal())
+    kept = tuple(
+        element
+        for element in stiff.components
+        if not isinstance(element, Actuator) and not (isinstance(element, Force) and element.time_function is not None)
+    )
+    ideal = dataclasses.replace(stiff, components=kept, latches=(), drives=()).driven(reference, body=body)
+    run = pass_on(simulate(ideal, until=until, samples=samples))
+    if run.attrs["status"] != "complete":
+        raise InputError(f"the ideal mechanism cannot follow the reference: {run.attrs['cause']}", "another reference")
+    return Tabulated(tuple(run["time"].values.tolist()), tuple(run["drive_torque"].values.tolist()))
+
+
+@checked
+def constrain_contact(mechanism: Mechanism, *, indentation: float = 0.0, direction: float | None = None) -> Mechanism:
+    """The mechanism with its clearance joints constrained to contact, at a constant eccentricity e = c + indentation.
+
+    Each clearance joint becomes a rod of that length from the bearing centre to the journal centre, so that e' and e'' are
+    zero. In a run with a prescribed drive, `drive_torque` is the torque that this motion requires, and the tension `rod_force`
+    of the joint's rod is the normal force N. The constraint is bilateral and the contact unilateral: a run has a warning when N
+    is negative.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        With clearance joints.
+    indentation : float
+        delta [m], the same at every joint.
+    direction : float, optional
+        Direction of the contact normal at t = 0 [rad]; that of the ideal reaction if not given.
+
+    Returns
+    -------
+    Mechanism
+
+    Raises
+    ------
+    InputError
+        If no joint has clearance, or if no direction is given and the ideal reactions are not determined.
+
+    References
+    ----------
+    Yaqubi, Dardel, Daniali and Ghasemi 2016, doi:10.1007/s11044-015-9486-3
+    """
+    if not mechanism.clearance_joints:
+        raise InputError(
+            "constrain_contact() on a mechanism without clearance joints",
+            "a mechanism with clearance joints",
+            "mechanism.with_clearance(JOINT, CLEARANCE)",
+        )
+    angles = {joint.name: direction for joint in mechanism.clearance_joints}
+    if direction is None:
+        for joint, force in zip(mechanism.joints, ideal_reactions(plan(mechanism)), strict=True):
+            if joint.clearance is None:
+                continue
+            if not np.all(np.isfinite(force)) or not np.any(force):
+                raise InputError(f"the ideal reaction of joint '{joint.name}' has no direction at the start", "direction=ANGLE")
+            angles[joint.name] = math.atan2(-float(force[1]), -float(force[0]))
+    rods = tuple(
+        Rod(
+            joint.name,
+            start=joint.bearing,
+            end=joint.journal,
+            length=joint.clearance.clearance + indentation,
+            direction=angles[joint.name],
+            tension_only=True,
+        )
+        for joint in mechanism.clearance_joints
+        if joint.clearance is not None
+    )
+    return dataclasses.replace(mechanism, joints=mechanism.ideal_joints, rods=(*mechanism.rods, *rods))

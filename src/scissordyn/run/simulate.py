@@ -201,11 +201,7 @@ def results_of(
     if records and options.samples != AUTO and path.status == "complete":
         run.make_finer = lambda: answered(with_recorded(path))
     if states is not None:
-        horizon = predictability(options, path, states, run, progress, keeper)
-        run.attrs.update(horizon.attributes)
-        if horizon.interrupted:
-            cause = "interrupted while the run was repeated; the run itself is complete, and its horizon is unknown"
-            run.attrs.update(status="interrupted", cause=cause)
+        run.attrs.update(predictability(options, path, states, run, progress, keeper))
     if keeper is not None and keeper.problem:
         _add_warnings(run, [*warnings_of(run), warning("checkpoints", problem=keeper.problem)])
     if keeper is not None and run.attrs["status"] != "interrupted":

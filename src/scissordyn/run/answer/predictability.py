@@ -9,8 +9,7 @@ import dataclasses
 import math
 import time as clocks
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -50,27 +49,8 @@ elsewhere for a while. They are the same whatever samples are asked for."""
 TOO_NEAR = 0.2  # Tolerances that differ by less than this factor say nothing
 
 
-class Comparable(NamedTuple):
-    time: np.ndarray  # (nt,) Increasing [s]
-    state: np.ndarray  # (nt, ny)
-
-
-@dataclass(frozen=True)
-class Horizon:
-    until: float  # Time until which both runs agree [s]
-    contacts: int  # Contacts that began before it
-    agreement: str  # "to the end", "diverged" or "unknown"
-    reason: str = ""  # Why it is unknown
-    interrupted: bool = False  # Whether the second run was stopped by the user
-    cost: float = math.nan  # Steps of both runs over those of the first, rejected ones counted; NaN without a second run
-
-    @property
-    def attributes(self) -> dict[str, Any]:
-        """As attributes of a run; without a time where none can be given."""
-        text = self.agreement + (f": {self.reason}" if self.reason else "")
-        until = {"trusted_until": self.until, "trusted_contacts": self.contacts} if math.isfinite(self.until) else {}
-        cost = {"predictability_cost": self.cost} if math.isfinite(self.cost) else {}
-        return {"predictability": text, **until, **cost}
+Comparable = tuple[np.ndarray, np.ndarray]
+"""Increasing instants [s] and the states there, shapes (nt,) and (nt, ny)."""
 
 
 def compared(
@@ -90,7 +70,7 @@ def compared(
     here = np.isin(samples.time, np.linspace(0.0, options.until, INSTANTS))
     times, index = np.unique(np.concatenate([step_ends, samples.time[here]]), return_index=True)
     states = np.concatenate([end_states, samples.state[here]])[index]
-    return sampled_at(path, wanted), Comparable(times, states)
+    return sampled_at(path, wanted), (times, states)
 
 
 def predictability(
@@ -100,30 +80,32 @@ def predictability(
     run: Run,
     progress: Callable[[float], None] | None = None,
     keeper: Keeper | None = None,
-) -> Horizon:
+) -> dict[str, Any]:
     """Compare a run with a second one at a tighter tolerance, at the ends of the first run's steps and between them.
 
     Runs have diverged when the positions of a journal in its bearing differ by `DIVERGENCE` of its clearance, or those of a
     point of a body by `DIVERGENCE_BODY` of the mechanism's size. As the second run is far more accurate, their difference is
-    the error of the first.
+    the error of the first. Returns attributes of the run, without a time where none can be given.
     """
-    method = str(path.statistics["method"])
     rtol, atol = (max(TIGHTER * tolerance, SMALLEST) for tolerance in (options.rtol, options.atol))
-    starts = run["contact_start"].values
     if rtol > TOO_NEAR * options.rtol or atol > TOO_NEAR * options.atol:
-        return Horizon(math.nan, 0, "unknown", f"no tighter tolerance than rtol = {options.rtol:g} can be computed")
+        return {"predictability": f"unknown: no tighter tolerance than rtol = {options.rtol:g} can be computed"}
     if run.attrs["status"] != "complete":
-        return Horizon(math.nan, 0, "unknown", "the run is not complete")
-    tighter = dataclasses.replace(options, rtol=rtol, atol=atol, method=method)
+        return {"predictability": "unknown: the run is not complete"}
+    tighter = dataclasses.replace(options, rtol=rtol, atol=atol, method=str(path.statistics["method"]))
     if (step := path.statistics.get("step", options.step)) is not None:
         tighter = dataclasses.replace(options, step=0.5 * float(step))
-    agreement, end, steps, reason = _repeated(tighter, path, compared, progress, keeper)
+    agreement, until, steps = _repeated(tighter, path, compared, progress, keeper)
     if agreement == INTERRUPTED:
-        return Horizon(math.nan, 0, "unknown", "interrupted while the run was repeated", interrupted=True)
-    cost = 1.0 + steps / max(int(path.statistics["steps"]) + int(path.statistics["rejected"]), 1)
-    if agreement == "to the end":
-        return Horizon(path.end, int(starts.size), agreement, cost=cost)
-    return Horizon(end, int(np.sum(starts < end)), agreement, reason, cost=cost)
+        cause = "interrupted while the run was repeated; the run itself is complete, and its horizon is unknown"
+        return {"predictability": "unknown: interrupted while the run was repeated", "status": INTERRUPTED, "cause": cause}
+    return {
+        "predictability": agreement,
+        "trusted_until": min(until, path.end),
+        "trusted_contacts": int(np.sum(run["contact_start"].values < until)),
+        # steps of both runs over those of the first, rejected ones counted
+        "predictability_cost": 1.0 + steps / max(int(path.statistics["steps"]) + int(path.statistics["rejected"]), 1),
+    }
 
 
 def _repeated(
@@ -132,34 +114,33 @@ def _repeated(
     compared: Comparable,
     progress: Callable[[float], None] | None,
     keeper: Keeper | None,
-) -> tuple[str, float, int, str]:
-    """Run again piece by piece, as long as both runs agree: how far they do, until when, tried steps and why not further."""
+) -> tuple[str, float, int]:
+    """Run again piece by piece, as long as both runs agree: how far they do, until when at least, and tried steps."""
+    times, states = compared
     driver, _, _ = make_driver(path.plan, options)
     driver.monitor(False)
-    driver.sample_at(compared.time)
+    driver.sample_at(times)
     began = clocks.perf_counter()
     if keeper is not None:
         began, progress = keeper.take_up(REPETITION, driver, progress)
     seen, pieces = 0, max(1, min(PIECES, int(path.statistics["steps"]) // STEPS_OF_A_PIECE))
-    ends = np.linspace(0.0, options.until, pieces + 1)[1:].tolist()
     try:
-        for until in ends:
+        for until in np.linspace(0.0, options.until, pieces + 1)[1:].tolist():
             # one from a checkpoint may be beyond already
             cause = reach(driver, until, options.most_steps, progress) if until > driver.time else ""
-            states = driver.samples.state
-            new = slice(seen, len(states))
-            apart = _apart(path, compared.time[new], compared.state[new], states[new])
-            beyond = np.flatnonzero(~(apart < 1.0))
+            again = driver.samples.state
+            new = slice(seen, len(again))
+            beyond = np.flatnonzero(~(_apart(path, times[new], states[new], again[new]) < 1.0))
             if beyond.size:
-                return "diverged", float(compared.time[new][beyond[0]]), driver.tried, ""
+                return "diverged", float(times[new][beyond[0]]), driver.tried
             if cause:
-                return "unknown", driver.time, driver.tried, f"the more accurate run ended there ({cause})"
-            seen = len(states)
+                return f"unknown: the more accurate run ended there ({cause})", driver.time, driver.tried
+            seen = len(again)
     except KeyboardInterrupt:
         if keeper is not None:
             keeper.write(REPETITION, driver, clocks.perf_counter() - began)
-        return INTERRUPTED, driver.time, driver.tried, ""
-    return "to the end", driver.time, driver.tried, ""
+        return INTERRUPTED, driver.time, driver.tried
+    return "to the end", math.inf, driver.tried
 
 
 def _apart(path: Trajectory, times: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:

@@ -232,7 +232,8 @@ def bending(
     part = run if envelope else run.isel(time=[when])
     shown = [diagram_of(part, mechanism, quantity) for quantity in quantities]
     shown = [diagram.envelope() for diagram in shown] if envelope else shown
-    scene = dataclasses.replace(scene_of(run, mechanism, np.array([when]), clearance_pins(run)), diagrams=tuple(shown))
+    scene = scene_of(run, mechanism, np.array([when]), clearance_pins(run), between=False)
+    scene = dataclasses.replace(scene, diagrams=tuple(shown))
     reach = 1.2 * ORDINATE * float(np.max(scene.high - scene.low))  # room for the diagrams around the mechanism
     corners = scene.low - reach, scene.high + reach
     drawn, below = _diagrams(len(shown), corners)

@@ -108,9 +108,9 @@ def _curves(ended: Ended, *, printed: bool) -> Curves:
     follower, along = at.coordinates.place(guide.follower), np.array([math.cos(guide.direction), math.sin(guide.direction)])
     bar = [body.name for body in at.bodies].index(FREE_BAR)
     time, contact, touching = samples.time, rows.contact[:, 0], samples.mode[:, 0] == 1
-    spans = np.array([(c.start, c.start + ended.lasting(c)) for c in ended.contacts]).reshape(-1, 2)
-    peak = np.array([c.peak_normal_force for c in ended.contacts])
-    when = np.array([c.start + c.peak_normal_time for c in ended.contacts])
+    table = ended.contacts
+    spans = np.stack([table["start"], table["start"] + ended.lasting(table)], axis=1)
+    peak, when = table["peak_normal_force"], table["start"] + table["peak_normal_time"]
     torque = float(ended.peaks(DRIVE_TORQUE)[0])
     if printed:
         change = np.diff(touching.astype(int), prepend=0, append=0)

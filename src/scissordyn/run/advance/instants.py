@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scissordyn.integrate.integration import Samples
-from scissordyn.run.answer.events import columns
 from scissordyn.run.options import EQUALLY_SPACED, Options
 
 if TYPE_CHECKING:
@@ -58,7 +57,7 @@ def with_recorded(path: Trajectory) -> Trajectory:
     These are start, largest force and end of every contact, the located largest values of everything else that is monitored,
     and as many ends of steps as `MOST_INSTANTS` leaves room for.
     """
-    table, kept = columns(path.contacts()), path.recorded
+    table, kept = path.contacts(), path.recorded
     assert kept is not None
     start = table["start"]
     spans = [table[name] for name in ("peak_time", "peak_normal_time", "duration")]

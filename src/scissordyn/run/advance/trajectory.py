@@ -24,7 +24,7 @@ from scissordyn.run.advance.checkpoint import Keeper
 from scissordyn.run.advance.driver import Driver, counted
 from scissordyn.run.advance.instants import MOST_INSTANTS
 from scissordyn.run.advance.system import make_system, unknown
-from scissordyn.run.answer.events import Contact, contacts
+from scissordyn.run.answer.events import contacts
 from scissordyn.run.options import Options
 from scissordyn.run.start.method import Choice, choose_method
 from scissordyn.run.start.start import Prepared, prepare_start
@@ -79,7 +79,7 @@ class Trajectory:
         ends = self.recorded.end == 1
         return self.recorded.time[ends], self.recorded.state[ends], self.recorded.mode[ends]
 
-    def contacts(self) -> list[Contact]:
+    def contacts(self) -> np.recarray:
         return contacts(self.log, self.peak, companions(self.system.content.model)[: len(self.plan.contacts)])
 
     def peaks(self, kind: int) -> np.ndarray:

@@ -34,7 +34,7 @@ from scissordyn.run.advance.trajectory import Trajectory
 from scissordyn.run.answer.bars import bar_variables
 from scissordyn.run.answer.buckling import buckling_ratios
 from scissordyn.run.answer.coupling import coupling_variables
-from scissordyn.run.answer.events import ACCOUNTS, accounts, columns, event_variables, peak_forces
+from scissordyn.run.answer.events import ACCOUNTS, accounts, contact_variables, event_variables
 from scissordyn.run.answer.film import film_variables
 from scissordyn.run.answer.internal_forces import largest_variables
 from scissordyn.run.configuration import TITLE
@@ -42,6 +42,7 @@ from scissordyn.run.options import Options
 from scissordyn.run.results import Results, Run, Variables, along, described, labels, located
 from scissordyn.run.start.ideal_path import PARTS, IdealPath, deviation_parts
 from scissordyn.run.start.reaction import with_distributed_mass
+from scissordyn.units import State
 
 
 def results(plan: Plan, configuration: str, path: Trajectory, record: Record) -> Results:
@@ -58,7 +59,7 @@ def results(plan: Plan, configuration: str, path: Trajectory, record: Record) ->
         **_energy_variables(plan, path, record),
         **_drive_variables(plan, path, record),
         **coupling_variables(plan, path, record),
-        **_contact_variables(plan, path),
+        **contact_variables(plan, path.contacts(), path.statistics.get("step", 0.0)),
         **track_variables(path, record),
         **synchronisation_variables(plan, record),
         **event_variables(plan, path.log),
@@ -185,12 +186,8 @@ def _joint_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
             continue
         first = 2 * plan.coordinates.free + int(path.system.content.model.state_start[j])
         for s, declared in enumerate(states_of(joint)):
-            name = declared.name
-            if name not in variables:
-                empty = np.full((mode.shape[0], joints), np.nan)
-                variables[name] = described(per_joint, empty, declared.unit, name.replace("_", " "))
-            state = path.samples.state[:, first + s]
-            variables[name].values[:, at[j]] = np.where(path.samples.mode[:, j] == 1, state, np.nan)
+            state = np.where(path.samples.mode[:, j] == 1, path.samples.state[:, first + s], np.nan)
+            _enter_state(variables, declared, per_joint, joints, int(at[j]), state)
     return variables
 
 
@@ -303,12 +300,18 @@ def _control_variables(plan: Plan, path: Trajectory, record: Record) -> Variable
     for place, (i, part) in enumerate(chosen):
         first = 2 * plan.coordinates.free + int(content.model.state_start[len(plan.contacts) + i])
         for s, declared in enumerate(part.controller.states):
-            name = declared.name
-            if name not in variables:
-                empty = np.full((record.X.shape[0], len(chosen)), np.nan)
-                variables[name] = described(over, empty, declared.unit, name.replace("_", " "))
-            variables[name].values[:, place] = path.samples.state[:, first + s]
+            _enter_state(variables, declared, over, len(chosen), place, path.samples.state[:, first + s])
     return variables
+
+
+def _enter_state(
+    variables: Variables, declared: State, dims: tuple[str, str], parts: int, place: int, values: np.ndarray
+) -> None:
+    """Write an internal state of one of several parts, NaN at those that do not have it."""
+    if declared.name not in variables:
+        empty = np.full((values.size, parts), np.nan)
+        variables[declared.name] = described(dims, empty, declared.unit, declared.name.replace("_", " "))
+    variables[declared.name].values[:, place] = values
 
 
 def _energy_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
@@ -346,60 +349,6 @@ def _drive_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
     if len(plan.drives) > 1:
         variables["drive_torques"] = described(("time", "drive"), record.torque, "N m", "driving torque of each drive")
     return variables
-
-
-LOCATED = "peak_force", "peak_time", "peak_normal_force", "peak_normal_time"  # Columns of contacts that hard ones have not
-
-
-def _impact_variables(plan: Plan, table: dict[str, np.ndarray], step: float) -> Variables:
-    """Of contacts in hard joints; their impacts have no largest force, which is estimated."""
-    hard = plan.hard_places
-    if not hard:
-        return {}
-    estimate, when, least = np.full((3, table["joint"].size), np.nan)
-    for j in hard:
-        here, clearance = table["joint"] == j, plan.contacts[j].clearance
-        assert clearance is not None
-        struck, lasting = peak_forces(clearance, table["struck"][here]), table["peak_normal_force"][here]
-        estimate[here] = np.fmax(struck, lasting)
-        # what is largest in the first step of a contact may be an impulse that others pass on to it
-        lasting = np.where(table["peak_normal_time"][here] > step, lasting, 0.0)
-        approach = peak_forces(clearance, table["effective_mass"][here] * table["approach_speed"][here] ** 2)
-        least[here] = np.fmin(np.fmax(approach, lasting), estimate[here])
-        when[here] = np.where(struck >= lasting, table["struck_time"][here], table["peak_normal_time"][here])
-        for name in LOCATED:
-            table[name][here] = np.nan
-    text = "estimated largest normal force in a hard contact: of the compliant law at its impacts, or the force that lasts"
-    mass = "effective mass along the normal at the start of a hard contact"
-    return {
-        "peak_force_estimate": described("contact", estimate, "N", text),
-        "peak_force_estimate_time": described("contact", when, "s", "time from the start to that force"),
-        "peak_force_estimate_least": described("contact", least, "N", f"{text}; by its approach and lasting forces"),
-        "effective_mass": described("contact", table["effective_mass"], "kg", mass),
-    }
-
-
-def _contact_variables(plan: Plan, path: Trajectory) -> Variables:
-    table = columns(path.contacts())
-    names = np.array([joint.name for joint in plan.contacts], dtype=object)
-    joint = names[table["joint"]] if names.size else names
-    along = "contact"
-    return {
-        **_impact_variables(plan, table, path.statistics.get("step", 0.0)),
-        "contact_joint": labels("contact", joint.tolist(), "joint"),
-        "contact_start": described(along, table["start"], "s", "start of the contact"),
-        "approach_speed": described(along, table["approach_speed"], "m/s", "approach speed"),
-        "contact_angle": described(along, table["angle"], "rad", "direction of the normal at the start"),
-        "peak_force": described(along, table["peak_force"], "N", "largest force: normal force and friction"),
-        "peak_time": described(along, table["peak_time"], "s", "time from the start to the largest force"),
-        "peak_normal_force": described(along, table["peak_normal_force"], "N", "largest normal force"),
-        "peak_normal_time": described(along, table["peak_normal_time"], "s", "time from the start to the largest normal force"),
-        "contact_duration": described(along, table["duration"], "s", "duration"),
-        "rebound_speed": described(along, table["rebound_speed"], "m/s", "rate of indentation at the end"),
-        "impulse": described(along, table["impulse"], "N s", "impulse of the normal force"),
-        "contact_damping_loss": described(along, table["damping_loss"], "J", "energy dissipated by damping in the contact"),
-        "contact_friction_loss": described(along, table["friction_loss"], "J", "energy dissipated by friction in the contact"),
-    }
 
 
 SETTLING = "from when on the deviation of a tracked point stays within its tolerance"
@@ -457,16 +406,6 @@ def settling_times(plan: Plan, bands: np.ndarray, end: float) -> np.ndarray:
 BAR = re.compile(r"(unit \d+)/bar ([12])")
 
 
-def units_of(plan: Plan) -> dict[str, tuple[int, int]]:
-    """The scissor units of a mechanism: for each the places of its bars 1 and 2 among the bodies."""
-    bars: dict[str, dict[str, int]] = {}
-    for place, body in enumerate(plan.bodies):
-        match = BAR.fullmatch(body.name)
-        if match and body.rotates:
-            bars.setdefault(match[1], {})[match[2]] = place
-    return {unit: (pair["1"], pair["2"]) for unit, pair in bars.items() if len(pair) == 2}
-
-
 def synchronisation_variables(plan: Plan, record: Record) -> Variables:
     """The synchronisation error of each unit, along `unit`; nothing for fewer than two units.
 
@@ -476,7 +415,12 @@ def synchronisation_variables(plan: Plan, record: Record) -> Variables:
 
         e_k = th_k - th_1
     """
-    units = units_of(plan)
+    bars: dict[str, dict[str, int]] = {}
+    for place, body in enumerate(plan.bodies):
+        match = BAR.fullmatch(body.name)
+        if match and body.rotates:
+            bars.setdefault(match[1], {})[match[2]] = place
+    units = {unit: (pair["1"], pair["2"]) for unit, pair in bars.items() if len(pair) == 2}
     if len(units) < 2:
         return {}
     first, second = np.array(list(units.values())).T

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -54,59 +54,102 @@ def accounts(plan: Plan, total: np.ndarray, log: np.ndarray, time: np.ndarray) -
     return energy
 
 
-class Contact(NamedTuple):
-    joint: int  # Which clearance joint
-    start: float  # [s]
-    approach_speed: float  # delta'(-) [m/s]
-    angle: float  # Direction of n at the start [rad]
-    peak_normal_force: float  # [N]
-    peak_normal_time: float  # From the start of the contact to it [s]
-    duration: float  # [s]; NaN if the run ended first
-    rebound_speed: float  # delta' at the end [m/s], negative; NaN if the run ended first
-    impulse: float  # Of the normal force [N s]
-    damping_loss: float  # Energy dissipated by contact damping, or restitution, and by friction [J]
-    friction_loss: float
-    effective_mass: float = math.nan  # Of a hard contact, along the normal at its start [kg]; NaN of a compliant one
-    struck: float = 0.0  # Of a hard contact the largest impact while it lasts, as m v^2 of the single impact of its impulse [J]
-    struck_time: float = 0.0  # From the start of the contact to that [s]
-    peak_force: float = 0.0  # Normal force and friction [N]
-    peak_time: float = 0.0  # From the start of the contact to it [s]
+CONTACTS = {
+    "contact_start": ("start", "s", "start of the contact"),
+    "approach_speed": ("approach_speed", "m/s", "approach speed"),
+    "contact_angle": ("angle", "rad", "direction of the normal at the start"),
+    "peak_force": ("peak_force", "N", "largest force: normal force and friction"),
+    "peak_time": ("peak_time", "s", "time from the start to the largest force"),
+    "peak_normal_force": ("peak_normal_force", "N", "largest normal force"),
+    "peak_normal_time": ("peak_normal_time", "s", "time from the start to the largest normal force"),
+    "contact_duration": ("duration", "s", "duration"),
+    "rebound_speed": ("rebound_speed", "m/s", "rate of indentation at the end"),
+    "impulse": ("impulse", "N s", "impulse of the normal force"),
+    "contact_damping_loss": ("damping_loss", "J", "energy dissipated by damping in the contact"),
+    "contact_friction_loss": ("friction_loss", "J", "energy dissipated by friction in the contact"),
+}
+"""Variables of contacts: columns of their table, with unit and meaning. A contact that the run ends has NaN as its duration."""
+
+IMPACT = ("effective_mass", "struck", "struck_time")
+"""Columns of hard contacts: mass along the normal at the start [kg], the largest impact as m v^2 of the single impact of its
+impulse [J], and the time to it from the start [s]; NaN, 0 and 0 of compliant ones."""
+
+COLUMNS = (*(column for column, _, _ in CONTACTS.values()), *IMPACT)
 
 
-def contacts(log: np.ndarray, peak: np.ndarray, companion: np.ndarray) -> list[Contact]:
-    """Pair the starts and ends in an event log; `peak` is for contacts that have not ended, `companion` is of `monitored`."""
-    open_, closed = dict[int, tuple[float, float, float, float]](), []
+def contacts(log: np.ndarray, peak: np.ndarray, companion: np.ndarray) -> np.recarray:
+    """The table of contacts in order of their starts, from the starts and ends in an event log, with the number of the joint.
+
+    `peak` is for contacts that have not ended, `companion` is of `monitored`.
+    """
+    begun, rows = dict[int, tuple[float, float, float, float]](), []
 
     def close(joint: int, duration: float, rebound: float, largest: list[float]) -> None:
-        start, approach, direction, mass = open_.pop(joint)
+        start, approach, angle, mass = begun.pop(joint)
         force, when, impulse, damping, friction, second, second_when = largest
         frictional = companion[joint] >= 0
         struck, whole = ((0.0, start), (second, second_when)) if frictional else ((second, second_when), (force, when))
-        closed.append(
-            Contact(
-                *(joint, start, approach, direction, force, when - start, duration, rebound, impulse, damping, friction, mass),
-                *(struck[0], struck[1] - start, whole[0], whole[1] - start),
-            )
-        )
+        peaks = whole[0], whole[1] - start, force, when - start
+        losses = impulse, damping, friction
+        rows.append((joint, start, approach, angle, *peaks, duration, rebound, *losses, mass, struck[0], struck[1] - start))
 
     for guard, mode, time, rate, angle, mass, *largest in log[log["guard"] < companion.size][list(EVENT)].tolist():
         joint = int(guard)
         if mode == RISE:
-            open_[joint] = time, rate, angle, mass if mass > 0.0 else math.nan
-        elif joint in open_:
-            close(joint, time - open_[joint][0], rate, largest)
-    for joint in list(open_):
+            begun[joint] = time, rate, angle, mass if mass > 0.0 else math.nan
+        elif joint in begun:
+            close(joint, time - begun[joint][0], rate, largest)
+    for joint in list(begun):
         largest = list(peak[list(LARGEST)][joint].tolist())
         if companion[joint] >= 0:
             largest[-2:] = peak[["largest", "largest_time"]][companion[joint]].tolist()
         close(joint, math.nan, math.nan, largest)
-    return sorted(closed, key=lambda contact: contact.start)
+    table = np.array(rows, [("joint", int), *((name, float) for name in COLUMNS)])
+    return table[np.argsort(table["start"], kind="stable")].view(np.recarray)
 
 
-def columns(table: list[Contact]) -> dict[str, np.ndarray]:
+def contact_variables(plan: Plan, table: np.recarray, step: float) -> Variables:
+    """The table of contacts, of hard ones with estimates in the place of peaks; `step` is that of time stepping."""
+    estimates = _impact_variables(plan, table, step)
+    names = np.array([joint.name for joint in plan.contacts], dtype=object)
     return {
-        name: np.array([contact[place] for contact in table], int if name == "joint" else float)
-        for place, name in enumerate(Contact._fields)
+        **estimates,
+        "contact_joint": labels("contact", (names[table["joint"]] if names.size else names).tolist(), "joint"),
+        **{
+            name: described("contact", np.ascontiguousarray(table[column]), unit, text)
+            for name, (column, unit, text) in CONTACTS.items()
+        },
+    }
+
+
+LOCATED = "peak_force", "peak_time", "peak_normal_force", "peak_normal_time"  # Columns of contacts that hard ones have not
+
+
+def _impact_variables(plan: Plan, table: np.recarray, step: float) -> Variables:
+    """Of contacts in hard joints; their impacts have no largest force, which is estimated."""
+    hard = plan.hard_places
+    if not hard:
+        return {}
+    estimate, when, least = np.full((3, table["joint"].size), np.nan)
+    for j in hard:
+        here, clearance = table["joint"] == j, plan.contacts[j].clearance
+        assert clearance is not None
+        struck, lasting = peak_forces(clearance, table["struck"][here]), table["peak_normal_force"][here]
+        estimate[here] = np.fmax(struck, lasting)
+        # what is largest in the first step of a contact may be an impulse that others pass on to it
+        lasting = np.where(table["peak_normal_time"][here] > step, lasting, 0.0)
+        approach = peak_forces(clearance, table["effective_mass"][here] * table["approach_speed"][here] ** 2)
+        least[here] = np.fmin(np.fmax(approach, lasting), estimate[here])
+        when[here] = np.where(struck >= lasting, table["struck_time"][here], table["peak_normal_time"][here])
+        for name in LOCATED:
+            table[name][here] = np.nan
+    text = "estimated largest normal force in a hard contact: of the compliant law at its impacts, or the force that lasts"
+    mass = "effective mass along the normal at the start of a hard contact"
+    return {
+        "peak_force_estimate": described("contact", estimate, "N", text),
+        "peak_force_estimate_time": described("contact", when, "s", "time from the start to that force"),
+        "peak_force_estimate_least": described("contact", least, "N", f"{text}; by its approach and lasting forces"),
+        "effective_mass": described("contact", np.ascontiguousarray(table["effective_mass"]), "kg", mass),
     }
 
 

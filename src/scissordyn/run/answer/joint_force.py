@@ -118,15 +118,16 @@ def joint_summaries(run: Run) -> list[JointSummary]:
         start, lasting = (run[name].values[here] for name in ("contact_start", "contact_duration"))
         lasting = np.where(np.isnan(lasting), end - start, lasting)
         fraction = float(lasting.sum()) / end if end > 0.0 else 0.0
-        largest, when, estimated = _largest_force(run, here)
-        least = _least_force(run, here)
-        summary = JointSummary(str(joint), start.size, fraction, largest, when, estimated, least=least)
+        numbers = _largest_force(run, here)
         if joint in oiled:  # what metal and film transmit together, and each alone
             at, film = (run[dim].values.tolist().index(joint) for dim in ("joint", "film"))
-            both, time = (float(run[name].values[at]) for name in ("joint_peak_force", "joint_peak_force_time"))
-            metal, alone = largest if summary.contacts else 0.0, float(run["film_peak_force"].values[film])
-            summary = JointSummary(summary.name, summary.contacts, fraction, both, time, metal=metal, film=alone)
-        summaries.append(summary)
+            numbers = {
+                "largest": float(run["joint_peak_force"].values[at]),
+                "when": float(run["joint_peak_force_time"].values[at]),
+                "metal": numbers["largest"] if start.size else 0.0,
+                "film": float(run["film_peak_force"].values[film]),
+            }
+        summaries.append(JointSummary(str(joint), start.size, fraction, **numbers))
     return summaries
 
 
@@ -140,23 +141,17 @@ def kinds_left_out(run: Run) -> tuple[str, ...]:
     return () if np.isnan(peaks).any() else ("impulse",)
 
 
-def _largest_force(run: Run, here: np.ndarray) -> tuple[float, float, bool]:
-    """Of the contacts of a joint [N], its instant [s], and whether it is an estimate."""
-    start, peaks = run["contact_start"].values[here], run["peak_force"].values[here]
-    if not np.isnan(peaks).all():
-        highest = int(np.nanargmax(peaks))
-        return float(peaks[highest]), float(start[highest] + run["peak_time"].values[here][highest]), False
-    if "peak_force_estimate" not in run or np.isnan(estimates := run["peak_force_estimate"].values[here]).all():
-        return math.nan, math.nan, True
-    highest = int(np.nanargmax(estimates))
-    return float(estimates[highest]), float(start[highest] + run["peak_force_estimate_time"].values[here][highest]), True
-
-
-def _least_force(run: Run, here: np.ndarray) -> float:
-    """What the hard contacts of a joint are estimated to reach at least [N]: NaN of others."""
-    if "peak_force_estimate_least" not in run or np.isnan(least := run["peak_force_estimate_least"].values[here]).all():
-        return math.nan
-    return float(np.nanmax(least))
+def _largest_force(run: Run, here: np.ndarray) -> dict[str, Any]:
+    """Of the contacts of a joint, by the names of a summary: as located, or as estimated where contact is hard."""
+    for force, time in (("peak_force", "peak_time"), ("peak_force_estimate", "peak_force_estimate_time")):
+        sizes = run[force].values[here] if force in run else np.zeros(0)
+        if np.isnan(sizes).all():
+            continue
+        highest = int(np.nanargmax(sizes))
+        when = float(run["contact_start"].values[here][highest] + run[time].values[here][highest])
+        least = float(np.nanmax(run[f"{force}_least"].values[here])) if f"{force}_least" in run else math.nan
+        return {"largest": float(sizes[highest]), "when": when, "estimated": force != "peak_force", "least": least}
+    return {"largest": math.nan, "when": math.nan, "estimated": True}
 
 
 def estimate_in_words(force: float, least: float) -> str:

@@ -33,7 +33,7 @@ from scissordyn.run.advance.driver import Driver
 from scissordyn.run.advance.system import state_kept
 from scissordyn.run.advance.trajectory import reached
 from scissordyn.run.answer.dataset import SETTLING, largest_along_bars, settling_times
-from scissordyn.run.answer.events import ACCOUNTS, Contact, accounts, peak_forces
+from scissordyn.run.answer.events import ACCOUNTS, accounts, peak_forces
 from scissordyn.run.answer.internal_forces import bars_of
 from scissordyn.run.answer.statics import check_stroke, static_peaks
 from scissordyn.run.options import Options
@@ -49,25 +49,17 @@ class Ended:
         self.path = reached(driver)
 
     @cached_property
-    def contacts(self) -> list[Contact]:
+    def contacts(self) -> np.recarray:
         """All contacts in order of their starts."""
         return self.path.contacts()
 
-    @cached_property
-    def by_joint(self) -> list[list[Contact]]:
-        """The contacts of each clearance joint and contact point."""
-        contacts: list[list[Contact]] = [[] for _ in self.plan.contacts]
-        for contact in self.contacts:
-            contacts[contact.joint].append(contact)
-        return contacts
-
-    def per_joint(self, value: Callable[[list[Contact]], float]) -> np.ndarray:
+    def per_joint(self, value: Callable[[np.recarray], float]) -> np.ndarray:
         """A number from the contacts of each clearance joint and contact point."""
-        return np.array([value(contacts) for contacts in self.by_joint], float)
+        return np.array([value(self.contacts[self.contacts["joint"] == j]) for j in range(len(self.plan.contacts))], float)
 
     def largest_forces(self) -> np.ndarray:
         """Largest force of each joint: normal force, friction and film together [N]; NaN for a hard contact."""
-        forces = self.per_joint(lambda contacts: max((c.peak_force for c in contacts), default=0.0))
+        forces = self.per_joint(lambda contacts: np.max(contacts["peak_force"], initial=0.0))
         forces[self.plan.hard_places] = math.nan
         forces[oiled_contacts(self.driver.system.content.model)] = self.peaks(JOINT_FORCE)
         return forces
@@ -76,15 +68,15 @@ class Ended:
         """Estimated largest force of each hard contact [N]; NaN for compliant ones."""
         forces = np.full(len(self.plan.contacts), math.nan)
         for j in self.plan.hard_places:
-            contacts, clearance = self.by_joint[j], self.plan.contacts[j].clearance
+            contacts, clearance = self.contacts[self.contacts["joint"] == j], self.plan.contacts[j].clearance
             assert clearance is not None
-            numbers = np.array([(c.struck, c.peak_normal_force) for c in contacts]).reshape(-1, 2)
-            forces[j] = np.max(np.fmax(peak_forces(clearance, numbers[:, 0]), numbers[:, 1]), initial=0.0)
+            struck = peak_forces(clearance, contacts["struck"])
+            forces[j] = np.max(np.fmax(struck, contacts["peak_normal_force"]), initial=0.0)
         return forces
 
-    def lasting(self, contact: Contact) -> float:
-        """Duration of a contact, up to now if it goes on [s]."""
-        return self.time - contact.start if math.isnan(contact.duration) else contact.duration
+    def lasting(self, contacts: np.recarray) -> np.ndarray:
+        """Durations of contacts, up to now of those that go on [s]."""
+        return np.where(np.isnan(contacts["duration"]), self.time - contacts["start"], contacts["duration"])
 
     def peaks(self, kind: int) -> np.ndarray:
         """Largest values of one kind of monitored quantity."""
@@ -194,7 +186,7 @@ def _energy(name: str) -> Measure:
     return Measure("J", text, (), lambda ended: float(ended.accounts[place]))
 
 
-def _of_contacts(units: str, text: str, value: Callable[[list[Contact]], float]) -> Measure:
+def _of_contacts(units: str, text: str, value: Callable[[np.recarray], float]) -> Measure:
     return Measure(units, text, ("joint",), lambda ended: ended.per_joint(value))
 
 
@@ -237,19 +229,19 @@ MEASURES: Mapping[str, Measure] = MappingProxyType(
         "peak_force": Measure("N", _FORCE, _JOINT, lambda e: e.largest_forces()),
         "peak_force_estimate": Measure("N", _HARD_FORCE, _JOINT, lambda e: e.estimated_forces()),
         "peak_approach_speed": _of_contacts(
-            "m/s", "largest approach speed", lambda contacts: max((c.approach_speed for c in contacts), default=0.0)
+            "m/s", "largest approach speed", lambda contacts: np.max(contacts["approach_speed"], initial=0.0)
         ),
         "contact_count": _of_contacts("1", "contacts", len),
         "contact_fraction": Measure(
             "1",
             "fraction of the time in contact",
             _JOINT,
-            lambda e: e.per_joint(lambda contacts: sum(map(e.lasting, contacts))) / e.time,
+            lambda e: e.per_joint(lambda contacts: sum(e.lasting(contacts).tolist())) / e.time,
         ),
         "first_contact": _of_contacts(
-            "s", "start of the first contact", lambda contacts: contacts[0].start if contacts else math.inf
+            "s", "start of the first contact", lambda contacts: np.min(contacts["start"], initial=math.inf)
         ),
-        "impulse": _of_contacts("N s", "impulse of the normal forces", lambda contacts: sum(c.impulse for c in contacts)),
+        "impulse": _of_contacts("N s", "impulse of the normal forces", lambda contacts: sum(contacts["impulse"].tolist())),
         "peak_pressure_velocity": Measure(
             "Pa m/s", f"largest {_WEAR}", _JOINT, lambda e: _padded(e.peaks(PRESSURE_VELOCITY), len(e.plan.contacts))
         ),

@@ -56,6 +56,11 @@ class Bar(NamedTuple):
         return (self.whole,) if self.whole else self.beams
 
     @property
+    def marks(self) -> np.ndarray:
+        """Distances of the ends of its elements, or of the parts that a run reports, from its first end [m]."""
+        return marks_of(self.whole) if self.whole else np.cumsum([0.0, *(beam.length for beam in self.beams)])
+
+    @property
     def length(self) -> float:
         """Unstrained [m]."""
         return self.whole.length if self.whole else sum(beam.length for beam in self.beams)
@@ -154,7 +159,7 @@ def largest_variables(mechanism: Mechanism, variables: Variables, time: np.ndarr
     largest = {name: np.zeros((3, len(bars))) for name in QUANTITIES}
     loads = np.full(len(bars), np.inf)
     for b, bar in enumerate(bars):
-        ends = marks_of(bar.whole) if bar.whole else np.cumsum([0.0, *(beam.length for beam in bar.beams)])
+        ends = bar.marks
         # forces jump at a loaded cross-section: the end of a part is not the start of the next one
         places, within = (
             (ends[:-1, None] + np.diff(ends)[:, None] * np.append(np.arange(INSIDE) / INSIDE, end)).ravel()
@@ -182,30 +187,24 @@ def largest_variables(mechanism: Mechanism, variables: Variables, time: np.ndarr
 
 
 class _Read:
-    """Places and motion of cross-sections and outputs of beams, by name, over time."""
+    """Places and motion of cross-sections, whose points are their mass centres, and outputs of beams, by name, over time."""
 
     def __init__(self, source: Any, mechanism: Mechanism) -> None:
         self.source = source
         angle = mechanism.gravity_direction
         self.gravity = mechanism.gravity * np.array([math.cos(angle), math.sin(angle)])
-        self.bodies = {name: k for k, name in enumerate(source["body"].values.astype(str).tolist())}
-        self.beams = {name: k for k, name in enumerate(source["beam"].values.astype(str).tolist())}
-
-    def pose(self, body: str) -> tuple[np.ndarray, np.ndarray]:
-        """Place [m] of a cross-section, whose point is its mass centre, and its angle [rad]."""
-        k = self.bodies[body]
-        return self.source["position"].values[:, k], self.source["angle"].values[:, k]
-
-    def motion(self, body: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Acceleration [m/s^2], angular velocity [rad/s] and angular acceleration [rad/s^2] of a cross-section."""
-        k = self.bodies[body]
-        acceleration, speed, rate = (
-            self.source[name].values[:, k] for name in ("acceleration", "angular_velocity", "angular_acceleration")
+        self.bodies, self.beams = (
+            {name: k for k, name in enumerate(source[dim].values.astype(str).tolist())} for dim in ("body", "beam")
         )
-        return acceleration, speed, rate
+
+    def body(self, variable: str, name: str) -> np.ndarray:
+        return np.asarray(self.source[variable].values[:, self.bodies[name]])
 
     def beam(self, output: str, name: str) -> np.ndarray:
         return np.asarray(self.source[f"beam_{output}"].values[:, self.beams[name]])
+
+    def parts(self, output: str, names: Iterable[str]) -> np.ndarray:
+        return np.stack([self.beam(output, name) for name in names], axis=1)
 
 
 def _along(bar: Bar, read: _Read, at: np.ndarray) -> dict[str, np.ndarray]:
@@ -213,8 +212,30 @@ def _along(bar: Bar, read: _Read, at: np.ndarray) -> dict[str, np.ndarray]:
     return _along_whole(bar.whole, read, at * bar.length) if bar.whole else _along_elements(bar, read, at)
 
 
+def _carried(
+    part: Beam | FlexibleBar, position: np.ndarray, normal: np.ndarray, shear: np.ndarray, bending: np.ndarray
+) -> dict[str, np.ndarray]:
+    """Internal forces with the stress in the extreme fibre, and that over the yield strength."""
+    strain = np.abs(normal) / part.axial_stiffness + 0.5 * part.depth * np.abs(bending) / part.bending_stiffness
+    stress = part.youngs_modulus * strain
+    return {
+        "position": position,
+        "axial_force": normal,
+        "shear_force": shear,
+        "bending_moment": bending,
+        "stress": stress,
+        "utilisation": stress / part.yield_strength if part.yield_strength else 0.0 * stress,
+    }
+
+
+def _chord(first: np.ndarray, last: np.ndarray) -> np.ndarray:
+    """Direction of the line through the ends of a bar, shape (samples, 2)."""
+    line = last - first
+    return np.asarray(line / np.hypot(*line.T)[:, None])
+
+
 def _along_elements(bar: Bar, read: _Read, at: np.ndarray) -> dict[str, np.ndarray]:
-    ends = np.cumsum([0.0, *(beam.length for beam in bar.beams)])
+    ends = bar.marks
     which = np.clip(np.searchsorted(ends, at * ends[-1], side="right") - 1, 0, len(bar.beams) - 1)
     parts = []
     for k, beam in enumerate(bar.beams):
@@ -224,9 +245,8 @@ def _along_elements(bar: Bar, read: _Read, at: np.ndarray) -> dict[str, np.ndarr
     quantities = {name: np.concatenate([part[name] for part in parts], axis=1) for name in parts[0]}
     order = np.argsort(np.argsort(which, kind="stable"), kind="stable")
     quantities = {name: values[:, order] for name, values in quantities.items()}
-    first, last = read.pose(bar.beams[0].start[0])[0], read.pose(bar.beams[-1].end[0])[0]
-    line = last - first
-    line /= np.hypot(*line.T)[:, None]
+    first, last = read.body("position", bar.beams[0].start[0]), read.body("position", bar.beams[-1].end[0])
+    line = _chord(first, last)
     away = quantities["position"] - first[:, None]
     quantities["deflection"] = line[:, None, 0] * away[..., 1] - line[:, None, 1] * away[..., 0]
     return quantities
@@ -236,23 +256,18 @@ def _along_whole(bar: FlexibleBar, read: _Read, distance: np.ndarray) -> dict[st
     """All quantities at distances from the first end of a flexible bar, shape (samples, places)."""
     places, marks = np.array(bar.places) - bar.places[0], marks_of(bar)
     names = part_names(bar)
-    start, end, away = (
-        np.stack([read.beam(output, name) for name in names], axis=1) for output in ("start_moment", "end_moment", "deflection")
-    )
+    start, end, away = (read.parts(output, names) for output in ("start_moment", "end_moment", "deflection"))
     away = np.hstack([np.zeros_like(away[:, :1]), away])
     part = np.clip(np.searchsorted(marks, distance, side="right") - 1, 0, marks.size - 2)
-    length = np.diff(marks)[part]
+    length, within = np.diff(marks)[part], [names[k] for k in part]
     xi = (distance - marks[part]) / length
     # through start, middle and end of each part; the moment has the slopes that the shear force is
     three = np.array([(1.0 - xi) * (1.0 - 2.0 * xi), 4.0 * xi * (1.0 - xi), xi * (2.0 * xi - 1.0)])
     normal, shear = (
-        sum(
-            weight * np.stack([read.beam(f"{at}{kind}", names[k]) for k in part], axis=1)
-            for weight, at in zip(three, ("start_", "", "end_"), strict=True)
-        )
+        sum(weight * read.parts(f"{at}{kind}", within) for weight, at in zip(three, ("start_", "", "end_"), strict=True))
         for kind in ("axial_force", "shear_force")
     )
-    slopes = (-length * np.stack([read.beam(f"{at}_shear_force", names[k]) for k in part], axis=1) for at in ("start", "end"))
+    slopes = (-length * read.parts(f"{at}_shear_force", within) for at in ("start", "end"))
     bending = sum(
         weight * value
         for weight, value in zip(_hermite(xi)[[0, 2, 1, 3]], (start[:, part], end[:, part], *slopes), strict=True)
@@ -262,24 +277,13 @@ def _along_whole(bar: FlexibleBar, read: _Read, distance: np.ndarray) -> dict[st
     for k in range(places.size - 1):
         inside, nodes = span == k, slice(PARTS * k, PARTS * (k + 1) + 1)
         deflection[:, inside] = away[:, nodes] @ _through(marks[nodes], distance[inside])
-    strain = np.abs(normal) / bar.axial_stiffness + 0.5 * bar.depth * np.abs(bending) / bar.bending_stiffness
-    points = np.stack([read.pose(name)[0] for name in bar.sections], axis=1)
-    line = points[:, -1] - points[:, 0]
-    line /= np.hypot(*line.T)[:, None]
+    points = np.stack([read.body("position", name) for name in bar.sections], axis=1)
+    line = _chord(points[:, 0], points[:, -1])
     projected = np.einsum("tka,ta->tk", points - points[:, :1], line)
     along = projected @ np.stack([np.interp(distance, places, unit) for unit in np.eye(places.size)])
     normal_line = np.stack([-line[:, 1], line[:, 0]], axis=1)
     position = points[:, :1] + along[..., None] * line[:, None] + deflection[..., None] * normal_line[:, None]
-    stress = bar.youngs_modulus * strain
-    return {
-        "position": position,
-        "deflection": deflection,
-        "axial_force": normal,
-        "shear_force": shear,
-        "bending_moment": bending,
-        "stress": stress,
-        "utilisation": stress / bar.yield_strength if bar.yield_strength else 0.0 * stress,
-    }
+    return _carried(bar, position, normal, shear, bending) | {"deflection": deflection}
 
 
 def _through(nodes: np.ndarray, at: np.ndarray) -> np.ndarray:
@@ -305,27 +309,21 @@ def _element(beam: Beam, read: _Read, xi: np.ndarray) -> dict[str, np.ndarray]:
     bending = moment[:, None] + (shape.chord[:, None] - x) * fy[:, None] + y * fx[:, None]
     bending = bending + np.sum(gone_x * py - gone_y * px, axis=2)
     normal = along * np.cos(here) + across * np.sin(here)
-    strain = np.abs(normal) / beam.axial_stiffness + 0.5 * beam.depth * np.abs(bending) / beam.bending_stiffness
-    stress = beam.youngs_modulus * strain
-    return {
-        "position": np.stack(shape.turned_back(x, y), axis=-1) + shape.start[:, None],
-        "axial_force": normal,
-        "shear_force": across * np.cos(here) - along * np.sin(here),
-        "bending_moment": bending,
-        "stress": stress,
-        "utilisation": stress / beam.yield_strength if beam.yield_strength else 0.0 * stress,
-    }
+    cos, sin = np.cos(shape.direction)[:, None], np.sin(shape.direction)[:, None]
+    position = np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1) + shape.start[:, None]
+    return _carried(beam, position, normal, across * np.cos(here) - along * np.sin(here), bending)
 
 
 class _Shape:
     """An element over time, in the frame of its chord: rotation psi as in `component.beam`, loads, forces at its end."""
 
     def __init__(self, beam: Beam, read: _Read) -> None:
-        (self.start, turned), (end, end_turned) = read.pose(beam.start[0]), read.pose(beam.end[0])
+        ends = beam.start[0], beam.end[0]
+        self.start, end = (read.body("position", name) for name in ends)
         self.chord = np.hypot(*(end - self.start).T)
         self.direction = np.arctan2(*(end - self.start).T[::-1])
         self.p1, self.p2 = (
-            np.remainder(angle - self.direction + math.pi, 2.0 * math.pi) - math.pi for angle in (turned, end_turned)
+            np.remainder(read.body("angle", name) - self.direction + math.pi, 2.0 * math.pi) - math.pi for name in ends
         )
         self.a = _closing(self.p1, self.p2)
         self.cosines = np.cos(self.rotation(NODES)) @ (0.5 * WEIGHTS)
@@ -333,9 +331,11 @@ class _Shape:
         self.beam = beam
         # accelerations of the nodes' places and directions, less gravity, in the frame of the chord: shape (4, samples, 2)
         moved = []
-        for (name, _), angle in ((beam.start, self.p1), (beam.end, self.p2)):
-            acceleration, speed, rate = read.motion(name)
-            moved.append(np.stack(self.turned_in(*(acceleration - read.gravity).T), axis=-1))
+        along, across = np.cos(self.direction), np.sin(self.direction)
+        for name, angle in zip(ends, (self.p1, self.p2), strict=True):
+            speed, rate = read.body("angular_velocity", name), read.body("angular_acceleration", name)
+            x, y = (read.body("acceleration", name) - read.gravity).T
+            moved.append(np.stack([along * x + across * y, along * y - across * x], axis=-1))
             cos, sin = np.cos(angle), np.sin(angle)
             moved.append(np.stack([-sin * rate - cos * speed**2, cos * rate - sin * speed**2], axis=-1) * beam.length)
         self.moved = np.array(moved)
@@ -363,16 +363,6 @@ class _Shape:
         cos, sin = np.cos(self.p2), np.sin(self.p2)
         moment = last + self.beam.length * (cos * direction[1] - sin * direction[0])
         return np.array([axial / self.cosines, (first - last) / self.chord]) + place, moment
-
-    def turned_in(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Vectors over time into the frame of the chord."""
-        cos, sin = np.cos(self.direction), np.sin(self.direction)
-        return cos * x + sin * y, cos * y - sin * x
-
-    def turned_back(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Vectors over time and places out of the frame of the chord."""
-        cos, sin = np.cos(self.direction)[:, None], np.sin(self.direction)[:, None]
-        return cos * x - sin * y, sin * x + cos * y
 
 
 def _hermite(xi: np.ndarray) -> np.ndarray:

@@ -30,7 +30,7 @@ from scissordyn.run.answer.dataset import results
 from scissordyn.run.answer.warn import ROUNDED, beyond_outputs
 from scissordyn.run.configuration import write_configuration
 from scissordyn.run.options import EndTime, Options
-from scissordyn.run.results import Results, Variable, Variables
+from scissordyn.run.results import Results, Variable, Variables, labels
 from scissordyn.run.start.rest import count_turns
 from scissordyn.run.start.small_motion import along
 from scissordyn.run.start.stiffness import At
@@ -259,8 +259,8 @@ def _inputs(inputs: Inputs, times: np.ndarray) -> Variables:
     """What drives and prescribed distances hold."""
     names = [*inputs.bodies, *inputs.timed]
     return {
-        "prescribed": Variable(("prescribed",), np.array(names), {"long_name": "driven body or rod"}),
-        "prescribed_unit": Variable(("prescribed",), np.array(inputs.units), {"long_name": "unit of its input"}),
+        "prescribed": labels("prescribed", names, "driven body or rod"),
+        "prescribed_unit": labels("prescribed", inputs.units, "unit of its input"),
         "input": Variable(("time", "prescribed"), inputs.over(times), {"long_name": "prescribed angle or distance"}),
     }
 
@@ -270,7 +270,7 @@ def _envelope(variables: Variables, times: np.ndarray) -> Variables:
     names, units, columns = [], [], []
     first_alone = "drive_torque" if "drive_torques" in variables else ""
     for name, part in variables.items():
-        unit = part.attrs.get("units")
+        unit = part.attrs.get("units", "")
         if part.dims[0] != "time" or "beam" in part.dims or name == first_alone:
             continue
         parts = variables[part.dims[1]].values.tolist() if part.dims[1:] else [""]
@@ -289,8 +289,8 @@ def _envelope(variables: Variables, times: np.ndarray) -> Variables:
     force = np.stack([_size(column) for column in columns], axis=1) if columns else np.zeros((times.size, 0))
     least, largest = (np.array([_extreme(times, column, sign) for column in columns]).reshape(-1, 2) for sign in (-1.0, 1.0))
     return {
-        "quantity": Variable(("quantity",), np.array(names, dtype=str), {"long_name": "force or torque"}),
-        "quantity_unit": Variable(("quantity",), np.array(units, dtype=str), {"long_name": "unit of its values"}),
+        "quantity": labels("quantity", names, "force or torque"),
+        "quantity_unit": labels("quantity", units, "unit of its values"),
         "quantity_value": Variable(("time", "quantity"), force, {"long_name": "force or torque, of reactions the size"}),
         **{
             name: Variable(("quantity",), column, {"long_name": text})

@@ -313,6 +313,7 @@ until = "1 ms"
         ("body.crank.name=ground", "body.ground", "body name 'ground'"),
         ("body.crank.lngth=1 m", "body.crank", "did you mean 'length'"),
         ("guide.rail.direction=1", "guide.rail.direction", "missing unit"),
+        ("guide.rail.body=blck", "guide 'rail'", "body 'blck' (did you mean 'block'?)"),
         ("weld.holder.end=tool.bse", "weld 'holder'", "point 'bse' of body 'tool' (did you mean 'base'?)"),
         ("spring.rope.stiffness=2 N", "spring.rope.stiffness", "wrong dimension"),
         ("spring.rope.end=block.centre", "spring.rope", "between body 'block' and itself"),

@@ -57,9 +57,8 @@ MECHANICS = (
 )
 HARD = (
     "run/test_hard_contact.py",
-    "run/test_hard_damping.py",
+    "run/test_hard_turning.py",
     "run/test_hard_answers.py",
-    "run/test_hard_immobile.py",
     "run/test_hard_examples.py",
 )
 GROUPED = "how many cases are done together: no number depends on it"

@@ -1,5 +1,7 @@
-"""Many cases of one mechanism."""
+"""Many cases of one mechanism, and what `simulate` and `simulate_many` repeat of `Options`."""
 
+import dataclasses
+import inspect
 import math
 import threading
 from typing import Any
@@ -10,6 +12,9 @@ import xarray as xr
 
 import scissordyn as sd
 from scissordyn.run.answer.measure import MEASURES
+from scissordyn.run.batch import simulate_many
+from scissordyn.run.options import Options
+from scissordyn.run.simulate import simulate
 
 CASES = 12
 
@@ -163,3 +168,20 @@ def test_when_a_structure_is_deployed() -> None:
     batch = sd.simulate_many(swinging, {"body.bar.angular_velocity": [2.0, 1.0, 0.1]}, until=1.0, measures=("deployment_time",))
     np.testing.assert_allclose(batch["deployment_time"][:2], [0.25, 0.5], rtol=1e-9)
     assert np.isinf(batch["deployment_time"][2])
+
+
+FIELDS = {field.name: field.default for field in dataclasses.fields(Options)}
+
+
+@pytest.mark.parametrize("function", [simulate, simulate_many])
+def test_keywords_have_names_order_and_defaults_of_the_options(function):
+    """Contract: a keyword by an option's name has its default; the options stand in their order."""
+    keywords = inspect.signature(function).parameters
+    shared = [name for name in keywords if name in FIELDS]
+    assert shared == [name for name in FIELDS if name in keywords]
+    assert all(keywords[name].default == FIELDS[name] for name in shared if FIELDS[name] is not dataclasses.MISSING)
+
+
+def test_simulate_has_every_option():
+    """Contract: `simulate` takes every option."""
+    assert set(FIELDS) <= set(inspect.signature(simulate).parameters)

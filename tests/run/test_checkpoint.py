@@ -119,41 +119,51 @@ def stopped(mechanism: Mechanism, checkpoint: Checkpoint, after: int, **options:
     return simulate(mechanism, checkpoint=checkpoint, progress=told, **options)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("trust", [False, True])
-def test_an_interrupted_run_goes_on(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, frictional_array: Mechanism, trust: bool
-) -> None:
-    """Contract: interrupted several times, also while it is repeated; the file is removed at the end."""
-    monkeypatch.setattr(driver_module, "FIRST", 50)
-    monkeypatch.setattr(driver_module, "SLICE", 50)
-    tracked = frictional_array.track("tip", "slider", "centre")
-    expected = simulate(tracked, until=0.02, samples=101, trust=trust)
-    checkpoint = Checkpoint(tmp_path / "run.checkpoint")
-    part, times = None, 0
-    while part is None or part.attrs["status"] == "interrupted":
-        part = stopped(tracked, checkpoint, 5, until=0.02, samples=101, trust=trust)
-        times += 1
-        assert (tmp_path / "run.checkpoint").exists() == (part.attrs["status"] == "interrupted")
-    assert times > 2
-    assert numbers(part) == numbers(expected)
+def rubbing() -> Mechanism:
+    """The array with friction in its clearance joint and a tracked point."""
+    loose = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3, friction=sd.LuGre(0.1))).driven(speed=sd.rpm(150))
+    return loose.track("tip", "slider", "centre")
 
 
-def test_delayed_feedback_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Contract: the history of signals is a part of the state, and grows when it is taken up."""
-    monkeypatch.setattr(driver_module, "FIRST", 10)
-    monkeypatch.setattr(driver_module, "SLICE", 10)
+def delayed() -> Mechanism:
+    """A bar whose controller keeps the history of its signal, which grows when it is taken up."""
     bar = sd.Mechanism(
         (sd.bar("arm", length=0.5, mass=1.0),),
         (sd.Revolute("O", ("arm", "start"), ("ground", "O")),),
         ground=(("O", (0.0, 0.0)),),
         input_body="arm",
     )
-    mechanism = bar.controlled(sd.Pyragas(0.05, 0.02, onset=0.0))
-    expected = simulate(mechanism, until=2.0, samples=51)
+    return bar.controlled(sd.Pyragas(0.05, 0.02, onset=0.0))
+
+
+def hard() -> Mechanism:
+    return sd.scissor(units=2).with_clearance("A", sd.Clearance(4e-4, contact="hard")).driven(speed=sd.rpm(150))
+
+
+@pytest.mark.parametrize(
+    ("made", "slices", "options"),
+    [
+        (rubbing, 50, {"until": 0.02, "samples": 101}),
+        (rubbing, 50, {"until": 0.02, "samples": 101, "trust": True}),
+        (delayed, 10, {"until": 2.0, "samples": 51}),
+        (hard, 50, {"until": 0.02, "step": 1e-5}),
+    ],
+)
+def test_an_interrupted_run_goes_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, made: Callable[[], Mechanism], slices: int, options: dict[str, Any]
+) -> None:
+    """Identity: interrupted several times, also while it is repeated, bit for bit; the file is removed at the end."""
+    monkeypatch.setattr(driver_module, "FIRST", slices)
+    monkeypatch.setattr(driver_module, "SLICE", slices)
+    expected = simulate(made(), **options)
     checkpoint = Checkpoint(tmp_path / "run.checkpoint", every=0.0)
-    part = stopped(mechanism, checkpoint, 7, until=2.0, samples=51)
-    assert part.attrs["status"] == "interrupted"
-    assert numbers(simulate(mechanism, until=2.0, samples=51, checkpoint=checkpoint)) == numbers(expected)
+    part, times = None, 0
+    while part is None or part.attrs["status"] == "interrupted":
+        part = stopped(made(), checkpoint, 3, **options)
+        times += 1
+        assert (tmp_path / "run.checkpoint").exists() == (part.attrs["status"] == "interrupted")
+    assert times > 2
+    assert numbers(part) == numbers(expected)
 
 
 def test_a_saved_run_is_replayed_with_checkpoints(tmp_path: Path, clearance_run: xr.Dataset) -> None:

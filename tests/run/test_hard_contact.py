@@ -200,22 +200,6 @@ def test_batches_and_threads():
     assert np.nanmax(estimated) == found[0]["peak_force_estimate"].values[2, 0]
 
 
-def test_checkpoint_goes_on(tmp_path):
-    """Identity: a run that is interrupted and goes on from its checkpoint is the run without interruption, bit for bit."""
-    whole = sd.simulate(loose_array(), until=0.05, step=2e-5)
-
-    def stop(time: float) -> None:
-        if time > 0.01:
-            raise KeyboardInterrupt
-
-    kept = sd.Checkpoint(tmp_path / "run.checkpoint", every=0.0)
-    part = sd.simulate(loose_array(), until=0.05, step=2e-5, progress=stop, checkpoint=kept)
-    assert part.attrs["status"] == "interrupted"
-    assert 0.0 < part.attrs["end"] < 0.05
-    rest = sd.simulate(loose_array(), until=0.05, step=2e-5, checkpoint=kept)
-    xr.testing.assert_identical(rest.drop_attrs(), whole.drop_attrs())
-
-
 def test_energy_balance_of_an_array():
     """Identity: with impacts, friction and a drive at every step the balance misses as much as h^2."""
     residual = []

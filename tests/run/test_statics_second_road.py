@@ -150,6 +150,7 @@ def test_friction_up_and_down(sense: str) -> None:
     mechanism = rubbed(sense)
     forces = sd.statics(mechanism, until=1.0, points=161, friction=sense)  # type: ignore[arg-type]
     assert max(Balance(forces, mechanism).residual()) < 1e-12
+    assert not forces["angular_velocity"].values.any()
     work = VirtualWork(forces, mechanism)
     assert work.imbalance() < 1e-7
     sign = 1.0 if sense == "forward" else -1.0

@@ -99,7 +99,7 @@ NOTICING: dict[str, tuple[str, ...]] = {
     "plan/*": ("mechanics/test_moving_guides.py",),
     "run/ideal.py": ("plot/test_preview.py", "run/test_closed_limits.py", "kinematics/test_path.py"),
     "run/engine.py": ("study/test_engine.py",),
-    "run/inverse_dynamics.py": ("run/test_given_start.py", "mechanics/test_connections.py", "plan/test_shared_plan.py"),
+    "run/inverse_dynamics.py": ("run/test_rest.py", "mechanics/test_connections.py", "plan/test_shared_plan.py"),
     "run/answer/warn.py": ("run/test_warn.py",),
     "run/start/ideal_path.py": ("run/test_track.py",),
     "run/start/start.py": ("run/test_rest.py", "run/test_warn.py", "mechanics/test_connections.py", "test_run.py"),

@@ -1,15 +1,21 @@
-"""Along bars that bend: internal forces by equilibrium, deflection by closed forms, and their largest values."""
+"""Along bars that bend: internal forces by equilibrium, deflection and buckling by closed forms, and their measures."""
 
 from __future__ import annotations
 
 import dataclasses
 import math
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import scissordyn as sd
+from scissordyn.cli.main import status_of
 from scissordyn.errors import InputError
+from scissordyn.run.options import Options
+from scissordyn.study.compute.table import column
 
 PLACES = (0.0, 0.1, 0.33, 0.5, 0.97, 1.0)
 RIGIDITY = 100.0
@@ -178,3 +184,174 @@ def test_a_clamped_bar_extends_as_by_its_closed_form(load: str, within: float, m
     run = still(made.driven(speed=0.0))
     away = float(np.hypot(*run["position"].sel(body=body)[0].values)) - (0.5 if load == "middle" else 1.0)
     assert away == pytest.approx((1.0 if load == "end" else 0.5) * force / TUBE["axial_stiffness"], rel=within)
+
+
+NAMES = {
+    "peak_bar_stress": "stress",
+    "peak_utilisation": "utilisation",
+    "peak_deflection": "deflection",
+    "peak_buckling_ratio": "buckling_ratio",
+}
+OVER = {"A.clearance": [0.1e-3, 0.4e-3]}
+
+
+def rigid() -> sd.Mechanism:
+    """A scissor with a clearance joint."""
+    return sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=sd.rpm(60))
+
+
+def bent(**more: Any) -> sd.Mechanism:
+    """The same of steel tubes."""
+    return rigid().with_bending(**({"section": "tube 60x60x1.56 mm", "material": "steel", "modes": 1} | more))
+
+
+def test_they_are_those_of_a_run() -> None:
+    """Cross-check: run, summary and a second road to the stress, from axial force and moment along the bars."""
+    batch = sd.simulate_many(bent(), OVER, until=0.01, measures=tuple(NAMES))
+    run = sd.simulate(bent().replace("A.clearance", 0.4e-3), until=0.01)
+    last = batch.isel(case=1)
+    for name, quantity in NAMES.items():
+        np.testing.assert_array_equal(last[name].values, np.abs(run[f"bar_largest_{quantity}"].values))
+    assert len(np.unique(batch["peak_bar_stress"].values)) == batch["peak_bar_stress"].size == 8
+    answer = run.scissordyn.summary().bars
+    assert answer.utilisation == float(last["peak_utilisation"].max())
+    assert answer.buckling == 1.0 / float(last["peak_buckling_ratio"].max())
+    depth, area = 60e-3, (60e-3**2 - 56.88e-3**2)
+    second_moment = (60e-3**4 - 56.88e-3**4) / 12.0
+    inner = sd.internal_forces(run, places=[*np.linspace(0.0, 1.0, 9), 0.5 - 1e-12])  # the pivot from both sides
+    stress = np.abs(inner["axial_force"]) / area + np.abs(inner["bending_moment"]) * 0.5 * depth / second_moment
+    assert stress.max(dim=("time", "place")).values == pytest.approx(last["peak_bar_stress"].values, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("mechanism", "measure", "said"),
+    [
+        (rigid(), "peak_deflection", "without bars that bend"),
+        (bent(section=None, material=None, bending_stiffness=4e4, axial_stiffness=7e7), "peak_bar_stress", "youngs_modulus"),
+    ],
+)
+def test_what_has_none_is_refused(mechanism: sd.Mechanism, measure: str, said: str) -> None:
+    """Errors: no bars that bend; no material."""
+    with pytest.raises(InputError, match=said):
+        sd.simulate_many(mechanism, OVER, until=0.01, measures=(measure,))
+
+
+@pytest.mark.parametrize("kind", [{"modes": 1}, {"elements": 2}])
+def test_they_are_the_same_on_any_threads_and_of_members(kind: dict[str, int]) -> None:
+    """Cross-check: bits on one and two threads; members differ from the unperturbed start by what round-off makes."""
+    mechanism = bent(**({"modes": "auto"} | kind))
+    one, two = (sd.simulate_many(mechanism, OVER, until=2e-3, measures=tuple(NAMES), threads=count) for count in (1, 2))
+    xr.testing.assert_equal(one[list(NAMES)], two[list(NAMES)])
+    members = sd.simulate_many(mechanism, OVER, until=2e-3, measures=tuple(NAMES), members=[0, 1], threads=1)
+    for name in NAMES:
+        np.testing.assert_array_equal(members[name][0].values, one[name][0].values)
+        largest = float(one[name][1].max())
+        np.testing.assert_allclose(members[name][1].values, one[name][1].values, rtol=1e-3, atol=1e-4 * largest)
+        assert np.any(members[name][1].values != one[name][1].values)
+
+
+@pytest.mark.parametrize("kind", [{"modes": 8}, {"elements": 8}])
+@pytest.mark.parametrize("points", [("start", "end"), ("start", "middle", "end")])
+@pytest.mark.parametrize("named", [("start", "end"), ("start", "middle", "end")])
+def test_a_pinned_bar_buckles_at_one(kind: dict[str, int], points: tuple[str, ...], named: tuple[str, ...]) -> None:
+    """Closed form: Euler's load pi^2 EI/l^2 between supports of a heated bar; points without a support are no ends of spans."""
+    rigidity, axial, expansion, rise = 100.0, 1e7, 1e-5, 3.0
+    load, critical = axial * expansion * rise, rigidity * (np.pi * (len(points) - 1)) ** 2
+    whole = sd.bar("bar", length=1.0, mass=1.0)
+    body = dataclasses.replace(
+        whole, points={name: whole.points[name] for name in sorted({*points, *named}, key=whole.points.get)}
+    )
+    rigid = sd.Mechanism(
+        (body,),
+        (sd.Revolute("pin", ("bar", "start"), ("ground", "O")),),
+        guides=tuple(sd.Guide(name, ("bar", name)) for name in points[1:]),
+        ground=(("O", (0.0, 0.0)), ("E", (1.0, 0.0))),
+        gravity=0.0,
+    )
+    bending = {"bending_stiffness": rigidity, "axial_stiffness": axial, **kind}
+    held = dataclasses.replace(rigid, guides=rigid.guides[:-1])
+    held = held.with_parts({"joints": (*rigid.joints, sd.Revolute("end", ("bar", "end"), ("ground", "E")))})
+    hot = held.with_bending(**bending, thermal_expansion=expansion, temperature_rise=rise)
+    run = sd.simulate(hot, until=1e-5, samples=2, start="static")
+    ratio = float(run["bar_largest_buckling_ratio"][0])
+    assert ratio == pytest.approx(load / critical, rel=2e-3)
+    assert sd.internal_forces(run, places=3)["buckling_ratio"].values[0] == pytest.approx(ratio, rel=1e-6)
+    assert float(run["bar_buckling_load"][0]) == pytest.approx(critical, rel=2e-3)
+    assert run.scissordyn.summary().bars.buckling == 1.0 / ratio
+    pushed = rigid.with_parts({"components": (sd.Force("push", ("bar", "end"), (-load, 0.0)),)}).with_bending(**bending)
+    assert ratio * float(sd.buckling(pushed)["load_factor"][0]) == pytest.approx(1.0, rel=2e-3)
+
+
+@pytest.mark.parametrize("kind", [{"modes": 8}, {"elements": 8}])
+@pytest.mark.parametrize("part", [0.3, 0.9])
+def test_the_ratio_of_a_bar_counts_how_it_is_held(kind: dict[str, int], part: float) -> None:
+    """Closed form: a cantilever at a part of pi^2 EI/(4 L^2), a sixteenth of that of half a bar between pins."""
+    critical = np.pi**2 * 100.0 / 4.0
+    push = sd.Force("push", ("bar", "end"), (-part * critical, 0.0))
+    pin = sd.Revolute("clamp", ("bar", "start"), ("ground", "O"))
+    body, ground = sd.bar("bar", length=1.0, mass=1.0), (("O", (0.0, 0.0)),)
+    column = sd.Mechanism((body,), (pin,), ground=ground, gravity=0.0, input_body="bar", components=(push,))
+    bent = column.with_bending(bending_stiffness=100.0, axial_stiffness=1e8, **kind).driven(speed=0.0)
+    run = sd.simulate(bent, until=1e-6, samples=2, start="static")
+    assert float(run["bar_largest_buckling_ratio"][0]) == pytest.approx(part, rel=1e-3)
+
+
+def test_the_ratio_of_an_array_is_that_of_the_frame() -> None:
+    """Second road: linear buckling of two units of tubes under their weight; a pin alone bears five times as much."""
+    tubes = sd.scissor(units=2).with_bending(bending_stiffness=42743.0, axial_stiffness=7.5e7, modes=4).driven(speed=0.0)
+    run = sd.simulate(tubes, until=1e-6, samples=2, start="static")
+    factor = float(sd.buckling(tubes)["load_factor"][0])
+    assert run.scissordyn.summary().bars.buckling == pytest.approx(factor, rel=0.01)
+
+
+@pytest.mark.parametrize("kind", [{"modes": 4}, {"elements": 4}])
+def test_the_ratio_of_a_servo_is_that_of_a_drive(kind: dict[str, int]) -> None:
+    """Cross-check: a stiff servo and a drive on the same motion; its stiffness is no stiffness of the bars."""
+    tubes = sd.scissor(units=2).with_bending(bending_stiffness=42743.0, axial_stiffness=7.5e7, **kind)
+    motion = sd.Cycloidal(sd.degrees(45), sd.degrees(40), 0.05)
+    held = tubes.controlled(sd.PID(4e6, derivative=4e3, limit=1e6), reference=motion)
+    ratios = [
+        float(sd.simulate(mechanism, until=0.02, samples=41)["bar_largest_buckling_ratio"].max())
+        for mechanism in (tubes.driven(motion=motion), held)
+    ]
+    assert ratios[1] == pytest.approx(ratios[0], rel=0.05)
+
+
+def test_a_strut_beyond_its_buckling_load_is_said() -> None:
+    """Closed form: a force of 1.1 pi^2 EI/L^2 that acts at once doubles in the bar, and is said to buckle it."""
+    critical = np.pi**2 * 100.0
+    body, ground = sd.bar("bar", length=1.0, mass=1.0), (("O", (0.0, 0.0)),)
+    pin, guide = sd.Revolute("pin", ("bar", "start"), ("ground", "O")), sd.Guide("end", ("bar", "end"))
+    push = sd.Force("push", ("bar", "end"), (-1.1 * critical, 0.0))
+    strut = sd.Mechanism((body,), (pin,), guides=(guide,), ground=ground, gravity=0.0, components=(push,))
+    run = sd.simulate(strut.with_bending(bending_stiffness=100.0, axial_stiffness=1e6, modes=8), until=5e-3)
+    assert 1.1 < float(run["bar_largest_buckling_ratio"][0]) < 2.5
+    assert "the force at which the mechanism buckles" in run.attrs["warnings"]
+
+
+def test_stiffness_is_a_number_of_the_mechanism(tmp_path: Path) -> None:
+    """Cross-check: bending stiffness by a distribution, in one plan, gives the bits of single runs."""
+    case, address = tmp_path / "bent.toml", "unit 1/bar 1/beam.bending_stiffness"
+    sd.write_case(bent(), case, run=Options(until=2e-3))
+    given = {address: sd.Normal(42e3, 2e3)}
+    found = sd.study(case, uncertain=given, samples=2, measures=["peak_deflection"], engine=1).dataset
+    for each in range(2):
+        run = sd.simulate(bent().replace(address, float(found[column(address)][each])), until=2e-3)
+        expected = np.abs(run["bar_largest_deflection"].values)
+        np.testing.assert_array_equal(found["peak_deflection"][each].values, expected)
+
+
+def test_a_study_asks_for_utilisation(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Cross-check: a requirement between the utilisations of two clearances is met by one of them, as runs say."""
+    case, store = tmp_path / "bent.toml", tmp_path / "bent.db"
+    sd.write_case(bent(), case, run=Options(until=0.01))
+    used = sd.simulate_many(bent(), OVER, until=0.01, measures=("peak_utilisation",))["peak_utilisation"].max("bar").values
+    between = float(np.mean(used))
+    asks = f'"peak_utilisation < {between:.6f}", "peak_buckling_ratio < 1"'
+    text = f'case = "bent.toml"\nmeasures = ["peak_bar_stress"]\nrequire = [{asks}]\n'
+    asked = tmp_path / "study.toml"
+    asked.write_text(text + '[vary]\n"A.clearance" = "0.1, 0.4 mm"\n', encoding="utf-8")
+    assert status_of(["study", str(asked), "-o", str(store), "--threads", "1"]) == 0, capsys.readouterr().err
+    found = sd.open_study(store).dataset
+    np.testing.assert_array_equal(found["peak_utilisation"].max("bar").values, used)
+    assert "peak_utilisation" in capsys.readouterr().out

@@ -13,9 +13,8 @@ from scissordyn.config.fits import fit
 from scissordyn.errors import InputError
 from scissordyn.identification.fit import prepared
 from scissordyn.identification.forward import motion
-from scissordyn.identification.free import free_parameter
 from scissordyn.identification.prediction import prediction
-from scissordyn.identification.problem import Problem
+from scissordyn.identification.problem import Problem, free_parameter
 from scissordyn.run.configuration import read_configuration
 
 NOISE = 2e-3

@@ -15,7 +15,7 @@ from scissordyn.config.measured import read_measured
 from scissordyn.config.variation import read_variation
 from scissordyn.errors import InputError
 from scissordyn.identification.fit import fitted, known_headings
-from scissordyn.identification.free import Free, free_parameter
+from scissordyn.identification.problem import Free, free_parameter
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.parameter_path import number
 from scissordyn.run.options import Options

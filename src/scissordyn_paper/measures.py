@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from scissordyn.analysis.arc import smallest_arc
-from scissordyn.analysis.contact import contact_spans
+from scissordyn.analysis.contact import contact_spans, smallest_arc
 from scissordyn.kinematics.path import smooth_peak
 
 JOINT = "A"

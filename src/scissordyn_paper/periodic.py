@@ -15,8 +15,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from scissordyn.analysis.classify import classify
-from scissordyn.analysis.consensus import consensus
+from scissordyn.analysis.verdict import classify, consensus
 from scissordyn.errors import ScissordynError
 from scissordyn.file.output_file import check_target
 from scissordyn.periodic.bifurcation import bifurcation

@@ -5,9 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from scissordyn.analysis.arc import smallest_arc
-from scissordyn.analysis.contact import QUANTILES, contact_spans, contact_statistics
-from scissordyn.analysis.deviation import deviation
+from scissordyn.analysis.contact import QUANTILES, contact_spans, contact_statistics, deviation, smallest_arc
 from scissordyn.errors import InputError
 from scissordyn.model.body import bar, point_mass
 from scissordyn.model.joint import Revolute

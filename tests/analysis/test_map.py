@@ -7,8 +7,7 @@ import pytest
 import xarray as xr
 
 from scissordyn.analysis.scatter import velocity_acceleration
-from scissordyn.analysis.section import section
-from scissordyn.analysis.stroboscope import stroboscopic
+from scissordyn.analysis.section import section, stroboscopic
 from scissordyn.errors import InputError
 
 from .made_up import made_up_run

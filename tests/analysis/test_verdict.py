@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from scissordyn.analysis.classify import classify
-from scissordyn.analysis.consensus import consensus
-from scissordyn.analysis.verdict import classify_samples
+from scissordyn.analysis.verdict import classify, classify_samples, consensus
 from scissordyn.errors import InputError
 from scissordyn.model.body import Body
 from scissordyn.model.clearance import Clearance

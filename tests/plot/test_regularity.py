@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 
 from scissordyn.analysis.recurrence import recurrence
 from scissordyn.analysis.scatter import velocity_acceleration as scatter
+from scissordyn.analysis.section import stroboscopic
 from scissordyn.analysis.spectrum import spectrum
-from scissordyn.analysis.stroboscope import stroboscopic
 from scissordyn.analysis.zero_one import zero_one_test
 from scissordyn.errors import InputError
 from scissordyn.plot.regularity import (

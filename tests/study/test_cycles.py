@@ -8,7 +8,7 @@ import pint
 import pytest
 import xarray as xr
 
-from scissordyn.analysis.classify import classify
+from scissordyn.analysis.verdict import classify
 from scissordyn.component.time_function import Harmonic, Tabulated
 from scissordyn.errors import InputError
 from scissordyn.integrate.integration import COUNTS

@@ -1,15 +1,15 @@
-"""A Poincare section: the states in which a variable of a run crosses a level."""
+"""Poincaré sections of a run: where a variable crosses a level, and once a period of the drive."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Literal
 
 import numpy as np
 import xarray as xr
 
-from scissordyn.analysis.hermite import RATES, cubic, interpolate, slope
-from scissordyn.analysis.variable import described
+from scissordyn.analysis.variable import Variable, described
 from scissordyn.errors import InputError, did_you_mean
 
 Direction = Literal["both", "rising", "falling"]
@@ -106,3 +106,127 @@ def _crossings(time: np.ndarray, values: np.ndarray, rates: np.ndarray) -> tuple
             when.append(float(np.clip(time[k] + s * h, time[0], time[-1])))
             way.append(int(passing))
     return np.array(when, float), np.array(way, int)
+
+
+ON_THE_GRID = 1e-9  # A sample within this fraction of the period of an instant of the map is used as it is
+
+
+def stroboscopic(run: xr.Dataset, *, period: float, phase: float = 0.0, skip: int = 0) -> xr.Dataset:
+    """The states of a run at t_k = (k + phase) period: the Poincare map of a periodically driven mechanism.
+
+    Where every t_k is a sample (until/(samples - 1) divides the period), the samples are used with all
+    variables. Otherwise positions, velocities and angles are interpolated by cubic Hermite polynomials, and variables without
+    a recorded rate are left out.
+
+    Parameters
+    ----------
+    run : Dataset
+    period : float
+        Of the drive [s].
+    phase : float
+        Phase as a fraction of the period [1].
+    skip : int
+        Number of instants at the start that are left out as transient.
+
+    Returns
+    -------
+    Dataset
+        The variables of the run along `strobe`, with `time`; attributes of the run, and `source`: "samples" or "interpolated".
+
+    Raises
+    ------
+    InputError
+        If the period is not positive, or no instant is left.
+
+    References
+    ----------
+    Guckenheimer and Holmes 1983, Nonlinear Oscillations, section 1.5, doi:10.1007/978-1-4612-1140-2
+    """
+    if not (math.isfinite(period) and period > 0.0):
+        raise InputError(f"period = {period!r}", "a period > 0 [s]")
+    if not 0.0 <= phase < 1.0:
+        raise InputError(f"phase = {phase!r}", "a fraction of the period, at least 0 and below 1")
+    if isinstance(skip, bool) or not isinstance(skip, int) or skip < 0:
+        raise InputError(f"skip = {skip!r}", "a whole number >= 0")
+    time = run["time"].values
+    slack = ON_THE_GRID * period
+    first = math.ceil((time[0] - slack) / period - phase)
+    last = math.floor((time[-1] + slack) / period - phase)
+    when = period * (phase + np.arange(first + skip, last + 1))
+    if when.size == 0:
+        raise InputError(
+            f"a run from {time[0]:g} s to {time[-1]:g} s has no instant left with period = {period:g} s and skip = {skip}",
+            "a longer run, or a smaller skip",
+        )
+    nearest = np.clip(np.searchsorted(time, when), 1, max(time.size - 1, 1))
+    nearest -= when - time[nearest - 1] < time[np.minimum(nearest, time.size - 1)] - when
+    attributes = {**run.attrs, "period": period, "phase": phase, "skip": skip}
+    if np.all(np.abs(time[nearest] - when) <= slack):
+        taken = run[[name for name in run if "time" in run[name].dims or name == "clearance"]].isel(time=nearest)
+        return taken.swap_dims(time="strobe").assign_attrs({**attributes, "source": "samples"})
+    inside = np.clip(when, time[0], time[-1])
+    coordinates = {name: run[name] for name in run.coords if name != "time"}
+    samples = xr.Dataset(interpolate(run, inside, "strobe"), coords=coordinates)
+    return samples.assign_coords(time=described(("strobe",), when, "s", "time")).assign_attrs(
+        {**attributes, "source": "interpolated"}
+    )
+
+
+RATES = {
+    "slider_position": "slider_velocity",
+    "slider_velocity": "slider_acceleration",
+    "position": "velocity",
+    "velocity": "acceleration",
+    "angle": "angular_velocity",
+    "angular_velocity": "angular_acceleration",
+}
+"""Recorded variables whose rate of change is recorded too."""
+
+Ends = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+"""Value and rate at the start of an interval, value and rate at its end."""
+
+
+def cubic(s: np.ndarray, step: np.ndarray, ends: Ends) -> np.ndarray:
+    """The cubic with given values and rates at both ends of an interval.
+
+    Its error is y''''(t) h^4/384 at most (Davis 1975, Interpolation and Approximation).
+    """
+    y0, r0, y1, r1 = ends
+    value: np.ndarray = (
+        (1.0 + 2.0 * s) * (1.0 - s) ** 2 * y0
+        + s * (1.0 - s) ** 2 * step * r0
+        + s**2 * (3.0 - 2.0 * s) * y1
+        + s**2 * (s - 1.0) * step * r1
+    )
+    return value
+
+
+def slope(s: np.ndarray, step: np.ndarray, ends: Ends) -> np.ndarray:
+    """The rate of change of `cubic`; parameters as there."""
+    y0, r0, y1, r1 = ends
+    rate: np.ndarray = 6.0 * s * (1.0 - s) * (y1 - y0) / step + (1.0 - s) * (1.0 - 3.0 * s) * r0 + s * (3.0 * s - 2.0) * r1
+    return rate
+
+
+def interpolate(run: xr.Dataset, when: np.ndarray, dim: str) -> dict[str, Variable]:
+    """Interpolated variables of a run between its samples.
+
+    Shapes: `when` (n,) [s].
+    """
+    time = run["time"].values
+    left = np.clip(np.searchsorted(time, when, side="right") - 1, 0, time.size - 2)
+    step = time[left + 1] - time[left]
+    part = (when - time[left]) / step
+    variables: dict[str, Variable] = {}
+    for name, rate in RATES.items():
+        if name not in run or rate not in run:
+            continue
+        ordered = run[name].transpose("time", ...)
+        values, rates = ordered.values, run[rate].transpose(*ordered.dims).values
+        ends = values[left], rates[left], values[left + 1], rates[left + 1]
+        across = (slice(None), *[None] * (values.ndim - 1))
+        dims = (dim, *(str(other) for other in ordered.dims[1:]))
+        variables[name] = dims, cubic(part[across], step[across], ends), dict(run[name].attrs)
+        if rate not in RATES:
+            variables[rate] = dims, slope(part[across], step[across], ends), dict(run[rate].attrs)
+    return variables

@@ -1,19 +1,25 @@
-"""Classification of stroboscopic samples, with the evidence."""
+"""The class of a motion, with the evidence: of stroboscopic samples, of a run, and of an ensemble."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+import xarray as xr
 from numpy.typing import ArrayLike
 
+from scissordyn.analysis.contact import contact_spans, contact_statistics
+from scissordyn.analysis.section import stroboscopic
 from scissordyn.analysis.spectrum import spectrum
-from scissordyn.analysis.variable import as_table
+from scissordyn.analysis.variable import as_table, described
 from scissordyn.analysis.zero_one import zero_one_test
 from scissordyn.errors import InputError
+from scissordyn.run.answer.joint_force import some_clearance_joints
+from scissordyn.run.configuration import ATTRIBUTE, number_attribute, read_configuration
 
 Kind = Literal["continuous contact", "periodic", "quasi-periodic", "irregular", "transient only"]
 
@@ -212,3 +218,253 @@ def _judge_trust(times: np.ndarray, trusted_until: float, evidence: list[str], m
             f"{beyond} of {times.size} samples lie beyond the predictability horizon of {trusted_until:.6g} s. There one "
             "trajectory is no evidence: compare an ensemble."
         )
+
+
+MAPS = ("strobe", "cycle")  # Dimensions of stroboscopic maps: of `stroboscopic`, and of long periodic runs
+
+
+def classify(
+    run: xr.Dataset,
+    *,
+    period: float | None = None,
+    phase: float = 0.0,
+    skip: int = 0,
+    after: float = 0.0,
+    tolerance: float = 1e-3,
+    longest_period: int = 16,
+    seed: int = 0,
+) -> Verdict:
+    """Classify the motion of a run, with the evidence.
+
+    With a periodic drive the eccentricities, in clearances, are sampled once a period (`classify_samples`). A single stroke has
+    no asymptotic motion: it is either in continuous contact or transient only.
+
+    Parameters
+    ----------
+    run : Dataset
+        A run, a result of `stroboscopic`, or the cycles of a long periodic run.
+    period : float, optional
+        Of the drive [s]; a run without it is a single stroke.
+    phase : float
+        Phase of the samples, as a fraction of the period [1].
+    skip : int
+        Number of periods at the start that are left out.
+    after : float
+        Start of the evaluation of a single stroke [s].
+    tolerance : float
+        Largest difference of equal samples, as a fraction of the clearance.
+    longest_period : int
+        Longest period searched for.
+    seed : int
+        Of the random angles of the 0-1 test.
+
+    Returns
+    -------
+    Verdict
+
+    Raises
+    ------
+    InputError
+        If no joint has clearance, no sample is left, or the samples of a run are not at the instants of the map.
+    """
+    trusted = float(run.attrs.get("trusted_until", math.nan))
+    fraction: float | None = None
+    if "time" in run.dims:
+        if period is None:
+            return _stroke(run, after, trusted)
+        strobe, fraction = _map_of(run, period, phase, skip)
+    else:
+        dim = next((name for name in MAPS if name in run.dims), None)
+        if dim is None:
+            raise InputError("a dataset without time, strobe or cycle", "a run, or a map of one")
+        strobe = run.isel({dim: slice(skip, None)})
+        if "contact_fraction" in strobe and strobe.sizes[dim]:
+            fraction = _exact_zero(
+                float(1.0 - strobe["contact_fraction"].isel({dim: slice(strobe.sizes[dim] // 2, None)}).min())
+            )
+    dim = next(name for name in MAPS if name in strobe.dims)
+    if strobe.sizes[dim] < 2:
+        raise InputError(f"{strobe.sizes[dim]} samples left after skip = {skip}", "at least 2, and 200 for a verdict")
+    clearance = _clearances(strobe)
+    place = strobe["eccentricity"].sel(joint=list(clearance)).transpose(dim, "joint", "axis").values
+    return classify_samples(
+        place.reshape(len(place), -1),
+        scale=np.repeat(list(clearance.values()), 2),
+        tolerance=tolerance,
+        longest_period=longest_period,
+        flight_fraction=fraction,
+        times=strobe["time"].values,
+        trusted_until=trusted,
+        seed=seed,
+    )
+
+
+def _map_of(run: xr.Dataset, period: float, phase: float, skip: int) -> tuple[xr.Dataset, float | None]:
+    """The samples of a run once a period, and the largest fraction of free flight over their second half."""
+    strobe = stroboscopic(run, period=period, phase=phase, skip=skip)
+    if strobe.attrs.get("source") != "samples":
+        raise InputError(
+            f"a run whose samples are not at the instants (k + {phase:g}) {period:g} s",
+            "samples at each of them: until/(samples - 1) divides the period",
+        )
+    settled = float(strobe["time"].values[strobe.sizes["strobe"] // 2])
+    if not settled < float(run["time"].values[-1]):
+        return strobe, None
+    return strobe, _exact_zero(float(contact_statistics(run, after=settled)["flight_fraction"].max()))
+
+
+def _exact_zero(fraction: float) -> float:
+    """Zero where only round-off of the sum of contact times is left."""
+    return 0.0 if fraction < 1e-12 else fraction
+
+
+def _clearances(strobe: xr.Dataset) -> dict[str, float]:
+    """The clearance of every clearance joint of a map [m]."""
+    if "clearance" in strobe:
+        return {name: float(strobe["clearance"].sel(joint=name)) for name in some_clearance_joints(strobe)}
+    joints = read_configuration(strobe).mechanism.joints if ATTRIBUTE in strobe.attrs else ()
+    clearances = {joint.name: float(joint.clearance.clearance) for joint in joints if joint.clearance is not None}
+    if not clearances:
+        raise InputError("a map without the clearances of its joints", "a variable 'clearance' along 'joint' [m]")
+    return clearances
+
+
+def _stroke(run: xr.Dataset, after: float, trusted: float) -> Verdict:
+    statistics = contact_statistics(run, after=after)
+    start, end = number_attribute(statistics, "after"), number_attribute(statistics, "until")
+    fraction = _exact_zero(float(statistics["flight_fraction"].max()))
+    last = -math.inf
+    for joint in some_clearance_joints(run):
+        spans = contact_spans(run, joint)
+        touching = spans[spans[:, 1] >= end] if spans.size else spans
+        last = max(last, float(touching[0, 0]) if len(touching) else math.inf)
+    measures = {
+        "flight_fraction": fraction,
+        "impacts": float(statistics["impacts"].sum()),
+        "impact_rate": float(statistics["impact_rate"].max()),
+        "contact_fraction": float(statistics["contact_fraction"].min()),
+        "peak_force": float(statistics["peak_force"].max()),
+        "contact_arc": float(np.nanmax(statistics["contact_arc"].values, initial=0.0)),
+        "contact_since": last,
+    }
+    window = f"from {start:.6g} s to {end:.6g} s"
+    evidence = [
+        f"A single stroke {window}: there is no period, so neither periodic nor chaotic motion can be shown.",
+        f"{measures['impacts']:.0f} impacts; no joint is in contact for less than {100.0 * measures['contact_fraction']:.4g} % "
+        "of the time.",
+    ]
+    if fraction > 0.0:
+        evidence.append(
+            "At the end a clearance joint is in free flight."
+            if math.isinf(last)
+            else f"All clearance joints are in contact from {last:.6g} s to the end."
+        )
+    if math.isnan(trusted):
+        evidence.append("How long the trajectory is reproducible has not been checked: repeat the run with trust=True.")
+    elif trusted < end:
+        measures["trusted_fraction"] = max(0.0, (trusted - start) / (end - start))
+        evidence.append(
+            f"Beyond the predictability horizon of {trusted:.6g} s one trajectory is no evidence: compare an ensemble."
+        )
+    else:
+        measures["trusted_fraction"] = 1.0
+    return Verdict("continuous contact" if fraction == 0.0 else "transient only", None, tuple(evidence), measures)
+
+
+@dataclass(frozen=True)
+class Consensus:
+    """The most frequent verdict of an ensemble, and the differences of the others.
+
+    Parameters
+    ----------
+    kind : str
+        As of `Verdict`.
+    period : int or None
+        As of `Verdict`.
+    fraction : float
+        Of the members that have this kind and period.
+    counts : mapping of str to int
+        Number of members with each verdict, most frequent first.
+    measures : Dataset
+        `mean`, `deviation` (standard deviation), `least`, `largest` and `members` (how many have it) along `measure`.
+    evidence : tuple of str
+        Sentences with the numbers.
+    """
+
+    kind: Kind
+    period: int | None
+    fraction: float
+    counts: Mapping[str, int]
+    measures: xr.Dataset
+    evidence: tuple[str, ...]
+
+
+def consensus(verdicts: Sequence[Verdict]) -> Consensus:
+    """Consensus of the verdicts on an ensemble.
+
+    The members are runs of one case whose starts differ by round-off. After their trajectories diverge, common results are a
+    property of the motion, and different results are random.
+
+    Parameters
+    ----------
+    verdicts : sequence of Verdict
+        At least two.
+
+    Returns
+    -------
+    Consensus
+
+    Raises
+    ------
+    InputError
+        If there are fewer than two.
+    """
+    if len(verdicts) < 2:
+        raise InputError(
+            f"an ensemble of {len(verdicts)}", "at least two verdicts", "consensus([classify(run) for run in runs])"
+        )
+    counts = Counter((verdict.kind, verdict.period) for verdict in verdicts).most_common()
+    (kind, period), most = counts[0]
+    names = {pair: next(v.name for v in verdicts if (v.kind, v.period) == pair) for pair, _ in counts}
+    measured: dict[str, list[float]] = {}
+    for verdict in verdicts:
+        for name, value in verdict.measures.items():
+            if np.isfinite(value):
+                measured.setdefault(name, []).append(value)
+    count = len(verdicts)
+    evidence = ["; ".join(f"{number} of {count} members: {names[pair]}" for pair, number in counts) + "."]
+    if len(counts) > 1 and counts[1][1] == most:
+        evidence.append("The most frequent verdicts are equally frequent: the ensemble is undecided.")
+    evidence += [
+        f"{name}: {np.mean(values):.4g} ± {np.std(values, ddof=1):.2g}, from {min(values):.4g} to {max(values):.4g}."
+        for name, values in measured.items()
+        if len(values) > 1 and min(values) < max(values)
+    ]
+    table: dict[str, list[float]] = {
+        "mean": [float(np.mean(values)) for values in measured.values()],
+        "deviation": [float(np.std(values, ddof=1)) if len(values) > 1 else np.nan for values in measured.values()],
+        "least": [min(values) for values in measured.values()],
+        "largest": [max(values) for values in measured.values()],
+        "members": [len(values) for values in measured.values()],
+    }
+    texts = {
+        "mean": "mean over the members",
+        "deviation": "standard deviation over the members",
+        "least": "least of the members",
+        "largest": "largest of the members",
+        "members": "members with this measure",
+    }
+    return Consensus(
+        kind=kind,
+        period=period,
+        fraction=most / count,
+        counts={names[pair]: number for pair, number in counts},
+        measures=xr.Dataset(
+            {
+                name: described(("measure",), values, "1" if name == "members" else "of the measure", texts[name])
+                for name, values in table.items()
+            },
+            coords={"measure": list(measured)},
+        ),
+        evidence=tuple(evidence),
+    )

@@ -264,7 +264,7 @@ def deviation(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0, until: 
         "position_error_max": described(("body",), np.max(apart, axis=0), "m", "largest error of position"),
         "position_error_rms": described(("body",), _rms(apart, times[inside]), "m", "root mean square error of position"),
     }
-    output_body = _output_body(run)
+    output_body = str(read_configuration(run).mechanism.output_body) if ATTRIBUTE in run.attrs else ""
     output: np.ndarray | None = None
     if "slider_position" in run and "slider_position" in ideal:
         output = difference("slider_position")
@@ -284,10 +284,6 @@ def deviation(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0, until: 
         variables["synchronisation_error_rms"] = described((), _rms(spread, times[inside]), "rad", f"root mean square {text}")
     coordinates = {"body": bodies, "time": described(("time",), times[inside], "s", "time")}
     return xr.Dataset(variables, coords=coordinates, attrs={"after": start, "until": end})
-
-
-def _output_body(run: xr.Dataset) -> str:
-    return str(read_configuration(run).mechanism.output_body) if ATTRIBUTE in run.attrs else ""
 
 
 def _units(bodies: list[str]) -> list[list[int]]:

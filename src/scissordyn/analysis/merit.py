@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import xarray as xr
 
+from scissordyn.analysis.variable import described
 from scissordyn.component.actuator import Actuator
 from scissordyn.errors import InputError
 from scissordyn.run.advance.instants import time_mean
@@ -73,9 +72,7 @@ def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) 
             "largest distance of the output body from its ideal position at the same angle",
         ),
     }
-    figures: dict[str, Any] = {
-        name: ((), float(value), {"units": units, "long_name": text}) for name, (value, units, text) in single.items()
-    }
+    figures = {name: described((), float(value), units, text) for name, (value, units, text) in single.items()}
     joints = clearance_joints(run)
     rows = np.array([_contact(run, joint, after) for joint in joints]).reshape(-1, 4)
     named = (
@@ -85,7 +82,7 @@ def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) 
         ("peak_force", "N", "largest force that the joint transmits"),
     )
     for column, (name, units, text) in enumerate(named):
-        figures[name] = (("joint",), rows[:, column], {"units": units, "long_name": text})
+        figures[name] = described(("joint",), rows[:, column], units, text)
     return xr.Dataset(figures, coords={"joint": ("joint", joints)}, attrs={"title": "figures of merit", "after": after})
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from scissordyn.analysis.variable import described
 from scissordyn.component.actuator import Actuator
 from scissordyn.component.motor import Motor
 from scissordyn.component.place import GROUND
@@ -122,14 +123,8 @@ def torque_over_speed(run: xr.Dataset, of: str = "") -> xr.Dataset:
         for component in components:
             if isinstance(component, kind) and component.name in names:
                 k = names.index(component.name)
-                sources[str(component.name)] = (
-                    str(component.body),
-                    str(component.base),
-                    run[variable].values[:, k],
-                    peak,
-                    along,
-                    k,
-                )
+                body, base = str(component.body), str(component.base)
+                sources[str(component.name)] = (body, base, run[variable].values[:, k], peak, along, k)
     if not sources:
         raise InputError("a run without a drive, an actuator or a motor", "a mechanism that is driven() or controlled()")
     if of not in sources and (of or len(sources) > 1):
@@ -149,9 +144,9 @@ def torque_over_speed(run: xr.Dataset, of: str = "") -> xr.Dataset:
             torque = np.insert(torque, after, sign * size)
     return xr.Dataset(
         {
-            "torque": ("time", torque, {"units": "N m", "long_name": "torque"}),
-            "speed": ("time", speed, {"units": "rad/s", "long_name": "speed"}),
-            "power": ("time", torque * speed, {"units": "W", "long_name": "power"}),
+            "torque": described(("time",), torque, "N m", "torque"),
+            "speed": described(("time",), speed, "rad/s", "speed"),
+            "power": described(("time",), torque * speed, "W", "power"),
         },
         coords={"time": ("time", time, {"units": "s"})},
         attrs={"of": of or next(iter(sources)), "body": body},

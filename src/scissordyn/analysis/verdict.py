@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -399,6 +399,19 @@ class Consensus:
     evidence: tuple[str, ...]
 
 
+def _deviation(values: list[float]) -> float:
+    return float(np.std(values, ddof=1)) if len(values) > 1 else math.nan
+
+
+STATISTICS: dict[str, tuple[Callable[[list[float]], float], str, str]] = {
+    "mean": (np.mean, "of the measure", "mean over the members"),
+    "deviation": (_deviation, "of the measure", "standard deviation over the members"),
+    "least": (min, "of the measure", "least of the members"),
+    "largest": (max, "of the measure", "largest of the members"),
+    "members": (len, "1", "members with this measure"),
+}
+
+
 def consensus(verdicts: Sequence[Verdict]) -> Consensus:
     """Consensus of the verdicts on an ensemble.
 
@@ -436,24 +449,10 @@ def consensus(verdicts: Sequence[Verdict]) -> Consensus:
     if len(counts) > 1 and counts[1][1] == most:
         evidence.append("The most frequent verdicts are equally frequent: the ensemble is undecided.")
     evidence += [
-        f"{name}: {np.mean(values):.4g} ± {np.std(values, ddof=1):.2g}, from {min(values):.4g} to {max(values):.4g}."
+        f"{name}: {np.mean(values):.4g} ± {_deviation(values):.2g}, from {min(values):.4g} to {max(values):.4g}."
         for name, values in measured.items()
         if len(values) > 1 and min(values) < max(values)
     ]
-    table: dict[str, list[float]] = {
-        "mean": [float(np.mean(values)) for values in measured.values()],
-        "deviation": [float(np.std(values, ddof=1)) if len(values) > 1 else np.nan for values in measured.values()],
-        "least": [min(values) for values in measured.values()],
-        "largest": [max(values) for values in measured.values()],
-        "members": [len(values) for values in measured.values()],
-    }
-    texts = {
-        "mean": "mean over the members",
-        "deviation": "standard deviation over the members",
-        "least": "least of the members",
-        "largest": "largest of the members",
-        "members": "members with this measure",
-    }
     return Consensus(
         kind=kind,
         period=period,
@@ -461,8 +460,8 @@ def consensus(verdicts: Sequence[Verdict]) -> Consensus:
         counts={names[pair]: number for pair, number in counts},
         measures=xr.Dataset(
             {
-                name: described(("measure",), values, "1" if name == "members" else "of the measure", texts[name])
-                for name, values in table.items()
+                name: described(("measure",), [statistic(values) for values in measured.values()], units, text)
+                for name, (statistic, units, text) in STATISTICS.items()
             },
             coords={"measure": list(measured)},
         ),

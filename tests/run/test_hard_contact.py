@@ -184,22 +184,6 @@ def loose_array(units: int = 2) -> Mechanism:
     return arm.with_clearance("all", gap).driven(speed=sd.rpm(20))
 
 
-def test_batches_and_threads():
-    """Identity: a case of a batch is the run of `simulate`, bit for bit, on any number of threads."""
-    over = {"O.clearance": np.array([1e-4, 1.5e-4, 2e-4])}
-    measures = ("contact_count", "impulse", "friction_loss", "peak_force_estimate", "peak_force")
-    found = [
-        sd.simulate_many(loose_array(), over, until=0.02, measures=measures, step=1e-4, threads=threads) for threads in (1, 3)
-    ]
-    for name in measures:
-        np.testing.assert_array_equal(found[0][name], found[1][name])
-    assert np.isnan(found[0]["peak_force"]).all()
-    alone = sd.simulate(loose_array().replace("O.clearance", 2e-4), until=0.02, step=1e-4)
-    assert float(alone["friction_loss"][-1]) == float(found[0]["friction_loss"][2])
-    estimated = alone["peak_force_estimate"].values[alone["contact_joint"].values == "O"]
-    assert np.nanmax(estimated) == found[0]["peak_force_estimate"].values[2, 0]
-
-
 def test_energy_balance_of_an_array():
     """Identity: with impacts, friction and a drive at every step the balance misses as much as h^2."""
     residual = []

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
@@ -25,7 +26,7 @@ from scissordyn.plan.gradients import Gradients
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.run.advance.interrupt import pass_on
 from scissordyn.run.advance.trajectory import compute, recorded
-from scissordyn.run.answer.coupling import SampledCoordinates
+from scissordyn.run.answer.coupling import sampled_coordinate
 from scissordyn.run.configuration import write_configuration
 from scissordyn.run.options import EndTime, Options, SampleCount
 from scissordyn.run.results import Results, Variable, described, labels
@@ -86,9 +87,9 @@ def inverse_dynamics(
     outputs = mechanism.coordinate_drives
     force, authority, side = _forces(path.plan.coordinates, motion, inputs, [drive.name for drive in outputs])
     _check_authority(list(inputs), [drive.name for drive in outputs], path.samples.time, authority, side)
-    measured = SampledCoordinates(path.plan, motion)
-    values, rates = (np.stack(part, axis=1) for part in zip(*map(measured.coordinate, inputs.values()), strict=True))
-    output = np.stack([measured.coordinate(drive.coordinate)[0] for drive in outputs], axis=1)
+    measured = partial(sampled_coordinate, path.plan, motion)
+    values, rates = (np.stack(part, axis=1) for part in zip(*map(measured, inputs.values()), strict=True))
+    output = np.stack([measured(drive.coordinate)[0] for drive in outputs], axis=1)
     over = ("time", "input")
     variables = {
         "time": described("time", path.samples.time, "s", "time"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,48 +24,37 @@ if TYPE_CHECKING:
     from scissordyn.run.advance.trajectory import Trajectory
 
 
-class SampledCoordinates:
-    def __init__(self, plan: Plan, motion: Record) -> None:
-        self.plan, self.motion = plan, motion
-        self.index = {body.name: k for k, body in enumerate(plan.bodies)}
-
-    def coordinate(self, coordinate: Coordinate) -> tuple[np.ndarray, np.ndarray]:
-        """Values and rates, shape (samples,)."""
-        motion = self.motion
-        if isinstance(coordinate, RelativeAngle):
-            (angle, rate), (base, base_rate) = (
-                (np.zeros(len(motion.X)), np.zeros(len(motion.X)))
-                if body == GROUND
-                else (motion.angle[:, self.index[body]], motion.angular_velocity[:, self.index[body]])
-                for body in coordinate.bodies
-            )
-            return angle - base, rate - base_rate
-        if isinstance(coordinate, Slide):
-            across, across_rate, along, along_rate = self.slide(coordinate)
-            return np.sum(across * along, axis=1), np.sum(across_rate * along + across * along_rate, axis=1)
-        span, rate = self.span(coordinate)
-        length = np.hypot(*span.T)
-        return length, np.sum(span * rate, axis=1) / length
-
-    def slide(self, slide: Slide) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """From the origin of the base to the point, its rate, the direction and its rate, shape (samples, 2)."""
-        coordinates, (cos, sin) = self.plan.coordinates, (np.cos(slide.direction), np.sin(slide.direction))
-        rotation = np.array([[cos, sin], [-sin, cos]])
-        frame, point = coordinates.frame(slide.base), coordinates.place(slide.point)
-        maps, moving = [point, frame], (self.motion.X, self.motion.V)
-        way, along = ([point_map.at(part) for part in moving] for point_map in maps)
-        if slide.base != GROUND:
-            origin = coordinates.origin(slide.base)
-            way = [part - origin.at(base) for part, base in zip(way, moving, strict=True)]
-        return way[0], way[1], along[0] @ rotation, along[1] @ rotation
-
-    def span(self, coordinate: Any) -> tuple[np.ndarray, np.ndarray]:
-        """From the start to the end of a distance, and its rate, shape (samples, 2)."""
-        ends = [self.plan.coordinates.place(place) for place in (coordinate.end, coordinate.start)]
-        (end, start), (end_rate, start_rate) = (
-            [point_map.at(part) for point_map in ends] for part in (self.motion.X, self.motion.V)
+def sampled_coordinate(plan: Plan, motion: Record, coordinate: Coordinate) -> tuple[np.ndarray, np.ndarray]:
+    """Values and rates of a coordinate, shape (samples,)."""
+    coordinates, moving = plan.coordinates, (motion.X, motion.V)
+    if isinstance(coordinate, RelativeAngle):
+        names, still = [body.name for body in plan.bodies], np.zeros(len(motion.X))
+        (angle, rate), (base, base_rate) = (
+            (still, still)
+            if body == GROUND
+            else (motion.angle[:, names.index(body)], motion.angular_velocity[:, names.index(body)])
+            for body in coordinate.bodies
         )
-        return end - start, end_rate - start_rate
+        return angle - base, rate - base_rate
+    if isinstance(coordinate, Slide):
+        # from the origin of the base to the point, along a direction that turns with the base
+        cos, sin = np.cos(coordinate.direction), np.sin(coordinate.direction)
+        rotation = np.array([[cos, sin], [-sin, cos]])
+        way, along = (
+            [point_map.at(part) for part in moving]
+            for point_map in (coordinates.place(coordinate.point), coordinates.frame(coordinate.base))
+        )
+        if coordinate.base != GROUND:
+            origin = coordinates.origin(coordinate.base)
+            way = [part - origin.at(base) for part, base in zip(way, moving, strict=True)]
+        direction, turning = (part @ rotation for part in along)
+        return np.sum(way[0] * direction, axis=1), np.sum(way[1] * direction + way[0] * turning, axis=1)
+    (end, end_rate), (start, start_rate) = (
+        [coordinates.place(place).at(part) for part in moving] for place in (coordinate.end, coordinate.start)
+    )
+    span, rate = end - start, end_rate - start_rate
+    length = np.hypot(*span.T)
+    return length, np.sum(span * rate, axis=1) / length
 
 
 def centre_warnings(mechanism: Mechanism) -> list[RunWarning]:
@@ -94,7 +84,7 @@ def _driving(plan: Plan) -> Iterator[tuple[Any, int, Constraint]]:
 
 def coupling_variables(plan: Plan, path: Trajectory, motion: Record) -> Variables:
     """Coordinates, forces and powers of couplings and coordinate drives, and the largest forces."""
-    samples, driving = SampledCoordinates(path.plan, motion), list(_driving(plan))
+    measured, driving = partial(sampled_coordinate, path.plan, motion), list(_driving(plan))
     peaks = {int(k): peak for k, peak in zip(path.monitored(COUPLING_FORCE), path.peaks(COUPLING_FORCE), strict=True)}
     variables: Variables = {}
     for dim, parts, label in (
@@ -106,9 +96,7 @@ def coupling_variables(plan: Plan, path: Trajectory, motion: Record) -> Variable
             continue
         along, terms = ("time", dim), [part.terms for part, _, _ in rows]
         force = np.stack([-motion.multiplier[:, k] / constraint.scale for _, k, constraint in rows], axis=1)
-        values, rates = (
-            np.stack(part, axis=1) for part in zip(*(samples.coordinate(first[0][1]) for first in terms), strict=True)
-        )
+        values, rates = (np.stack(part, axis=1) for part in zip(*(measured(first[0][1]) for first in terms), strict=True))
         variables[dim] = labels(dim, [part.name for part, _, _ in rows])
         output = "output" if dim == "coupling" else "value"
         if dim == "coordinate_drive":
@@ -117,7 +105,7 @@ def coupling_variables(plan: Plan, path: Trajectory, motion: Record) -> Variable
                 if constraint.turning:
                     values[:, column] += TURN * np.round((constraint.value * constraint.scale - values[:1, column]) / TURN)
         else:
-            values_in = np.stack([samples.coordinate(first[1][1])[0] for first in terms], axis=1)
+            values_in = np.stack([measured(first[1][1])[0] for first in terms], axis=1)
             force_in = force * np.array([first[1][0] for first in terms])
             units = [first[1][1].unit for first in terms]
             variables[f"{dim}_input"] = described(along, values_in, _joined(units), "input coordinate of a coupling")

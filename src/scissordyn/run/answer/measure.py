@@ -57,6 +57,10 @@ class Ended:
         """A number from the contacts of each clearance joint and contact point."""
         return np.array([value(self.contacts[self.contacts["joint"] == j]) for j in range(len(self.plan.contacts))], float)
 
+    def per_contact(self, values: np.ndarray) -> np.ndarray:
+        """Values of clearance joints, and NaN of contact points, which follow these."""
+        return np.append(values, np.full(len(self.plan.contacts) - values.size, math.nan))
+
     def largest_forces(self) -> np.ndarray:
         """Largest force of each joint: normal force, friction and film together [N]; NaN for a hard contact."""
         forces = self.per_joint(lambda contacts: np.max(contacts["peak_force"], initial=0.0))
@@ -243,10 +247,10 @@ MEASURES: Mapping[str, Measure] = MappingProxyType(
         ),
         "impulse": _of_contacts("N s", "impulse of the normal forces", lambda contacts: sum(contacts["impulse"].tolist())),
         "peak_pressure_velocity": Measure(
-            "Pa m/s", f"largest {_WEAR}", _JOINT, lambda e: _padded(e.peaks(PRESSURE_VELOCITY), len(e.plan.contacts))
+            "Pa m/s", f"largest {_WEAR}", _JOINT, lambda e: e.per_contact(e.peaks(PRESSURE_VELOCITY))
         ),
         "pressure_distance": Measure(
-            "Pa m", f"integral of the {_WEAR}", _JOINT, lambda e: _padded(e.integrals(PRESSURE_VELOCITY), len(e.plan.contacts))
+            "Pa m", f"integral of the {_WEAR}", _JOINT, lambda e: e.per_contact(e.integrals(PRESSURE_VELOCITY))
         ),
         "peak_drive_torque": Measure("N m", "largest driving torque", _DRIVE, lambda e: e.peaks(DRIVE_TORQUE)),
         "rms_drive_torque": Measure(
@@ -317,12 +321,6 @@ def parts_of(mechanism: Mechanism) -> dict[str, list[str]]:
         "track": [track.name for track in mechanism.tracks],
         "bar": [bar.name for bar in bars_of(mechanism)],
     }
-
-
-def _padded(values: np.ndarray, count: int) -> np.ndarray:
-    full = np.full(count, math.nan)
-    full[: values.size] = values
-    return full
 
 
 NEEDED = {"peak_bar_stress": "youngs_modulus", "static_bar_stress": "youngs_modulus", "peak_utilisation": "yield_strength"}

@@ -57,9 +57,9 @@ MECHANICS = (
 )
 HARD = (
     "run/test_hard_contact.py",
-    "run/test_hard_turning.py",
     "run/test_hard_answers.py",
     "run/test_hard_examples.py",
+    "run/test_hard_turning.py",
 )
 GROUPED = "how many cases are done together: no number depends on it"
 BRENT = "which points Brent's parabola goes through: another way to the same maximum"

@@ -119,7 +119,7 @@ def test_the_torque_of_an_integrator() -> None:
 
 
 def test_the_states_of_friction_laws() -> None:
-    """Contract: as docs/decisions/0003 says, 100 times the tolerance of their size in steady sliding, in one group."""
+    """Contract: as docs/decisions/0010 says, 100 times the tolerance of their size in steady sliding, in one group."""
     law = sd.LuGre(0.05)
     arm = sd.scissor().with_clearance("all", sd.Clearance(2e-4, friction=law)).driven(speed=1.0)
     made = plan(arm)

@@ -235,8 +235,8 @@ def _latencies(tab: Any, runs: int, slider: str) -> list[tuple[float, float]]:
 def _server(path: Path, runs: int) -> float:
     """Processor time of the server for one change of a number, its run in it; a median [s]."""
     from scissordyn.explore.case import open_case
-    from scissordyn.explore.message import packed
     from scissordyn.explore.page import Page
+    from scissordyn.explore.serve import packed
     from scissordyn.explore.session import Session
 
     case, shown = open_case(path), threading.Event()

@@ -1,4 +1,4 @@
-"""Prefixes of units, and numbers of tables as text, with three significant digits or more, as `numeral.js` in the browser."""
+"""Prefixes of units, and numbers of tables as text, with three significant digits or more, as `table.js` in the browser."""
 
 from __future__ import annotations
 

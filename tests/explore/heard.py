@@ -8,8 +8,8 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from scissordyn.explore.case import Case
-from scissordyn.explore.message import packed
 from scissordyn.explore.page import Page
+from scissordyn.explore.serve import packed
 from scissordyn.explore.session import Session
 
 PATIENCE = 600.0  # A thread may have to compile all kernels first, on a machine that does other things [s]

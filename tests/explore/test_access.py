@@ -27,8 +27,7 @@ pytest.importorskip("websockets", reason="the package websockets is not installe
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
-from scissordyn.explore.access import Access
-from scissordyn.explore.serve import FILES, LARGEST, MOST_PAGES, listen
+from scissordyn.explore.serve import FILES, LARGEST, MOST_PAGES, Access, listen
 
 from .browser import CASE, served
 
@@ -274,7 +273,7 @@ def malformed_requests(chance: random.Random, url: str) -> Iterator[bytes]:
         "%2e%2e/%2e%2e/x",
         "//etc/passwd",
         "page.html",
-        "../message.py",
+        "../serve.py",
         "page.js/../../page.py",
     )
     while True:

@@ -16,10 +16,9 @@ import scissordyn as sd
 
 pytest.importorskip("tomlkit", reason="the package tomlkit is not installed")
 
-from scissordyn.explore.answers import cards, contact_table, differences
+from scissordyn.explore.answers import MOST_POINTS, Chosen, cards, contact_table, curves_as_csv, differences, orbit
 from scissordyn.explore.case import Case, open_case
 from scissordyn.explore.drag import assembled
-from scissordyn.explore.figures import MOST_POINTS, Chosen, curves_as_csv, orbit
 from scissordyn.laws.elastic.linear import Linear
 from scissordyn.model.guide_clearance import GuideClearance
 from scissordyn.model.linkage import slider_crank

@@ -12,8 +12,7 @@ import pytest
 import xarray as xr
 
 from scissordyn.explore.case import Case, open_case
-from scissordyn.explore.session import Session
-from scissordyn.explore.worker import Outcome, Worker
+from scissordyn.explore.session import Outcome, Session, Worker
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.configuration import read_configuration
 from scissordyn.run.results import Results
@@ -102,8 +101,8 @@ def test_ideal_motion_is_shown_before_the_run(case: Case, gate: tuple[threading.
 
 def test_long_run_is_preceded_by_a_coarse_one(case: Case, monkeypatch: pytest.MonkeyPatch) -> None:
     """Contract: ideal joints, coarse and accurate come in this order with rising numbers, each with its own tolerance."""
-    monkeypatch.setattr("scissordyn.explore.worker.JUDGED", 0.0)
-    monkeypatch.setattr("scissordyn.explore.worker.LONG", 0.0)
+    monkeypatch.setattr("scissordyn.explore.session.JUDGED", 0.0)
+    monkeypatch.setattr("scissordyn.explore.session.LONG", 0.0)
     found: list[Outcome] = []
     worker = Worker(lambda outcome: found.append(outcome) if outcome.fine is None else None, lambda number, fraction: None)
     number = worker.order(case, staged=True)

@@ -11,8 +11,7 @@ import pytest
 
 pytest.importorskip("websockets", reason="the package websockets is not installed")
 
-from scissordyn.explore.message import packed
-from scissordyn.explore.serve import ASSETS
+from scissordyn.explore.serve import ASSETS, packed
 from scissordyn.numeral import LEAST, decimals, numeral, numerals
 
 LOAD = """async code => {
@@ -187,7 +186,8 @@ def test_column_has_common_digits() -> None:
 
 def test_browser_writes_the_same(page: Any) -> None:
     """Cross-check: the function of the page gives the text of the one in Python for every number."""
-    source, cases = (ASSETS / "numeral.js").read_text(encoding="utf-8").replace("export ", ""), drawn()
+    source, cases = (ASSETS / "table.js").read_text(encoding="utf-8"), drawn()
+    source = source[source.index("const LEAST_FIGURES") : source.index("// ---- the table")]
     words = [["NaN" if math.isnan(value) else repr(value).replace("inf", "Infinity"), places] for value, places in cases]
     found = page.evaluate(
         "([source, cases]) => { const numeral = new Function(source + '; return numeral')();"

@@ -20,8 +20,7 @@ from scissordyn.errors import InputError
 from scissordyn.explore.answers import differences
 from scissordyn.explore.case import Case, open_case, python_of
 from scissordyn.explore.drag import Drag
-from scissordyn.explore.session import Session
-from scissordyn.explore.worker import Outcome, Worker
+from scissordyn.explore.session import Outcome, Session, Worker
 
 from .browser import CASE
 from .heard import until
@@ -143,12 +142,13 @@ def test_session_keeps_the_last_good_run(case: Case) -> None:
     until(lambda: not session.computing)
     good = session.good
     assert not session.change({"structure.bar_length": "-1 m"})
-    assert "out of bounds" in session.errors["structure.bar_length"]
-    assert session.typed["structure.bar_length"] == "-1 m"
+    typed, why = session.wrong["structure.bar_length"]
+    assert typed == "-1 m"
+    assert "out of bounds" in why
     assert session.good is good
     assert not session.state()["undo"]
     assert session.change({"structure.bar_length": "2.2 m"})
-    assert not session.errors
+    assert not session.wrong
     until(lambda: not session.computing)
     assert session.good is not good
     session.undo()

@@ -37,11 +37,10 @@ def explore(
     if not case.exists():
         sample = f"scissordyn new scissor > {command(case)}" if case.suffix in ("", ".toml") else ""
         raise InputError(f"cannot read '{case}': no such file", "a case file or a saved run", sample)
-    from scissordyn.explore.access import is_local
-    from scissordyn.explore.serve import listen, serve
+    from scissordyn.explore.serve import bound_address, listen, serve
 
     listening = listen(address, port)
-    if not is_local(listening):
+    if not bound_address(listening).is_loopback:
         print(
             f"Warning: with --address {address} everyone who can reach this machine and has the address below can change the "
             f"numbers of '{case.name}', keep the processor busy and download the case and its runs. Nothing is encrypted: "

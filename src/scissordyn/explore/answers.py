@@ -1,19 +1,25 @@
-"""What the page says of a run: cards from its summary, the table of its contacts, how compared runs differ."""
+"""What the page shows of a run: cards from its summary, its contacts as a table, curves and orbit as figures of curves.js."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from scissordyn.file.output_file import csv_text
 from scissordyn.numeral import decimals
-from scissordyn.plot.scale import Scale, engineering
-from scissordyn.run.answer.joint_force import LESS, ForceAnswer, kinds_left_out, parts_of_oiled
+from scissordyn.plot.contact import force_curve, torque_sources
+from scissordyn.plot.scale import DEGREES, Scale, engineering
+from scissordyn.plot.series import predictability_horizon
+from scissordyn.run.answer.joint_force import LESS, ForceAnswer, clearance_joints, kinds_left_out, parts_of_oiled
+from scissordyn.run.results import along
 from scissordyn.units import counted, short
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from scissordyn.explore.case import Case
     from scissordyn.run.answer.summary import ActuatorAnswer, PointAnswer, Summary
     from scissordyn.run.results import Run
@@ -33,15 +39,37 @@ COLUMNS = (
 SMALL = {"s": (10.0, "ms"), "m/s": (0.2, "mm/s")}
 """Columns of smaller numbers are in a thousandth of the unit: contacts last for less than a digit of seconds."""
 
+NOW, PINNED = "blue", ("vermilion", "green", "purple")
+"""Colours of the run that is shown and of pinned ones, the newest first, by their names in page.css."""
+
+COLORS = ("blue", "orange", "green", "purple", "vermilion", "sky")
+"""Of the lines of one figure, in order; those of energies stand for the same quantity in every picture."""
+
+ENERGY_COLORS = ("blue", "green", "purple", "vermilion", "orange", "sky")
+
+MOST_POINTS = 100_000  # Points of a curve in the browser; of longer runs each interval keeps its smallest and its largest value
+MOST_TORQUES = 4  # Torques in one figure, those with the largest values
+NEAR = 5.0  # What is allowed is drawn from a fifth of it on: further off it would flatten the curve
+
+ENERGY = {
+    "kinetic_energy": ("kinetic", "kinetic energy"),
+    "potential_energy": ("potential", "potential energy"),
+    "stored_energy": ("springs", "energy of springs"),
+    "drive_work": ("drives", "work of drives"),
+    "motor_work": ("motors", "work of motors"),
+    "load_work": ("loads", "work of loads"),
+}
+"""Variables of energies, with the labels of their lines and their heads in a file."""
+
+NOTHING = ("friction", "stored_energy", "drive_work", "motor_work", "load_work", "dissipated_energy", "stress")
+"""Columns that are left out where they are zero throughout."""
+
 Card = dict[str, str]
+Columns = dict[str, np.ndarray]
 
 
-def cards(summary: Summary) -> list[Card]:
+def cards(summary: Summary) -> Iterator[Card]:
     """What the designer asked for, in short."""
-    return list(_cards(summary))
-
-
-def _cards(summary: Summary) -> Iterator[Card]:
     force, bars = summary.force, summary.bars
     if force is not None:
         detail = f"{force.joint}, at {short(force.when, 's')}{_estimated(force)}{parts_of_oiled(force.metal, force.film)}"
@@ -126,3 +154,224 @@ def differences(cases: Sequence[Case]) -> list[str]:
         more = len(parts) - MOST_NUMBERS
         texts.append(", ".join(parts[:MOST_NUMBERS]) + (f" and {more} more" if more > 0 else "") or "the same numbers")
     return texts
+
+
+class Figure(NamedTuple):
+    """A figure over time."""
+
+    unit: str  # In SI
+    title: str
+    lines: Mapping[str, tuple[str, str]]  # Label of the line and head in a file, by the name of the column
+
+
+class Chosen:
+    """What is drawn of a run: joint, output body, torques, and of several tracked points the one that is furthest off."""
+
+    def __init__(self, run: xr.Dataset, summary: Summary, joint: str, output: str) -> None:
+        self.joint, bodies = joint, run["body"].values.astype(str).tolist()
+        self.output = output if output in bodies else bodies[-1]
+        self.point: PointAnswer | None = max(summary.points, key=lambda point: point.share, default=None)
+        self._run, self._sources = run, torque_sources(run)
+        sources = self._sources
+        largest = sorted(range(len(sources)), key=lambda k: -float(np.abs(sources[k].curve.values).max(initial=0.0)))
+        drawn = sorted(largest[:MOST_TORQUES])
+        self.torques = {f"torque {number}": sources[k] for number, k in enumerate(drawn, start=1)}
+        self.figures = self._figures(len(sources) - len(drawn))
+
+    def _figures(self, further: int) -> dict[str, Figure]:
+        """The figures by name; there are further torques, which are not drawn."""
+        at, point = f" at {self.joint}" if self.joint else "", self.point
+        output = Figure("rad", f"angle of {self.output}", {"output": ("", "output angle")})
+        if "slider_position" in self._run:
+            output = Figure("m", "displacement of the slider", {"output": ("", "slider displacement")})
+        limits = {
+            name: "" if torque.limit is None else f", limit {short(torque.limit, 'N m')}"
+            for name, torque in self.torques.items()
+        }
+        track = f"deviation of {point.name}" if point else ""
+        allowed = "" if point is None or point.tolerance is None else f"; allowed {short(point.tolerance, 'm')}"
+        forces = {
+            "force": ("force", f"force{at}"),
+            "friction": ("friction", f"friction force{at}"),
+            "metal": ("metal alone", f"normal force of the metal{at}"),
+        }
+        return {
+            "output": output,
+            "torque": Figure(
+                "N m",
+                f"torque; {further} more are smaller" if further else "torque",
+                {name: (torque.name + limits[name], torque.name) for name, torque in self.torques.items()},
+            ),
+            "force": Figure("N", f"contact force{at}", forces),
+            "slip": Figure("m/s", f"slip speed{at}", {"slip": ("slip", f"slip speed{at}")}),
+            "energy": Figure("J", "energy", ENERGY),
+            "loss": Figure("J", "dissipated energy", {"dissipated_energy": ("dissipated", "dissipated energy")}),
+            "film": Figure("m", f"film thickness{at}", {"film": ("film", "film")}),
+            "stress": Figure("Pa", "largest stress of the bars", {"stress": ("stress", "stress")}),
+            "track": Figure("m", track + allowed, {"track": ("track", track)}),
+        }
+
+    def columns(self, run: xr.Dataset) -> tuple[np.ndarray, Columns]:
+        """The curves in SI with their instants: the samples, and the located peaks of force and torque between them.
+
+        Straight between samples, as a line is drawn. What a run does not have is left out.
+        """
+        variables, joint, time = run.variables, self.joint, run.variables["time"].values
+        labels = {dim: variables[dim].values.astype(str).tolist() for dim in ("joint", "body", "film", "track") if dim in run}
+        films = labels.get("film", [])
+        curves = {source.name: source.curve for source in (self._sources if run is self._run else torque_sources(run))}
+        exact = {column: curves[torque.name] for column, torque in self.torques.items() if torque.name in curves}
+        if joint in clearance_joints(run):
+            exact["force"] = force_curve(run, joint)
+        parts = [
+            ("slip", "slip_speed", "joint", joint),
+            ("friction", "friction_force", "joint", joint),
+            ("metal", "normal_force", "joint", joint if joint in films else ""),
+            ("output", "angle", "body", self.output),
+            ("film", "film_thickness", "film", joint if joint in films else "".join(films[:1])),
+            ("track", "track_deviation", "track", self.point.name if self.point else ""),
+        ]
+        sampled = {
+            column: along(variables[name], dim, "time")[labels[dim].index(label)]
+            for column, name, dim, label in parts
+            if name in run and label in labels[dim]
+        }
+        sampled |= {name: variables[name].values for name in (*ENERGY, "dissipated_energy") if name in run}
+        if "slider_position" in run:
+            sampled["output"] = variables["slider_position"].values
+        if "beam_stress" in run:
+            sampled["stress"] = along(variables["beam_stress"], "beam", "time").max(axis=0)
+        every = np.unique(np.concatenate([time, *(curve["time"].values for curve in exact.values())]))
+        values = {name: np.interp(every, curve["time"].values, curve.values) for name, curve in exact.items()}
+        for name, column in sampled.items():
+            if name not in NOTHING or np.any(np.nan_to_num(column)):
+                values[name] = column if every.size == time.size else np.interp(every, time, column)
+        present = (name for figure in self.figures.values() for name in figure.lines if name in values)
+        return every, {name: values[name] for name in present if np.isfinite(values[name]).any()}
+
+    def scaled(self, runs: Sequence[xr.Dataset]) -> tuple[dict[str, Scale], list[Columns]]:
+        """Scales by the names of figures and "time", and the columns of each run with them, "time" among them.
+
+        The scales suit all runs. Of a long run only those points are there that a line of pixels needs.
+        """
+        raw = [self.columns(run) for run in runs]
+        scales = {"time": engineering("s", runs[0]["time"].values)}
+        drawn: list[Columns] = [{} for _ in runs]
+        kept = [thinned(time.size, list(columns.values())) for time, columns in raw]
+        for data, chosen, (time, _) in zip(drawn, kept, raw, strict=True):
+            data["time"] = scales["time"].factor * time[chosen]
+        for name, (unit, _, lines) in self.figures.items():
+            shown = [columns[line] for _, columns in raw for line in lines if line in columns]
+            scales[name] = DEGREES if unit == "rad" else engineering(unit, *shown)
+            for data, chosen, (_, columns) in zip(drawn, kept, raw, strict=True):
+                data |= {line: scales[name].factor * columns[line][chosen] for line in lines if line in columns}
+        return scales, drawn
+
+    def levels(self, data: Columns, scales: Mapping[str, Scale]) -> dict[str, list[float]]:
+        """What is allowed in the figures of torques and of the tracked point, where their curves come near it."""
+        factor, point = scales["torque"].factor, self.point
+        limits = [
+            side * factor * source.limit
+            for name, source in self.torques.items()
+            for side in (1.0, -1.0)
+            if source.limit is not None and NEAR * np.nanmax(side * data[name], initial=0.0) >= factor * source.limit
+        ]
+        tolerances = [] if point is None or point.tolerance is None else [point.tolerance]
+        track = [scales["track"].factor * size for size in tolerances if point is not None and NEAR * point.deviation >= size]
+        return {"torque": list(dict.fromkeys(limits)), "track": track}
+
+
+def thinned(count: int, curves: Sequence[np.ndarray]) -> np.ndarray | slice:
+    """Points to draw: all of a short run, of a long one the extreme ones of each interval."""
+    if count <= MOST_POINTS or not curves:
+        return slice(None)
+    long = -(-2 * max(1, len(curves)) * count // MOST_POINTS)
+    firsts = np.arange(0, count - long + 1, long)
+    points = [np.array([0, count - 1]), np.arange(firsts.size * long, count)]
+    for curve in curves:
+        intervals = np.nan_to_num(curve[: firsts.size * long]).reshape(firsts.size, long)
+        points += [firsts + intervals.argmin(axis=1), firsts + intervals.argmax(axis=1)]
+    return np.unique(np.concatenate(points))
+
+
+def figures(run: xr.Dataset, summary: Summary, pins: Sequence[xr.Dataset], joint: str, output: str) -> dict[str, Any]:
+    """What is drawn of a run beside its scene, and of pinned ones, the newest last, with it.
+
+    "figures" over time, "orbit" (None without one), "factor" from seconds to the time axis, "until" and "horizon" on it.
+    """
+    chosen = Chosen(run, summary, joint, output)
+    scales, (data, *before) = chosen.scaled([run, *reversed(pins)])
+    time, horizon, levels = scales["time"], predictability_horizon(run), chosen.levels(data, scales)
+    drawn = []
+    for name, (_, title, lines) in chosen.figures.items():
+        labels = {line: label for line, (label, _) in lines.items() if line in data}
+        if len(labels) == 1 and name != "torque":
+            labels = dict.fromkeys(labels, "")
+        first, colors = next(iter(lines), ""), dict(zip(lines, ENERGY_COLORS if name == "energy" else COLORS, strict=False))
+        pinned = [_line("", PINNED[k], pin["time"], pin[first], "dash") for k, pin in enumerate(before) if first in pin]
+        shown = [_line(label, colors[line], data["time"], data[line]) for line, label in labels.items()]
+        about: dict[str, Any] = {"name": name, "title": title, "unit": scales[name].unit or "1"}
+        about |= {"axis": f"time [{time.unit}]", "lines": [*pinned, *shown], "levels": levels.get(name, [])}
+        drawn += [about] if shown else []
+    return {
+        "figures": drawn,
+        "orbit": _orbit(run, pins, joint),
+        "factor": time.factor,
+        "until": time.factor * float(run["time"].values[-1]),
+        "horizon": None if horizon is None else time.factor * horizon,
+    }
+
+
+def _line(label: str, color: str, x: np.ndarray, y: np.ndarray, style: str = "solid") -> dict[str, Any]:
+    return {"label": label, "color": color, "x": x, "y": y, "style": style}
+
+
+def orbit(run: xr.Dataset, joint: str, factor: float) -> Columns:
+    """The journal's orbit as columns "x" and "y"; of a long run the outermost points of each interval."""
+    k = run.variables["joint"].values.tolist().index(joint)
+    x, y = factor * along(run.variables["eccentricity"], "joint", "axis", "time")[k]
+    kept = thinned(x.size, [x, y, np.hypot(x, y)])
+    return {"x": x[kept].copy(), "y": y[kept].copy()}
+
+
+def _orbit(run: xr.Dataset, pins: Sequence[xr.Dataset], joint: str) -> dict[str, Any] | None:
+    if not joint or ("plane_contact" in run and bool(run["plane_contact"].sel(joint=joint))):
+        return None
+    clearance = float(run["clearance"].sel(joint=joint))
+    scale = engineering("m", clearance)
+    around, size = np.linspace(0.0, 2.0 * math.pi, 181), scale.factor * clearance
+    now = orbit(run, joint, scale.factor)
+    before = [orbit(pin, joint, scale.factor) for pin in reversed(pins) if joint in clearance_joints(pin)]
+    largest = max(float(np.abs(path[axis]).max(initial=0.0)) for path in (now, *before) for axis in "xy")
+    return {
+        "name": "orbit",
+        "title": f"journal orbit at {joint}",
+        "unit": scale.unit,
+        "axis": f"x [{scale.unit}]",
+        "lines": [
+            _line("", "faint", size * np.cos(around), size * np.sin(around), "dots"),
+            *(_line("", PINNED[k], path["x"], path["y"], "dash") for k, path in enumerate(before)),
+            _line("", "sky", now["x"], now["y"]),
+        ],
+        "levels": [],
+        "reach": _rounded(1.1 * max(size, largest)),
+    }
+
+
+def _rounded(reach: float) -> float:
+    """A length rounded up to two digits, so that an axis stays when a curve changes little."""
+    if reach <= 0.0:
+        return 1.0
+    digit = 10.0 ** (math.floor(math.log10(reach)) - 1)
+    return math.ceil(reach / digit) * digit
+
+
+def curves_as_csv(run: xr.Dataset, summary: Summary, joint: str, output: str) -> str:
+    """The curves of a run as the page draws them, with the instants of located peaks between the samples."""
+    chosen = Chosen(run, summary, joint, output)
+    time, values = chosen.columns(run)
+    heads = {"time": "time [s]"}
+    for unit, _, lines in chosen.figures.values():
+        heads |= {column: f"{head} [{unit}]" for column, (_, head) in lines.items()}
+    rows = zip(time.tolist(), *(column.tolist() for column in values.values()), strict=True)
+    return csv_text([[heads[name] for name in ("time", *values)], *rows])

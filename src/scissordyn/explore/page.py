@@ -1,30 +1,30 @@
-"""One open page: the messages that it gets of its session, and what it asks for."""
+"""One open page: the messages that it gets of its session, what it asks for, and the files that it saves."""
 
 from __future__ import annotations
 
 import json
 import logging
 import math
+import tempfile
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from scissordyn.errors import InputError, ScissordynError
-from scissordyn.explore.answers import cards, contact_table, differences
+from scissordyn.explore.answers import NOW, PINNED, cards, contact_table, curves_as_csv, differences, figures
 from scissordyn.explore.case import python_of
-from scissordyn.explore.figures import NOW, PINNED, figures
-from scissordyn.explore.message import number, text, whole
-from scissordyn.explore.session import Session
-from scissordyn.explore.worker import Outcome
+from scissordyn.explore.session import Outcome, Session
 from scissordyn.plan.bending import bends
 from scissordyn.plot.canvas import packed_scene
 from scissordyn.plot.series import largest_forces
 from scissordyn.run.answer.joint_force import clearance_joints
-from scissordyn.run.answer.summary import summary_of
 from scissordyn.run.answer.warn import warnings_of
-from scissordyn.run.configuration import ATTRIBUTE, Configuration
+from scissordyn.run.options import AUTO as ALSO_AT_CONTACTS
 from scissordyn.units import short
 from scissordyn.warning import group, line
 
@@ -33,7 +33,6 @@ if TYPE_CHECKING:
 
     from scissordyn.explore.drag import Drag
     from scissordyn.model.mechanism import Mechanism
-    from scissordyn.run.answer.summary import Summary
 
 FAULT = "a fault of scissordyn: the terminal of the explorer says where"
 
@@ -42,6 +41,20 @@ LARGEST = 1e6  # Magnification
 SHARE = 0.05  # The largest deflection, magnified, is at most this part of the size of the mechanism
 STEPS = (1.0, 2.0, 5.0)  # Magnifications, times a power of ten
 FRAMES = 61  # Of a drawing with magnified deflections: each needs the mechanism assembled with straight bars
+
+LONGEST = 200  # Letters of a text from the browser: a number with its unit, or a name
+
+SAVED = {
+    "case": ("toml", "text/plain"),
+    "run": ("nc", "application/x-netcdf"),
+    "curves": ("csv", "text/csv"),
+    "picture": ("svg", "image/svg+xml"),
+    "film": ("html", "text/html"),
+}
+"""What is saved: the end of its name, and its type."""
+
+MOST_MADE = 2  # Files that are made at the same time, by all pages together: each keeps a processor busy
+_slots = threading.BoundedSemaphore(MOST_MADE)  # One is taken while a file is made
 
 log = logging.getLogger(__name__)
 
@@ -56,7 +69,6 @@ class Page:
         self.drag: Drag | None = None
         self.selected = ""
         self.shown: Outcome | None = None
-        self._summary: tuple[Outcome, Summary] | None = None
         self._lock = threading.RLock()
         self._drawing = self._making = self._enlarging = False
         self._answers = 0
@@ -77,7 +89,7 @@ class Page:
             "redo": lambda of: session.undo(again=True),
             "unpin": lambda of: session.pin(),
             "stop": lambda of: session.worker.stop(),
-            **dict.fromkeys(("case", "run", "curves", "picture", "film"), self._save),
+            **dict.fromkeys(SAVED, self._save),
         }
 
     def begin(self) -> None:
@@ -98,9 +110,9 @@ class Page:
     def _updated(self, what: str) -> None:
         with self._lock:
             if what == "fields":
-                case, errors = self.session.case, {"typed": self.session.typed, "errors": self.session.errors}
-                more = {"chosen": dict(case.chosen), "folded": self.session.opened.points is not None}
-                self.send({"type": "form", "fields": [field.plain() for field in case.fields], **errors, **more})
+                case, folded = self.session.case, self.session.opened.points is not None
+                about = {"wrong": self.session.wrong, "chosen": dict(case.chosen), "folded": folded}
+                self.send({"type": "form", "fields": [field.plain() for field in case.fields], **about})
             elif what == "pins":
                 self._publish(pins=True)
             elif what == "fine" and self.session.good is self.shown:  # else they come with their run
@@ -137,15 +149,12 @@ class Page:
         if self.shown is None or self.shown.run is None or self.shown.curves is None:
             return
         run, mechanism, pinned = self.shown.run, self.shown.case.mechanism, self.session.pins
-        if self._summary is None or self._summary[0] is not self.shown:
-            configuration = Configuration(run.attrs[ATTRIBUTE], mechanism, self.shown.case.options)
-            self._summary = self.shown, summary_of(self.shown.results or run, configuration)
-        summary, before = self._summary[1], [pin.run for pin in pinned if pin.run is not None]
+        summary, before = self.shown.summary, [pin.run for pin in pinned if pin.run is not None]
         message: dict[str, Any] = {
             "type": "run",
             "run": self.shown.number,
             "bar": self._bar(self.shown, run),
-            "cards": cards(summary),
+            "cards": list(cards(summary)),
             **figures(self.shown.curves, summary, before, self.selected, mechanism.output_body),
         }
         if scene:
@@ -280,12 +289,10 @@ class Page:
 
     def _save(self, message: Message) -> None:
         """Make a file: one at a time for this page, and few for all pages."""
-        from scissordyn.explore.save import MOST_MADE, saved, slots  # with matplotlib, which the page does not need
-
         what, time = text(message, "type"), number(message, "time")
         if self._making:
             raise InputError(f"'{what}' is asked for while another file is being made", "one file at a time", "wait for it")
-        if not slots.acquire(blocking=False):
+        if not _slots.acquire(blocking=False):
             raise InputError(
                 f"'{what}' is asked for while {MOST_MADE} other pages make files", "two at a time", "try again soon"
             )
@@ -299,7 +306,7 @@ class Page:
                 self.send({"type": "file", "name": name, "mime": mime, "content": content})
             finally:
                 self._making = False
-                slots.release()
+                _slots.release()
 
         self._apart("saves", make)
 
@@ -334,6 +341,59 @@ class Page:
         self._answers += 1
         note = f"Drag: {self.drag.note}" if self.drag.note else "Drag"
         self.send({"type": "draft", "draft": packed_scene(self.drag.run, self.drag.ideal, number=self._answers, note=note)})
+
+
+def saved(
+    session: Session, shown: Outcome | None, what: str, time: float, joint: str, magnify: float
+) -> tuple[str, str, bytes]:
+    """A file of what a page shows: its name, type and content; nothing of it stays on the server's side."""
+    from scissordyn.plot.animation import animate  # with matplotlib, which the page does not need
+    from scissordyn.plot.file import svg
+    from scissordyn.plot.still import structure
+    from scissordyn.run.store import save
+
+    end, mime = SAVED[what]
+    name = f"{Path(session.opened.name).stem}.{end}"
+    if what == "case":
+        return name, mime, session.case.text().encode()
+    if shown is None or shown.run is None or shown.curves is None:
+        raise InputError("no run yet", "a case that can be run")
+    run, mechanism = shown.run, shown.case.mechanism
+    if what == "curves":
+        return name, mime, curves_as_csv(shown.curves, shown.summary, joint, mechanism.output_body).encode()
+    if what == "picture":
+        instant = float(np.clip(time, 0.0, float(run["time"].values[-1])))
+        return name, mime, svg(structure(run, mechanism, times=[instant], magnify=magnify)).encode()
+    if shown.case.options.samples == ALSO_AT_CONTACTS:
+        run = shown.curves
+    with tempfile.TemporaryDirectory(prefix="scissordyn-explore-") as folder:
+        path = Path(folder) / f"run.{end}"
+        written = save(run, path) if what == "run" else animate(run, mechanism, path, magnify=magnify)
+        return name, mime, written.read_bytes()
+
+
+def text(message: Mapping[Any, Any], name: str) -> str:
+    """A printable text of bounded length."""
+    value = message.get(name)
+    if not isinstance(value, str) or len(value) > LONGEST or not value.isprintable():
+        raise InputError(f"a message of the page whose '{name}' is no text", f"at most {LONGEST} letters", "reload the page")
+    return value
+
+
+def number(message: Mapping[Any, Any], name: str) -> float:
+    """A finite number."""
+    value = message.get(name)
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < math.inf or abs(value) > 1e300:
+        raise InputError(f"a message of the page whose '{name}' is no number", "a finite number", "reload the page")
+    return float(value)
+
+
+def whole(message: Mapping[Any, Any], name: str) -> int:
+    """A whole number."""
+    value = number(message, name)
+    if value != int(value):
+        raise InputError(f"a message of the page whose '{name}' is no whole number", "a whole number", "reload the page")
+    return int(value)
 
 
 def wish(given: Any) -> float | str:

@@ -1,20 +1,32 @@
-"""The server of the explorer's page, on this machine unless asked otherwise: its files, and one socket for each page."""
+"""The server of the explorer's page, on this machine unless asked otherwise: its files, and one socket for each page.
+
+Whoever knows the page's address, which has a random part, may use it, if he calls this machine by a name of its own. A page of
+another site can have its own name lead to this machine (DNS rebinding): its browser then sends requests here, as to the site's
+own server, with the site's name as their host. So every request is looked at, whatever it asks for.
+"""
 
 from __future__ import annotations
 
 import contextlib
+import hmac
+import ipaddress
+import json
 import logging
+import secrets
 import socket
 import tempfile
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Mapping, Sequence
 from concurrent.futures import Future
+from dataclasses import dataclass
 from html import escape
 from http import HTTPStatus
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from urllib.parse import urlsplit
 
+import numpy as np
 from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
@@ -22,8 +34,6 @@ from websockets.sync.server import ServerConnection
 from websockets.sync.server import serve as listen_for_pages
 
 from scissordyn.errors import InputError, ScissordynError
-from scissordyn.explore.access import Access, is_everywhere
-from scissordyn.explore.message import packed
 
 if TYPE_CHECKING:
     from scissordyn.explore.case import Case
@@ -32,6 +42,10 @@ if TYPE_CHECKING:
 log = logging.getLogger(__name__)
 quiet = logging.getLogger("scissordyn.explore.connections")
 quiet.setLevel(logging.CRITICAL + 1)  # what does not speak the protocol is no fault of this program
+
+LOCAL = ("127.0.0.1", "localhost", "::1")
+
+ELSEWHERE = "open the address that 'scissordyn explore' has printed"
 
 LAST_WORDS = 0.5  # Time for open pages to show why the case cannot be read, before the server ends [s]
 LARGEST = 2**16  # Of a message from a page [byte]
@@ -57,6 +71,54 @@ KINDS = {".html": "text/html", ".css": "text/css", ".js": "text/javascript"}
 
 FILES = frozenset({path.name for path in ASSETS.glob("*.*") if path.suffix in KINDS} | {"canvas.js"})
 """Files of the page, below its address; canvas.js is that of films."""
+
+
+def bound_address(listening: socket.socket) -> ipaddress.IPv4Address | ipaddress.IPv6Address:
+    """The address that a socket listens on: of this machine alone (loopback), or of all its networks (unspecified)."""
+    return ipaddress.ip_address(str(listening.getsockname()[0]).partition("%")[0])
+
+
+@dataclass(frozen=True)
+class Access:
+    """The first part of the path, and the names of this machine; `any_number`: also any address in numbers."""
+
+    token: str
+    names: Collection[str]
+    any_number: bool = False
+
+    @classmethod
+    def to(cls, listening: socket.socket, address: str) -> Access:
+        """To a socket that listens on an address, with a new token."""
+        bound, host = bound_address(listening), socket.gethostname().lower()
+        if bound.is_loopback:
+            names = {*LOCAL, str(bound), address.lower()}
+        elif bound.is_unspecified:
+            names = {*LOCAL, host}
+        else:
+            names = {str(bound), address.lower(), host}
+        return cls(secrets.token_urlsafe(24), frozenset(names), bound.is_unspecified)
+
+    @property
+    def folder(self) -> str:
+        """The path of the page."""
+        return f"/{self.token}/"
+
+    def refusal(self, path: str, hosts: Sequence[str], origins: Sequence[str]) -> tuple[int, str] | None:
+        """Why a request with these headers is refused: status and one line; None if it is not."""
+        if len(hosts) != 1 or not self._is_ours(hosts[0]):
+            return 403, f"no page of this host; {ELSEWHERE}"
+        if origins and list(origins) not in ([f"http://{hosts[0]}"], [f"https://{hosts[0]}"]):
+            return 403, "no page of another site may talk to this one"
+        first = path.split("/", 2)
+        has_token = len(first) == 3 and hmac.compare_digest(first[1].encode("utf-8", "replace"), self.token.encode())
+        return None if has_token else (404, f"nothing here; {ELSEWHERE}")
+
+    def _is_ours(self, host: str) -> bool:
+        try:
+            name = urlsplit(f"//{host}").hostname or ""
+            return name in self.names or (self.any_number and ipaddress.ip_address(name) is not None)
+        except ValueError:
+            return False
 
 
 def listen(address: str, wanted: int) -> socket.socket:
@@ -86,7 +148,7 @@ def serve(
     the page, which has a random part: whoever has it may use the page.
     """
     access = Access.to(listening, address)
-    host = "127.0.0.1" if is_everywhere(listening) else f"[{address}]" if ":" in address else address
+    host = "127.0.0.1" if bound_address(listening).is_unspecified else f"[{address}]" if ":" in address else address
     url = f"http://{host}:{listening.getsockname()[1]}{access.folder}"
     pages = Pages(name, access, opened)
     with tempfile.TemporaryDirectory(prefix="scissordyn-explore-") as private:
@@ -110,6 +172,32 @@ def _show(url: str, private: Path) -> None:
     except FileNotFoundError:  # the explorer has ended meanwhile
         return
     webbrowser.open(redirect.as_uri())
+
+
+def packed(message: Mapping[str, Any]) -> bytes:
+    """A message as page.js unpacks it: the length of a head, the head, and its arrays of 64-bit floats or bytes.
+
+    An array that stands in several places of the message is sent once. What is not finite can stand in arrays only.
+    """
+    arrays: list[Any] = []
+    places: dict[int, int] = {}
+
+    def place(value: Any) -> Any:
+        if isinstance(value, np.generic):
+            return value.item()
+        if not isinstance(value, np.ndarray | bytes):
+            raise TypeError(f"{type(value).__name__} in a message of the page")
+        if id(value) not in places:
+            places[id(value)] = len(arrays)
+            arrays.append(value)  # it stays alive: the number of another one could be the same otherwise
+        return {"$": places[id(value)]}
+
+    content = json.dumps(message, default=place, allow_nan=False, separators=(",", ":"))
+    parts = [value if isinstance(value, bytes) else np.ascontiguousarray(value, "<f8").tobytes() for value in arrays]
+    kinds = [["bytes" if isinstance(value, bytes) else "floats", len(part)] for value, part in zip(arrays, parts, strict=True)]
+    head = f'{{"arrays":{json.dumps(kinds)},"message":{content}}}'.encode()
+    head += b" " * (-(4 + len(head)) % 8)  # floats begin at a multiple of their size
+    return b"".join([len(head).to_bytes(4, "little"), head, *(part + bytes(-len(part) % 8) for part in parts)])
 
 
 class Pages:

@@ -1,17 +1,26 @@
-"""The state of one page: its case, what is wrong with its numbers, undo, the last good run, pinned runs."""
+"""The state of one page: its case, what is wrong with its numbers, undo, and its runs, one at a time in the background."""
 
 from __future__ import annotations
 
+import copy
+import logging
+import threading
 import time
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from scissordyn.errors import InputError, ScissordynError
-from scissordyn.explore.worker import Outcome, Worker
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from scissordyn.explore.case import Case
+    from scissordyn.run.answer.summary import Summary
+    from scissordyn.run.results import Results
+
+log = logging.getLogger(__name__)
 
 MOST_PINS = 3  # Runs that can be compared at the same time
 
@@ -19,6 +28,191 @@ MOST_UNDO = 200
 
 SLOW = 2.0  # After a run that takes longer than this, the next is preceded by the ideal motion and a coarse run [s]
 LOOK = 0.2  # How often the progress of a run is reported [s]
+COARSE, COARSE_SAMPLES = 1e-5, 201  # Tolerances of a coarse run, and its most samples
+PREVIEW = 2.0  # Longest time that the motion with ideal joints may take [s]; what it has reached by then is shown
+PICTURE = 0.5  # Longest time that the finer curves of a run wait for its first picture [s]
+
+JUDGED, LONG = 1.0, 5.0
+"""When the length of an accurate run is estimated; a longer one than the second is preceded by a coarse one [s]."""
+
+
+@dataclass(eq=False)
+class Outcome:
+    """What became of the run of an order."""
+
+    number: int
+    case: Case
+    run: xr.Dataset | None  # None if it could not begin, or if a newer order took its place
+    error: str = ""  # Why it could not begin
+    note: str = ""  # What it is, if it precedes the run of the order
+    # The same motion with the instants of the contacts among its samples, for curves and orbits: the run is reported once
+    # more when it has been computed
+    fine: xr.Dataset | None = None
+    results: Results | None = None  # What `run` was made of
+
+    @cached_property
+    def summary(self) -> Summary:
+        """What the run answers."""
+        from scissordyn.run.answer.summary import summary_of
+        from scissordyn.run.configuration import ATTRIBUTE, Configuration
+
+        assert self.run is not None
+        configuration = Configuration(self.run.attrs[ATTRIBUTE], self.case.mechanism, self.case.options)
+        return summary_of(self.results or self.run, configuration)
+
+    @property
+    def curves(self) -> xr.Dataset | None:
+        """The run as its curves are drawn: with the instants of its contacts, when they have come."""
+        return self.run if self.fine is None else self.fine
+
+
+class Worker:
+    """A thread that simulates the newest order.
+
+    `done` gets the outcome of each order that no newer one has replaced, and those that precede it, with smaller numbers;
+    `progress` the number of the order and the simulated part of its time. Orders before were numbered up to `earlier`.
+    """
+
+    def __init__(self, done: Callable[[Outcome], None], progress: Callable[[int, float], None], *, earlier: int = 0) -> None:
+        self._done, self._progress = done, progress
+        self._changed = threading.Condition()
+        self._order: tuple[int, Case, bool] | None = None
+        self.number = earlier
+        self._stopped = self._drawn = 0
+        self._closed = False
+        self._thread: threading.Thread | None = None
+
+    def order(self, case: Case, *, staged: bool = False) -> int:
+        """Run a case in place of anything that is waiting or going on; the number of the order.
+
+        A staged order begins with the motion with ideal joints, and a coarse run if the accurate one takes long; their numbers
+        are the two before.
+        """
+        with self._changed:
+            self.number += 3 if staged else 1
+            self._order = self.number, case, staged
+            if self._thread is None:
+                self._thread = threading.Thread(target=self._work, name="scissordyn explore", daemon=True)
+                self._thread.start()
+            self._changed.notify()
+            return self.number
+
+    def stop(self) -> None:
+        """Stop the present run; what it has computed so far is its result."""
+        self._stopped = self.number
+
+    def drawn(self, number: int) -> None:
+        """The browser shows a run: its finer curves can be computed."""
+        with self._changed:
+            self._drawn = number
+            self._changed.notify()
+
+    def close(self) -> None:
+        """End the thread, at the next look at it of a run that is going on."""
+        with self._changed:
+            self._closed, self._order = True, None
+            self._changed.notify()
+
+    def _work(self) -> None:
+        while True:
+            with self._changed:
+                self._changed.wait_for(lambda: self._closed or self._order is not None)
+                if self._closed or self._order is None:
+                    return
+                (number, case, staged), self._order = self._order, None
+            for outcome in self._stages(number, case) if staged else [self._outcome(number, case)]:
+                if number == self.number and not self._closed:
+                    self._done(outcome)
+            outcome.fine, outcome.results = self._fine(outcome), None
+            if outcome.fine is not None and number == self.number and not self._closed:
+                self._done(outcome)
+
+    def _fine(self, outcome: Outcome) -> xr.Dataset | None:
+        """A run with the instants of its contacts, for curves; None if it has none, or another one is wanted."""
+        from scissordyn.run.configuration import write_configuration
+
+        run, results = outcome.run, outcome.results
+        if run is None or results is None or outcome.note or not run.sizes.get("contact", 0):
+            return None
+        with self._changed:  # a browser that draws has the processors for itself
+            self._changed.wait_for(lambda: self._closed or self._order is not None or self._drawn >= outcome.number, PICTURE)
+        if self._closed or outcome.number != self.number:
+            return None
+        try:
+            fine = results.finer
+        except Exception:  # the run is there without it
+            log.exception("curves go through the samples of the run")
+            return None
+        if fine is results:
+            return None
+        configuration = write_configuration(outcome.case.mechanism, outcome.case.options)
+        return fine.dataset().assign_attrs(configuration=configuration)
+
+    def _stages(self, number: int, case: Case) -> Iterator[Outcome]:
+        """The runs of a staged order, the accurate one last."""
+        ideal = brief(case)
+        ideal.mechanism = case.mechanism.ideal()
+        if ideal.mechanism != case.mechanism:
+            spent = _stopwatch()
+            early = self._outcome(number, ideal, lambda done: spent() > PREVIEW)
+            if early.run is not None:
+                yield replace(early, number=number - 2, note="ideal joints")
+        spent_since, judged = _stopwatch(), list[bool]()
+
+        def is_long(done: float) -> bool:
+            spent = spent_since()
+            if not judged and spent > JUDGED:
+                judged.append(spent > LONG * done)
+            return judged == [True]
+
+        accurate = self._outcome(number, case, is_long if case.options.rtol < COARSE else None)
+        if judged == [True]:
+            coarse = self._outcome(number, brief(case))
+            if coarse.run is not None:
+                yield replace(coarse, case=case, number=number - 1, note=f"coarse run, rtol {COARSE:.0e}".replace("e-0", "e-"))
+            accurate = self._outcome(number, case)
+        yield accurate
+
+    def _outcome(self, number: int, case: Case, ends: Callable[[float], bool] | None = None) -> Outcome:
+        from scissordyn.run.simulate import results_of  # in the thread that needs it: the page comes first
+
+        def look(time: float) -> None:
+            if self._closed or number != self.number or number <= self._stopped:
+                raise KeyboardInterrupt  # what a run takes as the wish to end between two steps
+            if ends is not None and ends(time / case.options.until):
+                raise KeyboardInterrupt
+            self._progress(number, time / case.options.until)
+
+        try:
+            results = results_of(case.mechanism, case.options.equally_spaced, look, curves=True)
+            return Outcome(number, case, results.dataset(), results=results)
+        except ScissordynError as error:
+            return Outcome(number, case, None, str(error))
+        except KeyboardInterrupt:
+            return Outcome(number, case, None, "stopped before the first step")
+        except Exception as error:  # a fault of the program must not end the thread silently
+            return Outcome(number, case, None, f"{type(error).__name__}: {error}")
+
+
+def _stopwatch() -> Callable[[], float]:
+    """Seconds since the first call, which is after the mechanism has been assembled."""
+    began: list[float] = []
+
+    def spent() -> float:
+        if not began:
+            began.append(time.monotonic())
+        return time.monotonic() - began[0]
+
+    return spent
+
+
+def brief(case: Case) -> Case:
+    """The case with a coarse tolerance and few samples, and without the predictability horizon."""
+    options, shorter = case.options, copy.copy(case)
+    samples = COARSE_SAMPLES if isinstance(options.samples, str) else min(options.samples, COARSE_SAMPLES)
+    rtol, atol = max(options.rtol, COARSE), max(options.atol, COARSE)
+    shorter.options = replace(options, rtol=rtol, atol=atol, samples=samples, trust=False)
+    return shorter
 
 
 class Session:
@@ -33,25 +227,22 @@ class Session:
         self.updated = updated
         self._undo: list[Case] = []
         self._redo: list[Case] = []
-        self.errors: dict[str, str] = {}
-        self.typed: dict[str, str] = {}
+        self.wrong: dict[str, tuple[str, str]] = {}
         self.pins: list[Outcome] = []
         self.good: Outcome | None = None
         self.first: Outcome | None = computed
         self.message = ""
         self.fraction: float | None = None
         self._began = self._stage = self._told = 0.0
-        self._slow = False
+        self._slow = True  # As far as is known before the first run
         self._base: Case | None = None
         if computed is None and case.saved is not None:
             computed = Outcome(1, case, case.saved)
         self.worker = Worker(self._take, self._progress, earlier=0 if computed is None else computed.number)
         if computed is None:
-            self._order(staged=True)
+            self._compute()
         else:
-            self._take(replace(computed, fine=None))
-            if computed.fine is not None:
-                self._take(computed)
+            self._take(computed)
 
     @property
     def computing(self) -> bool:
@@ -79,7 +270,7 @@ class Session:
         return time.monotonic() - self._began if self.computing else 0.0
 
     def change(self, texts: dict[str, str], *, final: bool = True) -> bool:
-        """Change numbers and run again; what is wrong with them is kept in `errors`. Whether they could be used.
+        """Change numbers and run again; wrong ones are kept in `wrong`, as typed and why. Whether they could be used.
 
         Steps of a slider on its way, which are not final, are one change for undo.
         """
@@ -91,13 +282,11 @@ class Session:
         except ScissordynError as error:
             if not (wrong := written.keys() & texts):
                 raise
-            for key in wrong:
-                self.errors[key], self.typed[key] = _beside_field(error), texts[key]
+            self.wrong |= {key: (texts[key], _beside_field(error)) for key in wrong}
             self.updated("fields")
             return False
         for key in texts:
-            self.errors.pop(key, None)
-            self.typed.pop(key, None)
+            self.wrong.pop(key, None)
         self.case, self._base = new, self._base or before
         if final:
             if _differ(self._base, new):
@@ -122,8 +311,7 @@ class Session:
 
     def _go(self, case: Case) -> None:
         self.case = case
-        self.errors.clear()
-        self.typed.clear()
+        self.wrong.clear()
         self._compute()
         self.updated("fields")
 
@@ -134,12 +322,9 @@ class Session:
     def _compute(self) -> None:
         """Run the present case, in stages if runs take long; a run that is going on ends."""
         self._slow |= self._lasting() > SLOW
-        self._order(staged=self._slow)
-
-    def _order(self, *, staged: bool) -> None:
         self.fraction, self.message = 0.0, ""
         self._began = self._stage = self._told = time.monotonic()
-        self.worker.order(self.case, staged=staged)
+        self.worker.order(self.case, staged=self._slow)
         self.updated("status")
 
     def pin(self, *more: Outcome) -> None:
@@ -158,34 +343,23 @@ class Session:
 
     def _take(self, outcome: Outcome) -> None:
         run = outcome.run
-        if outcome.fine is not None:
-            if self.first is not None and self.first.number == outcome.number:
-                self.first.fine = outcome.fine
-            if self.good is not None and self.good.number == outcome.number:
-                self.good.fine = outcome.fine
-                self.updated("fine")
+        if outcome is self.good:  # once more, with its finer curves
+            self.updated("fine")
             return
-        if outcome.note:
-            if run is not None and run.sizes["time"] > 1 and (self.good is None or self.good.number < outcome.number):
-                self._show(outcome)
-            return
-        self._slow, self.fraction = self._lasting() > SLOW, None
-        # what somebody has stopped is not the run of the case
-        if self.first is None and outcome.case is self.opened and (run is None or run.attrs["status"] != "interrupted"):
-            self.first = outcome
-        if run is None:
-            self.message = outcome.error
-        else:
-            self.message = "" if run.attrs["status"] == "complete" else str(run.attrs["cause"])
-            if run.sizes["time"] < 2:
-                self.message += "; it ended before its second sample: the run before stays"
-            else:
-                self._show(outcome)
+        if not outcome.note:
+            self._slow, self.fraction = self._lasting() > SLOW, None
+            # what somebody has stopped is not the run of the case
+            if self.first is None and outcome.case is self.opened and (run is None or run.attrs["status"] != "interrupted"):
+                self.first = outcome
+            self.message = (
+                outcome.error if run is None else "" if run.attrs["status"] == "complete" else str(run.attrs["cause"])
+            )
+        if run is not None and run.sizes["time"] > 1:
+            self.good = outcome
+            self.updated("run")
+        elif run is not None and not outcome.note:
+            self.message += "; it ended before its second sample: the run before stays"
         self.updated("status")
-
-    def _show(self, outcome: Outcome) -> None:
-        self.good = outcome
-        self.updated("run")
 
 
 def _differ(one: Case, other: Case) -> bool:

@@ -1,5 +1,5 @@
-// Curves on canvases: axes, grid, lines with their gaps and peaks, a cursor, zoom and pan, legends, keys. A figure is what figures.py
-// and points.py make: { name, title, unit, axis, lines: [{ label, color, x, y, style }], levels, reach }. All figures of a group have
+// Curves on canvases: axes, grid, lines with their gaps and peaks, a cursor, zoom and pan, legends, keys. A figure is what
+// answers.py and case.py make: { name, title, unit, axis, lines: [{ label, color, x, y, style }], levels, reach }. All figures of a group have
 // one range in x, [from, to]; that in y is of what is seen.
 import { element } from "./element.js";
 

@@ -4,7 +4,7 @@ import { element } from "./element.js";
 const STEPS = 1000;
 
 export function form(root, send) {
-  let fields = [], rows = new Map(), stars = null, errors = {}, typed = {}, chosen = {}, folded = false, waiting = null;
+  let fields = [], rows = new Map(), stars = null, wrong = {}, chosen = {}, folded = false, waiting = null;
   const open = new Set();
 
   const position = ({ logarithmic, low, high, value }) => Math.round(STEPS * (logarithmic ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low)));
@@ -62,18 +62,18 @@ export function form(root, send) {
   function refresh() {
     for (const [key, several] of rows) for (const { box, input, range, error, field } of several) {
       box.dataset.text = field.text;  // as the case has it
-      const wrong = key in errors, active = document.activeElement;
-      if (wrong) input.value = typed[key]; else if (!range || active !== range) input.value = field.shown;
-      input.setAttribute("aria-invalid", String(wrong));
-      error.textContent = wrong ? errors[key] : "";
-      for (let inside = wrong && box.closest("details"); inside; inside = inside.parentElement.closest("details")) inside.open = true;
-      if (wrong && active === input) error.scrollIntoView({ block: "nearest" });
+      const [typed, words] = wrong[key] || [], active = document.activeElement;
+      if (words) input.value = typed; else if (!range || active !== range) input.value = field.shown;
+      input.setAttribute("aria-invalid", String(Boolean(words)));
+      error.textContent = words || "";
+      for (let inside = words && box.closest("details"); inside; inside = inside.parentElement.closest("details")) inside.open = true;
+      if (words && active === input) error.scrollIntoView({ block: "nearest" });
       if (range && active !== range && field.slider) range.value = position(field.slider);
     }
   }
   function show(message) {
     const layout = () => JSON.stringify([chosen, fields.map(field => field.key)]), before = layout();
-    ({ fields, errors, typed, chosen, folded } = message);
+    ({ fields, wrong, chosen, folded } = message);
     stars = stars || new Set(fields.filter(field => field.starred).map(field => field.key));
     if (before !== layout()) { build(); performance.mark("scissordyn:numbers"); return; }
     const by = new Map(fields.map(field => [field.key, field]));

@@ -15,7 +15,7 @@ const send = message => {
   if (["change", "undo", "redo", "open"].includes(message.type)) window.dispatchEvent(new Event("scissordyn:changed"));
 };
 
-// see message.py
+// see `packed` in serve.py
 export function unpack(buffer) {
   const size = new DataView(buffer).getUint32(0, true), head = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, size)));
   let start = 4 + size;

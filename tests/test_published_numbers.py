@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from test_reference import EVENTS
 
 from scissordyn.model.scissor import scissor
 from scissordyn.run.simulate import simulate
 from scissordyn.units import rpm
+from test_reference import EVENTS
 
 L, M, SLIDER, G = 2.0, 5.68, 5.0, 9.81
 

@@ -1,9 +1,11 @@
-"""What acts on a mechanism, in the order of the kernels, and where components are at the start."""
+"""What acts on a mechanism, in the order of the kernels, where components are at the start, and how tables are laid out."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from functools import cache
 from itertools import accumulate
-from typing import Any
+from typing import Any, get_type_hints
 
 import numpy as np
 
@@ -64,3 +66,14 @@ def time_functions(mechanism: Mechanism, first: int) -> tuple[np.ndarray, np.nda
 def offsets(counts: Any) -> np.ndarray:
     """Where each of some consecutive parts starts, and where the last one ends, from how many entries each has."""
     return np.array(list(accumulate(counts, initial=0)), np.int64)
+
+
+def scratch(described: Any, shapes: Mapping[str, Any]) -> dict[str, np.ndarray]:
+    """Zeros for fields of a named tuple of the kernels, of the types that it declares."""
+    declared = _declared(described)
+    return {name: np.zeros(shape, declared[name].__metadata__[0].dtype) for name, shape in shapes.items()}
+
+
+@cache
+def _declared(described: Any) -> dict[str, Any]:
+    return get_type_hints(described, include_extras=True)

@@ -17,6 +17,7 @@ from scissordyn.mechanics.impulse_solver import COUNTS
 from scissordyn.mechanics.pivoting import table_shape
 from scissordyn.model.clearance import Clearance, hard_numbers
 from scissordyn.model.guide_clearance import GuideClearance
+from scissordyn.plan.acting import scratch
 from scissordyn.plan.ordering import coupled, members, pairs_of, reach, reverse_cuthill_mckee
 from scissordyn.plan.plan import Plan
 from scissordyn.plugin.element import PARAMETERS, pointers, row_of
@@ -24,28 +25,7 @@ from scissordyn.plugin.element import PARAMETERS, pointers, row_of
 CONSTANT = ("beam", "force", "torque", "constant_force_spring")
 """Components whose force does not depend on a speed, and bars that bend, whose damping is weak."""
 
-NUMBERS = (
-    *("restitution", "kinetic", "static", "rebound", "bias", "turn", "load", "turning_mass", "lag", "offset", "floor"),
-    *("pressed", "reached", "weight", "faster", "compliance", "later", "later_slip", "rubbed"),
-    *("friction", "depth", "ending", "overlap", "stick", "struck"),
-)
-CHOICES = (
-    "law",
-    "energy",
-    "yields",
-    "closed",
-    "was",
-    "mode",
-    "required",
-    "restless",
-    "stuck",
-    "kept_mode",
-    "kept_stuck",
-    "active",
-)
-"""Fields of `HardContacts` with a number, or an integer, of each contact."""
-
-OF_ROWS = ("free", "before", "impulse", "velocity", "shift", "right")
+OF_ROWS = ("acts", "free", "before", "impulse", "velocity", "shift", "right")
 OF_STATES = ("kept_slope", "slope", "middle", "scratch")  # Fields with a number of each row, or of each state
 AXES = 3  # Rows of a force element: N and T of a contact, directions in which a component damps
 
@@ -88,16 +68,32 @@ def hard_contacts(plan: Plan) -> HardContacts:
     place, pairs, reach = _ordering(n, entries)
     value = np.zeros(AXES * model.element_column.size + model.constraint_column.size)
     product_start, products = _products(entries, pairs)
-    return HardContacts(
+    shapes: dict[str, Any] = {
+        **dict.fromkeys(HardContacts._fields, count),
+        **dict.fromkeys(OF_ROWS, rows),
+        **dict.fromkeys(OF_STATES, states),
+        **dict.fromkeys(("size", "since", "locate", "work"), 1),
+        "elastic": (count, PARAMETERS),
+        "bristle": int(np.max(np.diff(model.state_start), initial=0)),
+        "damping": len(damped),
+        "impact": 2,
+        "gram": (rows, 2 * reach + 1),
+        "band": (rows, width(reach, reach)),
+        "pivots": 2 * rows,
+        "mass_row": m,
+        "result": (count, RESULTS),
+        "units": (2 * count + 1, rows),
+        "table": table_shape(count),
+        "basic": 3 * count,
+        "beside": 3 * count + 1,
+        "counts": COUNTS,
+    }
+    return HardContacts(**scratch(HardContacts, shapes))._replace(
         which=np.array(which, np.int64),
         compliant=np.repeat([0, 1], [len(plan.hard_places), len(plan.compliant_places)]).astype(np.int64),
-        elastic=np.zeros((count, PARAMETERS)),
-        bristle=np.zeros(int(np.max(np.diff(model.state_start), initial=0))),
         longest=np.full(1, np.inf),
-        size=np.zeros(1),
         damped=np.array([i for i, _ in damped], np.int64),
         damped_axis=np.array([axis for _, axis in damped], np.int64),
-        damping=np.zeros(len(damped), np.int64),
         place=place,
         pairs=pairs,
         reach=np.array([reach], np.int64),
@@ -105,26 +101,7 @@ def hard_contacts(plan: Plan) -> HardContacts:
         products=products,
         value=value,
         normal=value[: AXES * model.element_column.size].reshape(AXES, -1),
-        acts=np.zeros(rows, np.int64),
-        impact=np.zeros(2, np.int64),
-        gram=np.zeros((rows, 2 * reach + 1)),
-        band=np.zeros((rows, width(reach, reach))),
-        since=np.zeros(1, np.int64),
-        pivots=np.zeros(2 * rows, np.int64),
-        mass_row=np.zeros(m),
-        result=np.zeros((count, RESULTS)),
-        locate=np.zeros(1, np.int64),
         ahead=np.array([-np.inf, np.inf]),
-        work=np.zeros(1),
-        units=np.zeros((2 * count + 1, rows)),
-        table=np.zeros(table_shape(count)),
-        basic=np.zeros(3 * count, np.int64),
-        beside=np.zeros(3 * count + 1, np.int64),
-        counts=np.zeros(COUNTS, np.int64),
-        **{name: np.zeros(count) for name in NUMBERS},
-        **{name: np.zeros(count, np.int64) for name in CHOICES},
-        **{name: np.zeros(rows) for name in OF_ROWS},
-        **{name: np.zeros(states) for name in OF_STATES},
     )
 
 

@@ -15,7 +15,7 @@ from scissordyn.mechanics.body_maps import BodyMaps
 from scissordyn.mechanics.reactions import Balance
 from scissordyn.mechanics.system import FrictionWorkspace, Model
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plan.acting import acting
+from scissordyn.plan.acting import acting, scratch
 from scissordyn.plan.bending import bends
 from scissordyn.plan.bending_loads import bending_loads, no_bending_loads
 from scissordyn.plan.coordinates import Coordinates
@@ -49,32 +49,28 @@ def make_friction_workspace(
         balance=balance,
         maps=maps,
         bending=bending_loads(mechanism, coordinates, gravity) if chosen and bends(mechanism) else no_bending_loads(),
-        size=np.zeros(f),
-        fault=np.zeros(1, np.int64),
-        direction=np.zeros((lanes, bodies, 2)),
-        position=np.zeros((lanes, bodies, 2)),
-        acceleration=np.zeros((lanes, bodies, 2)),
-        angular_acceleration=np.zeros((lanes, bodies)),
-        load=np.zeros((lanes, bodies, 3)),
-        matrix=np.zeros((unknowns, 2 * balance.band + 1, 1)),
-        rows=np.zeros((3, widest, 1)),
-        right=np.zeros((3, lanes)),
-        reaction=np.zeros((unknowns, lanes)),
-        force=np.zeros(model.n + model.nb),
-        change=np.zeros(model.n + model.nb),
-        multiplier=np.zeros(model.constraint_start.size - 1),
-        slope=np.zeros((f, width(f, f))),
-        pivots=np.zeros(2 * f, np.int64),
-        step=np.zeros(f),
-        by_state=np.zeros((f, states)),
-        by_time=np.zeros(f),
-        response=np.zeros((f, model.n)),
-        frozen=np.zeros((f, model.n)),
-        solved=np.zeros((f, states)),
-        share=np.zeros((f if states else 0, width(f, f))),
-        share_pivots=np.zeros(2 * f, np.int64),
-        rates=np.zeros(states),
-        upper=np.zeros(f),
+        **scratch(
+            FrictionWorkspace,
+            {
+                **dict.fromkeys(("size", "step", "by_time", "upper"), f),
+                **dict.fromkeys(("pivots", "share_pivots"), 2 * f),
+                **dict.fromkeys(("direction", "position", "acceleration"), (lanes, bodies, 2)),
+                **dict.fromkeys(("by_state", "solved"), (f, states)),
+                **dict.fromkeys(("response", "frozen"), (f, model.n)),
+                **dict.fromkeys(("force", "change"), model.n + model.nb),
+                "fault": 1,
+                "angular_acceleration": (lanes, bodies),
+                "load": (lanes, bodies, 3),
+                "matrix": (unknowns, 2 * balance.band + 1, 1),
+                "rows": (3, widest, 1),
+                "right": (3, lanes),
+                "reaction": (unknowns, lanes),
+                "multiplier": model.constraint_start.size - 1,
+                "slope": (f, width(f, f)),
+                "share": (f if states else 0, width(f, f)),
+                "rates": states,
+            },
+        ),
     )
 
 

@@ -1,18 +1,30 @@
-"""Where the bodies of a mechanism are, and where force elements, rods and latches act on them."""
+"""Where the bodies of a mechanism are, where parts act on them, and their balances of force and moment.
+
+The balances have the reactions of ideal joints, guides and drives as unknowns.
+"""
 
 from __future__ import annotations
 
 import math
+from itertools import accumulate
 from typing import Any
 
 import numpy as np
 
-from scissordyn.component.place import GROUND, Point
+from scissordyn.component.place import GROUND, BodyPoint, Point
 from scissordyn.mechanics.body_maps import ANGLE, DISTANCE, SLIDE, BodyMaps
+from scissordyn.mechanics.reactions import Balance
 from scissordyn.model.coupling import Coordinate, Distance, RelativeAngle
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.acting import acting
-from scissordyn.plan.coordinates import Coordinates, PointMap, joined
+from scissordyn.plan.coordinates import Coordinates, PointMap, joined, stacked
+from scissordyn.plan.linear_constraints import body_inertia
+from scissordyn.plan.ordering import narrow, reach
+
+FEW = 6  # Up to so many unknowns their order does not matter
+
+Action = tuple[str, tuple[float, float, float], BodyPoint, str]
+"""What a unit of an unknown does to a body: force and torque, where it acts, and the body in whose frame the force is."""
 
 
 def body_maps(mechanism: Mechanism, coordinates: Coordinates) -> BodyMaps:
@@ -43,9 +55,7 @@ def body_maps(mechanism: Mechanism, coordinates: Coordinates) -> BodyMaps:
         for factor, coordinate in part.terms
     ]
     return BodyMaps(
-        start=np.cumsum([0, *(place.columns.size for place in maps)], dtype=np.int64),
-        column=np.concatenate([place.columns for place in maps]),
-        row=np.ascontiguousarray(np.hstack([place.rows for place in maps])),
+        **stacked(maps, 4),
         rotation=rotation,
         sense=sense,
         offset=offset,
@@ -95,3 +105,65 @@ def _turned(first: PointMap, other: PointMap, first_angle: float, other_angle: f
     offset = math.atan2(matrix[1, 0], matrix[0, 0])
     turns = round((other_angle - sense * first_angle - offset) / (2.0 * math.pi))
     return sense, offset + 2.0 * math.pi * turns
+
+
+def balance(mechanism: Mechanism) -> Balance:
+    index = {body.name: k for k, body in enumerate(mechanism.bodies)}
+    sizes = [math.hypot(*point) for body in mechanism.bodies for point in body.points.values()]
+    length = max([size for size in sizes if size > 0.0], default=1.0)
+    kinds = _unknowns(mechanism, length)
+    first = list(accumulate(map(len, kinds), initial=0))
+    entries: dict[str, list[tuple[int, tuple[float, float, float], Point, int, int]]] = {name: [] for name in index}
+    for unknown, actions in enumerate(actions for kind in kinds for actions in kind):
+        for body, direction, anchor, frame in actions:
+            if body != GROUND:
+                arm = arm_of(mechanism, *anchor)
+                entries[body].append((unknown, direction, arm, index[anchor[0]], index.get(frame, -1)))
+    listed = [entry for rows in entries.values() for entry in rows]
+    near, order = narrow([np.array([unknown for unknown, *_ in rows], int) for rows in entries.values()], first[-1])
+    order = order if first[-1] > FEW else np.arange(first[-1])
+    return Balance(
+        start=np.cumsum([0, *map(len, entries.values())], dtype=np.int64),
+        unknown=np.array([order[unknown] for unknown, *_ in listed], np.int64),
+        direction=np.array([direction for _, direction, *_ in listed]).reshape(-1, 3),
+        arm=np.array([arm for _, _, arm, *_ in listed]).reshape(-1, 2),
+        anchor=np.array([anchor for *_, anchor, _ in listed], np.int64),
+        frame=np.array([frame for *_, frame in listed], np.int64),
+        mass=np.array([body.mass for body in mechanism.bodies], float),
+        inertia=np.array([body_inertia(mechanism, body) if body.rotates else 0.0 for body in mechanism.bodies], float),
+        length=length,
+        order=order,
+        band=reach(near, order),
+        joints=(first[0], first[1]),
+        guides=(first[2], first[3]),
+        drives=(first[4], first[5]),
+    )
+
+
+def _unknowns(mechanism: Mechanism, length: float) -> list[list[list[Action]]]:
+    """What each unknown does to bodies: of joints, welds, guides, the alignments of guides, and drives.
+
+    Torques are in units of `length`.
+    """
+
+    def forces(start: BodyPoint, end: BodyPoint) -> list[list[Action]]:
+        """Two components of a force between two points that coincide."""
+        sides = (start, 1.0), (end, -1.0)
+        return [[(at[0], (sign * x, sign * y, 0.0), at, GROUND) for at, sign in sides] for x, y in ((1.0, 0.0), (0.0, 1.0))]
+
+    joints = [force for joint in mechanism.ideal_joints for force in forces(joint.journal, joint.bearing)]
+    welds: list[list[Action]] = []
+    for weld in mechanism.welds:
+        torque = [(at[0], (0.0, 0.0, sign * length), at, GROUND) for at, sign in ((weld.start, 1.0), (weld.end, -1.0))]
+        welds += [*forces(weld.start, weld.end), torque]
+    guides, alignments = list[list[Action]](), list[list[Action]]()
+    for guide in mechanism.ideal_guides:
+        x, y, follower, at = -math.sin(guide.direction), math.cos(guide.direction), guide.follower[0], guide.follower
+        guides.append([(follower, (x, y, 0.0), at, guide.body), (guide.body, (-x, -y, 0.0), at, guide.body)])
+        if guide.aligned:
+            alignments.append([(follower, (0.0, 0.0, length), at, GROUND), (guide.body, (0.0, 0.0, -length), at, GROUND)])
+    drives: list[list[Action]] = []
+    for drive in mechanism.drives:
+        anchor = drive.body, next(iter(mechanism.body(drive.body).points))
+        drives.append([(drive.body, (0.0, 0.0, length), anchor, GROUND)])
+    return [joints, welds, guides, alignments, drives]

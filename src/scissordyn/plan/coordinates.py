@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -32,6 +32,10 @@ class PointMap:
     def at(self, full: np.ndarray) -> np.ndarray:
         """The vector at [x; b], shape (2,), or at many of them, shape (nt, 2)."""
         return np.asarray(full[..., self.columns] @ self.rows.T)
+
+    def turned(self, cos: float, sin: float) -> PointMap:
+        """The vector, turned by an angle."""
+        return PointMap(self.columns, np.array([[cos, -sin], [sin, cos]]) @ self.rows)
 
 
 @dataclass(frozen=True)
@@ -84,6 +88,14 @@ def joined(parts: Iterable[tuple[PointMap, int, float]], height: int = 6) -> Poi
 def combined(*parts: tuple[PointMap, float]) -> PointMap:
     """A linear combination of maps."""
     return joined(((point_map, 0, factor) for point_map, factor in parts), 2)
+
+
+def stacked(maps: Sequence[PointMap], height: int, name: str = "") -> dict[str, np.ndarray]:
+    """Starts, columns and rows of some maps, one after the other, as fields that a name begins."""
+    starts = np.array(list(itertools.accumulate((vector.columns.size for vector in maps), initial=0)), np.int64)
+    columns = np.concatenate([np.zeros(0, np.int64), *(vector.columns for vector in maps)])
+    rows = np.ascontiguousarray(np.hstack([np.zeros((height, 0)), *(vector.rows for vector in maps)]))
+    return {f"{name}start": starts, f"{name}column": columns, f"{name}row": rows}
 
 
 @dataclass(frozen=True)

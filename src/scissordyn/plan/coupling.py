@@ -138,9 +138,8 @@ def _can_move(coordinates: Coordinates, coordinate: Coordinate) -> bool:
 
 def _slide(coordinates: Coordinates, slide: Slide) -> tuple[PointMap, PointMap]:
     """From the origin of its base to its point [m], and its direction."""
-    cos, sin = math.cos(slide.direction), math.sin(slide.direction)
-    frame, point = coordinates.frame(slide.base), coordinates.place(slide.point)
-    along = PointMap(frame.columns, np.array([[cos, -sin], [sin, cos]]) @ frame.rows)
+    along = coordinates.frame(slide.base).turned(math.cos(slide.direction), math.sin(slide.direction))
+    point = coordinates.place(slide.point)
     if slide.base == GROUND:
         return point, along
     return combined((point, 1.0), (coordinates.origin(slide.base), -1.0)), along

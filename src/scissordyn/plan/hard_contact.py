@@ -18,7 +18,7 @@ from scissordyn.mechanics.pivoting import table_shape
 from scissordyn.model.clearance import Clearance, hard_numbers
 from scissordyn.model.guide_clearance import GuideClearance
 from scissordyn.plan.acting import scratch
-from scissordyn.plan.ordering import coupled, members, pairs_of, reach, reverse_cuthill_mckee
+from scissordyn.plan.ordering import members, narrow, pairs_of, reach
 from scissordyn.plan.plan import Plan
 from scissordyn.plugin.element import PARAMETERS, pointers, row_of
 
@@ -65,7 +65,8 @@ def hard_contacts(plan: Plan) -> HardContacts:
     damped = damped_components(plan)
     rows, states = m + 2 * count + len(damped), 2 * n + int(model.state_start[-1])
     entries = _entries(plan, which, damped)
-    place, pairs, reach = _ordering(n, entries)
+    near, place = narrow(members((columns for columns, _ in entries), n), rows)
+    pairs, band = pairs_of(near), reach(near, place)
     value = np.zeros(AXES * model.element_column.size + model.constraint_column.size)
     product_start, products = _products(entries, pairs)
     shapes: dict[str, Any] = {
@@ -77,8 +78,8 @@ def hard_contacts(plan: Plan) -> HardContacts:
         "bristle": int(np.max(np.diff(model.state_start), initial=0)),
         "damping": len(damped),
         "impact": 2,
-        "gram": (rows, 2 * reach + 1),
-        "band": (rows, width(reach, reach)),
+        "gram": (rows, 2 * band + 1),
+        "band": (rows, width(band, band)),
         "pivots": 2 * rows,
         "mass_row": m,
         "result": (count, RESULTS),
@@ -96,7 +97,7 @@ def hard_contacts(plan: Plan) -> HardContacts:
         damped_axis=np.array([axis for _, axis in damped], np.int64),
         place=place,
         pairs=pairs,
-        reach=np.array([reach], np.int64),
+        reach=np.array([band], np.int64),
         product_start=product_start,
         products=products,
         value=value,
@@ -151,12 +152,3 @@ def _products(entries: Entries, pairs: np.ndarray) -> tuple[np.ndarray, np.ndarr
         products += [(entries[a][1][i], entries[b][1][k]) for i, k in same]
         starts.append(len(products))
     return np.array(starts, np.int64), np.array(products, np.int64).reshape(-1, 2)
-
-
-def _ordering(n: int, entries: Entries) -> tuple[np.ndarray, np.ndarray, int]:
-    """Where each row stands in the band, pairs of rows that share columns, and the reach of the band."""
-    size = len(entries)
-    near = coupled([*members((columns for columns, _ in entries), n), *np.arange(size)[:, None]], size)
-    place = np.empty(size, np.int64)
-    place[reverse_cuthill_mckee(near)] = np.arange(size)
-    return place, pairs_of(near), reach(near, place)

@@ -1,4 +1,4 @@
-"""Friction in ideal joints: which reaction each follows, and the room to solve for both."""
+"""Friction in ideal joints: which reaction each follows, what bars that bend exert there, and the room to solve for both."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from scissordyn.component.guide_friction import GuideFriction
 from scissordyn.component.lugre import GuideLuGre
 from scissordyn.errors import InputError
 from scissordyn.mechanics.band import width
+from scissordyn.mechanics.bending_loads import BendingLoads
 from scissordyn.mechanics.body_maps import BodyMaps
 from scissordyn.mechanics.reactions import Balance
 from scissordyn.mechanics.system import FrictionWorkspace, Model
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.acting import acting, scratch
-from scissordyn.plan.bending import bends
-from scissordyn.plan.bending_loads import bending_loads, no_bending_loads
-from scissordyn.plan.coordinates import Coordinates
+from scissordyn.plan.bending import beam_mass, bends
+from scissordyn.plan.coordinates import Coordinates, PointMap, stacked
 
 MOST_STATES = 40
 """Beyond so many numbers of the state implicit steps leave out how reactions depend on them: it takes two evaluations each."""
@@ -48,7 +48,7 @@ def make_friction_workspace(
         gravity=gravity,
         balance=balance,
         maps=maps,
-        bending=bending_loads(mechanism, coordinates, gravity) if chosen and bends(mechanism) else no_bending_loads(),
+        bending=_bending_loads(mechanism, coordinates, gravity, acting=bool(chosen) and bends(mechanism)),
         **scratch(
             FrictionWorkspace,
             {
@@ -113,3 +113,58 @@ def _guide(
         for guide in guides
     )
     raise InputError(f"{label}: no ideal guide there", listed or "a mechanism with ideal guides")
+
+
+def _bending_loads(mechanism: Mechanism, coordinates: Coordinates, gravity: np.ndarray, *, acting: bool) -> BendingLoads:
+    """Tables of what bars that bend exert on their cross-sections; empty ones where none acts."""
+    natural, bodies = coordinates.natural, mechanism.bodies if acting else ()
+    axes, tangents = (natural.axes, natural.tangents) if acting else ((), {})
+    maps, weights = [], np.zeros((len(bodies), 4))
+    if acting:
+        mass = beam_mass(mechanism, natural)
+        rows, weight = (mass @ coordinates.matrix), mass @ natural.uniform(gravity)
+        rows = rows if isinstance(rows, np.ndarray) else rows.toarray()
+    for b, body in enumerate(bodies):
+        p, count = natural.offsets[body.name], 4 if natural.rotates(body.name) else 2
+        table = np.zeros((4, rows.shape[1]))
+        table[:count], weights[b, :count] = rows[p : p + count], weight[p : p + count]
+        columns = np.flatnonzero(np.any(table != 0.0, axis=0))
+        maps.append(PointMap(columns, table[:, columns]))
+    index = {body.name: b for b, body in enumerate(bodies)}
+    vectors, first, bars = list[tuple[int, int, int, float]](), 0, {}
+    for axis in axes:
+        sections = axis.bar.sections
+        bars[id(axis)] = first
+        vectors += [(first + k, index[name], 0, 0.0) for k, name in enumerate(sections)]
+        for row, k in enumerate(axis.shapes.clamped, len(sections)):
+            if k in axis.directed:
+                vectors.append((first + row, index[sections[k]], 1, axis.bar.angles[k]))
+        first += axis.shapes.count
+    couples, turned, slopes = list[tuple[int, ...]](), list[float](), [np.zeros(0)]
+    parts = len(mechanism.contacts) + len(mechanism.components)
+    joints = enumerate(mechanism.clearance_joints)
+    for e, joint in (*joints, *((parts + f, joint) for f, (joint, _, _) in enumerate(mechanism.lubricated))):
+        for side, (name, _) in enumerate((joint.journal, joint.bearing)):
+            if name in tangents:
+                axis, k = tangents[name]
+                # the force of a film acts on the bearing at the journal's centre
+                couples.append((e, side, bars[id(axis)], int(side == 1 and e >= parts), sum(map(len, slopes))))
+                turned.append(axis.bar.angles[k])
+                slopes.append(axis.shapes.at(np.array([axis.shapes.places[k]]), 1)[0])
+    return BendingLoads(
+        **stacked(maps, 4) | ({} if acting else {"start": np.zeros(0, np.int64)}),
+        weight=weights,
+        origin=-np.array([body.centre for body in bodies]).reshape(-1, 2),
+        shape=np.zeros((first, 2)),
+        vector=np.array([row[:3] for row in vectors], np.int64).reshape(-1, 3),
+        turned=_turns([angle for *_, angle in vectors]),
+        couple=np.array(couples, np.int64).reshape(-1, 5),
+        couple_turned=_turns(turned),
+        couple_weight=np.concatenate(slopes),
+        couple_shapes=np.array(list(map(len, slopes[1:])), np.int64),
+    )
+
+
+def _turns(angles: list[float]) -> np.ndarray:
+    """Their cosines and sines, shape (angles, 2)."""
+    return np.array([(math.cos(angle), math.sin(angle)) for angle in angles], float).reshape(-1, 2)

@@ -33,16 +33,9 @@ from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.acting import acting, offsets, start_coordinates, states_of, time_functions
 from scissordyn.plan.bending import bar_table, flexible_maps, held_table, mode_columns
-from scissordyn.plan.coordinates import Constraint, Coordinates, PointMap, joined
+from scissordyn.plan.coordinates import Constraint, Coordinates, PointMap, joined, stacked
 from scissordyn.plan.ordering import coupled, members, order_unknowns, pairs_of
 from scissordyn.plan.rail import Rails, rail_tables
-
-
-def _stacked(name: str, maps: list[PointMap], height: int) -> dict[str, np.ndarray]:
-    """Starts, columns and rows of some maps, one after the other, by the names that the model has for them."""
-    columns = np.concatenate([np.zeros(0, np.int64), *(m.columns for m in maps)])
-    rows = np.ascontiguousarray(np.hstack([np.zeros((height, 0)), *(m.rows for m in maps)]))
-    return {f"{name}_start": offsets(m.columns.size for m in maps), f"{name}_column": columns, f"{name}_row": rows}
 
 
 def _element_map(coordinates: Coordinates, attachments: Iterable[Attachment]) -> PointMap:
@@ -88,7 +81,7 @@ def make_model(mechanism: Mechanism, coordinates: Coordinates) -> Model:
         maps[len(contacts) + at] = PointMap(columns, np.zeros((6, columns.size)))
     rails = rail_tables(coordinates, components, bars, maps[len(contacts) :])
     maps[len(contacts) :] = rails.maps
-    elements = _stacked("element", maps, 6)
+    elements = stacked(maps, 6, "element_")
     counts = np.diff(elements["element_start"])
     constraints = _constraints(mechanism, coordinates)
     read = [part.columns[part.columns < n] for part in maps]
@@ -111,8 +104,8 @@ def make_model(mechanism: Mechanism, coordinates: Coordinates) -> Model:
         pair=ordering.pair,
         pair_of=ordering.pair_of,
         **elements,
-        **_stacked("rotation", [family.maps[0] for family in coordinates.families], 2),
-        **_stacked("track", [coordinates.tracked(track) for track in mechanism.tracks], 2),
+        **stacked([family.maps[0] for family in coordinates.families], 2, "rotation_"),
+        **stacked([coordinates.tracked(track) for track in mechanism.tracks], 2, "track_"),
         **constraints,
         **_components(mechanism, len(coordinates.families)),
         **_flexible(coordinates, components, bars, rails),
@@ -154,7 +147,7 @@ def _flexible(
         "bar_scale": np.array([row[6] for row in rows], float),
         "bar_column": np.concatenate([np.zeros(0, np.int64), *(columns for columns, _ in fixed)]),
         "bar_table": np.concatenate([tables, *(table for _, table in fixed)]),
-        **_stacked("shape", vectors, 2),
+        **stacked(vectors, 2, "shape_"),
         "shape_place": np.concatenate([np.zeros(0, np.int64), *places]),
         "rail": rails.rows,
         "rail_table": rails.table,
@@ -193,7 +186,7 @@ def _part_references(constraints: tuple[Constraint, ...], first: int) -> np.ndar
 def _constraints(mechanism: Mechanism, coordinates: Coordinates) -> dict[str, np.ndarray]:
     constraints = coordinates.constraints
     parts = [(k, weight, part) for k, constraint in enumerate(constraints) for weight, part in constraint.parts]
-    maps = _stacked("part", [part for _, _, part in parts], 2)
+    maps = stacked([part for _, _, part in parts], 2, "part_")
     timed = [k for k, constraint in enumerate(constraints) if constraint.motion]
     first = len(mechanism.drives) + len(time_functions(mechanism, 0)[2])
     references = len(coordinates.families) + sum(part.declaration.port.angle for part in acting(mechanism))

@@ -51,9 +51,9 @@ def order_unknowns(
         groups.append(np.concatenate([np.unique(same[element]), internal]))
         first += count
     row = np.cumsum(kept) - 1
-    place, reach = _narrow([row[same[group]] for group in groups], int(kept.sum()))
+    near, place = narrow([row[same[group]] for group in groups], int(kept.sum()))
     permutation = np.where(kept[same], place[row[same]], ELIMINATED).astype(np.int64)
-    return Ordering(permutation, reach, pair, pair_of)
+    return Ordering(permutation, reach(near, place), pair, pair_of)
 
 
 def _pairs(
@@ -74,11 +74,11 @@ def _pairs(
     return np.array(pairs, np.int64).reshape(-1, 3), pair_of
 
 
-def _narrow(groups: Sequence[np.ndarray], size: int) -> tuple[np.ndarray, int]:
-    """Places of unknowns that are coupled in groups, and how far coupled ones are apart."""
+def narrow(groups: Iterable[np.ndarray], size: int) -> tuple[list[np.ndarray], np.ndarray]:
+    """Unknowns that are coupled in groups, each with itself, and places of all in which coupled ones are near each other."""
     near, place = coupled([*groups, *np.arange(size)[:, None]], size), np.empty(size, np.int64)
     place[reverse_cuthill_mckee(near)] = np.arange(size)
-    return place, reach(near, place)
+    return near, place
 
 
 def members(groups: Iterable[np.ndarray], size: int) -> list[np.ndarray]:

@@ -25,8 +25,7 @@ from scissordyn.model.joint import Revolute
 from scissordyn.model.lubrication import Lubrication
 from scissordyn.model.mechanism import LENT, PLAN, Mechanism
 from scissordyn.plan.acting import acting, start_coordinates
-from scissordyn.plan.balance import balance
-from scissordyn.plan.bodies import body_maps
+from scissordyn.plan.bodies import balance, body_maps
 from scissordyn.plan.branches import Branches, every_branch
 from scissordyn.plan.coordinates import Coordinates, PointMap
 from scissordyn.plan.elimination import in_words

@@ -26,9 +26,8 @@ def _is_free(coordinates: Coordinates, point_map: PointMap) -> bool:
 def quadratic_constraints(
     mechanism: Mechanism, coordinates: Coordinates, elimination: Elimination | None = None
 ) -> list[Constraint]:
-    lengths = _lengths(coordinates, elimination)
     return [
-        *lengths,
+        *_lengths(coordinates, elimination),
         *_moving_guides(mechanism, coordinates),
         *_rods(mechanism, coordinates),
         *_latches(mechanism, coordinates),
@@ -121,8 +120,7 @@ def _moving_guides(mechanism: Mechanism, coordinates: Coordinates) -> list[Const
         if guide.body == GROUND:
             continue
         across = -math.sin(guide.direction), math.cos(guide.direction)
-        turned = coordinates.direction(guide.body)
-        g = PointMap(turned.columns, np.array([[across[0], -across[1]], [across[1], across[0]]]) @ turned.rows)
+        g = coordinates.direction(guide.body).turned(*across)
         unit = 1.0 / coordinates.size
         w = combined((coordinates.place(guide.follower), unit), (coordinates.origin(guide.body), -unit))
         value = (across[0] * guide.through[0] + across[1] * guide.through[1]) * unit
@@ -175,10 +173,8 @@ def _latches(mechanism: Mechanism, coordinates: Coordinates) -> list[Constraint]
     """Latches: with w the body's direction turned back by the angle and g the base's turned left, w . g = 0."""
     constraints = []
     for latch in mechanism.latches:
-        cos, sin = math.cos(latch.angle), math.sin(latch.angle)
-        body, base = coordinates.direction(latch.body), coordinates.frame(latch.base)
-        w = PointMap(body.columns, np.array([[cos, sin], [-sin, cos]]) @ body.rows)
-        parts = product(w, PointMap(base.columns, np.array([[0.0, -1.0], [1.0, 0.0]]) @ base.rows))
+        w = coordinates.direction(latch.body).turned(math.cos(latch.angle), -math.sin(latch.angle))
+        parts = product(w, coordinates.frame(latch.base).turned(0.0, 1.0))
         if not any(_is_free(coordinates, part) for _, part in parts):
             raise InputError(f"latch '{latch.name}' between bodies whose angle is prescribed", "bodies that can turn freely")
         constraints.append(

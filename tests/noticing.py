@@ -14,7 +14,7 @@ MOST_ALIVE = 3
 NAMED = (
     ("mechanics/guard.py", "lock", "plus", "lost += 0.5 * W.A[i] * W.A[i]"),
     ("mechanics/guard.py", "impulsive_work", "plus", "total -= W.work[M.timed[i]] * W.value[1, M.timed[i]]"),
-    ("plan/balance.py", "_unknowns", "sign", "-x"),
+    ("plan/bodies.py", "_unknowns", "sign", "-x"),
     ("plan/quadratic_constraints.py", "_moving_guides", "plus", "across[0] * guide.through[0] + across[1] * guide.through[1]"),
     ("component/port/frame.py", "curvature", "plus", "K[2, 3] -= torque"),
     ("component/port/line.py", "gradients", "plus", "vx - along * nx"),

@@ -16,14 +16,14 @@ __all__ = ["bibliography_list", "zoo_page", "zoo_pages", "zoo_table"]
 
 
 def _said(reference: Reference) -> str:
-    """A publication with links, and whether its DOI was looked up."""
+    """A publication with links, and whether its DOI was found in one place only."""
     text = reference.text
     if reference.url:
         text = text.replace(reference.url, f"<{reference.url}>")
     if not reference.seen:
         return text.replace(f", doi:{reference.doi}", "") if reference.doi else text
     text = text.replace(f"doi:{reference.doi}", f"[doi:{reference.doi}](<https://doi.org/{reference.doi}>)")
-    return f"{text} DOI found in: {'; '.join(reference.seen)}{'' if reference.verified else ' (one place)'}."
+    return text if reference.verified else f"{text} DOI found in one place."
 
 
 def _cell(text: str) -> str:

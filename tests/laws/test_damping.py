@@ -54,7 +54,7 @@ def test_factors_by_hand(name, half, four_fifths):
     [("hunt-crossley", 0.66296), ("lankarani-nikravesh", 0.72524), ("flores", 0.47044)],
 )
 def test_returned_restitution_figures(name, figure):
-    """Published number: what comes out at c_e = 0.5 (docs/reference.md, normal force laws), five digits."""
+    """Published number: what comes out at c_e = 0.5 (docs/theory/laws.md, D1), five digits."""
     assert returned_restitution(catalogue.DAMPING[name](restitution=0.5).factor) == pytest.approx(figure, abs=5e-6)
 
 
@@ -65,7 +65,7 @@ def test_gonthier_approximation_figure():
 
 @pytest.mark.parametrize(("restitution", "figure"), [(0.9, 0.16648), (0.5, 1.43275), (0.1, 9.99816)])
 def test_exact_factor_figures(restitution, figure):
-    """Published number: the exact xi (docs/reference.md), six digits; gonthier's d/c_e is the same number."""
+    """Published number: the exact xi (docs/theory/laws.md), six digits; gonthier's d/c_e is the same number."""
     assert Exact(restitution).factor == pytest.approx(figure, abs=5e-6)
     d = Gonthier(restitution).factor * restitution
     assert (1 + d / restitution) / (1 - d) == pytest.approx(math.exp(d * (1 + 1 / restitution)), rel=1e-9)

@@ -15,7 +15,7 @@ from scissordyn.component.actuator import Actuator
 from scissordyn.config.addition import ClearanceTable
 from scissordyn.config.case import Case, CaseTable
 from scissordyn.config.file import read_case
-from scissordyn.config.fitted import DAMPING, FURTHER, OSCILLATIONS
+from scissordyn.config.fitted import DAMPING, FURTHER, OSCILLATIONS, SECTIONS
 from scissordyn.config.part import PARTS
 from scissordyn.config.structure import STRUCTURES, BuiltTable
 from scissordyn.config.table import table_of
@@ -108,7 +108,7 @@ def test_every_structure_has_every_part(case_of: Callable[..., Case], kind: str,
         return
     case = case_of(template(kind, asked))
     parts = case.mechanism
-    section = FURTHER[part][0]
+    section = SECTIONS[part]
     described = {
         "control": lambda: any(isinstance(one, Actuator) for one in parts.components),
         "track": lambda: parts.tracks,

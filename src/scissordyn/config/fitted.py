@@ -20,7 +20,6 @@ from scissordyn.errors import InputError, command, did_you_mean
 from scissordyn.kinematics.path import Path, drive_inertia, drive_rate, path_of
 from scissordyn.model.addition import with_panels, with_payload
 from scissordyn.model.commanded import rigid
-from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import plan
 from scissordyn.run.inverse_dynamics import feed_forward
@@ -35,7 +34,7 @@ OSCILLATIONS, DAMPING = 6.0, 0.7  # Of the servo's error: natural frequency time
 SHARE = 0.1  # Of the mechanism's mass, weight or size, for payloads and loads
 RESERVE = 1.5  # The servo's limit over the torque of the ideal mechanism
 AT_REST = 0.01  # Points that move less, as a fraction of the size, do not carry or measure anything
-BEYOND = 0.02  # Of the move, by which stops stand behind its end
+BEYOND, BEFORE = 0.02, 0.01  # Of the move, by which stops stand behind its end, and latches before it
 
 
 @dataclass(frozen=True)
@@ -84,11 +83,10 @@ class Stroke:
         name, local = point
         if name == GROUND:
             return np.array(dict(self.mechanism.ground)[local])
-        k = [body.name for body in self.mechanism.bodies].index(name)
-        body, angle = self.mechanism.bodies[k], self.path.angle[self.ends[end], k]
-        x, y = np.subtract(body.points[local], body.centre)
-        cos, sin = math.cos(angle), math.sin(angle)
-        return np.asarray(self.path.position[self.ends[end], k] + (cos * x - sin * y, sin * x + cos * y))
+        body, z, first = self.mechanism.body(name), self.path.z[self.ends[end]], self.path.closure.first[name]
+        (x, y), still = body.points[local], (math.cos(body.placed_angle), math.sin(body.placed_angle))
+        cos, sin = z[first + 2 : first + 4] if self.path.closure.natural.rotates(name) else still
+        return np.asarray(self.size * z[first : first + 2] + (cos * x - sin * y, sin * x + cos * y))
 
     @cached_property
     def anchor(self) -> BodyPoint:
@@ -112,45 +110,6 @@ class Stroke:
         """From where a point starts to where it ends [m]."""
         return np.asarray(self.place(point, 1) - self.place(point, 0))
 
-    def distance(self, end: int) -> float:
-        """From the anchor to the tip at the start (0) or the end (1) of the move [m]."""
-        return float(np.linalg.norm(self.place(self.tip, end) - self.place(self.anchor, end)))
-
-    def velocity(self, point: BodyPoint) -> np.ndarray:
-        """Of a point at the start, for unit speed of the driven body [m/rad]."""
-        name, local = point
-        rate, first = drive_rate(self.path, self.ends[0]), self.path.closure.first[name]
-        x, y = self.mechanism.body(name).points[local]
-        cos, sin = rate[first + 2 : first + 4] if self.path.closure.natural.rotates(name) else (0.0, 0.0)
-        return np.asarray(rate[first : first + 2] + np.array([cos * x - sin * y, sin * x + cos * y]))
-
-    @cached_property
-    def hinge(self) -> Revolute:
-        """A pin between the driven body and another that moves."""
-        driven = self.mechanism.input_body
-        for joint in self.mechanism.joints:
-            names = {joint.journal[0], joint.bearing[0]}
-            if driven in names and GROUND not in names:
-                return joint
-        raise AssertionError("a driven body is pinned to another one")
-
-    @property
-    def pair(self) -> dict[str, str]:
-        """The driven body and the one that it is pinned to, as `body` and `base`."""
-        driven = self.mechanism.input_body
-        other = next(name for name in (self.hinge.journal[0], self.hinge.bearing[0]) if name != driven)
-        return {"body": driven, "base": other}
-
-    def opening(self, end: int, beyond: float = 0.0) -> float:
-        """Angle of the driven body against the other at the start (0) or the end (1) of the move, or beyond it [rad]."""
-        names = [body.name for body in self.mechanism.bodies]
-        body, base = names.index(self.pair["body"]), names.index(self.pair["base"])
-        angle = self.path.angle[:, body] - self.path.angle[:, base]
-        # continuous from the angles as placed, in which turns count
-        angle += self.mechanism.bodies[body].placed_angle - self.mechanism.bodies[base].placed_angle - angle[self.ends[0]]
-        start, last = angle[self.ends[0]], angle[self.ends[1]]
-        return float((start, last + beyond * (last - start))[end])
-
 
 def _said(value: float, unit: str) -> str:
     """A number with two digits and its unit, as one would type it."""
@@ -162,11 +121,26 @@ def _exact(value: float, unit: str) -> str:
     return written(round(value, 12), unit)
 
 
+def _list(values: Iterable[float], unit: str) -> str:
+    return ", ".join(f"{value:.4g}" for value in values) + f" {unit}"
+
+
+def _curve(pairs: Iterable[tuple[float, float]], **units: str) -> dict[str, str]:
+    """Pairs of numbers, increasing, as two lists by their names."""
+    return {
+        name: _list(numbers, unit)
+        for (name, unit), numbers in zip(units.items(), zip(*sorted(pairs), strict=True), strict=True)
+    }
+
+
 def _move(start: str, end: str, duration: float = DURATION) -> dict[str, Any]:
     return {"cycloidal": {"start": start, "end": end, "duration": written(duration, "s")}}
 
 
-def _servo(stroke: Stroke) -> Given:
+Values = Mapping[str, Given]  # The keys of parts, by what is asked for
+
+
+def _servo(stroke: Stroke) -> Values:
     inertia = float(drive_inertia(stroke.path)[stroke.ends[0]])
     bandwidth = 2.0 * math.pi * OSCILLATIONS / stroke.motion.duration
     torque = np.abs(feed_forward(stroke.mechanism, stroke.motion, until=stroke.motion.duration, samples=201).values)
@@ -176,199 +150,156 @@ def _servo(stroke: Stroke) -> Given:
         "derivative": _said(2.0 * DAMPING * inertia * bandwidth, "N m s/rad"),
         "limit": _said(RESERVE * float(torque.max()), "N m"),
     }
-    return {"controller": gains, "feed_forward": "ideal", "name": "servo"}
+    return {"servo": {"controller": gains, "feed_forward": "ideal", "name": "servo"}}
 
 
-def _tip(stroke: Stroke) -> Given:
+def _at_the_tip(stroke: Stroke) -> Values:
     body, point = stroke.tip
-    return {"name": "tip", "body": body, "point": point, "tolerance": _said(1e-3 * stroke.size, "m")}
+    way, tip, force = stroke.way(stroke.tip), ".".join(stroke.tip), SHARE * stroke.weight
+    length = float(np.linalg.norm(way))
+    along = way / length
+    direction = math.atan2(along[1], along[0])
+    start, limit = (float(along @ place) for place in (stroke.place(stroke.tip, 0), stroke.place(stroke.tip, 1) + BEYOND * way))
+    load = [(start - 0.2 * length, 0.0), (start + 0.5 * length, -force), (start + 1.2 * length, -0.5 * force)]
+    return {
+        "tip": {"name": "tip", "body": body, "point": point, "tolerance": _said(1e-3 * stroke.size, "m")},
+        "payload": {"at": tip, "mass": _said(SHARE * stroke.mass, "kg")},
+        "force": {"point": tip, "force": f"0, {-float(f'{force:.2g}'):g} N"},
+        "stroke_load": {"point": tip, "direction": _exact(direction, "rad"), "curve": _curve(load, travels="m", forces="N")},
+        "travel_stop": {"point": tip, "direction": _exact(direction, "rad"), "limit": _exact(limit, "m")},
+    }
 
 
-def _panels(stroke: Stroke) -> Given:
-    names = [body.name for body in stroke.mechanism.bodies]
-    first = "unit */bar 1" if "unit 1/bar 1" in names else stroke.pair["base"]
-    return {"bodies": first, "mass": _said(SHARE * stroke.mass, "kg")}
+def _along_a_line(stroke: Stroke) -> Values:
+    """Parts from the anchor to the tip."""
+    start, end = (float(np.linalg.norm(stroke.place(stroke.tip, k) - stroke.place(stroke.anchor, k))) for k in (0, 1))
+    low, high = 0.9 * min(start, end), 1.1 * max(start, end)  # of the way, and a tenth more
+    force, middle = SHARE * stroke.weight, 0.5 * (low + high)
+    pushed, speed = math.copysign(force, end - start), 2.0 * (end - start) / stroke.motion.duration
+    progressive = [(low, 0.0), (middle, 0.3 * force), (high, force)]
+    drive = [(-20.0 * speed, pushed), (0.0, pushed), (speed, 0.0), (20.0 * speed, -pushed)]
+    parts = {
+        "spring": {
+            "stiffness": _said(stroke.weight / stroke.size, "N/m"),
+            "free_length": _said(0.5 * (start + end), "m"),
+        },
+        "constant_force_spring": {"tension": _said(force, "N")},
+        "nonlinear_spring": {"curve": _curve(progressive, lengths="m", forces="N")},
+        "gas_spring": {
+            "force": _said(force, "N"),
+            "extended_length": f"{high:.4g} m",
+            "stroke": f"{high - low:.4g} m",
+        },
+        "cable": {"free_length": _said(1.01 * max(start, end), "m")},
+        "linear_motor": {"curve": _curve(drive, speeds="m/s", forces="N")},
+        "rod": {"motion": _move(_exact(start, "m"), _said(end, "m"), stroke.motion.duration)},
+    }
+    line = {"start": ".".join(stroke.anchor), "end": ".".join(stroke.tip)}
+    return {name: {**line, **values} for name, values in parts.items()}
 
 
-def _line(stroke: Stroke) -> dict[str, str]:
-    return {"start": ".".join(stroke.anchor), "end": ".".join(stroke.tip)}
+def _rod(stroke: Stroke) -> Values:
+    """A rod that drives the structure, whose tip moves along it [m/rad]."""
+    (name, point), path = stroke.tip, stroke.path
+    rate, first = drive_rate(path, stroke.ends[0]), path.closure.first[name]
+    x, y = stroke.mechanism.body(name).points[point]
+    cos, sin = rate[first + 2 : first + 4] if path.closure.natural.rotates(name) else (0.0, 0.0)
+    velocity = rate[first : first + 2] + np.array([cos * x - sin * y, sin * x + cos * y])
+    line = stroke.place(stroke.tip, 0) - stroke.place(stroke.anchor, 0)
+    if abs(np.dot(line, velocity) / np.linalg.norm(line)) < AT_REST * stroke.size:
+        raise InputError(
+            f"a rod from {'.'.join(stroke.anchor)} to {'.'.join(stroke.tip)} cannot drive this structure at its start",
+            "a motor, or a rod elsewhere",
+            "--with motor",
+        )
+    return _along_a_line(stroke)
 
 
-def _spring(stroke: Stroke) -> Given:
-    middle = 0.5 * (stroke.distance(0) + stroke.distance(1))
-    return {**_line(stroke), "stiffness": _said(stroke.weight / stroke.size, "N/m"), "free_length": _said(middle, "m")}
+def _at_a_pin(stroke: Stroke) -> Values:
+    """Parts between the driven body and another one that moves, to which it is pinned."""
+    mechanism, driven = stroke.mechanism, stroke.mechanism.input_body
+    pin = next(joint for joint in mechanism.joints if driven in joint.bodies and GROUND not in joint.bodies)
+    base = next(name for name in pin.bodies if name != driven)
+    names = [body.name for body in mechanism.bodies]
+    angle = stroke.path.angle[:, names.index(driven)] - stroke.path.angle[:, names.index(base)]
+    # continuous from the angles as placed, in which turns count
+    angle += mechanism.body(driven).placed_angle - mechanism.body(base).placed_angle - angle[stroke.ends[0]]
+    start, end = (float(angle[k]) for k in stroke.ends)
+    turned = mechanism.body(pin.bearing[0]).placed_angle - mechanism.body(pin.journal[0]).placed_angle
+    moment = SHARE * stroke.weight * stroke.size
+    shares = {"peak_moment": 1.0, "steady_moment": 0.15, "peak_moment_equal": 0.4, "steady_moment_equal": 0.1}
+    moments = {name: _said(share * moment, "N m") for name, share in shares.items()}
+    friction = {"radius": _said(0.01 * stroke.size, "m"), "kinetic": 0.1}
+    hinges = {
+        "torsion_spring": {"stiffness": _said(moment, "N m/rad"), "free_angle": _exact(end, "rad")},
+        "tape_spring": {"stiffness": _said(10.0 * moment, "N m/rad"), **moments, "free_angle": _exact(end, "rad")},
+        "clutch": {"capacity": _said(moment, "N m")},
+        "pin_friction": friction,
+        "pin_lugre": friction,
+        "angle_stop": {"angle": _exact(end + BEYOND * (end - start), "rad")},
+        "latch": {"angle": _exact(end - BEFORE * (end - start), "rad")},
+    }
+    ends = {"start": ".".join(pin.journal), "end": ".".join(pin.bearing)}
+    return {
+        **{name: {"body": driven, "base": base, **values} for name, values in hinges.items()},
+        "panels": {
+            "bodies": "unit */bar 1" if "unit 1/bar 1" in names else base,
+            "mass": _said(SHARE * stroke.mass, "kg"),
+        },
+        "bushing": {**ends, "free_angle": _exact(turned, "rad")},
+    }
 
 
-def _cable(stroke: Stroke) -> Given:
-    return {**_line(stroke), "free_length": _said(1.01 * max(stroke.distance(0), stroke.distance(1)), "m")}
-
-
-def _pin_friction(stroke: Stroke) -> Given:
+def _with_friction(stroke: Stroke) -> Values:
     if np.isnan(ideal_reactions(plan(rigid(stroke.mechanism.ideal()).driven(stroke.motion)))).any():
         raise InputError(
             "friction in a pin whose reaction is not determined: this structure has more joints than it needs",
             "a friction torque that is given",
             "--with clutch",
         )
-    return {**stroke.pair, "radius": _said(0.01 * stroke.size, "m"), "kinetic": 0.1}
+    return _at_a_pin(stroke)
 
 
-def _rod(stroke: Stroke) -> Given:
-    start, end = (stroke.distance(end) for end in (0, 1))
-    velocity = np.dot(stroke.place(stroke.tip, 0) - stroke.place(stroke.anchor, 0), stroke.velocity(stroke.tip)) / start
-    if abs(velocity) < AT_REST * stroke.size:
-        raise InputError(
-            f"a rod from {'.'.join(stroke.anchor)} to {'.'.join(stroke.tip)} cannot drive this structure at its start",
-            "a motor, or a rod elsewhere",
-            "--with motor",
-        )
-    return {**_line(stroke), "motion": _move(_exact(start, "m"), _said(end, "m"), stroke.motion.duration)}
-
-
-def _travel_stop(stroke: Stroke) -> Given:
-    way = stroke.way(stroke.tip)
-    along = way / np.linalg.norm(way)
-    limit = float(along @ (stroke.place(stroke.tip, 1) + BEYOND * way))
-    return {
-        "point": ".".join(stroke.tip),
-        "direction": _exact(math.atan2(along[1], along[0]), "rad"),
-        "limit": _exact(limit, "m"),
-    }
-
-
-def _tape_spring(stroke: Stroke) -> Given:
-    moment = SHARE * stroke.weight * stroke.size
-    shares = {"peak_moment": 1.0, "steady_moment": 0.15, "peak_moment_equal": 0.4, "steady_moment_equal": 0.1}
-    moments = {name: _said(share * moment, "N m") for name, share in shares.items()}
-    stiffness = _said(10.0 * moment, "N m/rad")
-    return {**stroke.pair, "stiffness": stiffness, **moments, "free_angle": _exact(stroke.opening(1), "rad")}
-
-
-def _motor(stroke: Stroke) -> Given:
+def _on_the_driven_body(stroke: Stroke) -> Values:
     torque = SHARE * stroke.weight * stroke.size
-    return {
-        "body": stroke.mechanism.input_body,
-        "stall_torque": _said(math.copysign(torque, stroke.turn), "N m"),
-        "no_load_speed": _said(2.0 * abs(stroke.turn) / stroke.motion.duration, "rad/s"),
-        "limit": _said(0.8 * torque, "N m"),
-    }
-
-
-def _list(values: Iterable[float], unit: str) -> str:
-    return ", ".join(f"{value:.4g}" for value in values) + f" {unit}"
-
-
-def _reach(stroke: Stroke) -> tuple[float, float]:
-    """The least and the largest distance from anchor to tip on the way, and a tenth more [m]."""
-    ends = sorted(stroke.distance(end) for end in (0, 1))
-    return 0.9 * ends[0], 1.1 * ends[1]
-
-
-def _nonlinear_spring(stroke: Stroke) -> Given:
-    low, high = _reach(stroke)
-    forces = (share * SHARE * stroke.weight for share in (0.0, 0.3, 1.0))
-    return {
-        **_line(stroke),
-        "curve": {"lengths": _list((low, 0.5 * (low + high), high), "m"), "forces": _list(forces, "N")},
-    }
-
-
-def _gas_spring(stroke: Stroke) -> Given:
-    low, high = _reach(stroke)
-    lengths = {"extended_length": f"{high:.4g} m", "stroke": f"{high - low:.4g} m"}
-    return {**_line(stroke), "force": _said(SHARE * stroke.weight, "N"), **lengths}
-
-
-def _stroke_load(stroke: Stroke) -> Given:
-    way = stroke.way(stroke.tip)
-    direction = math.atan2(way[1], way[0])
-    start = float(np.array([math.cos(direction), math.sin(direction)]) @ stroke.place(stroke.tip, 0))
-    length = float(np.linalg.norm(way))
-    travels = (start - 0.2 * length, start + 0.5 * length, start + 1.2 * length)
-    forces = (-share * SHARE * stroke.weight for share in (0.0, 1.0, 0.5))
-    curve = {"travels": _list(travels, "m"), "forces": _list(forces, "N")}
-    return {"point": ".".join(stroke.tip), "direction": _exact(direction, "rad"), "curve": curve}
-
-
-def _angle_load(stroke: Stroke) -> Given:
-    torques = (share * SHARE * stroke.weight * stroke.size for share in (0.0, 1.0, 0.0, -1.0, 0.0))
-    curve = {"angles": "0, 90, 180, 270, 360 deg", "torques": _list(torques, "N m")}
-    return {"body": stroke.mechanism.input_body, "curve": curve, "periodic": True}
-
-
-def _tabulated_motor(stroke: Stroke) -> Given:
-    torque = math.copysign(SHARE * stroke.weight * stroke.size, stroke.turn)
-    speed = 2.0 * stroke.turn / stroke.motion.duration
-    ends = sorted(((-2.0 * speed, torque), (0.0, torque), (0.8 * speed, 1.2 * torque), (speed, 0.0), (5.0 * speed, -torque)))
-    speeds, torques = zip(*ends, strict=True)
-    return {
-        "body": stroke.mechanism.input_body,
-        "curve": {"speeds": _list(speeds, "rad/s"), "torques": _list(torques, "N m")},
-    }
-
-
-def _linear_motor(stroke: Stroke) -> Given:
-    start, end = (stroke.distance(end) for end in (0, 1))
-    force, speed = math.copysign(SHARE * stroke.weight, end - start), 2.0 * (end - start) / stroke.motion.duration
-    ends = sorted(((-20.0 * speed, force), (0.0, force), (speed, 0.0), (20.0 * speed, -force)))
-    speeds, forces = zip(*ends, strict=True)
-    return {**_line(stroke), "curve": {"speeds": _list(speeds, "m/s"), "forces": _list(forces, "N")}}
-
-
-def _bushing(stroke: Stroke) -> Given:
-    start, end = stroke.hinge.journal, stroke.hinge.bearing
-    turned = stroke.mechanism.body(end[0]).placed_angle - stroke.mechanism.body(start[0]).placed_angle
-    return {"start": ".".join(start), "end": ".".join(end), "free_angle": _exact(turned, "rad")}
-
-
-FURTHER: Mapping[str, tuple[str, Callable[[Stroke], Given]]] = {
-    "servo": ("control", _servo),
-    "tip": ("track", _tip),
-    "payload": ("payload", lambda stroke: {"at": ".".join(stroke.tip), "mass": _said(SHARE * stroke.mass, "kg")}),
-    "panels": ("panels", _panels),
-    "spring": ("spring", _spring),
-    "constant_force_spring": (
-        "constant_force_spring",
-        lambda stroke: {**_line(stroke), "tension": _said(SHARE * stroke.weight, "N")},
-    ),
-    "nonlinear_spring": ("nonlinear_spring", _nonlinear_spring),
-    "gas_spring": ("gas_spring", _gas_spring),
-    "cable": ("cable", _cable),
-    "torsion_spring": (
-        "torsion_spring",
-        lambda stroke: {
-            **stroke.pair,
-            "stiffness": _said(SHARE * stroke.weight * stroke.size, "N m/rad"),
-            "free_angle": _exact(stroke.opening(1), "rad"),
+    forward, speed = math.copysign(torque, stroke.turn), 2.0 * stroke.turn / stroke.motion.duration
+    motor = [(-2.0 * speed, forward), (0.0, forward), (0.8 * speed, 1.2 * forward), (speed, 0.0), (5.0 * speed, -forward)]
+    cogging = [torque * share for share in (0.0, 1.0, 0.0, -1.0, 0.0)]
+    parts: Values = {
+        "torque": {"torque": _said(torque, "N m")},
+        "angle_load": {"curve": {"angles": "0, 90, 180, 270, 360 deg", "torques": _list(cogging, "N m")}, "periodic": True},
+        "motor": {
+            "stall_torque": _said(forward, "N m"),
+            "no_load_speed": _said(abs(speed), "rad/s"),
+            "limit": _said(0.8 * torque, "N m"),
         },
-    ),
-    "tape_spring": ("tape_spring", _tape_spring),
-    "clutch": ("clutch", lambda stroke: {**stroke.pair, "capacity": _said(SHARE * stroke.weight * stroke.size, "N m")}),
-    "pin_friction": ("pin_friction", _pin_friction),
-    "pin_lugre": ("pin_lugre", _pin_friction),
-    "bushing": ("bushing", _bushing),
-    "force": (
-        "force",
-        lambda stroke: {"point": ".".join(stroke.tip), "force": f"0, {-float(f'{SHARE * stroke.weight:.2g}'):g} N"},
-    ),
-    "torque": (
-        "torque",
-        lambda stroke: {
-            "body": stroke.mechanism.input_body,
-            "torque": _said(SHARE * stroke.weight * stroke.size, "N m"),
-        },
-    ),
-    "stroke_load": ("stroke_load", _stroke_load),
-    "angle_load": ("angle_load", _angle_load),
-    "motor": ("motor", _motor),
-    "tabulated_motor": ("tabulated_motor", _tabulated_motor),
-    "linear_motor": ("linear_motor", _linear_motor),
-    "angle_stop": ("angle_stop", lambda stroke: {**stroke.pair, "angle": _exact(stroke.opening(1, BEYOND), "rad")}),
-    "travel_stop": ("travel_stop", _travel_stop),
-    "rod": ("rod", _rod),
-    "latch": ("latch", lambda stroke: {**stroke.pair, "angle": _exact(stroke.opening(1, -0.01), "rad")}),
+        "tabulated_motor": {"curve": _curve(motor, speeds="rad/s", torques="N m")},
+    }
+    return {name: {"body": stroke.mechanism.input_body, **values} for name, values in parts.items()}
+
+
+FURTHER: Mapping[str, Callable[[Stroke], Values]] = {
+    "servo": _servo,
+    "tip": _at_the_tip,
+    "payload": _at_the_tip,
+    "panels": _at_a_pin,
+    **dict.fromkeys(("spring", "constant_force_spring", "nonlinear_spring", "gas_spring", "cable"), _along_a_line),
+    **dict.fromkeys(("torsion_spring", "tape_spring", "clutch"), _at_a_pin),
+    **dict.fromkeys(("pin_friction", "pin_lugre"), _with_friction),
+    "bushing": _at_a_pin,
+    "force": _at_the_tip,
+    "torque": _on_the_driven_body,
+    "stroke_load": _at_the_tip,
+    **dict.fromkeys(("angle_load", "motor", "tabulated_motor"), _on_the_driven_body),
+    "linear_motor": _along_a_line,
+    "angle_stop": _at_a_pin,
+    "travel_stop": _at_the_tip,
+    "rod": _rod,
+    "latch": _at_a_pin,
 }
-"""What can be asked for: the table of each, and its values for a structure and its move."""
+"""What can be asked for: what gives its values for a structure and its move."""
+
+SECTIONS = {name: {"servo": "control", "tip": "track"}.get(name, name) for name in FURTHER}  # The table of each
 
 DRIVING = ("motor", "tabulated_motor", "linear_motor", "rod")  # Parts that move the mechanism in place of a drive
 
@@ -406,8 +337,8 @@ def fitted(mechanism: Mechanism, turn: float, parts: Iterable[str], changes: Cha
     assert isinstance(motion, Cycloidal), "the only motion of this table"
     tables: dict[str, Given] = {}
     for name in sorted(names, key=lambda part: part not in LOADS):  # servo and springs are for the loaded structure
-        section, values = FURTHER[name]
-        tables[section] = changes(section, values(Stroke(mechanism, motion)))
+        section = SECTIONS[name]
+        tables[section] = changes(section, FURTHER[name](Stroke(mechanism, motion))[name])
         if name in LOADS:
             mechanism = _loaded(mechanism, name, tables[section])
     if not set(names) & set(DRIVING):

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from scissordyn.config.addition import ClearanceTable
 from scissordyn.config.case import Case, CaseTable
+from scissordyn.config.structure import ClearanceTable
 from scissordyn.config.table import instance, located
 from scissordyn.errors import InputError
 from scissordyn.model.clearance import Clearance, SlipKind

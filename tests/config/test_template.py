@@ -12,12 +12,11 @@ from pathlib import Path
 import pytest
 
 from scissordyn.component.actuator import Actuator
-from scissordyn.config.addition import ClearanceTable
 from scissordyn.config.case import Case, CaseTable
 from scissordyn.config.file import read_case
 from scissordyn.config.fitted import DAMPING, FURTHER, OSCILLATIONS, SECTIONS
 from scissordyn.config.part import PARTS
-from scissordyn.config.structure import STRUCTURES, BuiltTable
+from scissordyn.config.structure import STRUCTURES, BuiltTable, ClearanceTable
 from scissordyn.config.table import table_of
 from scissordyn.config.template import STARTERS, TEMPLATES, TURNS, template
 from scissordyn.config.time_function import DriveTable

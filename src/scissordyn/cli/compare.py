@@ -88,7 +88,7 @@ def _print_comparison(first: xr.Dataset, second: xr.Dataset, labels: tuple[str, 
 def _print_agreement(run: xr.Dataset, path: Path) -> xr.Dataset:
     """Print measures of agreement of a run with measured curves."""
     from scissordyn.analysis.agreement import agreement
-    from scissordyn.config.measured import read_measured
+    from scissordyn.config.fits import read_measured
     from scissordyn.file.export import time_columns
 
     compared = agreement(run, read_measured(path, {column.heading: column.unit for column in time_columns(run)}))

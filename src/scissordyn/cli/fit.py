@@ -143,7 +143,7 @@ def _deviations(read: Case, texts: list[str]) -> dict[str, float] | None:
 
 
 def _predicted(fitted: xr.Dataset, files: list[Path], segment: str | None) -> xr.Dataset:
-    from scissordyn.config.measured import read_measured
+    from scissordyn.config.fits import read_measured
     from scissordyn.identification.fit import known_headings
     from scissordyn.identification.prediction import prediction
     from scissordyn.run.configuration import read_configuration

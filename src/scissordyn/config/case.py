@@ -10,7 +10,10 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Annotated, Any
 
-from scissordyn.config.addition import (
+from scissordyn.config.code import AbsentCode, AbsentPart, AllowedCode, Code
+from scissordyn.config.part import PARTS, assembled
+from scissordyn.config.structure import (
+    STRUCTURE,
     BendingTable,
     ClearanceTable,
     ControlTable,
@@ -18,10 +21,8 @@ from scissordyn.config.addition import (
     JointFrictionTable,
     PanelsTable,
     PayloadTable,
+    StructureTable,
 )
-from scissordyn.config.code import AbsentCode, AbsentPart, AllowedCode, Code
-from scissordyn.config.part import PARTS, assembled
-from scissordyn.config.structure import STRUCTURE, StructureTable
 from scissordyn.config.table import About, Context, Reader, Table, described, instance, made_table, placed, read_list, reader
 from scissordyn.config.time_function import DriveTable
 from scissordyn.errors import InputError

@@ -1,19 +1,194 @@
-"""The table [structure]: the keys of each kind, and the mechanism built from them."""
+"""The table [structure], and what a case file adds: bars that bend, friction in pins, payloads, clearances, controllers."""
 
 from __future__ import annotations
 
 import dataclasses
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
+from dataclasses import MISSING
+from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from scissordyn.config.addition import ALL_BARS, BARS_SAMPLE
-from scissordyn.config.table import About, Call, Context, Reader, Table, made_table, reader, table_of
+from scissordyn.component.actuator import Actuator
+from scissordyn.component.place import GROUND
+from scissordyn.component.time_function import ConstantSpeed, OverTime, Tabulated, TimeFunction
+from scissordyn.config.table import (
+    About,
+    Call,
+    Context,
+    Hints,
+    Reader,
+    Table,
+    call_table,
+    keys_of,
+    made_table,
+    reader,
+    table_of,
+    toml,
+)
+from scissordyn.config.time_function import read_tabulated, table_shape
+from scissordyn.config.value import CONTROLLER
+from scissordyn.control.controller import Controller
 from scissordyn.errors import InputError, did_you_mean
+from scissordyn.laws.contact import Damping, Elastic, Friction
+from scissordyn.laws.damping.factors import LankaraniNikravesh
+from scissordyn.model.addition import with_joint_friction, with_panels, with_payload
+from scissordyn.model.bending import with_bending
+from scissordyn.model.clearance import Clearance
+from scissordyn.model.guide_clearance import GuideClearance
 from scissordyn.model.linkage import four_bar, n_four_bar, slider_crank
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.scissor import hoberman_ring, mast, polar_scissor, scissor
+from scissordyn.run.inverse_dynamics import feed_forward
 from scissordyn.units import quantities
+
+BARS_SAMPLE: dict[str, Any] = {"section": "tube 60x60x1.56 mm", "material": "steel"}
+
+BendingTable = table_of(
+    with_bending,
+    (("mechanism", None),),
+    spelt={"bodies": "bars"},
+    bodies="unit */bar *",
+    modes="auto",
+    **BARS_SAMPLE,
+)
+
+
+def _of_all_bars() -> type[Table]:
+    """The table of some bars without the key that says which."""
+    hints = BendingTable.__annotations__.items()
+    keys = {key: (hint, getattr(BendingTable, key, MISSING)) for key, hint in hints if key != "bars"}
+    return made_table("bars", Table, keys, "Section and material of all bars.")
+
+
+@reader(_of_all_bars)
+def _all_bars(given: Any, context: Context) -> Any:
+    """Of all bars; their mass is that of a section unless the table says otherwise."""
+    if not isinstance(given, Mapping):
+        raise InputError("not a table", "the keys of [[bending]] but for bars", f"bars = {toml(BARS_SAMPLE)}")
+    if "bars" in given:
+        raise InputError("bars within bars", "[[bending]] for some of the bars", f"bars = {toml(BARS_SAMPLE)}")
+    mass = {"mass": "section"} if "section" in given else {}
+    return BendingTable.read({"bars": "all", **mass, **given}, context)
+
+
+ALL_BARS = _all_bars  # For a key of [structure] whose value is a table of all bars
+
+
+JointFrictionTable = table_of(
+    with_joint_friction,
+    (
+        ("mechanism", None),
+        ("joints", Annotated[str, About('ideal pins: "all", "pivots", "unit 1/*", or a name', examples=["all"])]),
+    ),
+    spelt={"joints": "joint"},
+    radius="10 mm",
+    kinetic=0.1,
+)
+
+
+PayloadTable = table_of(with_payload, (("mechanism", None),), spelt={"place": "at"}, place="A", mass="1 kg")
+
+PanelsTable = table_of(with_panels, (("mechanism", None),), bodies="unit */bar 1", mass="0.5 kg")
+
+
+_RESTITUTION = Annotated[
+    float | None, quantities(LankaraniNikravesh)["restitution"], About(examples=[LankaraniNikravesh().restitution])
+]
+_FRICTION = '"none", or a law; lugre has bristles that stick, at 3 to 4 times the time of ambrosio'
+_LAWS: Hints = (
+    ("stiffness", Annotated[Elastic, About("elastic part of the normal force")]),
+    ("damping", Annotated[Damping, About("damping part of the normal force")]),
+    ("friction", Annotated[Friction, About(_FRICTION, [{"law": "lugre", "kinetic": 0.05}])]),
+)
+
+
+def _table(kind: type, which: str, joints: str, **examples: Any) -> type[Call]:
+    """The table of a kind of clearance: its keys, those of which joints or guides, and the restitution of its damping law."""
+    keys: dict[str, Any] = {which: (Annotated[str, About(joints, [examples.pop(which)])], MISSING)}
+    for key, declared in keys_of(kind, _LAWS, material="steel", **examples).items():
+        if key == "stiffness":  # the damping law, which is read later, takes it
+            keys["restitution"] = (_RESTITUTION, None)
+        keys[key] = declared
+    return call_table(kind, keys, base=Call)
+
+
+ClearanceTable = _table(
+    Clearance,
+    "joint",
+    'the clearance joint, or several: "all", "pivots", "unit 1/*"',
+    joint="A",
+    clearance="0.5 mm",
+    bearing_material="steel",
+    lubrication="ISO VG 46",
+)
+
+GuideClearanceTable = _table(
+    GuideClearance,
+    "guide",
+    'the clearance guide, or several: "all"',
+    guide="guide",
+    clearance="0.1 mm",
+    length="40 mm",
+    width="20 mm",
+    guide_material="steel",
+    corners=["-19, -9 mm", "19, -9 mm", "19, 9 mm", "-19, 9 mm"],
+)
+
+TORQUES = 'feed_forward = { time = "0 0.1 0.2 0.3 0.4 0.5 s", torque = "0 1 2 3 4 5 N m" }'
+
+
+@reader(lambda: {"anyOf": [{"const": "ideal"}, table_shape("N m")]})
+def _read_torques(given: Any, context: Context) -> str | Tabulated:
+    if given == "ideal":
+        return "ideal"
+    if not isinstance(given, Mapping) or set(given) != {"time", "torque"}:
+        raise InputError("not a feed-forward torque", '"ideal" for that of the ideal mechanism, or a table', TORQUES)
+    return read_tabulated(given, Path(), "N m")
+
+
+class ControlTable(Table):
+    """A controlled torque in place of a drive."""
+
+    controller: Annotated[Controller, About("scissordyn controllers lists them", examples=[CONTROLLER])]
+    body: Annotated[str, About("the body on which the torque acts", examples=["unit 1/bar 1"])] = ""
+    reference: Annotated[
+        TimeFunction | None,
+        OverTime("rad", "the reference angle over time"),
+        About("the reference angle; that of the body's [drive] without it", examples=[{"speed": "20 rpm"}]),
+    ] = None
+    feed_forward: Annotated[
+        str | Tabulated | None,
+        _read_torques,
+        About("torque to add: that of the ideal mechanism with rigid bars, or a table", examples=["ideal"]),
+    ] = None
+    sensor: Annotated[str, About('a joint, whose eccentricity is measured, or a point "BODY.POINT"', examples=["A"])] = ""
+    inertia: Annotated[float, quantities(Actuator)["inertia"]] = 0.0
+    base: Annotated[str, About("the body against which it acts and measures, or the ground")] = GROUND
+    start_on_reference: Annotated[bool, About("whether the body starts at the reference's angle and speed")] = True
+    name: Annotated[str, About("name of the actuator", examples=["servo"])] = ""
+
+    def applied(self, mechanism: Mechanism, *, until: float) -> Mechanism:
+        reference, body = self.reference, self.body or mechanism.input_body
+        if reference is None:
+            reference = next((drive.motion for drive in mechanism.drives if drive.body == body), None)
+        torque = self.feed_forward
+        if isinstance(torque, str):
+            if self.base != GROUND:
+                raise InputError(f"feed_forward = {torque!r} against body '{self.base}'", "a table of torques over time")
+            torque = feed_forward(mechanism, reference or ConstantSpeed(0.0), until=until, body=self.body)
+        return mechanism.controlled(
+            self.controller,
+            reference=reference,
+            body=self.body,
+            feed_forward=torque,
+            sensor=self.sensor or None,
+            inertia=self.inertia,
+            start_on_reference=self.start_on_reference,
+            base=self.base,
+            name=self.name,
+        )
+
 
 _MECHANISM = quantities(Mechanism)
 

@@ -14,9 +14,8 @@ import numpy as np
 
 from scissordyn.config.case import Case
 from scissordyn.config.file import read_case
-from scissordyn.config.names import by_change, by_object, listed, names_of
 from scissordyn.config.study import Given, StudyText, described_study, factors_of, own_measure, read_study, study_of
-from scissordyn.config.variation import read_variation
+from scissordyn.config.variation import by_change, by_object, listed, names_of, read_variation
 from scissordyn.errors import InputError, command, did_you_mean
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.engine import Engine

@@ -12,7 +12,6 @@ from typing import Annotated, Any
 
 from scissordyn.analysis.motor import MotorCurve
 from scissordyn.config.file import in_file, is_case, parsed, read_case
-from scissordyn.config.names import NAMES_SAMPLE, OF_FILE, Reader, by_change, listed, names_of, number_of_file, variants_of
 from scissordyn.config.quantity import read_quantity, unit_factor
 from scissordyn.config.table import (
     About,
@@ -29,11 +28,19 @@ from scissordyn.config.table import (
 from scissordyn.config.text import read_text
 from scissordyn.config.variation import (
     FORMS,
+    NAMES_SAMPLE,
+    OF_FILE,
+    Reader,
+    by_change,
     is_deviation,
+    listed,
+    names_of,
     number_and_unit,
+    number_of_file,
     read_deviation,
     read_variation,
     unit_of,
+    variants_of,
     without_each,
 )
 from scissordyn.errors import InputError, command

@@ -8,12 +8,11 @@ import tomllib
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from scissordyn.config.addition import ClearanceTable, ControlTable, GuideClearanceTable, PanelsTable, PayloadTable
 from scissordyn.config.case import CaseTable
 from scissordyn.config.file import changed
 from scissordyn.config.fitted import Given, fitted
 from scissordyn.config.part import COMPONENT_SECTIONS, PARTS
-from scissordyn.config.structure import STRUCTURES
+from scissordyn.config.structure import STRUCTURES, ClearanceTable, ControlTable, GuideClearanceTable, PanelsTable, PayloadTable
 from scissordyn.config.table import Table, instance, table_of, toml, toml_entries
 from scissordyn.config.time_function import DriveTable
 from scissordyn.errors import InputError, command, did_you_mean

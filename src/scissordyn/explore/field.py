@@ -10,7 +10,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, get_args
 
-from scissordyn.config.addition import (
+from scissordyn.config.case import CaseTable
+from scissordyn.config.code import Code
+from scissordyn.config.part import PARTS, BacklashTable, component_part
+from scissordyn.config.quantity import read_numbers, read_quantity, unit_factor, written
+from scissordyn.config.structure import (
+    STRUCTURES,
     BendingTable,
     ClearanceTable,
     ControlTable,
@@ -19,11 +24,6 @@ from scissordyn.config.addition import (
     PanelsTable,
     PayloadTable,
 )
-from scissordyn.config.case import CaseTable
-from scissordyn.config.code import Code
-from scissordyn.config.part import PARTS, BacklashTable, component_part
-from scissordyn.config.quantity import read_numbers, read_quantity, unit_factor, written
-from scissordyn.config.structure import STRUCTURES
 from scissordyn.config.table import Table, table_of
 from scissordyn.config.text import handle
 from scissordyn.config.time_function import DistanceTable, DriveTable, TimeFunctionTable

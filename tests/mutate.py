@@ -75,7 +75,7 @@ TARGETS = (
     Target(("component/clutch.py",), ("component/test_clutch.py",), compiled=True),
     # the corners of a block in a clearance guide: where they are, and how their gaps and moment arms follow
     Target(
-        ("model/guide_clearance.py", "mechanics/plane_contact.py"),
+        ("model/clearance.py", "mechanics/plane_contact.py"),
         ("mechanics/test_plane_contact.py", "test_clearance_guide.py"),
         compiled=True,
     ),

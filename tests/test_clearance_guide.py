@@ -22,8 +22,7 @@ from scissordyn.laws.elastic.power_law import PowerLaw
 from scissordyn.laws.friction.threlfall import Threlfall
 from scissordyn.laws.material import STEEL
 from scissordyn.model.body import Body
-from scissordyn.model.clearance import Clearance
-from scissordyn.model.guide_clearance import GuideClearance
+from scissordyn.model.clearance import Clearance, GuideClearance
 from scissordyn.model.joint import Guide
 from scissordyn.model.linkage import slider_crank
 from scissordyn.model.mechanism import Mechanism

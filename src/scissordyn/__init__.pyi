@@ -96,7 +96,7 @@ from scissordyn.model.coupling import (
     RelativeAngle as RelativeAngle,
     Slide as Slide,
 )
-from scissordyn.model.guide_clearance import GuideClearance as GuideClearance
+from scissordyn.model.clearance import GuideClearance as GuideClearance
 from scissordyn.model.joint import Guide as Guide, Revolute as Revolute, Weld as Weld
 from scissordyn.model.linkage import (
     common_pin as common_pin,
@@ -104,7 +104,7 @@ from scissordyn.model.linkage import (
     n_four_bar as n_four_bar,
     slider_crank as slider_crank,
 )
-from scissordyn.model.lubrication import Lubrication as Lubrication
+from scissordyn.model.clearance import Lubrication as Lubrication
 from scissordyn.model.mechanism import Mechanism as Mechanism
 from scissordyn.model.scissor import (
     angulated_bar as angulated_bar,

@@ -23,8 +23,7 @@ from scissordyn.laws.elastic.hertz import Hertz
 from scissordyn.laws.elastic.liu import Liu
 from scissordyn.laws.friction.lugre import LuGre
 from scissordyn.laws.material import STEEL, Material
-from scissordyn.model.clearance import Clearance
-from scissordyn.model.guide_clearance import GuideClearance
+from scissordyn.model.clearance import Clearance, GuideClearance
 from scissordyn.model.linkage import slider_crank
 from scissordyn.model.scissor import scissor
 from scissordyn.plugin.element import element_class

@@ -20,7 +20,7 @@ from scissordyn.explore.answers import MOST_POINTS, Chosen, cards, contact_table
 from scissordyn.explore.case import Case, open_case
 from scissordyn.explore.drag import assembled
 from scissordyn.laws.elastic.linear import Linear
-from scissordyn.model.guide_clearance import GuideClearance
+from scissordyn.model.clearance import GuideClearance
 from scissordyn.model.linkage import slider_crank
 from scissordyn.numeral import numeral
 from scissordyn.plot.animation_scene import GAP

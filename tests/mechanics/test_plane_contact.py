@@ -13,7 +13,7 @@ from scissordyn.laws.friction.lugre import LuGre
 from scissordyn.laws.friction.threlfall import Threlfall
 from scissordyn.mechanics import functions
 from scissordyn.model.body import Body
-from scissordyn.model.guide_clearance import GuideClearance
+from scissordyn.model.clearance import GuideClearance
 from scissordyn.model.joint import Guide
 from scissordyn.model.linkage import slider_crank
 from scissordyn.model.mechanism import Mechanism

@@ -16,8 +16,7 @@ from matplotlib.colors import to_rgba
 from scissordyn.errors import InputError
 from scissordyn.laws.elastic.linear import Linear
 from scissordyn.model.body import Body, bar, point_mass
-from scissordyn.model.clearance import Clearance
-from scissordyn.model.guide_clearance import GuideClearance
+from scissordyn.model.clearance import Clearance, GuideClearance
 from scissordyn.model.linkage import slider_crank
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.scissor import scissor

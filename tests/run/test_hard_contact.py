@@ -13,7 +13,7 @@ from scissordyn.component.force import Force
 from scissordyn.laws.damping.factors import LankaraniNikravesh
 from scissordyn.laws.friction.coulomb import Coulomb
 from scissordyn.model.body import Body
-from scissordyn.model.guide_clearance import GuideClearance
+from scissordyn.model.clearance import GuideClearance
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
 

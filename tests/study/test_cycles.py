@@ -12,7 +12,7 @@ from scissordyn.analysis.verdict import classify
 from scissordyn.component.time_function import Harmonic, Tabulated
 from scissordyn.errors import InputError
 from scissordyn.integrate.integration import COUNTS
-from scissordyn.model.guide_clearance import GuideClearance
+from scissordyn.model.clearance import GuideClearance
 from scissordyn.model.linkage import slider_crank
 from scissordyn.periodic.cycles import cycle
 from scissordyn.periodic.stroboscope import drive_period

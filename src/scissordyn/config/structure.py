@@ -34,8 +34,7 @@ from scissordyn.laws.contact import Damping, Elastic, Friction
 from scissordyn.laws.damping.factors import LankaraniNikravesh
 from scissordyn.model.addition import with_joint_friction, with_panels, with_payload
 from scissordyn.model.bending import with_bending
-from scissordyn.model.clearance import Clearance
-from scissordyn.model.guide_clearance import GuideClearance
+from scissordyn.model.clearance import Clearance, GuideClearance
 from scissordyn.model.linkage import four_bar, n_four_bar, slider_crank
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.scissor import hoberman_ring, mast, polar_scissor, scissor

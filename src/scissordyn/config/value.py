@@ -20,7 +20,7 @@ from scissordyn.laws.catalogue import BY_KIND, MATERIALS
 from scissordyn.laws.contact import Damping, Elastic, Friction
 from scissordyn.laws.material import Material
 from scissordyn.laws.oil import OILS, Oil, oil_of
-from scissordyn.model.lubrication import Lubrication
+from scissordyn.model.clearance import Lubrication
 from scissordyn.plugin.element import SLOTS
 from scissordyn.units import Pairs, Quantity
 

@@ -31,7 +31,7 @@ from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.errors import InputError
 from scissordyn.laws.catalogue import BY_KIND
 from scissordyn.laws.oil import OILS
-from scissordyn.model.lubrication import Lubrication
+from scissordyn.model.clearance import Lubrication
 from scissordyn.model.section import MATERIALS, SECTIONS
 from scissordyn.model.walk import Route, declared
 from scissordyn.run.options import Options

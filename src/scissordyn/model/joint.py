@@ -8,8 +8,7 @@ from typing import Annotated
 from scissordyn.component.place import GROUND, BodyPoint, Name, Point, Reference
 from scissordyn.component.port.declaration import Attachment, Ends, direction, place
 from scissordyn.errors import InputError
-from scissordyn.model.clearance import Clearance
-from scissordyn.model.guide_clearance import GuideClearance
+from scissordyn.model.clearance import Clearance, GuideClearance
 from scissordyn.units import Meaning, Quantity, check_quantities, documented
 
 

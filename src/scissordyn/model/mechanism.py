@@ -22,11 +22,9 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.lookup import offered
 from scissordyn.model.body import Body, Track
 from scissordyn.model.check import check_parts
-from scissordyn.model.clearance import Clearance
+from scissordyn.model.clearance import Clearance, ContactPoint, GuideClearance, Lubrication, block_contact_points
 from scissordyn.model.coupling import CoordinateDrive, Coupling, Drive
-from scissordyn.model.guide_clearance import ContactPoint, GuideClearance, block_contact_points
 from scissordyn.model.joint import Guide, Revolute, Weld
-from scissordyn.model.lubrication import Lubrication
 from scissordyn.model.parameter_path import changed, matching
 from scissordyn.units import Meaning, Quantity, check_quantities, checked, documented
 

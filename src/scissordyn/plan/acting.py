@@ -13,8 +13,7 @@ from scissordyn.component.actuator import Actuator
 from scissordyn.component.declaration import Component
 from scissordyn.component.place import GROUND
 from scissordyn.component.time_function import ConstantSpeed
-from scissordyn.model.clearance import contact_states
-from scissordyn.model.guide_clearance import ContactPoint
+from scissordyn.model.clearance import ContactPoint, contact_states
 from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.units import State

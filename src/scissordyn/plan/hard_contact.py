@@ -15,8 +15,7 @@ from scissordyn.mechanics.hard_result import RESULTS
 from scissordyn.mechanics.hard_rows import HardContacts
 from scissordyn.mechanics.impulse_solver import COUNTS
 from scissordyn.mechanics.pivoting import table_shape
-from scissordyn.model.clearance import Clearance, hard_numbers
-from scissordyn.model.guide_clearance import GuideClearance
+from scissordyn.model.clearance import Clearance, GuideClearance, hard_numbers
 from scissordyn.plan.acting import scratch
 from scissordyn.plan.ordering import members, narrow, pairs_of, reach
 from scissordyn.plan.plan import Plan

@@ -27,8 +27,7 @@ from scissordyn.mechanics.monitored import (
     TRACK_DEVIATION,
 )
 from scissordyn.mechanics.system import RESULTS, Model
-from scissordyn.model.clearance import HARD_STATES, STORED
-from scissordyn.model.guide_clearance import ContactPoint
+from scissordyn.model.clearance import HARD_STATES, STORED, ContactPoint
 from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.acting import acting, offsets, start_coordinates, states_of, time_functions

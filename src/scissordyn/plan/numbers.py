@@ -15,8 +15,7 @@ from scissordyn.control.signal import SIGNALS
 from scissordyn.laws.trial import tried
 from scissordyn.mechanics.system import CONTACT, LAW, Parameters
 from scissordyn.mechanics.time_function import COLUMNS, breaks_of, function_rows
-from scissordyn.model.clearance import HARD_STATES
-from scissordyn.model.guide_clearance import ContactPoint
+from scissordyn.model.clearance import HARD_STATES, ContactPoint
 from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.acting import acting, offsets, start_coordinates, time_functions

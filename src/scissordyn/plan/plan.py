@@ -18,11 +18,9 @@ from scissordyn.mechanics.body_maps import BodyMaps
 from scissordyn.mechanics.reactions import Balance
 from scissordyn.mechanics.system import FrictionWorkspace, Model, Parameters
 from scissordyn.model.body import Body
-from scissordyn.model.clearance import Clearance, ContactKind, contact_states
+from scissordyn.model.clearance import Clearance, ContactKind, ContactPoint, Lubrication, contact_states
 from scissordyn.model.coupling import Drive
-from scissordyn.model.guide_clearance import ContactPoint
 from scissordyn.model.joint import Revolute
-from scissordyn.model.lubrication import Lubrication
 from scissordyn.model.mechanism import LENT, PLAN, Mechanism
 from scissordyn.plan.acting import acting, start_coordinates
 from scissordyn.plan.bodies import balance, body_maps

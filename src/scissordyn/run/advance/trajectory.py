@@ -16,7 +16,7 @@ from scissordyn.laws.validity import contact_failure
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.monitored import INDENTATION, companions, monitored_rows
 from scissordyn.mechanics.outputs import Record, record
-from scissordyn.model.guide_clearance import ContactPoint
+from scissordyn.model.clearance import ContactPoint
 from scissordyn.plan.plan import Plan
 from scissordyn.run.advance.cause import failed_latch, full_coordinates, immobile_joints, jam, singular_position
 from scissordyn.run.advance.change_point import recorded_across

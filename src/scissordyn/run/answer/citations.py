@@ -14,7 +14,7 @@ from scissordyn.bibliography.reference import Reference, bibliography, reference
 from scissordyn.component.film.film import Film
 from scissordyn.laws.material import Material
 from scissordyn.laws.oil import Oil
-from scissordyn.model.lubrication import Lubrication
+from scissordyn.model.clearance import Lubrication
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.walk import declared, is_described
 from scissordyn.plugin.element import Part

@@ -10,8 +10,7 @@ import numpy as np
 from scissordyn.integrate.integration import RISE
 from scissordyn.laws.evaluate import elastic_energy, elastic_force
 from scissordyn.mechanics.monitored import POWERS
-from scissordyn.model.clearance import Clearance
-from scissordyn.model.guide_clearance import GuideClearance
+from scissordyn.model.clearance import Clearance, GuideClearance
 from scissordyn.plan.plan import Plan
 from scissordyn.plugin.element import pointers, row_of
 from scissordyn.run.results import Variables, described, labels

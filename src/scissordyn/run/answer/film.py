@@ -8,8 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from scissordyn.laws.oil import RANGE
-from scissordyn.model.clearance import Clearance
-from scissordyn.model.lubrication import Lubrication
+from scissordyn.model.clearance import Clearance, Lubrication
 from scissordyn.plan.plan import Plan
 from scissordyn.run.advance.instants import time_mean
 from scissordyn.run.results import Run, Variable, Variables, described

@@ -178,7 +178,7 @@ def _along_a_line(stroke: Stroke) -> Values:
     pushed, speed = math.copysign(force, end - start), 2.0 * (end - start) / stroke.motion.duration
     progressive = [(low, 0.0), (middle, 0.3 * force), (high, force)]
     drive = [(-20.0 * speed, pushed), (0.0, pushed), (speed, 0.0), (20.0 * speed, -pushed)]
-    parts = {
+    parts: dict[str, Given] = {
         "spring": {
             "stiffness": _said(stroke.weight / stroke.size, "N/m"),
             "free_length": _said(0.5 * (start + end), "m"),
@@ -230,7 +230,7 @@ def _at_a_pin(stroke: Stroke) -> Values:
     shares = {"peak_moment": 1.0, "steady_moment": 0.15, "peak_moment_equal": 0.4, "steady_moment_equal": 0.1}
     moments = {name: _said(share * moment, "N m") for name, share in shares.items()}
     friction = {"radius": _said(0.01 * stroke.size, "m"), "kinetic": 0.1}
-    hinges = {
+    hinges: dict[str, Given] = {
         "torsion_spring": {"stiffness": _said(moment, "N m/rad"), "free_angle": _exact(end, "rad")},
         "tape_spring": {"stiffness": _said(10.0 * moment, "N m/rad"), **moments, "free_angle": _exact(end, "rad")},
         "clutch": {"capacity": _said(moment, "N m")},

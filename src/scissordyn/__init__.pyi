@@ -143,6 +143,7 @@ from scissordyn.study.compute.convergence import convergence as convergence
 from scissordyn.study.ask.distribution import (
     Beta as Beta,
     Empirical as Empirical,
+    Fit as Fit,
     Interval as Interval,
     Levels as Levels,
     LogNormal as LogNormal,
@@ -153,7 +154,6 @@ from scissordyn.study.ask.distribution import (
     Uniform as Uniform,
     Weibull as Weibull,
 )
-from scissordyn.study.ask.fit import Fit as Fit
 from scissordyn.units import Pairs as Pairs, Quantity as Quantity, State as State, degrees as degrees, rpm as rpm
 
 __version__: str

@@ -15,8 +15,7 @@ from scissordyn.model.parameter_path import single
 from scissordyn.study.answer.page import varied_numbers
 from scissordyn.study.answer.verdict import by_point
 from scissordyn.study.ask.description import to_plain
-from scissordyn.study.ask.distribution import Normal, Trapezoid, Triangular, Uniform
-from scissordyn.study.ask.fit import DEVIATIONS, DIAMETERS, GRADES, read_fit
+from scissordyn.study.ask.distribution import DEVIATIONS, DIAMETERS, GRADES, Normal, Trapezoid, Triangular, Uniform, read_fit
 from scissordyn.study.compute.table import column
 from scissordyn.units import Quantity
 from study.test_study import UNTIL, arm

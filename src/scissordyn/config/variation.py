@@ -32,9 +32,9 @@ from scissordyn.study.ask.distribution import (
     Uniform,
     Variation,
     Weibull,
+    read_fit,
 )
 from scissordyn.study.ask.factor import Factor
-from scissordyn.study.ask.fit import read_fit
 from scissordyn.units import Quantity
 
 VARY = "--vary A.clearance='0.05..0.4 mm'"

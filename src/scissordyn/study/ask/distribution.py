@@ -1,17 +1,19 @@
-"""What a factor of a study varies over: levels, an interval, a distribution, or names, each given by its quantile function."""
+"""What a factor of a study varies over, each by its quantile function: levels, an interval, a distribution, names, a fit."""
 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from scipy import special
 
 from scissordyn.errors import InputError, did_you_mean
+from scissordyn.units import Meaning, Quantity, documented
 
 LEVELS = 10  # Levels of an interval in a grid if their number is not given
 
@@ -54,12 +56,7 @@ class Variation:
 
 @dataclass(frozen=True)
 class Levels(Variation):
-    """Given values, equally probable.
-
-    Parameters
-    ----------
-    values : tuple of float
-    """
+    """Given values, equally probable."""
 
     kind: ClassVar[str] = "levels"
     values: tuple[float, ...]
@@ -83,19 +80,11 @@ class Levels(Variation):
 
 @dataclass(frozen=True)
 class Names(Variation):
-    """Names, such as those of materials, of which a study holds the places 0, 1, ... in the order given.
-
-    Parameters
-    ----------
-    values : tuple of str
-        All different.
-    probabilities : tuple of float
-        Of each, with the sum 1; all the same if empty.
-    """
+    """Names, such as those of materials, of which a study holds the places 0, 1, ... in the order given."""
 
     kind: ClassVar[str] = "names"
-    values: tuple[str, ...]
-    probabilities: tuple[float, ...] = ()
+    values: Annotated[tuple[str, ...], Meaning("all different")]
+    probabilities: Annotated[tuple[float, ...], Meaning("of each, with the sum 1; all the same if empty")] = ()
 
     def __post_init__(self) -> None:
         if not self.values:
@@ -120,48 +109,8 @@ class Names(Variation):
 
 
 @dataclass(frozen=True)
-class Interval(Variation):
-    """A range: equally spaced levels in a grid, uniform in a sample; both in the logarithm if asked for.
-
-    Parameters
-    ----------
-    low, high : float
-    count : int
-        Number of levels in a grid.
-    logarithmic : bool
-    """
-
-    kind: ClassVar[str] = "interval"
-    low: float
-    high: float
-    count: int = LEVELS
-    logarithmic: bool = False
-
-    def __post_init__(self) -> None:
-        self._check_ends(self.low, self.high)
-        if self.count < 2:
-            raise InputError(f"{self.count} levels of a range", "a whole number >= 2")
-        if self.logarithmic and self.low <= 0.0:
-            raise InputError(f"a logarithmic range from {self.low:g}", "numbers > 0")
-
-    def quantile(self, u: np.ndarray) -> np.ndarray:
-        if self.logarithmic:
-            return np.asarray(self.low * (self.high / self.low) ** u)
-        return np.asarray(self.low + u * (self.high - self.low))
-
-    def levels(self) -> np.ndarray:
-        space = np.geomspace if self.logarithmic else np.linspace
-        return np.asarray(space(self.low, self.high, self.count))
-
-
-@dataclass(frozen=True)
 class Uniform(Variation):
-    """Uniform distribution.
-
-    Parameters
-    ----------
-    low, high : float
-    """
+    """Uniform distribution."""
 
     kind: ClassVar[str] = "uniform"
     low: float
@@ -175,18 +124,36 @@ class Uniform(Variation):
 
 
 @dataclass(frozen=True)
-class Normal(Variation):
-    """Normal distribution, truncated if ends are given.
+class Interval(Uniform):
+    """A range: equally spaced levels in a grid, uniform in a sample; both in the logarithm if asked for."""
 
-    Parameters
-    ----------
-    mean, deviation : float
-        Of the distribution before truncation.
-    low, high : float
-    """
+    kind: ClassVar[str] = "interval"
+    count: Annotated[int, Meaning("number of levels in a grid")] = LEVELS
+    logarithmic: bool = False
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.count < 2:
+            raise InputError(f"{self.count} levels of a range", "a whole number >= 2")
+        if self.logarithmic and self.low <= 0.0:
+            raise InputError(f"a logarithmic range from {self.low:g}", "numbers > 0")
+
+    def quantile(self, u: np.ndarray) -> np.ndarray:
+        if self.logarithmic:
+            return np.asarray(self.low * (self.high / self.low) ** u)
+        return super().quantile(u)
+
+    def levels(self) -> np.ndarray:
+        space = np.geomspace if self.logarithmic else np.linspace
+        return np.asarray(space(self.low, self.high, self.count))
+
+
+@dataclass(frozen=True)
+class Normal(Variation):
+    """Normal distribution, truncated if ends are given."""
 
     kind: ClassVar[str] = "normal"
-    mean: float
+    mean: Annotated[float, Meaning("of the distribution before truncation")]
     deviation: float
     low: float = -math.inf
     high: float = math.inf
@@ -214,18 +181,11 @@ class Normal(Variation):
 
 @dataclass(frozen=True)
 class LogNormal(Variation):
-    """Distribution of a number whose logarithm is normal.
-
-    Parameters
-    ----------
-    median : float
-    deviation : float
-        Standard deviation of the natural logarithm.
-    """
+    """Distribution of a number whose logarithm is normal."""
 
     kind: ClassVar[str] = "lognormal"
     median: float
-    deviation: float
+    deviation: Annotated[float, Meaning("standard deviation of the natural logarithm")]
 
     def __post_init__(self) -> None:
         self._check_finite(self.median, self.deviation)
@@ -244,10 +204,7 @@ class LogNormal(Variation):
 class Trapezoid(Variation):
     """Trapezoid distribution: that of the sum or difference of two uniform numbers.
 
-    Parameters
-    ----------
-    low, first, last, high : float
-        The density rises from `low` to `first`, is constant to `last` and falls to `high`.
+    The density rises from `low` to `first`, is constant to `last` and falls to `high`.
     """
 
     kind: ClassVar[str] = "trapezoidal"
@@ -269,12 +226,7 @@ class Trapezoid(Variation):
 
 @dataclass(frozen=True)
 class Triangular(Variation):
-    """Triangular distribution.
-
-    Parameters
-    ----------
-    low, mode, high : float
-    """
+    """Triangular distribution."""
 
     kind: ClassVar[str] = "triangular"
     low: float
@@ -300,14 +252,7 @@ def _trapezoid(u: np.ndarray, low: float, first: float, last: float, high: float
 
 @dataclass(frozen=True)
 class Beta(Variation):
-    """Beta distribution on a range.
-
-    Parameters
-    ----------
-    alpha, beta : float
-        Shape parameters.
-    low, high : float
-    """
+    """Beta distribution of two shape parameters on a range."""
 
     kind: ClassVar[str] = "beta"
     alpha: float
@@ -327,19 +272,12 @@ class Beta(Variation):
 
 @dataclass(frozen=True)
 class Weibull(Variation):
-    """Weibull distribution.
-
-    Parameters
-    ----------
-    shape, scale : float
-    location : float
-        Its smallest value.
-    """
+    """Weibull distribution."""
 
     kind: ClassVar[str] = "weibull"
     shape: float
     scale: float
-    location: float = 0.0
+    location: Annotated[float, Meaning("its smallest value")] = 0.0
 
     def __post_init__(self) -> None:
         self._check_finite(self.shape, self.scale, self.location)
@@ -357,16 +295,10 @@ class Weibull(Variation):
 
 @dataclass(frozen=True)
 class Empirical(Variation):
-    """Empirical distribution of measured values: their quantile function, linear between the sorted values.
-
-    Parameters
-    ----------
-    values : tuple of float
-        At least two.
-    """
+    """Empirical distribution of measured values: their quantile function, linear between the sorted values."""
 
     kind: ClassVar[str] = "table"
-    values: tuple[float, ...]
+    values: Annotated[tuple[float, ...], Meaning("at least two")]
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "values", tuple(sorted(map(float, self.values))))
@@ -384,7 +316,7 @@ class Empirical(Variation):
 
 KINDS = (Levels, Names, Interval, Uniform, Normal, LogNormal, Trapezoid, Triangular, Beta, Weibull, Empirical)
 
-VARIATIONS: Mapping[str, type[Any]] = MappingProxyType({variation.kind: variation for variation in KINDS})  # Variations by kind
+VARIATIONS: Mapping[str, type[Any]] = MappingProxyType({variation.kind: documented(variation) for variation in KINDS})
 
 
 def from_plain(plain: Mapping[str, Any]) -> Any:
@@ -394,3 +326,109 @@ def from_plain(plain: Mapping[str, Any]) -> Any:
     if kind not in VARIATIONS:
         raise InputError(f"variation '{kind}'{did_you_mean(kind, VARIATIONS)}", ", ".join(VARIATIONS))
     return VARIATIONS[kind](**{name: tuple(value) if isinstance(value, list) else value for name, value in fields.items()})
+
+
+# --- fits of hole and shaft by ISO 286-1:2010, and the radial clearance that they give --------------------------------------
+#
+# The tables are those of the standard: tolerance grades IT5 to IT11 (table 1) and fundamental deviations of the shafts e, f, g,
+# h (table 4) for diameters up to 500 mm. The standard tolerance unit, from which the tables are rounded, is
+# i = 0.45 D^(1/3) + 0.001 D [um] with the geometric mean D [mm] of a range of diameters.
+
+DIAMETERS = (3, 6, 10, 18, 30, 50, 80, 120, 180, 250, 315, 400, 500)
+"""Upper ends of the ranges of nominal diameters [mm], which belong to their range."""
+
+SMALLEST = 1.0  # Smallest nominal diameter [mm]
+
+GRADES: Mapping[int, tuple[int, ...]] = MappingProxyType(
+    {
+        5: (4, 5, 6, 8, 9, 11, 13, 15, 18, 20, 23, 25, 27),
+        6: (6, 8, 9, 11, 13, 16, 19, 22, 25, 29, 32, 36, 40),
+        7: (10, 12, 15, 18, 21, 25, 30, 35, 40, 46, 52, 57, 63),
+        8: (14, 18, 22, 27, 33, 39, 46, 54, 63, 72, 81, 89, 97),
+        9: (25, 30, 36, 43, 52, 62, 74, 87, 100, 115, 130, 140, 155),
+        10: (40, 48, 58, 70, 84, 100, 120, 140, 160, 185, 210, 230, 250),
+        11: (60, 75, 90, 110, 130, 160, 190, 220, 250, 290, 320, 360, 400),
+    }
+)
+"""Width of the tolerance field by grade and range of diameters [um]."""
+
+DEVIATIONS: Mapping[str, tuple[int, ...]] = MappingProxyType(
+    {
+        "e": (14, 20, 25, 32, 40, 50, 60, 72, 85, 100, 110, 125, 135),
+        "f": (6, 10, 13, 16, 20, 25, 30, 36, 43, 50, 56, 62, 68),
+        "g": (2, 4, 5, 6, 7, 9, 10, 12, 14, 15, 17, 18, 20),
+        "h": (0,) * 13,
+    }
+)
+"""Distance of the upper limit of a shaft below the nominal diameter [um]."""
+
+TEXT = re.compile(r"\s*([A-Za-z]+)(\d+)\s*/\s*([A-Za-z]+)(\d+)\s*")
+SIGMAS = 3.0  # Limits of a tolerance field in standard deviations, where it is normal
+
+SAMPLE = "'H7/g6 at 10 mm'"
+
+
+@documented
+@dataclass(frozen=True)
+class Fit:
+    """A hole and a shaft of the same nominal diameter, by ISO 286-1:2010."""
+
+    hole_grade: Annotated[int, Meaning("of a hole H: 5 to 11")]
+    shaft: Annotated[str, Meaning("fundamental deviation of the shaft: e, f, g or h")]
+    shaft_grade: int
+    diameter: Annotated[float, Quantity("m", help="nominal diameter")]
+
+    def __post_init__(self) -> None:
+        for grade in (self.hole_grade, self.shaft_grade):
+            if grade not in GRADES:
+                raise InputError(f"tolerance grade {grade}", f"{min(GRADES)} to {max(GRADES)}", SAMPLE)
+        if self.shaft not in DEVIATIONS:
+            raise InputError(f"shaft '{self.shaft}'", ", ".join(DEVIATIONS), SAMPLE)
+        if not SMALLEST <= self._millimetres <= DIAMETERS[-1]:
+            raise InputError(f"a fit at {self._millimetres:g} mm", f"diameters of {SMALLEST:g} to {DIAMETERS[-1]} mm", SAMPLE)
+
+    @property
+    def _millimetres(self) -> float:
+        return round(self.diameter * 1e3, 9)
+
+    @property
+    def _range(self) -> int:
+        return next(k for k, end in enumerate(DIAMETERS) if self._millimetres <= end)
+
+    @property
+    def hole(self) -> tuple[float, float]:
+        """Lower and upper deviation of the hole [m]."""
+        return 0.0, GRADES[self.hole_grade][self._range] * 1e-6
+
+    @property
+    def pin(self) -> tuple[float, float]:
+        """Lower and upper deviation of the shaft [m]."""
+        upper = -DEVIATIONS[self.shaft][self._range]
+        return (upper - GRADES[self.shaft_grade][self._range]) * 1e-6, upper * 1e-6
+
+    def clearance(self, normal: bool = False) -> Trapezoid | Normal:
+        """Radial clearance, half of the difference of the diameters [m].
+
+        Parameters
+        ----------
+        normal : bool
+            Whether the diameters are normal about the middle of their tolerance fields, whose limits are three standard
+            deviations away; otherwise they are uniform within them, and the clearance has a trapezoidal distribution.
+        """
+        least, most = 0.5 * (self.hole[0] - self.pin[1]), 0.5 * (self.hole[1] - self.pin[0])
+        widths = sorted((0.5 * (self.hole[1] - self.hole[0]), 0.5 * (self.pin[1] - self.pin[0])))
+        if not normal:
+            return Trapezoid(least, least + widths[0], most - widths[0], most)
+        deviation = float((widths[0] ** 2 + widths[1] ** 2) ** 0.5 / (2.0 * SIGMAS))
+        return Normal(0.5 * (least + most), deviation, least, most)
+
+
+def read_fit(text: str, diameter: float) -> Fit:
+    """A fit such as ``H7/g6``."""
+    match = TEXT.fullmatch(text)
+    if match is None:
+        raise InputError(f"fit '{text.strip()}'", "a hole H and a shaft e, f, g or h with their grades", SAMPLE)
+    hole, hole_grade, shaft, shaft_grade = match.groups()
+    if hole != "H":
+        raise InputError(f"hole '{hole}'", "H", SAMPLE)
+    return Fit(int(hole_grade[:3]), shaft, int(shaft_grade[:3]), diameter)

@@ -23,8 +23,8 @@ import scissordyn as sd
 from benchmarks.measure import machine, paragraph, table, write_section
 from scissordyn.run.engine import Engine, Processes, outcomes, workers_of
 from scissordyn.run.options import Options
-from scissordyn.study.ask.description import Factor, Study
-from scissordyn.study.ask.design import Design
+from scissordyn.study.ask.description import Study
+from scissordyn.study.ask.design import Design, Factor
 from scissordyn.study.ask.distribution import Interval
 from scissordyn.study.compute.execute import BUSY, TASK_SECONDS, Block, Progress, block_seconds, execute
 

@@ -12,8 +12,8 @@ import numpy as np
 import scissordyn as sd
 from benchmarks.measure import machine, paragraph, table, write_section
 from scissordyn.run.options import Options
-from scissordyn.study.ask.description import Factor, Study
-from scissordyn.study.ask.design import Design
+from scissordyn.study.ask.description import Study
+from scissordyn.study.ask.design import Design, Factor
 from scissordyn.study.ask.distribution import Interval
 from scissordyn.study.compute.execute import simulated
 from scissordyn.study.compute.store import COMPLETE, Store

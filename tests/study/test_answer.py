@@ -22,8 +22,8 @@ from scissordyn.study.answer.conclusion import numbers_text
 from scissordyn.study.answer.report import export, table
 from scissordyn.study.answer.sensitivity import morris_indices, sensitivity, sobol_indices
 from scissordyn.study.answer.verdict import by_point, feasible_fraction, worst_cases
-from scissordyn.study.ask.description import Factor, Sampling, Study
-from scissordyn.study.ask.design import Design, design_values
+from scissordyn.study.ask.description import Study
+from scissordyn.study.ask.design import Design, Factor, Sampling, design_values
 from scissordyn.study.ask.distribution import Interval, Uniform
 from scissordyn.study.ask.requirement import Goal, Optimisation, Requirement, risk_value
 from scissordyn.study.compute.execute import execute

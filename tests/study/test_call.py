@@ -16,8 +16,8 @@ import scissordyn as sd
 from scissordyn.cli.study import study as command
 from scissordyn.config.studies import refined as refined_study
 from scissordyn.model.record import to_plain
-from scissordyn.study.ask.description import Factor, OwnMeasure, Sampling, Study
-from scissordyn.study.ask.design import Design
+from scissordyn.study.ask.description import OwnMeasure, Study
+from scissordyn.study.ask.design import Design, Factor, Sampling
 from scissordyn.study.ask.requirement import Goal, Requirement
 from scissordyn.study.compute.execute import execute
 from scissordyn.study.result import StudyResult

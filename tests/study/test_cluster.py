@@ -22,7 +22,8 @@ import scissordyn as sd
 from reference.paper_case import paper_case
 from scissordyn.run.engine import Processes, outcomes
 from scissordyn.run.options import Options
-from scissordyn.study.ask.description import Factor, Study
+from scissordyn.study.ask.description import Study
+from scissordyn.study.ask.design import Factor
 from scissordyn.study.ask.distribution import Interval
 from scissordyn.study.compute.cluster import cluster
 from scissordyn.study.compute.execute import ProgramError, execute

@@ -20,8 +20,8 @@ from scissordyn.study.answer.page import response_ranges
 from scissordyn.study.answer.sensitivity import ranked, rankings
 from scissordyn.study.answer.trend import fitted, trends
 from scissordyn.study.answer.verdict import by_point, feasible_fraction, recommended, worst_cases
-from scissordyn.study.ask.description import Factor, OwnMeasure, Sampling
-from scissordyn.study.ask.design import Design
+from scissordyn.study.ask.description import OwnMeasure
+from scissordyn.study.ask.design import Design, Factor, Sampling
 from scissordyn.study.ask.distribution import Interval, Uniform
 from scissordyn.study.ask.requirement import Requirement
 from scissordyn.study.compute.interpolation import between_points

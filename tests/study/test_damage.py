@@ -21,7 +21,8 @@ import xarray as xr
 import scissordyn as sd
 from scissordyn.cli.main import status_of
 from scissordyn.run.options import Options
-from scissordyn.study.ask.description import Factor, Study
+from scissordyn.study.ask.description import Study
+from scissordyn.study.ask.design import Factor
 from scissordyn.study.ask.distribution import Interval, Levels
 from scissordyn.study.ask.requirement import Goal, Optimisation, Requirement
 from scissordyn.study.compute.execute import Block, ProgramError, execute, run_block, simulated

@@ -9,7 +9,7 @@ from scipy import stats
 import scissordyn as sd
 from scissordyn.run.options import Options
 from scissordyn.study.ask.description import Study, to_plain
-from scissordyn.study.ask.design import DESIGNS, Design, design_size, design_values, uniform_numbers
+from scissordyn.study.ask.design import DESIGNS, Design, Factor, Sampling, design_size, design_values, uniform_numbers
 from scissordyn.study.ask.distribution import (
     Empirical,
     Interval,
@@ -20,7 +20,6 @@ from scissordyn.study.ask.distribution import (
     Variation,
     from_plain,
 )
-from scissordyn.study.ask.factor import Factor, Sampling
 from study.test_study import arm
 
 TWO: tuple[Variation, ...] = (Interval(1.0, 3.0, 3), Levels((5.0, 7.0)))

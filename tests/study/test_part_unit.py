@@ -18,7 +18,8 @@ from scissordyn.run.answer.measure import COMPONENT_UNIT, component_units
 from scissordyn.run.options import Options
 from scissordyn.study.answer.report import table
 from scissordyn.study.answer.verdict import by_point, worst_cases
-from scissordyn.study.ask.description import Factor, Study
+from scissordyn.study.ask.description import Study
+from scissordyn.study.ask.design import Factor
 from scissordyn.study.ask.distribution import Interval
 from scissordyn.study.ask.requirement import Goal, Optimisation, Requirement
 from scissordyn.study.compute.execute import simulated

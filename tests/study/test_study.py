@@ -15,8 +15,8 @@ import xarray as xr
 
 import scissordyn as sd
 from scissordyn.run.options import Options
-from scissordyn.study.ask.description import Factor, OwnMeasure, Sampling, Study
-from scissordyn.study.ask.design import Design
+from scissordyn.study.ask.description import OwnMeasure, Study
+from scissordyn.study.ask.design import Design, Factor, Sampling
 from scissordyn.study.ask.distribution import Interval, Levels, Uniform
 from scissordyn.study.ask.requirement import Requirement, Response, response_values
 from scissordyn.study.compute.execute import BLOCK_SECONDS, TASK_SECONDS, block_seconds, execute, extend

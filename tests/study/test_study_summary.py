@@ -15,8 +15,8 @@ from scissordyn.plot.study import response_curves
 from scissordyn.study.answer.page import agreement, best_points, varied_numbers
 from scissordyn.study.answer.sensitivity import morris_indices, sensitivities
 from scissordyn.study.answer.verdict import by_point
-from scissordyn.study.ask.description import Factor, Study
-from scissordyn.study.ask.design import Design
+from scissordyn.study.ask.description import Study
+from scissordyn.study.ask.design import Design, Factor
 from scissordyn.study.ask.distribution import Interval, Levels, LogNormal, Normal, Uniform, Variation
 from scissordyn.study.ask.requirement import Goal, Optimisation, Requirement
 from study.test_answer import made_up, result_of

@@ -20,10 +20,9 @@ from scissordyn.errors import InputError, command, did_you_mean
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.engine import Engine
 from scissordyn.run.options import Options
-from scissordyn.study.ask.description import Accurate, Factor, OwnMeasure, Sampling, Study
-from scissordyn.study.ask.design import SAMPLED, Design
+from scissordyn.study.ask.description import Accurate, OwnMeasure, Study
+from scissordyn.study.ask.design import SAMPLED, Design, Factor, Sampling
 from scissordyn.study.ask.distribution import Interval, Levels, Variation
-from scissordyn.study.ask.factor import with_places
 from scissordyn.study.ask.requirement import Requirement, read_response
 from scissordyn.study.compute.execute import How, Progress
 from scissordyn.study.compute.store import Store
@@ -258,7 +257,7 @@ def refined(
     apart = {factor.name: factor for factor in study.apart}
     places = {parameter: _places(apart[parameter], text) for parameter, text in (vary or {}).items() if parameter in apart}
     study, vary, uncertain = (
-        with_places(study, places),
+        study.with_places(places),
         {parameter: text for parameter, text in (vary or {}).items() if parameter not in places},
         dict(uncertain or {}),
     )

@@ -47,8 +47,8 @@ from scissordyn.errors import InputError, command
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.parameter_path import EACH_SAMPLE, number, single
 from scissordyn.run.options import Options
-from scissordyn.study.ask.description import Accurate, Factor, OwnMeasure, Sampling, Study, check_part
-from scissordyn.study.ask.design import Design
+from scissordyn.study.ask.description import Accurate, OwnMeasure, Study
+from scissordyn.study.ask.design import Design, Factor, Sampling
 from scissordyn.study.ask.distribution import Names, Variation
 from scissordyn.study.ask.requirement import (
     BY_COMPONENT,
@@ -57,6 +57,7 @@ from scissordyn.study.ask.requirement import (
     Optimisation,
     Requirement,
     Response,
+    check_part,
     read_goal,
     read_response,
 )

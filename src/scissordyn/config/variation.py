@@ -19,6 +19,7 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.parameter_path import changed
 from scissordyn.run.options import Options
+from scissordyn.study.ask.design import Factor
 from scissordyn.study.ask.distribution import (
     Beta,
     Empirical,
@@ -34,7 +35,6 @@ from scissordyn.study.ask.distribution import (
     Weibull,
     read_fit,
 )
-from scissordyn.study.ask.factor import Factor
 from scissordyn.units import Quantity
 
 VARY = "--vary A.clearance='0.05..0.4 mm'"

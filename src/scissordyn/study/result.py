@@ -35,8 +35,8 @@ from scissordyn.study.answer.verdict import (
     recommended_point,
     worst_cases,
 )
-from scissordyn.study.ask.description import Factor, Study
-from scissordyn.study.ask.factor import labelled, mechanism_of
+from scissordyn.study.ask.description import Study
+from scissordyn.study.ask.design import Factor
 from scissordyn.study.ask.requirement import Optimisation, read_goal
 from scissordyn.study.compute.execute import How, Progress, execute, extend
 from scissordyn.study.compute.optimise import Optimum, candidates, optimise
@@ -129,7 +129,7 @@ class StudyResult:
         """The cases that are farthest beyond a requirement, or nearest to it; the worst first."""
         self._need_requirements()
         cases = worst_cases(self.study, self.dataset, count)
-        return [replace(case, numbers=labelled(self.study, case.numbers)) for case in cases]
+        return [replace(case, numbers=self.study.labelled(case.numbers)) for case in cases]
 
     def recommend(self) -> Recommendation:
         """The point that meets the requirements most often, or is nearest to meeting them.
@@ -149,7 +149,7 @@ class StudyResult:
         point = recommended(self.study, self.dataset)
         if point is None:
             raise InputError("a recommendation of points that all failed", "a study with complete cases", "result.causes")
-        return replace(point, numbers=labelled(self.study, point.numbers))
+        return replace(point, numbers=self.study.labelled(point.numbers))
 
     @cached_property
     def conclusion(self) -> Conclusion:
@@ -237,7 +237,7 @@ class StudyResult:
         Of one goal the best point that meets the requirements (the least violation if none does); without a goal the point
         most of whose cases meet the requirements, of several that whose worst case has the largest margin.
         """
-        return labelled(self.study, self._best())
+        return self.study.labelled(self._best())
 
     def _best(self) -> dict[str, float]:
         if self.study.optimisation is None:
@@ -257,7 +257,7 @@ class StudyResult:
     @property
     def design(self) -> Mechanism:
         """The mechanism with the numbers of the best point."""
-        return mechanism_of(self.built(), self._best(), nominal=True)
+        return self.built().mechanism_of(self._best(), nominal=True)
 
     @property
     def plot(self) -> StudyPictures:
@@ -271,7 +271,7 @@ class StudyResult:
         if isinstance(case, bool) or not 0 <= case < self.dataset.sizes["case"]:
             raise InputError(f"case {case!r}", f"0 to {self.dataset.sizes['case'] - 1}", "result.replay(0)")
         numbers = {parameter: float(self.dataset[column(parameter)][case]) for parameter in self.study.factor_names}
-        return mechanism_of(self.built(), numbers)
+        return self.built().mechanism_of(numbers)
 
     def replay(self, case: int) -> xr.Dataset:
         """Simulate a case again, with histories.

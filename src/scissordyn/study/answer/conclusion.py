@@ -24,8 +24,8 @@ from scissordyn.study.answer.verdict import (
     feasible_fraction,
     recommended,
 )
-from scissordyn.study.ask.description import Factor, Study
-from scissordyn.study.ask.design import quantiles
+from scissordyn.study.ask.description import Study
+from scissordyn.study.ask.design import Factor, quantiles
 from scissordyn.study.ask.requirement import Requirement, meaning
 from scissordyn.study.compute.interpolation import between_points
 from scissordyn.study.compute.store import COMPLETE, PENDING
@@ -159,7 +159,7 @@ def _few(names: Sequence[str]) -> str:
 
 
 def _scale(results: xr.Dataset, study: Study, parameter: str, *values: float) -> Scale:
-    shown = next((factor.shown for factor in (*study.factors, *study.uncertain) if factor.name == parameter), {})
+    shown = next((factor.shown for factor in study.varied if factor.name == parameter), {})
     unit = results[column(parameter)].attrs.get("units", "1")
     return scale_of(xr.DataArray(list(values), attrs={"units": unit, **shown}))
 

@@ -17,7 +17,8 @@ from scissordyn.study.answer.fact import WORDS, Fact, Section
 from scissordyn.study.answer.fidelity import fidelity
 from scissordyn.study.answer.sensitivity import rankings, sensitivities, sensitivity
 from scissordyn.study.answer.verdict import AGREEMENT, answered, case_values, feasible_fraction
-from scissordyn.study.ask.description import Factor, Study
+from scissordyn.study.ask.description import Study
+from scissordyn.study.ask.design import Factor
 from scissordyn.study.ask.distribution import Levels, Names
 from scissordyn.study.ask.requirement import meaning, response_unit
 from scissordyn.study.compute.optimise import candidates

@@ -127,7 +127,7 @@ def _within(row: xr.Dataset, key: str, scale: Scale) -> str:
 
 def rankings(study: Study, results: xr.Dataset, fitted: Mapping[str, tuple[Trend, ...]]) -> list[Section]:
     """A table for each response without a clear trend: the numbers by their rank correlation with it, and how sure that is."""
-    names = [factor.name for factor in (*study.factors, *study.uncertain) if not factor.labels]
+    names = [factor.name for factor in study.varied if not factor.labels]
     if len(names) < 2 or study.design.kind in ("saltelli", "morris"):
         return []
     numbers = np.stack([results[column(name)].values[:: study.members] for name in names], axis=1)

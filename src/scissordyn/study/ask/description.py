@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, fields, is_dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, fields, is_dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, get_args, get_origin, get_type_hints
@@ -17,20 +17,17 @@ from scissordyn.annotation import members
 from scissordyn.errors import InputError, command, did_you_mean, whole_number
 from scissordyn.file.provenance import provenance
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.parameter_path import number
+from scissordyn.model.parameter_path import changed_all, number
 from scissordyn.model.record import source_of
 from scissordyn.plugin.user_file import file_digest, load_function, split_reference
 from scissordyn.run.answer.measure import MEASURES, parts_of
 from scissordyn.run.configuration import read_mechanism, write_configuration
 from scissordyn.run.options import Options
 from scissordyn.run.start.demand import check_cases
-from scissordyn.study.ask.design import Design, design_size, design_values, sobol_dimensions
+from scissordyn.study.ask.design import Design, Factor, Sampling, design_size, design_values, sobol_dimensions
 from scissordyn.study.ask.distribution import Variation
 from scissordyn.study.ask.distribution import from_plain as read_variation
-from scissordyn.study.ask.factor import Factor as Factor
-from scissordyn.study.ask.factor import Sampling as Sampling
-from scissordyn.study.ask.factor import check_variants, own_values
-from scissordyn.study.ask.requirement import Optimisation, Requirement, Response, check_unit
+from scissordyn.study.ask.requirement import Optimisation, Requirement, Response, check_part, check_unit
 
 NUMERICS = ("cli", "plot", "config", "study", "periodic", "analysis")  # Rooms that no measure of a case depends on
 PILOT = 8  # Points of both kinds of runs that a budget is split by, and the least number of points that are verified
@@ -157,14 +154,14 @@ class Study:
         if isinstance(self.mechanism, Mechanism):
             for mechanism in self.variants or (self.mechanism,):
                 self._check_mechanism(mechanism)
-            check_variants(self)
+            self._check_variants()
         self._check_size()
 
     def _check_mechanism(self, mechanism: Mechanism) -> None:
         """Raise `InputError` for what a mechanism does not have, or not in that range."""
         parameters = self.factor_names
         chosen = {factor.path: factor.variation for factor in self.factors}
-        for factor in (varied for varied in (*self.factors, *self.uncertain) if not varied.texts):
+        for factor in (varied for varied in self.varied if not varied.texts):
             quantity = number(mechanism, factor.path).quantity
             assert quantity is not None
             if factor.of and factor.of not in chosen:
@@ -188,6 +185,32 @@ class Study:
         for response in judged:
             check_unit(mechanism, response)
 
+    def _check_variants(self) -> None:
+        """Raise `InputError` for a design that needs an order of names, or variants that measures cannot be compared of."""
+        if not self.apart:
+            return
+        named = [factor.path for factor in self.apart if factor.labels]
+        goals = [goal.measure for goal in self.optimisation.goals] if self.optimisation is not None else []
+        if named and self.design.kind == "morris":
+            what = f"'{named[0]}': names, which have no order, in a Morris design"
+            raise InputError(what, "a design for Sobol indices", 'kind = "saltelli"')
+        if any(parameter in goals for parameter in named):
+            raise InputError(f"a goal about names, '{named[0]}'", "a goal about a measure or a number", "'minimise mass'")
+        if self.design.kind == "one-at-a-time" and self.mechanism not in self.variants:
+            what = f"'{self.apart[0].path}' in a one-at-a-time design, without what the case has"
+            raise InputError(what, "the names and levels of the case among them")
+        for factor in (varied for varied in self.varied if not varied.texts):
+            quantities = (number(variant, factor.path).quantity for variant in self.variants)
+            units = {quantity.unit for quantity in quantities if quantity is not None}
+            if len(units) > 1:
+                raise InputError(f"'{factor.path}' in [{'] and ['.join(sorted(units))}], by name", "a number of one unit")
+        dims = {dim for name in self.measures for dim in MEASURES[name].dims}
+        first, *others = (parts_of(variant) for variant in self.variants)
+        differs = next((dim for parts in others for dim in dims if parts[dim] != first[dim]), None)
+        if differs is not None:
+            what = f"measures of each {differs}, of which the mechanisms have different ones"
+            raise InputError(what, f"names and dimensions with which each {differs} stays, or other measures")
+
     def _check_size(self) -> None:
         """Raise `InputError` if not all cases can be held in memory, where answers are computed from them."""
         points, search = self.points, self.optimisation
@@ -202,7 +225,12 @@ class Study:
     @property
     def factor_names(self) -> tuple[str, ...]:
         """Names of all numbers that vary, chosen and uncertain: their parameter paths, or those of deviations."""
-        return tuple(factor.name for factor in (*self.factors, *self.uncertain))
+        return tuple(factor.name for factor in self.varied)
+
+    @property
+    def varied(self) -> tuple[Factor, ...]:
+        """All numbers and names that vary, chosen and uncertain."""
+        return (*self.factors, *self.uncertain)
 
     @property
     def per_point(self) -> int:
@@ -219,7 +247,7 @@ class Study:
     @property
     def apart(self) -> tuple[Factor, ...]:
         """The factors each of whose names or levels makes a mechanism of its own, chosen and uncertain."""
-        return tuple(factor for factor in (*self.factors, *self.uncertain) if factor.texts)
+        return tuple(factor for factor in self.varied if factor.texts)
 
     def cells(self, values: np.ndarray) -> np.ndarray:
         """Values of all cases by point, sample and member; a point that is not whole is left out."""
@@ -227,7 +255,7 @@ class Study:
 
     def base(self) -> np.ndarray:
         """The numbers of the mechanism at the parameters of the factors, and of its case file; places of its names."""
-        places = own_values(self)
+        places = self.own_values()
         return np.array(
             [places[factor.name] if factor.texts else number(self.mechanism, factor.path).value for factor in self.factors],
             float,
@@ -272,6 +300,54 @@ class Study:
             chosen, deviation = values[factor.of], values[factor.name]
             numbers[factor.path] = chosen * (1.0 + deviation) if factor.relative else chosen + deviation
         return numbers
+
+    def by_variant(self, values: Mapping[str, np.ndarray]) -> Iterator[tuple[Mechanism, np.ndarray]]:
+        count = len(next(iter(values.values())))
+        every: dict[str, Any] = {**self.own_values(), **values}
+        chosen = [factor.places(np.broadcast_to(every[factor.name], count)) for factor in self.apart]
+        which = np.ravel_multi_index(chosen, self._counts) if chosen else np.zeros(count, int)
+        for place in np.unique(which):
+            yield self.variants[place] if chosen else self.mechanism, np.flatnonzero(which == place)
+
+    def mechanism_of(self, values: Mapping[str, float], *, nominal: bool = False) -> Mechanism:
+        ((mechanism, _),) = self.by_variant({name: np.array([value]) for name, value in values.items()})
+        apart = {factor.name for factor in self.apart}
+        numbers = {name: value for name, value in values.items() if name not in apart} if nominal else self.applied(values)
+        return changed_all(mechanism, numbers)
+
+    def labelled(self, values: Mapping[str, float]) -> dict[str, float | str]:
+        """Numbers by parameter, with the names in place of what stands for them."""
+        labels = {factor.name: factor.labels for factor in self.apart if factor.labels}
+        return {name: labels[name][int(value)] if name in labels else value for name, value in values.items()}
+
+    def own_values(self) -> dict[str, float]:
+        """Values of the factors apart in the mechanism itself, the first ones if it is none of the variants."""
+        variant = self.variants.index(self.mechanism) if self.mechanism in self.variants else 0
+        places = np.unravel_index(variant, self._counts)
+        return {factor.name: float(factor.variation.levels()[place]) for factor, place in zip(self.apart, places, strict=True)}
+
+    def with_places(self, places: Mapping[str, Sequence[int]]) -> Study:
+        """The study with some names and levels of its factors apart only."""
+        if not places:
+            return self
+        kept = np.ix_(*(places.get(factor.name, range(factor.variation.count)) for factor in self.apart))
+
+        def fewer(factor: Factor) -> Factor:
+            if factor.name not in places:
+                return factor
+            every: Any = factor.variation
+            return replace(factor, variation=type(every)(tuple(every.values[place] for place in places[factor.name])))
+
+        return replace(
+            self,
+            factors=tuple(map(fewer, self.factors)),
+            uncertain=tuple(map(fewer, self.uncertain)),
+            variants=tuple(self.variants[k] for k in np.arange(len(self.variants)).reshape(self._counts)[kept].ravel()),
+        )
+
+    @property
+    def _counts(self) -> list[int]:
+        return [factor.variation.count for factor in self.apart]
 
     def to_plain(self) -> dict[str, Any]:
         """The study as plain data for JSON."""
@@ -346,34 +422,6 @@ def _read_measure(entry: Mapping[str, Any], allow_code: Sequence[Path], reading:
     if path.is_file() and file_digest(path) != entry["digest"]:
         raise InputError(f"'{path}' has changed since the study was begun", "the same file, or a new study", "-o another.db")
     return OwnMeasure(**entry)
-
-
-def check_part(mechanism: Mechanism, response: Response) -> None:
-    """Raise `InputError` if a response is about a joint, drive, component or tracked point that its measure does not have."""
-    if response.measure == "peak_force":
-        _check_compliant(mechanism, response)
-    if not response.part:
-        return
-    dims = MEASURES[response.measure].dims if response.measure in MEASURES else ()
-    parts = [name for dim in dims for name in parts_of(mechanism)[dim]]
-    if response.part not in parts:
-        raise InputError(
-            f"'{response.name}': no {dims[0] if dims else 'part'} '{response.part}' with a {response.measure}"
-            f"{did_you_mean(response.part, parts)}",
-            ", ".join(parts) or (f"a case with a {dims[0]}" if dims else response.measure),
-        )
-
-
-def _check_compliant(mechanism: Mechanism, response: Response) -> None:
-    """Raise `InputError` for the largest force of a hard contact."""
-    hard = [joint.name for joint in mechanism.contacts if joint.clearance is not None and joint.clearance.contact == "hard"]
-    concerned = [name for name in hard if response.part in ("", name)]
-    if concerned:
-        raise InputError(
-            f"'{response.name}' of joint '{concerned[0]}', whose contact is hard: its impacts have no largest force",
-            "peak_force_estimate, or compliant contact",
-            'contact = "compliant"',
-        )
 
 
 def _not_read(_: Any) -> float:

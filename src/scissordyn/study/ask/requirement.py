@@ -16,7 +16,7 @@ import xarray as xr
 from scissordyn.errors import InputError, did_you_mean, whole_number
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.scale import engineering, scale_of
-from scissordyn.run.answer.measure import COMPONENT_UNIT, MEASURES, component_units
+from scissordyn.run.answer.measure import COMPONENT_UNIT, MEASURES, component_units, parts_of
 from scissordyn.study.ask.design import Design
 from scissordyn.study.ask.distribution import Levels, Names, Variation
 
@@ -180,6 +180,25 @@ def response_unit(results: xr.Dataset, response: Response) -> str:
     if response.part and COMPONENT_UNIT in variable.coords:
         return str(variable[COMPONENT_UNIT].sel({variable.dims[1]: response.part}).item())
     return response.unit or str(variable.attrs.get("units", "1"))
+
+
+def check_part(mechanism: Mechanism, response: Response) -> None:
+    """Raise `InputError` if a response is about a joint, drive, component or tracked point that its measure does not have."""
+    for joint in mechanism.contacts if response.measure == "peak_force" else ():
+        if joint.clearance is not None and joint.clearance.contact == "hard" and response.part in ("", joint.name):
+            raise InputError(
+                f"'{response.name}' of joint '{joint.name}', whose contact is hard: its impacts have no largest force",
+                "peak_force_estimate, or compliant contact",
+                'contact = "compliant"',
+            )
+    dims = MEASURES[response.measure].dims if response.measure in MEASURES else ()
+    parts = [name for dim in dims for name in parts_of(mechanism)[dim]]
+    if response.part and response.part not in parts:
+        raise InputError(
+            f"'{response.name}': no {dims[0] if dims else 'part'} '{response.part}' with a {response.measure}"
+            f"{did_you_mean(response.part, parts)}",
+            ", ".join(parts) or (f"a case with a {dims[0]}" if dims else response.measure),
+        )
 
 
 def check_unit(mechanism: Mechanism, response: Response) -> None:

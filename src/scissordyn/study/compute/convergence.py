@@ -19,8 +19,7 @@ from scissordyn.run.advance.trajectory import make_driver
 from scissordyn.run.answer.measure import MEASURES
 from scissordyn.run.batch import Perturbed, simulate_cases
 from scissordyn.run.options import TIME_STEPPING, Options
-from scissordyn.study.ask.description import check_part
-from scissordyn.study.ask.requirement import Response, read_response, response_values
+from scissordyn.study.ask.requirement import Response, check_part, read_response, response_values
 
 TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)  # From coarse to fine; each is compared with the next two
 

@@ -23,7 +23,6 @@ from scissordyn.run.batch import Perturbed, simulate_cases
 from scissordyn.run.engine import Engine, error_text, outcomes, workers_of
 from scissordyn.run.simulate import simulate
 from scissordyn.study.ask.description import OwnMeasure, Study
-from scissordyn.study.ask.factor import by_variant, mechanism_of
 from scissordyn.study.compute.store import COMPLETE, FAILED, PENDING, BlockResult, Store
 from scissordyn.study.compute.table import column
 
@@ -244,7 +243,7 @@ def simulated(study: Study, cases: np.ndarray, points: np.ndarray | None = None)
     measures = {name: MEASURES[name] for name in study.measures}
     measures |= {measure.name: _accumulated(measure) for measure in study.own_measures if measure.of == "accumulators"}
     batches, order = [], []
-    for mechanism, places in by_variant(study, numbers):
+    for mechanism, places in study.by_variant(numbers):
         perturbed = Perturbed(cases[places] % study.members, study.perturbation)
         applied = {parameter: values[places] for parameter, values in study.applied(numbers).items()}
         batches.append(pass_on(simulate_cases(mechanism, applied, study.options, measures, perturbed, threads=1)))
@@ -300,7 +299,7 @@ def _of_datasets(
         look()
         name = ""
         try:
-            mechanism = mechanism_of(study, {parameter: float(values_of[case]) for parameter, values_of in numbers.items()})
+            mechanism = study.mechanism_of({parameter: float(values_of[case]) for parameter, values_of in numbers.items()})
             run = pass_on(simulate(mechanism, **options))
             for name, function in functions.items():
                 values[name][case] = float(function(run))

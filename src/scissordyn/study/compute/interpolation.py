@@ -168,7 +168,7 @@ def between_points(study: Study, points: xr.Dataset, response: str) -> Kriging |
 
 def interpolation(study: Study, results: xr.Dataset, cases: Sequence[int] | np.ndarray) -> Interpolation | None:
     """Interpolation between runs of a study; None where they are few, or where names vary, between which there is nothing."""
-    varied = (*study.factors, *study.uncertain)
+    varied = study.varied
     if len(cases) < max(FEWEST, 4 * len(varied)) or any(factor.labels for factor in varied):
         return None
     numbers = _evenly_spread(study).numbers(np.arange(OTHERS))

@@ -214,7 +214,7 @@ def judged(study: Study, results: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
 
 def _about(study: Study, results: xr.Dataset, goal: Goal) -> dict[str, Any]:
     """The unit of a goal; of a number that varies also the one in which the user wrote it."""
-    for factor in (*study.factors, *study.uncertain):
+    for factor in study.varied:
         if factor.path == goal.measure:
             return {"units": results[column(goal.measure)].attrs.get("units", "1"), **factor.shown}
     return {"units": response_unit(results, goal.response)}

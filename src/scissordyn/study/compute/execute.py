@@ -6,7 +6,7 @@ import inspect
 import os
 import platform
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypedDict, Unpack
@@ -131,37 +131,24 @@ def execute(
 
 
 def _missing_blocks(study: Study, store: Store, points: np.ndarray | None, how: How) -> None:
-    status, progress = store.status()[: study.cases], how.get("progress")
-    fingerprint, size = study.fingerprint(), store.block
+    status, progress, fingerprint = store.status()[: study.cases], how.get("progress"), study.fingerprint()
     missing = (status == PENDING) | (how.get("retry", False) & (status == FAILED))
+    cases = np.flatnonzero(missing)
+    _, first = np.unique(cases // store.block, return_index=True)
+    parts = np.split(cases, first[1:]) if cases.size else ()
+    blocks = (Block(study, part, points, fingerprint) for part in parts)
     began, now, done_here = time.perf_counter(), np.where(missing, PENDING, status), 0
-    for result in _computed(how.get("engine"), _blocks(study, missing, size, points, fingerprint)):
+    for outcome in outcomes(how.get("engine"), run_block, blocks):
+        if isinstance(outcome.error, ProgramError):
+            raise outcome.error
+        result = outcome.value if outcome.error is None else _failed(outcome.task, error_text(outcome.error))
+        assert result is not None
         store.write(result)
         now[result.cases] = result.status
         done_here += result.cases.size
         if progress is not None:
             complete, failures = int(np.sum(now == COMPLETE)), int(np.sum(now == FAILED))
             progress(Progress(complete, failures, now.size, time.perf_counter() - began, done_here))
-
-
-def _blocks(
-    study: Study, missing: np.ndarray, size: int, points: np.ndarray | None, fingerprint: dict[str, str]
-) -> Iterator[Block]:
-    cases = np.flatnonzero(missing)
-    _, first = np.unique(cases // size, return_index=True)
-    for part in np.split(cases, first[1:]) if cases.size else ():
-        yield Block(study, part, points, fingerprint)
-
-
-def _computed(engine: Engine, blocks: Iterator[Block]) -> Iterator[BlockResult]:
-    for outcome in outcomes(engine, run_block, blocks):
-        if outcome.value is not None:
-            yield outcome.value
-        elif isinstance(outcome.error, ProgramError):
-            raise outcome.error
-        else:
-            assert outcome.error is not None
-            yield failed(outcome.task, error_text(outcome.error))
 
 
 def extend(study: Study, path: str | os.PathLike[str], points: int, **how: Unpack[How]) -> Store:
@@ -231,7 +218,7 @@ def _check_program(block: Block) -> None:
         )
 
 
-def failed(block: Block, cause: str) -> BlockResult:
+def _failed(block: Block, cause: str) -> BlockResult:
     """The rows of a block that could not be computed."""
     count = block.cases.size
     return BlockResult(block.cases, _numbers(block), np.full(count, FAILED, np.int8), [(cause, "")] * count)

@@ -1,7 +1,8 @@
-"""The store of a study: one SQLite file with a row for each case, written by one process."""
+"""The store of a study, one SQLite file with a row for each case, written by one process; earlier ones are converted."""
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import secrets
@@ -16,6 +17,7 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.errors import InputError, ScissordynError, command
+from scissordyn.lookup import library
 from scissordyn.run.engine import STATES
 from scissordyn.study.ask.description import OwnMeasure, Study, from_plain, to_plain
 from scissordyn.study.ask.design import Design
@@ -27,6 +29,7 @@ APPLICATION = 0x73636973  # `application_id` of the file, "scis"
 
 NOTES = ("study", "fingerprint", "columns", "block", "cases")
 TIMES = ("seconds", "integration_seconds", "cases", "attempts")
+TEXTS = {"cause": "why a case failed", "warnings": "of a complete case, one a line"}  # What they are
 
 SHOWN = 8  # Damaged cases that are named
 PATIENCE = 60.0  # How long a writer waits for those who read [s]
@@ -224,8 +227,7 @@ class Store:
 
     def _rows(self) -> table.Rows:
         """The rows of all cases that are as they were written; those that are missing from a block are damaged, too."""
-        cases, block = self.cases, self.block
-        columns = self._columns
+        cases, block, columns = self.cases, self.block, self._columns
         with self._reading() as connection:
             rows = table.read(connection, columns, cases)
             written = _blocks(connection)
@@ -239,9 +241,8 @@ class Store:
 
     def status(self) -> np.ndarray:
         """Status of every case, shape (cases,); those of damaged rows are pending."""
-        rows, status = self._rows(), np.full(self.cases, PENDING, np.int8)
-        status[rows.cases] = rows.status
-        return status
+        rows = self._rows()
+        return rows.filled(self.cases, rows.status, PENDING)
 
     def damage(self) -> dict[int, str]:
         """Cases whose rows were written and are not as they were, and why; they count as pending."""
@@ -353,27 +354,21 @@ class Store:
 
         Cases of damaged rows are pending and without values; the attribute `damage` says which, if there are any.
         """
-        rows, cases, plain = self._rows(), self.cases, self._value("study")
-        columns = self._columns
+        rows, cases, plain, columns = self._rows(), self.cases, self._value("study"), self._columns
         variables: dict[str, Any] = {}
         for array, values in columns.split(rows.matrix):
-            every = np.full((cases, *array.shape), np.nan)
-            every[rows.cases] = values
-            variables[array.name] = (("case", *array.dims), every, array.attrs)
-        for k, name, meaning in ((0, "cause", "why a case failed"), (1, "warnings", "of a complete case, one a line")):
-            texts = np.full(cases, "", object)
-            texts[rows.cases] = [pair[k] for pair in rows.texts]
-            variables[name] = ("case", texts, {"long_name": meaning})
-        status = np.full(cases, PENDING, np.int8)
-        status[rows.cases] = rows.status
+            variables[array.name] = (("case", *array.dims), rows.filled(cases, values, np.nan), array.attrs)
+        texts = rows.filled(cases, np.array(rows.texts, object).reshape(-1, len(TEXTS)), "")
+        for k, (name, meaning) in enumerate(TEXTS.items()):
+            variables[name] = ("case", texts[:, k], {"long_name": meaning})
         about = {"long_name": "status", "flag_values": list(range(len(STATES))), "flag_meanings": " ".join(STATES)}
-        variables["status"] = ("case", status, about)
+        variables["status"] = ("case", rows.filled(cases, rows.status, PENDING), about)
         labels = {name: (dims, np.array(texts, object)) for name, (dims, texts) in columns.labels.items()}
-        members = int(plain["members"])
-        point, rest = np.divmod(np.arange(cases), int(plain["sampling"]["samples"]) * members)
+        samples, members = int(plain["sampling"]["samples"]), int(plain["members"])
+        point, rest = np.divmod(np.arange(cases), samples * members)
         sample, member = np.divmod(rest, members)
         places = {"point": ("case", point), "sample": ("case", sample), "member": ("case", member)}
-        attrs = {"title": "scissordyn study", "samples": int(plain["sampling"]["samples"]), "members": members}
+        attrs = {"title": "scissordyn study", "samples": samples, "members": members}
         if rows.damaged:
             attrs["damage"] = damage_text(rows.damaged)
         return xr.Dataset(variables, {**labels, **places}, attrs)
@@ -423,3 +418,63 @@ def _one_line(path: str) -> Iterator[None]:
         raise StoreError(f"'{path}' cannot be read or written: {reason}; what is complete is kept") from error
     except table.BROKEN as error:
         raise StoreError(f"'{path}' cannot be read or written: {error}; what is complete is kept") from error
+
+
+def convert(folder: Path, target: Path) -> tuple[Store, list[int]]:
+    """Write a study of format 2 to one file; blocks that are not as they were written are left out, and returned."""
+    library("zarr", "convert", "a study of format 2")
+    try:
+        old = xr.open_zarr(folder, chunks=None, consolidated=True)
+        attrs, names = old.attrs, list(old.attrs["arrays"])
+        plain, block = json.loads(attrs["study"]), int(attrs["block"])
+    except (OSError, KeyError, TypeError, ValueError):
+        raise InputError(f"'{folder}' is no study of format 2", "the folder of one", "old.zarr") from None
+    if (store := Store(target)).begun():
+        raise InputError(f"'{target}' exists", "a name that is not taken", "-o another.db")
+    of_role = sorted(set(names) - {*TEXTS, "status"}, key=lambda name: old[name].attrs["role"])
+    columns, cases = table.Columns.of({name: old[name] for name in of_role}), old.sizes["case"]
+    store.create_with(columns, plain, attrs["fingerprint"], block, cases)
+    times, damaged = _times(folder), []
+    with store.alone():
+        for number in range(-(-cases // block)):
+            seal = folder / "record" / "seals" / f"{number}.json"
+            if not seal.exists():
+                continue
+            if not _is_sealed(folder, number, attrs["arrays"], seal):
+                damaged.append(number)
+                continue
+            part = old[names].isel(case=slice(number * block, (number + 1) * block)).load()
+            rows = np.flatnonzero(part["status"].values != PENDING)
+            values = {array.name: part[array.name].values[rows] for array in columns.arrays}
+            texts = list(zip(*(map(str, part[name].values[rows]) for name in TEXTS), strict=True))
+            if rows.size:
+                status = part["status"].values[rows].astype(np.int8)
+                store.write(BlockResult(number * block + rows, values, status, texts, times[number]))
+    return store, damaged
+
+
+def _times(folder: Path) -> np.ndarray:
+    """Seconds, seconds of integration and cases of each block; zero where they cannot be read."""
+    zarr = library("zarr", "convert", "a study of format 2")
+    array = zarr.open_array(str(folder / "timing" / "blocks"), mode="r")
+    noted = np.zeros((array.shape[0], len(TIMES) - 1))
+    for number in range(array.shape[0]):
+        try:
+            noted[number] = array[number, : len(TIMES) - 1]
+        except Exception:  # a broken chunk: the libraries of codecs raise whatever they like
+            continue
+    return noted
+
+
+def _is_sealed(folder: Path, block: int, arrays: Mapping[str, int], seal: Path) -> bool:
+    """Whether the files of a block are those that its seal names."""
+    try:
+        digests: Any = json.loads(seal.read_bytes())["files"]
+        for name, dimensions in arrays.items():
+            path = folder.joinpath(name, "c", str(block), *["0"] * (dimensions - 1))
+            right = hashlib.sha256(path.read_bytes()).hexdigest()[:16] if path.exists() else ""
+            if digests[name] != right:
+                return False
+    except (OSError, ValueError, TypeError, KeyError):
+        return False
+    return True

@@ -163,6 +163,12 @@ class Rows:
     matrix: np.ndarray
     damaged: dict[int, str] = field(default_factory=dict)
 
+    def filled(self, cases: int, values: np.ndarray, nothing: object) -> np.ndarray:
+        """Values of these rows among so many cases, of which the others have nothing."""
+        every = np.full((cases, *values.shape[1:]), nothing, values.dtype)
+        every[self.cases] = values
+        return every
+
 
 def insert(connection: sqlite3.Connection, columns: Columns, rows: Rows) -> None:
     """Write rows of the table of cases."""

@@ -152,7 +152,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
 MODULES: dict[str, dict[str, tuple[str, ...]]] = {
     "Results of studies": {
         "study.result": ("StudyResult",),
-        "study.answer.pictures": ("StudyPictures",),
+        "study.answer.report": ("StudyPictures",),
     },
     "Samples and maps": {
         "analysis.recurrence": ("recurrence",),

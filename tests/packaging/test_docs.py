@@ -84,7 +84,7 @@ def used_names(code: str) -> set[tuple[str, str]]:
             case ast.Attribute(value=ast.Attribute(value=ast.Name(id="sd"), attr="plot"), attr=name):
                 found.add(("plot", name))
             case ast.Attribute(value=ast.Attribute(value=ast.Name(), attr="plot")):
-                found.add(("study.answer.pictures", "StudyPictures"))
+                found.add(("study.answer.report", "StudyPictures"))
             case ast.Attribute(value=ast.Name(id="regularity"), attr=name):
                 found.add(("plot.regularity", name))
             case ast.Attribute(value=ast.Attribute(attr="scissordyn"), attr=name):

@@ -20,7 +20,7 @@ from scissordyn.plot.study import feasibility_map, pareto_front, requirement_bar
 from scissordyn.run.options import Options
 from scissordyn.study.answer.conclusion import numbers_text
 from scissordyn.study.answer.report import export, table
-from scissordyn.study.answer.sensitivity import morris_indices, sensitivity, sobol_indices
+from scissordyn.study.answer.trend import morris_indices, sensitivity, sobol_indices
 from scissordyn.study.answer.verdict import by_point, feasible_fraction, worst_cases
 from scissordyn.study.ask.description import Study
 from scissordyn.study.ask.design import Design, Factor, Sampling, design_values

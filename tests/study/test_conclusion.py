@@ -17,8 +17,7 @@ from scissordyn.plot.scale import Scale
 from scissordyn.study.answer.conclusion import conclude, needs, trend_table
 from scissordyn.study.answer.fact import WORDS, Fact
 from scissordyn.study.answer.page import response_ranges
-from scissordyn.study.answer.sensitivity import ranked, rankings
-from scissordyn.study.answer.trend import fitted, trends
+from scissordyn.study.answer.trend import fitted, ranked, rankings, trends
 from scissordyn.study.answer.verdict import by_point, feasible_fraction, recommended, worst_cases
 from scissordyn.study.ask.description import OwnMeasure
 from scissordyn.study.ask.design import Design, Factor, Sampling

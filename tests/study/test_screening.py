@@ -6,7 +6,7 @@ import pytest
 import scissordyn as sd
 from scissordyn.errors import InputError
 from scissordyn.study.answer.control_variate import fraction_by_margins, fraction_estimate, mean_estimate
-from scissordyn.study.compute.screening import verified_path
+from scissordyn.study.answer.fidelity import verified_path
 from study.test_control_variate import least_held
 from study.test_study import arm
 

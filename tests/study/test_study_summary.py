@@ -13,7 +13,7 @@ import xarray as xr
 from scissordyn.cli.study import show_answers
 from scissordyn.plot.study import response_curves
 from scissordyn.study.answer.page import agreement, best_points, varied_numbers
-from scissordyn.study.answer.sensitivity import morris_indices, sensitivities
+from scissordyn.study.answer.trend import morris_indices, sensitivities
 from scissordyn.study.answer.verdict import by_point
 from scissordyn.study.ask.description import Study
 from scissordyn.study.ask.design import Design, Factor

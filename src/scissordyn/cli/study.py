@@ -324,8 +324,8 @@ def _status(result: StudyResult) -> int:
 
 def _convert(old: Path, output: str | None) -> int:
     """A study of format 2, a folder, as a file, with the accurate runs beside it."""
-    from scissordyn.study.compute.convert import convert
-    from scissordyn.study.compute.screening import verified_path
+    from scissordyn.study.answer.fidelity import verified_path
+    from scissordyn.study.compute.store import convert
 
     target = output or str(old.with_suffix(".db"))
     beside = old.with_name(f"{old.stem}.verified{old.suffix}")

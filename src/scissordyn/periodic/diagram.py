@@ -25,7 +25,7 @@ from scissordyn.run.advance.driver import Snapshot
 from scissordyn.run.configuration import read_configuration, write_configuration
 from scissordyn.run.engine import Outcome
 from scissordyn.run.store import load
-from scissordyn.study.answer.grouped import grouped_lines
+from scissordyn.study.answer.fact import grouped_lines
 
 TITLE = "scissordyn bifurcation"
 

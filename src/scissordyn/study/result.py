@@ -18,13 +18,11 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.engine import Engine
 from scissordyn.run.simulate import simulate
 from scissordyn.study.answer.conclusion import Conclusion, conclude
-from scissordyn.study.answer.fidelity import Corrected, confirmed, estimates
-from scissordyn.study.answer.grouped import grouped, grouped_lines
+from scissordyn.study.answer.fact import grouped, grouped_lines
+from scissordyn.study.answer.fidelity import Corrected, confirmed, estimates, screened, verified_path
 from scissordyn.study.answer.page import design_size, page
-from scissordyn.study.answer.pictures import StudyPictures
-from scissordyn.study.answer.report import MOST_ROWS, as_html, export, table, write_figures, write_report
-from scissordyn.study.answer.sensitivity import sensitivity
-from scissordyn.study.answer.trend import Trend
+from scissordyn.study.answer.report import MOST_ROWS, StudyPictures, as_html, export, table, write_figures, write_report
+from scissordyn.study.answer.trend import Trend, sensitivity
 from scissordyn.study.answer.verdict import (
     FeasibleFraction,
     Recommendation,
@@ -40,7 +38,6 @@ from scissordyn.study.ask.design import Factor
 from scissordyn.study.ask.requirement import Optimisation, read_goal
 from scissordyn.study.compute.execute import How, Progress, execute, extend
 from scissordyn.study.compute.optimise import Optimum, candidates, optimise
-from scissordyn.study.compute.screening import screened, verified_path
 from scissordyn.study.compute.store import COMPLETE, FAILED, PENDING, Store
 from scissordyn.study.compute.table import column
 

@@ -15,7 +15,7 @@ from scissordyn.plot.scale import scale_of
 from scissordyn.study.answer.conclusion import conclude, margin_text, numbers_text, trend_table
 from scissordyn.study.answer.fact import WORDS, Fact, Section
 from scissordyn.study.answer.fidelity import fidelity
-from scissordyn.study.answer.sensitivity import rankings, sensitivities, sensitivity
+from scissordyn.study.answer.trend import rankings, sensitivities, sensitivity
 from scissordyn.study.answer.verdict import AGREEMENT, answered, case_values, feasible_fraction
 from scissordyn.study.ask.description import Study
 from scissordyn.study.ask.design import Factor

@@ -103,7 +103,7 @@ def test_nowhere_met_is_said_with_what_is_missing() -> None:
     (need,) = needs(described, found, trends(described, found), one.numbers)
     assert (need.kind, need.numbers["number"]) == ("need beyond", "A.clearance")
     assert need.numbers["value"] == pytest.approx(25e-6, rel=1e-6)
-    said = conclude(described, found, "a.db")
+    said = conclude(result_of(described, found), "a.db")
     assert str(said.verdict[0]).startswith("All requirements together are met nowhere: at none of 24 points; the fraction")
     fact, *_ = said.trends
     assert (fact.kind, fact.part, fact.numbers["little"]) == ("trend", "peak_force", "drive.speed")
@@ -127,7 +127,7 @@ def test_what_holds_or_not_has_no_trend() -> None:
     yes = (np.arange(24) % 3 == 0).astype(float)
     found = found.assign(holds=("case", yes, {"units": "1", "role": "measure", "long_name": "the slider stays"}))
     assert "holds" not in trends(described, found)
-    said = conclude(described, found, "a.db")
+    said = conclude(result_of(described, found), "a.db")
     assert said.margins is not None
     assert said.margins.head[:2] == ("requirement", "meaning")
     assert [row[:2] for row in said.margins.rows] == [("holds > 0.5", "the slider stays")]
@@ -152,7 +152,7 @@ def test_cases_that_never_settle_are_failures() -> None:
     assert worst.text.startswith("not settled: off by ")
     assert worst.text.endswith(" mm at the end")
     assert float(worst.text.split()[4]) == pytest.approx(2e3 * clearance[worst.case], rel=1e-3)
-    said = conclude(described, found, "a.db")
+    said = conclude(result_of(described, found), "a.db")
     text = " ".join(map(str, said.trends))
     assert f"settling_time: no number in {never} of 24 cases, which count as not met" in text
     assert "needs A.clearance" not in text
@@ -190,7 +190,7 @@ def test_extrapolations_without_sense_are_not_said() -> None:
         (1.0, "no A.clearance in or near the range"),
     ):
         described, found = proportional(bound)
-        text = " ".join(map(str, conclude(described, found, "a.db").trends))
+        text = " ".join(map(str, conclude(result_of(described, found), "a.db").trends))
         assert words in text
         assert "about 2.5e" not in text
 
@@ -237,7 +237,7 @@ def test_where_they_are_met_is_said() -> None:
     """Closed form: below 1000 N where the clearance is below 0.25 mm; 0.25 mm is within the data."""
     described, found = proportional(1000.0)
     clearance = found["A.clearance"].values
-    said = conclude(described, found, "a.db")
+    said = conclude(result_of(described, found), "a.db")
     low = clearance < 0.25e-3
     assert str(said.verdict[0]).startswith(
         f"All requirements are met at {low.sum()} of 24 points; by {low.mean():.1%} of the range"
@@ -262,7 +262,7 @@ def test_many_numbers_make_no_wall_of_text() -> None:
     )
     values = described.numbers(np.arange(64))
     found = made_up(described, 4e6 * values["A.clearance"])
-    conclusion = conclude(described, found, "a.db")
+    conclusion = conclude(result_of(described, found), "a.db")
     said = str(conclusion.verdict[0])
     assert (said.count("(of "), said.count("A.clearance")) == (6, 1)
     assert said.endswith(", and wider parts of the range of 2 numbers more.")
@@ -293,7 +293,7 @@ def test_probability_of_the_recommended_point() -> None:
     assert (again.point, again.probability) == (0, 6 / 8)
     all_failed = made_up(described, np.full(24, np.nan), np.full(24, FAILED))
     assert recommended(described, all_failed) is None
-    assert conclude(described, all_failed, "a.db").verdict == (Fact("unknown"),)
+    assert conclude(result_of(described, all_failed), "a.db").verdict == (Fact("unknown"),)
 
 
 def test_the_interval_of_the_probability_covers() -> None:
@@ -347,7 +347,7 @@ def test_a_point_that_meets_them_by_interpolation_is_proposed() -> None:
     u, v = (numbers["A.clearance"] - 2.6e-4) / 4e-4, (numbers["drive.speed"] - 14.0) / 10.0
     force = 1000.0 * (1.0 + 3.0 * (u**2 + v**2))
     assert force.min() > 1004.0
-    said = conclude(described, made_up(described, force), "a.db")
+    said = conclude(result_of(described, made_up(described, force)), "a.db")
     assert said.next[0][0] == Fact("interpolated")
     words = [word for word in shlex.split(said.next[0][1]) if "=" in word]
     clearance, speed = (float(word.split("=")[1].split()[0]) for word in words)

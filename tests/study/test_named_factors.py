@@ -92,7 +92,7 @@ def test_answers_name_names(found: StudyResult) -> None:
     assert found.best[MATERIAL] == "aluminium"
     assert found.worst(1)[0].numbers[MATERIAL] == "steel"
     assert [part.youngs_modulus for part in found.design.components] == [70e9, 70e9]  # type: ignore[attr-defined]
-    said = conclude(found.study, found.dataset, "x.db")
+    said = conclude(found, "x.db")
     assert f"{MATERIAL} = aluminium, titanium (of steel, aluminium, titanium)" in str(said.verdict[0])
     assert f"{MATERIAL}=[aluminium]" in said.next[0][1]
     assert any(f"{MATERIAL} = aluminium in place of steel by a factor of" in str(fact) for fact in said.trends)

@@ -22,7 +22,7 @@ from scissordyn.study.answer.fact import grouped, grouped_lines
 from scissordyn.study.answer.fidelity import Corrected, confirmed, estimates, screened, verified_path
 from scissordyn.study.answer.page import design_size, page
 from scissordyn.study.answer.report import MOST_ROWS, StudyPictures, as_html, export, table, write_figures, write_report
-from scissordyn.study.answer.trend import Trend, sensitivity
+from scissordyn.study.answer.trend import Trend, sensitivity, trends
 from scissordyn.study.answer.verdict import (
     FeasibleFraction,
     Recommendation,
@@ -114,13 +114,18 @@ class StudyResult:
     def requirements(self) -> list[FeasibleFraction]:
         """The fraction of the range that meets each requirement, with its 95 % interval."""
         self._need_requirements()
-        return feasible_fraction(self.study, self.dataset)[:-1]
+        return self.fractions[:-1]
 
     @property
     def feasible(self) -> FeasibleFraction:
         """The fraction of the range that meets all requirements, with its 95 % interval."""
         self._need_requirements()
-        return feasible_fraction(self.study, self.dataset)[-1]
+        return self.fractions[-1]
+
+    @cached_property
+    def fractions(self) -> list[FeasibleFraction]:
+        """Of each requirement, and of all of them; none without requirements."""
+        return feasible_fraction(self.study, self.dataset)
 
     def worst(self, count: int = 5) -> list[Worst]:
         """The cases that are farthest beyond a requirement, or nearest to it; the worst first."""
@@ -143,20 +148,29 @@ class StudyResult:
             If the study has no requirements, or no case is complete.
         """
         self._need_requirements()
-        point = recommended(self.study, self.dataset)
-        if point is None:
+        if self.recommendation is None:
             raise InputError("a recommendation of points that all failed", "a study with complete cases", "result.causes")
-        return replace(point, numbers=self.study.labelled(point.numbers))
+        return replace(self.recommendation, numbers=self.study.labelled(self.recommendation.numbers))
+
+    @cached_property
+    def recommendation(self) -> Recommendation | None:
+        """The recommended point, with places of names; None without requirements, or while no point is computed."""
+        return recommended(self.study, self.dataset) if self.study.requirements else None
 
     @cached_property
     def conclusion(self) -> Conclusion:
         """What the study has found, as facts: a kind, the part it is about, and numbers; ``str`` of a fact says it."""
-        return conclude(self.study, self.dataset, self.store.path)
+        return conclude(self, self.store.path)
+
+    @cached_property
+    def fitted(self) -> dict[str, tuple[Trend, ...]]:
+        """By response, both forms of trend, the one that predicts better first."""
+        return trends(self.study, self.dataset)
 
     @property
     def trends(self) -> dict[str, Trend]:
         """By response, the power law or straight line that predicts points it has not seen best."""
-        return {name: both[0] for name, both in self.conclusion.fitted.items()}
+        return {name: both[0] for name, both in self.fitted.items()}
 
     @cached_property
     def verified(self) -> StudyResult | None:
@@ -369,7 +383,7 @@ class StudyResult:
 
     def _now(self, now: StudyResult) -> StudyResult:
         """The same result after a computation: what was read before is read anew."""
-        for name in ("dataset", "points", "conclusion", "verified"):
+        for name in ("dataset", "points", "fractions", "recommendation", "fitted", "conclusion", "verified"):
             self.__dict__.pop(name, None)
         self.store, self.study = now.store, replace(self.study, design=now.study.design)
         return self

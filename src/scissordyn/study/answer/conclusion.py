@@ -3,34 +3,30 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 from scipy.stats import qmc
 
 from scissordyn.errors import command
-from scissordyn.plot.scale import Scale, scale_of
+from scissordyn.plot.scale import scale_of
 from scissordyn.study.answer.fact import Fact, Section
-from scissordyn.study.answer.trend import ALIKE, Trend, trends, with_indicators
-from scissordyn.study.answer.verdict import (
-    Recommendation,
-    answered,
-    by_point,
-    case_values,
-    feasible_fraction,
-    recommended,
-)
+from scissordyn.study.answer.trend import ALIKE, Trend, with_indicators
+from scissordyn.study.answer.verdict import Recommendation, answered, case_values
 from scissordyn.study.ask.description import Study
 from scissordyn.study.ask.design import Factor, quantiles
 from scissordyn.study.ask.requirement import Requirement, meaning
 from scissordyn.study.compute.interpolation import between_points
-from scissordyn.study.compute.store import COMPLETE, PENDING
-from scissordyn.study.compute.table import column
+from scissordyn.study.compute.store import COMPLETE
+from scissordyn.study.compute.table import column, number_scale
 from scissordyn.units import counted
+
+if TYPE_CHECKING:
+    from scissordyn.study.result import StudyResult
 
 NEGLIGIBLE = 0.05  # Change of a response over the whole range of a number, as a fraction, that is not worth a word
 MOST_NUMBERS = 6  # Numbers of a case, or names in a sentence, that are written
@@ -51,8 +47,7 @@ class Conclusion:
     verdict: tuple[Fact, ...]  # Whether and where the requirements are met; the point to build; its probability
     margins: Section | None  # Of that point
     trends: tuple[Fact, ...]  # Of each response, and what requirements need
-    next: tuple[tuple[Fact, str], ...]  # Why, and a command
-    fitted: Mapping[str, tuple[Trend, ...]]  # By response
+    next: tuple[Step, ...]
 
     def to_plain(self) -> list[dict[str, Any]]:
         """All facts as plain data for JSON."""
@@ -60,34 +55,28 @@ class Conclusion:
         return [*(fact.to_plain() for fact in (*self.verdict, *self.trends)), *steps]
 
 
-def conclude(study: Study, results: xr.Dataset, store: str) -> Conclusion:
-    by_response = trends(study, results)
-    point = recommended(study, results) if study.requirements else None
+def conclude(result: StudyResult, store: str) -> Conclusion:
+    """What a study has found; commands name its store so."""
+    study, results, point = result.study, result.dataset, result.recommendation
     needed: list[Fact] = []
     if point is not None:
         middles = {factor.name: float(np.nanmedian(results[column(factor.name)].values)) for factor in study.uncertain}
-        needed = needs(study, results, by_response, with_indicators(study, {**point.numbers, **middles}))
-    facts = [_trend(results, both[0], study) for both in by_response.values()]
+        needed = needs(study, results, result.fitted, with_indicators(study, {**point.numbers, **middles}))
+    facts = [_trend(results, both[0], study) for both in result.fitted.values()]
     facts += [*_without_number(study, results), *needed]
-    steps = next_steps(study, results, store, point, needed)
-    verdict = () if point is None else (_verdict(study, results), *_point(study, results, point))
-    if not verdict and study.requirements:
-        verdict = (Fact("unknown"),)
-    margins = None if point is None else _margins(study, results, point)
-    return Conclusion(verdict, margins, tuple(facts), tuple(steps), by_response)
+    steps = tuple(_next_steps(result, store, needed))
+    if point is None:
+        return Conclusion((Fact("unknown"),) if study.requirements else (), None, tuple(facts), steps)
+    return Conclusion((_verdict(result), *_point(study, results, point)), _margins(study, results, point), tuple(facts), steps)
 
 
-def _or_none(value: float) -> float | None:
-    return None if math.isnan(value) else value
-
-
-def _verdict(study: Study, results: xr.Dataset) -> Fact:
+def _verdict(result: StudyResult) -> Fact:
     """Whether and where the requirements are met."""
-    fraction = feasible_fraction(study, results)[-1]
-    about: dict[str, Any] = {"fraction": fraction.fraction, "low": _or_none(fraction.low), "high": _or_none(fraction.high)}
+    study, points, fraction = result.study, result.points, result.fractions[-1]
+    about: dict[str, Any] = {"fraction": fraction.fraction}
+    about |= {name: None if math.isnan(end) else end for name, end in (("low", fraction.low), ("high", fraction.high))}
     if study.points == 1 and study.uncertain:
         return Fact("probability", numbers={**about, "trials": fraction.trials})
-    points = by_point(study, results)
     always = (points["met"] == 1.0) & (points["complete"] == 1.0)
     whole, part = int(always.sum()), int(((points["met"] > 0.0) & ~always).sum())
     about |= {"tried": int((points["complete"] > 0.0).sum()), "partly": part or None}
@@ -95,7 +84,7 @@ def _verdict(study: Study, results: xr.Dataset) -> Fact:
     if not whole:
         return Fact("met in part" if part else "met nowhere", numbers=about)
     there = points.isel(point=np.flatnonzero(always.values))
-    factors = [factor.path for factor in study.factors]
+    factors = study.paths
     part_of = {name: float(np.ptp(there[name].values) / (np.ptp(points[name].values) or 1.0)) for name in factors}
     narrow = sorted(part_of, key=part_of.__getitem__)[:MOST_NUMBERS]
     where = tuple(_region(there, points, name) for name in part_of if name in narrow)
@@ -136,7 +125,7 @@ def _values(study: Study, results: xr.Dataset, numbers: Mapping[str, Any]) -> tu
     return tuple(
         Fact("name", parameter, {"value": value})
         if isinstance(value, str)
-        else Fact("value", parameter, {"value": value}, _scale(results, study, parameter, value))
+        else Fact("value", parameter, {"value": value}, number_scale(study, results, parameter, value))
         for parameter, value in numbers.items()
     )
 
@@ -156,12 +145,6 @@ def numbers_text(study: Study, results: xr.Dataset, numbers: Mapping[str, Any]) 
 def _few(names: Sequence[str]) -> str:
     more = len(names) - MOST_NUMBERS
     return ", ".join(names) if more < 2 else f"{', '.join(names[:MOST_NUMBERS])} and {more} more"
-
-
-def _scale(results: xr.Dataset, study: Study, parameter: str, *values: float) -> Scale:
-    shown = next((factor.shown for factor in study.varied if factor.name == parameter), {})
-    unit = results[column(parameter)].attrs.get("units", "1")
-    return scale_of(xr.DataArray(list(values), attrs={"units": unit, **shown}))
 
 
 def margin_text(margin: float) -> str:
@@ -225,7 +208,7 @@ def _line(results: xr.Dataset, study: Study, trend: Trend, k: int) -> Fact:
     about = {"verb": "rises" if change > 0.0 else "falls", "change": shown, "effect": change, "first": first, "last": last}
     if name not in study.factor_names:
         return Fact("line of a name", name, about)
-    return Fact("line", name, about, _scale(results, study, name, first, last))
+    return Fact("line", name, about, number_scale(study, results, name, first, last))
 
 
 def needs(study: Study, results: xr.Dataset, fitted: Mapping[str, tuple[Trend, ...]], numbers: dict[str, float]) -> list[Fact]:
@@ -261,7 +244,7 @@ def needs(study: Study, results: xr.Dataset, fitted: Mapping[str, tuple[Trend, .
         if other is not None:
             form, second = OTHER_FORM[trend.form], other.reached(name, requirement.bound, numbers)
             about |= {"lacking": form} if math.isnan(second) else {"form": form, "other": second}
-        facts.append(Fact(kind, requirement.label, about, _scale(results, study, name, first, last)))
+        facts.append(Fact(kind, requirement.label, about, number_scale(study, results, name, first, last)))
     return facts
 
 
@@ -296,46 +279,49 @@ def trend_table(study: Study, fitted: Mapping[str, tuple[Trend, ...]]) -> Sectio
     return Section(head, rows, "Exponents", (note,)) if len(columns) > 1 else Section()
 
 
-def next_steps(
-    study: Study, results: xr.Dataset, store: str, point: Recommendation | None, needed: Sequence[Fact]
-) -> list[Step]:
+def _next_steps(result: StudyResult, store: str, needed: Sequence[Fact]) -> list[Step]:
     """What to try next: why, and the command."""
-    if (results["status"].values == PENDING).any():
+    study, point = result.study, result.recommendation
+    if result.counts["pending"]:
         return [(Fact("pending"), command("scissordyn", "study", "resume", store))]
     if point is None:
         return []
+
+    def refine(*words: str) -> str:
+        return command("scissordyn", "study", "refine", store, *words, "-o", "next.db")
+
     if not study.factors:
         more = str(max(4 * study.sampling.samples, CHECKED))
-        return [(Fact("narrower"), _refine(store, "--samples", more))] if point.high - point.low > 0.5 * WIDE else []
-    if point.probability > 0.0:
-        return _met(study, results, store, point)
-    return _not_met(study, results, store, point, needed)
+        wide = point.high - point.low > 0.5 * WIDE
+        return [(Fact("narrower"), refine("--samples", more))] if wide else []
+    return _met(result, store, point, refine) if point.probability > 0.0 else _not_met(result, point, needed, refine)
 
 
-def _met(study: Study, results: xr.Dataset, store: str, point: Recommendation) -> list[Step]:
-    steps, samples = [], max(4 * study.sampling.samples, CHECKED)
+def _met(result: StudyResult, store: str, point: Recommendation, refine: Callable[..., str]) -> list[Step]:
+    study, results = result.study, result.dataset
+    steps, samples = [], str(max(4 * study.sampling.samples, CHECKED))
     if not study.uncertain:
-        loose = [
-            f"--vary {factor.path}={value}" if factor.texts else f"--uncertain {factor.path}={value} {TOLERANCE}"
-            for factor, value in _typed(study, results, point.numbers)
-        ]
-        words = [word for option in loose for word in option.split(" ", 1)]
-        steps.append((Fact("tolerances"), _refine(store, *words, "--samples", str(CHECKED))))
+        loose = []
+        for factor in study.factors:
+            text = f"{factor.path}={typed(results, factor, point.numbers[factor.path])}"
+            loose += ["--vary", text] if factor.texts else ["--uncertain", f"{text} {TOLERANCE}"]
+        steps.append((Fact("tolerances"), refine(*loose, "--samples", str(CHECKED))))
     elif not point.low > 0.9:
         seed = str(study.sampling.seed + 1)
-        again = _refine(store, *_fixed(study, results, point.numbers), "--samples", str(samples), "--seed", seed)
-        steps.append((Fact("new samples"), again))
-    fraction = feasible_fraction(study, results)[-1]
+        fixed = _fixed(study, results, point.numbers)
+        steps.append((Fact("new samples"), refine(*fixed, "--samples", samples, "--seed", seed)))
+    fraction = result.fractions[-1]
     if study.design.extendable and study.optimisation is None and fraction.high - fraction.low > WIDE:
         more = command("scissordyn", "study", "extend", store, "--points", 2 * study.design.points)
         steps.append((Fact("more points"), more))
     return steps
 
 
-def _not_met(study: Study, results: xr.Dataset, store: str, point: Recommendation, needed: Sequence[Fact]) -> list[Step]:
+def _not_met(result: StudyResult, point: Recommendation, needed: Sequence[Fact], refine: Callable[..., str]) -> list[Step]:
+    study, results, steps = result.study, result.dataset, list[Step]()
+    if (likely := _interpolated_point(study, result.points)) is not None:
+        steps.append((Fact("interpolated"), refine(*_fixed(study, results, likely))))
     need = next((need for need in needed if need.part == point.binding and need.kind == "need beyond"), None)
-    binding = next(requirement for requirement in study.requirements if requirement.label == point.binding)
-    steps = []
     if need is not None:
         name, value = need.numbers["number"], need.numbers["value"]
         factor = next(factor for factor in study.factors if factor.path == name)
@@ -345,14 +331,11 @@ def _not_met(study: Study, results: xr.Dataset, store: str, point: Recommendatio
         past = PAST if (value < low) == (value > 0.0) else 1.0 / PAST
         ends = sorted((value * past, low if value < low else high))
         text = f"{ends[0] / factor.scale:.6g}..{typed(results, factor, ends[1])}"
-        steps.append((Fact("goes on", point.binding), _refine(store, "--vary", f"{name}={text}")))
-    likely = _interpolated_point(study, by_point(study, results))
-    if likely is not None:
-        steps.insert(0, (Fact("interpolated"), _refine(store, *_fixed(study, results, likely))))
+        steps.append((Fact("goes on", point.binding), refine("--vary", f"{name}={text}")))
     if study.optimisation is None:
-        name = binding.response.name.partition(" (")[0]  # without the word on what components exert
-        goal = f"{'maximise' if binding.response.smallest else 'minimise'} {name}"
-        steps.append((Fact("search"), _refine(store, "--goal", goal)))
+        binding = next(requirement for requirement in study.requirements if requirement.label == point.binding).response
+        name = binding.name.partition(" (")[0]  # without the word on what components exert
+        steps.append((Fact("search"), refine("--goal", f"{'maximise' if binding.smallest else 'minimise'} {name}")))
     return steps
 
 
@@ -364,7 +347,7 @@ def _interpolated_point(study: Study, points: xr.Dataset) -> dict[str, float] | 
         if model is None:
             return None
         models.append(model)
-    names = [factor.path for factor in study.factors]
+    names = study.paths
     drawn = qmc.Sobol(len(names), rng=np.random.default_rng(0)).random(TRIED)
     at = quantiles([factor.variation for factor in study.factors], drawn)
     tried = np.stack([points[name].values for name in names], axis=1)
@@ -376,17 +359,10 @@ def _interpolated_point(study: Study, points: xr.Dataset) -> dict[str, float] | 
     return dict(zip(names, at[best].tolist(), strict=True)) if least[best] > 0.0 else None
 
 
-def _typed(study: Study, results: xr.Dataset, numbers: Mapping[str, Any]) -> list[tuple[Factor, str]]:
-    return [(factor, typed(results, factor, numbers[factor.path])) for factor in study.factors]
-
-
 def _fixed(study: Study, results: xr.Dataset, numbers: Mapping[str, Any]) -> list[str]:
     """Options that choose a point."""
-    return [word for factor, value in _typed(study, results, numbers) for word in ("--vary", f"{factor.path}={value}")]
-
-
-def _refine(store: str, *words: str) -> str:
-    return command("scissordyn", "study", "refine", store, *words, "-o", "next.db")
+    texts = (f"{factor.path}={typed(results, factor, numbers[factor.path])}" for factor in study.factors)
+    return [word for text in texts for word in ("--vary", text)]
 
 
 def typed(results: xr.Dataset, factor: Factor, value: float) -> str:

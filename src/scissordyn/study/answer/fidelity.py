@@ -17,7 +17,7 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.errors import InputError
-from scissordyn.plot.scale import Scale, scale_of
+from scissordyn.plot.scale import scale_of
 from scissordyn.run.engine import workers_of
 from scissordyn.study.answer.control_variate import (
     Estimate,
@@ -36,7 +36,7 @@ from scissordyn.study.ask.design import Design
 from scissordyn.study.ask.requirement import Requirement, Response, response_unit, response_values
 from scissordyn.study.compute.execute import How, execute, extend, simulated
 from scissordyn.study.compute.interpolation import FEWEST, OTHERS, Interpolation, interpolation
-from scissordyn.study.compute.optimise import candidates, judged, nondominated, optimise
+from scissordyn.study.compute.optimise import candidates, judged, optimise
 from scissordyn.study.compute.store import COMPLETE, Store
 from scissordyn.study.compute.table import column
 
@@ -176,7 +176,7 @@ def _responses(study: Study) -> list[Response]:
 def _confirm(study: Study, store: Store, how: How) -> None:
     """Accurate runs of the best points of a search: its front, or the best of one goal."""
     assert study.accurate is not None
-    there, names = Store(verified_path(store.path)), [factor.path for factor in study.factors]
+    there, names = Store(verified_path(store.path)), study.paths
     wanted = best_tried(study, store.results(), study.accurate.points)
     points = np.empty((0, len(names)))
     if there.exists():  # those of an earlier, shorter search stay
@@ -195,10 +195,8 @@ def _confirm(study: Study, store: Store, how: How) -> None:
 
 def best_tried(study: Study, results: xr.Dataset, most: int) -> np.ndarray:
     """Numbers of the best points of a search, shape (points, factors): of its front, evenly spread, or the best of one goal."""
-    assert study.optimisation is not None
     tried = candidates(study, results).points
-    goals = np.stack([tried[goal.label].values for goal in study.optimisation.goals], axis=1)
-    violation = tried["violation"].values
+    goals, violation = judged(study, results)
     rows = np.flatnonzero(tried["front"].values)
     if goals.shape[1] == 1 or not rows.size:
         judged_points = np.flatnonzero(np.isfinite(violation))
@@ -206,7 +204,7 @@ def best_tried(study: Study, results: xr.Dataset, most: int) -> np.ndarray:
     elif rows.size > most:
         rows = rows[np.argsort(goals[rows, 0], kind="stable")]
         rows = rows[np.unique(np.linspace(0, rows.size - 1, most).round().astype(int))]
-    numbers = np.stack([tried[factor.path].values[rows] for factor in study.factors], axis=1)
+    numbers = tried[study.paths].to_array().values.T[rows]
     return np.asarray(numbers[np.sort(np.unique(numbers, axis=0, return_index=True)[1])])
 
 
@@ -252,26 +250,18 @@ def estimates(study: Study, cheap: xr.Dataset, accurate: xr.Dataset) -> list[Cor
         three = both(partial(response_values, response=response))
         if not all(np.all(np.isfinite(estimate)) for estimate in three):
             continue
-        units = response_unit(cheap, response)
-        numbers.append(Corrected(f"mean {response.name}", "mean", units, mean_estimate(*three, _predicted(between, response))))
-        if single:
-            both_ends = zip(LEVELS, quantile_estimates(*three, LEVELS), strict=True)
-            numbers += [
-                Corrected(f"{level:.0%} quantile of {response.name}", "quantile", units, estimate)
-                for level, estimate in both_ends
-            ]
+        units, predicted = response_unit(cheap, response), between.response(response) if between is not None else None
+        numbers.append(Corrected(f"mean {response.name}", "mean", units, mean_estimate(*three, predicted)))
+        for level, estimate in zip(LEVELS, quantile_estimates(*three, LEVELS), strict=True) if single else ():
+            numbers.append(Corrected(f"{level:.0%} quantile of {response.name}", "quantile", units, estimate))
     return numbers
-
-
-def _predicted(between: Interpolation | None, response: Response) -> Predicted | None:
-    return between.response(response) if between is not None else None
 
 
 def _predicted_margins(between: Interpolation | None, requirements: Sequence[Requirement]) -> Predicted | None:
     """The least margins by interpolation; None where one of the responses has none."""
     of_runs, others = [], []
     for requirement in requirements:
-        response = _predicted(between, requirement.response)
+        response = between.response(requirement.response) if between is not None else None
         if response is None:
             return None
         of_runs.append(requirement.margin(response.of_runs))
@@ -303,20 +293,13 @@ def confirmed(study: Study, accurate: xr.Dataset, cheap: xr.Dataset) -> pd.DataF
     import pandas as pd
 
     assert study.optimisation is not None
-    names = [factor.path for factor in study.factors]
-    tried = candidates(study, cheap).points
-    numbers = np.stack([tried[name].values for name in names], axis=1)
-    here = np.stack([study.cells(accurate[column(name)].values)[:, 0, 0] for name in names], axis=1)
+    tried, there = candidates(study, cheap).points, candidates(study, accurate).points
+    numbers, here = (points[study.paths].to_array().values.T for points in (tried, there))
     places = [int(np.flatnonzero((numbers == row).all(axis=1))[0]) for row in here]
-    table = {name: here[:, k] for k, name in enumerate(names)}
-    goals, violation = judged(study, accurate)
-    for goal, values in zip(study.optimisation.goals, goals.T, strict=True):
-        table[goal.label] = tried[goal.label].values[places]
-        table[f"accurate {goal.label}"] = values
-    table["violation"], table["accurate violation"] = tried["violation"].values[places], violation
-    front, usable = np.zeros(len(here), bool), violation <= 0.0
-    front[usable] = nondominated(goals[usable])
-    return pd.DataFrame({**table, "front": front}, index=pd.Index(places, name="point"))
+    table = {name: there[name].values for name in study.paths}
+    for name in (*(goal.label for goal in study.optimisation.goals), "violation"):
+        table[name], table[f"accurate {name}"] = tried[name].values[places], there[name].values
+    return pd.DataFrame({**table, "front": there["front"].values}, index=pd.Index(places, name="point"))
 
 
 def fidelity(study: Study, cheap: xr.Dataset, accurate: xr.Dataset, stores: tuple[Store, Store]) -> Iterator[Section]:
@@ -362,7 +345,12 @@ def _met_by(both: Estimate, times: Sequence[tuple[float, float]]) -> Fact:
 def _row(number: Corrected) -> tuple[str, ...]:
     """Of the table of both kinds of runs."""
     estimate, scale = number.estimate, scale_of(xr.DataArray(number.estimate.value, attrs={"units": number.units}))
-    shown = partial(_shown, scale=None if number.kind == "fraction" else scale)
+
+    def shown(value: float) -> str:
+        if not np.isfinite(value):
+            return "-"
+        return f"{value:.1%}" if number.kind == "fraction" else scale.cells(value)[0]
+
     return (
         number.label if number.kind == "fraction" or not scale.unit else f"{number.label} [{scale.unit}]",
         shown(estimate.cheap),
@@ -373,19 +361,12 @@ def _row(number: Corrected) -> tuple[str, ...]:
     )
 
 
-def _shown(value: float, scale: Scale | None) -> str:
-    """A number in its unit, or as a fraction."""
-    if not np.isfinite(value):
-        return "-"
-    return f"{value:.1%}" if scale is None else scale.cells(value)[0]
-
-
 def _confirmed_table(study: Study, cheap: xr.Dataset, table: pd.DataFrame, cost: str) -> Section:
     assert study.optimisation is not None
     points = candidates(study, cheap).points
     labels = [goal.label for goal in study.optimisation.goals]
-    signs = {goal.label: -1.0 if goal.maximise else 1.0 for goal in study.optimisation.goals}
-    names = [factor.path for factor in study.factors]
+    signs = {goal.label: goal.sign for goal in study.optimisation.goals}
+    names = study.paths
     scales = {name: scale_of(points[name].isel(point=table.index.values)) for name in (*names, *labels)}
     head = ["point", *(scales[name].label(name) for name in names)]
     for label in labels:

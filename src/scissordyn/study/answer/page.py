@@ -16,13 +16,13 @@ from scissordyn.study.answer.conclusion import conclude, margin_text, numbers_te
 from scissordyn.study.answer.fact import WORDS, Fact, Section
 from scissordyn.study.answer.fidelity import fidelity
 from scissordyn.study.answer.trend import rankings, sensitivities, sensitivity
-from scissordyn.study.answer.verdict import AGREEMENT, answered, case_values, feasible_fraction
+from scissordyn.study.answer.verdict import AGREEMENT, answered, case_values
 from scissordyn.study.ask.description import Study
 from scissordyn.study.ask.design import Factor
 from scissordyn.study.ask.distribution import Levels, Names
 from scissordyn.study.ask.requirement import meaning, response_unit
 from scissordyn.study.compute.optimise import candidates
-from scissordyn.study.compute.table import column
+from scissordyn.study.compute.table import number_scale
 from scissordyn.units import counted
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def _sections(result: StudyResult, store: str, most: int) -> Iterator[Section]:
     yield damage_section(result, store)
     if (verified := result.verified) is not None:
         yield from fidelity(study, results, verified.dataset, (result.store, verified.store))
-    conclusion = result.conclusion if store == result.store.path else conclude(study, results, store)
+    conclusion = result.conclusion if store == result.store.path else conclude(result, store)
     yield Section(lines=conclusion.verdict)
     if conclusion.margins is not None:
         yield conclusion.margins
@@ -52,12 +52,12 @@ def _sections(result: StudyResult, store: str, most: int) -> Iterator[Section]:
     yield replace(varied_numbers(study, results), title="What was computed", lines=lines)
     yield response_ranges(study, results, points)
     if study.requirements:
-        yield requirement_fractions(study, results)
+        yield requirement_fractions(result)
     if study.optimisation is not None:
         yield best_points(study, results, most)
-    yield trend_table(study, conclusion.fitted)
+    yield trend_table(study, result.fitted)
     indices, left_out = sensitivity(study, results)
-    yield from (*sensitivities(indices), *rankings(study, results, conclusion.fitted))
+    yield from (*sensitivities(indices), *rankings(study, results, result.fitted))
     yield Section(title="Responses without indices", lines=[f"{name}: {why}." for name, why in left_out.items()])
     worst = [
         (case.requirement, case.text, margin_text(case.margin), numbers_text(study, results, case.numbers), case.case)
@@ -103,16 +103,15 @@ def design_size(study: Study) -> str:
 
 def varied_numbers(study: Study, results: xr.Dataset) -> Section:
     """The numbers that vary, and over what."""
-    rows = [(factor.path, "chosen", _over(results, factor)) for factor in study.factors]
-    rows += [(factor.name, "uncertain", _over(results, factor)) for factor in study.uncertain]
+    rows = [(factor.path, "chosen", _over(study, results, factor)) for factor in study.factors]
+    rows += [(factor.name, "uncertain", _over(study, results, factor)) for factor in study.uncertain]
     return Section(("number", "role", "values"), rows)
 
 
-def _over(results: xr.Dataset, factor: Factor) -> str:
+def _over(study: Study, results: xr.Dataset, factor: Factor) -> str:
     variation = factor.variation
-    about = {"units": results[column(factor.name)].attrs.get("units", "1"), **factor.shown}
     ends = [end for end in variation.ends if np.isfinite(end) and end]
-    scale = scale_of(xr.DataArray(ends or [variation.quantile(np.array([0.5]))[0]], attrs=about))
+    scale = number_scale(study, results, factor.name, *(ends or variation.quantile(np.array([0.5]))))
     if isinstance(variation, Levels | Names):
         values = [scale.text(value, 6) for value in variation.levels()]
         shown = values if len(values) <= SHOWN else [*values[:SHOWN], f"... {values[-1]}"]
@@ -151,11 +150,12 @@ def response_ranges(study: Study, results: xr.Dataset, points: xr.Dataset) -> Se
     return Section(("response", "smallest", "median", "largest", "unit", *members), rows)
 
 
-def requirement_fractions(study: Study, results: xr.Dataset) -> Section:
+def requirement_fractions(result: StudyResult) -> Section:
     """The fraction of the range that meets each requirement, and all of them."""
-    meanings = [*(meaning(results, requirement) for requirement in study.requirements), ""]
+    study = result.study
+    meanings = [*(meaning(result.dataset, requirement) for requirement in study.requirements), ""]
     rows, explained, sampled = [], any(meanings), False
-    for fraction, text in zip(feasible_fraction(study, results), meanings, strict=True):
+    for fraction, text in zip(result.fractions, meanings, strict=True):
         sampled |= np.isfinite(fraction.low)
         interval = "no sample" if np.isnan(fraction.low) else f"{fraction.low:.1%} to {fraction.high:.1%}"
         rows.append(
@@ -171,8 +171,8 @@ def best_points(study: Study, results: xr.Dataset, most: int) -> Section:
     assert study.optimisation is not None
     search = candidates(study, results)
     rows = np.flatnonzero(search.points["front"].values) if search.best < 0 else np.array([search.best])
-    names = [factor.path for factor in study.factors] + [goal.label for goal in study.optimisation.goals]
-    signs = {goal.label: -1.0 if goal.maximise else 1.0 for goal in study.optimisation.goals}
+    names = study.paths + [goal.label for goal in study.optimisation.goals]
+    signs = {goal.label: goal.sign for goal in study.optimisation.goals}
     scales = {name: scale_of(search.points[name].isel(point=rows)) for name in names}
     columns = [scales[n].cells(*(signs.get(n, 1.0) * search.points[n].values[rows[:most]]), digits=5) for n in names]
     shown = [(str(row), *cells) for row, *cells in zip(rows[:most], *columns, strict=True)]

@@ -34,7 +34,6 @@ from scissordyn.run.store import save
 from scissordyn.study.answer.fact import Section
 from scissordyn.study.answer.page import page
 from scissordyn.study.answer.trend import sensitivity
-from scissordyn.study.answer.verdict import feasible_fraction
 from scissordyn.study.ask.description import Study
 from scissordyn.study.ask.requirement import units_of_parts
 from scissordyn.study.compute.interpolation import between_points
@@ -83,7 +82,7 @@ class StudyPictures:
 
     def requirements(self, *, axes: Canvas = None) -> list[Axes]:
         """The fraction of the range that meets each requirement, and all of them; see `requirement_bars`."""
-        fractions_met = feasible_fraction(self._result.study, self._result.dataset)
+        fractions_met = self._result.fractions
         intervals = np.array([(fraction.low, fraction.high) for fraction in fractions_met])
         fractions = np.array([fraction.fraction for fraction in fractions_met])
         return requirement_bars([fraction.label for fraction in fractions_met], fractions, intervals, axes=axes)
@@ -114,7 +113,7 @@ class Surfaces:
 
     def __init__(self, study: Study, points: xr.Dataset) -> None:
         self._study, self._points = study, points
-        self._names: list[str] = [factor.path for factor in study.factors]
+        self._names = study.paths
         self._model = cache(partial(between_points, study, points))  # By response
 
     def field(self, response: str, x: str, y: str) -> Field | None:

@@ -246,7 +246,7 @@ def sensitivity(study: Study, results: xr.Dataset) -> tuple[dict[str, xr.Dataset
     if study.design.kind not in ("saltelli", "morris"):
         return {}, {}
     points = by_point(study, results)
-    names: list[str] = [factor.path for factor in study.factors]
+    names = study.paths
     indices: dict[str, Any] = {}
     left_out: dict[str, str] = {}
     for name in (response.name for response in answered(study, results)):

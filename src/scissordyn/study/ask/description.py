@@ -233,6 +233,11 @@ class Study:
         return (*self.factors, *self.uncertain)
 
     @property
+    def paths(self) -> list[str]:
+        """The parameter paths of the numbers and names that are chosen."""
+        return [factor.path for factor in self.factors]
+
+    @property
     def per_point(self) -> int:
         return self.sampling.samples * self.members
 

@@ -239,6 +239,11 @@ class Goal:
         return Response(self.measure, self.part, self.maximise)
 
     @property
+    def sign(self) -> float:
+        """By which the response is multiplied to be made small."""
+        return -1.0 if self.maximise else 1.0
+
+    @property
     def label(self) -> str:
         """As the user writes it."""
         return f"{'maximise' if self.maximise else 'minimise'} {self.response.name}"

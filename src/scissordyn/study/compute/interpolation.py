@@ -152,7 +152,7 @@ class Interpolation:
 
 def between_points(study: Study, points: xr.Dataset, response: str) -> Kriging | None:
     """A response between the points of a study; None where they do not predict each other, or names vary."""
-    names = [factor.path for factor in study.factors]
+    names = study.paths
     if not names or any(factor.labels for factor in study.factors):
         return None
     x, values = np.stack([points[name].values for name in names], axis=1), points[response].values

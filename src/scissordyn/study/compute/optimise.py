@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, Protocol, Unpack
+from typing import Protocol, Unpack
 
 import numpy as np
 import xarray as xr
@@ -14,10 +14,10 @@ import xarray as xr
 from scissordyn.errors import InputError
 from scissordyn.study.ask.description import Study
 from scissordyn.study.ask.design import Design, design_values, quantiles
-from scissordyn.study.ask.requirement import Goal, Optimisation, response_unit, response_values, risk_value
+from scissordyn.study.ask.requirement import Optimisation, response_unit, response_values, risk_value
 from scissordyn.study.compute.execute import How, Progress, execute
 from scissordyn.study.compute.store import COMPLETE, PENDING, Store
-from scissordyn.study.compute.table import chosen_numbers, column
+from scissordyn.study.compute.table import about_number, chosen_numbers, column
 
 STEP = 0.3  # First step size of CMA-ES in the unit cube, as its author recommends for ranges
 
@@ -171,7 +171,9 @@ def candidates(study: Study, results: xr.Dataset) -> Optimum:
     variables = chosen_numbers(study, results)
     matrix, violation = judged(study, results)
     for goal, values in zip(plan.goals, matrix.T, strict=True):
-        about = {**_about(study, results, goal), "long_name": f"{plan.risk} of {goal.response.name}"}
+        chosen = goal.measure in study.factor_names
+        unit = about_number(study, results, goal.measure) if chosen else {"units": response_unit(results, goal.response)}
+        about = {**unit, "long_name": f"{plan.risk} of {goal.response.name}"}
         variables[goal.label] = ("point", values, about)
     complete = np.asarray(study.cells(results["status"].values == COMPLETE).all(axis=(1, 2)))
     front, usable = np.zeros(len(complete), bool), complete & (violation <= 0.0)
@@ -203,21 +205,13 @@ def judged(study: Study, results: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
     for goal in plan.goals:
         chosen = goal.measure in study.factor_names
         values = results[column(goal.measure)].values if chosen else response_values(results, goal.response)
-        goals.append(risk((-1.0 if goal.maximise else 1.0) * values))
+        goals.append(risk(goal.sign * values))
     violation = np.zeros(results.sizes["case"] // study.per_point)
     for requirement in study.requirements:
         beyond = risk(-requirement.margin_in(results))
         violation += np.where(np.isnan(beyond), np.inf, np.maximum(beyond, 0.0))
     violation[~np.all(np.isfinite(goals), axis=0)] = np.inf
     return np.stack(goals, axis=1), violation
-
-
-def _about(study: Study, results: xr.Dataset, goal: Goal) -> dict[str, Any]:
-    """The unit of a goal; of a number that varies also the one in which the user wrote it."""
-    for factor in study.varied:
-        if factor.path == goal.measure:
-            return {"units": results[column(goal.measure)].attrs.get("units", "1"), **factor.shown}
-    return {"units": response_unit(results, goal.response)}
 
 
 def nondominated(goals: np.ndarray) -> np.ndarray:

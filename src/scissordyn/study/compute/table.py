@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from scissordyn.plot.scale import Scale, scale_of
 from scissordyn.run.answer.measure import COMPONENT_UNIT
 from scissordyn.study.ask.description import Study
 
@@ -95,6 +96,17 @@ class Columns:
 def column(parameter: str) -> str:
     """Name of the array of a parameter path; NetCDF would make a group of a slash."""
     return parameter.replace("/", "_")
+
+
+def about_number(study: Study, results: xr.Dataset, name: str) -> dict[str, Any]:
+    """Attributes of a number that varies: its unit, and the one in which the user wrote it, or the names."""
+    shown = next((factor.shown for factor in study.varied if factor.name == name), {})
+    return {"units": results[column(name)].attrs.get("units", "1"), **shown}
+
+
+def number_scale(study: Study, results: xr.Dataset, name: str, *values: float) -> Scale:
+    """In which values of a number that varies are shown."""
+    return scale_of(xr.DataArray(list(values), attrs=about_number(study, results, name)))
 
 
 def chosen_numbers(study: Study, results: xr.Dataset) -> dict[str, Any]:

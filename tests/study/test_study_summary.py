@@ -79,7 +79,7 @@ def test_terminal_and_report_have_units(tmp_path: Path, capsys: pytest.CaptureFi
         "<td>interval: 0.1 to 0.5 mm</td>",
         "width=device-width",
         '<div class="scroll"><img alt="Response curves" style="min-width:',
-        "The points of the design &#x27;grid&#x27; are no sample. Failed cases are left out.",
+        "The points of the design &#39;grid&#39; are no sample. Failed cases are left out.",
     ):
         assert text in page
     (picture,) = (tmp_path / "figures").iterdir()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 import xarray as xr
+from markupsafe import Markup
 
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
@@ -421,7 +421,7 @@ class StudyResult:
         return f"<study '{self.store.path}': {'; '.join(parts)}>"
 
     def _repr_html_(self) -> str:
-        head = f"<b>Study {html.escape(Path(self.store.path).name)}</b>"
+        head = Markup("<b>Study {}</b>").format(Path(self.store.path).name)
         return head + as_html(page(self, self.store.path, MOST_ROWS))
 
 

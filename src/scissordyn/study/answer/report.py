@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import base64
-import html
 import io
 import re
 from collections.abc import Callable, Iterable, Iterator
 from functools import cache, partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
+from jinja2 import Environment
+from markupsafe import Markup
 from matplotlib.axes import Axes
 
 from scissordyn.errors import InputError, ScissordynError
@@ -40,7 +41,6 @@ from scissordyn.study.compute.interpolation import between_points
 
 if TYPE_CHECKING:
     import pandas as pd
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from scissordyn.study.result import StudyResult
@@ -170,16 +170,13 @@ def table(results: xr.Dataset) -> pd.DataFrame:
                 continue
             units = units_of_parts(results, str(name))
             if "labels" in variable.attrs:
-                labels = [*variable.attrs["labels"], ""]  # of a damaged block the last
-                columns[str(variable.attrs["address"])] = np.array(
-                    [labels[int(label)] for label in np.nan_to_num(variable.values, nan=-1.0)]
-                )
-                continue
-            if variable.ndim == 1:
+                labels = np.array([*variable.attrs["labels"], ""])  # of a damaged block the last
+                columns[str(variable.attrs["address"])] = labels[np.nan_to_num(variable.values, nan=-1.0).astype(int)]
+            elif variable.ndim == 1:
                 columns[_headed(str(variable.attrs.get("address", name)), units[0])] = variable.values
-                continue
-            for place, part in enumerate(variable[variable.dims[1]].values):
-                columns[_headed(f"{part}.{name}", units[place])] = variable.values[:, place]
+            else:
+                heads = (f"{part}.{name}" for part in variable[variable.dims[1]].values)
+                columns |= dict(zip(map(_headed, heads, units), variable.values.T, strict=True))
     columns["status"] = np.array([STATES[int(code)] for code in results["status"].values])
     columns["cause"] = results["cause"].values.astype(object)
     return pd.DataFrame(columns)
@@ -233,13 +230,33 @@ h1, h2 { overflow-wrap: anywhere; }
 HTML, PDF = b"<!doctype html>", b"%pdf-"
 KINDS = {".html": HTML, ".htm": HTML, ".pdf": PDF}  # How a report begins, in lower case, by the end of its name
 
-VIEWPORT = '<meta name="viewport" content="width=device-width, initial-scale=1">'
-"""Without it a telephone shows the page as wide as a desk screen, and small."""
+SECTIONS = """
+{% for part in sections %}
+{% if part.title %}<h2>{{ part.title }}</h2>{% endif %}
+{% for line in part.lines %}
+<p>{% if loop.first and not part.title %}<strong>{{ line }}</strong>{% else %}{{ line }}{% endif %}</p>
+{% endfor %}
+{% if part.rows %}
+<div class="scroll"><table><tr>{% for head in part.head %}<th>{{ (head | e).replace(".", may_break) }}</th>{% endfor %}</tr>
+{% for row in part.rows %}<tr>{% for text in row %}{% set typed = part.head[loop.index0] == "command" %}
+<td{% if text | length > long and not typed %} class="long"{% endif %}>
+{% if typed %}<code>{{ text }}</code>{% else %}{{ text }}{% endif %}</td>
+{% endfor %}</tr>{% endfor %}</table></div>{% for note in part.notes %}<p>{{ note }}</p>{% endfor %}{% endif %}{% endfor %}
+"""
+"""Sections as HTML; the first line of one without a title is an answer, and bold."""
+
+REPORT = """
+<!doctype html><html lang="en"><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
+{# without a viewport a telephone shows the page as wide as a desk screen, and small #}
+<title>Study {{ store }}</title><style>{{ style }}</style><h1>Study {{ store }}</h1>
+{{ answers }}<p>Commands are typed in the folder that has {{ store }}.</p>
+{% for title, least, picture in pictures %}<h2>{{ title }}</h2><div class="scroll">
+<img alt="{{ title }}" style="min-width: {{ least }}px" src="data:image/png;base64,{{ picture }}"></div>{% endfor %}</html>
+"""
 
 LONG = 48  # Characters from which the text of a cell is broken into lines
 
 DPI = 130
-
 SHRUNK = 0.5  # A picture is shown no smaller than this share of its size, or nobody could read it: narrow pages scroll it
 MOST_RESPONSES = 8  # With more responses there are no maps and curves of them
 
@@ -278,17 +295,13 @@ def write_report(result: StudyResult, path: Path) -> Path:
     start = KINDS.get(path.suffix.lower())
     if start is None:
         raise InputError(f"'{path}' as a report", "a name that ends in .html or .pdf", "-o report.html")
-    store = Path(result.store.path).name
-    parts = [as_html(page(result, store, MOST_ROWS)), f"<p>Commands are typed in the folder that has {_text(store)}.</p>"]
+    store, pictures = Path(result.store.path).name, list[tuple[str, int, str]]()
     for title, figure in figures(result):
         picture = io.BytesIO()
         figure.savefig(picture, format="png", dpi=DPI)
-        code, least = base64.b64encode(picture.getvalue()).decode(), round(SHRUNK * DPI * figure.get_figwidth())
-        shown = f'<img alt="{_text(title)}" style="min-width: {least}px" src="data:image/png;base64,{code}">'
-        parts.append(f'<h2>{_text(title)}</h2><div class="scroll">{shown}</div>')
-    name = _text(f"Study {store}")
-    head = f'<!doctype html><html lang="en"><meta charset="utf-8">{VIEWPORT}<title>{name}</title><style>{STYLE}</style>'
-    content = f"{head}<h1>{name}</h1>{''.join(parts)}</html>\n".encode()
+        pictures.append((title, round(SHRUNK * DPI * figure.get_figwidth()), base64.b64encode(picture.getvalue()).decode()))
+    answers = as_html(page(result, store, MOST_ROWS))
+    content = rendered(REPORT, store=store, style=Markup(STYLE), answers=answers, pictures=pictures).encode()
     try:
         if path.exists() and not path.read_bytes()[: len(start)].lower().startswith(start):
             raise InputError(f"'{path}' is something else than a report", "another name", "-o report.html")
@@ -297,30 +310,10 @@ def write_report(result: StudyResult, path: Path) -> Path:
         raise ScissordynError(f"cannot write '{path}': {error.strerror or error}") from None
 
 
-def as_html(sections: Iterable[Section]) -> str:
-    """Sections as HTML; the first line of one without a title is an answer, and bold."""
-    parts = []
-    for part in sections:
-        lines = [f"<p>{_text(line)}</p>" for line in part.lines]
-        if lines and not part.title:
-            lines[0] = f"<p><strong>{_text(part.lines[0])}</strong></p>"
-        table = _table(part) if part.rows else ""
-        parts.append((f"<h2>{_text(part.title)}</h2>" if part.title else "") + "".join(lines) + table)
-    return "".join(parts)
+def as_html(sections: Iterable[Section]) -> Markup:
+    return rendered(SECTIONS, sections=sections, long=LONG, may_break=Markup(".<wbr>"))
 
 
-def _text(text: object) -> str:
-    return html.escape(str(text))
-
-
-def _table(part: Section) -> str:
-    lines = "".join(f"<tr>{''.join(map(_cell, part.head, row))}</tr>" for row in part.rows)
-    heads = "".join(f"<th>{_text(cell).replace('.', '.<wbr>')}</th>" for cell in part.head)
-    notes = "".join(f"<p>{_text(note)}</p>" for note in part.notes)
-    return f'<div class="scroll"><table><tr>{heads}</tr>{lines}</table></div>{notes}'
-
-
-def _cell(head: str, text: str) -> str:
-    if head == "command":
-        return f"<td><code>{_text(text)}</code></td>"
-    return f'<td class="long">{_text(text)}</td>' if len(text) > LONG else f"<td>{_text(text)}</td>"
+def rendered(template: str, **names: Any) -> Markup:
+    """A template filled in, without the breaks of its lines."""
+    return Markup(Environment(autoescape=True).from_string(template.replace("\n", "")).render(names))

@@ -439,7 +439,7 @@ def test_many_numbers_of_a_worst_case_are_the_extreme_ones() -> None:
     values = chance.random((40, 19))
     values[3, 11] = 30.0
     results = xr.Dataset({column(name): ("case", values[:, k], {"units": "1"}) for k, name in enumerate(names)})
-    described: Any = SimpleNamespace(factors=(), uncertain=(), apart=())
+    described: Any = SimpleNamespace(varied=())
     text = numbers_text(described, results, dict(zip(names, values[3], strict=True)))
     assert "joint 11.clearance = 30" in text
     assert text.count("=") == 6

@@ -71,7 +71,9 @@ def test_steps_of_hard_contact(arm):
 def test_steps_around_the_one_that_was_asked_for(arm):
     """Limit: a shorter step than the chosen one is in the middle of those that are tried, a longer one changes nothing."""
     hard = arm.replace("A.contact", "hard")
-    steps = {asked: [each[0] for each in _tried(hard, Options(0.01, step=asked))[1]] for asked in (None, 1e-8, 1e-2)}
+    steps = {
+        asked: [each[0] for each in _tried(hard, Options(0.01, step=asked), "accuracy")[1]] for asked in (None, 1e-8, 1e-2)
+    }
     assert steps[1e-8] == [1e-8 * 2.0**k for k in range(4, -4, -1)]
     assert steps[None] == steps[1e-2] != steps[1e-8]
 

@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import stats
@@ -121,7 +121,7 @@ def mean_estimate(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarray, p
     m, n = accurate.size, cheap.size
     alone = _student(accurate)
     if m < FEWEST or not np.ptp(paired) > 0.0:
-        return Estimate(alone[0], alone[1], alone[2], _mean(cheap), *alone, math.nan, n, m)
+        return Estimate(*alone, _mean(cheap), *alone, math.nan, n, m)
     centre, uncertain = population_mean(cheap, predicted)
     squares, slope, value, residual = _regressed(accurate, paired, centre)
     variance = residual * (1.0 / m + (centre - float(paired.mean())) ** 2 / squares) + slope**2 * uncertain
@@ -147,7 +147,7 @@ def fraction_estimate(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarra
         if m >= FEWEST and by_mean.high > by_mean.low:
             low, high, value = max(0.0, by_mean.low), min(1.0, by_mean.high), min(1.0, max(0.0, by_mean.value))
             return Estimate(value, low, high, _mean(cheap), *alone, correlated, n, m)
-        return Estimate(alone[0], alone[1], alone[2], _mean(cheap), *alone, correlated, n, m)
+        return Estimate(*alone, _mean(cheap), *alone, correlated, n, m)
     yes, total = float(cheap.sum()), float(n)
     pairs = [(float(accurate[paired == stratum].sum()), int(np.sum(paired == stratum))) for stratum in (1.0, 0.0)]
     weights = (yes / total, 1.0 - yes / total)
@@ -166,19 +166,19 @@ def fraction_estimate(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarra
 
 def quantile_estimates(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarray, levels: Sequence[float]) -> list[Estimate]:
     order = np.argsort(accurate, kind="stable")
+    values, correlated = accurate[order], correlation(accurate, paired)
     steps, alone = [], []
-    for place in order:
-        x = accurate[place]
+    for x in values:
         # the cheap response that splits the pairs as x does
         threshold = np.sort(paired)[int(np.sum(accurate <= x)) - 1]
-        steps.append(fraction_estimate(accurate <= x, paired <= threshold, cheap <= threshold))
-        alone.append((steps[-1].accurate, steps[-1].accurate_low, steps[-1].accurate_high))
-    values, correlated = accurate[order], correlation(accurate, paired)
+        step = fraction_estimate(accurate <= x, paired <= threshold, cheap <= threshold)
+        steps.append((step.value, step.low, step.high))
+        alone.append((step.accurate, step.accurate_low, step.accurate_high))
     quantiles = []
     for level in levels:
-        both = _inverted(values, [(step.value, step.low, step.high) for step in steps], level)
+        both, single = _inverted(values, steps, level), _inverted(values, alone, level)
         cheap_value = float(np.quantile(cheap, level, method="inverted_cdf")) if cheap.size else math.nan
-        quantiles.append(Estimate(*both, cheap_value, *_inverted(values, alone, level), correlated, cheap.size, accurate.size))
+        quantiles.append(Estimate(*both, cheap_value, *single, correlated, cheap.size, accurate.size))
     return quantiles
 
 
@@ -187,9 +187,7 @@ def _inverted(values: np.ndarray, fractions: list[tuple[float, float, float]], l
     if not values.size:
         return math.nan, -math.inf, math.inf
     middle, low, high = (np.maximum.accumulate(np.array(ends)) for ends in zip(*fractions, strict=True))
-    at = int(np.searchsorted(middle, level))
-    first = int(np.searchsorted(high, level))
-    last = int(np.searchsorted(low, level))
+    at, first, last = (int(np.searchsorted(rising, level)) for rising in (middle, high, low))
     return (
         float(values[min(at, values.size - 1)]),
         float(values[first]) if first > 0 else -math.inf,
@@ -203,9 +201,7 @@ def cost_ratio(correlated: float, accurate_seconds: float, cheap_seconds: float,
     sqrt(u rho^2/(1 - rho^2) w/w_cheap), Peherstorfer et al. 2016, with two models, or three of which the third costs nothing
     and leaves the part u of the variance of the second; one accurate run for a hundred thousand cheap ones at most.
     """
-    if not math.isfinite(correlated):
-        correlated = 0.0
-    squared = min(correlated**2, 1.0 - 1e-10)
+    squared = min(correlated**2, 1.0 - 1e-10) if math.isfinite(correlated) else 0.0
     ratio = math.sqrt(unpredicted * squared / (1.0 - squared) * accurate_seconds / max(cheap_seconds, 1e-12))
     return min(max(1.0, ratio), 1e5)
 
@@ -251,7 +247,7 @@ def fraction_by_margins(
     Shapes: `accurate` (m,), `paired` (m,), `cheap` (N,).
     """
     by_strata = fraction_estimate(accurate > 0.0, paired > 0.0, cheap > 0.0)
-    m, n = accurate.size, cheap.size
+    m = accurate.size
     if m < FEWEST_MARGINS or not all(np.all(np.isfinite(margins)) for margins in (accurate, paired, cheap)):
         return by_strata
     correlated = correlation(accurate, paired)
@@ -263,19 +259,15 @@ def fraction_by_margins(
     spread = math.sqrt(float(np.sum(chances * (1.0 - chances))) + JEFFREYS**2)
     if abs(float(np.sum(accurate > 0.0) - np.sum(chances))) > CONTRADICTED * spread:
         return by_strata
-    predicted_chances = None
     if predicted is not None:
-        predicted_chances = Predicted(
-            *(_chances(accurate, paired, margins) for margins in (predicted.of_runs, predicted.others))
-        )
-    value, variance = population_mean(_chances(accurate, paired, cheap), predicted_chances)
+        predicted = Predicted(*(_chances(accurate, paired, margins) for margins in (predicted.of_runs, predicted.others)))
+    value, variance = population_mean(_chances(accurate, paired, cheap), predicted)
     value = min(1.0, max(0.0, value))
     variance += _variance_of_pairs(accurate, paired, np.sort(cheap))
     variance += unseen_outliers(m) * (1.0 / 12.0 + (0.5 - value) ** 2)  # of them any part meets the bound
     half = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, min(m, LEFT_OUT) - 1)) * math.sqrt(variance)
-    alone = by_strata.accurate, by_strata.accurate_low, by_strata.accurate_high
     low, high = max(0.0, value - half), min(1.0, value + half)
-    return Estimate(value, low, high, by_strata.cheap, *alone, correlated, n, m, predicted_chances is not None)
+    return replace(by_strata, value=value, low=low, high=high, correlation=correlated, interpolated=predicted is not None)
 
 
 def _chances(accurate: np.ndarray, paired: np.ndarray, margins: np.ndarray) -> np.ndarray:

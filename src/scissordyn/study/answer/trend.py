@@ -198,21 +198,14 @@ def sobol_indices(values: np.ndarray, names: list[str]) -> xr.Dataset:
     Shapes: `values` (base points (factors + 2),).
     """
     sobol = library("SALib.analyze.sobol", "study", "an index of Sobol")
-    rows = values.reshape(-1, len(names) + 2)
-    whole = np.all(np.isfinite(rows), axis=1)
-    _check_count(int(whole.sum()), "base points")
-    problem = {"num_vars": len(names), "names": names, "bounds": [[0.0, 1.0]] * len(names)}
+    rows, whole, problem = _whole_rows(values, names, 2, "base points")
     used = rows[whole].ravel()
     if not np.ptp(used) > 0.0:
         raise InputError("a response that is the same at all points", "one that varies")
     analysed = sobol.analyze(problem, used, calc_second_order=False, num_resamples=RESAMPLES, seed=SEED)
     keys = {"first": "S1", "first_interval": "S1_conf", "total": "ST", "total_interval": "ST_conf"}
-    about = {"units": "1"}
-    return xr.Dataset(
-        {name: ("factor", np.asarray(analysed[key], float), about) for name, key in keys.items()},
-        coords={"factor": names},
-        attrs={"left_out": int(np.sum(~whole)), "method": "sobol"},
-    )
+    indices = {name: ("factor", np.asarray(analysed[key], float), {"units": "1"}) for name, key in keys.items()}
+    return xr.Dataset(indices, {"factor": names}, {"left_out": int(np.sum(~whole)), "method": "sobol"})
 
 
 def morris_indices(points: np.ndarray, values: np.ndarray, names: list[str]) -> xr.Dataset:
@@ -221,24 +214,21 @@ def morris_indices(points: np.ndarray, values: np.ndarray, names: list[str]) -> 
     Shapes: `points` (trajectories (factors + 1), factors).
     """
     morris = library("SALib.analyze.morris", "study", "an elementary effect")
-    d = len(names)
-    rows = values.reshape(-1, d + 1)
-    whole = np.all(np.isfinite(rows), axis=1)
-    _check_count(int(whole.sum()), "trajectories")
-    problem = {"num_vars": d, "names": names, "bounds": [[0.0, 1.0]] * d}
-    used = points.reshape(-1, d + 1, d)[whole].reshape(-1, d)
+    rows, whole, problem = _whole_rows(values, names, 1, "trajectories")
+    used = points.reshape(*rows.shape, len(names))[whole].reshape(-1, len(names))
     analysed = morris.analyze(problem, used, rows[whole].ravel(), num_levels=MORRIS_LEVELS, num_resamples=RESAMPLES, seed=0)
     keys = {"effect": "mu_star", "effect_interval": "mu_star_conf", "deviation": "sigma"}
-    return xr.Dataset(
-        {name: ("factor", np.asarray(analysed[key], float) / DRAWN_IN, {}) for name, key in keys.items()},
-        coords={"factor": names},
-        attrs={"left_out": int(np.sum(~whole)), "method": "morris"},
-    )
+    effects: dict[str, Any] = {name: ("factor", np.asarray(analysed[key], float) / DRAWN_IN, {}) for name, key in keys.items()}
+    return xr.Dataset(effects, {"factor": names}, {"left_out": int(np.sum(~whole)), "method": "morris"})
 
 
-def _check_count(count: int, what: str) -> None:
-    if count < FEWEST:
-        raise InputError(f"{count} complete {what}", f"at least {FEWEST}")
+def _whole_rows(values: np.ndarray, names: list[str], further: int, what: str) -> tuple[np.ndarray, np.ndarray, dict[str, Any]]:
+    """A row for each base point or trajectory, which rows are complete, and what SALib has to know of the numbers."""
+    rows = values.reshape(-1, len(names) + further)
+    whole = np.all(np.isfinite(rows), axis=1)
+    if whole.sum() < FEWEST:
+        raise InputError(f"{whole.sum()} complete {what}", f"at least {FEWEST}")
+    return rows, whole, {"num_vars": len(names), "names": names, "bounds": [[0.0, 1.0]] * len(names)}
 
 
 def sensitivity(study: Study, results: xr.Dataset) -> tuple[dict[str, xr.Dataset], dict[str, str]]:
@@ -247,19 +237,17 @@ def sensitivity(study: Study, results: xr.Dataset) -> tuple[dict[str, xr.Dataset
         return {}, {}
     points = by_point(study, results)
     names = study.paths
-    indices: dict[str, Any] = {}
-    left_out: dict[str, str] = {}
+    indices, left_out = dict[str, xr.Dataset](), dict[str, str]()
     for name in (response.name for response in answered(study, results)):
         values = np.asarray(points[name].values)
         try:
             if study.design.kind == "saltelli":
-                indices[name] = sobol_indices(values, names)
+                table = sobol_indices(values, names)
             else:
-                indices[name] = morris_indices(morris_numbers(study.design, len(names)), values, names)
+                table = morris_indices(morris_numbers(study.design, len(names)), values, names)
+            indices[name] = table.assign_attrs(units=points[name].attrs["units"])
         except InputError as error:
             left_out[name] = str(error)
-            continue
-        indices[name].attrs["units"] = points[name].attrs["units"]
     return indices, left_out
 
 
@@ -308,7 +296,9 @@ def rankings(study: Study, results: xr.Dataset, fitted: Mapping[str, tuple[Trend
 def _table(response: str, names: list[str], numbers: np.ndarray, values: np.ndarray) -> Section:
     correlations, order, first, chance = ranked(numbers, values)
     count = np.array([np.unique(numbers[:, k]).size for k in range(len(names))])
-    half = _half_width(correlations, count)
+    # half of the interval of the inverse hyperbolic tangent (Bonett and Wright 2000, doi:10.1007/BF02294183)
+    normal = stats.norm.ppf(0.5 + 0.5 * CONFIDENCE)
+    half = normal * np.sqrt((1.0 + 0.5 * correlations**2) / np.maximum(count - 3, 1))
     rows = []
     for k in order[:RANKED]:
         middle = math.atanh(max(-0.9999, min(0.9999, correlations[k])))
@@ -346,9 +336,3 @@ def _correlations(numbers: np.ndarray, values: np.ndarray) -> np.ndarray:
     y = y - y.mean()
     spread = np.sqrt(np.sum(x**2, axis=0) * np.sum(y**2))
     return np.asarray(np.divide(x.T @ y, spread, out=np.zeros_like(spread), where=spread > 0.0))
-
-
-def _half_width(correlations: np.ndarray, count: np.ndarray) -> np.ndarray:
-    """Half of the interval of the inverse hyperbolic tangent (Bonett and Wright 2000, doi:10.1007/BF02294183)."""
-    normal = stats.norm.ppf(0.5 + 0.5 * CONFIDENCE)
-    return np.asarray(normal * np.sqrt((1.0 + 0.5 * correlations**2) / np.maximum(count - 3, 1)))

@@ -141,7 +141,7 @@ def feasible_fraction(study: Study, results: xr.Dataset) -> list[FeasibleFractio
     completed = complete.sum(axis=axis)
     for label, met in every:
         fractions = (study.cells(met) & complete).sum(axis=axis)[completed > 0] / completed[completed > 0]
-        fraction = float(np.mean(fractions)) if fractions.size else float("nan")
+        fraction = float(np.mean(fractions)) if fractions.size else np.nan
         sampled = fractions.size and kind in INDEPENDENT and (by_samples or study.factors)
         low, high = fraction_interval(fraction * fractions.size, fractions.size) if sampled else (np.nan, np.nan)
         fractions_met.append(FeasibleFraction(label, fraction, low, high, int(fractions.size)))
@@ -149,25 +149,22 @@ def feasible_fraction(study: Study, results: xr.Dataset) -> list[FeasibleFractio
 
 
 def worst_cases(study: Study, results: xr.Dataset, count: int = 5) -> list[Worst]:
-    """The cases that are farthest beyond a requirement, or nearest to it."""
-    apart = study.per_point if study.factors else study.members
+    """The cases that are farthest beyond a requirement, or nearest to it: one of each point, or of each sample of one point."""
+    place = np.arange(results.sizes["case"]) // (study.per_point if study.factors else study.members)
     complete = results["status"].values == COMPLETE
-    by_place: dict[int, Worst] = {}
+    worst: dict[int, Worst] = {}
     for requirement in study.requirements:
         values = response_values(results, requirement.response)
         margins = np.where(complete, requirement.margin(values), np.inf)
-        seen = set[int]()
-        for case in np.argsort(margins, kind="stable"):
-            point = int(case) // apart
-            if margins[case] == np.inf or len(seen) >= count:
-                break
-            if point not in seen:
-                seen.add(point)
-                if point not in by_place or by_place[point].margin > margins[case]:
-                    value, text = float(values[case]), value_text(results, requirement.response, int(case))
-                    numbers = {parameter: float(results[column(parameter)][case]) for parameter in study.factor_names}
-                    by_place[point] = Worst(int(case), requirement.label, value, text, float(margins[case]), numbers)
-    return sorted(by_place.values(), key=lambda worst: worst.margin)[:count]
+        order = np.argsort(margins, kind="stable")
+        _, first = np.unique(place[order], return_index=True)  # of each place the case with the least margin
+        for case in order[np.sort(first)[:count]].tolist():
+            at, margin = int(place[case]), float(margins[case])
+            if margin < (worst[at].margin if at in worst else np.inf):
+                text = value_text(results, requirement.response, case)
+                numbers = {name: float(results[column(name)][case]) for name in study.factor_names}
+                worst[at] = Worst(case, requirement.label, float(values[case]), text, margin, numbers)
+    return sorted(worst.values(), key=lambda case: case.margin)[:count]
 
 
 @dataclass(frozen=True)
@@ -207,21 +204,18 @@ def recommended(study: Study, results: xr.Dataset) -> Recommendation | None:
     place = recommended_point(study, results)
     if place < 0:
         return None
-    rows = slice(place * study.per_point, (place + 1) * study.per_point)
-    here = results.isel(case=rows)
+    here = results.isel(case=slice(place * study.per_point, (place + 1) * study.per_point))
     done = here["status"].values.reshape(-1, study.members) != PENDING
-    trials = done.all(axis=1)
-    successes = int((meets_all(study, here).reshape(-1, study.members) & done).all(axis=1)[trials].sum())
-    count = int(trials.sum())
-    probability = successes / count if count else float("nan")
-    low, high = fraction_interval(successes, count) if study.uncertain and count else (float("nan"), float("nan"))
-    margins = []
+    count = int(done.all(axis=1).sum())
+    successes = int(meets_all(study, here).reshape(-1, study.members).all(axis=1).sum())
+    probability = successes / count if count else np.nan
+    low, high = fraction_interval(successes, count) if study.uncertain and count else (np.nan, np.nan)
+    rows, margins = np.flatnonzero(done), list[Margin]()
     for requirement in study.requirements:
-        values = response_values(here, requirement.response)[done.ravel()]
-        margin = requirement.margin(values)
-        worst = int(np.argmin(margin))
-        text = value_text(here, requirement.response, int(np.flatnonzero(done)[worst]))
-        margins.append(Margin(requirement.label, float(values[worst]), text, float(margin[worst])))
+        values = response_values(here, requirement.response)
+        worst = int(rows[np.argmin(requirement.margin(values[rows]))])
+        value, text = values[worst], value_text(here, requirement.response, worst)
+        margins.append(Margin(requirement.label, float(value), text, float(requirement.margin(value))))
     return Recommendation(
         place,
         {factor.path: float(here[column(factor.path)][0]) for factor in study.factors},

@@ -123,9 +123,8 @@ def convergence(
     part, measure, _ = read_response(response)
     wanted = Response(measure, part)
     check_part(mechanism, wanted)
-    varied, tried = _with_modes(mechanism, options) if over == "modes" else _tried(mechanism, options)
-    levels: list[Level] = []
-    enough = math.nan
+    varied, tried = _tried(mechanism, options, over)
+    levels, enough = list[Level](), math.nan
     for setting, variant, changed in tried:
         levels.append(_level(variant, changed, setting, wanted, members, threads))
         at = len(levels) - 1 - AGREEING
@@ -136,26 +135,19 @@ def convergence(
     return Convergence(wanted.name, MEASURES[measure].units, within, tuple(levels), varied, enough, chaotic)
 
 
-_Tried = tuple[str, list[tuple[float, Mechanism, Options]]]
-"""What is varied, and from coarse to fine its settings with mechanism and options."""
-
-
-def _tried(mechanism: Mechanism, options: Options) -> _Tried:
-    """Steps of hard contacts, tolerances of others."""
+def _tried(mechanism: Mechanism, options: Options, over: str) -> tuple[str, list[tuple[float, Mechanism, Options]]]:
+    """What is varied, and from coarse to fine its settings with mechanism and options."""
     once = replace(options, trust=False)
+    if over == "modes":
+        if not flexible_bars(mechanism):
+            allowed = "mechanism.with_bending(...)"
+            raise InputError("over = 'modes' with no bar that bends by modes", allowed, "over='accuracy'")
+        return "modes", [(float(count), with_mode_counts(mechanism, count), once) for count in MODES]
     _, _, choice = make_driver(plan(mechanism), replace(once, step=None))
     if choice.method == TIME_STEPPING:
         steps = [factor * min(choice.step, options.step or math.inf) for factor in STEPS]
         return "step", [(step, mechanism, replace(once, step=step)) for step in steps]
     return "tolerance", [(tolerance, mechanism, replace(once, rtol=tolerance, atol=tolerance)) for tolerance in TOLERANCES]
-
-
-def _with_modes(mechanism: Mechanism, options: Options) -> _Tried:
-    """Numbers of modes of all bars that bend as one part."""
-    if not flexible_bars(mechanism):
-        raise InputError("over = 'modes' with no bar that bends by modes", "mechanism.with_bending(...)", "over='accuracy'")
-    once = replace(options, trust=False)
-    return "modes", [(float(count), with_mode_counts(mechanism, count), once) for count in MODES]
 
 
 def _level(

@@ -68,6 +68,7 @@ class How(TypedDict, total=False):
     block: int | None  # Cases of a block of a new store
     retry: bool  # Do cases that failed again
     progress: Callable[[Progress], None] | None
+    generation: int  # Of an optimisation, from 1
 
 
 def _begin(study: Study, store: Store, block: int | None, workers: int, points: np.ndarray | None) -> None:
@@ -148,7 +149,8 @@ def _missing_blocks(study: Study, store: Store, points: np.ndarray | None, how: 
         done_here += result.cases.size
         if progress is not None:
             complete, failures = int(np.sum(now == COMPLETE)), int(np.sum(now == FAILED))
-            progress(Progress(complete, failures, now.size, time.perf_counter() - began, done_here))
+            seconds, generation = time.perf_counter() - began, how.get("generation", 0)
+            progress(Progress(complete, failures, now.size, seconds, done_here, generation))
 
 
 def extend(study: Study, path: str | os.PathLike[str], points: int, **how: Unpack[How]) -> Store:

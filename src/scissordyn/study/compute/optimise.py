@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Protocol, Unpack
 
 import numpy as np
@@ -15,7 +13,7 @@ from scissordyn.errors import InputError
 from scissordyn.study.ask.description import Study
 from scissordyn.study.ask.design import Design, design_values, quantiles
 from scissordyn.study.ask.requirement import Optimisation, response_unit, response_values, risk_value
-from scissordyn.study.compute.execute import How, Progress, execute
+from scissordyn.study.compute.execute import How, execute
 from scissordyn.study.compute.store import COMPLETE, PENDING, Store
 from scissordyn.study.compute.table import about_number, chosen_numbers, column
 
@@ -116,7 +114,7 @@ def optimise(study: Study, path: str | os.PathLike[str], **how: Unpack[How]) -> 
     how["retry"] = False
     method, width = None if plan.every else proposer(plan, count), plan.size(count)
     variations = [factor.variation for factor in study.factors]
-    points, progress = np.empty((0, count)), how.get("progress")
+    points = np.empty((0, count))
     for generation in range(plan.generations):
         if method is None:
             new = design_values(Design("grid"), variations, study.base(), np.arange(width))
@@ -128,8 +126,7 @@ def optimise(study: Study, path: str | os.PathLike[str], **how: Unpack[How]) -> 
         if there < points.shape[0] and there:
             store.check(here)
             store.extend(here)
-        if progress is not None:
-            how["progress"] = partial(_tell, progress, generation + 1)
+        how["generation"] = generation + 1
         missing = there > points.shape[0] and (store.status()[: here.cases] == PENDING).any()
         if there <= points.shape[0] or missing:
             store = execute(here, store.path, points, **how)
@@ -140,10 +137,6 @@ def optimise(study: Study, path: str | os.PathLike[str], **how: Unpack[How]) -> 
         if method is not None:
             method.tell(*_finite(goals, tried["violation"].values))
     return store
-
-
-def _tell(progress: Callable[[Progress], None], generation: int, state: Progress) -> None:
-    progress(replace(state, generation=generation))
 
 
 def _same_points(results: xr.Dataset, study: Study, points: np.ndarray, store: Store) -> None:

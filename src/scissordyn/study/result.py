@@ -113,18 +113,17 @@ class StudyResult:
     @property
     def requirements(self) -> list[FeasibleFraction]:
         """The fraction of the range that meets each requirement, with its 95 % interval."""
-        self._need_requirements()
         return self.fractions[:-1]
 
     @property
     def feasible(self) -> FeasibleFraction:
         """The fraction of the range that meets all requirements, with its 95 % interval."""
-        self._need_requirements()
         return self.fractions[-1]
 
     @cached_property
     def fractions(self) -> list[FeasibleFraction]:
-        """Of each requirement, and of all of them; none without requirements."""
+        """The fractions of the range that meet each requirement, and all of them."""
+        self._need_requirements()
         return feasible_fraction(self.study, self.dataset)
 
     def worst(self, count: int = 5) -> list[Worst]:
@@ -204,6 +203,11 @@ class StudyResult:
         if self.study.optimisation is None:
             raise InputError("a study without goals", "goals", "result.optimise('minimise peak_force', store='best.db')")
 
+    @cached_property
+    def indices(self) -> tuple[dict[str, xr.Dataset], dict[str, str]]:
+        """By response what it depends on, and why others have no indices; nothing of designs for other purposes."""
+        return sensitivity(self.study, self.dataset)
+
     def sensitivity(self, response: str = "") -> xr.Dataset | dict[str, xr.Dataset]:
         """What responses depend on: Sobol indices of a Saltelli design, elementary effects of a Morris design.
 
@@ -217,7 +221,7 @@ class StudyResult:
         Dataset, or dict of str to Dataset
             Along `factor`, with 95 % intervals; by response if none is named.
         """
-        indices, left_out = sensitivity(self.study, self.dataset)
+        indices, left_out = self.indices
         if self.study.design.kind not in ("saltelli", "morris"):
             what = f"sensitivity of a {self.study.design.kind} design"
             raise InputError(what, "a design for indices", "design='saltelli', or design='morris'")
@@ -383,9 +387,9 @@ class StudyResult:
 
     def _now(self, now: StudyResult) -> StudyResult:
         """The same result after a computation: what was read before is read anew."""
-        for name in ("dataset", "points", "fractions", "recommendation", "fitted", "conclusion", "verified"):
-            self.__dict__.pop(name, None)
-        self.store, self.study = now.store, replace(self.study, design=now.study.design)
+        study, build = replace(self.study, design=now.study.design), self._build
+        vars(self).clear()
+        self.study, self.store, self._build = study, now.store, build
         return self
 
     # --- files and notebooks --------------------------------------------------------------------------------------------

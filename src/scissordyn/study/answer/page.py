@@ -15,7 +15,7 @@ from scissordyn.plot.scale import scale_of
 from scissordyn.study.answer.conclusion import conclude, margin_text, numbers_text, trend_table
 from scissordyn.study.answer.fact import WORDS, Fact, Section
 from scissordyn.study.answer.fidelity import fidelity
-from scissordyn.study.answer.trend import rankings, sensitivities, sensitivity
+from scissordyn.study.answer.trend import rankings, sensitivities
 from scissordyn.study.answer.verdict import AGREEMENT, answered, case_values
 from scissordyn.study.ask.description import Study
 from scissordyn.study.ask.design import Factor
@@ -56,7 +56,7 @@ def _sections(result: StudyResult, store: str, most: int) -> Iterator[Section]:
     if study.optimisation is not None:
         yield best_points(study, results, most)
     yield trend_table(study, result.fitted)
-    indices, left_out = sensitivity(study, results)
+    indices, left_out = result.indices
     yield from (*sensitivities(indices), *rankings(study, results, result.fitted))
     yield Section(title="Responses without indices", lines=[f"{name}: {why}." for name, why in left_out.items()])
     worst = [

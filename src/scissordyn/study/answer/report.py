@@ -34,7 +34,6 @@ from scissordyn.run.engine import STATES
 from scissordyn.run.store import save
 from scissordyn.study.answer.fact import Section
 from scissordyn.study.answer.page import page
-from scissordyn.study.answer.trend import sensitivity
 from scissordyn.study.ask.description import Study
 from scissordyn.study.ask.requirement import units_of_parts
 from scissordyn.study.compute.interpolation import between_points
@@ -277,7 +276,7 @@ def figures(result: StudyResult) -> Iterator[tuple[str, Figure]]:
             title = "Where the requirements are met" if name == "met" else f"Map of {name}"
             drawn.append((title, partial(plot.map, name)))
         drawn.append(("Response curves", plot.curves))
-    if sensitivity(study, result.dataset)[0]:
+    if result.indices[0]:
         drawn.append(("Sensitivity", plot.sensitivity))
     if study.optimisation is not None and len(study.optimisation.goals) >= 2:
         drawn.append(("Pareto front", plot.front))

@@ -178,7 +178,7 @@ def two_joints() -> sd.Mechanism:
 def described(vary: dict[str, str], uncertain: dict[str, str]) -> sd.study:
     """A study of two joints by texts, not computed."""
     from scissordyn.config.study import StudyText
-    from scissordyn.study.ask.description import Sampling
+    from scissordyn.study.ask.design import Sampling
 
     text = StudyText(case="case", vary=vary, uncertain=uncertain, sampling=Sampling(4))
     return described_study(Given(two_joints().driven(speed=10.0), sd.Options(UNTIL)), text)

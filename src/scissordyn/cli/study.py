@@ -194,8 +194,7 @@ def sweep(
     block: BlockSize = None,
 ) -> int:
     from scissordyn.config.study import StudyText, study_of
-    from scissordyn.study.ask.description import Sampling
-    from scissordyn.study.ask.design import Design
+    from scissordyn.study.ask.design import Design, Sampling
 
     check_store_name(output)
     text = StudyText(

@@ -1,4 +1,4 @@
-"""Pages that are made from declarations: the equations of all laws, and the API."""
+"""Pages that are made from declarations: the catalogue of laws and controllers, and the API."""
 
 from __future__ import annotations
 
@@ -6,14 +6,20 @@ import dataclasses
 import importlib
 import inspect
 import re
+import sys
 from pathlib import Path
 
 import scissordyn as sd
 from scissordyn.annotation import shown
+from scissordyn.config.table import table_of
+from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.laws.catalogue import BY_KIND
 from scissordyn.units import quantities
 
-__all__ = ["GROUPS", "MODULES", "fields", "laws_page", "write"]
+sys.path.insert(0, str(Path(__file__).parent))
+from _tables import key_rows
+
+__all__ = ["GROUPS", "MODULES", "catalogue_page", "fields", "write"]
 
 GROUPS: dict[str, tuple[str, ...]] = {
     "Structures": (
@@ -263,14 +269,20 @@ def _math(block: list[str]) -> list[str]:
     return [line for part in parts for line in ("", "$$", part, "$$", "")]
 
 
-def laws_page() -> str:
-    """Every law of the catalogue: its equation as its declaration has it, and its source."""
-    parts = ["# Catalogue of laws", "", "Made from the declarations of the laws; `scissordyn laws NAME` prints the same.", ""]
-    titles = {"stiffness": "Elastic part", "damping": "Damping", "friction": "Friction"}
-    for kind, classes in BY_KIND.items():
+def catalogue_page() -> str:
+    """Every law and controller: its equation as its declaration has it, its source, its internal states and parameters."""
+    parts = ["# Catalogue of laws and controllers", ""]
+    parts += ["Made from the declarations; `scissordyn laws NAME` and `scissordyn controllers NAME` print the same.", ""]
+    titles = {"stiffness": "Elastic part", "damping": "Damping", "friction": "Friction", "controller": "Controllers"}
+    for kind, classes in {**BY_KIND, "controller": CONTROLLERS}.items():
         parts += [f"## {titles[kind]}", ""]
         for name, cls in sorted(classes.items()):
             parts += [f"### {name}", "", _as_myst(cls.__doc__ or ""), "", f"*Source:* {cls.source}.", ""]
+            if states := ", ".join(f"`{state.name}` [{state.unit}]" for state in cls.declaration.states):
+                parts += [f"*Internal states:* {states}.", ""]
+            header, rule, *rows = key_rows(table_of(cls))
+            if rows:
+                parts += [header.replace("key", "parameter"), rule, *rows, ""]
     return "\n".join(parts) + "\n"
 
 
@@ -304,7 +316,7 @@ def modules_page(heading: str, modules: dict[str, tuple[str, ...]]) -> str:
 
 def write(docs: Path) -> None:
     """Write the pages, leaving those that have not changed, and delete those of headings that are gone."""
-    pages = {docs / "theory" / "catalogue.md": laws_page()}
+    pages = {docs / "theory" / "catalogue.md": catalogue_page()}
     names = []
     for heading, members in groups().items():
         stem = heading.lower().replace(" ", "_")

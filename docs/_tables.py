@@ -1,4 +1,4 @@
-"""Tables of the pages that are made from declarations: keys of components, parameters of laws, controllers; zoo; bibliography.
+"""Tables of the pages that are made from declarations: keys of components, names of laws, zoo, bibliography.
 
 Each stands in a page between two comments, which say what it is of. ``python docs/_tables.py`` writes them anew, and with
 ``--check`` only names the pages that are not up to date.
@@ -15,16 +15,15 @@ from scissordyn.component.catalogue import COMPONENTS
 from scissordyn.component.port import AXIS
 from scissordyn.config.part import PARTS
 from scissordyn.config.quantity import written
-from scissordyn.config.table import Table, table_of
-from scissordyn.control.catalogue import CONTROLLERS
+from scissordyn.config.table import Table
 from scissordyn.laws.catalogue import BY_KIND
 
 sys.path.insert(0, str(Path(__file__).parent))
 from _zoo import bibliography_list, zoo_pages, zoo_table
 
-__all__ = ["PAGES", "component_keys", "component_outputs", "filled", "refresh"]
+__all__ = ["PAGES", "component_keys", "component_outputs", "filled", "key_rows", "refresh"]
 
-PAGES = ("components.md", "control.md", "laws.md", "zoo.md", "references.md")
+PAGES = ("components.md", "laws.md", "zoo.md", "references.md")
 
 BLOCK = re.compile(r"(<!-- made from declarations: ([\w -]+) -->\n).*?(<!-- end -->)", re.DOTALL)
 
@@ -48,7 +47,7 @@ def _range(quantity: Any) -> str:
     return ", ".join(f"{sign} {bound:g}" for sign, bound in bounds if bound is not None)
 
 
-def _keys(table: type[Table]) -> list[str]:
+def key_rows(table: type[Table]) -> list[str]:
     """A row for each key: name, unit, default, range in SI, meaning."""
     lines = ["| key | unit | default | range in SI | meaning |", "| --- | --- | --- | --- | --- |"]
     for key, field in table.declared_keys().items():
@@ -70,7 +69,7 @@ SHARED = (
 
 def component_keys(section: str) -> list[str]:
     """The table of a component's keys without those of its name and its place that all share."""
-    return [line for line in _keys(PARTS[section].table) if line not in SHARED]
+    return [line for line in key_rows(PARTS[section].table) if line not in SHARED]
 
 
 def component_outputs(section: str) -> str:
@@ -98,37 +97,20 @@ def _all_components() -> list[str]:
     return lines
 
 
-def _parameters(kinds: dict[str, Any]) -> list[str]:
-    """The parameters of laws or controllers, one after the other."""
-    lines = ["| name | parameter | unit | default | range in SI | meaning |", "| --- | --- | --- | --- | --- | --- |"]
-    for name, kind in kinds.items():
-        table = table_of(kind)
-        rows = [row.removeprefix("|") for row in _keys(table)[2:]] or [" | | | | none |"]
-        lines += [f"| {name if k == 0 else ''} |{row}" for k, row in enumerate(rows)]
-    return lines
-
-
-def _states(kinds: dict[str, Any]) -> list[str]:
-    """The internal states of laws or controllers that have some."""
-    lines = ["| name | internal states |", "| --- | --- |"]
-    for name, kind in kinds.items():
-        if kind.declaration.states:
-            lines.append(f"| {name} | {', '.join(f'`{s.name}` [{s.unit}]' for s in kind.declaration.states)} |")
-    return lines
+def _law_names() -> list[str]:
+    """The names of all laws by their slot."""
+    lines = ["| slot | laws |", "| --- | --- |"]
+    return [*lines, *(f"| `{slot}` | {', '.join(f'`{name}`' for name in sorted(laws))} |" for slot, laws in BY_KIND.items())]
 
 
 def filled(what: str) -> list[str]:
-    """The lines of a table by what its comment says: "components", "component spring", "laws friction", "states friction"."""
+    """The lines of a table by what its comment says: "components", "component spring", "laws", "zoo", "bibliography"."""
     kind, _, name = what.partition(" ")
-    if kind == "zoo":
-        return zoo_table()
-    if kind == "bibliography":
-        return bibliography_list()
     if kind == "component":
         outputs = component_outputs(name)
         return [*component_keys(name), *(("", outputs) if outputs else ())]
-    known: dict[str, Any] = dict(CONTROLLERS if name == "controllers" else BY_KIND.get(name, {}))
-    return {"components": _all_components, "laws": lambda: _parameters(known), "states": lambda: _states(known)}[kind]()
+    tables = {"components": _all_components, "laws": _law_names, "zoo": zoo_table, "bibliography": bibliography_list}
+    return tables[kind]()
 
 
 def refresh(docs: Path, *, write: bool = True) -> list[str]:

@@ -165,7 +165,7 @@ def test_commands_run(page: str, least: int, tmp_path: Path, say: Say) -> None:
     assert len(ours) >= least
 
 
-ASKED = DOCS / "howto" / "asked_elsewhere.md"
+ASKED = DOCS / "comparison.md"
 
 
 def numbers_asked_elsewhere() -> dict[str, tuple[str, str]]:

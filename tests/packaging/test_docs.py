@@ -195,9 +195,9 @@ def test_tutorial_cells_run(page: Path, tmp_path: Path, monkeypatch: pytest.Monk
         assert status_of(words) == 0, line
 
 
-def test_examples_of_the_gallery_are_cases() -> None:
-    """Contract: every picture of the gallery has its case."""
-    for stem in re.findall(r"\]\(examples/(\w+)\.png\)", (DOCS / "gallery.md").read_text(encoding="utf-8")):
+def test_pictures_of_examples_have_cases() -> None:
+    """Contract: every picture of an example has its case."""
+    for stem in re.findall(r"\]\(examples/(\w+)\.png\)", (DOCS / "examples.md").read_text(encoding="utf-8")):
         assert read_case(ROOT / "examples" / f"{stem}.toml").mechanism.bodies
 
 

@@ -129,13 +129,6 @@ def test_actuators_add_up():
     assert np.allclose(whole["control_torque"][:, 0], split["control_torque"].sum("actuator"), atol=1e-8)
 
 
-def test_no_control_is_no_torque():
-    """Contract: with the controller 'none' the bar falls as it does alone."""
-    alone = sd.simulate(hanging(gravity=9.81), until=1.0, **TIGHT)
-    left = sd.simulate(hanging(gravity=9.81).controlled(NoControl()), until=1.0, **TIGHT)
-    assert np.allclose(alone["angle"], left["angle"], atol=1e-10)
-
-
 def test_feed_forward_is_the_drive():
     """Cross-check: the torque of a drive as feed-forward moves the ideal array along the same motion."""
     arm, reference = sd.scissor(units=2), Cycloidal(math.radians(30), math.radians(60), 0.5)

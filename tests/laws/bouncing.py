@@ -1,4 +1,4 @@
-"""An independent integration of the impacts of a free mass: fixed-step Runge-Kutta, without the package's drivers."""
+"""What tests of laws share: impacts of a free mass by fixed-step Runge-Kutta, and friction at given slip speeds and states."""
 
 from __future__ import annotations
 
@@ -6,11 +6,12 @@ import math
 from functools import cache
 
 import numpy as np
+from scipy.integrate import solve_ivp
 from tests.library import in_c
 
 from scissordyn.kernel import F1
 from scissordyn.laws.contact import JointContact
-from scissordyn.laws.evaluate import elastic_force, normal_force
+from scissordyn.laws.evaluate import elastic_force, friction_force, friction_states, normal_force
 from scissordyn.laws.material import STEEL
 from scissordyn.plugin.element import pointers, row_of
 
@@ -123,3 +124,31 @@ def work(stiffness, deepest, joint=JOINT):
     r = 0.5 * (1.0 + _NODES)
     values = np.array([elastic_force(at(stiffness), deepest * x**4, p) * 4.0 * x**3 for x in r])
     return 0.5 * deepest * float(_WEIGHTS @ values)
+
+
+NORMAL = 1000.0  # Normal force of what slides [N]
+
+
+class Sliding:
+    """A friction law at work: force and rates of its states at a slip speed."""
+
+    def __init__(self, law, normal=NORMAL):
+        self.law, self.normal, self.p = law, normal, row(law)
+        self.count = len(law.states)
+
+    def states(self, kernel, v):
+        """States at the start of a contact, or steady ones."""
+        z = np.full(self.count, np.nan)
+        friction_states(at(self.law, kernel), v, z, self.p)
+        return z
+
+    def __call__(self, v, z):
+        """Force and rates."""
+        dz = np.full(self.count, np.nan)
+        return friction_force(at(self.law), v, self.normal, np.array(z, float), dz, self.p), dz
+
+    def settled(self, v, z=None, time=0.1):
+        """Force after sliding at a constant speed for a long time, by scipy's Radau."""
+        z0 = np.zeros(self.count) if z is None else z
+        found = solve_ivp(lambda t, y: self(v, y)[1], (0.0, time), z0, method="Radau", rtol=1e-10, atol=1e-14)
+        return self(v, found.y[:, -1])[0]

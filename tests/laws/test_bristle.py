@@ -5,11 +5,11 @@ import math
 
 import numpy as np
 import pytest
-from bouncing import at, by_name, row
+from bouncing import NORMAL, Sliding, at, by_name, row
 
 import scissordyn as sd
 from scissordyn.laws import catalogue
-from scissordyn.laws.evaluate import friction_force, friction_limit, friction_states
+from scissordyn.laws.evaluate import friction_force, friction_limit
 from scissordyn.laws.friction.ambrosio import Ambrosio
 from scissordyn.laws.friction.bengisu_akay import BengisuAkay
 from scissordyn.laws.friction.brown_mcphee import BrownMcPhee
@@ -21,7 +21,6 @@ from scissordyn.laws.friction.lugre import LuGre
 from scissordyn.laws.friction.stribeck import Stribeck
 from scissordyn.laws.friction.threlfall import Threlfall
 
-NORMAL = 1000.0
 CONSTANT = 1e6
 SLIP = np.concatenate([[0.0], np.geomspace(1e-9, 10.0, 41)])
 BRISTLES = [law for law in catalogue.FRICTION.values() if "bristle_deflection" in [state.name for state in law.states]]
@@ -30,15 +29,12 @@ FADING = [LuGre, ElastoPlastic]
 
 def force(law, v, z, normal=NORMAL):
     """Tangential force and rates of the states."""
-    states, rates = np.array(z, float), np.full(len(law.states), np.nan)
-    return friction_force(at(law), v, normal, states, rates, row(law)), rates
+    return Sliding(law, normal)(v, z)
 
 
 def start(law, v):
     """States at the start of a contact."""
-    z = np.full(len(law.states), np.nan)
-    friction_states(at(law, "start"), v, z, row(law))
-    return z
+    return Sliding(law).states("start", v)
 
 
 def states_of(law):

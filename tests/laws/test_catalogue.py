@@ -11,25 +11,11 @@ from scissordyn.errors import InputError
 from scissordyn.laws import catalogue
 from scissordyn.laws.contact import Damping, Elastic, Friction
 from scissordyn.laws.damping import proportional
-from scissordyn.laws.evaluate import elastic_force, friction_force, friction_states, normal_force
+from scissordyn.laws.evaluate import friction_force
 from scissordyn.plugin.element import PARAMETERS
 
 KINDS = {"stiffness": Elastic, "damping": Damping, "friction": Friction}
 ENTRIES = [(kind, name) for kind, laws in catalogue.BY_KIND.items() for name in laws]
-
-
-def answer(kind, law):
-    """What the kernels of a law return."""
-    p, states = row(law), len(getattr(law, "states", ()))
-    if kind == "stiffness":
-        return elastic_force(at(law), 1e-5, p)
-    if kind == "damping":
-        z, dz = np.zeros(states), np.full(states, np.nan)
-        return normal_force(at(law), 100.0, 1e-5, 0.1, 0.5, z, dz, p) + dz.sum()
-    z, dz = np.zeros(states), np.full(states, np.nan)
-    friction_states(at(law, "start"), 0.1, z, p)
-    force = friction_force(at(law), 0.1, 100.0, z, dz, p)
-    return force + dz.sum()
 
 
 def test_everything_is_there():
@@ -47,12 +33,6 @@ def test_everything_is_there():
         *("ambrosio", "bengisu-akay", "brown-mcphee", "coulomb", "dahl", "elasto-plastic", "gonthier-bristle"),
         *("lugre", "maxwell-slip", "none", "stribeck", "threlfall"),
     }
-
-
-@pytest.mark.parametrize(("kind", "name"), ENTRIES)
-def test_every_law_has_its_kernels(kind, name):
-    """Contract: a law is evaluated by the pointers of its kernels."""
-    assert math.isfinite(answer(kind, catalogue.law(kind, name)()))
 
 
 @pytest.mark.parametrize(("kind", "name"), ENTRIES)

@@ -73,14 +73,6 @@ def test_own_constants(law, expected):
     assert force(law, 4e-6) == pytest.approx(expected, rel=1e-14)
 
 
-def test_power_bounds():
-    """Closed form: with K and n of Hertz's law the power law is Hertz's law."""
-    hertz = Hertz()
-    law = PowerLaw(coefficient=hertz.parameters(JOINT)[0], exponent=1.5)
-    for delta in DEPTHS[::20]:
-        assert force(law, delta) == pytest.approx(force(hertz, delta), rel=1e-14)
-
-
 @pytest.mark.parametrize(
     ("law", "printed"),
     [

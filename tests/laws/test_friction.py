@@ -4,12 +4,11 @@ import math
 
 import numpy as np
 import pytest
-from bouncing import JOINT, at, by_name, row
+from bouncing import NORMAL, Sliding, by_name
 from scipy.integrate import solve_ivp
 
 from scissordyn.errors import InputError
 from scissordyn.laws import catalogue
-from scissordyn.laws.evaluate import friction_force, friction_states
 from scissordyn.laws.friction.ambrosio import Ambrosio
 from scissordyn.laws.friction.bengisu_akay import BengisuAkay
 from scissordyn.laws.friction.brown_mcphee import BrownMcPhee
@@ -22,33 +21,7 @@ from scissordyn.laws.friction.stribeck import Stribeck
 from scissordyn.laws.friction.threlfall import Threlfall
 
 ALL = [law for name, law in catalogue.FRICTION.items() if name != "none"]
-NORMAL = 1000.0
 SPEEDS = np.array([-1.0, -0.03, -2e-3, -5e-4, 5e-4, 1e-3, 2e-3, 0.03, 1.0])
-
-
-class Sliding:
-    """One law at work: force and state rates for given slip and states."""
-
-    def __init__(self, law, normal=NORMAL):
-        self.law, self.normal, self.p = law, normal, row(law, JOINT)
-        self.count = len(law.states)
-
-    def start(self, v):
-        """States at the start of a contact."""
-        z = np.full(self.count, np.nan)
-        friction_states(at(self.law, "start"), v, z, self.p)
-        return z
-
-    def __call__(self, v, z):
-        """Force and rates."""
-        dz = np.full(self.count, np.nan)
-        return friction_force(at(self.law), v, self.normal, np.array(z, float), dz, self.p), dz
-
-    def settled(self, v, z=None, time=0.1):
-        """Force after sliding at a constant speed for a long time, by scipy's Radau."""
-        z0 = np.zeros(self.count) if z is None else z
-        found = solve_ivp(lambda t, y: self(v, y)[1], (0.0, time), z0, method="Radau", rtol=1e-10, atol=1e-14)
-        return self(v, found.y[:, -1])[0]
 
 
 def curve(v, *, mu_k=0.05, mu_s=0.075, v_s=1e-3):
@@ -92,11 +65,11 @@ def test_contact_starts_in_steady_sliding(law):
     """Limit: the states at the start of a contact do not move and give the settled force, at 1 mm/s and more."""
     sliding = Sliding(law())
     for v in (-1.0, -0.05, 0.05, 1.0):
-        z = sliding.start(v)
+        z = sliding.states("start", v)
         force, rate = sliding(v, z)
         assert np.all(np.abs(rate) < 1e-9 * abs(v))
         assert force == pytest.approx(sliding.settled(v), rel=1e-7)
-    assert np.all(np.isfinite(sliding.start(0.0)))
+    assert np.all(np.isfinite(sliding.states("start", 0.0)))
 
 
 @pytest.mark.parametrize("law", [law for law in ALL if law.states], ids=by_name)
@@ -104,11 +77,8 @@ def test_steady_states(law):
     """Limit: the states of steady sliding give the force that is settled after 0.1 s, below the Stribeck speed too."""
     sliding = Sliding(law())
     for v in SPEEDS:
-        z = np.full(sliding.count, np.nan)
-        friction_states(at(law, "steady"), v, z, sliding.p)
-        assert sliding(v, z)[0] == pytest.approx(sliding.settled(v), rel=1e-7)
-    friction_states(at(law, "steady"), 0.0, z, sliding.p)
-    assert z[0] == 0.0
+        assert sliding(v, sliding.states("steady", v))[0] == pytest.approx(sliding.settled(v), rel=1e-7)
+    assert sliding.states("steady", 0.0)[0] == 0.0
 
 
 @pytest.mark.parametrize("law", ALL, ids=by_name)
@@ -116,7 +86,7 @@ def test_sliding_dissipates(law):
     """Limit: in steady sliding friction has the sign of the slip speed, at rest it is zero."""
     sliding = Sliding(law())
     for v in SPEEDS:
-        assert sliding(v, sliding.start(v))[0] * v > 0.0
+        assert sliding(v, sliding.states("start", v))[0] * v > 0.0
     assert sliding(0.0, np.zeros(sliding.count))[0] == 0.0
 
 
@@ -247,7 +217,7 @@ def test_gonthier_bristle_smoothing():
     assert sliding(0.1, [0.0, 0.0])[1][0] == pytest.approx(0.05 * 11 / 16 / 10.0, rel=1e-12)
     for v in (0.2008, 0.3):
         assert sliding(v, [0.0, 0.0])[1][0] == pytest.approx(0.05 / 10.0, rel=1e-12)
-    assert sliding.start(0.1)[0] * 1e5 == pytest.approx(0.05 * 11 / 16, rel=1e-12)
+    assert sliding.states("start", 0.1)[0] * 1e5 == pytest.approx(0.05 * 11 / 16, rel=1e-12)
 
 
 @pytest.mark.parametrize("v", [5e-4, -5e-4, 2e-3])
@@ -264,13 +234,12 @@ def test_gonthier_bristle_steady_states():
 
     Between, sigma_0 z = mu_k + sigma_1 v s/(1 - s).
     """
-    law = GonthierBristle(0.1, 0.3, bristle_damping=50.0)
-    z, p = np.zeros(2), row(law)
+    sliding = Sliding(GonthierBristle(0.1, 0.3, bristle_damping=50.0))
     for v, bend in ((1e-4, 0.1 + 0.2 * math.exp(-0.01)), (-1e-4, -0.1 - 0.2 * math.exp(-0.01)), (0.05, 0.1)):
-        friction_states(at(law, "steady"), v, z, p)
-        assert z == pytest.approx([bend / 1e5, math.exp(-((v / 1e-3) ** 2))], rel=1e-13, abs=0.0)
-    friction_states(at(law, "steady"), 2e-3, z, p)
-    assert z[0] * 1e5 == pytest.approx(0.1 + 50.0 * 2e-3 * math.exp(-4.0) / (1.0 - math.exp(-4.0)), rel=1e-13, abs=0.0)
+        assert sliding.states("steady", v) == pytest.approx([bend / 1e5, math.exp(-((v / 1e-3) ** 2))], rel=1e-13, abs=0.0)
+    assert sliding.states("steady", 2e-3)[0] * 1e5 == pytest.approx(
+        0.1 + 50.0 * 2e-3 * math.exp(-4.0) / (1.0 - math.exp(-4.0)), rel=1e-13, abs=0.0
+    )
 
 
 def test_brown_mcphee_peak():
@@ -320,7 +289,7 @@ def test_bengisu_akay_parabola():
 def test_proportional_to_the_normal_force(law):
     """Limit: twice the normal force is twice the friction, none is none."""
     one, two, nothing = (Sliding(law(), normal=n) for n in (NORMAL, 2 * NORMAL, 0.0))
-    z = one.start(0.02)
+    z = one.states("start", 0.02)
     assert two(0.02, z)[0] == pytest.approx(2 * one(0.02, z)[0], rel=1e-14)
     assert nothing(0.02, z)[0] == 0.0
 

@@ -341,12 +341,8 @@ def test_loose_and_hard_joints() -> None:
         gap = sd.Clearance(1e-6, contact=contact)  # type: ignore[arg-type]
         run = sd.simulate(mechanism.with_clearance("B", gap), until=0.2)
         assert run.attrs["status"] == "complete"
-        assert (
-            np.max(
-                np.abs(run["angle"].values - np.interp(run["time"], ideal["time"], ideal["angle"].values[:, 0])[:, None])[:, 0]
-            )
-            < 1e-4
-        )
+        exact = np.interp(run["time"], ideal["time"], ideal["angle"].values[:, 0])
+        assert np.max(np.abs(run["angle"].values[:, 0] - exact)) < 1e-4
 
 
 def test_bars_that_bend() -> None:
@@ -416,15 +412,13 @@ def test_redundant_only_where_joints_are_ideal() -> None:
     assert np.allclose(run["angle"].sel(body="rocker"), run["angle"].sel(body="crank"), atol=1e-9)
 
 
-def _again(**changes: float) -> Callable[[], object]:
-    arms = coupled_arms()
-    return lambda: sd.simulate(
-        dataclasses.replace(arms, couplings=(*arms.couplings, dataclasses.replace(arms.couplings[0], name="again", **changes))),
-        until=0.1,
-    )
-
-
+BELT = coupled_arms().couplings[0]
 ELBOW = sd.CoordinateDrive("elbow", ANGLE("lower", "upper"), sd.ConstantSpeed(1.0))
+
+
+def arms_with(**parts: object) -> Callable[[], object]:
+    """A run of the arms with other parts."""
+    return lambda: sd.simulate(dataclasses.replace(coupled_arms(), **parts), until=0.1)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
@@ -443,38 +437,35 @@ ELBOW = sd.CoordinateDrive("elbow", ANGLE("lower", "upper"), sd.ConstantSpeed(1.
             "drive 'd': a ConstantSpeed of a distance; allowed: another time function",
         ),
         (
-            lambda: dataclasses.replace(coupled_arms(), couplings=(sd.Coupling("x", ANGLE("lover"), ANGLE("upper"), 2.0),)),
+            arms_with(couplings=(sd.Coupling("x", ANGLE("lover"), ANGLE("upper"), 2.0),)),
             r"coupling 'x' refers to body 'lover' \(did you mean 'lower'\?\)",
         ),
-        (_again(), "coupling 'again' follows from other couplings and parts; allowed: leave it out"),
-        (_again(ratio=0.5, offset=0.0), "coupling 'belt' and coupling 'again' leave no motion; allowed: one coupling less"),
         (
-            lambda: sd.simulate(
-                dataclasses.replace(coupled_arms(), drives=(ELBOW, sd.Drive("upper", sd.ConstantSpeed(1.0)))), until=0.1
-            ),  # type: ignore[arg-type]
+            arms_with(couplings=(BELT, dataclasses.replace(BELT, name="again"))),
+            "coupling 'again' follows from other couplings and parts; allowed: leave it out",
+        ),
+        (
+            arms_with(couplings=(BELT, dataclasses.replace(BELT, name="again", ratio=0.5, offset=0.0))),
+            "coupling 'belt' and coupling 'again' leave no motion; allowed: one coupling less",
+        ),
+        (
+            arms_with(drives=(ELBOW, sd.Drive("upper", sd.ConstantSpeed(1.0)))),
             "drive 'elbow' contradicts other couplings, drives and joints, which leave it no motion",
         ),
         (
-            lambda: sd.simulate(
-                dataclasses.replace(
-                    coupled_arms(),
-                    couplings=(),
-                    joints=coupled_arms().joints[:1],
-                    welds=(sd.Weld("w", ("upper", "end"), ("lower", "start")),),
-                    drives=(ELBOW,),
-                ),  # type: ignore[arg-type]
-                until=0.1,
+            arms_with(
+                couplings=(),
+                joints=coupled_arms().joints[:1],
+                welds=(sd.Weld("w", ("upper", "end"), ("lower", "start")),),
+                drives=(ELBOW,),
             ),
             "drive 'elbow' contradicts other couplings, drives and joints, which leave it no motion",
         ),
         (
-            lambda: sd.simulate(
-                dataclasses.replace(coupled_arms(), couplings=())
-                .driven(speed=1.0, body="upper")
-                .with_parts({"coordinate_drives": (sd.CoordinateDrive("d", ANGLE("upper"), sd.ConstantSpeed(1.0)),)}),
-                until=0.1,
+            arms_with(
+                couplings=(), drives=(sd.Drive("upper", ELBOW.motion), dataclasses.replace(ELBOW, coordinate=ANGLE("upper")))
             ),
-            "drive 'd' of a coordinate that cannot move or that drives prescribe already",
+            "drive 'elbow' of a coordinate that cannot move or that drives prescribe already",
         ),
     ],
 )
@@ -486,9 +477,6 @@ def test_bad_input(wrong: Callable[[], object], line: str) -> None:
 
 def test_fields_of_the_explorer() -> None:
     """Contract: ratios and the motions of driven coordinates can be changed in the explorer."""
-    for name, path, number in (
-        ("counter-rotating-wheels", ("coupling", 0, "ratio"), -1.0),
-        ("counter-rotating-wheels", ("coordinate_drive", 0, "motion", "speed"), 10.0 * math.pi),
-    ):
-        fields = {field.place: field for field in fields_of(tomllib.loads(sd.zoo[name].text), Code(None))}
+    fields = {field.place: field for field in fields_of(tomllib.loads(sd.zoo["counter-rotating-wheels"].text), Code(None))}
+    for path, number in ((("coupling", 0, "ratio"), -1.0), (("coordinate_drive", 0, "motion", "speed"), 10.0 * math.pi)):
         assert fields[path].value == pytest.approx((number,))

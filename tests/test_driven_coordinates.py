@@ -99,16 +99,14 @@ def test_check_of_couplings(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     assert "1 degree of freedom beside the drives." in said
 
 
+PUSHED = sd.Coupling("mesh", sd.Slide(("second", "c")), ANGLE("first"), 0.1)  # The slide of a wheel on a pin
+
+
 @pytest.mark.parametrize(
     ("wrong", "line"),
     [
         (
-            lambda: sd.simulate(
-                dataclasses.replace(
-                    gear_pair(), couplings=(sd.Coupling("mesh", sd.Slide(("second", "c")), ANGLE("first"), 0.1),)
-                ),
-                until=0.1,
-            ),
+            lambda: sd.simulate(gear_pair().with_parts({"couplings": (PUSHED,)}), until=0.1),
             "coupling 'mesh' of a coordinate that cannot move, which holds the other one; allowed: two that move",
         ),
         (lambda: sd.with_backlash(gear_pair(), "gear", 0.01), "coupling 'gear'; allowed: one of mesh"),

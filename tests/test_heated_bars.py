@@ -8,14 +8,10 @@ import pytest
 from tests.library import on_pin
 
 import scissordyn as sd
-from reference.kernels import element_slopes
+from reference.kernels import at_start, check_element_slopes, check_time_derivative
 from scissordyn.config.file import read_case
 from scissordyn.errors import InputError
-from scissordyn.mechanics import functions
 from scissordyn.model.addition import with_payload
-from scissordyn.plan.plan import plan
-from scissordyn.run.advance.system import make_system
-from scissordyn.run.start.start import prepare_start
 
 LENGTH, DEPTH, EXPANSION = 1.0, 0.02, 12e-6
 MASS = 7850.0 * DEPTH**2 * LENGTH
@@ -78,27 +74,12 @@ def test_heating_is_work_in_the_balance(kind: str, method: str) -> None:
 
 def test_the_analytic_derivatives_are_those_of_the_forces() -> None:
     """Identity, by differences: derivatives by position, rate and time at a bent position, with damping and heat."""
-    made = plan(damped())
-    system, n, t = make_system(made), made.coordinates.free, 0.007
-    y = prepare_start(made, system, "concentric").y
-    random = np.random.default_rng(1)
+    system, y = at_start(damped())
+    n, random = system.content.model.n, np.random.default_rng(1)
     y[:n] += 1e-2 * random.standard_normal(n)
     y[n : 2 * n] += random.standard_normal(n)
-    by_time = np.zeros_like(y)
-    functions.linearise(t, y, system.address, np.zeros_like(y), by_time)
-    analytic = element_slopes(system, n)
-
-    def rate(y: np.ndarray, t: float = t) -> np.ndarray:
-        found = np.zeros_like(y)
-        functions.rate(t, y.copy(), system.address, found)
-        return found[n : 2 * n]
-
-    steps = 1e-6 * np.eye(y.size)[: 2 * n]
-    numeric = np.stack([(rate(y + h) - rate(y - h)) / 2e-6 for h in steps], axis=1).reshape(n, 2, n).transpose(1, 0, 2)
-    for ours, theirs in zip(analytic, numeric, strict=True):
-        assert np.abs(ours - theirs).max() < 1e-7 * np.abs(ours).max()
-    changed = (rate(y, t + 1e-6) - rate(y, t - 1e-6)) / 2e-6
-    assert np.abs(by_time[n : 2 * n] - changed).max() < 1e-6 * np.abs(changed).max()
+    check_element_slopes(system, y, 0.007)
+    check_time_derivative(system, y, 1e-6, time=0.007, rtol=1e-6)
 
 
 def test_bars_by_modes_extend_and_curve_without_stress() -> None:
@@ -148,15 +129,6 @@ def test_vibration_decays_by_half_the_damping_time_times_the_frequency() -> None
     assert tops[1] / tops[2] == pytest.approx(expected, rel=1e-3)
 
 
-def test_what_cannot_be_heated_is_refused() -> None:
-    """Bad input: no expansion, no depth, degrees Celsius for a difference."""
-    arm = sd.scissor(bar_length=2.0, bar_mass=5.68)
-    with pytest.raises(InputError, match="without a thermal_expansion"):
-        arm.with_bending(bending_stiffness=1e4, axial_stiffness=1e7, temperature_rise=10.0)
-    with pytest.raises(InputError, match="a section, which has a depth"):
-        arm.with_bending(bending_stiffness=1e4, axial_stiffness=1e7, temperature_difference=10.0, thermal_expansion=1e-5)
-
-
 WITH_BARS = """
 [structure]
 kind = "scissor"
@@ -189,5 +161,3 @@ def test_bars_of_a_structure_have_the_mass_of_their_section(tmp_path: Path) -> N
     path.write_text(WITH_BARS.replace("bars = {", "bars = { bars = 'x',"))
     with pytest.raises(InputError, match="bars within bars"):
         read_case(path)
-    with pytest.raises(InputError, match="without a section and a material"):
-        sd.scissor().with_bending(bending_stiffness=1e4, axial_stiffness=1e7, mass="section")

@@ -11,8 +11,6 @@ from scipy.optimize import brentq
 from tests.library import on_pin
 
 import scissordyn as sd
-from scissordyn.errors import InputError
-from scissordyn.model.bending import legs_of
 
 FIRST, SECOND, MASS, RIGIDITY, AXIAL = 1.2, 0.8, 4.0, 2000.0, 1e9
 
@@ -83,11 +81,3 @@ def test_a_ring_of_kinked_tubes_keeps_its_energy(method: str) -> None:
     run = sd.simulate(made.driven(speed=1.0), until=5e-3, samples=11, method=method)
     assert run.attrs["status"] == "complete"
     assert float(np.abs(run["energy_residual"]).max()) < 1e-7 * float(np.ptp(run["kinetic_energy"].values))
-
-
-def test_what_is_no_kinked_bar() -> None:
-    """Bad input: a plate has not the inertia of a line, a triangle of bars none on its x axis; one line."""
-    plate = sd.Body("plate", 1.0, 0.5, {"start": (0.0, 0.0), "b": (1.0, 0.0), "c": (1.0, 1.0)}, centre=(0.6, 0.3))
-    assert legs_of(plate) is None
-    with pytest.raises(InputError, match="no uniform bar"):
-        on_pin(plate).with_bending("plate", bending_stiffness=1e3, axial_stiffness=1e7)

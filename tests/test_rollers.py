@@ -8,12 +8,9 @@ import numpy as np
 import pytest
 
 import scissordyn as sd
-from reference.kernels import element_slopes
+from reference.kernels import at_start, check_element_slopes
 from scissordyn.errors import InputError
-from scissordyn.mechanics import functions
 from scissordyn.plan.plan import plan
-from scissordyn.run.advance.system import make_system
-from scissordyn.run.start.start import prepare_start
 
 LENGTH, MASS, RIGIDITY, AXIAL = 2.0, 5.68, 2252.0, 7.5e7
 
@@ -93,35 +90,15 @@ def block(**roller: Any) -> sd.Mechanism:
 
 def test_the_analytic_derivatives_are_those_of_the_forces() -> None:
     """Identity, by differences: by position and rate, at a bent position off the axis, inside a span and beyond the end."""
-    made = plan(block(stiffness=3e4, damping=40.0))
-    system, n = make_system(made), made.coordinates.free
-    start = prepare_start(made, system, "concentric").y
-    random = np.random.default_rng(2)
+    made = block(stiffness=3e4, damping=40.0)
+    coordinates, (system, start) = plan(made).coordinates, at_start(made)
+    n, random = coordinates.free, np.random.default_rng(2)
     for shift in (0.0, 1.0, 1.4):  # the front wheel inside, the rear one too; at last both are beyond the end
-        y = start.copy()
-        moved = made.coordinates.nearest(np.array([1.0, 1.0, 0.0]), made.coordinates.placed[0] + far(made, shift))
-        y[:n] = moved + 1e-2 * random.standard_normal(n)
+        y, natural = start.copy(), coordinates.placed[0].copy()
+        natural[coordinates.natural.offsets["car"]] += shift
+        y[:n] = coordinates.nearest(np.array([1.0, 1.0, 0.0]), natural) + 1e-2 * random.standard_normal(n)
         y[n : 2 * n] += random.standard_normal(n)
-        functions.linearise(0.0, y, system.address, np.zeros_like(y), np.zeros_like(y))
-        analytic = element_slopes(system, n)
-
-        def force(y: np.ndarray) -> np.ndarray:
-            functions.rate(0.0, y.copy(), system.address, np.zeros_like(y))
-            return np.array(system.content.work.force[:n])
-
-        apart = np.array([1e-6] * n + [1.0] * n)  # the forces are linear in the rates
-        steps = np.diag(apart) @ np.eye(2 * n, y.size)
-        numeric = np.stack([force(y + h) - force(y - h) for h in steps], axis=1) / (2.0 * apart)
-        numeric = numeric.reshape(n, 2, n).transpose(1, 0, 2)
-        for ours, theirs in zip(analytic, numeric, strict=True):
-            assert np.abs(ours - theirs).max() < 1e-7 * np.abs(ours).max()
-
-
-def far(made: Any, shift: float) -> np.ndarray:
-    """Natural coordinates of a move of the car along x."""
-    found = np.zeros(made.coordinates.natural.total)
-    found[made.coordinates.natural.offsets["car"]] = shift
-    return found
+        check_element_slopes(system, y, linear=True)
 
 
 @pytest.mark.parametrize("roller", [{"stiffness": 1e5, "damping": 20.0}, {"stiffness": 1e6, "clearance": 5e-4}])
@@ -140,19 +117,12 @@ def test_a_block_on_an_arm_keeps_the_balance_of_energy(method: str, roller: dict
 
 def test_a_rigid_bar_carries_guides_and_no_rollers() -> None:
     """Bad input: one line, with what to type."""
-    car = sd.point_mass("car", mass=1.0, position=(0.5, 0.0))
-    arm = sd.bar("arm", length=LENGTH, mass=MASS)
-    pin = sd.Revolute("O", ("arm", "start"), ("ground", "O"))
-    guided = sd.Mechanism(
-        (arm, car), (pin,), guides=(sd.Guide("slot", ("car", "centre"), body="arm"),), ground=(("O", (0.0, 0.0)),)
-    )
+    car, arm = sd.point_mass("car", mass=1.0, position=(0.5, 0.0)), sd.bar("arm", length=LENGTH, mass=MASS)
+    free = sd.Mechanism((arm, car), (sd.Revolute("O", ("arm", "start"), ("ground", "O")),), ground=(("O", (0.0, 0.0)),))
+    bars = {"bodies": "arm", "bending_stiffness": RIGIDITY, "axial_stiffness": AXIAL}
     with pytest.raises(InputError, match=r"guide 'slot' on bar 'arm'.* a roller that runs along it"):
-        guided.with_bending("arm", bending_stiffness=RIGIDITY, axial_stiffness=AXIAL)
-    made = sd.Mechanism(
-        (arm, car), (pin,), components=(sd.Roller("wheel", ("car", "centre"), "arm"),), ground=(("O", (0.0, 0.0)),)
-    )
-    with pytest.raises(InputError, match="runs along 'arm', which is no bar that bends by modes"):
-        sd.simulate(made, until=1e-3)
-    bent = made.with_bending("arm", bending_stiffness=RIGIDITY, axial_stiffness=AXIAL, elements=2)
-    with pytest.raises(InputError, match="no bar that bends by modes"):
-        sd.simulate(bent, until=1e-3)
+        free.with_parts({"guides": (sd.Guide("slot", ("car", "centre"), body="arm"),)}).with_bending(**bars)
+    made = free.with_parts({"components": (sd.Roller("wheel", ("car", "centre"), "arm"),)})
+    for rigid in (made, made.with_bending(**bars, elements=2)):
+        with pytest.raises(InputError, match="runs along 'arm', which is no bar that bends by modes"):
+            sd.simulate(rigid, until=1e-3)

@@ -73,17 +73,26 @@ def check_time_derivative(system: Handle, state: np.ndarray, h: float, *, time: 
     return by_time
 
 
-def element_slopes(system: Handle, n: int) -> np.ndarray:
-    """Derivatives of the forces of elements by free coordinates and by their rates, shape (2, n, n)."""
-    model, work = system.content.model, system.content.work
-    slopes = np.zeros((2, n, n))
+def check_element_slopes(system: Handle, state: np.ndarray, time: float = 0.0, *, linear: bool = False) -> None:
+    """Derivatives of the forces of elements by free coordinates and their rates, which may be linear, against differences."""
+    model, work, n = system.content.model, system.content.work, system.content.model.n
+    functions.linearise(time, state, system.address, np.zeros(state.size), np.zeros(state.size))
+    analytic = np.zeros((2, n, n))
     for e in range(model.element_start.size - 1):
         columns = model.element_column[model.element_start[e] : model.element_start[e + 1]]
         free = columns < n
-        for total, blocks in zip(slopes, (work.block_x, work.block_v), strict=True):
+        for total, blocks in zip(analytic, (work.block_x, work.block_v), strict=True):
             block = blocks[model.block_start[e] : model.block_start[e + 1]].reshape(columns.size, -1)
             total[np.ix_(columns[free], columns[free])] += block[np.ix_(free, free)]
-    return slopes
+
+    def force(y: np.ndarray) -> np.ndarray:
+        functions.rate(time, y, system.address, np.zeros(y.size))
+        return np.array(work.force[:n])
+
+    steps = np.repeat([1e-6, 1.0 if linear else 1e-6], n)
+    numeric = np.stack([force(state + h) - force(state - h) for h in np.diag(steps) @ np.eye(2 * n, state.size)], axis=1)
+    for ours, theirs in zip(analytic, np.split(numeric / (2.0 * steps), 2, axis=1), strict=True):
+        assert np.abs(ours - theirs).max() < 1e-7 * np.abs(ours).max()
 
 
 def accepted(system: Handle, y: np.ndarray, time: float = 0.0) -> np.ndarray:

@@ -57,6 +57,8 @@ class Part:
     declaration: ClassVar[Any]
     name: ClassVar[str]
     source: ClassVar[str]
+    kernels: ClassVar[Mapping[str, Kernel]] = {}
+    """Those that all elements of a base have."""
 
     def parameters(self, *_: Any) -> tuple[float, ...]:
         """The numbers that the kernels read."""
@@ -114,7 +116,7 @@ def element(
         base: Any = next((base_class for base_class in bases if base_class in SLOTS.values()), SLOTS.get(slot))
         if base is None:
             raise InputError(f"slot = {slot!r}{did_you_mean(slot, SLOTS)}", ", ".join(SLOTS))
-        kinds, declarations = base.slot.kernels, declared
+        kinds, declarations = base.slot.kernels, {**getattr(described, "kernels", {}), **declared}
         taken = {*base.slot.inputs, *base.slot.context, *(getattr(state, "name", "") for state in states)}
         if inspect.isfunction(described):
             declarations = {next(iter(kinds)): described, **declared}

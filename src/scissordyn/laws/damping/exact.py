@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable
 from functools import cache
 
-from scissordyn.laws.damping import proportional
 from scissordyn.laws.damping.proportional import DampingFactor, PositiveRestitution
 from scissordyn.plugin.element import element
 
@@ -58,7 +57,6 @@ def returned_restitution(factor: float) -> float:
 
 @element(
     name="exact",
-    force=proportional.force,
     restitution_range=(0.0, 1.0),
     source="Carvalho, Martins 2019, doi:10.1016/j.mechmachtheory.2019.03.028; the root by bisection",
 )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-from scissordyn.laws.damping import proportional
 from scissordyn.laws.damping.proportional import DampingFactor, PositiveRestitution
 from scissordyn.plugin.element import element
 
@@ -12,7 +11,7 @@ WHOLE = (0.0, 1.0)
 """A source that offers its factor for every restitution; one that speaks of high restitution without a number has None."""
 
 
-@element(name="hunt-crossley", force=proportional.force, source="Hunt, Crossley 1975, doi:10.1115/1.3423596")
+@element(name="hunt-crossley", source="Hunt, Crossley 1975, doi:10.1115/1.3423596")
 class HuntCrossley(DampingFactor):
     r"""Damping that vanishes with the indentation, so that the force starts and ends at zero.
 
@@ -24,7 +23,7 @@ class HuntCrossley(DampingFactor):
         return 1.5 * (1.0 - c)
 
 
-@element(name="herbert-mcwhannell", force=proportional.force, source="Herbert, McWhannell 1977")
+@element(name="herbert-mcwhannell", source="Herbert, McWhannell 1977")
 class HerbertMcWhannell(DampingFactor):
     r"""Damping whose energy loss is found along the approach curve of the damped contact.
 
@@ -38,7 +37,7 @@ class HerbertMcWhannell(DampingFactor):
         return 6.0 * (1.0 - c) / ((2.0 * c - 1.0) ** 2 + 3.0)
 
 
-@element(name="lee-wang", force=proportional.force, source="Lee, Wang 1983, J. Mech. Transm. Autom. Des. 105, 534-540")
+@element(name="lee-wang", source="Lee, Wang 1983, J. Mech. Transm. Autom. Des. 105, 534-540")
 class LeeWang(DampingFactor):
     r"""Half of Hunt and Crossley's damping, for intermittent motion mechanisms.
 
@@ -52,7 +51,7 @@ class LeeWang(DampingFactor):
         return 0.75 * (1.0 - c)
 
 
-@element(name="lankarani-nikravesh", force=proportional.force, source="Lankarani, Nikravesh 1990, doi:10.1115/1.2912617")
+@element(name="lankarani-nikravesh", source="Lankarani, Nikravesh 1990, doi:10.1115/1.2912617")
 class LankaraniNikravesh(DampingFactor):
     r"""Damping that returns the nominal restitution for nearly elastic contacts.
 
@@ -66,7 +65,6 @@ class LankaraniNikravesh(DampingFactor):
 
 @element(
     name="zhiying-qishao",
-    force=proportional.force,
     restitution_range=WHOLE,
     source="Qin (Zhiying), Lu (Qishao) 2006, Journal of Dynamics and Control 4, 294-298",
 )
@@ -83,9 +81,7 @@ class ZhiyingQishao(DampingFactor):
         return 0.75 * (1.0 - c**2) * math.exp(2.0 * (1.0 - c))
 
 
-@element(
-    name="flores", force=proportional.force, restitution_range=WHOLE, source="Flores et al. 2011, doi:10.1007/s11044-010-9237-4"
-)
+@element(name="flores", restitution_range=WHOLE, source="Flores et al. 2011, doi:10.1007/s11044-010-9237-4")
 class Flores(DampingFactor):
     r"""Damping for the whole range of restitution, soft contacts too.
 
@@ -99,7 +95,7 @@ class Flores(DampingFactor):
         return 8.0 * (1.0 - c) / (5.0 * c)
 
 
-@element(name="hu-guo", force=proportional.force, restitution_range=WHOLE, source="Hu, Guo 2015, doi:10.1007/s11044-015-9453-z")
+@element(name="hu-guo", restitution_range=WHOLE, source="Hu, Guo 2015, doi:10.1007/s11044-015-9453-z")
 class HuGuo(DampingFactor):
     r"""Damping for the whole range of restitution, its energy balance taken over approach and rebound.
 
@@ -117,10 +113,7 @@ class HuGuo(DampingFactor):
 
 
 @element(
-    name="carvalho-martins",
-    force=proportional.force,
-    restitution_range=WHOLE,
-    source="Carvalho, Martins 2019, doi:10.1016/j.mechmachtheory.2019.03.028",
+    name="carvalho-martins", restitution_range=WHOLE, source="Carvalho, Martins 2019, doi:10.1016/j.mechmachtheory.2019.03.028"
 )
 class CarvalhoMartins(DampingFactor):
     r"""A rational fit of the exact factor.
@@ -135,7 +128,6 @@ class CarvalhoMartins(DampingFactor):
 
 @element(
     name="safaeifar-farshidianfar",
-    force=proportional.force,
     restitution_range=WHOLE,
     source="Safaeifar, Farshidianfar 2020, doi:10.1007/s11044-020-09732-2",
 )

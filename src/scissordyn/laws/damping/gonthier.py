@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-from scissordyn.laws.damping import proportional
 from scissordyn.laws.damping.exact import exact_factor
 from scissordyn.laws.damping.proportional import DampingFactor, PositiveRestitution
 from scissordyn.plugin.element import element
 
 
-@element(
-    name="gonthier",
-    force=proportional.force,
-    restitution_range=(0.0, 1.0),
-    source="Gonthier et al. 2004, doi:10.1023/B:MUBO.0000029392.21648.bc",
-)
+@element(name="gonthier", restitution_range=(0.0, 1.0), source="Gonthier et al. 2004, doi:10.1023/B:MUBO.0000029392.21648.bc")
 class Gonthier(DampingFactor):
     r"""Damping found from the restitution without an assumption on the size of the loss.
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from scissordyn.laws.contact import Damping, JointContact
+from scissordyn.plugin.pointer import Kernel
 from scissordyn.units import Quantity
 
 Restitution = Annotated[float, Quantity("1", minimum=0.0, maximum=1.0, help="restitution coefficient c_e")]
@@ -13,9 +15,16 @@ PositiveRestitution = Annotated[float, Quantity("1", minimum=1e-3, maximum=1.0, 
 """For factors that grow as 1/c_e; impacts that return less than a thousandth of their speed are beyond these laws."""
 
 
+def force(elastic, rate, approach, factor):
+    """Normal force [N], not yet clipped, from the elastic part [N], delta' [m/s] and delta'(-) [m/s]."""
+    return elastic * (1.0 + factor * rate / approach)
+
+
 @dataclass(frozen=True)
 class DampingFactor(Damping):
     """A damping factor found from a restitution; a law adds its name, source, range and formula."""
+
+    kernels: ClassVar[Mapping[str, Kernel]] = {"force": force}
 
     restitution: Restitution = 0.9
 
@@ -31,8 +40,3 @@ class DampingFactor(Damping):
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
         """Damping factor xi [1]."""
         return (self.factor,)
-
-
-def force(elastic, rate, approach, factor):
-    """Normal force [N], not yet clipped, from the elastic part [N], delta' [m/s] and delta'(-) [m/s]."""
-    return elastic * (1.0 + factor * rate / approach)

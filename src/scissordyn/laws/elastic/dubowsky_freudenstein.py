@@ -5,20 +5,17 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-from scissordyn.laws.contact import JointContact, TangentElastic
-from scissordyn.laws.elastic import logarithmic
+from scissordyn.laws.contact import JointContact
+from scissordyn.laws.elastic.logarithmic import Logarithmic, row
 from scissordyn.plugin.element import element
 from scissordyn.units import Quantity
 
 
 @element(
     name="dubowsky-freudenstein",
-    force=logarithmic.force,
-    energy=logarithmic.energy,
-    small_contact=True,
-    source=("Dubowsky, Freudenstein 1971, Dynamic Analysis of Mechanical Systems With Clearances; Goldsmith 1960, Impact"),
+    source="Dubowsky, Freudenstein 1971, Dynamic Analysis of Mechanical Systems With Clearances; Goldsmith 1960, Impact",
 )
-class DubowskyFreudenstein(TangentElastic):
+class DubowskyFreudenstein(Logarithmic):
     r"""A cylindrical pin in an elastic hole.
 
     .. math:: \delta = \frac{F(h_B+h_J)}{L_b} \left[\ln\frac{L_b^m c}{F R_B R_J (h_B+h_J)} + 1\right],\quad
@@ -33,9 +30,9 @@ class DubowskyFreudenstein(TangentElastic):
     length_exponent: Annotated[float, Quantity("1", minimum=0.0, maximum=4.0, help="exponent m of the bearing length")] = 3.0
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """The row of `logarithmic.row`."""
+        """What the kernels read of A and G."""
         softness = joint.compliance / (math.pi * joint.length)
         geometry = (
             joint.length ** (self.length_exponent - 1.0) * joint.clearance / (joint.bearing_radius * joint.journal_radius)
         )
-        return logarithmic.row(softness, geometry * math.e / softness)
+        return row(softness, geometry * math.e / softness)

@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import math
 
-from scissordyn.laws.contact import JointContact, TangentElastic
-from scissordyn.laws.elastic import logarithmic
+from scissordyn.laws.contact import JointContact
+from scissordyn.laws.elastic.logarithmic import Logarithmic, row
 from scissordyn.plugin.element import element
 
 
 @element(
     name="esdu-78035",
-    force=logarithmic.force,
-    energy=logarithmic.energy,
-    small_contact=True,
-    source=("ESDU 78035, Contact phenomena I, 1978; as given by Pereira et al. 2011, Nonlinear Dynamics 63, 681-697"),
+    source="ESDU 78035, Contact phenomena I, 1978; as given by Pereira et al. 2011, Nonlinear Dynamics 63, 681-697",
 )
-class Esdu(TangentElastic):
+class Esdu(Logarithmic):
     r"""A cylinder in a cylindrical seat, after the engineering data item: Johnson's form with +1 in place of -1.
 
     .. math:: \delta = \frac{F(h_B+h_J)}{L_b} \left[\ln\frac{4 L_b c}{F(h_B+h_J)} + 1\right],\quad
@@ -26,6 +23,6 @@ class Esdu(TangentElastic):
     """
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """The row of `logarithmic.row`."""
+        """What the kernels read of A and G."""
         softness = joint.compliance / (math.pi * joint.length)
-        return logarithmic.row(softness, 4.0 * joint.clearance * math.e / softness)
+        return row(softness, 4.0 * joint.clearance * math.e / softness)

@@ -4,19 +4,13 @@ from __future__ import annotations
 
 import math
 
-from scissordyn.laws.contact import JointContact, TangentElastic
-from scissordyn.laws.elastic import logarithmic
+from scissordyn.laws.contact import JointContact
+from scissordyn.laws.elastic.logarithmic import Logarithmic, row
 from scissordyn.plugin.element import element
 
 
-@element(
-    name="johnson",
-    force=logarithmic.force,
-    energy=logarithmic.energy,
-    small_contact=True,
-    source="Johnson 1985, Contact Mechanics, section 4.2, doi:10.1017/CBO9781139171731",
-)
-class Johnson(TangentElastic):
+@element(name="johnson", source="Johnson 1985, Contact Mechanics, section 4.2, doi:10.1017/CBO9781139171731")
+class Johnson(Logarithmic):
     r"""A cylinder in a cylindrical seat, on the ascending branch of the curve.
 
     .. math:: \delta = \frac{f}{\pi E^*} \left[\ln\frac{4\pi E^* c}{f} - 1\right],\quad f = F/L_b
@@ -25,6 +19,6 @@ class Johnson(TangentElastic):
     """
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """The row of `logarithmic.row`."""
+        """What the kernels read of A and G."""
         softness = 1.0 / (math.pi * joint.modulus * joint.length)
-        return logarithmic.row(softness, 4.0 * joint.clearance / (softness * math.e))
+        return row(softness, 4.0 * joint.clearance / (softness * math.e))

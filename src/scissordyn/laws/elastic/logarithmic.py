@@ -8,10 +8,14 @@ t - ln t = -ln y (t is -W_{-1}(-y), the lower real branch of Lambert's function)
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from typing import ClassVar
 
 import numpy as np
 
 from scissordyn.kernel import kernel
+from scissordyn.laws.contact import TangentElastic
+from scissordyn.plugin.pointer import Kernel
 
 TURN = 1.25
 """t from which on the tangent continues the curve. At t = 1 the laws have their largest indentation and an infinite stiffness;
@@ -84,3 +88,10 @@ def energy(indentation, inverse, ceiling, deepest, last_force, last_stiffness):
     within = indentation - rest
     at = force(within, inverse, ceiling, deepest, last_force, last_stiffness)
     return 0.5 * at * within - 0.25 * at * at / (inverse * ceiling) + rest * (at + 0.5 * last_stiffness * rest)
+
+
+class Logarithmic(TangentElastic):
+    """A line contact with delta = A F ln(G/F), which its parameters give by `row`."""
+
+    kernels: ClassVar[Mapping[str, Kernel]] = {"force": force, "energy": energy}
+    small_contact = True

@@ -5,20 +5,14 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-from scissordyn.laws.contact import JointContact, TangentElastic
-from scissordyn.laws.elastic import logarithmic
+from scissordyn.laws.contact import JointContact
+from scissordyn.laws.elastic.logarithmic import Logarithmic, row
 from scissordyn.plugin.element import element
 from scissordyn.units import Quantity
 
 
-@element(
-    name="radzimovsky",
-    force=logarithmic.force,
-    energy=logarithmic.energy,
-    small_contact=True,
-    source="Radzimovsky 1953, University of Illinois Engineering Experiment Station Bulletin 408",
-)
-class Radzimovsky(TangentElastic):
+@element(name="radzimovsky", source="Radzimovsky 1953, University of Illinois Engineering Experiment Station Bulletin 408")
+class Radzimovsky(Logarithmic):
     r"""Two cylinders whose axes approach as the contact flattens to a strip of half width b.
 
     .. math:: \delta = \frac{f}{\pi E^*} \left[\tfrac{2}{3} + \ln\frac{4R_B}{b} + \ln\frac{4R_J}{b}\right],\quad
@@ -36,8 +30,8 @@ class Radzimovsky(TangentElastic):
     )
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """The row of `logarithmic.row`."""
+        """What the kernels read of A and G."""
         softness = 1.0 / (math.pi * joint.modulus * joint.length)
         # 16 R_B R_J / b^2 = 16 c / (k_b^2 f/E*), since R_B R_J = R c; with k_b^2 = 4/pi the bracket is 2/3 + ln(4 pi E* c/f)
         argument = 16.0 * joint.clearance * joint.modulus * joint.length / self.half_width**2
-        return logarithmic.row(softness, argument * math.exp(2.0 / 3.0))
+        return row(softness, argument * math.exp(2.0 / 3.0))

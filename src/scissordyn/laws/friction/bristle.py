@@ -3,16 +3,30 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
 
 from scissordyn.kernel import kernel
+from scissordyn.laws.friction.coefficients import (
+    Kinetic,
+    Static,
+    StaticFriction,
+    StribeckExponent,
+    StribeckSpeed,
+    Viscous,
+    viscous_limit,
+)
 from scissordyn.laws.friction.stribeck import sliding_coefficient
-from scissordyn.units import Quantity
+from scissordyn.plugin.pointer import Kernel
+from scissordyn.units import Quantity, State
 
 PRESLIDING_SPEED = 1e-3
 """Slip speed [m/s] that separates presliding from sliding in a law without a Stribeck speed: the usual Stribeck speed."""
 
 CONSTANT_DAMPING = 1e6  # Damping speed [m/s] with which sigma_1 is constant to round-off in any machine
+
+DEFLECTION = State("bristle_deflection", "m")
 
 BristleStiffness = Annotated[float, Quantity("1/m", minimum=1.0, maximum=1e9, help="sigma_0 per unit normal force")]
 BristleDamping = Annotated[float, Quantity("s/m", minimum=0.0, maximum=1e6, help="sigma_1 per unit normal force")]
@@ -65,3 +79,19 @@ def start(slip_speed, kinetic, static, stribeck_speed, stribeck_exponent, bristl
         * sliding_coefficient(slip_speed, kinetic, static, stribeck_speed, stribeck_exponent)
         / bristle_stiffness
     )
+
+
+@dataclass(frozen=True)
+class BristleFriction(StaticFriction):
+    """A law whose bristles bend up to the Stribeck curve; one that is made of it says how."""
+
+    kernels: ClassVar[Mapping[str, Kernel]] = {"start": start, "steady": steady, "limit": viscous_limit}
+
+    kinetic: Kinetic = 0.05
+    static: Static = None
+    stribeck_speed: StribeckSpeed = 1e-3
+    stribeck_exponent: StribeckExponent = 2.0
+    bristle_stiffness: BristleStiffness = 1e5
+    bristle_damping: BristleDamping = 316.0
+    viscous: Viscous = 0.0
+    damping_speed: DampingSpeed = None

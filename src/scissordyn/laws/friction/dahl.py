@@ -6,10 +6,10 @@ import math
 from typing import Annotated
 
 from scissordyn.laws.contact import Friction
-from scissordyn.laws.friction.bristle import PRESLIDING_SPEED, BristleStiffness, onset
+from scissordyn.laws.friction.bristle import DEFLECTION, PRESLIDING_SPEED, BristleStiffness, onset
 from scissordyn.laws.friction.coefficients import Coefficient, kinetic_limit
 from scissordyn.plugin.element import element
-from scissordyn.units import Quantity, State
+from scissordyn.units import Quantity
 
 
 def force(slip_speed, normal_force, bristle_deflection, kinetic, bristle_stiffness, shape):
@@ -35,7 +35,7 @@ def start(slip_speed, kinetic, bristle_stiffness):
     start=start,
     steady=steady,
     limit=kinetic_limit,
-    states=(State("bristle_deflection", "m"),),
+    states=(DEFLECTION,),
     source="Dahl 1976, doi:10.2514/3.61511",
 )
 class Dahl(Friction):

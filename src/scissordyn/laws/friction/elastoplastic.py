@@ -8,27 +8,10 @@ from typing import Annotated
 import numpy as np
 
 from scissordyn.laws.contact import JointContact
-from scissordyn.laws.friction.bristle import (
-    BristleDamping,
-    BristleStiffness,
-    DampingSpeed,
-    fading_speed,
-    micro_damping,
-    start,
-    steady,
-)
-from scissordyn.laws.friction.coefficients import (
-    Kinetic,
-    Static,
-    StaticFriction,
-    StribeckExponent,
-    StribeckSpeed,
-    Viscous,
-    viscous_limit,
-)
+from scissordyn.laws.friction.bristle import DEFLECTION, BristleFriction, fading_speed, micro_damping
 from scissordyn.laws.friction.stribeck import sliding_coefficient
 from scissordyn.plugin.element import element, numbers
-from scissordyn.units import Quantity, State
+from scissordyn.units import Quantity
 
 
 def force(
@@ -65,13 +48,10 @@ def force(
 @element(
     name="elasto-plastic",
     force=force,
-    start=start,
-    steady=steady,
-    limit=viscous_limit,
-    states=(State("bristle_deflection", "m"),),
+    states=(DEFLECTION,),
     source="Dupont, Hayward, Armstrong, Altpeter 2002, doi:10.1109/TAC.2002.1000274",
 )
-class ElastoPlastic(StaticFriction):
+class ElastoPlastic(BristleFriction):
     r"""LuGre friction whose bristles first deflect without slip, so that a joint at rest does not creep.
 
     .. math::
@@ -84,14 +64,6 @@ class ElastoPlastic(StaticFriction):
     whatever the Stribeck speed, unless it is given (decision 0006).
     """
 
-    kinetic: Kinetic = 0.05
-    static: Static = None
-    stribeck_speed: StribeckSpeed = 1e-3
-    stribeck_exponent: StribeckExponent = 2.0
-    bristle_stiffness: BristleStiffness = 1e5
-    bristle_damping: BristleDamping = 316.0
-    viscous: Viscous = 0.0
-    damping_speed: DampingSpeed = None
     breakaway: Annotated[
         float, Quantity("1", above=0.0, below=1.0, help="fraction of mu_k/sigma_0 up to which bristles only deflect")
     ] = 0.7

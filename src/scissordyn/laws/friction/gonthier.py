@@ -6,7 +6,7 @@ import math
 from typing import Annotated
 
 from scissordyn.kernel import kernel
-from scissordyn.laws.friction.bristle import BristleStiffness, onset
+from scissordyn.laws.friction.bristle import DEFLECTION, BristleStiffness, onset
 from scissordyn.laws.friction.coefficients import Kinetic, Static, StaticFriction, Viscous, viscous_limit
 from scissordyn.plugin.element import element
 from scissordyn.units import Quantity, State
@@ -87,7 +87,7 @@ def start(slip_speed, kinetic, stribeck_speed, smoothing_speed, bristle_stiffnes
     start=start,
     steady=steady,
     limit=viscous_limit,
-    states=(State("bristle_deflection", "m"), State("dwell", "1", scale=1.0)),
+    states=(DEFLECTION, State("dwell", "1", scale=1.0)),
     source="Gonthier, McPhee, Lange, Piedboeuf 2004, doi:10.1023/B:MUBO.0000029392.21648.bc",
 )
 class GonthierBristle(StaticFriction):

@@ -3,27 +3,9 @@
 from __future__ import annotations
 
 from scissordyn.laws.contact import JointContact
-from scissordyn.laws.friction.bristle import (
-    BristleDamping,
-    BristleStiffness,
-    DampingSpeed,
-    fading_speed,
-    micro_damping,
-    start,
-    steady,
-)
-from scissordyn.laws.friction.coefficients import (
-    Kinetic,
-    Static,
-    StaticFriction,
-    StribeckExponent,
-    StribeckSpeed,
-    Viscous,
-    viscous_limit,
-)
+from scissordyn.laws.friction.bristle import DEFLECTION, BristleFriction, fading_speed, micro_damping
 from scissordyn.laws.friction.stribeck import sliding_coefficient
 from scissordyn.plugin.element import element, numbers
-from scissordyn.units import State
 
 
 def force(
@@ -54,16 +36,13 @@ def force(
 @element(
     name="lugre",
     force=force,
-    start=start,
-    steady=steady,
-    limit=viscous_limit,
-    states=(State("bristle_deflection", "m"),),
+    states=(DEFLECTION,),
     source=(
         "Canudas de Wit et al. 1995, doi:10.1109/9.376053; fading sigma_1: Canudas de Wit, Lischinsky 1997, "
         "Int. J. Adaptive Control and Signal Processing 11, 65-80"
     ),
 )
-class LuGre(StaticFriction):
+class LuGre(BristleFriction):
     r"""Bristle friction with pre-sliding, Stribeck effect and stick-slip.
 
     .. math::
@@ -74,15 +53,6 @@ class LuGre(StaticFriction):
     sigma_1 friction would exceed the static limit many times over when slip reverses under load; it stays within mu_s F_n, plus
     the viscous part, as long as sigma_1 v_d <= sqrt(2 e) mu_k; equality is the default (decision 0006).
     """
-
-    kinetic: Kinetic = 0.05
-    static: Static = None
-    stribeck_speed: StribeckSpeed = 1e-3
-    stribeck_exponent: StribeckExponent = 2.0
-    bristle_stiffness: BristleStiffness = 1e5
-    bristle_damping: BristleDamping = 316.0
-    viscous: Viscous = 0.0
-    damping_speed: DampingSpeed = None
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
         """mu_s and v_d are computed unless given."""

@@ -5,21 +5,8 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
+from scissordyn.component import elastic
 from scissordyn.component.declaration import component
-from scissordyn.component.elastic import (
-    ACROSS,
-    AXIAL,
-    BENDING,
-    DAMPING,
-    DEPTH,
-    EXPANSION,
-    MODULUS,
-    OF_SECTIONS,
-    WARMER,
-    YIELD,
-    check_depth,
-    thermal_loads,
-)
 from scissordyn.component.place import BodyPoint
 from scissordyn.component.port import FRAME, Output
 from scissordyn.component.time_function import Factor
@@ -152,25 +139,25 @@ class Beam:
     start: BodyPoint
     end: BodyPoint
     length: Annotated[float, Quantity("m", above=0.0, help="unstrained length l")]
-    axial_stiffness: Annotated[float, AXIAL]
-    bending_stiffness: Annotated[float, BENDING]
+    axial_stiffness: elastic.AxialStiffness
+    bending_stiffness: elastic.BendingStiffness
     mass_per_length: Annotated[
         float,
-        Quantity("kg/m", minimum=0.0, help="mass per length, shared by both bodies", tied=OF_SECTIONS),
+        Quantity("kg/m", minimum=0.0, help="mass per length, shared by both bodies", tied=elastic.OF_SECTIONS),
     ]
-    depth: Annotated[float, DEPTH] = 0.0
-    youngs_modulus: Annotated[float, MODULUS] = 0.0
-    yield_strength: Annotated[float, YIELD] = 0.0
-    damping: Annotated[float, DAMPING] = 0.0
-    thermal_expansion: Annotated[float, EXPANSION] = 0.0
-    temperature_rise: Annotated[float, WARMER] = 0.0
-    temperature_difference: Annotated[float, ACROSS] = 0.0
+    depth: elastic.Depth = 0.0
+    youngs_modulus: elastic.Modulus = 0.0
+    yield_strength: elastic.YieldStrength = 0.0
+    damping: elastic.Damping = 0.0
+    thermal_expansion: elastic.Expansion = 0.0
+    temperature_rise: elastic.Warmer = 0.0
+    temperature_difference: elastic.Across = 0.0
     time_function: Factor = None
 
     def check(self) -> None:
-        check_depth(self, f"beam '{self.name}'")
+        elastic.check_depth(self, f"beam '{self.name}'")
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
         """What the kernel reads."""
         stiffness = self.axial_stiffness, self.bending_stiffness, self.damping
-        return self.length, *stiffness, *thermal_loads(self), self.depth, self.youngs_modulus, self.yield_strength
+        return self.length, *stiffness, *elastic.thermal_loads(self), self.depth, self.youngs_modulus, self.yield_strength

@@ -224,45 +224,30 @@ def component(
         raise InputError(f"port = {port!r}{did_you_mean(port, PORTS)}", ", ".join(PORTS))
     chosen = PORTS[port] if isinstance(port, str) else port
 
-    declaration = Declaration(
-        section,
-        label,
-        chosen,
-        force,
-        gap,
-        switch,
-        outputs,
-        states,
-        context,
-        passive,
-        symbol or next(iter(chosen.symbols)),
-        example,
-        events,
-        motor,
-        supplied,
-    )
-
     def declare(described: Class) -> Class:
+        own = section or re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", described.__name__).lower()
+        what, drawn = label or own.replace("_", " "), symbol or next(iter(chosen.symbols))
+        declaration = Declaration(
+            own, what, chosen, force, gap, switch, outputs, states, context, passive, drawn, example, events, motor, supplied
+        )
         return _declared(described, declaration, source)
 
     return declare
 
 
 def _declared(described: Class, declaration: Declaration, source: str) -> Class:
-    """The component class with a declaration, whose section and label are those of its name if they are empty."""
+    """The component class with a declaration."""
     if "__post_init__" not in vars(described):
         described.__post_init__ = _own_check  # type: ignore[attr-defined]
     cls: Any = dataclass(frozen=True)(described)
     if not hasattr(cls, "parameters"):
         cls.parameters = _own_parameters
-    section = declaration.section or re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", cls.__name__).lower()
-    label = declaration.label or section.replace("_", " ")
-    cls.declaration = dataclasses.replace(declaration, section=section, label=label)
+    cls.declaration = declaration
     if not hasattr(cls, "states"):  # of the class, unless its instances decide
         cls.states = declaration.states
     _check_fields(cls)
-    cls.declaration = dataclasses.replace(cls.declaration, numbers=_numbers_of(cls))
-    for key, kernel in cls.declaration.kernels.items():
+    cls.declaration = dataclasses.replace(declaration, numbers=_numbers_of(cls))
+    for key, kernel in declaration.kernels.items():
         check_names(f"component '{cls.__name__}'", key, kernel, cls.declaration.places)
     if "\n    Parameters\n" not in (cls.__doc__ or "") and (source or cls.__module__.startswith("scissordyn.")):
         documented(cls, MEANINGS, source)

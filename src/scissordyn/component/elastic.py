@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any
 
 from scissordyn.errors import InputError
 from scissordyn.units import Quantity
 
-AXIAL = Quantity("N", above=0.0, maximum=1e18, help="axial stiffness EA")
-BENDING = Quantity("N m^2", above=0.0, maximum=1e18, help="bending stiffness EI")
-DEPTH = Quantity("m", minimum=0.0, help="depth of the section in the plane, 0 if unknown")
-MODULUS = Quantity("Pa", minimum=0.0, help="Young's modulus, 0 if unknown")
+AxialStiffness = Annotated[float, Quantity("N", above=0.0, maximum=1e18, help="axial stiffness EA")]
+BendingStiffness = Annotated[float, Quantity("N m^2", above=0.0, maximum=1e18, help="bending stiffness EI")]
+Depth = Annotated[float, Quantity("m", minimum=0.0, help="depth of the section in the plane, 0 if unknown")]
+Modulus = Annotated[float, Quantity("Pa", minimum=0.0, help="Young's modulus, 0 if unknown")]
 OF_SECTIONS = "the section or material of the bar, from which the masses of its cross-sections follow, too"
-YIELD = Quantity("Pa", minimum=0.0, help="yield strength, 0 if unknown")
-DAMPING = Quantity("s", minimum=0.0, maximum=1e3, help="damping time tau: loss factor over angular frequency")
+YieldStrength = Annotated[float, Quantity("Pa", minimum=0.0, help="yield strength, 0 if unknown")]
+Damping = Annotated[float, Quantity("s", minimum=0.0, maximum=1e3, help="damping time tau: loss factor over angular frequency")]
 EXPANSION = Quantity("1/K", minimum=0.0, maximum=1e-2, help="coefficient of thermal expansion alpha")
-WARMER = Quantity("K", minimum=-2000.0, maximum=2000.0, help="temperature Delta T over that of assembly")
-ACROSS = Quantity("K", minimum=-2000.0, maximum=2000.0, help="difference Delta T_h linear over the depth, warmer at -y")
+Expansion = Annotated[float, EXPANSION]
+Warmer = Annotated[float, Quantity("K", minimum=-2000.0, maximum=2000.0, help="temperature Delta T over that of assembly")]
+Across = Annotated[
+    float, Quantity("K", minimum=-2000.0, maximum=2000.0, help="difference Delta T_h linear over the depth, warmer at -y")
+]
 
 
 def check_depth(bar: Any, what: str) -> None:

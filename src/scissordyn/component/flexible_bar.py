@@ -4,21 +4,8 @@ from __future__ import annotations
 
 from typing import Annotated
 
+from scissordyn.component import elastic
 from scissordyn.component.declaration import component
-from scissordyn.component.elastic import (
-    ACROSS,
-    AXIAL,
-    BENDING,
-    DAMPING,
-    DEPTH,
-    EXPANSION,
-    MODULUS,
-    OF_SECTIONS,
-    WARMER,
-    YIELD,
-    check_depth,
-    thermal_loads,
-)
 from scissordyn.component.port.axis import AXIS
 from scissordyn.component.time_function import Factor
 from scissordyn.errors import InputError
@@ -64,26 +51,26 @@ class FlexibleBar:
     name: str
     sections: Annotated[tuple[str, ...], Meaning("bodies with their origins on its axis, from one end to the other")]
     places: Annotated[tuple[float, ...], Quantity("m", help="where the cross-sections are along the bar")]
-    axial_stiffness: Annotated[float, AXIAL]
-    bending_stiffness: Annotated[float, BENDING]
+    axial_stiffness: elastic.AxialStiffness
+    bending_stiffness: elastic.BendingStiffness
     mass_per_length: Annotated[
         float,
         Quantity(
             "kg/m",
             above=0.0,
             help="mass per length, part of the cross-sections'",
-            tied=OF_SECTIONS,
+            tied=elastic.OF_SECTIONS,
         ),
     ]
     modes: Annotated[int | None, MODES] = None
     turned: Annotated[tuple[float, ...], Quantity("rad", help="angle of the bar against the x axis of each cross-section")] = ()
-    depth: Annotated[float, DEPTH] = 0.0
-    youngs_modulus: Annotated[float, MODULUS] = 0.0
-    yield_strength: Annotated[float, YIELD] = 0.0
-    damping: Annotated[float, DAMPING] = 0.0
-    thermal_expansion: Annotated[float, EXPANSION] = 0.0
-    temperature_rise: Annotated[float, WARMER] = 0.0
-    temperature_difference: Annotated[float, ACROSS] = 0.0
+    depth: elastic.Depth = 0.0
+    youngs_modulus: elastic.Modulus = 0.0
+    yield_strength: elastic.YieldStrength = 0.0
+    damping: elastic.Damping = 0.0
+    thermal_expansion: elastic.Expansion = 0.0
+    temperature_rise: elastic.Warmer = 0.0
+    temperature_difference: elastic.Across = 0.0
     time_function: Factor = None
 
     def check(self) -> None:
@@ -96,7 +83,7 @@ class FlexibleBar:
             raise InputError(f"flexible bar '{self.name}' with places that do not increase", "places from one end to the other")
         if self.turned and len(self.turned) != count:
             raise InputError(f"flexible bar '{self.name}' with {len(self.turned)} angles", f"none, or {count}")
-        check_depth(self, f"flexible bar '{self.name}'")
+        elastic.check_depth(self, f"flexible bar '{self.name}'")
 
     @property
     def length(self) -> float:
@@ -111,4 +98,4 @@ class FlexibleBar:
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
         """What the kernel reads."""
         stiffness = self.axial_stiffness, self.bending_stiffness, self.damping
-        return (*stiffness, *thermal_loads(self), self.length)
+        return (*stiffness, *elastic.thermal_loads(self), self.length)

@@ -13,12 +13,9 @@ from scissordyn.errors import InputError
 from scissordyn.units import Meaning, Quantity, check_quantities, checked, documented
 
 
-@documented
 @dataclass(frozen=True)
-class ConstantSpeed:
-    """theta = theta_0 + w t, with theta_0 the angle of the body at the start."""
-
-    speed: Annotated[float, Quantity("rad/s", help="angular velocity w")]
+class _Checked:
+    """A time function whose numbers are within their bounds."""
 
     def __post_init__(self) -> None:
         check_quantities(self)
@@ -26,7 +23,15 @@ class ConstantSpeed:
 
 @documented
 @dataclass(frozen=True)
-class Harmonic:
+class ConstantSpeed(_Checked):
+    """theta = theta_0 + w t, with theta_0 the angle of the body at the start."""
+
+    speed: Annotated[float, Quantity("rad/s", help="angular velocity w")]
+
+
+@documented
+@dataclass(frozen=True)
+class Harmonic(_Checked):
     """theta = theta_m + theta_a sin(W t + phi)."""
 
     mean: Annotated[float, Quantity("rad", help="mean angle theta_m")]
@@ -34,20 +39,17 @@ class Harmonic:
     angular_frequency: Annotated[float, Quantity("rad/s", above=0.0, help="angular frequency W; 1 Hz is one turn per second")]
     phase: Annotated[float, Quantity("rad", help="phase phi at t = 0")] = 0.0
 
-    def __post_init__(self) -> None:
-        check_quantities(self)
-
 
 @documented
 @dataclass(frozen=True)
-class Tabulated:
+class Tabulated(_Checked):
     """Values at instants, interpolated by a spline of fifth degree, which is four times continuously differentiable."""
 
     times: Annotated[tuple[float, ...], Quantity("s", help="increasing instants, at least six")]
     values: Annotated[tuple[float, ...], Quantity("1", help="values there, in SI")]
 
     def __post_init__(self) -> None:
-        check_quantities(self)
+        super().__post_init__()
         times, values = np.asarray(self.times, float), np.asarray(self.values, float)
         if times.ndim != 1 or times.shape != values.shape or times.size < 6:
             raise InputError(
@@ -80,33 +82,30 @@ def tabulated(
 
 @documented
 @dataclass(frozen=True)
-class Polynomial:
+class Polynomial(_Checked):
     """A polynomial of time of at most fifth degree: c_0 + c_1 t + c_2 t^2 + ..."""
 
     coefficients: Annotated[tuple[float, ...], Quantity("1", minimum=-1e15, maximum=1e15, help="c_0, c_1, ..., at most six")]
 
     def __post_init__(self) -> None:
-        check_quantities(self)
+        super().__post_init__()
         if not 1 <= len(self.coefficients) <= 6:
             raise InputError(f"polynomial with {len(self.coefficients)} coefficients", "one to six")
 
 
 @documented
 @dataclass(frozen=True)
-class Cycloidal:
+class Cycloidal(_Checked):
     """A smooth move from one value to another, at rest before and after, with zero acceleration at both ends."""
 
     start: Annotated[float, Quantity("rad", help="value before the move")]
     end: Annotated[float, Quantity("rad", help="value after the move")]
     duration: Annotated[float, Quantity("s", above=0.0, help="duration of the move")]
 
-    def __post_init__(self) -> None:
-        check_quantities(self)
-
 
 @documented
 @dataclass(frozen=True)
-class Trapezoidal:
+class Trapezoidal(_Checked):
     """A move from one value to another with constant acceleration, constant speed, constant deceleration, to and fro if wanted.
 
     The constant speed is |end - start| / (duration (1 - ramp)). Each stroke reverses the one before.
@@ -120,7 +119,7 @@ class Trapezoidal:
     begin: Annotated[float, Quantity("s", minimum=0.0, help="time of the first stroke that is over at t = 0")] = 0.0
 
     def __post_init__(self) -> None:
-        check_quantities(self)
+        super().__post_init__()
         if self.begin >= self.duration:
             raise InputError(
                 f"a stroke of {self.duration:g} s that begins after {self.begin:g} s", "a beginning within the first stroke"

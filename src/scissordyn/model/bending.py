@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal, NamedTuple
 import numpy as np
 
 from scissordyn.component.beam import Beam
-from scissordyn.component.elastic import ACROSS, DAMPING, EXPANSION, WARMER, node_inertia
+from scissordyn.component.elastic import EXPANSION, Across, Damping, Warmer, node_inertia
 from scissordyn.component.flexible_bar import FlexibleBar
 from scissordyn.component.lugre import PinLuGre
 from scissordyn.component.pin_friction import PinFriction
@@ -151,10 +151,10 @@ def with_bending(
     modes: Annotated[int | Literal["auto"], Meaning("bending modes of a bar, its points held", "6")] = "auto",
     elements: Annotated[int | None, ELEMENTS] = None,
     mass: MassKind = "given",
-    damping: Annotated[float, DAMPING] = 0.0,
+    damping: Damping = 0.0,
     thermal_expansion: Annotated[float | None, EXPANSION] = None,
-    temperature_rise: Annotated[float, WARMER] = 0.0,
-    temperature_difference: Annotated[float, ACROSS] = 0.0,
+    temperature_rise: Warmer = 0.0,
+    temperature_difference: Across = 0.0,
     time_function: Annotated[TimeFunction | None, OverTime("1", "a factor of temperatures over time")] = None,
 ) -> Mechanism:
     """The same mechanism with bars that bend.

@@ -135,11 +135,6 @@ class Natural:
         cos, sin = math.cos(angle), math.sin(angle)
         return add(scaled(cos, x), scaled(sin, y)), add(scaled(-sin, x), scaled(cos, y))
 
-    def point(self, reference: BodyPoint, size: float = 1.0) -> tuple[Expression, Expression]:
-        """Both components of a point of a body; see `fixed`."""
-        body, name = reference
-        return self.fixed(body, (self.ground if body == GROUND else self.bodies[body].points)[name], size)
-
     def angle_of(self, body: str, natural: np.ndarray) -> float:
         """Angle of a body at natural coordinates, from -pi to pi [rad]; as placed for one that does not rotate."""
         if not self.bodies[body].rotates:
@@ -147,8 +142,10 @@ class Natural:
         x, y = (sum(value * float(natural[column]) for column, value in row.items()) for row in self.direction(body))
         return math.atan2(y, x)
 
-    def fixed(self, body: str, point: Point, size: float = 1.0) -> tuple[Expression, Expression]:
-        """Both components of a point in the frame of a body, or of the ground; lengths and origins are in units of `size`."""
+    def fixed(self, body: str, point: str | Point, size: float = 1.0) -> tuple[Expression, Expression]:
+        """Both components of a point, by its name or in the frame of a body or of the ground; lengths in units of `size`."""
+        if isinstance(point, str):
+            point = (self.ground if body == GROUND else self.bodies[body].points)[point]
         x, y = point[0] / size, point[1] / size
         if body == GROUND:
             return {self.total: x}, {self.total: y}
@@ -252,10 +249,10 @@ class Coordinates:
 
     def place(self, point: BodyPoint) -> PointMap:
         """Position of a point of a body."""
-        return self._map(self.natural.point(point))
+        return self.at(*point)
 
     def tracked(self, track: Track) -> PointMap:
-        return self.place((track.body, track.point)) if isinstance(track.point, str) else self.at(track.body, track.point)
+        return self.at(track.body, track.point)
 
     @cached_property
     def placed(self) -> tuple[np.ndarray, np.ndarray]:
@@ -284,8 +281,8 @@ class Coordinates:
         """Distance of a body's farthest point from the origin, at most [m]."""
         return max((math.hypot(*body.placed_position) + body.extent for body in self.natural.bodies.values()), default=1.0)
 
-    def at(self, body: str, point: Point) -> PointMap:
-        """Position of a point in the frame of a body, or of the ground."""
+    def at(self, body: str, point: str | Point) -> PointMap:
+        """Position of a point, by its name or in the frame of a body or of the ground."""
         return self._map(self.natural.fixed(body, point))
 
     def vector(self, x: Expression, y: Expression) -> PointMap:

@@ -167,7 +167,7 @@ def _impose_all(
         elimination.impose(add({b + 1: 1.0}, scaled(-sin, x), scaled(-cos, y)), name)
 
     def impose_pin(one: BodyPoint, other: BodyPoint, name: str) -> None:
-        for here, there in zip(natural.point(one, size), natural.point(other, size), strict=True):
+        for here, there in zip(natural.fixed(*one, size), natural.fixed(*other, size), strict=True):
             elimination.impose(add(here, scaled(-1.0, there)), name)
 
     for index, drive in enumerate(mechanism.drives):
@@ -192,7 +192,7 @@ def _impose_all(
             impose_angle(guide.body, follower, angle, f"guide '{guide.name}'")
         if guide.body != GROUND:
             continue
-        x, y = natural.point(guide.follower, size)
+        x, y = natural.fixed(*guide.follower, size)
         across = -math.sin(guide.direction), math.cos(guide.direction)
         level = (across[0] * guide.through[0] + across[1] * guide.through[1]) / size
         name = f"guide '{guide.name}' of body '{follower}'"

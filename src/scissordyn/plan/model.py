@@ -37,19 +37,13 @@ from scissordyn.plan.ordering import coupled, members, order_unknowns, pairs_of
 from scissordyn.plan.rail import Rails, rail_tables
 
 
-def _element_map(coordinates: Coordinates, attachments: Iterable[Attachment]) -> PointMap:
-    """The six rows of a force element."""
-    return joined([(_attached(coordinates, attachment), attachment.row, attachment.sign) for attachment in attachments])
-
-
 def _attached(coordinates: Coordinates, attachment: Attachment) -> PointMap:
     """What an attachment reads, as a map."""
     if attachment.what == "frame":
         return coordinates.frame(attachment.body)
     if attachment.what == "direction":
         return coordinates.direction(attachment.body)
-    body, point = attachment.body, attachment.point
-    vector = coordinates.place((body, point)) if isinstance(point, str) else coordinates.at(body, point or (0.0, 0.0))
+    vector = coordinates.at(attachment.body, attachment.point or (0.0, 0.0))
     if attachment.along is None:
         return vector
     along = np.array([[math.cos(attachment.along), math.sin(attachment.along)], [0.0, 0.0]])
@@ -74,7 +68,8 @@ def make_model(mechanism: Mechanism, coordinates: Coordinates) -> Model:
     states = [len(states_of(contact)) for contact in contacts] + [len(part.states) for part in components]
     attachments = [contact.attachments for contact in contacts]
     attachments += [part.declaration.port.attachments(part) for part in components]
-    maps = [_element_map(coordinates, attachment) for attachment in attachments]
+    # the six rows of each force element
+    maps = [joined([(_attached(coordinates, part), part.row, part.sign) for part in parts]) for parts in attachments]
     bars = flexible_maps(coordinates)
     for at, (columns, _) in zip(_bars(components), bars, strict=True):
         maps[len(contacts) + at] = PointMap(columns, np.zeros((6, columns.size)))
@@ -188,6 +183,7 @@ def _constraints(mechanism: Mechanism, coordinates: Coordinates) -> dict[str, np
     maps = stacked([part for _, _, part in parts], 2, "part_")
     timed = [k for k, constraint in enumerate(constraints) if constraint.motion]
     first = len(mechanism.drives) + len(time_functions(mechanism, 0)[2])
+    free = [constraint.columns[constraint.columns < coordinates.free] for constraint in constraints]
     references = len(coordinates.families) + sum(part.declaration.port.angle for part in acting(mechanism))
     return {
         "part_start": maps["part_start"],
@@ -202,7 +198,8 @@ def _constraints(mechanism: Mechanism, coordinates: Coordinates) -> dict[str, np
         "constraint_start": offsets(constraint.columns.size for constraint in constraints),
         "constraint_column": maps["part_column"],
         "constraint_row": maps["part_row"],
-        "overlap": _overlaps(coordinates),
+        # pairs k >= l of quadratic constraints on common free coordinates, by k, shape (pairs, 2)
+        "overlap": pairs_of(coupled(members(free, coordinates.free), len(free))),
     }
 
 
@@ -300,9 +297,3 @@ def _latches(mechanism: Mechanism, constraints: tuple[Constraint, ...]) -> np.nd
     first = len(mechanism.exerting)
     latches = [(names.index(latch.name), parts[names.index(latch.name)]) for latch in mechanism.latches]
     return np.array([(k, p, first + i) for i, (k, p) in enumerate(latches)], np.int64).reshape(-1, 3)
-
-
-def _overlaps(coordinates: Coordinates) -> np.ndarray:
-    """Pairs k >= l of quadratic constraints on common free coordinates, by k, shape (pairs, 2)."""
-    free = [constraint.columns[constraint.columns < coordinates.free] for constraint in coordinates.constraints]
-    return pairs_of(coupled(members(free, coordinates.free), len(free)))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import inspect
 import math
-from typing import Annotated
 
 import numpy as np
 import pytest
@@ -13,6 +12,10 @@ import scissordyn as sd
 from scissordyn.component.catalogue import COMPONENTS
 from scissordyn.component.declaration import Component
 from scissordyn.component.port import LINE
+
+from .shared import ENDS as BALL
+from .shared import ball_on
+from .test_user import own
 
 ENDS = ("one", "start"), ("other", "start")
 HINGED = "one", "other"
@@ -86,24 +89,13 @@ def pushing(length, rate, strength):
     return -strength * rate, 0.0, -strength * rate * rate
 
 
-@sd.component(port="line", force=pushing)
-class Pusher:
-    """A damper of the wrong sign."""
-
-    name: str
-    start: tuple[str, str]
-    end: tuple[str, str]
-    strength: Annotated[float, sd.Quantity("N s/m", above=0.0)] = 4.0
+Pusher = own("Pusher", "line", pushing, {"strength": "N s/m"})
 
 
 def test_a_component_that_gives_energy_is_named() -> None:
     """Limit: the energy balance of a negative damper closes; the loss that falls is a warning."""
-    ball = sd.point_mass("ball", mass=2.0, position=(0.5, 0.0))
-    coil = sd.Spring("coil", ("ground", "O"), ("ball", "centre"), stiffness=200.0, free_length=0.4)
-    pusher = Pusher("pusher", ("ground", "O"), ("ball", "centre"))
-    mechanism = sd.Mechanism((ball,), components=(coil, pusher), ground=(("O", (0.0, 0.0)),), gravity=0.0)
-    run = sd.simulate(mechanism, until=1.0)
+    coil = sd.Spring("coil", *BALL, stiffness=200.0, free_length=0.4)
+    run = sd.simulate(ball_on(coil, Pusher("pusher", *BALL, 4.0)), until=1.0)
     assert float(np.max(np.abs(run["energy_residual"]))) < 1e-6 * float(np.max(run["kinetic_energy"]))
     assert "a component gives energy: damper_loss falls by" in run.attrs["warnings"]
-    calm = sd.simulate(sd.Mechanism((ball,), components=(coil,), ground=(("O", (0.0, 0.0)),), gravity=0.0), until=1.0)
-    assert calm.attrs["warnings"] == "[]"
+    assert sd.simulate(ball_on(coil), until=1.0).attrs["warnings"] == "[]"

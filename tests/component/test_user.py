@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Annotated, Any
 
 import numpy as np
@@ -64,6 +66,17 @@ until = "1 s"
 """
 
 
+PLACES = {"line": ("start", "end"), "frame": ("start", "end"), "point": ("point",), "travel": ("point",)}
+"""Fields of the ports that are points of bodies."""
+
+
+def own(name: str, at: str, force: Any, numbers: Mapping[str, str] = MappingProxyType({}), **options: Any) -> Any:
+    """A class of components at a port, with numbers of some units."""
+    fields: dict[str, Any] = {"name": str, **dict.fromkeys(PLACES[at], tuple[str, str])}
+    fields |= {number: Annotated[float, sd.Quantity(unit, minimum=0.0)] for number, unit in numbers.items()}
+    return sd.component(**{"port": at, "force": force, **options})(type(name, (), {"__annotations__": fields}))
+
+
 SLIP = sd.State("slip", "m", scale=1e-2)
 
 
@@ -73,16 +86,12 @@ def maxwell_force(length, rate, slip, stiffness, viscosity, free_length):
     return tension, 0.5 * tension * tension / stiffness, tension * tension / viscosity, slip, tension / viscosity
 
 
-@sd.component(port="line", force=maxwell_force, states=(SLIP,), outputs=(sd.Output("slip", "m", "of the dashpot"),))
-class Maxwell:
-    """A Maxwell element."""
-
-    name: str
-    start: tuple[str, str]
-    end: tuple[str, str]
-    stiffness: Annotated[float, sd.Quantity("N/m", above=0.0)]
-    viscosity: Annotated[float, sd.Quantity("N s/m", above=0.0)]
-    free_length: Annotated[float, sd.Quantity("m", minimum=0.0)] = 0.0
+Maxwell = own(
+    *("Maxwell", "line", maxwell_force),
+    {"stiffness": "N/m", "viscosity": "N s/m", "free_length": "m"},
+    states=(SLIP,),
+    outputs=(sd.Output("slip", "m", "of the dashpot"),),
+)
 
 
 def rope_gap(length, rate, mode, stiffness, free_length):
@@ -98,15 +107,8 @@ def rope_force(length, rate, mode, stiffness, free_length):
     return stiffness * stretch, 0.5 * stiffness * stretch * stretch, 0.0
 
 
-@sd.component(port="line", force=rope_force, gap=rope_gap, context=("mode",), events=("loose", "tight"))
-class Rope:
-    """A cable once more."""
-
-    name: str
-    start: tuple[str, str]
-    end: tuple[str, str]
-    stiffness: Annotated[float, sd.Quantity("N/m", above=0.0)]
-    free_length: Annotated[float, sd.Quantity("m", minimum=0.0)]
+ROPE = {"stiffness": "N/m", "free_length": "m"}
+Rope = own("Rope", "line", rope_force, ROPE, gap=rope_gap, context=("mode",), events=("loose", "tight"))
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -184,14 +186,7 @@ def weight(length, rate):
 
 def part_on_a_line(**options: Any) -> Any:
     """A class whose instances pull on two points, declared with these options."""
-
-    @sd.component(**{"force": weight, "port": "line", **options})
-    class Part:
-        name: str
-        start: tuple[str, str]
-        end: tuple[str, str]
-
-    return Part
+    return own("Part", "line", **{"force": weight, **options})
 
 
 @pytest.mark.parametrize(
@@ -247,13 +242,7 @@ def drag_force(x, y, cosine, sine, x_rate, y_rate, cosine_rate, sine_rate, visco
     return -viscosity * x_rate, -viscosity * y_rate, 0.0, viscosity * (x_rate * x_rate + y_rate * y_rate)
 
 
-@sd.component(port="point", force=drag_force)
-class Drag:
-    """Viscous drag on a point."""
-
-    name: str
-    point: tuple[str, str]
-    viscosity: Annotated[float, sd.Quantity("N s/m", minimum=0.0)]
+Drag = own("Drag", "point", drag_force, {"viscosity": "N s/m"})
 
 
 def rail_force(travel, speed, direction, stiffness):
@@ -261,14 +250,7 @@ def rail_force(travel, speed, direction, stiffness):
     return -stiffness * travel, 0.5 * stiffness * travel * travel, 0.0
 
 
-@sd.component(port="travel", force=rail_force)
-class Rail:
-    """A spring along a direction."""
-
-    name: str
-    point: tuple[str, str]
-    direction: Annotated[float, sd.Quantity("rad")]
-    stiffness: Annotated[float, sd.Quantity("N/m", minimum=0.0)]
+Rail = own("Rail", "travel", rail_force, {"direction": "rad", "stiffness": "N/m"})
 
 
 def mount_force(x, y, angle, x_rate, y_rate, speed, stiffness):
@@ -276,14 +258,7 @@ def mount_force(x, y, angle, x_rate, y_rate, speed, stiffness):
     return -stiffness * x, -stiffness * y, 0.0, 0.5 * stiffness * (x * x + y * y), 0.0
 
 
-@sd.component(port="frame", force=mount_force)
-class Mount:
-    """An isotropic mount."""
-
-    name: str
-    start: tuple[str, str]
-    end: tuple[str, str]
-    stiffness: Annotated[float, sd.Quantity("N/m", minimum=0.0)]
+Mount = own("Mount", "frame", mount_force, {"stiffness": "N/m"})
 
 
 def shake_force(x, y, cosine, sine, x_rate, y_rate, cosine_rate, sine_rate, time, amplitude):
@@ -291,13 +266,7 @@ def shake_force(x, y, cosine, sine, x_rate, y_rate, cosine_rate, sine_rate, time
     return amplitude * math.sin(3.0 * time), 0.0
 
 
-@sd.component(port="point", force=shake_force, context=("time",), passive=False)
-class Shaker:
-    """A force that a function of time gives."""
-
-    name: str
-    point: tuple[str, str]
-    amplitude: Annotated[float, sd.Quantity("N")]
+Shaker = own("Shaker", "point", shake_force, {"amplitude": "N"}, context=("time",), passive=False)
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -324,11 +293,7 @@ def test_the_other_ports(method: str) -> None:
 def test_a_travel_needs_its_direction() -> None:
     """Contract: the field is asked for where the class is defined."""
     with pytest.raises(InputError, match="has no field 'direction'"):
-
-        @sd.component(port="travel", force=weight)
-        class Part:
-            name: str
-            point: tuple[str, str]
+        own("Part", "travel", weight)
 
 
 @pytest.mark.parametrize(("free_length", "refused"), [(0.3, True), (0.0, False)])

@@ -7,8 +7,8 @@ import pytest
 from bouncing import JOINT, at, row
 
 from scissordyn.laws.evaluate import friction_force, friction_limit, friction_states
+from scissordyn.laws.experiment import oscillation, steady_coefficient
 from scissordyn.laws.friction.maxwell_slip import MaxwellSlip
-from scissordyn.laws.sliding import oscillation, steady_coefficient
 
 LAW = MaxwellSlip(0.2, 0.3, 2e5, 3e3)
 NORMAL = 50.0

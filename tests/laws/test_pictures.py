@@ -8,8 +8,7 @@ from scissordyn.laws import catalogue
 from scissordyn.laws.damping.exact import returned_restitution
 from scissordyn.laws.damping.factors import Flores
 from scissordyn.laws.elastic.liu import Liu
-from scissordyn.laws.impact import impact
-from scissordyn.laws.sliding import oscillation, steady_coefficient
+from scissordyn.laws.experiment import impact, oscillation, steady_coefficient
 from scissordyn.plot.law import draw_gallery, draw_law
 
 ENTRIES = [(kind, name) for kind, laws in catalogue.BY_KIND.items() for name in laws]

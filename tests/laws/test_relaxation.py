@@ -12,7 +12,7 @@ import scissordyn as sd
 from scissordyn.laws.damping.standard_linear_solid import StandardLinearSolid
 from scissordyn.laws.elastic.linear import Linear
 from scissordyn.laws.evaluate import elastic_force, normal_force, settled_states
-from scissordyn.laws.impact import impact
+from scissordyn.laws.experiment import impact
 
 STIFFNESS, MASS = 2e5, 3.0
 

@@ -317,7 +317,7 @@ def test_commands(case: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 
 def test_steady_sliding_without_a_kernel_for_it(case: Path, tmp_path: Path) -> None:
     """Closed form: the picture of a law with states and no kernel of steady sliding shows mu_k."""
-    from scissordyn.laws.sliding import steady_coefficient
+    from scissordyn.laws.experiment import steady_coefficient
     from scissordyn.plot.law import JOINT
 
     law = sd.law("friction", f"{tmp_path}/mine.py:TwoBristles")

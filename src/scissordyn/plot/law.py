@@ -13,9 +13,8 @@ from scissordyn.laws.contact import Damping, Elastic, Friction, JointContact
 from scissordyn.laws.damping.factors import Flores
 from scissordyn.laws.elastic.liu import Liu
 from scissordyn.laws.evaluate import elastic_force
-from scissordyn.laws.impact import impact
+from scissordyn.laws.experiment import impact, oscillation, steady_coefficient
 from scissordyn.laws.material import STEEL
-from scissordyn.laws.sliding import oscillation, steady_coefficient
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.style import (
     BLACK,

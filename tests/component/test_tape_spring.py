@@ -106,23 +106,6 @@ def test_hysteresis_loop(method: str) -> None:
     assert_balance(run, 1e-8 if method == "dop853" else 1e-6)
 
 
-def test_branches_and_energy() -> None:
-    """Closed form: the moment and the energy of each sample are those of its branch, and a fold stores what it takes."""
-    arm = hinged(TAPE).driven(Harmonic(0.0, 0.5, 2.0 * math.pi), body="rod")
-    run = sd.simulate(arm, until=1.0, samples=201, **TIGHT)
-    turned, folded = run["tape_spring_angle"].values[:, 0], run["tape_spring_folded"].values[:, 0]
-    torque, energy = run["tape_spring_torque"].values[:, 0], run["tape_spring_energy"].values[:, 0]
-    assert {*folded.tolist()} == {0.0, 1.0}
-    np.testing.assert_allclose(
-        -torque, [moment(TAPE, int(mode), angle) for mode, angle in zip(folded, turned, strict=True)], atol=1e-9
-    )
-    straight = folded == 0.0
-    np.testing.assert_allclose(energy[straight], 0.5 * STIFFNESS * turned[straight] ** 2, atol=1e-9)
-    steady = np.where(turned > 0.0, STEADY, STEADY_EQUAL)
-    stored = 0.5 * steady**2 / STIFFNESS + steady * (np.abs(turned) - steady / STIFFNESS)
-    np.testing.assert_allclose(energy[~straight], stored[~straight], atol=1e-9)
-
-
 def test_a_folded_start_deploys() -> None:
     """Closed form: a fold pushes with its steady moment, so the bar starts evenly and snaps back at M_s/k."""
     run = sd.simulate(hinged(TAPE, angle=1.2), until=2.5, **TIGHT)

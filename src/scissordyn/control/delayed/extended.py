@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from scissordyn.control.controller import Controller
-from scissordyn.control.delayed.pyragas import difference_numbers, torque
+from scissordyn.control.delayed.pyragas import DelayedFeedback
 from scissordyn.control.signal import Recorded
-from scissordyn.plugin.element import element, numbers
-from scissordyn.units import Quantity, check_quantities
+from scissordyn.plugin.element import element
+from scissordyn.units import Quantity
 
 
-@element(name="extended", torque=torque, source="Socolar, Sukow and Gauthier 1994, Physical Review E 50")
-class ExtendedDelayedFeedback(Controller):
+@element(name="extended", source="Socolar, Sukow and Gauthier 1994, Physical Review E 50")
+class ExtendedDelayedFeedback(DelayedFeedback):
     r"""Feedback of the difference between a signal and a weighted sum of its values one, two, three ... periods ago.
 
     .. math::
@@ -31,11 +30,3 @@ class ExtendedDelayedFeedback(Controller):
     onset: Annotated[float | None, Quantity("s", minimum=0.0, help="start of the feedback; one delay without it")] = None
     ramp: Annotated[float, Quantity("s", minimum=0.0, help="time over which the gain rises from zero")] = 0.0
     limit: Annotated[float | None, Quantity("N m", above=0.0, help="largest torque in either sense")] = None
-
-    def __post_init__(self) -> None:
-        check_quantities(self)
-        difference_numbers(self)
-
-    def parameters(self) -> tuple[float, ...]:
-        """The limit is infinite unless given, the onset one delay."""
-        return numbers(self, **difference_numbers(self))

@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any
+from collections.abc import Mapping
+from typing import Annotated, ClassVar
 
 from scissordyn.control.controller import Controller
 from scissordyn.control.signal import Recorded, check_signal, limited, ramped
 from scissordyn.plugin.element import element, numbers
+from scissordyn.plugin.pointer import Kernel
 from scissordyn.units import Quantity, check_quantities
-
-
-def difference_numbers(described: Any) -> dict[str, float]:
-    """Limit and onset of a controller that has the fields of these."""
-    check_signal(type(described).__name__, described.recorded)
-    limit = math.inf if described.limit is None else described.limit
-    return {"limit": limit, "onset": described.delay if described.onset is None else described.onset}
 
 
 def torque(time, recorded, delayed, gain, recursion_gain, limit, onset, ramp):
@@ -26,12 +21,28 @@ def torque(time, recorded, delayed, gain, recursion_gain, limit, onset, ramp):
     return limited(command if ramp == 0.0 else ramped(time, onset, ramp) * command, limit)
 
 
+class DelayedFeedback(Controller):
+    """Feedback of what a recorded signal has changed by, from an onset on and within a limit."""
+
+    kernels: ClassVar[Mapping[str, Kernel]] = {"torque": torque}
+    onset: float | None
+    limit: float | None
+
+    def __post_init__(self) -> None:
+        check_quantities(self)
+        check_signal(type(self).__name__, self.recorded)
+
+    def parameters(self) -> tuple[float, ...]:
+        """The limit is infinite unless given, the onset one delay."""
+        onset = self.delay if self.onset is None else self.onset
+        return numbers(self, limit=math.inf if self.limit is None else self.limit, onset=onset)
+
+
 @element(
     name="pyragas",
-    torque=torque,
-    source=("Pyragas 1992, doi:10.1016/0375-9601(92)90745-8; limitation: Nakajima 1997, doi:10.1016/S0375-9601(97)00362-9"),
+    source="Pyragas 1992, doi:10.1016/0375-9601(92)90745-8; limitation: Nakajima 1997, doi:10.1016/S0375-9601(97)00362-9",
 )
-class Pyragas(Controller):
+class Pyragas(DelayedFeedback):
     r"""Feedback of the difference between a signal and its value one period ago.
 
     .. math::
@@ -49,11 +60,3 @@ class Pyragas(Controller):
     onset: Annotated[float | None, Quantity("s", minimum=0.0, help="start of the feedback; one delay without it")] = None
     ramp: Annotated[float, Quantity("s", minimum=0.0, help="time over which the gain rises from zero")] = 0.0
     limit: Annotated[float | None, Quantity("N m", above=0.0, help="largest torque in either sense")] = None
-
-    def __post_init__(self) -> None:
-        check_quantities(self)
-        difference_numbers(self)
-
-    def parameters(self) -> tuple[float, ...]:
-        """The limit is infinite unless given, the onset one delay."""
-        return numbers(self, **difference_numbers(self))

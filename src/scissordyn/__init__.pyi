@@ -124,7 +124,7 @@ from scissordyn.periodic.lyapunov import (
 from scissordyn.plot.animation import animate as animate
 from scissordyn.plot.canvas import view as view
 from scissordyn.plot.preview import preview as preview
-from scissordyn.plot.publication import style as style
+from scissordyn.plot.style import style as style
 from scissordyn.run.batch import simulate_many as simulate_many
 from scissordyn.run.answer.buckling import buckling as buckling
 from scissordyn.run.advance.checkpoint import Checkpoint as Checkpoint

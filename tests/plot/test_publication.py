@@ -13,9 +13,8 @@ from matplotlib.text import Text
 import scissordyn as sd
 from scissordyn.cli.main import status_of
 from scissordyn.plot.file import figure_of
-from scissordyn.plot.publication import STYLES
 from scissordyn.plot.report import Pictures
-from scissordyn.plot.style import in_lines, literal
+from scissordyn.plot.style import STYLES, in_lines, literal
 
 NAMES = ("figure.figsize", "font.size", "font.family")
 

@@ -47,9 +47,9 @@ def plot(
     allow_code: OwnCode = None,
 ) -> int:
     from scissordyn.plot.file import check_format
-    from scissordyn.plot.publication import style
     from scissordyn.plot.report import check_kinds, draw_all
     from scissordyn.plot.series import window
+    from scissordyn.plot.style import style
 
     check_format(form)
     kinds = None if only is None else [kind.strip() for kind in only.split(",") if kind.strip()]

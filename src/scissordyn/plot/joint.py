@@ -11,7 +11,6 @@ from matplotlib.axes import Axes
 
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plot.contact import contact_times, force_curve
-from scissordyn.plot.picture import picture
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.series import (
     BEYOND,
@@ -22,6 +21,7 @@ from scissordyn.plot.series import (
     finish,
     names_of,
     note_more,
+    picture,
     predictability_horizon,
     time_scale,
     window,

@@ -11,9 +11,18 @@ from matplotlib.axes import Axes
 
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plot.contact import TorqueSource, force_curve, torque_sources, with_instants
-from scissordyn.plot.picture import picture
 from scissordyn.plot.scale import Scale, engineering
-from scissordyn.plot.series import compare, draw_curves, draw_limit, finish, largest_forces, mark_largest, time_scale, window
+from scissordyn.plot.series import (
+    compare,
+    draw_curves,
+    draw_limit,
+    finish,
+    largest_forces,
+    mark_largest,
+    picture,
+    time_scale,
+    window,
+)
 from scissordyn.plot.style import (
     BLACK,
     BLUE,

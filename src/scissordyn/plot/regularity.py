@@ -10,9 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.plot.picture import picture
 from scissordyn.plot.scale import Scale, engineering, scale_of
-from scissordyn.plot.series import BEYOND, chosen_joints
+from scissordyn.plot.series import BEYOND, chosen_joints, picture
 from scissordyn.plot.style import BLACK, BLUE, GREY, LINE, VERMILION, Canvas, legend, literal, normal, panels, small
 
 if TYPE_CHECKING:

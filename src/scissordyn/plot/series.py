@@ -1,10 +1,12 @@
-"""Common parts of pictures over time: the part of a run, the time axis, two runs side by side, the predictability horizon."""
+"""Common parts of pictures of a run: parameters in words, part of a run, joints, curves over time, predictability horizon."""
 
 from __future__ import annotations
 
+import inspect
 import math
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, TypeAlias
+import re
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -25,6 +27,38 @@ Joints: TypeAlias = "str | Sequence[str] | None"  # One joint, several, or those
 BEYOND = "beyond predictability horizon"
 
 MOST_JOINTS = 6  # Largest number of joints in one picture, unless the caller names more
+
+COMMON = {
+    "run": "run : Dataset",
+    "ideal": "ideal : Dataset, optional\n    The run of the ideal mechanism, drawn dashed.",
+    "mechanism": "mechanism : Mechanism, optional\n    The one that was run; the one that the run holds if not given.",
+    "joint": "joint : str or sequence of str, optional\n    One joint or several; those with the largest forces if not given.",
+    "start": "start, end : float, optional\n    Part of the run to draw [s]; the whole run if not given.",
+    "axes": "axes : Axes or iterable of Axes, optional\n    {} A new figure if not given.",
+}
+"""Parameters by name, for pictures that do not describe them themselves."""
+
+SECTION = re.compile(r"\n\n(Parameters|Returns|Raises)\n-+\n")
+ENTRY = re.compile(r"(?m)^(?=\w)")
+
+Draw = TypeVar("Draw", bound=Callable[..., object])
+
+
+def picture(axes: str = "One.") -> Callable[[Draw], Draw]:
+    """Complete the docstring of a picture by the parameters that all share, what `axes` are, and what is returned."""
+
+    def completed(draw: Draw) -> Draw:
+        summary, *parts = SECTION.split(inspect.cleandoc(draw.__doc__ or ""))
+        sections = {"Parameters": "", "Returns": "list of Axes", **dict(zip(parts[::2], parts[1::2], strict=True))}
+        special = {entry.split(" ")[0].strip(","): entry.strip() for entry in ENTRY.split(sections["Parameters"]) if entry}
+        described = COMMON | {"axes": COMMON["axes"].format(axes)} | special
+        names = [name for name in inspect.signature(draw).parameters if name in described]
+        sections["Parameters"] = "\n".join(described[name] for name in names)
+        written = [f"{title}\n{'-' * len(title)}\n{text}" for title, text in sections.items()]
+        draw.__doc__ = "\n\n".join([summary, *written])
+        return draw
+
+    return completed
 
 
 def time_scale(run: xr.Dataset) -> Scale:

@@ -19,7 +19,6 @@ from scissordyn.plot.bar_diagram import AXIAL, MOMENT, ORDINATE, colour_bar, dia
 from scissordyn.plot.drawing import Drawing, draw_magnified
 from scissordyn.plot.file import figure_of
 from scissordyn.plot.label import write_labels
-from scissordyn.plot.picture import picture
 from scissordyn.plot.series import (
     BEYOND,
     Joints,
@@ -29,6 +28,7 @@ from scissordyn.plot.series import (
     finish,
     mechanism_of,
     note_more,
+    picture,
     predictability_horizon,
     time_scale,
     window,

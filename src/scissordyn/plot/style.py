@@ -1,13 +1,14 @@
-"""The style of all pictures: colours, lines, panels and legends, set on the Axes and never globally."""
+"""The style of all pictures: colours, lines, panels and legends, set on the Axes; sizes for a column, a page or slides."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from contextlib import AbstractContextManager, ExitStack
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from scissordyn.errors import InputError, printable
+from scissordyn.errors import InputError, did_you_mean, printable
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -47,7 +48,61 @@ TEX = str.maketrans(
 )
 """How LaTeX writes signs that mean something to it."""
 
+STYLES = {
+    "screen": ((6.4, 4.8), 10.0),
+    "single-column": ((3.54, 2.6), 8.75),
+    "double-column": ((7.48, 3.6), 8.75),
+    "slides": ((10.0, 5.6), 18.0),
+}
+"""Width and height of figures [inch] and size of letters [pt]; those of a screen are matplotlib's own. Columns are 90 and
+190 mm wide, as most journals of mechanics have them; letters are then 7 pt (ticks, legends) and 8 pt (labels) in print."""
+
 Canvas: TypeAlias = "Axes | Iterable[Axes] | None"  # Target of a picture: one Axes, several, or None for a new figure
+
+
+def style(name: str = "screen", **parameters: Any) -> AbstractContextManager[object]:
+    """Set the size of new pictures and of their letters, for the rest of a program or in a ``with`` block.
+
+    ``with sd.style("single-column"): sd.plot.force(run)``. Pictures follow matplotlib's rcParams: figure.figsize (of pictures
+    with several rows of panels its width), font.size, font.family, axes.labelsize, xtick.labelsize, text.usetex.
+
+    Parameters
+    ----------
+    name : str
+        "screen", "single-column" (90 mm), "double-column" (190 mm) or "slides".
+    **parameters
+        Further rcParams, with underscores in place of dots: ``font_family="serif"``, ``text_usetex=True``.
+
+    Returns
+    -------
+    context manager
+        At its end the parameters are as before.
+
+    Raises
+    ------
+    InputError
+        For an unknown style or parameter, or a value that matplotlib refuses.
+    """
+    import matplotlib as mpl
+
+    if name not in STYLES:
+        raise InputError(f"style '{name}'{did_you_mean(name, STYLES)}", ", ".join(STYLES), 'sd.style("single-column")')
+    current: Any = mpl.rcParams  # its keys are annotated one by one
+    by_word = {parameter.replace(".", "_"): parameter for parameter in current}
+    chosen = dict(zip(("figure.figsize", "font.size"), STYLES[name], strict=True))
+    for word, value in parameters.items():
+        if word not in by_word:
+            raise InputError(f"style: {word}{did_you_mean(word, by_word)}", "rcParams of matplotlib", 'font_family="serif"')
+        chosen[by_word[word]] = value
+    before = {parameter: current[parameter] for parameter in chosen}
+    try:
+        mpl.RcParams(chosen)
+    except ValueError as error:
+        raise InputError(f"style: {error}", "what matplotlib allows", 'sd.style("single-column")') from None
+    current.update(chosen)
+    restoring = ExitStack()
+    restoring.callback(current.update, before)
+    return restoring
 
 
 def literal(name: str) -> str:

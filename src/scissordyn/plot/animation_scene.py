@@ -21,7 +21,7 @@ from scissordyn.plot.label_place import LOOKS, REGION, asides
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.series import MOST_JOINTS, time_scale
 from scissordyn.plot.symbol import Symbol, cross_sections, symbols, wheel_points
-from scissordyn.run.answer.placement import Placement
+from scissordyn.run.answer.placement import Placement, placed
 from scissordyn.run.results import along
 
 if TYPE_CHECKING:
@@ -178,15 +178,9 @@ def newtons(force: float) -> str:
 
 def scale_in_words(slower: float, magnification: float = 1.0) -> str:
     """The time scale of a film, and the scale of its deflections, in words."""
-    larger = f", deflections {magnification:g}×" if magnification != 1.0 else ""
-    return f"{_time_in_words(slower)}{larger}"
-
-
-def _time_in_words(slower: float) -> str:
-    if abs(slower - 1.0) < 0.02:
-        return "real time"
     factor = float(f"{max(slower, 1.0 / slower):.3g}")
-    return f"{factor:g}× {'slower' if slower > 1.0 else 'faster'}"
+    speed = "real time" if abs(slower - 1.0) < 0.02 else f"{factor:g}× {'slower' if slower > 1.0 else 'faster'}"
+    return speed + (f", deflections {magnification:g}×" if magnification != 1.0 else "")
 
 
 def scene_of(
@@ -293,11 +287,7 @@ def _block(mechanism: Mechanism, placement: Placement, body: str, middle: np.nda
         if guide.follower[0] == body:
             tilt = guide.direction + placement.angle(guide.body)
             break
-    corners = half * np.array([[-1.0, -0.6], [1.0, -0.6], [1.0, 0.6], [-1.0, 0.6]])
-    cos, sin = np.cos(tilt)[:, None], np.sin(tilt)[:, None]
-    x, y = corners.T
-    placed: np.ndarray = middle[:, None] + np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
-    return placed
+    return placed(middle, tilt, half * np.array([[-1.0, -0.6], [1.0, -0.6], [1.0, 0.6], [-1.0, 0.6]]))
 
 
 def _guides(mechanism: Mechanism, placement: Placement, size: float) -> list[Shape]:
@@ -319,28 +309,37 @@ def _clearance_joint(
         raise InputError(f"joint '{name}' has clearance in the run and is ideal in the mechanism", "the mechanism that was run")
     clearance = float(read["clearance"].values[k])
     eccentricity = GAP / clearance * placement.vectors(along(read["eccentricity"], "joint", "time", "axis")[k])
-    force, touching = (
-        np.hypot(*along(read["reaction"], "joint", "axis", "time")[k]),
-        along(read["in_contact"], "joint", "time")[k],
-    )
-    fine, touched, largest = frames, touching[frames], force[frames]
-    if between:  # a contact may be shorter than a frame
-        last = int(frames[-1]) + 1
-        fine = np.unique(np.concatenate([frames, np.linspace(0, last - 1, min(last, FINEST)).astype(int)]))
-        begins = np.concatenate([[0], frames[:-1] + 1])
-        located, peaks = frame_contacts(run, name, read["time"].values[frames])
-        touched = np.logical_or.reduceat(touching[:last], begins) | located
-        largest = np.maximum(np.maximum.reduceat(force[:last], begins), peaks)
+    force, touching = np.hypot(*along(read["reaction"], "joint", "axis", "time")[k]), along(read["in_contact"], "joint", "time")
+    touched, largest = _contacts(run, [name], frames, touching[[k]].T, force, between=between)
+    last = int(frames[-1])
+    instants = np.linspace(0, last, min(last + 1, FINEST)).astype(int) if between else frames
+    fine = np.unique(np.concatenate([frames, instants]))
     return ClearanceJoint(
         name=name,
         place=placement.place(joint.bearing),
         journal=eccentricity[frames],
         path=eccentricity[fine],
         reached=np.searchsorted(fine, frames, side="right") if between else np.zeros(len(frames), int),
-        touched=touched,
+        touched=touched[:, 0],
         force=largest,
         gain=GAP * joint.clearance.journal_radius / clearance,
     )
+
+
+def _contacts(
+    run: xr.Dataset, names: Sequence[str], frames: np.ndarray, touching: np.ndarray, force: np.ndarray, *, between: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """Which points touch in frames, and the largest force: at their instants, or since the frame before.
+
+    Shapes: `touching` (samples, points), `force` (samples,); returns (frames, points), (frames,).
+    """
+    if not between:
+        return touching[frames], force[frames]
+    # a contact may be shorter than a frame
+    begins, last = np.concatenate([[0], frames[:-1] + 1]), int(frames[-1]) + 1
+    located = [frame_contacts(run, name, run["time"].values[frames]) for name in names]
+    touched = np.logical_or.reduceat(touching[:last], begins, axis=0) | np.stack([part for part, _ in located], axis=1)
+    return touched, np.max([np.maximum.reduceat(force[:last], begins), *(peaks for _, peaks in located)], axis=0)
 
 
 def guides_of(mechanism: Mechanism, names: Iterable[str]) -> list[str]:
@@ -379,16 +378,8 @@ def _channel(
     tips = np.stack([np.broadcast_to(LONG * along / np.max(np.abs(along)), heights.shape), heights], axis=-1)
     around = np.argsort(np.arctan2(across, along))
     corners = tuple(points[k].name for k in around)
-    touching, force = (
-        now["in_contact"].values.astype(bool)[:, around],
-        np.linalg.norm(now["reaction"].values, axis=2).max(axis=1),
-    )
-    touched, largest = touching[frames], force[frames]
-    if between:
-        begins = np.concatenate([[0], frames[:-1] + 1])
-        located = [frame_contacts(run, corner, run["time"].values[frames]) for corner in corners]
-        touched = np.logical_or.reduceat(touching, begins, axis=0) | np.stack([part for part, _ in located], axis=1)
-        largest = np.max([np.maximum.reduceat(force, begins), *(part for _, part in located)], axis=0)
+    force = np.linalg.norm(now["reaction"].values, axis=2).max(axis=1)
+    touched, largest = _contacts(run, corners, frames, now["in_contact"].values.astype(bool)[:, around], force, between=between)
     return Channel(
         guide,
         tips[:, around],

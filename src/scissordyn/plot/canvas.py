@@ -51,7 +51,7 @@ def packed(scene: Scene, run: xr.Dataset, *, number: int = 0, note: str = "", se
         "run": number,
         "note": note,
         "seconds": seconds,
-        "time": _packed(scene.time),
+        "time": scene.time,
         "timeScale": scene.scale.factor,
         "timeUnit": scene.scale.unit,
         "low": scene.low.tolist(),
@@ -61,11 +61,11 @@ def packed(scene: Scene, run: xr.Dataset, *, number: int = 0, note: str = "", se
             {
                 **_data(shape, "name", "kind", "tone", "parts"),
                 "count": shape.points.shape[1],
-                "points": _packed(_all(shape.points, scene)),
+                "points": np.broadcast_to(shape.points, (len(scene.time), *shape.points.shape[1:])),
             }
             for shape in scene.shapes
         ],
-        "pins": {"names": list(scene.pin_names), "points": _packed(scene.pins)},
+        "pins": {"names": list(scene.pin_names), "points": scene.pins},
         "supports": scene.supports.tolist(),
         "joints": [_data(joint, "name", "gain", "place", "journal", "touched", "force") for joint in scene.clearance_joints],
         # a click on a channel shows the curves of its corner with the largest force
@@ -74,9 +74,9 @@ def packed(scene: Scene, run: xr.Dataset, *, number: int = 0, note: str = "", se
         "magnification": scene.magnification,
         "diagrams": [_diagram(diagram) for diagram in scene.diagrams],
         "onBars": scene.on_bars,
-        "tracks": [{"name": name, "points": _packed(points)} for name, points in scene.tracks],
+        "tracks": [{"name": name, "points": points} for name, points in scene.tracks],
     }
-    return json.dumps(data, separators=(",", ":"))
+    return json.dumps(data, separators=(",", ":"), default=_packed)
 
 
 def declared(mechanism: Mechanism) -> xr.Dataset:
@@ -111,14 +111,7 @@ def _packed(values: np.ndarray) -> str:
 
 
 def _data(part: object, *names: str) -> dict[str, Any]:
-    """Fields of a part, arrays packed."""
-    values = {name: getattr(part, name) for name in names}
-    return {name: _packed(value) if isinstance(value, np.ndarray) else value for name, value in values.items()}
-
-
-def _all(points: np.ndarray, scene: Scene) -> np.ndarray:
-    """Points at every frame; what does not move may be there once."""
-    return np.broadcast_to(points, (len(scene.time), *points.shape[1:]))
+    return {name: getattr(part, name) for name in names}
 
 
 def _diagram(diagram: Diagram) -> dict[str, Any]:
@@ -133,7 +126,7 @@ def _diagram(diagram: Diagram) -> dict[str, Any]:
         "factor": diagram.scale.factor,
         "ordinate": ORDINATE if tone else 0.0,
         "ramp": [to_hex(colours(part)) for part in np.linspace(0.0, 1.0, 32)] if diagram.coloured else [tone],
-        "values": _packed(diagram.values.reshape(len(diagram.values), -1)),
+        "values": diagram.values,
     }
 
 

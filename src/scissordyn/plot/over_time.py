@@ -50,8 +50,9 @@ ROUND_OFF = 1e-10  # Relative change over a run that is none
 
 DEFAULT_BODY = "unit 1/bar 2"
 
-SLIDER = (("slider_position", "displacement"), ("slider_velocity", "velocity"), ("slider_acceleration", "acceleration"))
-ROTATION = (("angle", "angle"), ("angular_velocity", "angular velocity"), ("angular_acceleration", "angular acceleration"))
+SLIDER = {"displacement": "slider_position", "velocity": "slider_velocity", "acceleration": "slider_acceleration"}
+ROTATION = {name: name.replace(" ", "_") for name in ("angle", "angular velocity", "angular acceleration")}
+"""Variables of a position and of its two derivatives, by the labels of their axes."""
 
 RPM = Scale(30.0 / math.pi, "rpm")
 
@@ -125,40 +126,35 @@ def response(
     chosen = body or _body(run, bodies)
     if chosen not in bodies:
         raise InputError(f"body '{chosen}'{did_you_mean(chosen, bodies)}", "one of " + ", ".join(bodies))
-    slides = SLIDER[0][0] in run
-    columns = 2 if slides else 1
+    moving: list[tuple[str, dict[str, str], dict[str, str]]] = []
+    if SLIDER["displacement"] in run:
+        moving.append(("slider", SLIDER, {}))
+    moving.append((chosen, ROTATION, {"body": chosen}))
+    columns = len(moving)
     drawn = panels(axes, 3, columns, size=(4.6 * columns, 6.4))
     time = time_scale(run)
-    for row, ((along, sliding), (around, rotation)) in enumerate(zip(SLIDER, ROTATION, strict=True)):
-        right = drawn[columns * row + columns - 1]
-        if slides:
-            beside = None if ideal is None else ideal[along]
-            compare(drawn[2 * row], sliding, _without_round_off(run, SLIDER, row), beside, time=time)
-        curve = _without_round_off(run.sel(body=chosen), ROTATION, row)
-        beside = None if ideal is None else ideal[around].sel(body=chosen)
-        compare(right, rotation, curve, beside, time=time)
-    if slides:
-        drawn[0].set_title("slider", loc="left", fontsize=normal())
-    drawn[columns - 1].set_title(literal(chosen), loc="left", fontsize=normal())
+    for column, (title, variables, of) in enumerate(moving):
+        drawn[column].set_title(literal(title), loc="left", fontsize=normal())
+        for panel, (label, variable) in zip(drawn[column::columns], variables.items(), strict=True):
+            curve = _without_round_off(run[list(variables.values())].sel(of), variable)
+            compare(panel, label, curve, None if ideal is None else ideal[variable].sel(of), time=time)
     finish(drawn, run, time, bottom=drawn[-columns:])
     legend(drawn, above=axes is None)
     return drawn
 
 
-def _without_round_off(run: xr.Dataset, names: tuple[tuple[str, str], ...], row: int) -> xr.DataArray:
-    """A velocity or acceleration; zero where it could not change what it is the derivative of by more than its last digits."""
-    values = run[names[row][0]]
-    if row == 0:
-        return values
-    duration = float(run["time"].values[-1] - run["time"].values[0])
-    before = float(abs(run[names[row - 1][0]]).max())
+def _without_round_off(motion: xr.Dataset, name: str) -> xr.DataArray:
+    """A quantity of a motion; zero where it could not change what it is the derivative of by more than its last digits."""
+    values, at = motion[name], list(motion).index(name)
+    duration = float(motion["time"].values[-1] - motion["time"].values[0])
+    before = 0.0 if at == 0 else float(abs(list(motion.values())[at - 1]).max())
     return 0.0 * values if float(abs(values).max()) * duration < ROUND_OFF * before else values
 
 
 def _body(run: xr.Dataset, bodies: list[str]) -> str:
     """The output body where its rotation is the output; with a slider as output a coupler, or the first body."""
     output = str(read_configuration(run).mechanism.output_body) if ATTRIBUTE in run.attrs else ""
-    if output in bodies and SLIDER[0][0] not in run:
+    if output in bodies and SLIDER["displacement"] not in run:
         return output
     return DEFAULT_BODY if DEFAULT_BODY in bodies else bodies[0]
 

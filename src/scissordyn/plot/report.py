@@ -24,17 +24,18 @@ from scissordyn.run.answer.joint_force import clearance_joints
 if TYPE_CHECKING:
     import xarray as xr
 
-KINDS = ("response", "track", "force", "torque", "orbit", "film", "energy", "structure", "bending")  # All pictures, in order
-
-NEEDS = {
+KINDS = {
+    "response": "",
     "track": "a tracked point and a clearance joint",
     "force": "a clearance joint",
-    "orbit": "a clearance joint with a journal",
     "torque": "a drive, an actuator or a motor",
+    "orbit": "a clearance joint with a journal",
     "film": "a lubricated joint",
+    "energy": "",
+    "structure": "its mechanism",
     "bending": "bars that bend",
 }
-"""What a run must have for a picture."""
+"""All pictures in order, with what a run must have for each."""
 
 Arguments = ParamSpec("Arguments")
 
@@ -59,11 +60,7 @@ def draw_all(
     bars: str | None = None,
     envelope: bool = False,
 ) -> list[Path]:
-    """Every picture that a run has data for: response, track, force, torque, orbit, energy, structure.
-
-    Track needs a tracked point, force a clearance joint or guide, orbit a revolute clearance joint, torque a drive, an actuator
-    or a motor, structure a mechanism. Nothing is written before all are drawn.
-    """
+    """Every picture that a run has data for, see `KINDS`; nothing is written before all are drawn."""
     check_format(format)
     check_kinds(only)
     pins = clearance_pins(run)
@@ -85,9 +82,7 @@ def draw_all(
     makers = {kind: make for kind, (has_data, make) in kinds.items() if has_data}
     for kind in only or ():
         if kind not in makers:
-            raise InputError(
-                f"picture '{kind}' of this run", f"a run with {NEEDS.get(kind, 'its mechanism')}", f"--only {','.join(makers)}"
-            )
+            raise InputError(f"picture '{kind}' of this run", f"a run with {KINDS[kind]}", f"--only {','.join(makers)}")
     drawn = {kind: make() for kind, make in makers.items() if only is None or kind in only}
     target = Path(folder)
     try:

@@ -18,9 +18,8 @@ import xarray as xr
 from scissordyn.analysis.verdict import classify, consensus
 from scissordyn.errors import ScissordynError
 from scissordyn.file.output_file import check_target
-from scissordyn.periodic.bifurcation import bifurcation
+from scissordyn.periodic.bifurcation import OtherDiagramError, bifurcation
 from scissordyn.periodic.cycles import cycle
-from scissordyn.periodic.diagram import OtherDiagramError
 from scissordyn.periodic.ensemble import ensemble
 from scissordyn.periodic.lyapunov import separation_exponent
 from scissordyn.run.advance.interrupt import pass_on

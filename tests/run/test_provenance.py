@@ -16,7 +16,7 @@ import pytest
 import scissordyn
 import scissordyn as sd
 from scissordyn.file.provenance import FACES, provenance
-from scissordyn.periodic import diagram as diagram_module
+from scissordyn.periodic import bifurcation as bifurcation_module
 from scissordyn_paper.cache import SHOWN
 
 PACKAGE = Path(scissordyn.__file__).parent
@@ -102,7 +102,7 @@ def test_a_diagram_of_other_sources_is_not_taken_up(tmp_path: Path, monkeypatch:
     assert again["total_steps"].equals(first["total_steps"])
     now = json.loads(provenance())
     for name in ("sources", "numpy", "scipy"):
-        monkeypatch.setattr(diagram_module, "provenance", lambda name=name: json.dumps({**now, name: "other"}))
+        monkeypatch.setattr(bifurcation_module, "provenance", lambda name=name: json.dumps({**now, name: "other"}))
         with pytest.raises(sd.InputError, match=f"differs in {name}"):
             sd.bifurcation(arm, store=store, **options)
     monkeypatch.undo()

@@ -9,9 +9,8 @@ import xarray as xr
 
 from scissordyn.cli.response import bifurcation as command
 from scissordyn.errors import InputError
-from scissordyn.periodic.bifurcation import bifurcation
+from scissordyn.periodic.bifurcation import bifurcation, carried
 from scissordyn.periodic.cycles import cycle
-from scissordyn.periodic.follow import carried
 from scissordyn.periodic.stroboscope import run_cycles
 from scissordyn.plot.regularity import bifurcation as draw
 from scissordyn.run.store import load
@@ -105,7 +104,7 @@ def test_following(impacting):
     found = run_cycles(mechanisms[0], options, cycles=3)
     for k in (1, 2):
         found = run_cycles(mechanisms[k], options, cycles=3, start=carried(mechanisms[k - 1], found.end, mechanisms[k]))
-        np.testing.assert_array_equal(chain["peak_force"].values[k], found.peak_force)
+        np.testing.assert_array_equal(chain["peak_force"].values[k], found.values["peak_force"])
     alone = bifurcation(impacting, over="A.clearance", values=CLEARANCES[::-1], cycles=3, keep=3, engine=1)
     assert not np.array_equal(chain["peak_force"].values[1], alone["peak_force"].values[1])
 

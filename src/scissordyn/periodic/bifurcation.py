@@ -2,27 +2,37 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 import os
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
 
 from scissordyn.errors import InputError, whole_number
+from scissordyn.file.provenance import provenance
+from scissordyn.kinematics.assembly import Start, basis_at_start, natural_state
+from scissordyn.kinematics.branching import drive_warnings
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.periodic.diagram import conclude, diagram_from, empty_diagram, enter_value, final_state
-from scissordyn.periodic.follow import carried
-from scissordyn.periodic.rows import PENDING, CycleCase, CycleRow, run_case
-from scissordyn.periodic.stroboscope import drive_period
+from scissordyn.model.parameter_path import number
+from scissordyn.model.record import to_plain
+from scissordyn.periodic.cycles import recorded
+from scissordyn.periodic.rows import PENDING, CycleCase, CycleRow, empty_rows, enter, run_case
+from scissordyn.periodic.stroboscope import consistent, drive_period, start_state
+from scissordyn.plan.plan import plan
 from scissordyn.run.advance.driver import Snapshot
+from scissordyn.run.advance.system import make_system
+from scissordyn.run.configuration import read_configuration, write_configuration
 from scissordyn.run.engine import ENGINES, Engine, EngineError, Outcome, outcomes
 from scissordyn.run.options import Options, StartKind
 from scissordyn.run.start.demand import CYCLE_TIME, check_cycles, check_memory, count_in_words, machine_memory
-from scissordyn.run.store import save
+from scissordyn.run.store import load, save
+from scissordyn.study.answer.fact import grouped_lines
 from scissordyn.units import Meaning, checked
 
 VALUE_BYTES = 5000  # Memory of a value beside its cycles: the mechanism that it makes
@@ -97,7 +107,9 @@ def bifurcation(
         If the workers of a scheduler are lost; what is done is in the store.
     """
     began = time.perf_counter()
-    numbers = _numbers(values)
+    numbers = [float(value) for value in values]
+    if not numbers or not np.all(np.isfinite(numbers)):
+        raise InputError("values that are empty or not finite", "one number or more")
     check_diagram(mechanism, len(numbers), cycles, keep)
     mechanisms = [mechanism.replace(over, value) if isinstance(over, str) else over(value) for value in numbers]
     options = Options(1.0 if period is None else period, start, 2, rtol, atol, method, most_steps)
@@ -133,21 +145,11 @@ def _cases(
 ) -> list[CycleCase]:
     if len({tuple(joint.name for joint in mechanism.clearance_joints) for mechanism in mechanisms}) > 1:
         raise InputError("mechanisms with different clearance joints", "the same clearance joints for every value")
-    options_of = [
-        options if period is not None else replace(options, until=drive_period(mechanism)) for mechanism in mechanisms
-    ]
-    pairs = enumerate(zip(mechanisms, options_of, strict=True))
+    periods = [drive_period(mechanism) if period is None else period for mechanism in mechanisms]
     return [
-        CycleCase(at, mechanism, case_options, cycles, keep, phase, options.start) for at, (mechanism, case_options) in pairs
+        CycleCase(at, mechanism, replace(options, until=lasting), cycles, keep, phase)
+        for at, (mechanism, lasting) in enumerate(zip(mechanisms, periods, strict=True))
     ]
-
-
-def _numbers(values: Sequence[float] | np.ndarray) -> list[float]:
-    """The parameter's values."""
-    numbers = [float(value) for value in values]
-    if not numbers or not np.all(np.isfinite(numbers)):
-        raise InputError("values that are empty or not finite", "one number or more")
-    return numbers
 
 
 def _compute(
@@ -188,3 +190,176 @@ def _chain(cases: Sequence[CycleCase], diagram: xr.Dataset, todo: list[int]) -> 
             row = result.value
             end = row.end if row is not None and row.about["status"] == "complete" else None
             yield result
+
+
+def carried(before: Mechanism, state: Snapshot, after: Mechanism) -> Snapshot:
+    """The state of one mechanism as the start of another, with the same positions and velocities of bodies.
+
+    Both are at the same phase of their drives; time restarts from zero.
+    """
+    if any(
+        [part.name for part in getattr(before, parts)] != [part.name for part in getattr(after, parts)]
+        for parts in ("bodies", "contacts")
+    ):
+        raise InputError("follow = True over mechanisms of different bodies or clearance joints", "follow = False")
+    old, new = plan(before), plan(after)
+    system = make_system(new)
+    n = old.coordinates.free
+    position, velocity = natural_state(old, make_system(old).content, Start(state.y[:n], state.y[n : 2 * n]))
+    b, rate = basis_at_start(system.content)
+    internal = state.y[2 * n :]
+    if internal.size != int(system.content.model.state_start[-1]):
+        raise InputError("follow = True over mechanisms whose friction laws have different states", "follow = False")
+    full = np.concatenate([new.coordinates.nearest(b, position), new.coordinates.nearest(rate, velocity), internal])
+    begin = start_state(after)
+    moved = begin.changed(y=full, mode=state.mode, memory=state.arrays["memory"], reference=state.arrays["reference"])
+    return consistent(system, moved)
+
+
+class OtherDiagramError(InputError):
+    """A store holds anything but this diagram, made by these sources and libraries."""
+
+
+def empty_diagram(
+    mechanism: Mechanism,
+    over: str | Callable[[float], Mechanism],
+    numbers: list[float],
+    cases: Sequence[CycleCase],
+    follow: bool,
+    shown: tuple[str, float] | None = None,
+) -> xr.Dataset:
+    """A diagram without results."""
+    first = cases[0]
+    if isinstance(over, str):
+        quantity = number(mechanism, over).quantity
+        assert quantity is not None
+        units, long_name, name = quantity.unit, quantity.help or over, over
+    else:
+        units, long_name, name = "1", "parameter", getattr(over, "__name__", "function")
+    about: dict[Hashable, Any] = {"units": units, "long_name": long_name}
+    about |= {"shown_unit": shown[0], "shown_scale": shown[1]} if shown else {}
+    identity = [
+        {"mechanism": to_plain(case.mechanism), "options": to_plain(case.options), "phase": case.phase} for case in cases
+    ]
+    made_with = json.loads(provenance())
+    diagram = {
+        "over": name,
+        "cycles": first.cycles,
+        "keep": first.keep,
+        "follow": follow,
+        "cases": hashlib.sha256(json.dumps(identity).encode()).hexdigest(),
+        **made_with,
+    }
+    periods = np.array([case.options.until for case in cases])
+    along = {"value": ("value", np.array(numbers), about), "period": ("value", periods, {"units": "s", "long_name": "period"})}
+    return empty_rows(cases, "value", along).assign_attrs(
+        title="scissordyn bifurcation",
+        status=PENDING,
+        parameter=name,
+        phase=first.phase,
+        cycles=first.cycles,
+        versions=json.dumps({name: value for name, value in made_with.items() if name != "sources"}),
+        warnings=json.dumps(_warnings(cases, [_said(name, value, about) for value in numbers])),
+        configuration=write_configuration(mechanism, diagram=diagram),
+    )
+
+
+def _said(name: object, value: float, about: Mapping[Hashable, Any]) -> str:
+    """A value of the parameter, for messages: in the unit in which it was asked for, or in SI."""
+    unit, scale = about.get("shown_unit", about["units"]), about.get("shown_scale", 1.0)
+    return f"{name} = {value / scale:g}" + ("" if unit == "1" else f" {unit}")
+
+
+def _warnings(cases: Sequence[CycleCase], values: list[str]) -> list[str]:
+    """Singular positions that the drives lead through; those of some values only with the first of these values."""
+    of_motion: dict[str, list[str]] = {}
+    warned: dict[str, list[str]] = {}
+    for case, value in zip(cases, values, strict=True):
+        motion = json.dumps([to_plain(case.mechanism.ideal()), case.options.until])
+        if motion not in of_motion:
+            of_motion[motion] = drive_warnings(plan(case.mechanism), case.options.until)
+        for text in of_motion[motion]:
+            warned.setdefault(text, []).append(value)
+    return [text if len(of) == len(cases) else f"{of[0]}: {text}" for text, of in warned.items()]
+
+
+def diagram_from(target: Path | None, blank: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
+    """What a file already holds of a diagram; the diagram without results if there is no file."""
+    if target is None or not target.exists():
+        return blank
+    try:
+        stored = load(target)
+        wanted, there = read_configuration(blank), read_configuration(stored)
+    except InputError as error:
+        raise OtherDiagramError(error.what, error.allowed, error.type_this) from None
+    differs = [key for key, value in wanted.diagram.items() if there.diagram.get(key) != value]
+    differs += ["mechanism"] if wanted.mechanism_text != there.mechanism_text else []
+    differs += [
+        str(name)
+        for name, variable in blank.variables.items()
+        if name not in stored.variables or stored.variables[name].shape != variable.shape
+    ]
+    if not differs and not np.array_equal(blank["value"].values, stored["value"].values):
+        differs = ["values"]
+    if not differs:
+        states = {str(state) for state in stored["status"].values}
+        begun = "complete" in states
+        dims = {name: stored[name].dims if name in stored else () for name in (*recorded(mechanism), "end")}
+        differs = [name for name, along in dims.items() if begun and "value" not in along]
+        differs += ["status"] if states - {PENDING, "complete", "failed", "interrupted"} else []
+    if differs:
+        raise OtherDiagramError(
+            f"'{target}' holds another diagram (differs in {', '.join(differs)})",
+            "the file of the same diagram, or a name that is not taken",
+            "store='another.nc'",
+        )
+    stored["value"].attrs = blank["value"].attrs
+    stored.attrs |= {name: value for name, value in blank.attrs.items() if name != "status"}
+    for name in ("status", "cause", "warnings"):
+        stored[name] = stored[name].astype(object)
+    return stored
+
+
+def enter_value(diagram: xr.Dataset, outcome: Outcome[CycleCase, CycleRow]) -> None:
+    """Write one value's results into the diagram, with the state at the end, from which it can be followed."""
+    enter(diagram, "value", outcome)
+    if outcome.value is None:
+        return
+    end = outcome.value.end
+    packed = np.concatenate([end.y, end.mode, end.arrays["memory"], end.arrays["reference"]])
+    if "end" not in diagram:
+        about = {"long_name": "state, modes, approach speeds and angles at the end, each in its SI unit"}
+        diagram["end"] = (("value", "entry"), np.full((diagram.sizes["value"], packed.size), np.nan), about)
+    if packed.size == diagram.sizes["entry"]:  # a function may give mechanisms of different sizes
+        diagram["end"].values[outcome.task.at] = packed
+
+
+def final_state(diagram: xr.Dataset, at: int, mechanism: Mechanism) -> Snapshot:
+    """The state at the end of a value, from what is stored of it."""
+    begin, packed = start_state(mechanism), diagram["end"].values[at]
+    guards, first = begin.mode.size, begin.y.size
+    y, mode, memory, reference = np.split(packed, [first, first + guards, first + 2 * guards])
+    return begin.changed(y=y, mode=mode.astype(np.int64), memory=memory, reference=reference)
+
+
+def conclude(diagram: xr.Dataset, interrupted: bool, seconds: float) -> None:
+    """Enter the status of the whole, its warnings, and how long it took."""
+    status = diagram["status"].values
+    worked = float(diagram["processor_seconds"].sum())
+    failed = int(np.sum(status == "failed"))
+    diagram.attrs |= {
+        "status": "interrupted" if interrupted else ("failed" if failed == status.size else "complete"),
+        "failed_values": failed,
+        "cycles_per_second": float(diagram["completed_cycles"].sum()) / worked if worked > 0.0 else 0.0,
+        "wall_seconds": seconds,
+        "warnings": json.dumps([*json.loads(diagram.attrs["warnings"]), *_of_values(diagram)]),
+    }
+
+
+def _of_values(diagram: xr.Dataset) -> list[str]:
+    """The warnings about single values, each once with the first value that has it."""
+    values, warnings = diagram["value"].values, []
+    for text, at in grouped_lines(diagram["warnings"].values).items():
+        others = f", the first of {len(at)} values" if len(at) > 1 else ""
+        warnings.append(f"{_said(diagram.attrs['parameter'], values[at[0]], diagram['value'].attrs)}{others}: {text}")
+    return warnings

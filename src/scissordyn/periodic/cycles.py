@@ -11,13 +11,11 @@ import xarray as xr
 
 from scissordyn.errors import InputError
 from scissordyn.kinematics.branching import drive_warnings
-from scissordyn.mechanics.outputs import record
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.periodic.stroboscope import Cycles, drive_period, run_cycles
+from scissordyn.periodic.stroboscope import DESCRIBED, Cycles, drive_period, run_cycles
 from scissordyn.plan.acting import states_of
 from scissordyn.plan.plan import Plan
 from scissordyn.run.advance.driver import Snapshot
-from scissordyn.run.answer.events import ACCOUNTS
 from scissordyn.run.configuration import number_attribute, read_configuration, write_configuration
 from scissordyn.run.options import Options, StartKind
 from scissordyn.units import checked
@@ -86,15 +84,8 @@ def cycle(
     period = drive_period(mechanism) if period is None else period
     kind = start if isinstance(start, str) else _start_of(start)
     options = Options(period, kind, 2, rtol, atol, method, most_steps)
-    run = run_cycles(
-        mechanism,
-        options,
-        cycles=cycles,
-        keep=keep,
-        phase=phase,
-        start=start if isinstance(start, str) else _state_of(start, mechanism, period),
-        progress=progress,
-    )
+    begin = None if isinstance(start, str) else _state_of(start, mechanism, period)
+    run = run_cycles(mechanism, options, cycles=cycles, keep=keep, phase=phase, start=begin, progress=progress)
     return _to_dataset(run, options, phase, cycles if keep is None else keep)
 
 
@@ -117,46 +108,6 @@ def _state_of(run: xr.Dataset, mechanism: Mechanism, period: float) -> Snapshot:
     return Snapshot.from_plain({str(name)[4:]: part.values for name, part in run.data_vars.items() if str(name)[:4] == "end_"})
 
 
-def stroboscopic_samples(found: Cycles) -> dict[str, np.ndarray]:
-    """The quantities of a stroboscopic map, at the samples."""
-    samples, system = found.samples, found.system.content
-    rows = record(found.plan.maps, found.system, samples)
-    contacts = range(system.parameters.contact.size)
-    maps = [found.plan.eccentricity(j) for j in contacts]
-    shape = (samples.time.size, len(contacts), 2)
-    values = {
-        "eccentricity": np.stack([map_of_joint.at(rows.X) for map_of_joint in maps], axis=1) if maps else np.zeros(shape),
-        "eccentricity_rate": np.stack([map_of_joint.at(rows.V) for map_of_joint in maps], axis=1) if maps else np.zeros(shape),
-        "in_contact": samples.mode[:, : len(contacts)] == 1,
-        "energy": rows.kinetic + rows.potential + rows.elastic + rows.stored,
-    }
-    guide = found.plan.mechanism.output_guide
-    if guide is not None:
-        guided = found.plan.coordinates.place(guide.follower)
-        along = np.array([math.cos(guide.direction), math.sin(guide.direction)])
-        values["slider_position"] = (guided.at(rows.X) - np.array(guide.through)) @ along
-        values["slider_velocity"] = guided.at(rows.V) @ along
-        values["slider_acceleration"] = guided.at(rows.A) @ along
-    return values
-
-
-DESCRIBED = {
-    "slider_position": (("cycle",), "m", "position of the slider along its guide"),
-    "slider_velocity": (("cycle",), "m/s", "velocity of the slider along its guide"),
-    "slider_acceleration": (("cycle",), "m/s^2", "acceleration of the slider along its guide"),
-    "eccentricity": (("cycle", "joint", "axis"), "m", "journal centre relative to the bearing centre"),
-    "eccentricity_rate": (("cycle", "joint", "axis"), "m/s", "rate of the eccentricity"),
-    "in_contact": (("cycle", "joint"), "1", "journal and bearing in contact"),
-    "energy": (("cycle",), "J", "kinetic, potential, elastic and spring energy"),
-    "impacts": (("cycle", "joint"), "1", "contacts that started in the cycle"),
-    "contact_fraction": (("cycle", "joint"), "1", "fraction of the cycle in contact"),
-    "peak_force": (("cycle", "joint"), "N", "largest force that the joint transmits in the cycle"),
-    "drive_work": (("cycle",), "J", "work of the drives in the cycle"),
-    "dissipated_energy": (("cycle",), "J", "energy dissipated in the cycle"),
-    "steps": (("cycle",), "1", "integration steps in the cycle"),
-}
-"""Dimensions, unit and long name of the quantities recorded once per cycle."""
-
 FREE_UNITS = {"free_position": "kg^0.5 m", "free_velocity": "kg^0.5 m/s"}
 """Units of the free coordinates; internal states have that of their law or component."""
 
@@ -171,19 +122,6 @@ def recorded(mechanism: Mechanism) -> tuple[str, ...]:
     return tuple(name for name in DESCRIBED if name not in absent)
 
 
-def per_cycle(found: Cycles) -> dict[str, np.ndarray]:
-    """The quantities recorded once per cycle, by the names of `DESCRIBED`."""
-    return {
-        **stroboscopic_samples(found),
-        "impacts": found.impacts,
-        "contact_fraction": found.contact_fraction,
-        "peak_force": found.peak_force,
-        "drive_work": found.work[:, ACCOUNTS.index("drive_work")],
-        "dissipated_energy": found.work[:, [ACCOUNTS.index(name) for name in ACCOUNTS if name.endswith("loss")]].sum(axis=1),
-        "steps": found.steps,
-    }
-
-
 def _internal_states(plan: Plan) -> np.ndarray:
     """What each internal state is: "A: bristle_deflection"."""
     states = [f"{contact.name}: {state.name}" for contact in plan.contacts for state in states_of(contact)]
@@ -193,7 +131,7 @@ def _internal_states(plan: Plan) -> np.ndarray:
 
 def _to_dataset(found: Cycles, options: Options, phase: float, keep: int) -> xr.Dataset:
     plan, n, variables = found.plan, found.plan.coordinates.free, {}
-    for name, values in per_cycle(found).items():
+    for name, values in found.values.items():
         dims, units, long_name = DESCRIBED[name]
         variables[name] = (dims, values, {"units": units, "long_name": long_name})
     state = found.samples.state
@@ -225,7 +163,7 @@ def _to_dataset(found: Cycles, options: Options, phase: float, keep: int) -> xr.
         "cause": found.cause,
         "period": options.until,
         "phase": phase,
-        "end_cycle": found.first + found.steps.size,
+        "end_cycle": found.first + found.samples.time.size,
         "cycles_per_second": found.statistics["cycles_per_second"],
         "statistics": json.dumps(found.statistics),
         "warnings": json.dumps([*found.warnings, *drive_warnings(plan, options.until)]),

@@ -12,10 +12,8 @@ import xarray as xr
 from scissordyn.errors import InputError, whole_number
 from scissordyn.kinematics.branching import drive_warnings
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.periodic.cycles import DESCRIBED
-from scissordyn.periodic.follow import consistent
-from scissordyn.periodic.rows import COLUMNS, CycleCase, coordinates, enter, run_case, status_columns
-from scissordyn.periodic.stroboscope import drive_period, start_state
+from scissordyn.periodic.rows import COLUMNS, CycleCase, empty_rows, enter, run_case
+from scissordyn.periodic.stroboscope import DESCRIBED, consistent, drive_period, start_state
 from scissordyn.plan.plan import plan
 from scissordyn.run.advance.driver import Snapshot
 from scissordyn.run.advance.system import make_system
@@ -130,7 +128,7 @@ def _computed(
 ) -> tuple[xr.Dataset, Iterable[str]]:
     """All cycles of all members, and the warnings about them."""
     members = len(cases)
-    run = xr.Dataset(status_columns("member", members), coords={"member": np.arange(members), **coordinates(cases[0])})
+    run = empty_rows(cases, "member", {"member": np.arange(members)})
     for outcome in outcomes(engine, run_case, cases, total=members, progress=progress):
         enter(run, "member", outcome)
     lines = grouped_lines(run["warnings"].values)

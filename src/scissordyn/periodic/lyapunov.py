@@ -16,8 +16,7 @@ from scissordyn.laws.damping.none import NoDamping
 from scissordyn.laws.friction.none import NoFriction
 from scissordyn.mechanics import functions
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.periodic.follow import consistent
-from scissordyn.periodic.stroboscope import drive_period
+from scissordyn.periodic.stroboscope import consistent, drive_period
 from scissordyn.plan.plan import plan
 from scissordyn.run.advance.driver import Snapshot
 from scissordyn.run.advance.system import make_system
@@ -96,58 +95,39 @@ def separation_exponent(
     period = drive_period(mechanism) if period is None else period
     _check_counts(cycles=cycles, intervals=intervals)
     check_tables(plan(mechanism), cycles * period)
-    part = period / intervals
+    part, pulse, tables = period / intervals, 2.0 * math.pi / period, plan(mechanism)
     least = min((joint.clearance.clearance for joint in mechanism.contacts if joint.clearance), default=1.0)
-    pair = _Pair(mechanism, Options(part, start, 2, rtol, atol, method), 2.0 * math.pi / period, distance * least, seed)
-    status, cause = "complete", ""
-    for interval in range(cycles * intervals):
-        try:
-            cause = pair.advance((interval + 1) * part)
-        except KeyboardInterrupt:
-            status, cause = "interrupted", "interrupted"
-            break
-        if cause:
-            status = "failed"
-            break
-        if progress is not None and (interval + 1) % intervals == 0:
-            progress((interval + 1) // intervals, cycles)
-    result = _concluded(mechanism, pair.growth, part, skip * intervals, "two trajectories", status, cause)
-    result.attrs |= {"apart": 1.0 - pair.together / max(1, len(pair.growth)), "period": period, "distance": distance}
+    first, n, system = distance * least * pulse, tables.coordinates.free, make_system(tables)
+    drivers = [make_driver(tables, Options(part, start, 2, rtol, atol, method))[0] for _ in range(2)]
+    for driver in drivers:
+        driver.monitor(False)
+    reference = drivers[0].snapshot()
+    difference = _first_tangent(system, reference.y, n, pulse, seed)
+    companion = _companion(system, reference, reference, difference, first)
+    growth: list[float] = []
+    together, status, cause = 0, "complete", ""
+    try:
+        for interval in range(1, cycles * intervals + 1):
+            drivers[1].restore(companion)
+            causes = [reach(driver, interval * part, Options.most_steps, since=driver.tried) for driver in drivers]
+            if any(causes):
+                status, cause = "failed", causes[0] or causes[1]
+                break
+            for driver in drivers:
+                driver.clear_log()
+            reference, companion = (driver.snapshot() for driver in drivers)
+            difference = companion.y - reference.y
+            apart = _length(difference, n, pulse)
+            growth.append(math.log(apart / first))
+            together += int(np.array_equal(reference.mode, companion.mode))
+            companion = _companion(system, reference, companion, difference, first / apart)
+            if progress is not None and interval % intervals == 0:
+                progress(interval // intervals, cycles)
+    except KeyboardInterrupt:
+        status, cause = "interrupted", "interrupted"
+    result = _concluded(mechanism, growth, part, skip * intervals, "two trajectories", status, cause)
+    result.attrs |= {"apart": 1.0 - together / max(1, len(growth)), "period": period, "distance": distance}
     return result
-
-
-class _Pair:
-    """Two trajectories side by side, put back to their first distance after each interval."""
-
-    def __init__(self, mechanism: Mechanism, options: Options, pulse: float, distance: float, seed: int) -> None:
-        tables = plan(mechanism)
-        self.n, self.system, self.pulse, self.distance = tables.coordinates.free, make_system(tables), pulse, distance * pulse
-        self.drivers = [make_driver(tables, options)[0] for _ in range(2)]
-        for driver in self.drivers:
-            driver.monitor(False)
-        self.growth: list[float] = []
-        self.together = 0
-        reference = self.drivers[0].snapshot()
-        difference = _first_tangent(self.system, reference.y, self.n, pulse, seed)
-        self.companion = _companion(self.system, reference, reference, difference, self.distance)
-
-    def advance(self, until: float) -> str:
-        """Go on until a time [s]; returns why one of the two cannot, empty if both can."""
-        self.drivers[1].restore(self.companion)
-        cause = next(
-            filter(None, [reach(driver, until, Options.most_steps, since=driver.tried) for driver in self.drivers]), ""
-        )
-        if cause:
-            return cause
-        for driver in self.drivers:
-            driver.clear_log()
-        reference, companion = (driver.snapshot() for driver in self.drivers)
-        difference = companion.y - reference.y
-        apart = _length(difference, self.n, self.pulse)
-        self.growth.append(math.log(apart / self.distance))
-        self.together += int(np.array_equal(reference.mode, companion.mode))
-        self.companion = _companion(self.system, reference, companion, difference, self.distance / apart)
-        return ""
 
 
 @checked

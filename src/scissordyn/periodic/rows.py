@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.periodic.cycles import DESCRIBED, per_cycle
-from scissordyn.periodic.stroboscope import run_cycles
+from scissordyn.periodic.stroboscope import DESCRIBED, run_cycles
 from scissordyn.run.advance.driver import Snapshot
 from scissordyn.run.engine import STATES, Outcome, error_text
-from scissordyn.run.options import Options, StartKind
+from scissordyn.run.options import Options
 
 PENDING = STATES[0]  # Status of a case that has not been computed yet
 
@@ -28,14 +29,14 @@ class CycleCase:
     cycles: int
     keep: int
     phase: float
-    start: StartKind | Snapshot
+    start: Snapshot | None = None  # In place of that of the options
 
 
 @dataclass(frozen=True)
 class CycleRow:
     """The result of one case."""
 
-    values: dict[str, np.ndarray]  # The last cycles, by the names of `periodic.cycles.DESCRIBED`; shorter where the run failed
+    values: dict[str, np.ndarray]  # The last cycles, by the names of `DESCRIBED`; shorter where the run failed
     end: Snapshot
     # Status, cause, warnings (one a line), completed_cycles, total_steps, total_events, seconds and processor_seconds
     about: dict[str, str | int | float]
@@ -56,11 +57,9 @@ def run_case(case: CycleCase) -> CycleRow:
         "seconds": time.perf_counter() - began,
         "processor_seconds": time.thread_time() - worked,
     }
-    values = {name: values[case.cycles - case.keep :] for name, values in per_cycle(run).items()}
+    values = {name: values[case.cycles - case.keep :] for name, values in run.values.items()}
     return CycleRow(values, run.end, about)
 
-
-Column = tuple[str, np.ndarray, dict[str, str]]  # A variable of a Dataset along one dimension
 
 COLUMNS: dict[str, tuple[str | int | float, dict[str, str]]] = {
     "status": (PENDING, {"long_name": "status"}),
@@ -75,19 +74,18 @@ COLUMNS: dict[str, tuple[str | int | float, dict[str, str]]] = {
 """What is known of each case beside its cycles: the value before it is computed, and attributes."""
 
 
-def status_columns(along: str, count: int) -> dict[str, Column]:
-    """Variables of a Dataset for what is known of cases, before anything is."""
-    kinds = {str: object, int: np.int64, float: float}
-    return {name: (along, np.full(count, blank, kinds[type(blank)]), about) for name, (blank, about) in COLUMNS.items()}
-
-
-def coordinates(case: CycleCase) -> dict[str, Column]:
-    """Cycles, joints and axes of the values of a case."""
-    return {
-        "cycle": ("cycle", np.arange(case.cycles - case.keep, case.cycles), {"long_name": "cycle"}),
-        "joint": ("joint", np.array([joint.name for joint in case.mechanism.contacts], dtype=object), {}),
-        "axis": ("axis", np.array(["x", "y"], dtype=object), {}),
-    }
+def empty_rows(cases: Sequence[CycleCase], along: str, coordinates: Mapping[str, Any]) -> xr.Dataset:
+    """A row for each case, before anything is known of them."""
+    first, kinds = cases[0], {str: object, int: np.int64, float: float}
+    return xr.Dataset(
+        {name: (along, np.full(len(cases), blank, kinds[type(blank)]), about) for name, (blank, about) in COLUMNS.items()},
+        coords={
+            **coordinates,
+            "cycle": ("cycle", np.arange(first.cycles - first.keep, first.cycles), {"long_name": "cycle"}),
+            "joint": ("joint", np.array([joint.name for joint in first.mechanism.contacts], dtype=object)),
+            "axis": ("axis", np.array(["x", "y"], dtype=object)),
+        },
+    )
 
 
 def enter(rows: xr.Dataset, along: str, outcome: Outcome[CycleCase, CycleRow]) -> None:

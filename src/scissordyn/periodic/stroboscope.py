@@ -1,4 +1,4 @@
-"""The loop over cycles: from one period of a drive to the next, in plain arrays."""
+"""The loop over cycles: from one period of a drive to the next, in plain arrays, and consistent states to start from."""
 
 from __future__ import annotations
 
@@ -12,10 +12,13 @@ import numpy as np
 
 from scissordyn.component.time_function import ConstantSpeed, Harmonic
 from scissordyn.errors import InputError, whole_number
-from scissordyn.integrate.integration import RISE, Samples
+from scissordyn.integrate.integration import NO_EVENT, RESET_DATA, RISE, Samples
 from scissordyn.kernel import Handle
 from scissordyn.kinematics.closure import check_tables
+from scissordyn.mechanics import functions
 from scissordyn.mechanics.monitored import JOINT_FORCE, companions, oiled_contacts
+from scissordyn.mechanics.outputs import record
+from scissordyn.mechanics.system import APPROACH_FLOOR
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.run.advance.driver import Driver, Snapshot, counted
@@ -26,20 +29,32 @@ from scissordyn.run.options import Options, StartKind
 from scissordyn.run.start.demand import check_cycles
 from scissordyn.run.start.method import Choice
 
+DESCRIBED = {
+    "slider_position": (("cycle",), "m", "position of the slider along its guide"),
+    "slider_velocity": (("cycle",), "m/s", "velocity of the slider along its guide"),
+    "slider_acceleration": (("cycle",), "m/s^2", "acceleration of the slider along its guide"),
+    "eccentricity": (("cycle", "joint", "axis"), "m", "journal centre relative to the bearing centre"),
+    "eccentricity_rate": (("cycle", "joint", "axis"), "m/s", "rate of the eccentricity"),
+    "in_contact": (("cycle", "joint"), "1", "journal and bearing in contact"),
+    "energy": (("cycle",), "J", "kinetic, potential, elastic and spring energy"),
+    "impacts": (("cycle", "joint"), "1", "contacts that started in the cycle"),
+    "contact_fraction": (("cycle", "joint"), "1", "fraction of the cycle in contact"),
+    "peak_force": (("cycle", "joint"), "N", "largest force that the joint transmits in the cycle"),
+    "drive_work": (("cycle",), "J", "work of the drives in the cycle"),
+    "dissipated_energy": (("cycle",), "J", "energy dissipated in the cycle"),
+    "steps": (("cycle",), "1", "integration steps in the cycle"),
+}
+"""Dimensions, unit and long name of the quantities recorded once per cycle."""
+
 
 @dataclass(frozen=True)
 class Cycles:
     """The result of a periodic run: one sample and one row of statistics per complete cycle."""
 
     plan: Plan
-    system: Handle  # Of the mechanics' `System`
     first: int  # Number of the first cycle; cycle k lasts from k to k + 1 periods
     samples: Samples  # One row per cycle, at its start plus the phase
-    impacts: np.ndarray  # (cycles, nj) Contacts that started
-    contact_fraction: np.ndarray  # (cycles, nj) Fraction of the cycle spent in contact
-    peak_force: np.ndarray  # (cycles, nj) Largest force of a joint [N]
-    work: np.ndarray  # (cycles, accounts) Increment of each of `events.ACCOUNTS` [J]
-    steps: np.ndarray  # (cycles,)
+    values: dict[str, np.ndarray]  # What is recorded once per cycle, by the names of `DESCRIBED`
     end: Snapshot  # After the last whole cycle
     status: str  # "complete", "interrupted" or "failed"
     cause: str  # Cause if it is not complete
@@ -70,6 +85,35 @@ def start_state(mechanism: Mechanism, start: StartKind = "concentric", *, rtol: 
     return driver.snapshot()
 
 
+def consistent(system: Handle, state: Snapshot) -> Snapshot:
+    """A consistent start from a state with slightly violated constraints and possibly outdated contact modes.
+
+    A joint that was in contact and has indentation stays in contact, with its approach speed and internal states; another joint
+    with indentation starts a new contact.
+    """
+    live, y, answer = system.content.state, state.y.copy(), np.zeros(2)
+    live.mode[:], live.memory[:], live.reference[:] = state.mode, state.arrays["memory"], state.arrays["reference"]
+    functions.activate(system.address)
+    functions.accept(state.time, y, system.address, answer)
+    value, rate = np.zeros(live.mode.size), np.zeros(live.mode.size)
+    functions.guards(state.time, y, system.address, value, rate)
+    for k in range(live.mode.size):
+        if value[k] > 0.0 and live.mode[k] == 0:
+            functions.touch(state.time, y, k, system.address, np.zeros(RESET_DATA))
+        elif not value[k] > 0.0 and live.mode[k] == 1:
+            functions.reset(state.time, y, k, system.address, np.zeros(RESET_DATA))
+    clock = state.arrays["clock"].copy()
+    clock["longest"], clock["prepared"], clock["first"], clock["last_event"] = answer[1], 0, 0.0, NO_EVENT
+    clock["touching"], clock["reach"] = 0, np.inf
+    return state.changed(
+        clock=clock,
+        y=y,
+        mode=live.mode,
+        memory=np.where(live.memory < 0.0, live.memory, np.maximum(live.memory, APPROACH_FLOOR)),
+        reference=live.reference,
+    )
+
+
 def run_cycles(
     mechanism: Mechanism,
     options: Options,
@@ -77,26 +121,23 @@ def run_cycles(
     cycles: int,
     keep: int | None = None,
     phase: float = 0.0,
-    start: StartKind | Snapshot = "concentric",
+    start: Snapshot | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Cycles:
-    """The cycles as plain arrays; see `cycle` for the parameters."""
+    """The cycles as plain arrays, from the start of the options if no state is given; see `cycle` for the parameters."""
     whole_number("cycles", cycles)
     keep = whole_number("keep", cycles if keep is None else keep)
     check_cycles(len(mechanism.contacts), cycles)
     if not 0.0 <= phase < 1.0:
         raise InputError(f"phase = {phase!r}", "a fraction of the period, at least 0 and below 1")
     period = options.until
-    driver, prepared, choice = make_driver(
-        plan(mechanism), replace(options, start=start) if isinstance(start, str) else options
-    )
-    if isinstance(start, Snapshot):
+    driver, prepared, choice = make_driver(plan(mechanism), options)
+    if start is not None:
         driver.restore(start)
-    warned = prepared.warnings if isinstance(start, str) else ()
     first = round(driver.time / period)
     check_tables(driver.plan, (first + cycles) * period)
     run = _cycled(driver, options, choice, range(first, first + cycles), keep, phase, progress)
-    return replace(run, warnings=(*warned, *run.warnings))
+    return run if start else replace(run, warnings=(*prepared.warnings, *run.warnings))
 
 
 def _cycled(
@@ -111,8 +152,15 @@ def _cycled(
     period, state, first, cycles = options.until, driver.state, numbers.start, len(numbers)
     contacts = len(driver.plan.contacts)
     driver.sample_at((first + np.arange(cycles) + phase) * period)
-    impacts, steps = np.zeros((cycles, contacts), np.int64), np.zeros(cycles, np.int64)
-    fraction, peak, gained = np.zeros((cycles, contacts)), np.zeros((cycles, contacts)), np.zeros((cycles, len(ACCOUNTS)))
+    rows: dict[str, np.ndarray] = {
+        "impacts": np.zeros((cycles, contacts), np.int64),
+        "contact_fraction": np.zeros((cycles, contacts)),
+        "peak_force": np.zeros((cycles, contacts)),
+        "drive_work": np.zeros(cycles),
+        "dissipated_energy": np.zeros(cycles),
+        "steps": np.zeros(cycles, np.int64),
+    }
+    losses = [name.endswith("loss") for name in ACCOUNTS]
     extremes, model = Extremes(driver.plan), driver.system.content.model
     companion, oiled = companions(model), oiled_contacts(model)
     last = np.where(companion >= 0, companion, np.arange(companion.size))
@@ -134,14 +182,18 @@ def _cycled(
             if cause:
                 break
             log, begin = driver.log, number * period
-            summarise(log, mode[:contacts], begin, period, impacts[done], fraction[done])
+            summarise(log, mode[:contacts], begin, period, rows["impacts"][done], rows["contact_fraction"][done])
             highest = np.where(state.mode == 1, driver.peak["largest"][last], 0.0)
             guard = log["guard"].astype(np.int64)
             np.maximum.at(highest, guard, np.where(companion[guard] >= 0, log["whole"], log["largest"]))
-            peak[done] = highest[:contacts]
-            peak[done, oiled] = driver.peak["largest"][driver.rows(JOINT_FORCE)]
-            gained[done] = accounts(driver.plan, state.total[None], log, np.array([math.inf]))[0]
-            steps[done] = int(state.counts["steps"][0]) - taken
+            rows["peak_force"][done] = highest[:contacts]
+            rows["peak_force"][done, oiled] = driver.peak["largest"][driver.rows(JOINT_FORCE)]
+            booked = accounts(driver.plan, state.total[None], log, np.array([math.inf]))[0]
+            rows["drive_work"][done], rows["dissipated_energy"][done] = (
+                booked[ACCOUNTS.index("drive_work")],
+                booked[losses].sum(),
+            )
+            rows["steps"][done] = int(state.counts["steps"][0]) - taken
             end = driver.snapshot()
             done, events = done + 1, events + log.shape[0]
             if progress is not None:
@@ -152,17 +204,12 @@ def _cycled(
     ended = "complete" if done == cycles else ("interrupted" if cause == "interrupted" else "failed")
     if ended != "complete":
         cause = f"stopped in cycle {first + done} at t = {driver.time:.9g} s, {driver.time / period:.6g} periods: {cause}"
-    after = counted(driver.state)
+    after, samples = counted(driver.state), Samples(*(part[:done] for part in driver.samples))
     return Cycles(
         plan=driver.plan,
-        system=driver.system,
         first=first,
-        samples=Samples(*(part[:done] for part in driver.samples)),
-        impacts=impacts[:done],
-        contact_fraction=fraction[:done],
-        peak_force=peak[:done],
-        work=gained[:done],
-        steps=steps[:done],
+        samples=samples,
+        values=_sampled(driver.plan, driver.system, samples) | {name: values[:done] for name, values in rows.items()},
         end=end,
         status=ended,
         cause=cause,
@@ -176,6 +223,28 @@ def _cycled(
         },
         warnings=tuple(extremes.texts()),
     )
+
+
+def _sampled(plan: Plan, system: Handle, samples: Samples) -> dict[str, np.ndarray]:
+    """The quantities of a stroboscopic map, at the samples."""
+    rows = record(plan.maps, system, samples)
+    contacts = system.content.parameters.contact.size
+    maps = [plan.eccentricity(j) for j in range(contacts)]
+    nothing = np.zeros((samples.time.size, 0, 2))
+    values = {
+        "eccentricity": np.stack([journal.at(rows.X) for journal in maps], axis=1) if maps else nothing,
+        "eccentricity_rate": np.stack([journal.at(rows.V) for journal in maps], axis=1) if maps else nothing,
+        "in_contact": samples.mode[:, :contacts] == 1,
+        "energy": rows.kinetic + rows.potential + rows.elastic + rows.stored,
+    }
+    guide = plan.mechanism.output_guide
+    if guide is not None:
+        guided = plan.coordinates.place(guide.follower)
+        along = np.array([math.cos(guide.direction), math.sin(guide.direction)])
+        values["slider_position"] = (guided.at(rows.X) - np.array(guide.through)) @ along
+        values["slider_velocity"] = guided.at(rows.V) @ along
+        values["slider_acceleration"] = guided.at(rows.A) @ along
+    return values
 
 
 def summarise(

@@ -7,6 +7,7 @@ import csv
 import dataclasses
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ import scissordyn as sd
 
 pytest.importorskip("tomlkit", reason="the package tomlkit is not installed")
 
-from scissordyn.explore.answers import MOST_POINTS, Chosen, cards, contact_table, curves_as_csv, differences, orbit
+from scissordyn.explore.answers import MOST_POINTS, Chosen, cards, contact_table, curves_as_csv, differences, figures, orbit
 from scissordyn.explore.case import Case, open_case
 from scissordyn.explore.drag import assembled
 from scissordyn.laws.elastic.linear import Linear
@@ -25,6 +26,7 @@ from scissordyn.model.linkage import slider_crank
 from scissordyn.numeral import numeral
 from scissordyn.plot.animation_scene import GAP
 from scissordyn.plot.canvas import packed_scene
+from scissordyn.plot.scale import engineering
 from scissordyn.run.answer.summary import summary_of
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
@@ -48,15 +50,18 @@ def test_cards_judge_by_what_is_allowed() -> None:
         assert found["largest"]["value"] == sd.units.short(float(run["peak_force"].max()), "N")
 
 
+def drawn(run: xr.Dataset, joint: str = "") -> dict[str, dict[str, Any]]:
+    """The figures of a run over time, by name."""
+    return {figure["name"]: figure for figure in figures(run, summary_of(run), (), joint, "slider")["figures"]}
+
+
 def test_allowed_values_are_drawn_where_curves_come_near() -> None:
     """Contract: the limit that is reached is a line, at the sides that are; one that is far off is none."""
-    for run, near in ((held(5.0, 1e-6), True), (held(1e4, 1.0), False)):
-        chosen = Chosen(run, summary_of(run), "", "slider")
-        scales, (data,) = chosen.scaled([run])
-        lines = chosen.levels(data, scales)
-        limit = 5.0 * scales["torque"].factor
-        assert set(lines["torque"]) == ({limit, -limit} if near else set())
-        assert lines["track"] == ([1e-6 * scales["track"].factor] if near else [])
+    for run, torques, tracks in ((held(5.0, 1e-6), {5.0, -5.0}, [1e-6]), (held(1e4, 1.0), set(), [])):
+        shown = drawn(run)
+        assert set(shown["torque"]["levels"]) == torques  # [N m]
+        assert shown["track"]["levels"] == pytest.approx([1e3 * size for size in tracks])  # [mm]
+        assert shown["track"]["unit"] == "mm"
 
 
 def test_file_of_curves_has_their_values() -> None:
@@ -85,7 +90,7 @@ def test_legend_names_the_numbers_that_differ(case: Case) -> None:
 def test_starred_angles_move_the_mechanism(path: Path) -> None:
     """Contract: an angle with a slider of its own changes where the mechanism starts; one that a drive overrides has none."""
     case = open_case(path)
-    for field in case.fields:
+    for field in case.fields.values():
         if field.starred and field.name == "angle":
             other = case.changed({field.key: f"{field.value[0] + 0.05!r} rad"})
             before, after = (assembled(each.mechanism)[0]["position"].values[0] for each in (case, other))
@@ -113,12 +118,13 @@ def test_controller_and_motor_have_torque_and_work() -> None:
 def test_curves_of_the_page_reach_their_peaks(crank: sd.Mechanism, samples: int) -> None:
     """Contract: the curves of few and of very many samples reach the located peaks of force and torque."""
     run = sd.simulate(crank.driven(speed=sd.rpm(600)), until=0.2, samples=samples)
-    scales, (data,) = Chosen(run, summary_of(run), "slider pin", "slider").scaled([run])
-    assert data["force"].max() == pytest.approx(scales["force"].factor * float(run["peak_force"].max()), rel=1e-12)
-    assert np.abs(data["torque 1"]).max() == pytest.approx(
-        scales["torque"].factor * float(run["peak_drive_torque"][0]), rel=1e-12
-    )
-    assert data["time"].size <= MOST_POINTS + 2
+    shown = drawn(run, "slider pin")
+    for name, peak in (("force", float(run["peak_force"].max())), ("torque", float(run["peak_drive_torque"][0]))):
+        figure = shown[name]
+        scale, line = engineering("N" if name == "force" else "N m", peak), figure["lines"][0]
+        assert figure["unit"] == scale.unit
+        assert np.abs(line["y"]).max() == pytest.approx(scale.factor * peak, rel=1e-12)
+        assert line["x"].size <= MOST_POINTS + 2
 
 
 def test_long_orbit_keeps_its_outermost_points(crank: sd.Mechanism) -> None:

@@ -149,8 +149,7 @@ def test_saved_run_is_shown_without_computing(case: Case, gate: tuple[threading.
     assert runs == []
     np.testing.assert_array_equal(shown(session)["normal_force"].values, run["normal_force"].values)
     opened.set()
-    length = next(field for field in session.case.fields if field.name == "until")
-    assert session.change({length.key: "7 ms"})
+    assert session.change({"run.until": "7 ms"})
     until(lambda: not session.computing)
     assert len(runs) == 1
     assert session.good.number > 1

@@ -20,6 +20,7 @@ from scissordyn.errors import InputError
 from scissordyn.explore.answers import differences
 from scissordyn.explore.case import Case, open_case, python_of
 from scissordyn.explore.drag import Drag
+from scissordyn.explore.field import fields_of
 from scissordyn.explore.session import Outcome, Session, Worker
 
 from .browser import CASE
@@ -48,8 +49,8 @@ def test_every_example_has_fields(path: Path) -> None:
     """Contract: writing any field as it stands changes nothing, and the file text comes back letter by letter."""
     opened = open_case(path)
     assert opened.text() == path.read_text()
-    assert len({field.key for field in opened.fields}) == len(opened.fields)
-    for field in opened.fields:
+    assert len(opened.fields) == len(fields_of(opened.tree, opened.code))
+    for field in opened.fields.values():
         same = opened.changed({field.key: field.text})
         assert (same.mechanism, same.options) == (opened.mechanism, opened.options)
         if len(field.value) == 1 and field.range is not None and field.range[0] <= field.value[0] <= field.range[1]:
@@ -71,7 +72,7 @@ def test_saved_run_is_a_case(case: Case, tmp_path: Path) -> None:
     """Contract: a saved run is the case file of its mechanism; a change is that of `Mechanism.replace`, and can be saved."""
     run = sd.simulate(case.mechanism, until=1e-3, samples=11)
     opened = open_case(sd.save(run, tmp_path / "run.nc"))
-    key = next(field.key for field in opened.fields if (field.group, field.name) == ("clearance A", "clearance"))
+    key = next(key for key, field in opened.fields.items() if (field.group, field.name) == ("clearance A", "clearance"))
     assert opened.changed({key: "0.2 mm"}).mechanism == case.mechanism.replace("A.clearance", 0.2e-3)
     assert opened.changed({"body.0.length": "2.1 m"}).mechanism.bodies[0].points["end"] == (2.1, 0.0)
     (tmp_path / "again.toml").write_text(opened.changed({key: "0.2 mm"}).text())
@@ -99,6 +100,8 @@ def test_units_of_fields_are_those_of_their_texts(case: Case) -> None:
     """Closed form: the unit behind one number or two."""
     assert (case.field("clearance.0.clearance").unit, case.field("drive.speed").unit) == ("mm", "rpm")
     assert case.field("run.samples").unit == ""
+    jack = open_case(EXAMPLES[0].with_name("lift.toml")).field("rod.0.motion.cycloidal.end")
+    assert (jack.text, jack.unit) == ("710 mm", "mm")
     carried = Case.of("x", case.mechanism, case.options)
     assert carried.field("body.2.position").unit == "m"
 
@@ -107,7 +110,7 @@ def test_section_material_and_oil_are_fields(tmp_path: Path) -> None:
     """Contract: texts with what is allowed, temperatures in kelvin, and a case that changes with them."""
     (tmp_path / "case.toml").write_text(BENDING, encoding="utf-8")
     case = open_case(tmp_path / "case.toml")
-    plain = {each["key"]: each for each in (field.plain() for field in case.fields)}
+    plain = {key: field.plain() for key, field in case.fields.items()}
     oil, warm = plain["clearance.0.lubrication.oil"], plain["clearance.0.lubrication.temperature"]
     assert (oil["text"], oil["slider"]) == ("ISO VG 46", None)
     assert "ISO VG 32" in oil["allowed"]

@@ -279,7 +279,7 @@ def test_batches_and_processes(case: Path) -> None:
 def test_fields_of_the_explorer(case: Path, tmp_path: Path) -> None:
     """Contract: numbers of a component, laws and a controller in a file are fields with their units, and can be changed."""
     opened = open_case(case, [tmp_path / "mine.py"])
-    fields = {field.key: field for field in opened.fields}
+    fields = opened.fields
     for key, unit in (
         ("component.0.stiffness", "N/m"),
         ("clearance.0.friction.stiff", "1/m"),
@@ -297,7 +297,7 @@ def test_fields_of_the_explorer(case: Path, tmp_path: Path) -> None:
     assert new.mechanism.components[0].stiffness == 20.0
     run = sd.simulate(opened.mechanism, until=1e-3, samples=3)
     sd.save(run, tmp_path / "run.nc")
-    again = {field.key: field for field in open_case(tmp_path / "run.nc", [tmp_path / "mine.py"]).fields}
+    again = open_case(tmp_path / "run.nc", [tmp_path / "mine.py"]).fields
     assert any(key.endswith("friction.soft") for key in again)
 
 

@@ -129,7 +129,7 @@ class _CaseTable(Table):
         return table.result(mechanism)  # type: ignore[no-any-return]
 
 
-_LISTS: Mapping[str, tuple[Reader, str]] = {
+LISTS: Mapping[str, tuple[Reader, str]] = {
     "clearance": (ClearanceTable.reader(), "a clearance joint; one table for each"),
     "guide_clearance": (GuideClearanceTable.reader(), "a clearance guide; one table for each"),
     **{section: (part.reader, part.help) for section, part in PARTS.items()},
@@ -143,7 +143,7 @@ _LISTS: Mapping[str, tuple[Reader, str]] = {
 CaseTable = made_table(
     "CaseTable",
     _CaseTable,
-    {key: (Annotated[Sequence[Annotated[Any, read]], About(about)], ()) for key, (read, about) in _LISTS.items()},
+    {key: (Annotated[Sequence[Annotated[Any, read]], About(about)], ()) for key, (read, about) in LISTS.items()},
 )
 
 

@@ -142,15 +142,12 @@ def contact_table(run: Run) -> dict[str, Any]:
 
 def differences(cases: Sequence[Case]) -> list[str]:
     """Of each of some cases the numbers that are not the same in all of them, as text."""
-    numbers = [{field.key: field for field in case.fields} for case in cases]
-    differing = [
-        key
-        for key in dict.fromkeys(key for fields in numbers for key in fields)
-        if len({(field.value or field.text) if (field := fields.get(key)) else None for fields in numbers}) > 1
-    ]
+    keys = dict.fromkeys(key for case in cases for key in case.fields)
+    numbers = {key: [case.fields.get(key) for case in cases] for key in keys}
+    differing = [key for key, fields in numbers.items() if len({field and (field.value or field.text) for field in fields}) > 1]
     texts = []
-    for fields in numbers:
-        parts = [f"{fields[key].label} {fields[key].shown}" for key in differing if key in fields]
+    for k in range(len(cases)):
+        parts = [f"{field.label} {field.shown}" for key in differing if (field := numbers[key][k])]
         more = len(parts) - MOST_NUMBERS
         texts.append(", ".join(parts[:MOST_NUMBERS]) + (f" and {more} more" if more > 0 else "") or "the same numbers")
     return texts
@@ -249,36 +246,19 @@ class Chosen:
         present = (name for figure in self.figures.values() for name in figure.lines if name in values)
         return every, {name: values[name] for name in present if np.isfinite(values[name]).any()}
 
-    def scaled(self, runs: Sequence[xr.Dataset]) -> tuple[dict[str, Scale], list[Columns]]:
-        """Scales by the names of figures and "time", and the columns of each run with them, "time" among them.
-
-        The scales suit all runs. Of a long run only those points are there that a line of pixels needs.
-        """
-        raw = [self.columns(run) for run in runs]
-        scales = {"time": engineering("s", runs[0]["time"].values)}
-        drawn: list[Columns] = [{} for _ in runs]
-        kept = [thinned(time.size, list(columns.values())) for time, columns in raw]
-        for data, chosen, (time, _) in zip(drawn, kept, raw, strict=True):
-            data["time"] = scales["time"].factor * time[chosen]
-        for name, (unit, _, lines) in self.figures.items():
-            shown = [columns[line] for _, columns in raw for line in lines if line in columns]
-            scales[name] = DEGREES if unit == "rad" else engineering(unit, *shown)
-            for data, chosen, (_, columns) in zip(drawn, kept, raw, strict=True):
-                data |= {line: scales[name].factor * columns[line][chosen] for line in lines if line in columns}
-        return scales, drawn
-
-    def levels(self, data: Columns, scales: Mapping[str, Scale]) -> dict[str, list[float]]:
-        """What is allowed in the figures of torques and of the tracked point, where their curves come near it."""
-        factor, point = scales["torque"].factor, self.point
-        limits = [
-            side * factor * source.limit
-            for name, source in self.torques.items()
+    def levels(self, figure: str, data: Columns) -> list[float]:
+        """What is allowed in a figure, where the curves come near it."""
+        point = self.point
+        if figure == "track" and point is not None and point.tolerance is not None:
+            return [point.tolerance] if NEAR * point.deviation >= point.tolerance else []
+        limits = self.torques if figure == "torque" else {}
+        near = (
+            side * source.limit
+            for name, source in limits.items()
             for side in (1.0, -1.0)
-            if source.limit is not None and NEAR * np.nanmax(side * data[name], initial=0.0) >= factor * source.limit
-        ]
-        tolerances = [] if point is None or point.tolerance is None else [point.tolerance]
-        track = [scales["track"].factor * size for size in tolerances if point is not None and NEAR * point.deviation >= size]
-        return {"torque": list(dict.fromkeys(limits)), "track": track}
+            if source.limit is not None and NEAR * np.nanmax(side * data[name], initial=0.0) >= source.limit
+        )
+        return list(dict.fromkeys(near))
 
 
 def thinned(count: int, curves: Sequence[np.ndarray]) -> np.ndarray | slice:
@@ -297,22 +277,29 @@ def thinned(count: int, curves: Sequence[np.ndarray]) -> np.ndarray | slice:
 def figures(run: xr.Dataset, summary: Summary, pins: Sequence[xr.Dataset], joint: str, output: str) -> dict[str, Any]:
     """What is drawn of a run beside its scene, and of pinned ones, the newest last, with it.
 
-    "figures" over time, "orbit" (None without one), "factor" from seconds to the time axis, "until" and "horizon" on it.
+    The scales suit all runs; of a long one only those points are there that a line of pixels needs. "figures" over time,
+    "orbit" (None without one), "factor" from seconds to the time axis, "until" and "horizon" on it.
     """
-    chosen = Chosen(run, summary, joint, output)
-    scales, (data, *before) = chosen.scaled([run, *reversed(pins)])
-    time, horizon, levels = scales["time"], predictability_horizon(run), chosen.levels(data, scales)
-    drawn = []
-    for name, (_, title, lines) in chosen.figures.items():
-        labels = {line: label for line, (label, _) in lines.items() if line in data}
+    chosen, columns = Chosen(run, summary, joint, output), []
+    time, horizon = engineering("s", run["time"].values), predictability_horizon(run)
+    for compared in (run, *reversed(pins)):
+        instants, curves = chosen.columns(compared)
+        kept = thinned(instants.size, list(curves.values()))
+        columns.append({"time": time.factor * instants[kept], **{name: curve[kept] for name, curve in curves.items()}})
+    drawn, (data, *before) = [], columns
+    for name, (unit, title, heads) in chosen.figures.items():
+        curves = [part[line] for part in columns for line in heads if line in part]
+        scale = DEGREES if unit == "rad" else engineering(unit, *curves)
+        labels = {line: label for line, (label, _) in heads.items() if line in data}
         if len(labels) == 1 and name != "torque":
             labels = dict.fromkeys(labels, "")
-        first, colors = next(iter(lines), ""), dict(zip(lines, ENERGY_COLORS if name == "energy" else COLORS, strict=False))
-        pinned = [_line("", PINNED[k], pin["time"], pin[first], "dash") for k, pin in enumerate(before) if first in pin]
-        shown = [_line(label, colors[line], data["time"], data[line]) for line, label in labels.items()]
-        about: dict[str, Any] = {"name": name, "title": title, "unit": scales[name].unit or "1"}
-        about |= {"axis": f"time [{time.unit}]", "lines": [*pinned, *shown], "levels": levels.get(name, [])}
-        drawn += [about] if shown else []
+        first, colors = next(iter(heads), ""), dict(zip(heads, ENERGY_COLORS if name == "energy" else COLORS, strict=False))
+        pinned = [(PINNED[k], pin) for k, pin in enumerate(before) if first in pin]
+        lines = [_line("", color, pin["time"], scale.factor * pin[first], "dash") for color, pin in pinned]
+        lines += [_line(label, colors[line], data["time"], scale.factor * data[line]) for line, label in labels.items()]
+        levels = [scale.factor * level for level in chosen.levels(name, data)]
+        about = {"name": name, "title": title, "unit": scale.unit or "1", "axis": f"time [{time.unit}]"}
+        drawn += [{**about, "lines": lines, "levels": levels}] if labels else []
     return {
         "figures": drawn,
         "orbit": _orbit(run, pins, joint),

@@ -81,19 +81,15 @@ class Case:
         return cls(name, source, AllowedCode([file for file in allowed if file.suffix == ".py"], tree.get("code", {})), tree)
 
     @cached_property
-    def fields(self) -> list[Field]:
-        """Every number of the tables."""
-        return fields_of(self.tree, self.code)
-
-    @cached_property
-    def _by_key(self) -> dict[str, Field]:
-        return {field.key: field for field in self.fields}
+    def fields(self) -> dict[str, Field]:
+        """Every number of the tables, by its key."""
+        return {field.key: field for field in fields_of(self.tree, self.code)}
 
     def field(self, key: str) -> Field:
         """A field by its key."""
-        if key not in self._by_key:
+        if key not in self.fields:
             raise InputError(f"no number '{key}' in this case", "a number of the form")
-        return self._by_key[key]
+        return self.fields[key]
 
     def changed(self, texts: Mapping[str, str]) -> Case:
         """The case with other numbers."""
@@ -206,25 +202,26 @@ def _carry(document: Any, before: Any, after: Any) -> None:
 
 def python_of(case: Case) -> str:
     """Python that describes the mechanism of a case and simulates it; its numbers are those of the case bit for bit."""
+    from rich.pretty import pretty_repr
+
     imports: dict[str, str] = {}
-    body = _code(case.mechanism, imports, 0)
+    body = pretty_repr(_code(case.mechanism, imports), max_width=WIDTH)
     options = [f"{field.name}={value!r}" for field, value in given(case.options)]
     lines = ["import scissordyn as sd", *(f"from {module} import {name}" for name, module in sorted(imports.items()))]
     return "\n".join([*lines, "", f"mechanism = {body}", f"run = sd.simulate(mechanism, {', '.join(options)})", ""])
 
 
-def _code(value: Any, imports: dict[str, str], depth: int) -> str:
-    """A value as an expression."""
+def _code(value: Any, imports: dict[str, str]) -> Any:
+    """A value as an object whose representation is Python: a description is a call with what is not its default."""
     if is_described(value):
-        arguments = [f"{field.name}={_code(inner, imports, depth + 1)}" for field, inner in given(value)]
-        return _wrapped(f"{_name(type(value), imports)}(", arguments, ")", depth)
+        arguments = [(field.name, _code(inner, imports)) for field, inner in given(value)]
+        return type(_name(type(value), imports), (), {"__rich_repr__": lambda _: iter(arguments)})()
     if isinstance(value, tuple):
-        items = [_code(item, imports, depth + 1) for item in value]
-        return _wrapped("(", [f"{items[0]},"] if len(items) == 1 else items, ")", depth)
+        return tuple(_code(item, imports) for item in value)
     if isinstance(value, Mapping):
-        return _wrapped("{", [f"{key!r}: {_code(item, imports, depth + 1)}" for key, item in value.items()], "}", depth)
+        return {key: _code(item, imports) for key, item in value.items()}
     if value is None or isinstance(value, str | int | float):
-        return repr(value)
+        return value
     raise InputError(
         f"'{getattr(value, '__name__', value)}', a function of yours, in the case",
         "a case without functions of your own",
@@ -239,16 +236,6 @@ def _name(kind: type, imports: dict[str, str]) -> str:
         raise InputError(f"the class '{kind.__name__}' of yours in the case", "a case without classes of your own", "Save run")
     imports[kind.__name__] = kind.__module__
     return kind.__name__
-
-
-def _wrapped(first: str, items: list[str], last: str, depth: int) -> str:
-    """Items on one line, or one on each line where they are long."""
-    line = f"{first}{', '.join(items)}{last}"
-    if len(line) + 4 * depth <= WIDTH and "\n" not in line:
-        return line
-    inner, outer = "    " * (depth + 1), "    " * depth
-    ends = [item.rstrip(",") for item in items]
-    return "\n".join([first, *(f"{inner}{item}," for item in ends), f"{outer}{last}"])
 
 
 @dataclass(frozen=True)

@@ -79,11 +79,11 @@ class Drag:
     def _numbers(self) -> list[_Number]:
         return [
             _Number(field, part)
-            for field in self.start.fields
+            for field in self.start.fields.values()
             if str(field.place[0]) in TABLES
             and field.quantity.unit in ("m", "rad")
             and field.name not in NOT_GEOMETRY
-            and not {"clearance", "contact"} & set(field.place)
+            and not {"clearance", "contact", "motion"} & set(field.place)
             for part in range(len(field.value))
         ]
 

@@ -2,38 +2,28 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
-from scissordyn.config.case import CaseTable
+from scissordyn.config.case import LISTS
 from scissordyn.config.code import Code
-from scissordyn.config.part import PARTS, BacklashTable, component_part
+from scissordyn.config.part import component_part
 from scissordyn.config.quantity import read_numbers, read_quantity, unit_factor, written
-from scissordyn.config.structure import (
-    STRUCTURES,
-    BendingTable,
-    ClearanceTable,
-    ControlTable,
-    GuideClearanceTable,
-    JointFrictionTable,
-    PanelsTable,
-    PayloadTable,
-)
-from scissordyn.config.table import Table, table_of
+from scissordyn.config.structure import STRUCTURES, BendingTable, ClearanceTable, ControlTable
+from scissordyn.config.table import Key, Reader, Shape, Table, plain_table, table_of
 from scissordyn.config.text import handle
-from scissordyn.config.time_function import DistanceTable, DriveTable, TimeFunctionTable
+from scissordyn.config.time_function import DistanceTable, DriveTable
 from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.errors import InputError
 from scissordyn.laws.catalogue import BY_KIND
 from scissordyn.laws.oil import OILS
 from scissordyn.model.clearance import Lubrication
 from scissordyn.model.section import MATERIALS, SECTIONS
-from scissordyn.model.walk import Route, declared
+from scissordyn.model.walk import Route
 from scissordyn.run.options import Options
 from scissordyn.units import Quantity, short
 
@@ -44,16 +34,10 @@ STARRED_IN = ("drive", "control", "clearance", "guide_clearance")  # Tables with
 SPREAD = 4.0  # A slider goes from a value divided by this number to the value times it, on a logarithmic scale
 TURN = math.radians(30.0)  # The slider of an angle goes so far to either side [rad]
 
-LISTS: Mapping[str, type[Table]] = {
-    "drive": DriveTable,
-    "control": ControlTable,
-    "clearance": ClearanceTable,
-    "guide_clearance": GuideClearanceTable,
-    **{name: part.table for name, part in PARTS.items() if name != "component"},
-    "payload": PayloadTable,
-    "panels": PanelsTable,
-    "bending": BendingTable,
-    "joint_friction": JointFrictionTable,
+READERS: Mapping[str, Reader] = {
+    "drive": DriveTable.reader(),
+    "control": ControlTable.reader(),
+    **{section: read for section, (read, _) in LISTS.items()},
 }
 CHOICES: Mapping[tuple[Any, str], str] = {
     (BendingTable, "section"): "; ".join(sample for _, sample in SECTIONS.values()),
@@ -61,17 +45,9 @@ CHOICES: Mapping[tuple[Any, str], str] = {
     (BendingTable, "modes"): "auto; a number of modes",
     (BendingTable, "elements"): "a number of elements",
     (ClearanceTable, "lubrication"): ", ".join(OILS),
-    (Lubrication, "oil"): ", ".join(OILS),
+    (plain_table(Lubrication), "oil"): ", ".join(OILS),
 }
-"""What can be written where a table or a class takes a text or a number of parts, which has a field without a slider."""
-INNER: Mapping[str, type[Table]] = {
-    "backlash": BacklashTable,
-    "bars": BendingTable,
-    "motion": DistanceTable,
-    "time_function": TimeFunctionTable,
-    "reference": DriveTable,
-}
-
+"""What can be written where a table takes a text or a number of parts, which has a field without a slider."""
 PAIRS = {"position": "m", "centre": "m", "through": "m", "coupler_point": "m", "velocity": "m/s"}
 """Keys of two numbers, with their units."""
 
@@ -162,18 +138,30 @@ def fields_of(tree: Mapping[str, Any], code: Code) -> list[Field]:
     structure = tree.get("structure", {})
     kind = STRUCTURES[structure["kind"]]
     fields = list(_of_table(kind, structure, ("structure",), "structure", code, star=not _places(tree)))
-    for section in CaseTable.declared_keys():
-        tables = tree.get(section)
-        if section not in (*LISTS, "component") or tables is None:
-            continue
+    for section in (section for section in READERS if section in tree):
+        tables = tree[section]
         many = isinstance(tables, list)
         for index, item in enumerate(tables if many else [tables]):
             group = f"{section.replace('_', ' ')} {handle(item)}".strip()
             place: Route = (section, index) if many else (section,)
-            table = LISTS[section] if section in LISTS else _component(item["type"], code)
+            table = _component(item["type"], code) if section == "component" else _table_in(READERS[section].shape())
             fields += _of_table(table, item, place, group, code, star=section in STARRED_IN)
     options = table_of(Options, until="50 ms", step="0.1 ms")
-    return [*fields, *_of_table(options, tree.get("run", {}), ("run",), "run", code, star=False)]
+    return [*fields, *_of_table(options, tree.get("run", {}), ("run",), "run", code)]
+
+
+def _table_in(shape: Shape) -> Any:
+    """The table that a reader accepts, alone or as one of several shapes; None if there is none."""
+    if isinstance(shape, Mapping):
+        return next(filter(None, map(_table_in, (*shape.get("anyOf", ()), shape.get("items")))), None)
+    return shape
+
+
+def _table_of_key(key: Key, reader: Reader, given: Mapping[str, Any]) -> Any:
+    """The table that is the value of a key; the motion of a coordinate is read by what the coordinate is."""
+    if key.name == "motion" and "coordinate" in given:
+        return DriveTable if "angle" in given["coordinate"] else DistanceTable
+    return BendingTable if key.name == "bars" else _table_in(reader.shape())
 
 
 def _component(kind: str, code: Code) -> type[Table]:
@@ -190,7 +178,7 @@ def _places(tree: Mapping[str, Any]) -> bool:
 
 
 def _of_table(
-    table: type[Table], given: Mapping[str, Any], place: Route, group: str, code: Code, *, star: bool
+    table: type[Table], given: Mapping[str, Any], place: Route, group: str, code: Code, *, star: bool = False, law: str = ""
 ) -> Iterator[Field]:
     """The fields of one table, those that are not written included."""
     for key, declaration in table.declared_keys().items():
@@ -200,7 +188,7 @@ def _of_table(
         if isinstance(value, str | int) and (table, key) in CHOICES:
             yield _choice(here, group, str(value), declaration.help, CHOICES[table, key])
         elif quantity is not None and quantity.unit and not isinstance(value, tuple | Mapping | list):
-            yield from _field(here, group, key, value, quantity, star=star)
+            yield from _field(here, group, key, value, quantity, star=star, law=law)
         elif key == "points" and isinstance(value, Mapping):
             for name, point in value.items():
                 yield from _field((*here, name), group, f"point {name}", point, Quantity("m", help=declaration.help), count=2)
@@ -208,13 +196,11 @@ def _of_table(
             yield from _field(here, group, key, value, Quantity(PAIRS[key], help=declaration.help), count=2)
         elif key in BY_KIND or key == "controller":
             yield from _of_law(key, value, given, here, group, code, star=star)
-        elif key in INNER and isinstance(value, Mapping):
-            inner = DriveTable if "angle" in given.get("coordinate", ()) else INNER[key]
-            yield from _of_table(inner, value, here, f"{group}, {key.replace('_', ' ')}", code, star=False)
-        elif isinstance(value, Mapping):
-            kind = next((hint for hint in get_args(declaration.hint) if dataclasses.is_dataclass(hint)), None)
-            if kind is not None:
-                yield from _of_dataclass(kind, value, here, f"{group}, {key}", star=star)
+        elif isinstance(value, Mapping) and declaration.reader is not None:
+            inner = _table_of_key(declaration, declaration.reader, given)
+            if inner is not None:
+                within = f"{group}, {key.replace('_', ' ')}"
+                yield from _of_table(inner, value, here, within, code, star=star and key != "reference")
 
 
 def _of_law(
@@ -222,26 +208,15 @@ def _of_law(
 ) -> Iterator[Field]:
     """The fields of a contact law or of a controller."""
     inner = value if isinstance(value, Mapping) else {}
-    name = inner.get("name" if key == "controller" else "law") if inner else value
-    kind = CONTROLLERS.get(str(name)) if key == "controller" else BY_KIND[key].get(str(name))
-    if ".py:" in str(name):
-        kind = code.element(key, str(name), inner)
+    name = str(inner.get("name" if key == "controller" else "law") if inner else value)
+    kind: Any = CONTROLLERS.get(name) if key == "controller" else BY_KIND[key].get(name)
+    if ".py:" in name:
+        kind = code.element(key, name, inner)
     if kind is None:
         return
-    for field in _of_dataclass(kind, inner, place, f"{group}, {key}", star=star, law=str(name)):
+    for field in _of_table(plain_table(kind), inner, place, f"{group}, {key}", code, star=star, law=name):
         if not (field.name == "restitution" and key == "damping" and given.get("restitution") is not None):
             yield field
-
-
-def _of_dataclass(
-    kind: Any, given: Mapping[str, Any], place: Route, group: str, *, star: bool, law: str = ""
-) -> Iterator[Field]:
-    for name, declaration in declared(kind).items():
-        value = given.get(name, None if declaration.default is dataclasses.MISSING else declaration.default)
-        if isinstance(value, str) and (kind, name) in CHOICES:
-            yield _choice((*place, name), group, value, "by its name", CHOICES[kind, name])
-        elif declaration.quantity is not None:
-            yield from _field((*place, name), group, name, value, declaration.quantity, star=star, law=law)
 
 
 def _choice(place: Route, group: str, value: str, help: str, choices: str) -> Field:

@@ -112,7 +112,7 @@ class Page:
             if what == "fields":
                 case, folded = self.session.case, self.session.opened.points is not None
                 about = {"wrong": self.session.wrong, "chosen": dict(case.chosen), "folded": folded}
-                self.send({"type": "form", "fields": [field.plain() for field in case.fields], **about})
+                self.send({"type": "form", "fields": [field.plain() for field in case.fields.values()], **about})
             elif what == "pins":
                 self._publish(pins=True)
             elif what == "fine" and self.session.good is self.shown:  # else they come with their run

@@ -275,7 +275,7 @@ class Session:
         Steps of a slider on its way, which are not final, are one change for undo.
         """
         before = self.case
-        written = {field.key: field.text for field in before.fields}
+        written = {key: field.text for key, field in before.fields.items()}
         try:
             # a slider that is released says once more what it said last
             new = before if all(written.get(key) == text for key, text in texts.items()) else before.changed(texts)

@@ -15,7 +15,7 @@ from reference.paper_case import paper_case
 from scissordyn.cli.catalogue import plain_formula
 from scissordyn.cli.compare import change
 from scissordyn.cli.main import status_of
-from scissordyn.cli.show import column, show_answer, show_events, show_summary
+from scissordyn.cli.show import column, show_run
 from scissordyn.cli.text_console import TextConsole
 from scissordyn.laws.catalogue import BY_KIND, MATERIALS
 from scissordyn.numeral import PREFIXES, prefix
@@ -85,9 +85,7 @@ def small_run() -> xr.Dataset:
 def shown(run: xr.Dataset, rows: int = 20, width: int = 100) -> str:
     """What is printed about a run."""
     to = TextConsole(file=io.StringIO(), width=width, highlight=False)
-    show_answer(run, to)
-    show_events(run, rows, to)
-    show_summary(run, to)
+    show_run(run, rows, to=to)
     assert isinstance(to.file, io.StringIO)
     return to.file.getvalue()
 
@@ -125,7 +123,7 @@ def test_a_run_without_contacts_has_no_table() -> None:
 
 
 def test_every_law_and_material_is_listed(capsys: pytest.CaptureFixture[str]) -> None:
-    """Contract: the printed list against the catalogue, and each entry can be shown by its name."""
+    """Contract: the printed list against the catalogue; each entry can be shown by its name, and has no LaTeX."""
     assert status_of(["laws"]) == 0
     listed = {line.split()[0] for line in capsys.readouterr().out.splitlines() if line.strip()}
     for kind, known in BY_KIND.items():
@@ -135,6 +133,8 @@ def test_every_law_and_material_is_listed(capsys: pytest.CaptureFixture[str]) ->
             text = capsys.readouterr().out
             assert f"{name}, a law of {kind}" in text
             assert law.source in " ".join(text.split())
+            assert "\\" not in text
+            assert ".. math" not in text
     for name in MATERIALS:
         assert name in listed
         assert status_of(["laws", name]) == 0
@@ -177,11 +177,7 @@ def test_many_joints_are_a_table() -> None:
 def test_narrow_tables_never_cut_digits(width: int) -> None:
     """Contract: every number of the columns that are shown is there with all its digits, whatever the width."""
     run = many_joints(["a joint with a name that is much too long for any table", "B", "C", "D"])
-    to = TextConsole(file=io.StringIO(), width=width, highlight=False)
-    show_events(run, 20, to)
-    show_summary(run, to)
-    assert isinstance(to.file, io.StringIO)
-    text = to.file.getvalue()
+    text = shown(run, width=width)
     assert all(len(line) <= width for line in text.splitlines())
     assert "…" not in text
     for number in ("1.0000", "2.0000", "3.0000", "4.0000", "10.000"):
@@ -211,14 +207,8 @@ def test_names_can_be_typed_from_a_narrow_table(
     assert not any("…" in line for line in lines)
 
 
-def test_formulas_are_readable(capsys: pytest.CaptureFixture[str]) -> None:
-    """Contract: the terminal shows no LaTeX for any law or controller."""
-    for known in BY_KIND.values():
-        for name in known:
-            assert status_of(["laws", name]) == 0
-            text = capsys.readouterr().out
-            assert "\\" not in text
-            assert ".. math" not in text
+def test_formulas_are_readable() -> None:
+    """Closed form: fractions, Greek letters and powers in characters."""
     assert plain_formula(r"\frac{8(1-c_e)}{5 c_e}") == "(8(1-c_e))/(5 c_e)"
     assert plain_formula(r"\ln\frac{a}{b} + \sigma_0^2") == "ln(a/b) + σ_0²"
     assert plain_formula(r"z' = v - \frac{|v|}{g(v)} z,\quad F = K \delta^{3/2}") == "z' = v - |v|/(g(v)) z,\nF = K δ^(3/2)"

@@ -14,7 +14,7 @@ import xarray as xr
 
 import scissordyn as sd
 from scissordyn.cli.compare import measures
-from scissordyn.cli.show import show_events, show_summary
+from scissordyn.cli.show import show_run
 from scissordyn.cli.text_console import TextConsole
 from scissordyn.component.force import Force
 from scissordyn.errors import InputError
@@ -44,6 +44,13 @@ def run() -> xr.Dataset:
     return sd.simulate(array("hard"), until=0.01, samples=101)
 
 
+def printed(run: xr.Dataset) -> str:
+    """What the command line prints of a run."""
+    out = io.StringIO()
+    show_run(run, 5, to=TextConsole(file=out, width=200))
+    return out.getvalue()
+
+
 def test_the_largest_force_is_an_estimate(run: xr.Dataset) -> None:
     """Contract: the largest of the estimates of impacts and of the sampled forces that last, and it is called so everywhere."""
     largest = max(float(run["peak_force_estimate"].max()), float(run["normal_force"].sel(joint="A").max()))
@@ -55,27 +62,22 @@ def test_the_largest_force_is_an_estimate(run: xr.Dataset) -> None:
     (joint,) = joint_summaries(run)
     assert (joint.largest, joint.when) == (answer.force, answer.when)
     assert measures(run)["largest force at A"] == (largest, "N")
-    assert cards(summary_of(run))[0]["detail"].endswith(", an estimate")
+    assert next(cards(summary_of(run)))["detail"].endswith(", an estimate")
 
 
 def test_a_run_without_impacts_has_no_largest_force(run: xr.Dataset) -> None:
     """Limit: estimates and samples that are not known."""
     nothing = run.assign(peak_force_estimate=run["peak_force_estimate"] * math.nan, normal_force=run["normal_force"] * math.nan)
     assert summary_of(nothing).force is None
-    out = io.StringIO()
-    show_summary(nothing, TextConsole(file=out, width=200))
-    assert "no largest force, as contact is hard" in out.getvalue()
+    assert "no largest force, as contact is hard" in printed(nothing)
 
 
 def test_impulses_stand_in_the_place_of_peaks(run: xr.Dataset) -> None:
     """Contract: tables in the terminal and in the explorer have the impulses of the run, and no number is NaN."""
-    out = io.StringIO()
-    to = TextConsole(file=out, width=200)
-    show_events(run, 5, to)
-    show_summary(run, to)
-    assert "impulse" in out.getvalue()
-    assert "peak" not in out.getvalue()
-    assert "nan" not in out.getvalue()
+    text = printed(run)
+    assert "impulse" in text
+    assert "peak" not in text
+    assert "nan" not in text
     shown = {column["title"]: column["values"] for column in contact_table(run)["columns"]}
     assert np.array_equal(shown["impulse [N s]"], run["impulse"].values)
 
@@ -84,11 +86,10 @@ def test_tables_of_both_kinds_of_contact_have_impulses_and_peaks(run: xr.Dataset
     """Contract: where one of the contacts has a force, as a compliant one beside hard ones, it is shown beside the impulses."""
     one = run["contact"] == 0
     both = run.assign(peak_force=run["peak_force"].where(~one, 321.0), peak_time=run["peak_time"].where(~one, 1e-4))
-    out = io.StringIO()
-    show_events(both, 5, TextConsole(file=out, width=200))
-    assert {"impulse", "peak force", "to peak"} <= set(out.getvalue().replace("  ", "\n").replace("\n ", "\n").split("\n"))
-    assert "321.0" in out.getvalue()
-    assert "nan" not in out.getvalue()
+    text = printed(both)
+    assert {"impulse", "peak force", "to peak"} <= set(text.replace("  ", "\n").replace("\n ", "\n").split("\n"))
+    assert "321.0" in text
+    assert "nan" not in text
     assert {"impulse [N s]", "peak force [N]"} <= {column["title"] for column in contact_table(both)["columns"]}
 
 

@@ -6,6 +6,7 @@ import dataclasses
 import inspect
 import json
 import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -114,18 +115,16 @@ def _describe(kind: str, name: str) -> None:
 
     element: type = law(kind, name)
     about = facts(kind, name)
-    say(f"{about.name}, a law of {kind}", style="bold")
-    print_text(element)
-    say(f"Source: {about.source}")
+    notes = [f"Source: {about.source}"]
     if about.restitution_range is not None:
-        say("Made for restitution coefficients from {:g} to {:g}.".format(*about.restitution_range))
+        notes.append("Made for restitution coefficients from {:g} to {:g}.".format(*about.restitution_range))
     if about.states:
-        say(f"Internal states: {', '.join(state.name for state in about.states)}.")
+        notes.append(f"Internal states: {', '.join(state.name for state in about.states)}.")
     if about.stiff:
-        say("Makes the equations of motion stiff.")
+        notes.append("Makes the equations of motion stiff.")
     if about.caveat:
-        say(f"Caveat: {about.caveat}")
-    chosen = "".join(f", {sample}" for sample in print_parameters(element)[:1])
+        notes.append(f"Caveat: {about.caveat}")
+    chosen = "".join(f", {sample}" for sample in print_element(element, f"{about.name}, a law of {kind}", notes)[:1])
     say("In a case file: " + (f'{kind} = {{ law = "{about.name}"{chosen} }}' if chosen else f'{kind} = "{about.name}"'))
 
 
@@ -140,17 +139,18 @@ def controllers(
         say("scissordyn controllers NAME shows one with its parameters.")
         return 0
     element: type = controller(name)
-    say(f"{name}, a controller", style="bold")
-    print_text(element)
-    say(f"Source: {vars(element)['source']}")
-    needed = [sample for sample in print_parameters(element) if sample][:2]
-    inside = ", ".join([f'name = "{name}"', *needed])
+    samples = print_element(element, f"{name}, a controller", [f"Source: {vars(element)['source']}"])
+    inside = ", ".join([f'name = "{name}"', *samples[:2]])
     say(f"In a case file, below [control]: controller = {{ {inside} }}")
     return 0
 
 
-def print_text(element: type) -> None:
-    """Print the docstring of an element: its formulas in characters, its paragraphs as wide as the terminal."""
+def print_element(element: type, heading: str, notes: Sequence[str]) -> list[str]:
+    """Print heading, docstring, notes and parameters of an element; returns a sample of each parameter as in a case file.
+
+    Of the docstring formulas are in characters, and paragraphs as wide as the terminal.
+    """
+    say(heading, style="bold")
     # its markup is for sphinx
     text = re.sub(r":math:`([^`]*)`", lambda match: plain_formula(match[1]), inspect.getdoc(element) or "")
     for block in re.split(r"\n\s*\n", text):
@@ -159,6 +159,8 @@ def print_text(element: type) -> None:
             say(*(f"    {line}" for line in plain_formula(lines.removeprefix(".. math::")).splitlines()))
         elif plain := re.sub(r"``?|:[a-z]+:(?=`)", "", lines):
             say(plain)
+    say(*notes)
+    return print_parameters(element)
 
 
 def plain_formula(latex: str) -> str:
@@ -251,12 +253,7 @@ def zoo(
         return 0
     entry = entries[name]
     if copy is not None:
-        sample = "-o case.toml"
-        content = entry.case_file.read_bytes()
-        if copy.exists() and copy.read_bytes() != content:
-            raise InputError(f"'{copy}' exists and is another file", "a file that is not there", sample)
-        check_target(copy, sample=sample, beginning=content)
-        say(write_file(copy, content, sample=sample))
+        _copy(entry.case_file, copy, "a file that is not there", "-o case.toml")
     if case:
         print(entry.text, end="")
     if check:
@@ -316,19 +313,25 @@ def examples(
         check_folder(copy, "-o examples")
         every = [path for path in sorted(folder.rglob("*")) if path.suffix in (".toml", ".py")]
         for path in [paths[name]] if name else every:
-            target, content = copy / path.relative_to(folder), path.read_bytes()
-            if not target.exists():
-                target.parent.mkdir(parents=True, exist_ok=True)
-                write_file(target, content, sample="-o examples")
-            elif target.read_bytes() != content:
-                raise InputError(f"'{target}' exists and is another file", "a folder without it", "-o examples")
-            say(target)
+            target = copy / path.relative_to(folder)
+            target.parent.mkdir(parents=True, exist_ok=True)
+            _copy(path, target, "a folder without it", "-o examples")
     elif name:
         print(paths[name].read_text(encoding="utf-8"), end="")
     else:
         say(*(f"{key:32}  {_first_sentence(path)}" for key, path in paths.items()))
         say("Print one: scissordyn examples paper > case.toml; copy all: scissordyn examples -o examples")
     return 0
+
+
+def _copy(source: Path, target: Path, allowed: str, sample: str) -> None:
+    """Copy a file of the package, unless another one has its name."""
+    content = source.read_bytes()
+    if not target.exists():
+        write_file(target, content, sample=sample)
+    elif target.read_bytes() != content:
+        raise InputError(f"'{target}' exists and is another file", allowed, sample)
+    say(target)
 
 
 def _first_sentence(path: Path) -> str:

@@ -75,10 +75,8 @@ def _print_comparison(first: xr.Dataset, second: xr.Dataset, labels: tuple[str, 
     others, rows = measures(second), []
     for name, (value, unit) in measures(first).items():
         if name in others:
-            changed = others[name][0]
-            rows.append(
-                [name, *(cell(size, unit) if unit else f"{size:g}" for size in (value, changed)), change(value, changed)]
-            )
+            sizes = value, others[name][0]
+            rows.append([name, *(cell(size, unit) if unit else f"{size:g}" for size in sizes), change(*sizes)])
     print_table({"quantity": "text", **dict.fromkeys(labels, "number"), "change": "number"}, rows)
     hard = [label for label, run in zip(labels, (first, second), strict=True) if "peak_force_estimate" in run]
     if hard:
@@ -133,13 +131,12 @@ def measures(run: xr.Dataset) -> dict[str, tuple[float, str]]:
     from scissordyn.run.answer.joint_force import clearance_joints, joint_summaries
 
     figures: dict[str, tuple[float, str]] = {"end": (float(run.attrs["end"]), "s")}
-    there = "contact_joint" in run
-    largest = {joint.name: joint.largest for joint in joint_summaries(run)} if there else {}
-    joint_of = run["contact_joint"].values.astype(str).tolist() if there else []
-    for joint in clearance_joints(run):
-        figures[f"contacts at {joint}"] = (float(joint_of.count(joint)), "")
-        if math.isfinite(largest.get(joint, math.nan)):
-            figures[f"largest force at {joint}"] = (largest[joint], "N")
+    joints = {joint.name: joint for joint in joint_summaries(run)} if "contact_joint" in run else {}
+    for name in clearance_joints(run):
+        joint = joints.get(name)
+        figures[f"contacts at {name}"] = (float(joint.contacts) if joint else 0.0, "")
+        if joint and math.isfinite(joint.largest):
+            figures[f"largest force at {name}"] = (joint.largest, "N")
     if "peak_drive_torque" in run:
         figures["largest driving torque"] = (float(abs(run["peak_drive_torque"].values).max()), "N m")
     if "peak_control_torque" in run:

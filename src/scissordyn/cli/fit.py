@@ -6,7 +6,7 @@ import json
 import math
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from typer import Option
 
@@ -65,10 +65,8 @@ def fit(
 
     if not data or not free:
         raise InputError("a fit", "--data and --free", "--data decay.csv --free 'arm.inertia' --free 'pivot.damping'")
-    if output is not None:
-        check_run(output, case, "-o fit.nc")
-    if case_output is not None:
-        check_file(case_output, case, "--write fitted.toml")
+    check_run(output, case, "-o fit.nc")
+    check_file(case_output, case, "--write fitted.toml")
     check_folder(plot, "--plot figures")
     read, silent = read_case(case, list(change or [])), quiet or as_json
     fitted = compute(
@@ -156,11 +154,10 @@ def _predicted(fitted: xr.Dataset, files: list[Path], segment: str | None) -> xr
 
 
 def _show(fitted: xr.Dataset, predicted: xr.Dataset | None) -> None:
-    columns = (fitted[name].values.tolist() for name in ("parameter", "start_value", "value", "low", "high", "standard_error"))
     rows = []
-    for (name, start, value, low, high, error), unit in zip(zip(*columns, strict=True), fitted["unit"].values, strict=True):
-        interval = f"{low:.5g} .. {high:.5g}" if math.isfinite(error) else "not determined"
-        rows.append((name, f"{start:.5g}", f"{value:.6g}", interval, str(unit)))
+    for name, of in _numbers(fitted).items():
+        interval = f"{of['low']:.5g} .. {of['high']:.5g}" if math.isfinite(of["standard_error"]) else "not determined"
+        rows.append((name, f"{of['start_value']:.5g}", f"{of['value']:.6g}", interval, of["unit"]))
     numbers = dict.fromkeys(("start", "fitted", "95 % interval"), "numbers")
     print_table({"number": "text", **numbers, "unit": "text"}, rows)
     curves = {"rms of residuals": fitted} | ({} if predicted is None else {"rms of prediction": predicted})
@@ -175,18 +172,20 @@ def _show(fitted: xr.Dataset, predicted: xr.Dataset | None) -> None:
     say(*(f"Warning: {line}" for line in json.loads(fitted.attrs["warnings"])))
 
 
+def _numbers(fitted: xr.Dataset) -> dict[str, dict[str, Any]]:
+    """Start, value, error, interval and unit of each fitted number, in SI, by its path."""
+    names = ["start_value", "value", "standard_error", "low", "high", "unit"]
+    numbers: dict[str, dict[str, Any]] = fitted[names].to_dataframe()[names].to_dict("index")
+    return numbers
+
+
 def _record(fitted: xr.Dataset, predicted: xr.Dataset | None) -> dict[str, object]:
     """The fit for other programs, in SI."""
-    names, paths = ("start_value", "value", "standard_error", "low", "high", "unit"), fitted["parameter"].values.astype(str)
-    columns = zip(*(fitted[name].values.tolist() for name in names), strict=True)
-    headings = fitted["column"].values.astype(str).tolist()
-    record: dict[str, object] = {
+    rms = {"rms": fitted} | ({} if predicted is None else {"prediction_rms": predicted})
+    return {
         "status": fitted.attrs["status"],
-        "numbers": {path: dict(zip(names, row, strict=True)) for path, row in zip(paths.tolist(), columns, strict=True)},
-        "rms": dict(zip(headings, fitted["rms"].values.tolist(), strict=True)),
+        "numbers": _numbers(fitted),
         "warnings": json.loads(fitted.attrs["warnings"]),
         **json.loads(fitted.attrs["statistics"]),
+        **{name: part["rms"].to_series().to_dict() for name, part in rms.items()},
     }
-    if predicted is not None:
-        record["prediction_rms"] = dict(zip(headings, predicted["rms"].values.tolist(), strict=True))
-    return record

@@ -8,7 +8,6 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -31,31 +30,36 @@ LOOKS: dict[str, dict[str, Any]] = {
     "text": {"overflow": "fold"},
     "number": {"justify": "right", "no_wrap": True},
     "numbers": {"justify": "right", "overflow": "fold"},
+    "long name": {"overflow": "fold"},
 }
+NARROWEST = 10  # Letters of a long name in a row, at least; it is broken where there is no room
 
 DESCRIPTION = "{task.description}"  # A column of a progress bar
 
 
-def check_file(path: Path, case: Path, sample: str) -> None:
-    """Raise `InputError` unless a file can be written there without loss of another."""
+def check_file(path: Path | None, case: Path, sample: str) -> None:
+    """Raise `InputError` unless a file, if one is asked for, can be written there without loss of another."""
     from scissordyn.file.output_file import check_target
 
+    if path is None:
+        return
     if path.exists() and case.exists() and path.samefile(case):
         raise InputError(f"cannot write '{path}': it is the case file", "another name", sample)
     check_target(path, sample=sample)
     _try(path, path.parent, sample)
 
 
-def check_run(path: Path, case: Path, sample: str) -> None:
+def check_run(path: Path | None, case: Path, sample: str) -> None:
     """The same for a run or a diagram, which is a NetCDF file and has no name of another kind of file."""
     from scissordyn.file.output_file import check_name
 
     check_file(path, case, sample)
-    check_name(path)
+    if path is not None:
+        check_name(path)
 
 
 def check_picture(path: Path | None, case: Path, sample: str) -> None:
-    """The same for a picture, if one is asked for."""
+    """The same for a picture."""
     if path is not None:
         from scissordyn.plot.file import check_format
 
@@ -64,7 +68,7 @@ def check_picture(path: Path | None, case: Path, sample: str) -> None:
 
 
 def check_movie(path: Path | None, case: Path, sample: str) -> None:
-    """The same for a film, if one is asked for."""
+    """The same for a film."""
     if path is not None:
         from scissordyn.plot.animation import check_film
 
@@ -115,17 +119,39 @@ def say(*lines: object, **look: Any) -> None:
         to.print(str(line), **look)
 
 
-def print_table(columns: Mapping[str, str], rows: Iterable[Sequence[str]], title: str | None = None) -> None:
-    """Print a table with columns of `LOOKS`, by their heads."""
+def print_table(
+    columns: Mapping[str, str],
+    rows: Iterable[Sequence[str]],
+    title: str | None = None,
+    *,
+    spare: Sequence[str] = (),
+    to: Console | None = None,
+) -> list[str]:
+    """Print a table with columns of `LOOKS`, by their heads.
+
+    Numbers of a column are never cut: where there is no room columns that are spare are left out first, in their order, then
+    long names are broken. Returns the first lines of the heads of those left out.
+    """
     from rich import box
     from rich.table import Table
 
+    to, cells, kept = to or console(), [*rows], [*columns]
+    least = {}
+    for head, *texts in zip(columns, *cells, strict=True):
+        width = max(len(line) for text in (head, *texts) for line in text.split("\n"))
+        if columns[head] in ("number", "long name"):
+            least[head] = width if columns[head] == "number" else min(width, NARROWEST)
+    for unwanted in spare:
+        if sum(width + 1 for head, width in least.items() if head in kept) <= to.width - 2:
+            break
+        kept.remove(unwanted)
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0), title=title, title_justify="left")
-    for head, look in columns.items():
-        table.add_column(head, **LOOKS[look])
-    for row in rows:
-        table.add_row(*row)
-    console().print(table)
+    for head in kept:
+        table.add_column(head, **LOOKS[columns[head]], min_width=least.get(head))
+    for row in cells:
+        table.add_row(*(text for head, text in zip(columns, row, strict=True) if head in kept))
+    to.print(table)
+    return [head.split("\n")[0] for head in columns if head not in kept]
 
 
 def print_json(record: dict[str, Any]) -> None:
@@ -142,19 +168,8 @@ def _finite(value: Any) -> Any:
 
 
 @contextmanager
-def bar(*columns: str, description: str, total: float | None) -> Iterator[Callable[..., None] | None]:
-    """A function that updates a bar on stderr, with the keywords of rich's `Progress.update`; None without a terminal."""
-    with bars(*columns) as update:
-        if update is None:
-            yield None
-        else:
-            update("", description=description, total=total)
-            yield partial(update, "")
-
-
-@contextmanager
 def bars(*columns: str) -> Iterator[Callable[..., None] | None]:
-    """The same for several bars by name."""
+    """A function that updates bars on stderr by name, with the keywords of rich's `Progress.update`; None off a terminal."""
     if not sys.stderr.isatty():
         yield None
         return
@@ -177,5 +192,9 @@ def bars(*columns: str) -> Iterator[Callable[..., None] | None]:
 def progress_bar(until: float) -> Iterator[Callable[[float], None] | None]:
     """A function of the simulated time that updates a bar on stderr; None without a terminal."""
     percent = "{task.percentage:3.0f} % of " + f"{until * 1e3:g} ms"
-    with bar(DESCRIPTION, "BarColumn", percent, "TimeRemainingColumn", description="preparing ", total=until) as update:
-        yield None if update is None else lambda time: update(completed=time, description="simulating")
+    with bars(DESCRIPTION, "BarColumn", percent, "TimeRemainingColumn") as update:
+        if update is None:
+            yield None
+        else:
+            update("preparing ", total=until)
+            yield lambda time: update("preparing ", completed=time, description="simulating")

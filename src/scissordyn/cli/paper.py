@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from typer import Option
 
@@ -13,9 +14,9 @@ from scissordyn.cli.output import DESCRIPTION, DONE, INTERRUPTED, bars, check_fo
 from scissordyn.errors import InputError
 
 if TYPE_CHECKING:
-    from scissordyn_paper.open_answers import Change
+    from scissordyn_paper.open_answers import OpenAnswers
     from scissordyn_paper.readings_page import ReadingAnswers
-    from scissordyn_paper.verdict import Verdict
+    from scissordyn_paper.reproduce import Reproduction
 
 MOST_WORKERS = 16
 """More processes would wait for the longest motions, of which there are ten, and each takes some hundred megabytes."""
@@ -47,32 +48,30 @@ def paper(
     from scissordyn_paper.readings_page import answer_readings
     from scissordyn_paper.reproduce import draw_figure, reproduce
 
+    answers: Any
+    show: Callable[[Any], None] | None
     try:
         columns = (DESCRIPTION, "BarColumn", "MofNCompleteColumn", "TimeRemainingColumn")
         with _where(threads, workers, figure).engine() as engine, bars(*columns) as update:
             progress = None if update is None else lambda name, done, total: update(name, completed=done, total=total)
+            how: dict[str, Any] = {"engine": engine, "progress": progress}
             if beyond:
-                answers = answer_open_question(output, engine=engine, progress=progress)
+                answers, show = answer_open_question(output, **how), _show_changes
             elif readings:
-                judged = answer_readings(output, number, engine=engine, progress=progress)
+                answers, show = answer_readings(output, number, **how), _show_readings
             elif figure is None:
-                result = reproduce(output, engine=engine, progress=progress)
+                answers, show = reproduce(output, **how), _show
             else:
-                written = draw_figure(figure, output, engine=engine, progress=progress)
+                answers, show = draw_figure(figure, output, **how), None
     except KeyboardInterrupt:
         again = f"what is done is in {output}, and the same command goes on from it"
         print(f"scissordyn: interrupted; {again}", file=sys.stderr)
         return INTERRUPTED
-    if beyond:
-        _show_changes(answers.changes)
-        print(f"Report: {answers.report}")
-    elif readings:
-        _show_readings(judged)
-    elif figure is None:
-        _show(result.verdicts)
-        print(f"Report: {result.report}")
+    if show is None:
+        print(*answers, sep="\n")
     else:
-        print(*written, sep="\n")
+        show(answers)
+        print(f"Report: {answers.report}")
     return DONE
 
 
@@ -86,9 +85,9 @@ def _where(threads: int | None, workers: int | None, figure: int | None) -> Wher
     return Where(threads, workers)  # the few runs of a figure are done before processes are started
 
 
-def _show(verdicts: tuple[Verdict, ...]) -> None:
+def _show(reproduction: Reproduction) -> None:
     """Print the answers as a table."""
-    rows = []
+    verdicts, rows = reproduction.verdicts, []
     for verdict in verdicts:
         words = verdict.finding.words
         rows.append((verdict.clause.key, verdict.answer, f"{verdict.clause.says}\n{words[:1].upper()}{words[1:]}."))
@@ -104,13 +103,13 @@ def _show(verdicts: tuple[Verdict, ...]) -> None:
     )
 
 
-def _show_changes(changes: tuple[Change, ...]) -> None:
+def _show_changes(answers: OpenAnswers) -> None:
     """Print what each change of bars and joint does, a line each."""
     from scissordyn_paper.open_question import COMPARED, MANOEUVRES
 
     for manoeuvre, title in MANOEUVRES.items():
         say(f"{title[:1].upper()}{title[1:]}, over rigid bars and a dry joint:")
-        for change in changes:
+        for change in answers.changes:
             if change.manoeuvre == manoeuvre:
                 say(f"  {change.what} reduces the {COMPARED[change.measure]}? {change.answer}: {change.words}")
 
@@ -124,4 +123,3 @@ def _show_readings(answers: ReadingAnswers) -> None:
         f"{judged.met.size} readings, {judged.seconds.sum():.0f} s of one processor. The best meets {leading.met[0]:.2f} of "
         f"{judged.agreeing.shape[1]} statements, averaged over {NEIGHBOURS} neighbours: {read(leading.points[0]).words}."
     )
-    print(f"Report: {answers.report}")

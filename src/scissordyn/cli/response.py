@@ -16,7 +16,7 @@ from scissordyn.cli.output import (
     DONE,
     INTERRUPTED,
     UNFINISHED,
-    bar,
+    bars,
     check_file,
     check_folder,
     check_movie,
@@ -56,10 +56,9 @@ def statics(
     from scissordyn.config.file import read_case
     from scissordyn.run.answer.statics import statics as compute
 
-    if output is not None:
-        if output.suffix.lower() not in (".nc", ".csv"):
-            raise InputError(f"-o {output}", "a name that ends in .nc or .csv", "-o statics.csv")
-        check_file(output, case, "statics.nc")
+    if output is not None and output.suffix.lower() not in (".nc", ".csv"):
+        raise InputError(f"-o {output}", "a name that ends in .nc or .csv", "-o statics.csv")
+    check_file(output, case, "statics.nc")
     check_picture(plot, case, "statics.png")
     _check_word("--friction", friction, ("none", "forward", "backward"), "forward")
     read = read_case(case, change or [])
@@ -339,8 +338,7 @@ def bifurcation(
     from scissordyn.periodic.bifurcation import check_diagram
     from scissordyn.periodic.cycles import recorded
 
-    if output is not None:
-        check_run(output, case, "-o diagram.nc")
+    check_run(output, case, "-o diagram.nc")
     check_picture(plot, case, "--plot diagram.png")
     read = read_case(case, list(change or []))
     quantity = number(read.mechanism, over).quantity
@@ -354,8 +352,7 @@ def bifurcation(
     ends = value_of(first, quantity, "--from"), value_of(last, quantity, "--to")
     unit = unit_typed(last) or unit_typed(first)
     columns = (DESCRIPTION, "BarColumn", "MofNCompleteColumn", "TimeRemainingColumn")
-    shown = bar(*columns, description="values", total=points)
-    with Where(threads, workers, scheduler, cluster).engine() as engine, shown as update:
+    with Where(threads, workers, scheduler, cluster).engine() as engine, bars(*columns) as update:
         diagram = compute(
             read.mechanism,
             over=over,
@@ -369,7 +366,7 @@ def bifurcation(
             method=read.run.method,
             engine=engine,
             store=output,
-            progress=None if update is None else lambda done, _: update(completed=done),
+            progress=None if update is None else lambda done, total: update("values", completed=done, total=total),
             shown=(unit, unit_factor(unit, quantity.unit)) if unit else None,
         )
     return _print_diagram(diagram, output, plot, variable)

@@ -17,7 +17,6 @@ from scissordyn.cli.output import (
     check_folder,
     check_movie,
     check_run,
-    console,
     print_json,
     progress_bar,
 )
@@ -54,28 +53,27 @@ def run(
     quiet: Quiet = False,
     as_json: AsJson = False,
 ) -> int:
-    from scissordyn.cli.show import run_record, show_answer, show_events, show_summary
+    from scissordyn.cli.show import run_record, show_run
 
-    _check_outputs(case, output, plot, film)
+    check_run(output, case, "-o run.nc")
+    check_folder(plot, "--plot figures")
+    check_movie(film, case, "--animate film.html")
     keeper = None if checkpoint is None else _checkpoint(checkpoint, output, case)
     changes = [*(change or ()), *["run.trust=true"] * trust, *([] if samples is None else [f"run.samples={samples}"])]
     drawn = plot is not None or film is not None
+    silent, stopped = quiet or as_json, False
     if _is_saved(case):
-        mechanism, result = _again(case, changes, allow_code or [], keeper, drawn=drawn, silent=quiet or as_json)
+        mechanism, result = _again(case, changes, allow_code or [], keeper, drawn=drawn, silent=silent)
     elif allow_code:
         raise InputError("--allow-code for a case file", "a saved run; a case file names its own Python files")
     else:
         mechanism, result = _from_case(case, changes, keeper, saved=output is not None, drawn=drawn)
-    silent, stopped = quiet or as_json, False
     try:
         if output is not None:
             stopped = _save(result, output, keeper)
     finally:  # whatever became of the file, the user sees what was computed
         if not silent:
-            to = console()
-            show_answer(result, to)
-            show_events(result, events, to)
-            show_summary(result, to, mechanism)
+            show_run(result, events, mechanism)
     status = result.attrs["status"]
     if output is not None and not silent:
         print(f"Saved to {output}" + ("" if status == "complete" else f", marked {status}"))
@@ -85,20 +83,11 @@ def run(
     pictures = _pictures(result, mechanism, plot, film) if moved else []
     if as_json:
         print_json(run_record(result, [*([] if output is None else [output]), *pictures]))
-    elif not quiet:
-        for path in pictures:
-            print(path)
+    elif not quiet and pictures:
+        print(*pictures, sep="\n")
     if status != "complete":
         print(f"scissordyn: {printable(result.attrs['cause'])}", file=sys.stderr)
     return STATUSES[status]
-
-
-def _check_outputs(case: Path, output: Path | None, plot: Path | None, film: Path | None) -> None:
-    """Refuse names of files that cannot be written, before anything is computed."""
-    if output is not None:
-        check_run(output, case, "-o run.nc")
-    check_folder(plot, "--plot figures")
-    check_movie(film, case, "--animate film.html")
 
 
 def _save(result: Results, output: Path, keeper: Checkpoint | None) -> bool:

@@ -164,8 +164,7 @@ def cite(
     from scissordyn.run.answer.citations import citations
 
     sample = "-o references.bib"
-    if output is not None:
-        check_file(output, run, sample)
+    check_file(output, run, sample)
     works = citations(read_run(run))
     if output is not None:
         say(write_file(output, works.bibtex.encode(), sample=sample))

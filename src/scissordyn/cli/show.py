@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich import box
 from rich.console import Console
-from rich.table import Table
 
+from scissordyn.cli.output import console, print_table
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.numeral import PREFIXES, numerals, prefix
 from scissordyn.run.answer.joint_force import JointSummary, estimate_in_words, joint_summaries, kinds_left_out, parts_of_oiled
@@ -23,7 +22,6 @@ from scissordyn.units import counted, short
 
 MANY = 3  # The contacts of more joints than these are a table
 MOST_JOINTS = 20  # Rows of this table
-NARROWEST = 10  # Letters of a name in a row, at least; longer ones are broken where there is no room
 
 HEADINGS = (
     ("start", "contact_start", "s", 1.0),
@@ -49,54 +47,34 @@ def column(values: np.ndarray, unit: str, digits: int = 5) -> tuple[str, list[st
     return PREFIXES[power] + unit, numerals((values / 10.0**power).tolist(), digits)
 
 
-def show_answer(run: Run, to: Console) -> None:
-    """Print what a designer asks of a run, one sentence a line."""
+def show_run(run: Run, rows: int, mechanism: Mechanism | None = None, to: Console | None = None) -> None:
+    """Print what a designer asks of a run, one sentence a line, its first contacts, and its summary."""
+    to = to or console()
     for line in summary_of(run).lines:
         to.print(line)
+    if rows > 0 and run.sizes["contact"]:
+        _show_contacts(run, rows, to)
+    _show_summary(run, mechanism, to)
 
 
-def show_events(run: Run, rows: int, to: Console) -> None:
-    """Print the first contacts of a run."""
-    contacts = run.sizes["contact"]
-    if not contacts or rows <= 0:
-        return
+def _show_contacts(run: Run, rows: int, to: Console) -> None:
+    contacts, left_out = run.sizes["contact"], kinds_left_out(run)
     joints = run["contact_joint"].values[:rows].tolist()
-    columns = [("contact", list(map(str, range(1, len(joints) + 1)))), ("joint", joints)]
-    left_out = kinds_left_out(run)
+    columns = {"contact": list(map(str, range(1, len(joints) + 1))), "joint": joints}
     for title, name, unit, factor in HEADINGS:
-        if name in left_out:
-            continue
-        unit, texts = column(run[name].values[:rows] * factor, unit)
-        columns.append((f"{title}\n[{unit}]", texts))
-    left = _print_columns(columns, to)
+        if name not in left_out:
+            unit, texts = column(run[name].values[:rows] * factor, unit)
+            columns[f"{title}\n[{unit}]"] = texts
+    spare = [head for title in LEAST_WANTED for head in columns if head.startswith(f"{title}\n")]
+    left = print_table(_looks(columns), zip(*columns.values(), strict=True), spare=spare, to=to)
     if left:
         to.print(f"Left out at this width: {', '.join(left)}.")
     if contacts > rows:
         to.print(f"... and {counted(contacts - rows, 'more contact')} (--events {contacts} shows all)\n")
 
 
-def _print_columns(columns: Sequence[tuple[str, Sequence[str]]], to: Console) -> list[str]:
-    """Print a table whose second column is names; returns the titles of columns for which there is no room.
-
-    Numbers are never cut or broken: columns of `LEAST_WANTED` are left out first, then long names are broken.
-    """
-    widths = {title: max(map(len, (*title.split("\n"), *texts))) + 1 for title, texts in columns}
-    names = columns[1][0]
-    kept, narrow = [title for title, _ in columns], {**widths, names: min(widths[names], NARROWEST + 1)}
-    for unwanted in LEAST_WANTED:
-        if sum(narrow[title] for title in kept) <= to.width - 2:
-            break
-        kept = [title for title in kept if title.split("\n")[0] != unwanted]
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
-    for title in kept:
-        if title == names:
-            table.add_column(title, overflow="fold", min_width=min(widths[title] - 1, NARROWEST))
-        else:
-            table.add_column(title, justify="right", no_wrap=True, min_width=widths[title] - 1)
-    for row in zip(*(texts for title, texts in columns if title in kept), strict=True):
-        table.add_row(*row)
-    to.print(table)
-    return [title.split("\n")[0] for title, _ in columns if title not in kept]
+def _looks(columns: Iterable[str]) -> dict[str, str]:
+    return {head: "long name" if head == "joint" else "number" for head in columns}
 
 
 def _locked_and_stopped(run: Run) -> list[str]:
@@ -123,16 +101,14 @@ def _show_joints(joints: Sequence[JointSummary], to: Console) -> None:
     ordered = sorted(joints, key=lambda joint: (math.isnan(joint.largest), -joint.largest))[:MOST_JOINTS]
     force, largest = column(np.array([joint.largest for joint in ordered]), "N")
     time, when = column(np.array([joint.when for joint in ordered]), "s")
-    _print_columns(
-        [
-            ("contacts", [str(joint.contacts) for joint in ordered]),
-            ("joint", [joint.name for joint in ordered]),
-            ("in contact\n[%]", numerals((100.0 * joint.fraction for joint in ordered), 3)),
-            (f"largest force\n[{force}]", largest),
-            (f"at\n[{time}]", when),
-        ],
-        to,
-    )
+    columns = {
+        "contacts": [str(joint.contacts) for joint in ordered],
+        "joint": [joint.name for joint in ordered],
+        "in contact\n[%]": numerals((100.0 * joint.fraction for joint in ordered), 3),
+        f"largest force\n[{force}]": largest,
+        f"at\n[{time}]": when,
+    }
+    print_table(_looks(columns), zip(*columns.values(), strict=True), to=to)
     if len(joints) > MOST_JOINTS:
         to.print(f"... and {counted(len(joints) - MOST_JOINTS, 'more joint')} with smaller forces\n")
 
@@ -146,7 +122,7 @@ def _largest(joint: JointSummary) -> str:
     return f"largest force {short(joint.largest, 'N')} at {short(joint.when, 's')}{parts}{estimated}"
 
 
-def show_summary(run: Run, to: Console, mechanism: Mechanism | None = None) -> None:
+def _show_summary(run: Run, mechanism: Mechanism | None, to: Console) -> None:
     """Print a run in one paragraph, and its warnings: equal ones in one line, with what they mean."""
     attributes = run.attrs
     statistics = json.loads(attributes["statistics"])

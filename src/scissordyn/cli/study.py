@@ -19,11 +19,10 @@ from scissordyn.cli.output import (
     INTERRUPTED,
     STATUSES,
     UNFINISHED,
-    bar,
+    bars,
     check_folder,
     check_run,
     check_store_name,
-    console,
     print_table,
     say,
 )
@@ -279,11 +278,14 @@ def _progress() -> Iterator[Callable[[Progress], None]]:
             last[0] = time.monotonic()
             print(_words(state), file=sys.stderr)
 
-    with bar("BarColumn", DESCRIPTION, description="preparing", total=None) as update:
+    with bars("BarColumn", DESCRIPTION) as update:
         if update is None:
             yield line
         else:
-            yield lambda state: update(completed=state.complete + state.failed, total=state.cases, description=_words(state))
+            update("preparing")
+            yield lambda state: update(
+                "preparing", completed=state.complete + state.failed, total=state.cases, description=_words(state)
+            )
 
 
 def _words(state: Progress) -> str:
@@ -346,8 +348,7 @@ def _report(result: StudyResult, output: str | None, plot: Path | None) -> int:
     files = [result.report(output or "report.html")]
     files += [] if plot is None else write_figures(result, plot)
     show_answers(result)
-    for path in files:
-        print(f"Saved to {path}")
+    print(*(f"Saved to {path}" for path in files), sep="\n")
     return DONE
 
 
@@ -358,20 +359,17 @@ def _replay(result: StudyResult, case: int | None, output: str | None) -> int:
     if case is None or not 0 <= case < result.store.cases:
         what = "'study replay' without a case" if case is None else f"case {case}"
         raise InputError(what, f"0 to {result.store.cases - 1}", replay_command(file, 0))
-    from scissordyn.cli.show import show_answer, show_events, show_summary
+    from scissordyn.cli.show import show_run
     from scissordyn.run.store import save
 
-    if output is not None:
-        check_run(Path(output), Path(file), "-o run.nc")
+    target = None if output is None else Path(output)
+    check_run(target, Path(file), "-o run.nc")
     run = result.replay(case)
     if member := int(result.dataset["member"][case]):
         print(f"Case {case} is member {member}: its start differs from this run's by round-off")
-    to = console()
-    show_answer(run, to)
-    show_events(run, EVENTS, to)
-    show_summary(run, to)
-    if output is not None:
-        print(f"Saved to {save(run, Path(output))}")
+    show_run(run, EVENTS)
+    if target is not None:
+        print(f"Saved to {save(run, target)}")
     return STATUSES[run.attrs["status"]]
 
 

@@ -21,7 +21,6 @@ collect_ignore = (
         "cli/test_command_line.py",
         "cli/test_files.py",
         "cli/test_signals.py",
-        "cli/test_streams.py",
         "run/test_output_file.py",
     ]
 )

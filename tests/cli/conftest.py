@@ -1,10 +1,13 @@
-"""A folder to type commands in."""
+"""A folder to type commands in, and what they say where they fail."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+
+from scissordyn.cli.main import status_of
 
 
 @pytest.fixture
@@ -12,3 +15,36 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty folder to work in."""
     monkeypatch.chdir(tmp_path)
     return tmp_path
+
+
+@pytest.fixture
+def said(capfd: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, str]]:
+    """Types a command: its status and stderr, which is one line if it fails, and nothing otherwise."""
+
+    def typed(*arguments: str) -> tuple[int, str]:
+        status = status_of(arguments)
+        shown = capfd.readouterr()
+        assert status in (0, 2, 3), (arguments, shown.err)
+        assert shown.err.count("\n") == (0 if status == 0 else 1), (arguments, shown.err)
+        assert "Traceback" not in shown.err
+        assert not any(word in shown.out for word in ("LAPACK", "** On entry"))
+        return status, shown.err
+
+    return typed
+
+
+@pytest.fixture
+def refused(capfd: pytest.CaptureFixture[str]) -> Callable[..., str]:
+    """Types a command that is refused: the one line on stderr; the status is 2, and nothing else is printed."""
+
+    def typed(*arguments: str) -> str:
+        capfd.readouterr()
+        assert status_of(arguments) == 2
+        shown = capfd.readouterr()
+        assert shown.out == ""
+        assert shown.err.startswith("scissordyn: ")
+        assert shown.err.count("\n") == 1
+        assert shown.err[:-1].isprintable()
+        return shown.err
+
+    return typed

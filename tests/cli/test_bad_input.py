@@ -6,7 +6,7 @@ import itertools
 import math
 import random
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 import pytest
@@ -167,26 +167,17 @@ def altered_cases(count: int, seed: int = 1) -> Iterator[str]:
         yield _altered(chance.choice(texts), chance)
 
 
-def said(capfd: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str]:
-    """Status and stderr of a command, which writes one line there if it fails, and nothing otherwise."""
-    status = status_of(arguments)
-    shown = capfd.readouterr()
-    assert status in (0, 2, 3), shown.err
-    assert shown.err.count("\n") == (0 if status == 0 else 1), shown.err
-    assert "Traceback" not in shown.err
-    assert "LAPACK" not in shown.out
-    assert "** On entry" not in shown.out
-    return status, shown.err
+Said = Callable[..., tuple[int, str]]
 
 
-def tried(capfd: pytest.CaptureFixture[str], folder: Path, texts: Iterable[str]) -> list[int]:
+def tried(said: Said, folder: Path, texts: Iterable[str]) -> list[int]:
     """Statuses of `run` for some files; `check` takes and refuses the same ones."""
     statuses = []
     for number, text in enumerate(texts):
         (folder / "case.toml").write_text(text, encoding="utf-8", errors="surrogatepass")
         try:
-            checked, _ = said(capfd, "check", "case.toml")
-            status, line = said(capfd, "run", "case.toml", *SHORT)
+            checked, _ = said("check", "case.toml")
+            status, line = said("run", "case.toml", *SHORT)
             assert (checked == 2) == (status == 2), f"check ends with {checked}, run with {status}: {line}"
         except AssertionError as error:
             raise AssertionError(f"case {number}: {error}\n{text}") from None
@@ -194,23 +185,23 @@ def tried(capfd: pytest.CaptureFixture[str], folder: Path, texts: Iterable[str])
     return statuses
 
 
-def test_mutated_case_files(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_mutated_case_files(folder: Path, said: Said) -> None:
     """Contract: files with slips run, or are refused or fail in one line; some do each."""
-    assert {0, 2, 3} <= set(tried(capfd, folder, mutated_cases(QUICK)))
+    assert {0, 2, 3} <= set(tried(said, folder, mutated_cases(QUICK)))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("first", range(QUICK, ALL, BLOCK))
-def test_all_mutated_case_files(folder: Path, capfd: pytest.CaptureFixture[str], first: int) -> None:
+def test_all_mutated_case_files(folder: Path, said: Said, first: int) -> None:
     """Contract: as above, for the rest of 2000 files."""
-    assert 2 in tried(capfd, folder, itertools.islice(mutated_cases(ALL), first, min(first + BLOCK, ALL)))
+    assert 2 in tried(said, folder, itertools.islice(mutated_cases(ALL), first, min(first + BLOCK, ALL)))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("first", range(0, 420, 70))
-def test_altered_case_files(folder: Path, capfd: pytest.CaptureFixture[str], first: int) -> None:
+def test_altered_case_files(folder: Path, said: Said, first: int) -> None:
     """Identity: check agrees with run on examples in which a number, a table or a word is another one; most can be run."""
-    statuses = tried(capfd, folder, itertools.islice(altered_cases(420), first, first + 70))
+    statuses = tried(said, folder, itertools.islice(altered_cases(420), first, first + 70))
     assert statuses.count(2) < 35
 
 
@@ -245,11 +236,11 @@ def test_altered_case_files(folder: Path, capfd: pytest.CaptureFixture[str], fir
         ),
     ],
 )  # fmt: skip
-def test_extreme_files_are_refused(folder: Path, capfd: pytest.CaptureFixture[str], text: str, says: str) -> None:
+def test_extreme_files_are_refused(folder: Path, said: Said, text: str, says: str) -> None:
     """Limit: nesting, numbers and units beyond reason, and tables that end before the run; `check` finds them as `run` does."""
     (folder / "case.toml").write_text(text)
     for command in ("check", "run"):
-        status, error = said(capfd, command, "case.toml")
+        status, error = said(command, "case.toml")
         assert status == 2
         assert says in error
 
@@ -281,37 +272,31 @@ SCAN = (
 
 
 @pytest.mark.parametrize("value", MALFORMED)
-def test_saved_runs_with_other_attributes_are_refused(
-    saved: Path, folder: Path, capfd: pytest.CaptureFixture[str], value: object
-) -> None:
+def test_saved_runs_with_other_attributes_are_refused(saved: Path, folder: Path, said: Said, value: object) -> None:
     """Contract: an attribute that a saved run needs and that is missing or holds something else is named in one line."""
     for name in ("configuration", "title"):
         run = load(saved)
         run.attrs.pop(name) if value is None else run.attrs.update({name: value})
         if name not in run.attrs or name == "configuration":
             run.to_netcdf("other.nc", engine="h5netcdf")
-            status, error = said(capfd, "run", "other.nc")
+            status, error = said("run", "other.nc")
             assert status == 2, (name, value)
             assert "other.nc" in error or "attribute" in error or "mechanism" in error or "options" in error
 
 
 @pytest.mark.parametrize("lost", ["status", "cause", "completed_cycles", "slider_velocity", "value", "joint", "cycle"])
-def test_diagrams_that_are_not_whole_are_refused(
-    diagram: Path, folder: Path, capfd: pytest.CaptureFixture[str], lost: str
-) -> None:
+def test_diagrams_that_are_not_whole_are_refused(diagram: Path, folder: Path, said: Said, lost: str) -> None:
     """Contract: a store without one of its variables is named, and left as it is."""
     load(diagram).drop_vars(lost).to_netcdf("other.nc", engine="h5netcdf")
     before = Path("other.nc").read_bytes()
-    status, error = said(capfd, "bifurcation", *SCAN, "-o", "other.nc")
+    status, error = said("bifurcation", *SCAN, "-o", "other.nc")
     assert status == 2
     assert "other.nc" in error
     assert Path("other.nc").read_bytes() == before
 
 
 @pytest.mark.parametrize("name", ["title", "status", "configuration", "versions", "parameter", "phase", "cycles"])
-def test_diagrams_with_other_attributes_are_refused_or_mended(
-    diagram: Path, folder: Path, capfd: pytest.CaptureFixture[str], name: str
-) -> None:
+def test_diagrams_with_other_attributes_are_refused_or_mended(diagram: Path, folder: Path, said: Said, name: str) -> None:
     """Contract: an attribute that is missing or of another type is no fault of the program."""
     for value in (None, 3, "nonsense"):
         changed: xr.Dataset = load(diagram)
@@ -320,7 +305,7 @@ def test_diagrams_with_other_attributes_are_refused_or_mended(
             changed.to_netcdf("other.nc", engine="h5netcdf")
         else:
             save(changed, "other.nc")
-        status, _ = said(capfd, "bifurcation", *SCAN, "-o", "other.nc")
+        status, _ = said("bifurcation", *SCAN, "-o", "other.nc")
         assert status in (0, 2)
         Path("other.nc").unlink()
 
@@ -335,17 +320,15 @@ def test_cycles_with_other_attributes_are_refused(folder: Path, value: object) -
         cycle(mechanism, cycles=1, start=run)
 
 
-def test_the_drawn_variable_is_checked_first(
-    folder: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_drawn_variable_is_checked_first(folder: Path, said: Said, monkeypatch: pytest.MonkeyPatch) -> None:
     """Contract: an unknown name is refused before anything is computed, and so is a parameter that cannot be varied."""
     monkeypatch.setattr("scissordyn.periodic.bifurcation.bifurcation", None)
-    status, error = said(capfd, "bifurcation", *SCAN, "--variable", "nope", "--plot", "x.png")
+    status, error = said("bifurcation", *SCAN, "--variable", "nope", "--plot", "x.png")
     assert status == 2
     assert "--variable 'nope'" in error
     assert "slider_velocity" in error
     crank = [word if word != "drive.angular_frequency" else "structure.crank" for word in SCAN]
-    status, error = said(capfd, "bifurcation", *crank)
+    status, error = said("bifurcation", *crank)
     assert status == 2
     assert "no part 'structure' for 'structure.crank'; allowed: one of O, A, " in error
     assert "gravity" in error

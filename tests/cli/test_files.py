@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -19,63 +20,54 @@ SHORT = ("--set", "run.until=3 ms", "--set", "clearance.A.friction=none", "--sam
 """The first contact of the paper's case, without friction: a few milliseconds of computing."""
 
 
-def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
-    """The one line on stderr of a command that is refused with status 2 and prints nothing else."""
-    assert status_of(arguments) == 2
-    shown = capsys.readouterr()
-    assert shown.out == ""
-    assert shown.err.startswith("scissordyn: ")
-    assert shown.err.count("\n") == 1
-    assert shown.err[:-1].isprintable()
-    return shown.err
+Refused = Callable[..., str]
 
 
 @pytest.mark.parametrize("name", ["case.toml", "case.TOML", "case.txt", "case"])
-def test_the_case_file_survives(folder: Path, capsys: pytest.CaptureFixture[str], name: str) -> None:
+def test_the_case_file_survives(folder: Path, refused: Refused, name: str) -> None:
     """Contract: whatever it is called, by whatever way it is named, and whatever the result is."""
     case = folder / name
     case.write_text(PAPER.read_text())
     (folder / "other.toml").write_text(PAPER.read_text())
     (folder / "link").symlink_to(case)
     for output in (name, "./" + name, "link", "other.toml"):
-        assert "cannot write" in (line := refused(capsys, "run", name, "-o", output)) or "not overwritten" in line
+        assert "cannot write" in (line := refused("run", name, "-o", output)) or "not overwritten" in line
     (folder / "film.html").write_text(PAPER.read_text())
-    assert "it is the case file" in refused(capsys, "run", "film.html", "--animate", "film.html")
-    assert "not overwritten" in refused(capsys, "run", name, "--animate", "film.html")
+    assert "it is the case file" in refused("run", "film.html", "--animate", "film.html")
+    assert "not overwritten" in refused("run", name, "--animate", "film.html")
     scan = ("--over", "A.clearance", "--from", "0.1 mm", "--to", "0.2 mm")
-    assert "not a NetCDF file" in refused(capsys, "bifurcation", name, *scan, "-o", "other.toml")
+    assert "not a NetCDF file" in refused("bifurcation", name, *scan, "-o", "other.toml")
     (folder / "diagram.png").write_text(PAPER.read_text())
-    assert "no PNG file" in refused(capsys, "bifurcation", name, *scan, "--plot", "diagram.png")
-    assert "no PNG file" in refused(capsys, "laws", "liu", "--plot", "diagram.png")
+    assert "no PNG file" in refused("bifurcation", name, *scan, "--plot", "diagram.png")
+    assert "no PNG file" in refused("laws", "liu", "--plot", "diagram.png")
     assert all(path.read_text() == PAPER.read_text() for path in folder.iterdir())
 
 
-def test_results_may_be_replaced(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_results_may_be_replaced(folder: Path, refused: Refused) -> None:
     """Contract: by results of their kind, except that a saved run is not replaced by itself run again."""
     for _ in range(2):
         assert status_of(["run", str(PAPER), "-o", "run.nc", "--animate", "film.html", "--plot", "figures", *SHORT]) == 0
-    capsys.readouterr()
-    assert "it is the case file" in refused(capsys, "run", "run.nc", "-o", "run.nc")
+    assert "it is the case file" in refused("run", "run.nc", "-o", "run.nc")
     assert load("run.nc").sizes["time"] == 31
 
 
-def test_what_has_no_end_is_not_read(folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_has_no_end_is_not_read(folder: Path, refused: Refused, monkeypatch: pytest.MonkeyPatch) -> None:
     """Contract: devices, pipes, folders and huge files are refused as case files, as tables and as saved runs."""
     os.mkfifo("pipe")
     os.mkfifo("pipe.nc")
     began = time.monotonic()
     for path in ("/dev/zero", "pipe", "/dev/null"):
         for command in ("run", "check"):
-            assert "not a regular file" in refused(capsys, command, path)
+            assert "not a regular file" in refused(command, path)
     for path in ("pipe.nc", "/dev/null"):
-        assert "not a" in refused(capsys, "run", path)
-    assert "it is a folder" in refused(capsys, "check", ".")
+        assert "not a" in refused("run", path)
+    assert "it is a folder" in refused("check", ".")
     with Path("huge.toml").open("wb") as file:
         file.truncate(text.LARGEST + 1)
-    assert "'huge.toml' has more than 64 MiB" in refused(capsys, "check", "huge.toml")
+    assert "'huge.toml' has more than 64 MiB" in refused("check", "huge.toml")
     table = 'drive = { table = "/dev/zero" }\n' + PAPER.read_text().replace('[drive]\nspeed = "150 rpm"', "")
     Path("table.toml").write_text(table)
-    assert "not a regular file" in refused(capsys, "check", "table.toml")
+    assert "not a regular file" in refused("check", "table.toml")
     assert time.monotonic() - began < 20.0
 
 
@@ -89,68 +81,51 @@ def soft(indentation, stiffness):
 """
 
 
-def test_code_of_a_saved_run_needs_consent(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_code_of_a_saved_run_needs_consent(folder: Path, refused: Refused) -> None:
     """Contract: a case file may name a Python file; a saved run is run again only if the user names that file."""
     (folder / "my_laws.py").write_text(LAWS)
     law = ("--set", "clearance.A.stiffness={ law = 'my_laws.py:soft', stiffness = 1e8 }")
     assert status_of(["run", str(PAPER), "-o", "run.nc", *SHORT, *law]) == 2  # a case file's folder is where names begin
     (folder / "case.toml").write_text(PAPER.read_text())
-    capsys.readouterr()
     assert status_of(["run", "case.toml", "-o", "run.nc", "--plot", "figures", *SHORT, *law]) == 0
-    capsys.readouterr()
-    line = refused(capsys, "run", "run.nc", "-o", "again.nc")
+    line = refused("run", "run.nc", "-o", "again.nc")
     assert "'soft' of 'my_laws.py', which is not executed unless you allow it" in line
     assert "--allow-code my_laws.py" in line
     assert status_of(["run", "run.nc", "-o", "again.nc", "--allow-code", "my_laws.py", "--plot", "again"]) == 0
     assert load("run.nc").equals(load("again.nc"))
-    capsys.readouterr()
-    assert "for a case file" in refused(capsys, "run", "case.toml", "--allow-code", "my_laws.py")
+    assert "for a case file" in refused("run", "case.toml", "--allow-code", "my_laws.py")
     (folder / "my_laws.py").write_text(LAWS.replace("stiffness *", "2.0 * stiffness *"))
-    assert "digest" in refused(capsys, "run", "run.nc", "--allow-code", "my_laws.py")
+    assert "digest" in refused("run", "run.nc", "--allow-code", "my_laws.py")
 
 
-def test_names_in_messages_are_text(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_names_in_messages_are_text(folder: Path, refused: Refused) -> None:
     """Contract: neither a name in a case file nor the name of a file can send codes to the terminal."""
     for name in ("[/red]", "\x1b[31mred\x1b[0m", "two\nlines", "\u202eleft", "\x9b31m"):
-        refused(capsys, "check", str(PAPER), "--set", f"drive.{name}=3")
-        assert "cannot read" in refused(capsys, "run", f"{name}.toml")
-        assert "cannot read" in refused(capsys, "run", f"{name}.nc")
+        refused("check", str(PAPER), "--set", f"drive.{name}=3")
+        assert "cannot read" in refused("run", f"{name}.toml")
+        assert "cannot read" in refused("run", f"{name}.nc")
 
 
-def test_every_example_is_listed_with_what_it_is(capsys):
-    """Contract: a line for each, and what to type next."""
+def test_examples_are_listed_and_printed_as_they_are(capsys: pytest.CaptureFixture[str]) -> None:
+    """Contract: a line for each, and what to type next; then the text of the file."""
     assert status_of(["examples"]) == 0
     shown = capsys.readouterr().out
     for path in EXAMPLES.rglob("*.toml"):
         name = path.relative_to(EXAMPLES).with_suffix("").as_posix()
         assert any(line.startswith(f"{name} ") and len(line.split()) > 3 for line in shown.splitlines()), name
     assert "scissordyn examples paper > case.toml" in " ".join(shown.split())
-
-
-def test_one_is_printed_as_it_is(capsys):
-    """Contract: the text of the file."""
     assert status_of(["examples", "paper"]) == 0
     assert capsys.readouterr().out == (EXAMPLES / "paper.toml").read_text()
 
 
-def test_all_are_copied_and_nothing_is_overwritten(tmp_path, capsys):
+def test_all_are_copied_and_nothing_is_overwritten(folder: Path, refused: Refused) -> None:
     """Contract: studies find their cases; a second copy changes nothing, another file of the name is kept."""
-    target = tmp_path / "mine"
-    assert status_of(["examples", "-o", str(target)]) == 0
-    assert {path.relative_to(target) for path in target.rglob("*.toml")} == {
-        path.relative_to(EXAMPLES) for path in EXAMPLES.rglob("*.toml")
-    }
-    assert (target / "studies" / "statements.py").exists()
-    assert read_case(target / "paper.toml").mechanism.bodies
-    assert status_of(["examples", "-o", str(target)]) == 0
-    (target / "paper.toml").write_text("mine")
-    capsys.readouterr()
-    assert status_of(["examples", "paper", "-o", str(target)]) == 2
-    assert "exists and is another file" in capsys.readouterr().err
-    assert (target / "paper.toml").read_text() == "mine"
-
-
-def test_a_mistyped_example_is_proposed(capsys):
-    """Bad input: one line with the nearest name."""
-    assert status_of(["examples", "papr"]) == 2
-    assert "did you mean 'paper'?" in capsys.readouterr().err
+    for _ in range(2):
+        assert status_of(["examples", "-o", "mine"]) == 0
+        copied, target = ({path.relative_to(top) for path in top.rglob("*.toml")} for top in (EXAMPLES, Path("mine")))
+        assert copied == target
+    assert Path("mine/studies/statements.py").exists()
+    assert read_case("mine/paper.toml").mechanism.bodies
+    Path("mine/paper.toml").write_text("mine")
+    assert "exists and is another file" in refused("examples", "paper", "-o", "mine")
+    assert Path("mine/paper.toml").read_text() == "mine"

@@ -1,4 +1,4 @@
-"""What is said to somebody who has mistyped, as those do of `mistakes.toml`: one line, with what to type."""
+"""What is said to somebody who has mistyped, as those do of `mistakes.toml`, or asks for what cannot be: one line."""
 
 from __future__ import annotations
 
@@ -7,18 +7,24 @@ import pickle
 import re
 import shlex
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import scissordyn as sd
 from scissordyn.cli.main import COMMANDS, status_of
+from scissordyn.cli.study import addressed
 from scissordyn.errors import ScissordynError
+from scissordyn.run.start import demand
+from scissordyn.study.ask.design import Design, design_size, design_values
+from scissordyn.study.ask.distribution import Interval, Levels
 
 TABLE: dict[str, list[dict[str, Any]]] = tomllib.loads(Path(__file__).with_name("mistakes.toml").read_text(encoding="utf-8"))
 MISTAKES = [(kind, mistake) for kind, mistakes in TABLE.items() for mistake in mistakes]
+EXAMPLES = Path(__file__).parents[2] / "examples"
 HELPS = ("; allowed: ", "; type: ", "did you mean ", "Did you mean ")
 
 CASE = """\
@@ -92,39 +98,127 @@ def test_the_table_has_every_class() -> None:
     }
 
 
-BARE = '[structure]\nkind = "scissor"\n{}\n[run]\nuntil = "1 ms"\n'
+NAME, DIGITS, MANY = "n" * 256, "9" * 400, "1000000000000"
+SWEEP = "sweep case.toml -o out.db --vary A.clearance='0.05..0.4 mm'"
+SCAN = "bifurcation periodic.toml --over A.clearance --from '0.1 mm' --to '0.2 mm' --values"
+LARGE = "mast.toml --set structure.units=10"
+LONG = f"{DIGITS[:12]}... (400 digits)"
+LATE = "--measure late=mine.py:late"
+
+REFUSED = {
+    "No such file or directory": ("run case.toml -o no/such/folder/run.nc", "run case.toml --animate no/such/folder/film.gif"),
+    "it is a folder": ("run case.toml -o .",),
+    "Not a directory": ("run case.toml -o taken/run.nc",),
+    "it is the case file": ("run case.toml -o case.toml",),
+    "cannot write": (
+        "run case.toml -o /proc/run.nc",
+        "run case.toml --plot /proc/figures",
+        "laws liu --plot no/folder/law.png",
+    ),
+    "taken' is a file": ("run case.toml --plot taken", "run case.toml --plot taken/figures"),
+    "did you mean 'gif'": ("run case.toml --animate film.gfi",),
+    "did you mean 'png'": ("laws liu --plot law.pgn",),
+    "material": ("laws steel --plot law.png",),
+    "--events": ("run case.toml --events -1",),
+    "File name too long": (
+        *(f"run {NAME}.toml", f"check {NAME}.toml", f"run case.toml -o {NAME}.nc", f"run case.toml --plot {NAME}"),
+        *(f"run case.toml --animate {NAME}.html", f"plot {NAME}.nc -o figures", f"compare {NAME}.nc {NAME}.nc"),
+        *(f"laws flores --plot {NAME}.png", f"paper -o {NAME}", f"study {NAME}.toml -o x.db", f"study status {NAME}"),
+        f"sweep case.toml -o {NAME} --vary A.clearance='0.1..0.2 mm'",
+    ),
+    "a number of values of 400 digits": (f"{SWEEP[:-1]}, {DIGITS} values'",),
+    "a number of values of 5000 digits": (f"{SWEEP[:-1]}, {'9' * 5000} values'",),
+    f"seed = {LONG}": (f"{SWEEP} --design sobol --points 4 --seed {DIGITS}",),
+    "--threads": (f"{SWEEP} --threads 1000000000",),
+    "structure.units": (f"run case.toml --set structure.units={DIGITS}",),
+    f"{LONG} m": (f"run case.toml --set 'structure.bar_length={DIGITS} m'",),
+    "run.samples": (f"run case.toml --samples {DIGITS}",),
+    f"keep = {LONG}": (f"{SCAN} 2 --cycles 2 --keep {DIGITS}",),
+    "--seconds": ("animate run.nc film.gif --seconds 1e9",),
+    "two measures named 'late'": (f"{SWEEP} {LATE} {LATE}",),
+}
+"""Commands by what is said of them: places that cannot be written, names that no file system takes, numbers without end."""
+
+TAKING = {
+    "samples of": (f"run {LARGE} --samples 10000000", f"check {LARGE} --set run.samples=10000000"),
+    "e+12 points": [
+        f"{SWEEP} --design {kind} --points {MANY}" for kind in ("sobol", "random", "latin-hypercube", "saltelli", "morris")
+    ],
+    "1.000e+400 points": (f"{SWEEP} --design sobol --points {DIGITS}",),
+    "1.000e+12 cases": (
+        f"{SWEEP[:-1]}, {MANY} values'",
+        "sweep case.toml -o out.db --vary A.clearance='1..2 mm, 1000000 values' --vary drive.speed='1..2 rpm, 1000000 values'",
+    ),
+    "members of each": (f"{SWEEP} --members {MANY}", f"{SWEEP} --members {DIGITS}"),
+    "samples of each": (f"{SWEEP} --uncertain 'drive.speed=uniform(1, 2) rpm' --samples {MANY}",),
+    "1.000e+9 workers": (f"{SWEEP} --workers 1000000000",),
+    "workers": (f"paper -o paper --workers {DIGITS}",),
+    "1.000e+12 values": (f"{SCAN} {MANY}",),
+    "1.000e+400 cycles": (f"{SCAN} 2 --cycles {DIGITS}",),
+}
+"""The same of sizes that cannot be, of which memory and time are said, too."""
 
 
 @pytest.mark.parametrize(
-    ("lines", "says"),
+    ("command", "says"),
     [
-        ("bar_length = 2 m", 'type: bar_length = "2 m"'),
-        ('bar_length = "0,5 mm"', 'a decimal comma; allowed: a decimal point; type: bar_length = "0.5 mm"'),
-        ('[[clearance]]\njoint = "a"\nclearance = "1 mm"', "did you mean 'A'?"),
-        ('[[payload]]\nat = "tip"\nmass = "1 kg"', 'or a point as "BODY.POINT"'),
-        ('[drive]\nspeed = "150 rpm"\n# 2 m', ""),
+        *((command, (says,)) for says, commands in REFUSED.items() for command in commands),
+        *(
+            (command, (says, " of memory and ", "; this machine has "))
+            for says, commands in TAKING.items()
+            for command in commands
+        ),
     ],
 )
-def test_case_files(tmp_path: Path, capsys: pytest.CaptureFixture[str], lines: str, says: str) -> None:
-    """Contract: the line that mends it."""
-    path = tmp_path / "case.toml"
-    path.write_text(BARE.format(lines))
-    assert status_of(["check", str(path), "--quiet"]) == (2 if says else 0)
-    assert says in capsys.readouterr().err
+def test_what_it_would_take_or_what_is_wrong_is_said(
+    command: str, says: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, refused: Callable[..., str]
+) -> None:
+    """Limit: one short line with status 2, although nothing can be computed here; nothing is left behind or changed."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("scissordyn.run.simulate.results_of", None)
+    monkeypatch.setattr("scissordyn.run.advance.driver.advance_together", None)
+    monkeypatch.setattr(demand, "machine_memory", lambda: 10**9)
+    files = {
+        "case.toml": (EXAMPLES / "paper.toml").read_text(),
+        "taken": "",
+        "mine.py": "def late(run):\n    return 1.0\n",
+        **{name: (EXAMPLES / name).read_text() for name in ("mast.toml", "periodic.toml")},
+    }
+    for name, text in files.items():
+        Path(name).write_text(text)
+    line = refused(*shlex.split(command))
+    assert all(words in line for words in says), line
+    assert len(line) < 600
+    assert {path.name: path.read_text() for path in tmp_path.iterdir() if path.name != "paper"} == files
 
 
-def test_words_of_other_programs(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    """Contract: a word near "simulate" means run; a missing store is not to be written as a case; pictures want a folder."""
-    for words, says in (
-        (["smulate", "case.toml"], "did you mean 'run'?"),
-        (["rnu"], "Did you mean 'run'?"),
-        (["plot", "run.nc", "-o", str(tmp_path / "p.png")], "a folder of pictures"),
-    ):
-        assert status_of(words) == 2
-        assert says in capsys.readouterr().err
-    assert status_of(["explore", str(tmp_path / "s.db")]) == 2
-    assert "new scissor" not in capsys.readouterr().err
-    assert not (tmp_path / "p.png").exists()
+def test_sizes_in_words() -> None:
+    """Closed form: amounts of memory and times of any length, and the number of a grid's points without its points."""
+    assert [demand.size(10**n) for n in (6, 10, 13)] == ["1 MB", "10 GB", "10 TB"]
+    assert demand.size(10**412) == "1.00e+400 TB"
+    assert [demand.duration(s) for s in (1.5, 600.0, 10_800.0, 31_557_600 * 5)] == ["1.5 s", "10 minutes", "3 hours", "5 years"]
+    assert design_size(Design("grid"), [Interval(0.0, 1.0, count=10**9)] * 4) == 10**36
+
+
+def test_one_at_a_time_takes_each_level_once() -> None:
+    """Contract: the base, then the levels of one factor after the other, whichever points are asked for."""
+    variations = [Levels((1.0, 2.0)), Interval(5.0, 7.0, count=3)]
+    base = np.array([0.0, 4.0])
+    whole = [[0, 4], [1, 4], [2, 4], [0, 5], [0, 6], [0, 7]]
+    design = Design("one-at-a-time")
+    assert design_values(design, variations, base, np.arange(6)).tolist() == whole
+    assert design_values(design, variations, base, np.array([5, 2])).tolist() == [whole[5], whole[2]]
+
+
+def test_names_with_equals_signs_can_be_varied() -> None:
+    """Contract: the values follow the last equals sign, or one before a distribution; the parameter is named as a whole."""
+    given = ["a=b.clearance=0.1..0.2 mm", "c.mass=table(x=y.csv) kg", "d=e.speed=normal(1, 0.1) rpm", "gravity=9, 10 m/s^2"]
+    assert addressed(given, "--vary") == {
+        "a=b.clearance": "0.1..0.2 mm",
+        "c.mass": "table(x=y.csv) kg",
+        "d=e.speed": "normal(1, 0.1) rpm",
+        "gravity": "9, 10 m/s^2",
+    }
 
 
 def slips() -> Iterator[tuple[str, str, str]]:
@@ -162,20 +256,3 @@ def test_each_help_has_an_example(capsys: pytest.CaptureFixture[str]) -> None:
         assert example.startswith(f"scissordyn {name}")
         assert status_of([name, "--help"]) == 0
         assert f"Example: {example}" in " ".join(capsys.readouterr().out.split())
-
-
-def test_a_store_in_place_of_a_case_file_is_named(tmp_path, capsys):
-    """Contract: what to type for the store of a study, and no word about writing a case file over it."""
-    store = tmp_path / "s.db"
-    store.write_bytes(b"SQLite format 3")
-    assert status_of(["check", str(store)]) == 2
-    said = capsys.readouterr().err
-    assert "it is the store of a study" in said
-    assert f"scissordyn study report {store}" in said
-    assert "new scissor" not in said
-
-
-def test_a_mistyped_name_of_the_package_is_proposed():
-    """Contract: the nearest public name."""
-    with pytest.raises(AttributeError, match=r"no attribute 'smulate' \(did you mean 'simulate'\?\)"):
-        getattr(sd, "smulate")  # noqa: B009 (a type checker knows better)

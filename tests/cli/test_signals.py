@@ -1,4 +1,8 @@
-"""Ctrl-C and SIGTERM: the first ends a command soon and keeps what is done, the second ends it at once."""
+"""A command as a process.
+
+Of Ctrl-C and SIGTERM the first ends it soon and keeps what is done, the second ends it at once; standard output may be full,
+closed or of another encoding.
+"""
 
 from __future__ import annotations
 
@@ -255,3 +259,50 @@ def test_a_signal_while_the_commands_are_loaded() -> None:
             _, err = ended(process)
         assert err in ("", "scissordyn: interrupted\n")
         assert process.returncode in (-signal.SIGINT, 130, 0)
+
+
+PROGRAM = f"{sys.executable} -m scissordyn"
+ASCII = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
+
+
+def shell(command: str, folder: Path, **environment: str) -> subprocess.CompletedProcess[bytes]:
+    """A command of bash, whose status is that of the program."""
+    line = f"set -o pipefail; {command}"
+    variables = {**os.environ, **environment}
+    return subprocess.run(["bash", "-c", line], cwd=folder, env=variables, capture_output=True, timeout=300, check=False)
+
+
+@pytest.mark.parametrize("command", ["laws", "--help", "--version", "new ring"])
+def test_a_full_disk(command: str, tmp_path: Path) -> None:
+    """Contract: what cannot be printed is an error of one line with status 2."""
+    done = shell(f"{PROGRAM} {command} > /dev/full", tmp_path)
+    assert done.returncode == 2
+    assert done.stderr.decode().startswith("scissordyn: cannot write what is printed: No space left on device; allowed: ")
+    assert done.stderr.count(b"\n") == 1
+
+
+@pytest.mark.parametrize("command", ["laws | head -1", "--help | head -1", "laws >&-", "laws >&- 2>&-"])
+def test_nobody_reads(command: str, tmp_path: Path) -> None:
+    """Contract: a pipe that is closed early and an output that is closed are no error."""
+    done = shell(f"{PROGRAM} {command}", tmp_path)
+    assert done.returncode == 0
+    assert done.stderr == b""
+
+
+@pytest.mark.parametrize("to", ["2> /dev/full", "2>&-"])
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_no_room_for_an_error(to: str, unbuffered: str, tmp_path: Path) -> None:
+    """Contract: the status says it, whether Python keeps what could not be written or not."""
+    assert shell(f"{PROGRAM} check nothing.toml {to}", tmp_path, PYTHONUNBUFFERED=unbuffered).returncode == 2
+
+
+@pytest.mark.parametrize("environment", [{"PYTHONIOENCODING": "ascii"}, ASCII])
+def test_ascii_terminals(environment: dict[str, str], tmp_path: Path) -> None:
+    """Contract: every letter of units is written in ASCII, and names of files as the bytes that they are."""
+    case = EXAMPLES / "paper.toml"
+    changes = "--set 'run.until=0.1 ms' --samples 3"
+    done = shell(f"{PROGRAM} run {case} {changes} -o é.nc && {PROGRAM} laws", tmp_path, **environment)
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert b"100 us simulated" in done.stdout
+    assert "é.nc".encode() in done.stdout or b"e.nc" in done.stdout
+    assert (tmp_path / "é.nc").exists()

@@ -5,10 +5,11 @@ from __future__ import annotations
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from signal import SIGINT
+from tempfile import TemporaryFile
 from typing import Any
 
 CASE = """
@@ -35,6 +36,8 @@ samples = 401
 """
 """Two clearance joints without friction: a run takes some ten milliseconds."""
 
+MOST_THREADS = 100  # Of a server
+
 
 def missing() -> str:
     """Why a browser cannot be driven here; empty if it can."""
@@ -50,25 +53,25 @@ def missing() -> str:
 def served(case: Path, *options: str) -> Iterator[str]:
     """The address of the page of a case, served by the command itself until the end of the block."""
     command = [sys.executable, "-m", "scissordyn.cli.main", "explore", str(case), "--no-browser", *options]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    assert process.stdout is not None
-    assert process.stderr is not None
-    try:
-        line = process.stdout.readline()
-        if not line.startswith("http://127.0.0.1:"):
-            raise RuntimeError(f"no page: {line}{process.stderr.read()}")
-        yield line.split()[0]
-    finally:
-        process.send_signal(SIGINT)
+    with TemporaryFile("w+") as errors:  # a pipe would be full of what the library logs of nonsense
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=errors, text=True)
+        assert process.stdout is not None
         try:
-            said = process.communicate(timeout=10)[1]
-        except subprocess.TimeoutExpired:
-            process.kill()
-            said = process.communicate()[1]
-            raise RuntimeError(f"Ctrl-C did not end the server: {said}") from None
-    assert process.returncode == 130, said
-    # a page that is closed in the middle of a run is none of the explorer's faults
-    assert "scissordyn/" not in said, said
+            line = process.stdout.readline()
+            yield line.split()[0] if line.startswith("http://127.0.0.1:") else ""
+            tasks = Path(f"/proc/{process.pid}/task")
+            assert not tasks.exists() or len(list(tasks.iterdir())) < MOST_THREADS
+        finally:
+            process.send_signal(SIGINT)
+            try:
+                process.communicate(timeout=10)
+            finally:  # Ctrl-C that does not end the server is an error
+                process.kill()
+            errors.seek(0)
+            said = errors.read()
+        assert process.returncode == 130, said
+        # a page that is closed in the middle of a run is none of the explorer's faults
+        assert "scissordyn/" not in said, said
 
 
 @contextmanager
@@ -195,6 +198,15 @@ class Tab:
         x, y = self.page.locator(".sd-stage").evaluate("(root, name) => root.handles()[name]", name)
         box = self.page.locator(".sd-stage canvas").bounding_box()
         return box["x"] + x, box["y"] + y
+
+    def drag(self, start: Sequence[float], end: Sequence[float], *, steps: int = 6) -> None:
+        """Move the pointer with its button down from one place of the window to another [pixel]."""
+        mouse = self.page.mouse
+        mouse.move(*start)
+        mouse.down()
+        mouse.move(*end, steps=steps)
+        self.page.wait_for_timeout(300)
+        mouse.up()
 
     def table(self) -> dict[str, Any]:
         """The table of contacts: the number of its run, its titles, all rows and those in sight, as texts."""

@@ -21,7 +21,6 @@ from .browser import Tab, served
 
 PAPER = Path(__file__).parents[2] / "examples" / "paper.toml"
 KEY = "clearance.0.clearance"
-DRAGS = 100
 
 LOOK = """() => {
   const parts = ["#sd-canvas canvas", ".sd-contacts", ".sd-state", "#sd-curves"].map(wanted => document.querySelector(wanted));
@@ -146,16 +145,16 @@ def _compare_scene(scene: dict[str, Any], run: xr.Dataset) -> None:
     assert floats(joint["force"]).max() == pytest.approx(float(run["peak_force"].max()), rel=1e-6)
 
 
-@pytest.mark.slow
-def test_page_shows_one_run_however_it_is_dragged(tab: Tab) -> None:
-    """Cross-check: after each of a hundred drags every number on the page is that of `run`, and no frame has two runs."""
+@pytest.mark.parametrize("drags", [2, pytest.param(100, marks=pytest.mark.slow)])
+def test_page_shows_one_run_however_it_is_dragged(tab: Tab, drags: int) -> None:
+    """Cross-check: after each drag every number on the page is that of `run`, and no frame has two runs."""
     chance = random.Random(7)
     case = read_case(PAPER)
-    options = {name: getattr(case.run, name) for name in case.run.__dataclass_fields__}
+    options = case.run.keywords
     tab.page.evaluate(LOOK)
     mouse = tab.page.mouse
     slider = tab.page.locator(f".sd-row[data-key='{KEY}'] input[type=range]").first
-    for _ in range(DRAGS):
+    for _ in range(drags):
         box, before = slider.bounding_box(), tab.run
         begin, end = (box["x"] + box["width"] * chance.uniform(0.3, 0.7) for _ in range(2))
         height = box["y"] + 0.5 * box["height"]
@@ -172,7 +171,7 @@ def test_page_shows_one_run_however_it_is_dragged(tab: Tab) -> None:
         mechanism = case.mechanism.replace("A.clearance", clearance)
         run = sd.simulate(mechanism, **options)
         compare(tab, run, sd.simulate(mechanism, **options | {"samples": "auto"}), number)
-    assert tab.page.evaluate("window.looked") > 10 * DRAGS
+    assert tab.page.evaluate("window.looked") > 10 * drags
     assert tab.page.evaluate("window.mixed") == []
 
 

@@ -172,11 +172,10 @@ def _show(fitted: xr.Dataset, predicted: xr.Dataset | None) -> None:
     say(*(f"Warning: {line}" for line in json.loads(fitted.attrs["warnings"])))
 
 
-def _numbers(fitted: xr.Dataset) -> dict[str, dict[str, Any]]:
+def _numbers(fitted: xr.Dataset) -> Any:
     """Start, value, error, interval and unit of each fitted number, in SI, by its path."""
     names = ["start_value", "value", "standard_error", "low", "high", "unit"]
-    numbers: dict[str, dict[str, Any]] = fitted[names].to_dataframe()[names].to_dict("index")
-    return numbers
+    return fitted[names].to_dataframe()[names].to_dict("index")
 
 
 def _record(fitted: xr.Dataset, predicted: xr.Dataset | None) -> dict[str, object]:

@@ -288,8 +288,8 @@ def figures(run: xr.Dataset, summary: Summary, pins: Sequence[xr.Dataset], joint
         columns.append({"time": time.factor * instants[kept], **{name: curve[kept] for name, curve in curves.items()}})
     drawn, (data, *before) = [], columns
     for name, (unit, title, heads) in chosen.figures.items():
-        curves = [part[line] for part in columns for line in heads if line in part]
-        scale = DEGREES if unit == "rad" else engineering(unit, *curves)
+        values = [part[line] for part in columns for line in heads if line in part]
+        scale = DEGREES if unit == "rad" else engineering(unit, *values)
         labels = {line: label for line, (label, _) in heads.items() if line in data}
         if len(labels) == 1 and name != "torque":
             labels = dict.fromkeys(labels, "")

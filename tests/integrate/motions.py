@@ -211,6 +211,7 @@ class Result(NamedTuple):
     mode: np.ndarray
     log: np.ndarray
     steps: np.ndarray  # ends of steps
+    reached: np.ndarray  # the states there
     end: Any  # integrate.integration.State
     work: Any
     calls: int
@@ -283,8 +284,9 @@ def solve_problem(
     status = np.array([loop.ADVANCING])
     problem = loop_of(_FUNCTIONS)
     problem(np.array([handle.address]), np.array([whole.address]), most_steps, status)
-    ends = steps.time[: state.counts["recorded"][0]]
+    ends = slice(state.counts["recorded"][0])
     return Result(
-        *(int(status[0]), out.time, out.state, out.total, out.mode, log[: state.counts["events"][0]], ends, state, work),
+        *(int(status[0]), out.time, out.state, out.total, out.mode, log[: state.counts["events"][0]]),
+        *(steps.time[ends], steps.state[ends], state, work),
         int(numbers.calls[0]),
     )

@@ -4,8 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from motions import COMPLIANT, PENDULUM, solve_problem
+from motions import COMPLIANT, OSCILLATOR, PENDULUM, solve_problem
 
+from scissordyn.integrate.integration import FALL, MODE, RISE, TIME
 from scissordyn.integrate.tableau import METHODS
 
 
@@ -69,3 +70,12 @@ def test_bouncing_ball(name):
         since = t - (times[k - 1] if k else 0.0)
         expected = 1.0 - 0.5 * t * t if k == 0 else 0.8 * speeds[k - 1] * since - 0.5 * since * since
         assert ball.state[at, 0] == pytest.approx(expected, abs=1e-8)
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_a_step_ends_where_its_guard_vanishes(name):
+    """Contract: at the end of a step, however coarse, the guard is zero to its precision, where the inside of the step is not."""
+    swing = solve_problem(name, OSCILLATOR, (1.0, 0.0), 6.0, rtol=1e-3, atol=1e-3, levels=(0.3,), senses=(-1.0,), first=1.5)
+    assert list(swing.log[:, MODE]) == [RISE, FALL]
+    for when in swing.log[:, TIME]:
+        assert abs(swing.reached[swing.steps == when][0, 0] - 0.3) < 1e-12

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from motions import COMPLIANT, GROWTH, OSCILLATOR, POWER, solve_problem
 
 from scissordyn.integrate.advance import FINISHED, STEP_TOO_SMALL
+from scissordyn.integrate.control import fall_ahead
 from scissordyn.integrate.tableau import METHODS, tableau
 
 FLOOR = {"levels": (0.0,), "senses": (-1.0,)}
@@ -144,6 +146,16 @@ def test_one_impact(name: str, exponent: float) -> None:
     assert result.log[1, 0] - result.log[0, 0] == pytest.approx(duration, rel=3e-8)
     assert result.log[1, 3] == pytest.approx(v, rel=1e-8)
     assert result.state[-1, 1] == pytest.approx(v, rel=1e-8)
+
+
+def test_the_contact_that_ends_next() -> None:
+    """Closed form: of what touches and recedes, value over speed; the first of the guards as well as any other."""
+    guards = SimpleNamespace(
+        start_value=np.array([0.1, 0.3, 0.01, 0.02]), start_rate=np.array([-2.0, -1.0, 1.0, -4.0]), precision=np.full(4, 1e-9)
+    )
+    for mode, guard, when in (((1, 1, 1, 0), 0, 0.05), ((0, 1, 1, 0), 1, 0.3), ((1, 1, 1, 1), 3, 0.005), ((0, 0, 1, 0), -1, 0.0)):
+        assert fall_ahead(10.0, SimpleNamespace(mode=np.array(mode)), guards) == (guard, pytest.approx(when))
+    assert fall_ahead(0.04, SimpleNamespace(mode=np.ones(1, int)), guards) == (-1, 0.0)
 
 
 @pytest.mark.parametrize("name", ["dop853", "dopri5"])

@@ -131,6 +131,14 @@ def test_never_above_and_never_within():
     assert found.state.band[1, LAST_ABOVE] == pytest.approx(1.0, abs=1e-14)
 
 
+@pytest.mark.parametrize("name", METHODS)
+def test_above_its_limit_in_the_last_step(name):
+    """Limit: a number that passes its limit in the last step is above it to the end."""
+    found = run(name, 1.0, rows=polynomials((0.0, 1.0)), band=(0.95,), step=0.3, first=0.3)
+    assert found.state.band[0, FIRST_WITHIN] == 0.0
+    assert found.state.band[0, LAST_ABOVE] == pytest.approx(1.0, abs=1e-14)
+
+
 @pytest.mark.parametrize("name", ["dop853", "rodas5p"])
 def test_a_wave_that_steps_follow(name):
     """Cross-check: peak, integral and last passing of a damped wave by scipy."""

@@ -2,7 +2,7 @@
 
 from fnmatch import fnmatch
 
-__all__ = ["ALIVE", "EQUIVALENT", "MOST_ALIVE", "NAMED", "ROOMS", "SEED", "tests_of"]
+__all__ = ["EQUIVALENT", "MOST_ALIVE", "NAMED", "ROOMS", "SAME_ANSWER", "SEED", "tests_of"]
 
 SEED = 22
 
@@ -80,7 +80,7 @@ NOTICING: dict[str, tuple[str, ...]] = {
     "integrate/crossing.py": ("integrate/test_crossing.py", *INTEGRATE),
     "integrate/dense.py": ("integrate/test_dense.py", *INTEGRATE),
     "integrate/step.py": ("integrate/test_step.py", *INTEGRATE),
-    "integrate/time_stepping.py": (*INTEGRATE, *HARD),
+    "integrate/time_stepping.py": HARD,
     "integrate/*": (*INTEGRATE, "test_run.py"),
     "component/port/*": ("mechanics/test_ports.py", "component/test_symbols.py"),
     "mechanics/band.py": ("mechanics/test_band.py", *MECHANICS),
@@ -88,12 +88,15 @@ NOTICING: dict[str, tuple[str, ...]] = {
     "mechanics/monitored.py": ("mechanics/test_track_deviation.py", "mechanics/test_entries_read.py", *MECHANICS),
     "mechanics/reactions.py": ("mechanics/test_reactions.py", *MECHANICS),
     "mechanics/time_function.py": ("mechanics/test_time_functions.py", *MECHANICS),
-    "mechanics/hard_*": (*MECHANICS, *HARD),
-    "mechanics/impulse_solver.py": (*MECHANICS, *HARD),
-    "mechanics/pivoting.py": (*MECHANICS, *HARD),
-    "mechanics/compliant_contact.py": (*MECHANICS, *HARD),
-    "mechanics/flexible_bar*": (*MECHANICS, "test_bending.py", "test_modes.py"),
-    "mechanics/*": (*MECHANICS, "test_run.py"),
+    "mechanics/hard_*": HARD,
+    "mechanics/impulse_solver.py": HARD,
+    "mechanics/pivoting.py": HARD,
+    "mechanics/compliant_contact.py": HARD,
+    "mechanics/flexible_bar*": ("test_heated_bars.py", "test_rollers.py", "test_bending.py", "test_modes.py"),
+    "mechanics/body_maps.py": ("mechanics/test_reactions.py", "test_run.py"),
+    "mechanics/guard.py": ("mechanics/test_impulses.py", *MECHANICS),
+    "mechanics/constraint_solver.py": ("run/test_singular.py", "validation/test_change_points.py", "test_run.py", *MECHANICS),
+    "mechanics/*": ("test_run.py", *MECHANICS),
     "kinematics/path.py": ("kinematics/test_path.py", *KINEMATICS),
     "kinematics/*": KINEMATICS,
     "plan/*": ("mechanics/test_moving_guides.py",),
@@ -104,6 +107,7 @@ NOTICING: dict[str, tuple[str, ...]] = {
     "run/start/ideal_path.py": ("run/test_track.py",),
     "run/start/start.py": ("run/test_rest.py", "run/test_warn.py", "mechanics/test_connections.py", "test_run.py"),
     "run/answer/predictability.py": ("run/test_predictability.py",),
+    "run/simulate.py": ("run/test_checkpoint.py", "test_run.py"),
     "run/batch*.py": ("run/test_batch.py", "study/test_part_unit.py"),
     "run/answer/measure.py": ("run/test_batch.py", "kinematics/test_path.py"),
     "run/answer/trajectory_warnings.py": ("component/test_state.py",),
@@ -112,9 +116,27 @@ NOTICING: dict[str, tuple[str, ...]] = {
 }
 """By the first pattern that a file has: the test files to ask, one after another."""
 
-ALIVE: dict[tuple[str, str, str, str], str] = {
+SAME_ANSWER: dict[tuple[str, str, str, str], str] = {
     ("integrate/monitor.py", "refine", "both", "height >= third_value or third in (best, second)"): BRENT,
     ("integrate/monitor.py", "refine", "both", "height >= second_value or second == best"): BRENT,
+    ("integrate/monitor.py", "refine", "factor", "q * (low - best)"): BRENT,
+    (
+        *("mechanics/hard_rows.py", "assemble", "both"),
+        "H.damping[c] == 1 and h > 0.0",
+    ): "the row of damping that does not act has no right side, and none acts in an impact",
+    (
+        *("mechanics/impulse_solver.py", "accurate", "both"),
+        "H.closed[i] == 0 or H.mode[i] == OPEN",
+    ): "the same equations are then solved with pivots",
+    ("run/batch.py", "size", "factor", "8 * threads"): GROUPED,
+    (
+        *("run/batch.py", "size", "bound"),
+        "min(MOST_TOGETHER, int(GROUP_SECONDS / self.seconds), cases // (8 * threads))",
+    ): GROUPED,
+    (
+        *("run/batch.py", "_together", "bound"),
+        "min(int(sum((driver.tried for driver in drivers)) * GROUP_SECONDS / max(seconds, 1e-09)), SLICE)",
+    ): GROUPED,
     (
         *("integrate/control.py", "after_event", "bound"),
         "min(full, remembered)",
@@ -144,7 +166,7 @@ ALIVE: dict[tuple[str, str, str, str], str] = {
 
 def of_runs(test: str) -> bool:
     """Whether tests make runs, which take too long with kernels in plain Python."""
-    return test.startswith(("run/", "test_"))
+    return test.startswith(("run/", "test_", "validation/"))
 
 
 def tests_of(file: str) -> tuple[str, ...]:

@@ -74,7 +74,7 @@ def test_bouncing_ball(name):
 
 @pytest.mark.parametrize("name", METHODS)
 def test_a_step_ends_where_its_guard_vanishes(name):
-    """Contract: at the end of a step, however coarse, the guard is zero to its precision, where the inside of the step is not."""
+    """Contract: at the end of a step, however coarse, the guard is zero to its precision; the inside of the step is not."""
     swing = solve_problem(name, OSCILLATOR, (1.0, 0.0), 6.0, rtol=1e-3, atol=1e-3, levels=(0.3,), senses=(-1.0,), first=1.5)
     assert list(swing.log[:, MODE]) == [RISE, FALL]
     for when in swing.log[:, TIME]:

@@ -153,7 +153,12 @@ def test_the_contact_that_ends_next() -> None:
     guards = SimpleNamespace(
         start_value=np.array([0.1, 0.3, 0.01, 0.02]), start_rate=np.array([-2.0, -1.0, 1.0, -4.0]), precision=np.full(4, 1e-9)
     )
-    for mode, guard, when in (((1, 1, 1, 0), 0, 0.05), ((0, 1, 1, 0), 1, 0.3), ((1, 1, 1, 1), 3, 0.005), ((0, 0, 1, 0), -1, 0.0)):
+    for mode, guard, when in (
+        ((1, 1, 1, 0), 0, 0.05),
+        ((0, 1, 1, 0), 1, 0.3),
+        ((1, 1, 1, 1), 3, 0.005),
+        ((0, 0, 1, 0), -1, 0.0),
+    ):
         assert fall_ahead(10.0, SimpleNamespace(mode=np.array(mode)), guards) == (guard, pytest.approx(when))
     assert fall_ahead(0.04, SimpleNamespace(mode=np.ones(1, int)), guards) == (-1, 0.0)
 

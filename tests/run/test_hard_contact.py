@@ -216,6 +216,18 @@ def test_controller_with_delay_and_spring():
     assert float(run["position"].sel(body="block", axis="x")[-1]) == pytest.approx(0.5 * 0.2**2, rel=1e-9)
 
 
+def test_loads_act_at_the_middle_of_each_step():
+    """Closed form: the speed that a harmonic force gives a free mass is the sum of its impulses by the midpoint rule."""
+    rate, step, count = 9.0, 0.01, 20
+    push = Force("push", ("ball", "centre"), (1.0, 0.0), time_function=sd.Harmonic(0.0, 1.0, rate))
+    one = dataclasses.replace(ball(), components=(push,), gravity=0.0)
+    run = sd.simulate(one, until=count * step, start="as-placed", step=step)
+    middles = step * (np.arange(count) + 0.5)
+    assert float(run["velocity"].sel(body="ball", axis="x")[-1]) == pytest.approx(
+        step * np.sum(np.sin(rate * middles)), rel=1e-12
+    )
+
+
 @pytest.mark.parametrize(
     ("changes", "words"),
     [

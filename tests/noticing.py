@@ -125,11 +125,6 @@ SAME_ANSWER: dict[tuple[str, str, str, str], str] = {
         "H.damping[c] == 1 and h > 0.0",
     ): "the row of damping that does not act has no right side, and none acts in an impact",
     (
-        *("mechanics/impulse_solver.py", "accurate", "both"),
-        "H.closed[i] == 0 or H.mode[i] == OPEN",
-    ): "the same equations are then solved with pivots",
-    ("run/batch.py", "size", "factor", "8 * threads"): GROUPED,
-    (
         *("run/batch.py", "size", "bound"),
         "min(MOST_TOGETHER, int(GROUP_SECONDS / self.seconds), cases // (8 * threads))",
     ): GROUPED,
@@ -148,6 +143,7 @@ SAME_ANSWER: dict[tuple[str, str, str, str], str] = {
         "both",
         "os.cpu_count() or 1",
     ): "not reached where the system tells the processors of a process",
+    ("run/engine.py", "_spread", "dropped", "time.monotonic() + RECOUNT"): "how often the workers of a cluster are counted",
     (
         *("run/ideal.py", "motion_range", "bound"),
         "min((place for place in locks if place > first), default=math.nan)",

@@ -179,12 +179,12 @@ class StudyResult:
             return None
         return StudyResult(store.study(reading=True), store)
 
-    @property
+    @cached_property
     def estimates(self) -> list[Corrected]:
         """Fractions, means and quantiles from cheap and accurate runs together, `estimate` of each with its 95 % interval."""
         return estimates(self.study, self.dataset, self._verified().dataset)
 
-    @property
+    @cached_property
     def confirmed(self) -> pd.DataFrame:
         """The points of a search by cheap runs that were run accurately: numbers, goals and violation by both kinds of runs."""
         self._need_goals()
@@ -232,7 +232,7 @@ class StudyResult:
             raise InputError(f"no indices of '{response}': {why}", ", ".join(indices) or "none")
         return indices[response]
 
-    @property
+    @cached_property
     def optimum(self) -> Optimum:
         """All points that a search has tried, with goals, `violation`, `front` and `generation`; and which is the best."""
         self._need_goals()
@@ -260,14 +260,14 @@ class StudyResult:
             points, place = self.points, recommended_point(self.study, self.dataset)
         else:
             points, place = self.optimum.points, self.optimum.best
-            if self.study.accurate is not None and len(self.study.optimisation.goals) == 1 and self.verified is not None:
-                table, goal = self.confirmed, self.study.optimisation.goals[0].label
-                place = int(table.sort_values(["accurate violation", f"accurate {goal}"]).index[0])
+            if len(self.study.goals) == 1 and self.verified is not None:
+                order = ["accurate violation", f"accurate {self.study.goals[0].label}"]
+                place = int(self.confirmed.sort_values(order).index[0])
         if place < 0:
-            several = len(self.study.optimisation.goals) if self.study.optimisation else 0
+            several = len(self.study.goals)
             what = f"the best point for {several} goals" if several > 1 else "the best of points that all failed"
             raise InputError(what, "one goal; of several there is a front", "result.front")
-        return {factor.path: float(points[factor.path][place]) for factor in self.study.factors}
+        return {path: float(points[path][place]) for path in self.study.paths}
 
     @property
     def design(self) -> Mechanism:

@@ -43,6 +43,8 @@ from scissordyn.study.compute.table import column
 if TYPE_CHECKING:
     import pandas as pd
 
+    from scissordyn.study.result import StudyResult
+
 
 PILOTED = 0.05  # Of the budget, at most, for cheap runs that say how well interpolation between them predicts
 SPLIT = ("random", "sobol")  # Designs whose points are independent enough for intervals, and to which points can be added
@@ -292,37 +294,35 @@ def confirmed(study: Study, accurate: xr.Dataset, cheap: xr.Dataset) -> pd.DataF
     """The points of a search that were run accurately."""
     import pandas as pd
 
-    assert study.optimisation is not None
     tried, there = candidates(study, cheap).points, candidates(study, accurate).points
     numbers, here = (points[study.paths].to_array().values.T for points in (tried, there))
     places = [int(np.flatnonzero((numbers == row).all(axis=1))[0]) for row in here]
     table = {name: there[name].values for name in study.paths}
-    for name in (*(goal.label for goal in study.optimisation.goals), "violation"):
+    for name in (*(goal.label for goal in study.goals), "violation"):
         table[name], table[f"accurate {name}"] = tried[name].values[places], there[name].values
     return pd.DataFrame({**table, "front": there["front"].values}, index=pd.Index(places, name="point"))
 
 
-def fidelity(study: Study, cheap: xr.Dataset, accurate: xr.Dataset, stores: tuple[Store, Store]) -> Iterator[Section]:
+def fidelity(result: StudyResult, verified: StudyResult) -> Iterator[Section]:
     """What both kinds of runs say together."""
-    taken = [store.times() for store in stores]
+    taken = [there.store.times() for there in (result, verified)]
     times = [(float(spent["cases"].sum()), float(spent["seconds"].sum())) for spent in taken]
-    cost = _cost(study, stores, times)
-    if study.optimisation is not None:
-        points = confirmed(study, accurate, cheap)
+    cost = _cost(result.study, (result.store, verified.store), times)
+    if result.study.goals:
+        points = result.confirmed
         met, best = int((points["accurate violation"] <= 0.0).sum()), int(points["front"].sum())
-        kind = "confirmed front" if len(study.optimisation.goals) > 1 else "confirmed"
+        kind = "confirmed front" if len(result.study.goals) > 1 else "confirmed"
         yield Section(lines=[Fact(kind, numbers={"tried": len(points), "met": met, "best": best})])
-        yield _confirmed_table(study, cheap, points, cost)
+        yield _confirmed_table(result, cost)
         return
-    corrected = estimates(study, cheap, accurate)
+    every = [number.estimate for number in result.estimates if number.label == "all requirements"]
+    yield Section(lines=[*(_met_by(estimate, times) for estimate in every), Fact("cheap")])
     head = ("number", "cheap alone", "accurate alone", "both", "correlation", "accurate runs saved")
     saved = "The last column says how many times as many accurate runs alone have an interval of the same width."
-    if any(number.estimate.interpolated for number in corrected):
+    if any(number.estimate.interpolated for number in result.estimates):
         saved += f" Fractions and means predict {OTHERS} further cases by interpolation between the cheap runs."
-    every = next((number.estimate for number in corrected if number.label == "all requirements"), None)
-    yield Section(lines=[*([] if every is None else [_met_by(every, times)]), Fact("cheap")])
     notes = (f"Intervals of 95 %. {saved}", cost)
-    yield Section(head, [_row(number) for number in corrected], "Cheap and accurate runs", notes)
+    yield Section(head, [_row(number) for number in result.estimates], "Cheap and accurate runs", notes)
 
 
 def _met_by(both: Estimate, times: Sequence[tuple[float, float]]) -> Fact:
@@ -361,21 +361,18 @@ def _row(number: Corrected) -> tuple[str, ...]:
     )
 
 
-def _confirmed_table(study: Study, cheap: xr.Dataset, table: pd.DataFrame, cost: str) -> Section:
-    assert study.optimisation is not None
-    points = candidates(study, cheap).points
-    labels = [goal.label for goal in study.optimisation.goals]
-    signs = {goal.label: goal.sign for goal in study.optimisation.goals}
-    names = study.paths
-    scales = {name: scale_of(points[name].isel(point=table.index.values)) for name in (*names, *labels)}
+def _confirmed_table(result: StudyResult, cost: str) -> Section:
+    table, names, goals = result.confirmed, result.study.paths, result.study.goals
+    confirmed_points = result.optimum.points.isel(point=table.index.values)
+    scales = {name: scale_of(confirmed_points[name]) for name in (*names, *(goal.label for goal in goals))}
     head = ["point", *(scales[name].label(name) for name in names)]
-    for label in labels:
-        head += [f"{scales[label].label(label)}, cheap", "accurate"]
+    for goal in goals:
+        head += [f"{scales[goal.label].label(goal.label)}, cheap", "accurate"]
     rows = []
-    for point, row in table.sort_values(f"accurate {labels[0]}").iterrows():
+    for point, row in table.sort_values(f"accurate {goals[0].label}").iterrows():
         cells = [str(point), *(scales[name].cells(row[name])[0] for name in names)]
-        for label in labels:
-            cells += scales[label].cells(*(signs[label] * row[key] for key in (label, f"accurate {label}")))
+        for goal in goals:
+            cells += scales[goal.label].cells(*(goal.sign * row[key] for key in (goal.label, f"accurate {goal.label}")))
         violated = row["accurate violation"]
         met = "met" if violated <= 0.0 else "failed" if not np.isfinite(violated) else f"violated by {violated:.1%}"
         rows.append((*cells, met, "yes" if row["front"] else "no"))

@@ -21,7 +21,6 @@ from scissordyn.study.ask.description import Study
 from scissordyn.study.ask.design import Factor
 from scissordyn.study.ask.distribution import Levels, Names
 from scissordyn.study.ask.requirement import meaning, response_unit
-from scissordyn.study.compute.optimise import candidates
 from scissordyn.study.compute.table import number_scale
 from scissordyn.units import counted
 
@@ -40,7 +39,7 @@ def _sections(result: StudyResult, store: str, most: int) -> Iterator[Section]:
     study, results, points = result.study, result.dataset, result.points
     yield damage_section(result, store)
     if (verified := result.verified) is not None:
-        yield from fidelity(study, results, verified.dataset, (result.store, verified.store))
+        yield from fidelity(result, verified)
     conclusion = result.conclusion if store == result.store.path else conclude(result, store)
     yield Section(lines=conclusion.verdict)
     if conclusion.margins is not None:
@@ -54,7 +53,7 @@ def _sections(result: StudyResult, store: str, most: int) -> Iterator[Section]:
     if study.requirements:
         yield requirement_fractions(result)
     if study.optimisation is not None:
-        yield best_points(study, results, most)
+        yield best_points(result, most)
     yield trend_table(study, result.fitted)
     indices, left_out = result.indices
     yield from (*sensitivities(indices), *rankings(study, results, result.fitted))
@@ -166,23 +165,22 @@ def requirement_fractions(result: StudyResult) -> Section:
     return Section(head, rows, "Requirements", (f"{note} Failed cases are left out.",))
 
 
-def best_points(study: Study, results: xr.Dataset, most: int) -> Section:
+def best_points(result: StudyResult, most: int) -> Section:
     """The Pareto front of a search, or the best point of one goal."""
-    assert study.optimisation is not None
-    search = candidates(study, results)
-    rows = np.flatnonzero(search.points["front"].values) if search.best < 0 else np.array([search.best])
-    names = study.paths + [goal.label for goal in study.optimisation.goals]
-    signs = {goal.label: goal.sign for goal in study.optimisation.goals}
-    scales = {name: scale_of(search.points[name].isel(point=rows)) for name in names}
-    columns = [scales[n].cells(*(signs.get(n, 1.0) * search.points[n].values[rows[:most]]), digits=5) for n in names]
+    search, best, tried = result.study.optimisation, result.optimum.best, result.optimum.points
+    assert search is not None
+    rows = np.flatnonzero(tried["front"].values) if best < 0 else np.array([best])
+    signs = {**dict.fromkeys(result.study.paths, 1.0), **{goal.label: goal.sign for goal in search.goals}}
+    scales = {name: scale_of(tried[name].isel(point=rows)) for name in signs}
+    columns = [scales[name].cells(*(sign * tried[name].values[rows[:most]]), digits=5) for name, sign in signs.items()]
     shown = [(str(row), *cells) for row, *cells in zip(rows[:most], *columns, strict=True)]
-    notes = [f"{counted(search.points.sizes['point'], 'point')} tried; measure of risk: {study.optimisation.risk}."]
+    notes = [f"{counted(tried.sizes['point'], 'point')} tried; measure of risk: {search.risk}."]
     if len(rows) > most:
         notes.append(f"{counted(len(rows) - most, 'more point')} of the front in the store.")
-    if search.best >= 0 and float(search.points["violation"][search.best]) > 0.0:
+    if best >= 0 and float(tried["violation"][best]) > 0.0:
         notes.append("No point meets all requirements; this is the one that violates them least.")
-    head = ("point", *(scales[name].label(name) for name in names))
-    return Section(head, shown, "Pareto front" if search.best < 0 else "Best point", tuple(notes))
+    head = ("point", *(scale.label(name) for name, scale in scales.items()))
+    return Section(head, shown, "Pareto front" if best < 0 else "Best point", tuple(notes))
 
 
 def _percent(fraction: float) -> str:

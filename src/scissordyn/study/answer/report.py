@@ -96,8 +96,7 @@ class StudyPictures:
 
         Points of cheap runs that were run accurately too are shown with both values.
         """
-        search = self._result.study.optimisation
-        tried, goals = self._result.optimum.points, search.goals if search is not None else ()
+        tried, goals = self._result.optimum.points, self._result.study.goals
         if not max(x, y) < len(goals) or min(x, y) < 0:
             raise InputError(f"the front of goals {x} and {y} of {len(goals)}", "two goals, from 0")
         there = None if self._result.verified is None else self._result.confirmed
@@ -278,7 +277,7 @@ def figures(result: StudyResult) -> Iterator[tuple[str, Figure]]:
         drawn.append(("Response curves", plot.curves))
     if result.indices[0]:
         drawn.append(("Sensitivity", plot.sensitivity))
-    if study.optimisation is not None and len(study.optimisation.goals) >= 2:
+    if len(study.goals) >= 2:
         drawn.append(("Pareto front", plot.front))
     for title, draw in drawn:
         yield title, figure_of(draw())

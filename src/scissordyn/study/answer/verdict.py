@@ -52,8 +52,7 @@ class Worst:
 def answered(study: Study, results: xr.Dataset) -> list[Response]:
     """The responses that requirements and goals are about, and those of the other measures."""
     chosen: list[Response] = [requirement.response for requirement in study.requirements]
-    goals = study.optimisation.goals if study.optimisation else ()
-    chosen += [goal.response for goal in goals if goal.measure not in study.factor_names]
+    chosen += [goal.response for goal in study.goals if goal.measure not in study.factor_names]
     chosen += [response for response in study.responses if response.name not in {other.name for other in chosen}]
     covered = {(response.measure, response_unit(results, response)) for response in chosen}
     there = (name for name in study.measure_names if results[name].size)  # no forces of contacts without clearance
@@ -83,7 +82,8 @@ def by_point(study: Study, results: xr.Dataset) -> xr.Dataset:
         cells = study.cells(case_values(study, results, response))
         together, about = cells.reshape(count, -1), {"units": response_unit(results, response), "role": "response"}
         variables[name] = ("point", _mean(together), {**about, "long_name": f"mean {name}"})
-        variables[f"worst {name}"] = ("point", _extreme(together, response.smallest), {**about, "role": "worst"})
+        extreme = np.fmin if response.smallest else np.fmax
+        variables[f"worst {name}"] = ("point", extreme.reduce(together, axis=1), {**about, "role": "worst"})
         spread = _spread(cells)
         variables[f"spread {name}"] = ("point", spread, {"units": "1", "role": "spread"})
         differs |= spread > AGREEMENT
@@ -103,21 +103,15 @@ def by_point(study: Study, results: xr.Dataset) -> xr.Dataset:
 def _spread(cells: np.ndarray) -> np.ndarray:
     """Largest relative difference between members of a sample, shape (points, samples, members) to (points,)."""
     with np.errstate(invalid="ignore"):  # of numbers that are infinite
-        spread = (_extreme(cells, False) - _extreme(cells, True)) / np.maximum(_extreme(np.abs(cells), False), 1e-300)
-    return _extreme(np.where(np.isnan(spread), 0.0, spread), False)
+        apart = np.fmax.reduce(cells, axis=-1) - np.fmin.reduce(cells, axis=-1)
+        spread = apart / np.maximum(np.fmax.reduce(np.abs(cells), axis=-1), 1e-300)
+    return np.asarray(np.where(np.isnan(spread), 0.0, spread).max(axis=-1))
 
 
 def _mean(values: np.ndarray) -> np.ndarray:
     there = ~np.isnan(values)
     with np.errstate(invalid="ignore"):
         return np.asarray(np.where(there, values, 0.0).sum(axis=-1) / there.sum(axis=-1))
-
-
-def _extreme(values: np.ndarray, smallest: bool) -> np.ndarray:
-    """Along the last axis; NaN where nothing is known."""
-    there, sign = ~np.isnan(values), -1.0 if smallest else 1.0
-    extreme = sign * np.max(np.where(there, sign * values, -np.inf), axis=-1)
-    return np.where(there.any(axis=-1), extreme, np.nan)
 
 
 def meets_all(study: Study, results: xr.Dataset) -> np.ndarray:
@@ -238,7 +232,7 @@ def recommended_point(study: Study, results: xr.Dataset) -> int:
 
     Of a search for one goal it is the best point. Failed cases meet nothing.
     """
-    if study.optimisation is not None and len(study.optimisation.goals) == 1:
+    if len(study.goals) == 1:
         return candidates(study, results).best
     status = study.cells(results["status"].values)
     done = (status != PENDING).sum(axis=(1, 2))

@@ -24,10 +24,10 @@ from scissordyn.run.answer.measure import MEASURES, parts_of
 from scissordyn.run.configuration import read_mechanism, write_configuration
 from scissordyn.run.options import Options
 from scissordyn.run.start.demand import check_cases
-from scissordyn.study.ask.design import Design, Factor, Sampling, design_size, design_values, sobol_dimensions
+from scissordyn.study.ask.design import Design, Factor, Sampling, design_size, design_values
 from scissordyn.study.ask.distribution import Variation
 from scissordyn.study.ask.distribution import from_plain as read_variation
-from scissordyn.study.ask.requirement import Optimisation, Requirement, Response, check_part, check_unit
+from scissordyn.study.ask.requirement import Goal, Optimisation, Requirement, Response, check_part, check_unit
 
 NUMERICS = ("cli", "plot", "config", "study", "periodic", "analysis")  # Rooms that no measure of a case depends on
 PILOT = 8  # Points of both kinds of runs that a budget is split by, and the least number of points that are verified
@@ -159,7 +159,6 @@ class Study:
 
     def _check_mechanism(self, mechanism: Mechanism) -> None:
         """Raise `InputError` for what a mechanism does not have, or not in that range."""
-        parameters = self.factor_names
         chosen = {factor.path: factor.variation for factor in self.factors}
         for factor in (varied for varied in self.varied if not varied.texts):
             quantity = number(mechanism, factor.path).quantity
@@ -174,12 +173,11 @@ class Study:
             for end in ends:
                 if np.isfinite(end) and not quantity.admits(end) and factor.variation.kind not in ("lognormal",):
                     raise InputError(f"'{factor.path}' up to {end:g} [{quantity.unit}]", quantity.allowed)
-            if parameters.count(factor.name) > 1:
+            if self.factor_names.count(factor.name) > 1:
                 raise InputError(
                     f"'{factor.path}' varies twice", "each parameter once, or a tolerance of the chosen value", "'+- 20 %'"
                 )
-        judged = [requirement.response for requirement in self.requirements]
-        judged += [goal.response for goal in self.optimisation.goals] if self.optimisation is not None else []
+        judged = [*(requirement.response for requirement in self.requirements), *(goal.response for goal in self.goals)]
         for response in (*judged, *self.responses):
             check_part(mechanism, response)
         for response in judged:
@@ -190,11 +188,10 @@ class Study:
         if not self.apart:
             return
         named = [factor.path for factor in self.apart if factor.labels]
-        goals = [goal.measure for goal in self.optimisation.goals] if self.optimisation is not None else []
         if named and self.design.kind == "morris":
             what = f"'{named[0]}': names, which have no order, in a Morris design"
             raise InputError(what, "a design for Sobol indices", 'kind = "saltelli"')
-        if any(parameter in goals for parameter in named):
+        if any(goal.measure in named for goal in self.goals):
             raise InputError(f"a goal about names, '{named[0]}'", "a goal about a measure or a number", "'minimise mass'")
         if self.design.kind == "one-at-a-time" and self.mechanism not in self.variants:
             what = f"'{self.apart[0].path}' in a one-at-a-time design, without what the case has"
@@ -231,6 +228,11 @@ class Study:
     def varied(self) -> tuple[Factor, ...]:
         """All numbers and names that vary, chosen and uncertain."""
         return (*self.factors, *self.uncertain)
+
+    @property
+    def goals(self) -> tuple[Goal, ...]:
+        """Of the search; none without one."""
+        return self.optimisation.goals if self.optimisation is not None else ()
 
     @property
     def paths(self) -> list[str]:
@@ -290,8 +292,8 @@ class Study:
             places, back = np.unique(at, return_inverse=True)
             variations = [factor.variation for factor in self.uncertain]
             # the same dimension of two Sobol sequences is one number twice: those of the chosen numbers are left out
-            taken = 0 if self.sampling.common else sobol_dimensions(self.design, len(self.factors))
-            left_out = [variations[0]] * (taken if self.sampling.kind == "sobol" else 0)
+            taken = {"sobol": 1, "saltelli": 2}.get(self.design.kind, 0) * len(self.factors)
+            left_out = [variations[0]] * (taken if self.sampling.kind == "sobol" and not self.sampling.common else 0)
             drawn = design_values(design, [*left_out, *variations], np.zeros(0), places)[:, len(left_out) :]
             values |= {factor.name: drawn[back, k] for k, factor in enumerate(self.uncertain)}
         return values

@@ -17,6 +17,7 @@ from scissordyn.study.ask.distribution import Interval, Names, Variation
 
 WORDS = 4  # Numbers that one count of the Philox generator gives
 LARGEST_SEED = 2**62  # Generators take 64 bits; the seed of the uncertain numbers is larger than the one that is given
+SEED_SAMPLE = "--seed 1, or seed = 1"
 DRAWN_IN = 0.99  # Morris's trajectories touch the sides of the unit cube; drawn in by this factor, no quantile is infinite
 MORRIS_LEVELS = 4  # Levels of Morris's trajectories, as usual: Campolongo et al., Environ. Model. Softw. 22, 1509 (2007).
 FEWEST = 8  # Base points or trajectories of a design for indices below which no index is worth its interval
@@ -92,7 +93,7 @@ class Sampling:
             near = did_you_mean(self.kind, INDEPENDENT)
             raise InputError(f"sampling '{self.kind}'{near}", ", ".join(INDEPENDENT), 'kind = "sobol"')
         whole_number("samples", self.samples)
-        check_seed(whole_number("seed", self.seed, 0))
+        whole_number("seed", self.seed, 0, LARGEST_SEED, sample=SEED_SAMPLE)
         if not self.common and self.kind == "latin-hypercube":
             raise InputError("a Latin hypercube of its own for each point", "common = true, or random, or sobol")
 
@@ -112,26 +113,19 @@ class Design:
     def __post_init__(self) -> None:
         if self.kind not in DESIGNS:
             raise InputError(f"design '{self.kind}'{did_you_mean(self.kind, DESIGNS)}", ", ".join(DESIGNS))
-        for name, least in (("points", 1 if self.kind in SAMPLED else 0), ("seed", 0)):
-            value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, int) or value < least:
-                sample = {"points": "--points 32, or points = 32", "seed": "--seed 1, or seed = 1"}[name]
-                raise InputError(f"{name} = {value!r} of a {self.kind} design", f"a whole number >= {least}", sample)
+        points, least = self.points, 1 if self.kind in SAMPLED else 0
+        if isinstance(points, bool) or not isinstance(points, int) or points < least:
+            sample = "--points 32, or points = 32"
+            raise InputError(f"points = {points!r} of a {self.kind} design", f"a whole number >= {least}", sample)
         if self.kind in ("saltelli", "morris") and self.points < FEWEST:
             what = "trajectories" if self.kind == "morris" else "base points"
             raise InputError(f"{self.points} {what} of a {self.kind} design", f"at least {FEWEST}", f"--points {FEWEST}")
-        check_seed(self.seed)
+        whole_number("seed", self.seed, 0, LARGEST_SEED, sample=SEED_SAMPLE)
 
     @property
     def extendable(self) -> bool:
         """Whether points can be added and those before stay the same."""
         return self.kind in EXTENDABLE
-
-
-def check_seed(seed: int) -> None:
-    """Raise `InputError` for a seed that not every generator takes."""
-    if not 0 <= seed <= LARGEST_SEED:
-        raise InputError(f"seed = {seed!r}", f"a whole number >= 0 and <= {LARGEST_SEED}", "--seed 1, or seed = 1")
 
 
 def uniform_numbers(seed: int, stream: int, dimensions: int, at: np.ndarray) -> np.ndarray:
@@ -224,11 +218,6 @@ def sobol_numbers(seed: int, dimensions: int, at: np.ndarray) -> np.ndarray:
     else:  # the first point apart: scipy warns of a first draw that is no power of two, but here a block is drawn
         drawn = np.concatenate([sequence.random(1), sequence.random(high - 1)]) if high > 1 else sequence.random(1)
     return np.asarray(drawn[at - low])
-
-
-def sobol_dimensions(design: Design, factors: int) -> int:
-    """Dimensions of a Sobol sequence that a design of so many factors takes."""
-    return {"sobol": factors, "saltelli": 2 * factors}.get(design.kind, 0)
 
 
 def _saltelli_numbers(seed: int, d: int, at: np.ndarray) -> np.ndarray:

@@ -92,11 +92,9 @@ class Requirement:
             return np.asarray(SIGNS[self.sign](values, self.bound))
 
     def margin_in(self, results: xr.Dataset) -> np.ndarray:
-        """The margin of each case."""
         return self.margin(response_values(results, self.response))
 
     def met_in(self, results: xr.Dataset) -> np.ndarray:
-        """Whether each case meets it."""
         return self.met(response_values(results, self.response))
 
 
@@ -125,11 +123,9 @@ def response_values(results: xr.Dataset, response: Response) -> np.ndarray:
         )
     variable = results[response.measure]
     if response.unit and not response.part:
-        variable = variable.isel(
-            {variable.dims[1]: np.flatnonzero(np.array(units_of_parts(results, response.measure)) == response.unit)}
-        )
-    dims = variable.dims[1:]
-    values = np.asarray(variable.values, float)
+        units = np.array(units_of_parts(results, response.measure))
+        variable = variable.isel({variable.dims[1]: np.flatnonzero(units == response.unit)})
+    dims, values = variable.dims[1:], np.asarray(variable.values, float)
     if response.part:
         parts = [str(part) for dim in dims for part in variable[dim].values]
         if response.part not in parts:
@@ -141,10 +137,8 @@ def response_values(results: xr.Dataset, response: Response) -> np.ndarray:
         return values
     if not values.size:  # nothing has it, as no joint has clearance
         return np.full(len(values), np.nan)
-    nothing = np.all(np.isnan(values), axis=1)  # a measure that some parts do not have is NaN there
-    reduced = np.min(np.where(np.isnan(values), np.inf, values), axis=1) if response.smallest else None
-    reduced = np.max(np.where(np.isnan(values), -np.inf, values), axis=1) if reduced is None else reduced
-    return np.where(nothing, np.nan, reduced)
+    # a measure that some parts do not have is NaN there
+    return np.asarray((np.fmin if response.smallest else np.fmax).reduce(values, axis=1))
 
 
 def value_text(results: xr.Dataset, response: Response, case: int) -> str:
@@ -318,8 +312,8 @@ def risk_value(values: np.ndarray, risk: str) -> np.ndarray:
     if match[1] == "worst":
         return np.asarray(np.max(values, axis=1))
     fraction = float(match[3]) / 100.0
+    threshold = np.asarray(np.quantile(values, fraction, axis=1, method="inverted_cdf"))
     if match[2] == "quantile":
-        return np.asarray(np.quantile(values, fraction, axis=1, method="inverted_cdf"))
-    threshold = np.quantile(values, fraction, axis=1, method="inverted_cdf")
+        return threshold
     beyond = np.maximum(values - threshold[:, None], 0.0)
     return np.asarray(threshold + np.mean(beyond, axis=1) / (1.0 - fraction))

@@ -91,15 +91,16 @@ def block_seconds(workers: int) -> float:
 
 
 def _block_size(study: Study, workers: int, points: np.ndarray | None) -> int:
-    """Cases that take some seconds."""
-    began = time.perf_counter()
-    simulated(study, np.array([0]), points)  # everything is compiled by now
-    seconds = time.perf_counter() - began
-    if seconds < QUICK:
-        cases = np.unique(np.linspace(0, study.cases - 1, TIMED).astype(int))
+    """Cases that take some seconds; everything is compiled by now."""
+
+    def seconds_of(cases: np.ndarray) -> float:
         began = time.perf_counter()
         simulated(study, cases, points)
-        seconds = (time.perf_counter() - began) / cases.size
+        return (time.perf_counter() - began) / cases.size
+
+    seconds = seconds_of(np.array([0]))
+    if seconds < QUICK:
+        seconds = seconds_of(np.unique(np.linspace(0, study.cases - 1, TIMED).astype(int)))
     size = int(np.clip(block_seconds(workers) / max(seconds, 1e-6), 1, LARGEST_BLOCK))
     whole = study.per_point * max(1, size // study.per_point)
     return whole if whole <= 2 * size else size
@@ -237,17 +238,12 @@ def simulated(study: Study, cases: np.ndarray, points: np.ndarray | None = None)
         applied = {parameter: values[places] for parameter, values in study.applied(numbers).items()}
         batches.append(pass_on(simulate_cases(mechanism, applied, study.options, measures, perturbed, threads=1)))
         order.append(places)
-    seconds = sum(part.attrs["integration_seconds"] for part in batches)
-    every = batches[0] if len(batches) == 1 else _in_order(batches, np.concatenate(order))
-    every = every.assign({name: ("case", numbers[name], about) for name, about in _described(study).items()})
+    runs = xr.concat(batches, "case", coords="minimal", compat="override", combine_attrs="override")
+    runs = runs.isel(case=np.argsort(np.concatenate(order)))
+    runs = runs.assign({name: ("case", numbers[name], about) for name, about in _described(study).items()})
+    runs.attrs["integration_seconds"] = sum(batch.attrs["integration_seconds"] for batch in batches)
     of_dataset = [measure for measure in study.own_measures if measure.of == "dataset"]
-    return (_of_datasets(study, numbers, every, of_dataset) if of_dataset else every).assign_attrs(integration_seconds=seconds)
-
-
-def _in_order(batches: list[xr.Dataset], order: np.ndarray) -> xr.Dataset:
-    """Batches as one, whose cases stand at these places."""
-    together = xr.concat(batches, "case", coords="minimal", compat="override", combine_attrs="override")
-    return together.isel(case=np.argsort(order))
+    return _of_datasets(study, numbers, runs, of_dataset) if of_dataset else runs
 
 
 def _described(study: Study) -> dict[str, dict[str, Any]]:
@@ -296,15 +292,10 @@ def _of_datasets(
             of_run = isinstance(error, InputError) and not name
             reason = str(error) if of_run else f"{type(error).__name__}: {error}"
             status[case], cause[case] = "failed", f"measure '{name}': {reason}" if name else reason
-    measured = {
-        measure.name: (
-            "case",
-            values[measure.name],
-            {"units": measure.units, "long_name": _meaning(measure.name, functions[measure.name])},
-        )
-        for measure in measures
-    }
-    return runs.assign({**measured, "status": ("case", status.astype(str)), "cause": ("case", cause.astype(str))})
+    for measure in measures:
+        about = {"units": measure.units, "long_name": _meaning(measure.name, functions[measure.name])}
+        runs[measure.name] = "case", values[measure.name], about
+    return runs.assign(status=("case", status.astype(str)), cause=("case", cause.astype(str)))
 
 
 def _meaning(name: str, function: Callable[..., float]) -> str:

@@ -42,7 +42,7 @@ FACTOR = 5.0  # Ratio of largest to smallest of positive values from which their
 class Kriging:
     """A response as a function of numbers, interpolated between points.
 
-    Shapes: `x` (n, numbers), `values` (n,), `logarithmic` (numbers,), `left_out` (n, 2).
+    Shapes: `x` (n, numbers), `values` (n,), `logarithmic` (numbers,), `left_out` (n,).
     """
 
     def __init__(self, x: np.ndarray, values: np.ndarray, logarithmic: np.ndarray) -> None:
@@ -82,11 +82,9 @@ class Kriging:
     def _leave_out(self, values: np.ndarray) -> None:
         """Predictions of each point by the others, in closed form (Rasmussen and Williams, equations 5.10 to 5.12)."""
         inverse = np.linalg.inv(self.process.L_ @ self.process.L_.T)
-        y = self.process.y_train_ - self.process.alpha_ / np.diag(inverse)
-        deviation = 1.0 / np.sqrt(np.diag(inverse))
-        self.left_out = np.stack([self._shift + self._scale * y, self._scale * deviation], axis=1)
-        predictions = np.exp(self.left_out[:, 0]) if self.of_logarithm else self.left_out[:, 0]
-        errors = values - predictions
+        y = self._shift + self._scale * (self.process.y_train_ - self.process.alpha_ / np.diag(inverse))
+        self.left_out = np.exp(y) if self.of_logarithm else y
+        errors = values - self.left_out
         spread = float(np.sum((values - values.mean()) ** 2))
         self.predicted = 1.0 - float(np.sum(errors**2)) / spread if spread > 0.0 else 0.0
         self.error = float(np.sqrt(np.mean(errors**2)) / max(float(np.mean(np.abs(values))), 1e-300))

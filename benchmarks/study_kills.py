@@ -211,7 +211,7 @@ def measure(kills: int = KILLS) -> str:
         f"{kills} kills with -9 at random moments (seed {SEED}) of a study of {CASES} cases in {CASES // BLOCK} blocks, with a",
         "scheduler and two workers as processes of their own. After each the same command takes the study up; a study that is",
         "complete is compared with an undisturbed one, row by row, and begun anew.",
-        "`tests/study/test_kills.py` is the same as a test.",
+        "`tests/study/test_cluster.py` is the same as a test.",
     )
     return f"{about}\n\n{table(head, rows)}"
 

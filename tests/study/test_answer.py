@@ -58,7 +58,9 @@ def made_up(described: Study, peak: np.ndarray, status: np.ndarray | None = None
     variables["contact_count"] = (("case", "joint"), np.ones((cases.size, 1)), {"units": "1", "role": "measure"})
     variables["status"] = ("case", np.full(cases.size, COMPLETE) if status is None else status)
     variables |= {name: ("case", np.full(cases.size, text, object)) for name, text in (("cause", ""), ("warnings", warnings))}
-    return xr.Dataset(variables, coords={"joint": ["A"]})
+    point, rest = np.divmod(cases, described.per_point)
+    places = {"point": point, "sample": rest // described.members, "member": rest % described.members}
+    return xr.Dataset(variables, {"joint": ["A"], **{name: ("case", place) for name, place in places.items()}})
 
 
 def result_of(described: Study, results: xr.Dataset, store: str = "a.db") -> StudyResult:
@@ -82,17 +84,6 @@ def test_share_and_interval() -> None:
     assert np.isnan(feasible_fraction(grid, made_up(grid, np.full(100, 400.0)))[0].low)
 
 
-def test_the_interval_covers() -> None:
-    """Closed form: of 400 samples of 60 points with probability 0.3, at least 95 % of the intervals hold it."""
-    described = study(design=Design("random", 60))
-    numbers = np.random.default_rng(1).random((400, 60))
-    hits = 0
-    for row in numbers:
-        one = feasible_fraction(described, made_up(described, np.where(row < 0.3, 400.0, 600.0)))[0]
-        hits += one.low <= 0.3 <= one.high
-    assert hits >= 380
-
-
 def test_members_that_disagree_are_marked() -> None:
     """Closed form: point 0 agrees, point 1 differs and is undecided, point 2 differs on one side of the bound."""
     described = study(design=Design("random", 3), members=2)
@@ -110,20 +101,17 @@ def test_worst_cases_and_causes() -> None:
     worst = worst_cases(described, made_up(described, np.array([900.0, 800.0, 400.0, 700.0, 100.0, 200.0])), 2)
     assert [(one.case, one.value) for one in worst] == [(0, 900.0), (3, 700.0)]
     assert worst[0].margin == pytest.approx(-0.8)
+    # where nothing is chosen, one case of each sample
+    drawn = (Factor("A.clearance", Uniform(1e-4, 5e-4)),)
+    described = study(factors=(), design=Design(), uncertain=drawn, sampling=Sampling(3, "random"), members=2)
+    worst = worst_cases(described, made_up(described, np.array([900.0, 800.0, 400.0, 700.0, 100.0, 200.0])), 5)
+    assert [(case.case, case.value) for case in worst] == [(0, 900.0), (3, 700.0), (5, 200.0)]
     found = made_up(described, np.full(6, np.nan), np.array([FAILED] * 6))
     found["cause"].values[:] = ["stopped at t = 0.1 s", "stopped at t = 2.53e-05 s", "other"] * 2
     assert {cause: len(cases) for cause, cases in result_of(described, found).causes.items()} == {
         "stopped at t = 0.1 s": 4,
         "other": 2,
     }
-
-
-def test_worst_samples_of_one_point() -> None:
-    """Closed form: where nothing is chosen, one case of each sample, whatever member."""
-    factor = Factor("A.clearance", Uniform(1e-4, 5e-4))
-    described = study(factors=(), design=Design(), uncertain=(factor,), sampling=Sampling(3, "random"), members=2)
-    worst = worst_cases(described, made_up(described, np.array([900.0, 800.0, 400.0, 700.0, 100.0, 200.0])), 5)
-    assert [(one.case, one.value) for one in worst] == [(0, 900.0), (3, 700.0), (5, 200.0)]
 
 
 def ishigami(points: np.ndarray) -> np.ndarray:
@@ -157,6 +145,12 @@ def test_sobol_indices_of_ishigami() -> None:
     theirs = sobol.analyze(problem, values, calc_second_order=False, seed=1)
     np.testing.assert_allclose(found["first"].values, theirs["S1"], rtol=1e-12)
     np.testing.assert_allclose(found["total"].values, theirs["ST"], rtol=1e-12)
+    design = Design("saltelli", 8)
+    peak = np.random.default_rng(2).random(32)
+    indices, left_out = sensitivity(study(design=design), made_up(study(design=design), peak))
+    assert list(left_out) == ["contact_count"]  # the same at all points
+    for key in ("first", "total"):
+        np.testing.assert_array_equal(indices["peak_force"][key], sobol_indices(peak, ["A.clearance", "drive.speed"])[key])
     values[7] = np.nan  # a case that failed costs its base point
     assert sobol_indices(values, ["x1", "x2", "x3"]).attrs["left_out"] == 1
     with pytest.raises(sd.InputError, match="3 complete base points"):
@@ -191,30 +185,34 @@ def test_risk_of_known_distributions() -> None:
         risk_value(ten, "median")
 
 
-def test_cma_finds_a_shifted_rosenbrock() -> None:
-    """Published optimum: f = 0 at the shift, to 1e-10 within 250 generations, from the middle of the cube."""
-    shift = np.array([0.3, 0.6, 0.45])
-    method = proposer(Optimisation((Goal("peak_force"),), population=12, seed=2), 3)
-    least = np.inf
-    for _ in range(250):
-        x = 1.0 + 4.0 * (method.ask() - shift)
-        values = np.sum(100.0 * (x[:, 1:] - x[:, :-1] ** 2) ** 2 + (1.0 - x[:, :-1]) ** 2, axis=1)
-        least = min(least, float(values.min()))
-        method.tell(values[:, None], np.zeros(12))
-    assert least < 1e-10
+def rosenbrock(u: np.ndarray) -> np.ndarray:
+    """With its least value of 0 at (0.3, 0.6, 0.45)."""
+    x = 1.0 + 4.0 * (u - np.array([0.3, 0.6, 0.45]))
+    return np.asarray(np.sum(100.0 * (x[:, 1:] - x[:, :-1] ** 2) ** 2 + (1.0 - x[:, :-1]) ** 2, axis=1))
 
 
-def test_cma_keeps_to_the_requirements() -> None:
-    """Closed form: the smallest x + y with x y >= 0.04 is 0.4."""
-    method = proposer(Optimisation((Goal("peak_force"),), population=10, seed=1), 2)
+@pytest.mark.parametrize(
+    ("value", "missing", "numbers", "population", "generations", "least", "within"),
+    [
+        (rosenbrock, 0.0, 3, 12, 250, 0.0, 1e-10),
+        (lambda u: u.sum(axis=1), 0.04, 2, 10, 150, 0.4, 1e-3),
+        (lambda u: (u[:, 0] - 0.8) ** 2, 0.0, 1, 0, 40, 0.0, 1e-6),
+    ],
+    ids=["rosenbrock", "required product", "one number"],
+)
+def test_cma_finds_known_optima(
+    value: Any, missing: float, numbers: int, population: int, generations: int, least: float, within: float
+) -> None:
+    """Published and closed optima: from the middle of the cube; of points whose product is at least so much; of one number."""
+    method = proposer(Optimisation((Goal("peak_force"),), population=population, seed=1), numbers)
     best = np.inf
-    for _ in range(150):
+    for _ in range(generations):
         u = method.ask()
-        violation = np.maximum(0.04 - u[:, 0] * u[:, 1], 0.0)
-        values = u.sum(axis=1)
+        assert u.shape[1] == numbers
+        values, violation = value(u), np.maximum(missing - u.prod(axis=1), 0.0)
         best = min(best, float(np.min(values[violation <= 0.0], initial=np.inf)))
         method.tell(values[:, None], violation)
-    assert 0.4 <= best < 0.4 + 1e-3
+    assert least <= best < least + within
 
 
 def test_nsga_finds_the_front_of_zdt1() -> None:
@@ -256,19 +254,6 @@ def test_an_optimisation_is_taken_up_from_its_store(tmp_path: Path) -> None:
     other = dataclasses.replace(described, optimisation=dataclasses.replace(plan, seed=6))
     with pytest.raises(sd.InputError, match="holds points that the method does not propose"):
         optimise(other, tmp_path / "a.db")
-
-
-def test_indices_of_a_scissor_case(tmp_path: Path) -> None:
-    """Cross-check: those of a study are SALib's on the samples in its store."""
-    from SALib.analyze import sobol
-
-    described = study(design=Design("saltelli", 8), options=Options(0.002))
-    results = execute(described, tmp_path / "a.db").results()
-    found, left_out = sensitivity(described, results)
-    problem = {"num_vars": 2, "names": ["c", "w"], "bounds": [[0.0, 1.0]] * 2}
-    theirs = sobol.analyze(problem, results["peak_force"].values[:, 0], calc_second_order=False, seed=1)
-    np.testing.assert_allclose(found["peak_force"]["total"].values, theirs["ST"], rtol=1e-12)
-    assert not left_out
 
 
 def test_tables_reports_and_replays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -398,16 +383,6 @@ def test_warnings_are_counted_by_their_text() -> None:
     twice = ["joint '1' is loose\njoint '2' is loose", "joint '1' is loose"]
     assert warned(twice) == {"joint '1' is loose": [0, 1]}
     assert result_of(study(), xr.Dataset()).warnings == {}
-
-
-def test_cma_searches_one_number() -> None:
-    """Closed form: the least value of (x - 0.8)^2 on [0, 1], although steps reach a third of the range."""
-    method = proposer(Optimisation((Goal("peak_force"),), seed=1), 1)
-    for _ in range(40):
-        asked = method.ask()
-        assert asked.shape[1] == 1
-        method.tell((asked - 0.8) ** 2, np.zeros(len(asked)))
-    assert float(np.median(method.ask())) == pytest.approx(0.8, abs=1e-3)
 
 
 def test_curves_of_many_numbers_are_of_those_that_matter() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sqlite3
 import threading
 from pathlib import Path
 from typing import Any
@@ -193,22 +192,6 @@ def test_going_on(tmp_path: Path) -> None:
     assert read.counts["complete"] == 7
 
 
-def test_damage_is_said(tmp_path: Path) -> None:
-    """Contract: a changed row makes its case pending, the result says so, and `resume` computes them anew."""
-    asked_for: dict[str, Any] = {"until": UNTIL, "measures": ["peak_force"], "store": tmp_path / "a.db", "block": 1}
-    whole = sd.study(arm(), {"A.clearance": [1e-4, 2e-4]}, **asked_for)
-    peaks = whole.dataset["peak_force"].values
-    assert whole.damage == ""
-    with sqlite3.connect(tmp_path / "a.db") as connection:
-        connection.execute("""UPDATE cases SET "A.peak_force" = 0.0 WHERE number = 1""")
-    broken = sd.open_study(tmp_path / "a.db")
-    assert broken.counts == {"complete": 1, "failed": 0, "pending": 1}
-    assert "1 (not what was written)" in repr(broken)
-    assert "damaged" in broken._repr_html_()
-    np.testing.assert_array_equal(broken.resume().dataset["peak_force"].values, peaks)
-    assert broken.damage == ""
-
-
 def test_failed_cases_are_done_again(tmp_path: Path) -> None:
     """Contract: causes are named, and with `retry` they are computed anew."""
     file = tmp_path / "mine.py"
@@ -287,6 +270,8 @@ def test_engines(engine: Any, found: StudyResult) -> None:
         ({"factors": {"A.clearance": object()}}, r"allowed: \(1e-4, 4e-4\), \[50.0"),
         ({"factors": [("A.clearance", 1e-4)]}, "allowed: values by parameter"),
         ({"factors": {}}, "nothing varies"),
+        ({"factors": {"A.clearance": (-1.0, 1.0)}}, "'A.clearance' up to -1"),
+        ({"members": 0}, "members = 0"),
         ({"until": None}, "without an end of its runs; allowed: until"),
         ({"measures": ["peak_fource"]}, "did you mean 'peak_force'"),
         ({"measures": {"late": "text"}}, "measure 'late' by 'text'; allowed: a function"),

@@ -1,4 +1,4 @@
-"""Engines: threads, processes and a scheduler give the same bytes; what is lost is done again."""
+"""Engines: threads, processes and a scheduler give the same bytes; what is lost or killed is done again."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from benchmarks.study_kills import KILLS, VICTIMS, killed_at_random
 
 import scissordyn as sd
 from reference.paper_case import paper_case
@@ -242,3 +243,21 @@ def test_ctrl_c_keeps_what_is_complete(tmp_path: Path) -> None:
     assert process.returncode == 0, error
     assert "300 cases complete, 0 failed, 0 pending" in output
     assert Store(store).times()["attempts"].tolist() == [1.0] * 50
+
+
+def test_killed_at_random_moments(tmp_path: Path) -> None:
+    """Contract: killed with -9 at 20 moments the rows are those of an undisturbed run; no finished block is done twice."""
+    found = killed_at_random(tmp_path, KILLS)
+    assert [kill.victim for kill in found] == [*(VICTIMS[k % 3] for k in range(KILLS)), ""]
+    assert [kill.rewritten for kill in found] == [0] * len(found)
+    assert {kill.same for kill in found} <= {True, None}
+    assert found[-1].same
+    assert sum(kill.finished for kill in found) > 0
+    for kill in found:
+        match kill.victim:
+            case "coordinator":
+                assert kill.status == -9
+            case "scheduler":
+                assert kill.status == 0 or (kill.status == 3 and len(kill.lines) == 1), kill.lines
+            case _:
+                assert (kill.status, kill.lines, kill.same) == (0, (), True)

@@ -1,4 +1,4 @@
-"""The first page of a study: trends, recommendation and next steps of synthetic responses with known laws."""
+"""What a study says: trends, recommendation and next steps of responses with known laws, in the units of the reader."""
 
 from __future__ import annotations
 
@@ -8,21 +8,25 @@ import math
 import shlex
 import string
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 from scipy import stats
 
+from scissordyn.cli.study import show_answers
 from scissordyn.plot.scale import Scale
+from scissordyn.plot.study import response_curves
 from scissordyn.study.answer.conclusion import conclude, needs, trend_table
 from scissordyn.study.answer.fact import WORDS, Fact
-from scissordyn.study.answer.page import response_ranges
-from scissordyn.study.answer.trend import fitted, ranked, rankings, trends
+from scissordyn.study.answer.page import agreement, best_points, response_ranges, varied_numbers
+from scissordyn.study.answer.trend import fitted, morris_indices, ranked, rankings, sensitivities, trends
 from scissordyn.study.answer.verdict import by_point, feasible_fraction, recommended, worst_cases
-from scissordyn.study.ask.description import OwnMeasure
+from scissordyn.study.ask.description import OwnMeasure, Study
 from scissordyn.study.ask.design import Design, Factor, Sampling
-from scissordyn.study.ask.distribution import Interval, Uniform
-from scissordyn.study.ask.requirement import Requirement
+from scissordyn.study.ask.distribution import Interval, Levels, LogNormal, Normal, Uniform, Variation
+from scissordyn.study.ask.requirement import Goal, Optimisation, Requirement
 from scissordyn.study.compute.interpolation import between_points
 from scissordyn.study.compute.store import FAILED
 from study.test_answer import made_up, result_of, study
@@ -296,22 +300,11 @@ def test_probability_of_the_recommended_point() -> None:
     assert conclude(result_of(described, all_failed), "a.db").verdict == (Fact("unknown"),)
 
 
-def test_the_interval_of_the_probability_covers() -> None:
-    """Closed form: one point with 20 samples that meet the bound with probability 0.8; 95 % of the intervals hold it."""
-    drawn = Factor("A.clearance", Uniform(1e-4, 5e-4))
-    described = study(factors=(), design=Design(), uncertain=(drawn,), sampling=Sampling(20, "random"))
-    hits = 0
-    for row in np.random.default_rng(4).random((300, 20)):
-        one = recommended(described, made_up(described, np.where(row < 0.8, 400.0, 600.0)))
-        assert one is not None
-        hits += one.low <= 0.8 <= one.high
-    assert hits >= 285
-
-
 def test_the_report_begins_with_the_answer(tmp_path: Path) -> None:
-    """Contract: verdict, margins, trends and commands come before the tables of what was computed."""
+    """Contract: verdict, margins, trends and commands, by the store's name alone, come before tables of what was computed."""
     described, found = proportional(100.0)
-    page = result_of(described, found).report(tmp_path / "r.html").read_text(encoding="utf-8")
+    far = result_of(described, found, str(tmp_path / "far" / "a.db"))
+    page = far.report(tmp_path / "r.html").read_text(encoding="utf-8")
     order = [
         "met nowhere",
         "Nearest to meeting them",
@@ -322,18 +315,9 @@ def test_the_report_begins_with_the_answer(tmp_path: Path) -> None:
     places = [page.index(text) for text in order]
     assert places == sorted(places)
     assert "<th>numbers</th>" in page
-
-
-def test_a_report_is_read_in_any_folder(tmp_path: Path) -> None:
-    """Contract: commands have the store's name, not where it is on the machine that wrote the report."""
-    described, found = proportional(100.0)
-    pages = [
-        result_of(described, found, address).report(tmp_path / name).read_text(encoding="utf-8")
-        for address, name in (("a.db", "here.html"), (str(tmp_path / "far" / "a.db"), "there.html"))
-    ]
-    assert pages[0] == pages[1]
-    assert "scissordyn study refine a.db" in pages[0]
-    assert "in the folder that has a.db" in pages[0]
+    assert str(tmp_path) not in page
+    assert "scissordyn study refine a.db" in page
+    assert "in the folder that has a.db" in page
 
 
 def test_a_point_that_meets_them_by_interpolation_is_proposed() -> None:
@@ -353,3 +337,108 @@ def test_a_point_that_meets_them_by_interpolation_is_proposed() -> None:
     clearance, speed = (float(word.split("=")[1].split()[0]) for word in words)
     assert clearance == pytest.approx(0.26, abs=0.02)
     assert speed == pytest.approx(14.0, abs=0.5)
+
+
+CLEARANCE = Factor("A.clearance", Interval(1e-4, 5e-4, 5), "mm", 1e-3)
+
+
+def of_two_members(**changes: Any) -> Study:
+    """The clearance of the paper's array on a grid, the peak force required, two members."""
+    bound = Requirement("peak_force", "<", 60e3, text="peak_force < 60 kN")
+    fields = {"factors": (CLEARANCE,), "design": Design(), "measures": ("peak_force",), "members": 2, "requirements": (bound,)}
+    return study(**(fields | changes))
+
+
+def with_peaks(described: Study, peak: np.ndarray, warnings: str = "") -> xr.Dataset:
+    """Results with given peaks [N], each for both members."""
+    return made_up(described, np.repeat(peak, described.members), warnings=warnings)
+
+
+@pytest.mark.parametrize(
+    ("variation", "said"),
+    [
+        (Interval(1e-4, 5e-4), "interval: 0.1 to 0.5 mm"),
+        (Interval(1e-4, 5e-4, logarithmic=True), "interval: 0.1 to 0.5 mm, logarithmic"),
+        (Levels((1e-4, 2e-4)), "0.1, 0.2 mm"),
+        (Levels(tuple(np.arange(1, 9) * 1e-4)), "0.1, 0.2, 0.3, 0.4, 0.5, 0.6, ... 0.8 mm"),
+        (Uniform(1e-4, 5e-4), "uniform: 0.1 to 0.5 mm"),
+        (Normal(3e-4, 5e-5), "normal: 0.3 ± 0.05 mm"),
+        (Normal(3e-4, 5e-5, 2e-4, 4e-4), "normal: 0.3 ± 0.05 mm, truncated to 0.2 to 0.4 mm"),
+        (LogNormal(3e-4, 0.1), "lognormal: median 0.3 mm, deviation 0.1 of the logarithm"),
+    ],
+)
+@pytest.mark.parametrize("unit", [("mm", 1e-3), ("", 1.0)])
+def test_ranges_have_units(variation: Variation, said: str, unit: tuple[str, float]) -> None:
+    """Contract: in the unit of the user, or with an engineering prefix."""
+    described = of_two_members(factors=(Factor("A.clearance", variation, *unit),))
+    found = xr.Dataset({"A.clearance": ("case", np.zeros(1), {"units": "m"})})
+    assert varied_numbers(described, found).rows == [("A.clearance", "chosen", said)]
+
+
+def test_terminal_and_report_have_units(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Identity: the same numbers with the same prefixes, and warnings with the number of their cases and a command."""
+    described = of_two_members()
+    found = with_peaks(described, np.array([20e3, 30e3, 40e3, 50e3, 84.07e3]), "limit 5\nother")
+    result = result_of(described, found)
+    show_answers(result)
+    shown = " ".join(capsys.readouterr().out.split())
+    page = result.report(tmp_path / "r.html", figures=tmp_path / "figures").read_text(encoding="utf-8")
+    for text in (
+        "peak_force 20.00 40.00 84.07 kN 0.0%",
+        "requirement peak_force < 60 kN; value 84.07 kN; margin -40.1%; numbers A.clearance = 0.5 mm scissordyn study replay",
+        "cases 10; warning limit 5 scissordyn study replay",
+    ):
+        assert text in shown
+    for text in (
+        "<td>20.00</td><td>40.00</td><td>84.07</td><td>kN</td>",
+        "<td>84.07 kN</td><td>-40.1%</td><td>A.clearance = 0.5 mm</td><td><code>scissordyn study replay a.db 8</code></td>",
+        "<td>10</td><td>limit 5</td><td><code>scissordyn study replay a.db 0</code></td>",
+        "<td>interval: 0.1 to 0.5 mm</td>",
+        "width=device-width",
+        '<div class="scroll"><img alt="Response curves" style="min-width:',
+        "The points of the design &#39;grid&#39; are no sample. Failed cases are left out.",
+    ):
+        assert text in page
+    (picture,) = (tmp_path / "figures").iterdir()
+    assert picture.name == "response_curves.png"
+    assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_fronts_and_effects_have_units() -> None:
+    """Closed form: the best of five points; the effect of a linear function is its slope."""
+    best = dataclasses.replace(of_two_members(), design=Design("adaptive", 5), optimisation=Optimisation((Goal("peak_force"),)))
+    points = np.linspace(1e-4, 5e-4, 5)[:, None]
+    found = with_peaks(dataclasses.replace(best, design=Design("grid")), np.array([50e3, 40e3, 30e3, 45e3, 84e3]))
+    found = found.assign({"A.clearance": found["A.clearance"].copy(data=np.repeat(points, 2))})
+    part = best_points(result_of(best, found), 5)
+    assert part.head == ("point", "A.clearance [mm]", "minimise peak_force [kN]")
+    assert part.rows == [("2", "0.3000", "30.000")]
+    steps = np.array([[0.0], [2.0 / 3.0]] * 8)
+    effects = morris_indices(steps, 3e3 * steps[:, 0], ["A.clearance"])
+    effects.attrs["units"] = "N"
+    (table,) = sensitivities({"peak_force": effects})
+    assert table.head[1:] == ("mean effect [kN]", "deviation [kN]")
+    assert float(table.rows[0][1].split()[0]) == pytest.approx(3.0 / 0.99, rel=1e-2)
+
+
+def test_agreement_is_counted() -> None:
+    """Contract: one point of five is not called none."""
+    described = of_two_members()
+    found = with_peaks(described, np.full(5, 30e3))
+    assert "at all points" in str(agreement(described, by_point(described, found)))
+    found["peak_force"][3] = 30.1e3
+    assert "at 1 of 5 points (20.0%)" in str(agreement(described, by_point(described, found)))
+    assert "at none of them" in str(agreement(described, by_point(described, found)))
+
+
+def test_no_median_of_a_few_points() -> None:
+    """Contract: points of a single factor are joined; a dozen of two factors have two medians, not twelve."""
+    described = of_two_members()
+    (one,) = response_curves(by_point(described, with_peaks(described, np.linspace(20e3, 84e3, 5))))
+    assert next(line.get_label() for line in one.lines if line.get_linestyle() == "-").startswith("_")
+    points = by_point(described, with_peaks(described, np.linspace(20e3, 84e3, 5)))
+    twelve = xr.concat([points, points, points.isel(point=[0, 1])], "point")
+    twelve = twelve.assign(other=("point", np.random.default_rng(1).random(12), {"role": "factor", "units": "1"}))
+    for axes in response_curves(twelve):
+        (median,) = (line for line in axes.lines if line.get_label() == "median")
+        assert median.get_xdata().size == 2

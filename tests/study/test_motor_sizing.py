@@ -111,13 +111,9 @@ def test_a_motor_in_a_study(tmp_path: Path) -> None:
     )
     found = sd.study(file, store=tmp_path / "motor.db")
     assert found.counts["complete"] == 2
-    curve = read_study(file).motor
-    assert curve is not None
-    for case, value in enumerate(found.dataset["motor_fraction"].values):
-        assert curve(found.replay(case)) == value
     again = sd.open_study(tmp_path / "motor.db")
     assert again.recommend().margins == found.recommend().margins
-    assert again.built().own_measures[0].function == curve
+    assert again.built().own_measures[0].function == read_study(file).motor
     assert again.resume().counts["complete"] == 2
     for wrong, words in (
         ('points = "0 rpm"', "texts, a name"),

@@ -23,8 +23,7 @@ from scissordyn.study.ask.design import Factor
 from scissordyn.study.ask.distribution import Interval
 from scissordyn.study.ask.requirement import Goal, Optimisation, Requirement
 from scissordyn.study.compute.execute import simulated
-from scissordyn.study.compute.store import COMPLETE
-from study.test_answer import result_of
+from study.test_answer import made_up, result_of
 from study.test_study import arm
 
 MEASURE = "peak_component_force"
@@ -39,30 +38,13 @@ def study(*components: Any, **changes: Any) -> Study:
 
 
 def results(described: Study) -> xr.Dataset:
-    """Made-up results in the form of `simulate_many`: the first component 1, 2, 3; the second ten times as much."""
-    names = [part.name for part in described.mechanism.components]
-    values = np.outer([1.0, 2.0, 3.0], 10.0 ** np.arange(len(names)))
-    about = {"role": "factor", "units": "m", "address": "A.clearance"}
-    empty = np.full(3, "", object)
-    units = list(component_units(described.mechanism).values())
-    return xr.Dataset(
-        {
-            "A.clearance": ("case", np.array([1e-4, 2e-4, 3e-4]), about),
-            MEASURE: (
-                ("case", "component"),
-                values,
-                {"units": " or ".join(dict.fromkeys(units)), "role": "measure", "long_name": "largest"},
-            ),
-            "status": ("case", np.full(3, COMPLETE)),
-            "cause": ("case", empty),
-            "warnings": ("case", empty),
-        },
-        coords={
-            "component": names,
-            COMPONENT_UNIT: ("component", units),
-            **{name: ("case", np.arange(3)) for name in ("point", "sample", "member")},
-        },
-    )
+    """Made-up results: the first component 1, 2, 3; the second ten times as much."""
+    units = component_units(described.mechanism)
+    about = {"units": " or ".join(dict.fromkeys(units.values())), "role": "measure"}
+    exerted = (("case", "component"), np.outer([1.0, 2.0, 3.0], 10.0 ** np.arange(len(units))), about)
+    others = made_up(described, np.ones(3)).drop_vars(["peak_force", "contact_count"])
+    coordinates = {"component": list(units), COMPONENT_UNIT: ("component", list(units.values()))}
+    return others.assign({MEASURE: exerted}).assign_coords(coordinates)
 
 
 @pytest.mark.parametrize(("component", "unit"), [(SPRING, "N"), (HINGE, "N m")])

@@ -211,6 +211,8 @@ def test_requirements_and_responses() -> None:
         response_values(found, Response("peak_forse"))
     with pytest.raises(sd.InputError, match="no part 'C'"):
         response_values(found, Response("peak_force", "C"))
+    with pytest.raises(sd.InputError, match="the study has no measure 'steps'"):
+        study(requirements=(Requirement("steps", "<", 1.0),))
 
 
 def test_stiffness_of_bars_without_clearance(tmp_path: Path) -> None:
@@ -230,23 +232,6 @@ def test_stiffness_of_bars_without_clearance(tmp_path: Path) -> None:
     runs = [sd.simulate(found.mechanism(case), until=0.002, samples=2) for case in range(2)]
     assert torques == [float(run["peak_drive_torque"][0]) for run in runs]
     assert torques[0] != torques[1]
-
-
-@pytest.mark.parametrize(
-    ("changes", "says"),
-    [
-        ({"factors": (Factor("A.clearence", Interval(1.0, 2.0)),)}, "did you mean 'clearance'"),
-        ({"measures": ("peak_forse",)}, "did you mean 'peak_force'"),
-        ({"requirements": (Requirement("steps", "<", 1.0),)}, "the study has no measure 'steps'"),
-        ({"factors": (Factor("A.clearance", Interval(-1.0, 1.0)),)}, "'A.clearance' up to -1"),
-        ({"factors": (), "uncertain": (), "sampling": Sampling()}, "nothing varies"),
-        ({"members": 0}, "members = 0"),
-    ],
-)
-def test_bad_studies(changes: Any, says: str) -> None:
-    """Contract: one line before anything is computed."""
-    with pytest.raises(sd.InputError, match=says):
-        study(**changes)
 
 
 def test_a_store_that_could_not_be_made_is_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -21,13 +21,12 @@ from scissordyn.plot.study import response_curves
 from scissordyn.study.answer.conclusion import conclude, needs, trend_table
 from scissordyn.study.answer.fact import WORDS, Fact
 from scissordyn.study.answer.page import agreement, best_points, response_ranges, varied_numbers
-from scissordyn.study.answer.trend import fitted, morris_indices, ranked, rankings, sensitivities, trends
+from scissordyn.study.answer.trend import between_points, fitted, morris_indices, ranked, rankings, sensitivities, trends
 from scissordyn.study.answer.verdict import by_point, feasible_fraction, recommended, worst_cases
 from scissordyn.study.ask.description import OwnMeasure, Study
 from scissordyn.study.ask.design import Design, Factor, Sampling
 from scissordyn.study.ask.distribution import Interval, Levels, LogNormal, Normal, Uniform, Variation
 from scissordyn.study.ask.requirement import Goal, Optimisation, Requirement
-from scissordyn.study.compute.interpolation import between_points
 from scissordyn.study.compute.store import FAILED
 from study.test_answer import made_up, result_of, study
 

@@ -14,11 +14,21 @@ from sklearn.gaussian_process import GaussianProcessRegressor
 
 import scissordyn as sd
 from scissordyn.plot.study import feasibility_map
-from scissordyn.study.answer.control_variate import Predicted, cost_ratio, fraction_by_margins, mean_estimate, population_mean
+from scissordyn.study.answer.estimate import (
+    FEWEST,
+    GROUPS,
+    Interpolation,
+    Kriging,
+    Predicted,
+    cost_ratio,
+    fraction_by_margins,
+    interpolation,
+    mean_estimate,
+    population_mean,
+)
 from scissordyn.study.answer.report import Surfaces
 from scissordyn.study.answer.verdict import by_point
 from scissordyn.study.ask.requirement import Response
-from scissordyn.study.compute.interpolation import FEWEST, GROUPS, Interpolation, Kriging, interpolation
 from study.test_answer import made_up
 from study.test_conclusion import proportional
 from study.test_screening import least_held

@@ -8,7 +8,7 @@ from scipy import stats
 
 import scissordyn as sd
 from scissordyn.errors import InputError
-from scissordyn.study.answer.control_variate import (
+from scissordyn.study.answer.estimate import (
     correlation,
     cost_ratio,
     fraction_by_margins,

@@ -15,12 +15,11 @@ from scipy.stats import qmc
 from scissordyn.errors import command
 from scissordyn.plot.scale import scale_of
 from scissordyn.study.answer.fact import Fact, Section
-from scissordyn.study.answer.trend import ALIKE, Trend, with_indicators
+from scissordyn.study.answer.trend import ALIKE, Trend, between_points, with_indicators
 from scissordyn.study.answer.verdict import Recommendation, answered, case_values
 from scissordyn.study.ask.description import Study
 from scissordyn.study.ask.design import Factor, quantiles
 from scissordyn.study.ask.requirement import Requirement, meaning
-from scissordyn.study.compute.interpolation import between_points
 from scissordyn.study.compute.store import COMPLETE
 from scissordyn.study.compute.table import column, number_scale
 from scissordyn.units import counted

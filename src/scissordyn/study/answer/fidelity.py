@@ -19,12 +19,16 @@ import xarray as xr
 from scissordyn.errors import InputError
 from scissordyn.plot.scale import scale_of
 from scissordyn.run.engine import workers_of
-from scissordyn.study.answer.control_variate import (
+from scissordyn.study.answer.estimate import (
+    FEWEST,
+    OTHERS,
     Estimate,
+    Interpolation,
     Predicted,
     correlation,
     fraction_by_margins,
     fraction_estimate,
+    interpolation,
     mean_estimate,
     quantile_estimates,
     split,
@@ -35,7 +39,6 @@ from scissordyn.study.ask.description import PILOT, Study
 from scissordyn.study.ask.design import Design
 from scissordyn.study.ask.requirement import Requirement, Response, response_unit, response_values
 from scissordyn.study.compute.execute import How, execute, extend, simulated
-from scissordyn.study.compute.interpolation import FEWEST, OTHERS, Interpolation, interpolation
 from scissordyn.study.compute.optimise import candidates, judged, optimise
 from scissordyn.study.compute.store import COMPLETE, Store
 from scissordyn.study.compute.table import column
@@ -49,6 +52,8 @@ if TYPE_CHECKING:
 PILOTED = 0.05  # Of the budget, at most, for cheap runs that say how well interpolation between them predicts
 SPLIT = ("random", "sobol")  # Designs whose points are independent enough for intervals, and to which points can be added
 LEAST = 0.1  # Of a correlation with which a budget is split: with fewer pairs than it needs the pilot knows no better
+LEVELS = (0.5, 0.95)  # Of the quantiles
+TINY = 1e-9  # Margin of a case that stands at the bound
 
 
 def verified_path(path: str | os.PathLike[str]) -> str:
@@ -208,10 +213,6 @@ def best_tried(study: Study, results: xr.Dataset, most: int) -> np.ndarray:
         rows = rows[np.unique(np.linspace(0, rows.size - 1, most).round().astype(int))]
     numbers = tried[study.paths].to_array().values.T[rows]
     return np.asarray(numbers[np.sort(np.unique(numbers, axis=0, return_index=True)[1])])
-
-
-LEVELS = (0.5, 0.95)  # Of the quantiles
-TINY = 1e-9  # Margin of a case that stands at the bound
 
 
 @dataclass(frozen=True)

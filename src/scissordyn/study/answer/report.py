@@ -34,9 +34,9 @@ from scissordyn.run.engine import STATES
 from scissordyn.run.store import save
 from scissordyn.study.answer.fact import Section
 from scissordyn.study.answer.page import page
+from scissordyn.study.answer.trend import between_points
 from scissordyn.study.ask.description import Study
 from scissordyn.study.ask.requirement import units_of_parts
-from scissordyn.study.compute.interpolation import between_points
 
 if TYPE_CHECKING:
     import pandas as pd

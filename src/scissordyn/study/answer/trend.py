@@ -14,7 +14,7 @@ from scipy import stats
 from scissordyn.errors import InputError
 from scissordyn.lookup import library
 from scissordyn.plot.scale import Scale, scale_of
-from scissordyn.study.answer.control_variate import CONFIDENCE
+from scissordyn.study.answer.estimate import CONFIDENCE, Kriging
 from scissordyn.study.answer.fact import Section
 from scissordyn.study.answer.verdict import answered, by_point, case_values
 from scissordyn.study.ask.description import Study
@@ -26,6 +26,13 @@ from scissordyn.units import counted
 CLEAR = 0.5  # Predicted share of the variance, each point left out in turn, from which a trend is stated
 EXTRA = 2  # Points more than coefficients from which one is fitted
 ALIKE = 0.05  # Difference of the predicted shares of two forms that fit equally well
+LEAST = 8  # Points from which a response is interpolated
+MOST = 300  # Points up to which it is: the effort grows with their third power
+RESAMPLES = 500  # Resamples of the bootstrap
+SEED = 1  # Of the resamples for indices of Sobol; with 0 the library draws others in each call
+FEWEST_RANKED = 6  # Values of a response below which nothing is ranked
+RANKED = 6  # Numbers that a table has
+RANKED_RESAMPLES = 400  # Of the bootstrap that says how often a number is the first
 
 FAR = 10.0
 """A trend is followed beyond the data by as much as their range, of the logarithms where these enter, or by this factor."""
@@ -97,6 +104,22 @@ class Trend:
         place, (low, high) = self.term(k, value), (self.term(k, end) for end in self.ranges[k])
         reach = max(high - low, math.log(FAR) if self.logarithmic[k] else 0.0)
         return value if low - reach <= place <= high + reach else math.nan
+
+
+def between_points(study: Study, points: xr.Dataset, response: str) -> Kriging | None:
+    """A response between the points of a study; None where they do not predict each other, or names vary."""
+    names = study.paths
+    if not names or any(factor.labels for factor in study.factors):
+        return None
+    x, values = np.stack([points[name].values for name in names], axis=1), points[response].values
+    if np.isinf(values).any():  # points without a number would read as if the others went on there
+        return None
+    there = np.isfinite(values) & np.all(np.isfinite(x), axis=1)
+    sizes = [np.unique(column_of[there]).size for column_of in x.T]
+    if not max(LEAST, 2 * len(names) + 2) <= there.sum() <= MOST or min(sizes) < 2 or np.ptp(values[there]) == 0.0:
+        return None
+    model = Kriging(x[there], values[there], np.array([factor.logarithmic for factor in study.factors]))
+    return model if model.predicted >= CLEAR else None
 
 
 def trends(study: Study, results: xr.Dataset) -> dict[str, tuple[Trend, ...]]:
@@ -183,13 +206,6 @@ def _jackknife(
     slopes = whole[1:] / width
     outer = np.einsum("ij,ij->i", design, without[groups])
     return slopes, float(whole[0] - slopes @ middle), wide[1:] / width, design @ whole, outer
-
-
-RESAMPLES = 500  # Resamples of the bootstrap
-SEED = 1  # Of the resamples for indices of Sobol; with 0 the library draws others in each call
-FEWEST_RANKED = 6  # Values of a response below which nothing is ranked
-RANKED = 6  # Numbers that a table has
-RANKED_RESAMPLES = 400  # Of the bootstrap that says how often a number is the first
 
 
 def sobol_indices(values: np.ndarray, names: list[str]) -> xr.Dataset:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from scissordyn.study.answer.control_variate import fraction_interval
+from scissordyn.study.answer.estimate import fraction_interval
 from scissordyn.study.ask.description import Study
 from scissordyn.study.ask.design import INDEPENDENT
 from scissordyn.study.ask.requirement import Response, response_unit, response_values, value_text, whole_responses

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, replace
-from typing import Protocol, Unpack
+from typing import Unpack
 
 import numpy as np
 import xarray as xr
@@ -30,18 +30,12 @@ class Optimum:
     best: int  # With one goal the best point that meets the requirements (the least violation if none does); -1 with several
 
 
-class Proposer(Protocol):
-    """A method that asks for candidates in the unit cube and gets their goals; nothing else makes it go on."""
-
-    def ask(self) -> np.ndarray:
-        """Candidates, shape (population, factors)."""
-
-    def tell(self, goals: np.ndarray, violation: np.ndarray) -> None:
-        """Goals, shape (population, goals), to be made small; violation, shape (population,), 0 where all is met."""
-
-
 class _Cma:
-    """CMA-ES: candidates that meet the requirements come before those that do not."""
+    """CMA-ES: candidates that meet the requirements come before those that do not.
+
+    A method asks for candidates in the unit cube, shape (population, factors), and is told their goals, shape (population,
+    goals), to be made small, and their violation, shape (population,), 0 where all is met; nothing else makes it go on.
+    """
 
     def __init__(self, dimensions: int, population: int, seed: int) -> None:
         import cma
@@ -91,7 +85,7 @@ class _Nsga2:
         self.algorithm.tell(infills=self.proposed)
 
 
-def proposer(optimisation: Optimisation, dimensions: int) -> Proposer:
+def proposer(optimisation: Optimisation, dimensions: int) -> _Cma | _Nsga2:
     """The method for an optimisation: CMA-ES for one goal, NSGA-II for several."""
     population = optimisation.size(dimensions)
     try:

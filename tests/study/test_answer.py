@@ -1,8 +1,10 @@
-"""Answers of studies: fractions, disagreement, indices, risk and optimisers against known results."""
+"""Answers of studies: fractions, disagreement, indices, risk and optimisers against known results, and pages printed as PDF."""
 
 from __future__ import annotations
 
 import dataclasses
+import re
+import shutil
 from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
@@ -15,6 +17,8 @@ import xarray as xr
 from scipy import stats
 
 import scissordyn as sd
+from scissordyn.errors import InputError, ScissordynError
+from scissordyn.file.pdf import BROWSERS, printed
 from scissordyn.model.parameter_path import number
 from scissordyn.plot.study import feasibility_map, pareto_front, requirement_bars, response_curves, sensitivity_bars
 from scissordyn.run.options import Options
@@ -419,3 +423,40 @@ def test_many_numbers_of_a_worst_case_are_the_extreme_ones() -> None:
     assert "joint 11.clearance = 30" in text
     assert text.count("=") == 6
     assert text.endswith("and 13 nearer to their means")
+
+
+PAGE = b"<!doctype html><html><title>Study</title><h1>first</h1><h1 style='break-before: page'>second</h1></html>"
+
+
+def browser(folder: Path, monkeypatch: pytest.MonkeyPatch, line: str) -> None:
+    """The only browser there is, as a shell script."""
+    path = folder / BROWSERS[0]
+    path.write_text(f"#!/bin/sh\n{line}\n", encoding="utf-8")
+    path.chmod(0o755)
+    monkeypatch.setattr(shutil, "which", lambda name: str(path) if name == BROWSERS[0] else None)
+
+
+@pytest.mark.skipif(not any(map(shutil.which, BROWSERS)), reason="no browser that prints")
+def test_a_page_is_printed() -> None:
+    """Contract: a PDF with the pages that were asked for."""
+    found = printed(PAGE)
+    assert found.startswith(b"%PDF-")
+    assert found.rstrip().endswith(b"%%EOF")
+    assert len(re.findall(rb"/Type\s*/Page\b", found)) == 2
+
+
+def test_without_a_browser_there_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Contract: the error says what to type."""
+    monkeypatch.setattr(shutil, "which", lambda name: None)
+    with pytest.raises(InputError, match=r"-o report\.html"):
+        printed(PAGE)
+
+
+def test_what_a_browser_does_not_print_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Contract: nothing written, or something that is no PDF."""
+    browser(tmp_path, monkeypatch, "exit 3")
+    with pytest.raises(ScissordynError, match="has not printed"):
+        printed(PAGE)
+    browser(tmp_path, monkeypatch, 'for a in "$@"; do case $a in --print-to-pdf=*) echo no > "${a#*=}";; esac; done')
+    with pytest.raises(ScissordynError, match="is no PDF"):
+        printed(PAGE)

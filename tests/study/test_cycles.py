@@ -181,7 +181,7 @@ def test_units(settled, tmp_path):
         assert "units" not in run["end_y"].attrs
 
 
-def test_what_cannot_be_used(periodic, impacting, frictional):
+def test_what_cannot_be_used(periodic, impacting, frictional, upright):
     """Contract: one-line errors."""
     ideal = cycle(periodic, cycles=1)
     table = Tabulated(tuple(0.1 * k for k in range(7)), tuple(0.7 + 0.01 * k for k in range(7)))
@@ -197,6 +197,17 @@ def test_what_cannot_be_used(periodic, impacting, frictional):
         (lambda: cycle(periodic.driven(table), cycles=10, period=0.1), "tabulated until 0.6 s"),
         (lambda: drive_period(two), "2 periods"),
         (lambda: drive_period(periodic.driven(table)), "no periods"),
+        (lambda: ensemble(periodic, members=2, cycles=2), "without clearance joints"),
+        (lambda: ensemble(impacting, members=1, cycles=2), "members = 1"),
+        (lambda: ensemble(impacting, members=2, cycles=2, skip=2), "skip = 2 of 2 cycles"),
+        (lambda: ensemble(impacting, members=2, cycles=2, perturbation=0.1), "perturbation = 0.1"),
+        (lambda: ensemble(impacting, members=2, cycles=2, agreement=0.0), "agreement = 0.0"),
+        (lambda: variational_exponent(frictional, cycles=1), "variational equation is not defined"),
+        (lambda: variational_exponent(impacting, cycles=1), "variational equation is not defined"),
+        (lambda: variational_exponent(periodic, cycles=1), "drives prescribe its whole motion"),
+        (lambda: separation_exponent(periodic, cycles=1), "drives prescribe its whole motion"),
+        (lambda: separation_exponent(upright, cycles=0, period=1.0), "cycles = 0"),
+        (lambda: separation_exponent(upright, cycles=1, period=0.1, intervals=1, skip=1), "no interval left"),
     ):
         with pytest.raises(InputError, match=words):
             call()
@@ -276,19 +287,6 @@ def test_seed_of_members(impacting):
     assert not np.array_equal(here["drive_work"].values[1], other["drive_work"].values[1])
 
 
-def test_what_no_ensemble_is_made_of(periodic, impacting):
-    """Contract: one-line errors."""
-    for mechanism, options, words in (
-        (periodic, {}, "without clearance joints"),
-        (impacting, {"members": 1}, "members = 1"),
-        (impacting, {"skip": 2}, "skip = 2 of 2 cycles"),
-        (impacting, {"perturbation": 0.1}, "perturbation = 0.1"),
-        (impacting, {"agreement": 0.0}, "agreement = 0.0"),
-    ):
-        with pytest.raises(InputError, match=words):
-            ensemble(mechanism, **{"members": 2, "cycles": 2, **options})
-
-
 @pytest.fixture(scope="module")
 def upright():
     """A uniform bar of 1 m that stands on its pin."""
@@ -332,20 +330,6 @@ def test_a_settled_orbit_attracts(frictional):
     """Limit: with friction, where the map has a fixed point, the exponent is negative."""
     found = separation_exponent(frictional, cycles=8, intervals=4, skip=4, distance=1e-2, rtol=1e-8, atol=1e-8)
     assert float(found["exponent"]) < 0.0
-
-
-def test_what_has_no_exponent(periodic, frictional, impacting, upright):
-    """Contract: one-line errors."""
-    for mechanism in (frictional, impacting):
-        with pytest.raises(InputError, match="variational equation is not defined"):
-            variational_exponent(mechanism, cycles=1)
-    for method in (separation_exponent, variational_exponent):
-        with pytest.raises(InputError, match="drives prescribe its whole motion"):
-            method(periodic, cycles=1)
-    with pytest.raises(InputError, match="cycles = 0"):
-        separation_exponent(upright, cycles=0, period=1.0)
-    with pytest.raises(InputError, match="no interval left"):
-        separation_exponent(upright, cycles=1, period=0.1, intervals=1, skip=1)
 
 
 @pytest.mark.parametrize("measure", [separation_exponent, variational_exponent])

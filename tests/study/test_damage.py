@@ -103,8 +103,11 @@ def test_a_changed_row_is_named_and_computed_anew(
     assert Store(store).damage() == {}
 
 
-def flipped(whole: Path, store: Path, flips: int, capfd: pytest.CaptureFixture[str]) -> set[int]:
-    """Flip single bits of a store and use it; the number of cases that each flip has cost."""
+@pytest.mark.parametrize(("flips", "costs"), [(FLIPS, {0}), pytest.param(ALL_FLIPS, {0, 1}, marks=pytest.mark.slow)])
+def test_no_flipped_bit_is_shown_as_a_number(
+    flips: int, costs: set[int], whole: Path, store: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Contract: whichever bit of the file is flipped, no other number is read, and what is lost is said and computed anew."""
     expected, content, lost = Store(whole).results(), whole.read_bytes(), set[int]()
     chance = random.Random(1)
     for bit in chance.sample(range(8 * len(content)), flips):
@@ -126,18 +129,7 @@ def flipped(whole: Path, store: Path, flips: int, capfd: pytest.CaptureFixture[s
         if not good.all():
             assert (execute(study(), store, engine=1).status() == COMPLETE).all(), bit
             assert rows(store) == rows(whole), bit
-    return lost
-
-
-def test_no_flipped_bit_is_shown_as_a_number(whole: Path, store: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """Contract: whichever bit of the file is flipped, no other number is read, and what is lost is said and computed anew."""
-    assert flipped(whole, store, FLIPS, capfd) >= {0}
-
-
-@pytest.mark.slow
-def test_thousands_of_flipped_bits(whole: Path, store: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """Contract: as above."""
-    assert flipped(whole, store, ALL_FLIPS, capfd) >= {0, 1}
+    assert lost >= costs
 
 
 @pytest.mark.parametrize("size", [0.1, 0.5, 0.9])

@@ -45,24 +45,18 @@ def test_more_points_leave_those_before_as_they_are(kind: str) -> None:
     np.testing.assert_array_equal(design_values(small, TWO, BASE, at), design_values(large, TWO, BASE, at))
 
 
-def test_a_grid_has_every_combination_once() -> None:
-    """Closed form: 3 x 2 points, the last factor fastest."""
-    found = design_values(Design("grid"), TWO, BASE, np.arange(6))
-    assert found.tolist() == [[1, 5], [1, 7], [2, 5], [2, 7], [3, 5], [3, 7]]
-
-
-def test_zipped_lists_go_side_by_side() -> None:
-    """Closed form: and lists of different lengths are refused."""
-    pair = (Levels((1.0, 2.0)), Levels((5.0, 7.0)))
-    assert design_values(Design("zip"), pair, BASE, np.arange(2)).tolist() == [[1, 5], [2, 7]]
-    with pytest.raises(sd.InputError, match="lists of 2 and 3 values"):
-        design_size(Design("zip"), TWO)
-
-
-def test_one_at_a_time_starts_from_the_mechanism() -> None:
-    """Closed form: the base, then each level of each factor alone."""
-    found = design_values(Design("one-at-a-time"), TWO, BASE, np.arange(6))
-    assert found.tolist() == [[2.5, 6], [1, 6], [2, 6], [3, 6], [2.5, 5], [2.5, 7]]
+@pytest.mark.parametrize(
+    ("kind", "variations", "points"),
+    [
+        ("grid", TWO, [[1, 5], [1, 7], [2, 5], [2, 7], [3, 5], [3, 7]]),
+        ("zip", (Levels((1.0, 2.0)), Levels((5.0, 7.0))), [[1, 5], [2, 7]]),
+        ("one-at-a-time", TWO, [[2.5, 6], [1, 6], [2, 6], [3, 6], [2.5, 5], [2.5, 7]]),
+    ],
+)
+def test_points_at_levels(kind: str, variations: tuple[Variation, ...], points: list[list[float]]) -> None:
+    """Closed form: every combination, the last factor fastest; lists side by side; the mechanism, then each level alone."""
+    size = design_size(Design(kind), variations)
+    assert design_values(Design(kind), variations, BASE, np.arange(size)).tolist() == points
 
 
 def test_latin_hypercube_and_sobol_fill_every_stratum() -> None:
@@ -140,6 +134,7 @@ def test_a_table_gives_its_own_values_back() -> None:
         (lambda: Design("sobol"), "points = 0"),
         (lambda: Design("morris", 2), "at least 8"),
         (lambda: Design("saltelli", 2), "at least 8"),
+        (lambda: design_size(Design("zip"), TWO), "lists of 2 and 3 values"),
     ],
 )
 def test_bad_designs(make: object, says: str) -> None:

@@ -26,10 +26,10 @@ from scissordyn.study.answer.estimate import (
     mean_estimate,
     population_mean,
 )
-from scissordyn.study.answer.report import Surfaces
+from scissordyn.study.answer.report import surfaces
 from scissordyn.study.answer.verdict import by_point
 from scissordyn.study.ask.requirement import Response
-from study.test_answer import made_up
+from study.test_answer import made_up, result_of
 from study.test_conclusion import proportional
 from study.test_screening import least_held
 from study.test_study import arm
@@ -199,7 +199,7 @@ def test_maps_of_few_points_are_filled() -> None:
     """Closed form: peak force 4e6 c over clearance and speed; the line of 1000 N is at 0.25 mm, and the field is the plane."""
     described, found = proportional(1000.0)
     points = by_point(described, found)
-    field, bounds = Surfaces(described, points).of_map("peak_force")
+    field, bounds = surfaces(result_of(described, found), "peak_force")
     assert field is not None
     np.testing.assert_allclose(field.mean, np.tile(4e6 * field.x, (field.y.size, 1)), rtol=0.01)
     assert field.x.min() == points["A.clearance"].values.min()
@@ -209,9 +209,9 @@ def test_maps_of_few_points_are_filled() -> None:
     lines = [one for one in axes.collections if isinstance(one, ContourSet) and not one.filled]
     across = np.concatenate([path.vertices[:, 0] for one in lines for path in one.get_paths()])
     np.testing.assert_allclose(across, 0.25, rtol=0.01)
-    assert Surfaces(described, points).of_map("met")[0] is None
+    assert surfaces(result_of(described, found), "met")[0] is None
     noise = made_up(described, 100.0 + np.random.default_rng(1).random(24))
-    assert Surfaces(described, by_point(described, noise)).of_map("peak_force") == (None, [])
+    assert surfaces(result_of(described, noise), "peak_force") == (None, [])
 
 
 def test_members_that_disagree_are_marked_beside_the_lines() -> None:
@@ -219,7 +219,7 @@ def test_members_that_disagree_are_marked_beside_the_lines() -> None:
     described, found = proportional(1000.0)
     points = by_point(described, found)
     points["disagrees"] = points["disagrees"].copy(data=np.arange(24) == 3)
-    field, bounds = Surfaces(described, points).of_map("peak_force")
+    field, bounds = surfaces(result_of(described, found), "peak_force")
     (axes,) = feasibility_map(points, colour="peak_force", field=field, bounds=bounds)
     figure = axes.get_figure(root=True)
     assert figure is not None

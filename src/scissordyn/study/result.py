@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import cached_property
+from functools import cache, cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
@@ -18,11 +18,12 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.engine import Engine
 from scissordyn.run.simulate import simulate
 from scissordyn.study.answer.conclusion import Conclusion, conclude
+from scissordyn.study.answer.estimate import Kriging
 from scissordyn.study.answer.fact import grouped, grouped_lines
 from scissordyn.study.answer.fidelity import Corrected, confirmed, estimates, screened, verified_path
 from scissordyn.study.answer.page import design_size, page
 from scissordyn.study.answer.report import MOST_ROWS, StudyPictures, as_html, export, table, write_figures, write_report
-from scissordyn.study.answer.trend import Trend, sensitivity, trends
+from scissordyn.study.answer.trend import Trend, between_points, sensitivity, trends
 from scissordyn.study.answer.verdict import (
     FeasibleFraction,
     Recommendation,
@@ -160,6 +161,11 @@ class StudyResult:
     def conclusion(self) -> Conclusion:
         """What the study has found, as facts: a kind, the part it is about, and numbers; ``str`` of a fact says it."""
         return conclude(self, self.store.path)
+
+    @cached_property
+    def between(self) -> Callable[[str], Kriging | None]:
+        """A response between the points; None where they do not predict each other, or names vary."""
+        return cache(partial(between_points, self.study, self.points))
 
     @cached_property
     def fitted(self) -> dict[str, tuple[Trend, ...]]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,8 +13,9 @@ from scipy.stats import qmc
 
 from scissordyn.errors import command
 from scissordyn.plot.scale import scale_of
+from scissordyn.study.answer.estimate import Kriging
 from scissordyn.study.answer.fact import Fact, Section
-from scissordyn.study.answer.trend import ALIKE, Trend, between_points, with_indicators
+from scissordyn.study.answer.trend import ALIKE, Trend, with_indicators
 from scissordyn.study.answer.verdict import Recommendation, answered, case_values
 from scissordyn.study.ask.description import Study
 from scissordyn.study.ask.design import Factor, quantiles
@@ -318,7 +318,7 @@ def _met(result: StudyResult, store: str, point: Recommendation, refine: Callabl
 
 def _not_met(result: StudyResult, point: Recommendation, needed: Sequence[Fact], refine: Callable[..., str]) -> list[Step]:
     study, results, steps = result.study, result.dataset, list[Step]()
-    if (likely := _interpolated_point(study, result.points)) is not None:
+    if (likely := _interpolated_point(result)) is not None:
         steps.append((Fact("interpolated"), refine(*_fixed(study, results, likely))))
     need = next((need for need in needed if need.part == point.binding and need.kind == "need beyond"), None)
     if need is not None:
@@ -338,18 +338,17 @@ def _not_met(result: StudyResult, point: Recommendation, needed: Sequence[Fact],
     return steps
 
 
-def _interpolated_point(study: Study, points: xr.Dataset) -> dict[str, float] | None:
+def _interpolated_point(result: StudyResult) -> dict[str, float] | None:
     """Within the ranges, the point with the largest least margin by interpolation; None unless it is likely to meet all."""
-    model_of, models = cache(partial(between_points, study, points)), []
+    study, names, models = result.study, result.study.paths, list[Kriging]()
     for requirement in study.requirements:
-        model = model_of(requirement.response.name)
+        model = result.between(requirement.response.name)
         if model is None:
             return None
         models.append(model)
-    names = study.paths
     drawn = qmc.Sobol(len(names), rng=np.random.default_rng(0)).random(TRIED)
     at = quantiles([factor.variation for factor in study.factors], drawn)
-    tried = np.stack([points[name].values for name in names], axis=1)
+    tried = np.stack([result.points[name].values for name in names], axis=1)
     at = np.clip(at, np.nanmin(tried, axis=0), np.nanmax(tried, axis=0))  # nothing is extrapolated
     every = zip(study.requirements, models, strict=True)
     margins = [requirement.margin(model.predict(at)[0]) for requirement, model in every]

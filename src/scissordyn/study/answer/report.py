@@ -6,7 +6,7 @@ import base64
 import io
 import re
 from collections.abc import Callable, Iterable, Iterator
-from functools import cache, partial
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -34,8 +34,6 @@ from scissordyn.run.engine import STATES
 from scissordyn.run.store import save
 from scissordyn.study.answer.fact import Section
 from scissordyn.study.answer.page import page
-from scissordyn.study.answer.trend import between_points
-from scissordyn.study.ask.description import Study
 from scissordyn.study.ask.requirement import units_of_parts
 
 if TYPE_CHECKING:
@@ -59,7 +57,6 @@ class StudyPictures:
 
     def __init__(self, result: StudyResult) -> None:
         self._result = result
-        self._surfaces = Surfaces(result.study, result.points)
 
     def map(self, colour: str = "met", *, x: str = "", y: str = "", axes: Canvas = None) -> list[Axes]:
         """A response, or "met", the fraction of cases that meet the requirements, over two numbers; see `feasibility_map`.
@@ -71,7 +68,7 @@ class StudyPictures:
         responses = [str(name) for name, variable in points.data_vars.items() if variable.attrs.get("role") == "response"]
         if colour not in ("met", *points):
             raise InputError(f"a map of '{colour}'", ", ".join(["met", *responses]), f"result.plot.map('{responses[0]}')")
-        field, bounds = self._surfaces.of_map(colour, x, y)
+        field, bounds = surfaces(self._result, colour, x, y)
         limit = self._limits().get(colour)
         return feasibility_map(points, x=x, y=y, colour=colour, limit=limit, field=field, bounds=bounds, axes=axes)
 
@@ -106,52 +103,45 @@ class StudyPictures:
         return {requirement.response.name: requirement.bound for requirement in self._result.study.requirements}
 
 
-class Surfaces:
-    """Responses of a study of few points, interpolated by kriging."""
+def surfaces(result: StudyResult, colour: str, x: str = "", y: str = "") -> tuple[Field | None, list[Bound]]:
+    """The field under a map and the lines of requirements over it; nothing where nothing can be interpolated."""
+    names = result.study.paths
+    if len(names) < 2:
+        return None, []
+    x = x or names[0]
+    y = y or next(name for name in names if name != x)
+    bounds = [
+        Bound(requirement.label, field, requirement.bound)
+        for requirement in result.study.requirements
+        if colour in ("met", requirement.response.name)
+        and (field := _field(result, requirement.response.name, x, y)) is not None
+    ]
+    return None if colour == "met" else _field(result, colour, x, y), bounds
 
-    def __init__(self, study: Study, points: xr.Dataset) -> None:
-        self._study, self._points = study, points
-        self._names = study.paths
-        self._model = cache(partial(between_points, study, points))  # By response
 
-    def field(self, response: str, x: str, y: str) -> Field | None:
-        """The mean of a response over the numbers other than x and y; None where points do not predict each other."""
-        model = self._model(response)
-        if model is None:
-            return None
-        places = [self._names.index(name) for name in (x, y)]
-        table = np.stack([self._points[name].values for name in self._names], axis=1)
-        across, up = (self._steps(place, table[:, place]) for place in places)
-        rows = table[np.unique(np.linspace(0, table.shape[0] - 1, OTHERS).astype(int))]
-        rows = rows if len(self._names) > 2 else rows[:1]
-        total, squared = np.zeros(CELLS**2), np.zeros(CELLS**2)
-        for row in rows:
-            at = np.tile(row, (CELLS**2, 1))
-            at[:, places[0]], at[:, places[1]] = np.tile(across, CELLS), np.repeat(up, CELLS)
-            mean, deviation = model.predict(at)
-            total += mean
-            squared += deviation**2
-        mean, deviation = (values.reshape(CELLS, CELLS) for values in (total / len(rows), np.sqrt(squared / len(rows))))
-        return Field(across, up, mean, deviation, float(np.nanstd(self._points[response].values)), model.error)
+def _field(result: StudyResult, response: str, x: str, y: str) -> Field | None:
+    """The mean of a response over the numbers other than x and y; None where points do not predict each other."""
+    model, names = result.between(response), result.study.paths
+    if model is None:
+        return None
+    table, places = np.stack([result.points[name].values for name in names], axis=1), [names.index(x), names.index(y)]
 
-    def _steps(self, place: int, values: np.ndarray) -> np.ndarray:
-        """Within the data: nothing is extrapolated along an axis."""
-        space = np.geomspace if self._study.factors[place].logarithmic else np.linspace
-        return np.asarray(space(float(values.min()), float(values.max()), CELLS))
+    def steps(place: int) -> np.ndarray:
+        space = np.geomspace if result.study.factors[place].logarithmic else np.linspace
+        return np.asarray(space(float(table[:, place].min()), float(table[:, place].max()), CELLS))  # nothing is extrapolated
 
-    def of_map(self, colour: str, x: str = "", y: str = "") -> tuple[Field | None, list[Bound]]:
-        """The field under a map and the lines of requirements over it; nothing where nothing can be interpolated."""
-        if len(self._names) < 2:
-            return None, []
-        x = x or self._names[0]
-        y = y or next(name for name in self._names if name != x)
-        bounds = [
-            Bound(requirement.label, field, requirement.bound)
-            for requirement in self._study.requirements
-            if colour in ("met", requirement.response.name)
-            and (field := self.field(requirement.response.name, x, y)) is not None
-        ]
-        return None if colour == "met" else self.field(colour, x, y), bounds
+    across, up = map(steps, places)
+    rows = table[np.unique(np.linspace(0, table.shape[0] - 1, OTHERS).astype(int))]
+    rows = rows if len(names) > 2 else rows[:1]
+    total, squared = np.zeros(CELLS**2), np.zeros(CELLS**2)
+    for row in rows:
+        at = np.tile(row, (CELLS**2, 1))
+        at[:, places[0]], at[:, places[1]] = np.tile(across, CELLS), np.repeat(up, CELLS)
+        mean, deviation = model.predict(at)
+        total += mean
+        squared += deviation**2
+    mean, deviation = (values.reshape(CELLS, CELLS) for values in (total / len(rows), np.sqrt(squared / len(rows))))
+    return Field(across, up, mean, deviation, float(np.nanstd(result.points[response].values)), model.error)
 
 
 ENDINGS = (".csv", ".parquet", ".nc")

@@ -37,14 +37,20 @@ class FeasibleFraction:
 
 
 @dataclass(frozen=True)
-class Worst:
+class Margin:
+    """How far a point is from a requirement in the worst of its cases."""
+
+    requirement: str
+    value: float  # Of the worst case; NaN if a case has none
+    text: str  # The value with its unit, or why there is none
+    margin: float  # As a fraction of the bound; negative where the requirement is not met
+
+
+@dataclass(frozen=True)
+class Worst(Margin):
     """A case far from what is required."""
 
     case: int
-    requirement: str
-    value: float
-    text: str  # The value with its unit, or why there is none
-    margin: float  # As a fraction of the bound; negative where it is not met
     # The chosen and the uncertain numbers and names of the case, in SI, by parameter
     numbers: dict[str, Any] = field(default_factory=dict)
 
@@ -157,18 +163,8 @@ def worst_cases(study: Study, results: xr.Dataset, count: int = 5) -> list[Worst
             if margin < (worst[at].margin if at in worst else np.inf):
                 text = value_text(results, requirement.response, case)
                 numbers = {name: float(results[column(name)][case]) for name in study.factor_names}
-                worst[at] = Worst(case, requirement.label, float(values[case]), text, margin, numbers)
+                worst[at] = Worst(requirement.label, float(values[case]), text, margin, case, numbers)
     return sorted(worst.values(), key=lambda case: case.margin)[:count]
-
-
-@dataclass(frozen=True)
-class Margin:
-    """How far a point is from a requirement in the worst of its cases."""
-
-    requirement: str
-    value: float  # Of the worst case; NaN if a case has none
-    text: str  # The value with its unit, or why there is none
-    margin: float  # As a fraction of the bound; negative where the requirement is not met
 
 
 @dataclass(frozen=True)

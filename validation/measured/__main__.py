@@ -9,14 +9,14 @@ from validation.measured.chains import compared
 from validation.measured.friction import at_rest, cross_validated, forecasts
 from validation.measured.picture import draw
 
-DOCS = Path(__file__).parents[2] / "docs"
+PICTURE = Path(__file__).parents[2] / "docs" / "decisions" / "measured" / "pendula.png"
 
 
 def main(copy: Path) -> None:
     """Print all results, and draw the picture of their page."""
     rest = {law: fit for law, fit in at_rest(copy).items() if law in ("viscous", "dry")}
     chains = [compared(copy, arms, 40) for arms in (2, 3)]
-    print(draw(DOCS / "measured_pendula.png", chains, rest))
+    print(draw(PICTURE, chains, rest))
     forecasts(copy)
     cross_validated(copy)
 

@@ -67,7 +67,7 @@ def _print_comparison(first: xr.Dataset, second: xr.Dataset, labels: tuple[str, 
 
     entries = list(differences(read_configuration(first), read_configuration(second)))
     if entries:
-        print_table({"entry": "text", **dict.fromkeys(labels, "numbers")}, entries[:MOST])
+        print_table([("entry", "text"), *((label, "numbers") for label in labels)], entries[:MOST])
     else:
         say("Both runs are of the same case.")
     if len(entries) > MOST:
@@ -77,7 +77,7 @@ def _print_comparison(first: xr.Dataset, second: xr.Dataset, labels: tuple[str, 
         if name in others:
             sizes = value, others[name][0]
             rows.append([name, *(cell(size, unit) if unit else f"{size:g}" for size in sizes), change(*sizes)])
-    print_table({"quantity": "text", **dict.fromkeys(labels, "number"), "change": "number"}, rows)
+    print_table([("quantity", "text"), *((label, "number") for label in labels), ("change", "number")], rows)
     hard = [label for label, run in zip(labels, (first, second), strict=True) if "peak_force_estimate" in run]
     if hard:
         say(f"Hard contact in {' and '.join(hard)}: largest forces are estimates, driving torques leave impacts out.")

@@ -120,14 +120,14 @@ def say(*lines: object, **look: Any) -> None:
 
 
 def print_table(
-    columns: Mapping[str, str],
+    columns: Mapping[str, str] | Sequence[tuple[str, str]],
     rows: Iterable[Sequence[str]],
     title: str | None = None,
     *,
     spare: Sequence[str] = (),
     to: Console | None = None,
 ) -> list[str]:
-    """Print a table with columns of `LOOKS`, by their heads.
+    """Print a table with columns of `LOOKS`, by their heads, or with heads of which several may be the same.
 
     Numbers of a column are never cut: where there is no room columns that are spare are left out first, in their order, then
     long names are broken. Returns the first lines of the heads of those left out.
@@ -135,23 +135,24 @@ def print_table(
     from rich import box
     from rich.table import Table
 
-    to, cells, kept = to or console(), [*rows], [*columns]
-    least = {}
-    for head, *texts in zip(columns, *cells, strict=True):
-        width = max(len(line) for text in (head, *texts) for line in text.split("\n"))
-        if columns[head] in ("number", "long name"):
-            least[head] = width if columns[head] == "number" else min(width, NARROWEST)
+    to, cells, least = to or console(), [*rows], dict[int, int]()
+    heads, looks = zip(*(columns.items() if isinstance(columns, Mapping) else columns), strict=True)
+    for k, texts in enumerate(zip(heads, *cells, strict=True)):
+        width = max(len(line) for text in texts for line in text.split("\n"))
+        if looks[k] in ("number", "long name"):
+            least[k] = width if looks[k] == "number" else min(width, NARROWEST)
+    kept = [*range(len(heads))]
     for unwanted in spare:
-        if sum(width + 1 for head, width in least.items() if head in kept) <= to.width - 2:
+        if sum(width + 1 for k, width in least.items() if k in kept) <= to.width - 2:
             break
-        kept.remove(unwanted)
+        kept.remove(heads.index(unwanted))
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0), title=title, title_justify="left")
-    for head in kept:
-        table.add_column(head, **LOOKS[columns[head]], min_width=least.get(head))
+    for k in kept:
+        table.add_column(heads[k], **LOOKS[looks[k]], min_width=least.get(k))
     for row in cells:
-        table.add_row(*(text for head, text in zip(columns, row, strict=True) if head in kept))
+        table.add_row(*(row[k] for k in kept))
     to.print(table)
-    return [head.split("\n")[0] for head in columns if head not in kept]
+    return [head.split("\n")[0] for k, head in enumerate(heads) if k not in kept]
 
 
 def print_json(record: dict[str, Any]) -> None:

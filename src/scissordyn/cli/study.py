@@ -391,6 +391,6 @@ def _show(part: Section) -> None:
             print("; ".join(printable(f"{head} {cell}".lstrip()) for head, cell in zip(part.head[:-1], cells, strict=True)))
             print(f"  {typed}")
     elif part.rows:
-        print_table(dict.fromkeys(part.head, "text"), part.rows)
+        print_table([(head, "text") for head in part.head], part.rows)
     for note in part.notes if part.rows else ():
         print(note)

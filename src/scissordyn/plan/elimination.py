@@ -224,7 +224,7 @@ class Elimination:
 
         With a larger `nothing_left` what few digits leave of constraints that follow from others is no constraint.
         """
-        self.nothing_left, contradiction = nothing_left, max(CONTRADICTION, nothing_left)
+        self.nothing_left, refused = nothing_left, max(CONTRADICTION, nothing_left)
         unknowns, total = self.preferred.size, self.preferred.size + self.prescribed
         start = np.cumsum([0, *(len(constraint) for constraint, _ in self.imposed)], dtype=np.int64)
         columns = np.array([column for constraint, _ in self.imposed for column in constraint], np.int64)
@@ -236,10 +236,11 @@ class Elimination:
             first, length, progress = np.zeros(total, np.int64), np.zeros(total, np.int64), np.zeros(2, np.int64)
             solved = Solved(self.solved_at, first, length, np.zeros(room, np.int64), np.zeros(room))
             sums = Sums(np.zeros(total), np.zeros(total, np.int64), np.zeros(total, np.int64))
-            limits = round_off, nothing_left, contradiction
+            limits = round_off, nothing_left, refused
             status = eliminate(start, columns, values, self.preferred, solved, sums, progress, *limits)
             if status == CONTRADICTS:
-                self._contradicted(int(progress[0]))
+                constraint, name = self.imposed[row := int(progress[0])]
+                raise contradiction([name, *self.behind([constraint], row)])
             if status == DONE:
                 rows = np.zeros(unknowns + 1, np.int64), np.zeros(room, np.int64), np.zeros(room)
                 if expand_rows(unknowns, solved, sums, *rows, round_off) == DONE:
@@ -258,10 +259,6 @@ class Elimination:
         """The largest error of a constraint at values of all columns."""
         errors = (abs(sum(value * values[column] for column, value in row.items())) for row, _ in self.imposed)
         return float(max(errors, default=0.0))
-
-    def _contradicted(self, row: int) -> None:
-        constraint, name = self.imposed[row]
-        raise contradiction([name, *self.behind([constraint], row)])
 
     def behind(self, expressions: list[Expression], before: int | None = None) -> list[str]:
         """Whose constraints together determine some expressions, drives first.

@@ -260,34 +260,29 @@ def _monitors(mechanism: Mechanism, constraints: tuple[Constraint, ...]) -> np.n
     internal states over its limit, deviations of tracked points, outputs of components that are declared as monitored, forces
     of oiled joints, of contacts with friction and of couplings.
     """
-    rows = [(DRIVE_TORQUE, d) for d in range(len(mechanism.drives))]
-    rows += [(COMPONENT_FORCE, i) for i in range(len(mechanism.exerting))]
-    rows += [(PRESSURE_VELOCITY, j) for j in range(len(mechanism.clearance_joints))]
-    rows += [(INDENTATION, j) for j in range(len(mechanism.contacts))]
-    rows += [(FRICTION_RATIO, j) for j, contact in enumerate(mechanism.contacts) if _has_bristles(contact)]
-    rows += [(TRACK_DEVIATION, k) for k in range(len(mechanism.tracks))]
-    rows += [
-        (COMPONENT_OUTPUT, i * RESULTS + output.first)
-        for i, part in enumerate(mechanism.exerting)
-        for output in part.declaration.outputs_monitored
-    ]
-    films, total = len(mechanism.components), len(acting(mechanism))
-    rows += [
-        (JOINT_FORCE, mechanism.clearance_joints.index(joint) * total + films + f)
-        for f, (joint, _, _) in enumerate(mechanism.lubricated)
-    ]
-    rows += [(CONTACT_FORCE, j) for j, contact in enumerate(mechanism.contacts) if _rubs(contact)]
-    rows += [(COUPLING_FORCE, k) for k, constraint in enumerate(constraints) if constraint.linear]
+    contacts, films, total = mechanism.contacts, len(mechanism.components), len(acting(mechanism))
+    laws: list[Any] = [contact.clearance for contact in contacts]
+    compliant = [(j, gap.friction) for j, gap in enumerate(laws) if gap.contact != "hard"]
+    monitored: dict[int, Iterable[int]] = {
+        DRIVE_TORQUE: range(len(mechanism.drives)),
+        COMPONENT_FORCE: range(len(mechanism.exerting)),
+        PRESSURE_VELOCITY: range(len(mechanism.clearance_joints)),
+        INDENTATION: range(len(contacts)),
+        FRICTION_RATIO: [j for j, friction in compliant if friction.states],
+        TRACK_DEVIATION: range(len(mechanism.tracks)),
+        COMPONENT_OUTPUT: [
+            i * RESULTS + output.first
+            for i, part in enumerate(mechanism.exerting)
+            for output in part.declaration.outputs_monitored
+        ],
+        JOINT_FORCE: [
+            mechanism.clearance_joints.index(joint) * total + films + f for f, (joint, _, _) in enumerate(mechanism.lubricated)
+        ],
+        CONTACT_FORCE: [j for j, friction in compliant if not isinstance(friction, NoFriction)],
+        COUPLING_FORCE: [k for k, constraint in enumerate(constraints) if constraint.linear],
+    }
+    rows = [(kind, index) for kind, indices in monitored.items() for index in indices]
     return np.array(rows, np.int64).reshape(-1, 2)
-
-
-def _rubs(contact: Any) -> bool:
-    return contact.clearance.contact != "hard" and not isinstance(contact.clearance.friction, NoFriction)
-
-
-def _has_bristles(contact: Any) -> bool:
-    """Whether a contact has a friction law with internal states."""
-    return contact.clearance.contact != "hard" and bool(contact.clearance.friction.states)
 
 
 def _latches(mechanism: Mechanism, constraints: tuple[Constraint, ...]) -> np.ndarray:

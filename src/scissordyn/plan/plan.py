@@ -59,7 +59,7 @@ class Plan:
 
     def fits(self, other: Mechanism) -> bool:
         """Whether another mechanism has the same tables: it differs only in clearances, laws, motions of drives and gravity."""
-        return same_tables(self.mechanism, other)
+        return _entering(self.mechanism) == _entering(other)
 
     def case(self, other: Mechanism) -> Plan:
         """The plan of another case that fits: the same tables, its own parts and numbers."""
@@ -219,37 +219,24 @@ def _angles(mechanism: Mechanism, coordinates: Coordinates, model: Model) -> np.
     return np.array(angles, float)
 
 
-def same_tables(base: Mechanism, other: Mechanism) -> bool:
-    """Whether two mechanisms have the same tables.
+def _entering(mechanism: Mechanism) -> list[Any]:
+    """What of a mechanism enters its tables.
 
-    Whatever could enter them, as a length or a mass, has them made anew: that costs time only.
+    Whatever could, as a length or a mass, has them made anew: that costs time only.
     """
-    return (
-        all(getattr(base, name) == getattr(other, name) for name in ENTIRE)
-        and [drive.body for drive in base.drives] == [drive.body for drive in other.drives]
-        and [(track.body, track.point) for track in base.tracks] == [(track.body, track.point) for track in other.tracks]
-        and len(base.joints) == len(other.joints)
-        and all(ours is theirs or _same_joint(ours, theirs) for ours, theirs in zip(base.joints, other.joints, strict=True))
-        and len(base.components) == len(other.components)
-        and all(
-            ours is theirs or _same_component(ours, theirs)
-            for ours, theirs in zip(base.components, other.components, strict=True)
-        )
-    )
+    entire = [getattr(mechanism, name) for name in ENTIRE]
+    driven, tracked = [drive.body for drive in mechanism.drives], [(track.body, track.point) for track in mechanism.tracks]
+    joints = [(joint.name, joint.journal, joint.bearing, _of_gap(joint.clearance)) for joint in mechanism.joints]
+    return [*entire, driven, tracked, joints, [_of_component(part) for part in mechanism.components]]
 
 
-def _same_joint(one: Revolute, another: Revolute) -> bool:
-    a, b = one.clearance, another.clearance
-    if (one.name, one.journal, one.bearing) != (another.name, another.journal, another.bearing):
-        return False
-    if a is None or b is None:
-        return a is b
-    same_states = a.contact == b.contact and contact_states(a) == contact_states(b)
-    return same_states and (a.lubrication is None) == (b.lubrication is None)
+def _of_gap(gap: Clearance | None) -> Any:
+    return gap and (gap.contact, contact_states(gap), gap.lubrication is None)
 
 
-def _same_component(one: Any, another: Any) -> bool:
-    if type(one) is not type(another) or one.declaration.motor:
-        return False
-    port = one.declaration.port
-    return all(getattr(one, name) == getattr(another, name) for name in (*port.points, *port.turning, *port.numbers))
+def _of_component(part: Any) -> tuple[Any, ...]:
+    """Its class and attachment; of a motor, whose rotor is a mass, all."""
+    port = part.declaration.port
+    if part.declaration.motor:
+        return type(part), id(part)
+    return type(part), *(getattr(part, name) for name in (*port.points, *port.turning, *port.numbers))

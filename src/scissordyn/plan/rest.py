@@ -32,8 +32,9 @@ def frictionless(mechanism: Mechanism) -> Mechanism:
 
     Itself if its joints are ideal, without bristles.
     """
-    if any(isinstance(part, PinLuGre | GuideLuGre) for part in mechanism.components):
-        mechanism = mechanism.with_parts({"components": tuple(map(_without_bristles, mechanism.components))}, check=False)
+    parts = tuple(part.without_bristles() if isinstance(part, PinLuGre | GuideLuGre) else part for part in mechanism.components)
+    if parts != mechanism.components:
+        mechanism = mechanism.with_parts({"components": parts}, check=False)
     if not mechanism.contacts:
         return mechanism
     joints, guides = tuple(map(_frictionless, mechanism.joints)), tuple(map(_frictionless, mechanism.guides))
@@ -100,10 +101,6 @@ def _constant(motion: TimeFunction, start: float, time: float) -> TimeFunction:
     value = np.zeros(4)
     function_at(time, function_rows(motion, start), value)
     return Polynomial((float(value[0]),))
-
-
-def _without_bristles(part: Any) -> Any:
-    return part.without_bristles() if isinstance(part, PinLuGre | GuideLuGre) else part
 
 
 def _frictionless(joint: Joint) -> Joint:

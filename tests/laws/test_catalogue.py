@@ -13,6 +13,7 @@ from scissordyn.laws.contact import Damping, Elastic, Friction
 from scissordyn.laws.damping import proportional
 from scissordyn.laws.evaluate import friction_force
 from scissordyn.plugin.element import PARAMETERS
+from scissordyn.units import quantities
 
 KINDS = {"stiffness": Elastic, "damping": Damping, "friction": Friction}
 ENTRIES = [(kind, name) for kind, laws in catalogue.BY_KIND.items() for name in laws]
@@ -36,19 +37,18 @@ def test_everything_is_there():
 
 
 @pytest.mark.parametrize(("kind", "name"), ENTRIES)
-def test_facts(kind, name):
+def test_what_a_law_says_of_itself(kind, name):
     """Contract: every law satisfies its protocol, fits in its row and has name, source, units and help."""
     law = catalogue.law(kind, name)
     assert isinstance(law(), KINDS[kind])
     assert len(law().parameters(JOINT)) <= PARAMETERS
-    facts = catalogue.facts(kind, name)
-    assert facts.name == name
-    assert len(facts.summary) > 10
-    assert re.search(r"doi:|\d{4}|definition", facts.source)
-    for parameter in facts.parameters:
-        if not isinstance(parameter.default, bool):
-            assert parameter.quantity.help
-            assert parameter.default is None or parameter.quantity.admits(parameter.default)
+    assert law.name == name
+    assert len(law.__doc__.strip().splitlines()[0]) > 10
+    assert re.search(r"doi:|\d{4}|definition", law.source)
+    for key, quantity in quantities(law).items():
+        default = law.__dataclass_fields__[key].default
+        assert quantity.help
+        assert default is None or quantity.admits(default)
     if kind == "damping" and law.declaration.kernels["force"] is proportional.force and name != "none":
         assert isinstance(law(), proportional.DampingFactor)
 
@@ -92,32 +92,26 @@ def test_materials():
         assert 400.0 < math.sqrt(material.youngs_modulus / material.density) < 7000.0
 
 
-PARAMETERS_OF_LAWS = [
-    (kind, name, parameter)
-    for kind, name in ENTRIES
-    for parameter in catalogue.facts(kind, name).parameters
-    if not isinstance(parameter.default, bool)
-]
+PARAMETERS_OF_LAWS = [(kind, name, *entry) for kind, name in ENTRIES for entry in quantities(catalogue.law(kind, name)).items()]
 
 
-@pytest.mark.parametrize(("kind", "name", "parameter"), PARAMETERS_OF_LAWS, ids=lambda value: getattr(value, "name", value))
-def test_parameters_are_bounded(kind, name, parameter):
+@pytest.mark.parametrize(("kind", "name", "key", "quantity"), PARAMETERS_OF_LAWS)
+def test_parameters_are_bounded(kind, name, key, quantity):
     """Limit: every number of every law has a lower and an upper bound; what no machine can have is refused by name."""
-    quantity = parameter.quantity
     low = quantity.minimum if quantity.above is None else quantity.above
     high = quantity.maximum if quantity.below is None else quantity.below
     assert low < high
     law = catalogue.law(kind, name)
     for value in (1e308, -1e308, math.inf, math.nan, -5e-324, *((5e-324,) if low > 0.0 else ())):
-        with pytest.raises(InputError, match=rf"{parameter.name} must be a finite number >=? "):
-            law(**{parameter.name: value})
+        with pytest.raises(InputError, match=rf"{key} must be a finite number >=? "):
+            law(**{key: value})
     for value in (low, high):
-        other = {"kinetic": value} if parameter.name == "static" else {}
-        other |= {"static": value} if parameter.name == "kinetic" and "static" in law.__dataclass_fields__ else {}
-        other |= {"full_speed": 10.0} if parameter.name == "dead_speed" and value < 10.0 else {}
-        other |= {"dead_speed": 0.0} if parameter.name == "full_speed" else {}
-        if quantity.admits(value) and (parameter.name, value) != ("dead_speed", 10.0):
-            numbers = law(**{parameter.name: value, **other}).parameters(JOINT)
+        other = {"kinetic": value} if key == "static" else {}
+        other |= {"static": value} if key == "kinetic" and "static" in law.__dataclass_fields__ else {}
+        other |= {"full_speed": 10.0} if key == "dead_speed" and value < 10.0 else {}
+        other |= {"dead_speed": 0.0} if key == "full_speed" else {}
+        if quantity.admits(value) and (key, value) != ("dead_speed", 10.0):
+            numbers = law(**{key: value, **other}).parameters(JOINT)
             assert all(math.isfinite(number) for number in numbers)
 
 

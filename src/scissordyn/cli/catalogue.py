@@ -81,6 +81,11 @@ def laws(
     return 0
 
 
+def _row(name: str, element: Any) -> tuple[str, str, str]:
+    """Name, summary and source of an element."""
+    return name, (element.__doc__ or "").strip().splitlines()[0], element.source
+
+
 def _with_defaults(law: Any) -> Any:
     """A law with the defaults of its parameters."""
     needed = [field.name for field in dataclasses.fields(law) if field.default is field.default_factory]
@@ -94,11 +99,11 @@ def _with_defaults(law: Any) -> Any:
 
 
 def _list_laws() -> None:
-    from scissordyn.laws.catalogue import BY_KIND, MATERIALS, facts
+    from scissordyn.laws.catalogue import BY_KIND, MATERIALS
     from scissordyn.laws.oil import OILS
 
     for kind, names in BY_KIND.items():
-        print_table(CATALOGUE, [(name, (law := facts(kind, name)).summary, law.source) for name in names], kind)
+        print_table(CATALOGUE, [_row(name, law) for name, law in names.items()], kind)
     materials = {name: (1e-9 * part.youngs_modulus, part.poisson_ratio, part.density) for name, part in MATERIALS.items()}
     oils = {name: (1e6 * part.viscosity_40, 1e6 * part.viscosity_100, part.density) for name, part in OILS.items()}
     for title, parts, numbers, heads in (
@@ -111,21 +116,20 @@ def _list_laws() -> None:
 
 
 def _describe(kind: str, name: str) -> None:
-    from scissordyn.laws.catalogue import facts, law
+    from scissordyn.laws.catalogue import law
 
-    element: type = law(kind, name)
-    about = facts(kind, name)
-    notes = [f"Source: {about.source}"]
-    if about.restitution_range is not None:
-        notes.append("Made for restitution coefficients from {:g} to {:g}.".format(*about.restitution_range))
-    if about.states:
-        notes.append(f"Internal states: {', '.join(state.name for state in about.states)}.")
-    if about.stiff:
+    element = law(kind, name)
+    notes = [f"Source: {element.source}"]
+    if getattr(element, "restitution_range", None) is not None:
+        notes.append("Made for restitution coefficients from {:g} to {:g}.".format(*element.restitution_range))
+    if getattr(element, "states", ()):
+        notes.append(f"Internal states: {', '.join(state.name for state in element.states)}.")
+    if getattr(element, "stiff", False):
         notes.append("Makes the equations of motion stiff.")
-    if about.caveat:
-        notes.append(f"Caveat: {about.caveat}")
-    chosen = "".join(f", {sample}" for sample in print_element(element, f"{about.name}, a law of {kind}", notes)[:1])
-    say("In a case file: " + (f'{kind} = {{ law = "{about.name}"{chosen} }}' if chosen else f'{kind} = "{about.name}"'))
+    if getattr(element, "caveat", ""):
+        notes.append(f"Caveat: {element.caveat}")
+    chosen = "".join(f", {sample}" for sample in print_element(element, f"{name}, a law of {kind}", notes)[:1])
+    say("In a case file: " + (f'{kind} = {{ law = "{name}"{chosen} }}' if chosen else f'{kind} = "{name}"'))
 
 
 def controllers(
@@ -134,8 +138,7 @@ def controllers(
     from scissordyn.control.catalogue import CONTROLLERS, controller
 
     if name is None:
-        rows = [(key, (of.__doc__ or "").strip().splitlines()[0], vars(of)["source"]) for key, of in CONTROLLERS.items()]
-        print_table(CATALOGUE, rows)
+        print_table(CATALOGUE, [_row(key, of) for key, of in CONTROLLERS.items()])
         say("scissordyn controllers NAME shows one with its parameters.")
         return 0
     element: type = controller(name)

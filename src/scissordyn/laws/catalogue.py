@@ -6,7 +6,6 @@ A law has no other place than its file.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -17,7 +16,6 @@ from scissordyn.laws.contact import Damping, Elastic, Friction
 from scissordyn.laws.material import MATERIALS as MATERIALS
 from scissordyn.plugin.element import Slot, element_named, elements_in
 from scissordyn.plugin.user_file import class_in
-from scissordyn.units import Quantity, State, quantities
 
 ELASTIC: Mapping[str, type[Elastic]] = elements_in(elastic)  # Elastic parts of the normal force, by name
 DAMPING: Mapping[str, type[Damping]] = elements_in(damping)  # Damping parts of the normal force, by name
@@ -27,32 +25,6 @@ BY_KIND: Mapping[str, Mapping[str, type[Any]]] = MappingProxyType(
     {"stiffness": ELASTIC, "damping": DAMPING, "friction": FRICTION}
 )
 """The three kinds, by their names in a clearance."""
-
-
-@dataclass(frozen=True)
-class Parameter:
-    name: str
-    quantity: Quantity  # Unit, bounds and help
-    default: float | bool | None  # None where the law computes the value
-
-
-@dataclass(frozen=True)
-class Facts:
-    name: str
-    kind: str
-    summary: str
-    source: str
-    parameters: tuple[Parameter, ...]
-    states: tuple[State, ...] = ()  # Internal states of a damping or friction law
-    stiff: bool = False  # Whether it makes the equations of motion stiff
-    restitution_range: tuple[float, float] | None = None  # Range of restitution coefficients in the source
-    caveat: str = ""  # Limitation of the law, for the user
-
-
-def _by_kind(kind: str) -> Mapping[str, type[Any]]:
-    if kind not in BY_KIND:
-        raise InputError(f"no kind of law '{kind}'{did_you_mean(kind, BY_KIND)}", ", ".join(BY_KIND), "'stiffness'")
-    return BY_KIND[kind]
 
 
 def law(kind: str, name: str) -> type[Any]:
@@ -74,7 +46,9 @@ def law(kind: str, name: str) -> type[Any]:
     InputError
         If there is none; names the nearest.
     """
-    return element_named(kind, f"{kind} law", name, _by_kind(kind))
+    if kind not in BY_KIND:
+        raise InputError(f"no kind of law '{kind}'{did_you_mean(kind, BY_KIND)}", ", ".join(BY_KIND), "'stiffness'")
+    return element_named(kind, f"{kind} law", name, BY_KIND[kind])
 
 
 def kind_in(reference: str) -> str:
@@ -84,22 +58,3 @@ def kind_in(reference: str) -> str:
     if not isinstance(slot, Slot) or slot.name not in BY_KIND:
         raise InputError(f"'{name}' is no law", "a class or a function under sd.element", '@sd.element(slot="friction", ...)')
     return slot.name
-
-
-def facts(kind: str, name: str) -> Facts:
-    """The facts of a law without its parameters."""
-    law_class = law(kind, name)
-    declared = quantities(law_class)  # type: ignore[arg-type]
-    parameters = tuple(
-        Parameter(field.name, declared.get(field.name, Quantity("1")), None if field.default is MISSING else field.default)
-        for field in fields(law_class)
-    )
-    special: dict[str, Any] = {}
-    if kind == "friction":
-        special = {"states": law_class.states, "stiff": law_class.stiff}
-    elif kind == "damping":
-        special = {"states": law_class.states, "restitution_range": law_class.restitution_range}
-    else:
-        special = {"caveat": law_class.caveat}
-    summary = (law_class.__doc__ or "").strip().splitlines()[0]
-    return Facts(name=name, kind=kind, summary=summary, source=law_class.source, parameters=parameters, **special)

@@ -111,12 +111,6 @@ def test_two_free_bodies(method: str) -> None:
     assert_balance(run)
 
 
-def test_free_angle_is_as_placed() -> None:
-    """Contract: without a free angle the bushing starts without torque."""
-    run = sd.simulate(plate_on(Bushing("rubber", ("ground", "O"), ("plate", "eye"), torsional_stiffness=6.0)), until=0.1)
-    np.testing.assert_allclose(run["bushing_torque"], 0.0, atol=1e-12)
-
-
 @pytest.mark.parametrize("what", ["stiffness", "damping"])
 def test_matrices_without_a_negative_eigenvalue(what: str) -> None:
     """Limit: the coupling up to the geometric mean of both axes, no more."""

@@ -102,20 +102,15 @@ def test_every_face_of_a_component(section: str, tmp_path: Path, capsys: pytest.
 
 
 @pytest.mark.parametrize("section", SECTIONS)
-def test_its_page(section: str) -> None:
-    """Contract: the page has the component's table, which is made from its declaration; text and class cite a source."""
-    text = parts()[heading(section)]
+def test_its_page_and_its_table(section: str) -> None:
+    """Contract: `sd` has the class, the printed case file its table, the page the table of its declaration and a source."""
+    text, kind = parts()[heading(section)], COMPONENTS[section]
+    assert getattr(sd, kind.__name__) is kind
+    assert f"# [[{section}]]" in template("mechanism")
     assert f"<!-- made from declarations: component {section} -->\n| key |" in text
     assert "\nSource: " in text
-    assert f"| `{COMPONENTS[section].__name__}` |" in PAGE.read_text(encoding="utf-8")
-    assert "References\n----------\n" in inspect.cleandoc(COMPONENTS[section].__doc__ or "")
-
-
-@pytest.mark.parametrize("section", SECTIONS)
-def test_its_class_and_its_table(section: str) -> None:
-    """Contract: `sd` has the class, and the printed case file its table."""
-    assert getattr(sd, COMPONENTS[section].__name__) is COMPONENTS[section]
-    assert f"# [[{section}]]" in template("mechanism")
+    assert f"| `{kind.__name__}` |" in PAGE.read_text(encoding="utf-8")
+    assert "References\n----------\n" in inspect.cleandoc(kind.__doc__ or "")
 
 
 def test_every_symbol_of_every_port_has_strokes() -> None:

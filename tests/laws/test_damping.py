@@ -50,17 +50,16 @@ def test_factors_by_hand(name, half, four_fifths):
 
 
 @pytest.mark.parametrize(
-    ("name", "figure"),
-    [("hunt-crossley", 0.66296), ("lankarani-nikravesh", 0.72524), ("flores", 0.47044)],
+    ("law", "figure"),
+    [
+        *((catalogue.DAMPING["hunt-crossley"](0.5), 0.66296), (catalogue.DAMPING["lankarani-nikravesh"](0.5), 0.72524)),
+        *((catalogue.DAMPING["flores"](0.5), 0.47044), (Gonthier(0.5, approximate=True), 0.48774)),
+    ],
+    ids=by_name,
 )
-def test_returned_restitution_figures(name, figure):
-    """Published number: what comes out at c_e = 0.5 (docs/theory/laws.md, D1), five digits."""
-    assert returned_restitution(catalogue.DAMPING[name](restitution=0.5).factor) == pytest.approx(figure, abs=5e-6)
-
-
-def test_gonthier_approximation_figure():
-    """Published number: gonthier with d = 1 - c_e^2 returns 0.48774 at c_e = 0.5."""
-    assert returned_restitution(Gonthier(0.5, approximate=True).factor) == pytest.approx(0.48774, abs=5e-6)
+def test_returned_restitution_figures(law, figure):
+    """Published number: what comes out at c_e = 0.5 (docs/reference.md, normal force laws), five digits."""
+    assert returned_restitution(law.factor) == pytest.approx(figure, abs=5e-6)
 
 
 @pytest.mark.parametrize(("restitution", "figure"), [(0.9, 0.16648), (0.5, 1.43275), (0.1, 9.99816)])
@@ -165,17 +164,15 @@ def test_no_tension_and_no_gain(damping):
 
 @pytest.mark.parametrize("law", FACTORS, ids=by_name)
 def test_restitution_bounds(law):
-    """Limit: a restitution above 1 is refused, and c_e = 1 takes nothing away."""
+    """Limit: a restitution above 1 is refused, and c_e = 1 takes nothing away.
+
+    Sources that speak of high restitution without a number claim no range, the others the whole of it.
+    """
+    silent = ("hunt-crossley", "herbert-mcwhannell", "lee-wang", "lankarani-nikravesh")
+    assert law.restitution_range == (None if law.name in silent else (0.0, 1.0))
     with pytest.raises(InputError, match="restitution"):
         law(restitution=1.01)
     assert law(restitution=1.0).factor == 0.0
-
-
-@pytest.mark.parametrize("law", FACTORS, ids=by_name)
-def test_claimed_ranges(law):
-    """Contract: sources that speak of high restitution without a number claim no range, the others the whole of it."""
-    silent = ("hunt-crossley", "herbert-mcwhannell", "lee-wang", "lankarani-nikravesh")
-    assert law.restitution_range == (None if law.name in silent else (0.0, 1.0))
 
 
 def test_exact_restitution_of_no_damping():

@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from bouncing import JOINT, UNIT_LENGTH, at, by_name, force, row
-from scipy.special import lambertw
 
 from scissordyn.errors import InputError
 from scissordyn.laws import catalogue
@@ -111,14 +110,6 @@ def test_implicit_laws_invert_to_round_off(law, printed):
         assert printed(force(law, delta, UNIT_LENGTH)) == pytest.approx(delta, rel=1e-14)
 
 
-def test_johnson_is_lambert_w():
-    """Cross-check: the ascending branch is the lower branch of Lambert's W as scipy computes it."""
-    for delta in np.geomspace(1e-12, 2.5e-4, 100):
-        x = -delta / (4 * 0.5e-3) * math.e
-        expected = math.pi * E_STAR * 4 * 0.5e-3 / math.e * -delta / (4 * 0.5e-3) * math.e / lambertw(x, -1).real
-        assert force(Johnson(), delta, UNIT_LENGTH) == pytest.approx(expected, rel=2e-14)
-
-
 def test_johnson_domain():
     """Closed form: the law turns at 4 c/e^2; it is followed until TURN e^(1-TURN) = 97.35 % of that and is smooth there."""
     p = row(Johnson(), UNIT_LENGTH)
@@ -140,11 +131,6 @@ def test_radzimovsky_half_widths():
     f = force(wide, 1e-5, UNIT_LENGTH)
     shift = 2.0 * math.log(1.6 / (2.0 / math.sqrt(math.pi)))
     assert force(hertz, 1e-5 + f / (math.pi * E_STAR) * shift, UNIT_LENGTH) == pytest.approx(f, rel=1e-13)
-
-
-def test_persson_small_arcs():
-    """Limit: for delta -> 0 Persson's f tends to pi E* delta/4 (b^2 -> delta/(2 c), denominator -> 2)."""
-    assert force(Persson(), 1e-11, UNIT_LENGTH) == pytest.approx(math.pi * E_STAR * 1e-11 / 4.0, rel=1e-7)
 
 
 def test_persson_as_printed():

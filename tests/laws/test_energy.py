@@ -12,9 +12,7 @@ from scipy.integrate import quad
 from scissordyn.laws import catalogue
 from scissordyn.laws.contact import Continued
 from scissordyn.laws.elastic.dubowsky_freudenstein import DubowskyFreudenstein
-from scissordyn.laws.elastic.hertz import Hertz
 from scissordyn.laws.elastic.johnson import Johnson
-from scissordyn.laws.elastic.liu import Liu
 from scissordyn.laws.elastic.persson import Persson
 from scissordyn.laws.elastic.power_law import PowerLaw
 from scissordyn.laws.elastic.radzimovsky import Radzimovsky
@@ -54,32 +52,6 @@ def test_energy_is_the_work_of_the_force(law, clearance):
         assert energy(law, delta, joint) == pytest.approx(work(law, delta, joint, breaks), rel=1e-12)
     assert energy(law, 0.0, joint) == 0.0
     assert energy(law, -1e-4, joint) == 0.0
-
-
-@pytest.mark.parametrize("law", ALL, ids=by_name)
-def test_force_is_the_slope_of_the_energy(law):
-    """Identity: by a sixth-order difference, across the points where a law or the way its energy is found changes."""
-    weights = {-3: -1 / 60, -2: 9 / 60, -1: -45 / 60, 1: 45 / 60, 2: -9 / 60, 3: 1 / 60}
-    for share in (1e-3, 0.3, 0.52, 0.7, 1.0, 2.5, 7.0):
-        delta, h = share * C, 1e-3 * share * C
-        slope = sum(weight * energy(law, delta + k * h) for k, weight in weights.items()) / h
-        assert slope == pytest.approx(elastic_force(at(law), delta, row(law)), rel=1e-9)
-
-
-def test_hertz_and_johnson_by_hand():
-    """Closed form: 2/5 K delta^(5/2); and johnson's F delta/2 - F^2/(4 pi E* L_b) on its branch."""
-    assert energy(Hertz(), 1e-4) == pytest.approx(0.4 * 6.61020e10 * 1e-10, rel=1e-5)
-    delta = 0.3 * C
-    force = elastic_force(at(Johnson), delta, row(Johnson()))
-    expected = 0.5 * force * delta - 0.25 * force**2 / (math.pi * JOINT.modulus * JOINT.length)
-    assert energy(Johnson(), delta) == pytest.approx(expected, rel=1e-13)
-
-
-def test_liu_far_beyond_the_clearance():
-    """Limit: for delta >> c Liu's law is a spring of stiffness L_b (pi/2) E*/sqrt 2, to first order in c/delta."""
-    joint = replace(JOINT, clearance=1e-9)
-    stiffness = joint.length * 0.5 * math.pi * joint.modulus / math.sqrt(2.0)
-    assert energy(Liu(), 1e-3, joint) == pytest.approx(0.5 * stiffness * 1e-6, rel=3e-6)
 
 
 def test_continued_laws_say_so():

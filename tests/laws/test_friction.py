@@ -242,18 +242,6 @@ def test_gonthier_bristle_steady_states():
     )
 
 
-def test_brown_mcphee_peak():
-    """Closed form: brown-mcphee is mu_k tanh 4 + mu_s - mu_k at v_t, and the second term peaks there."""
-    law = BrownMcPhee(kinetic=0.1, static=0.25, transition_speed=2e-3)
-    sliding = Sliding(law)
-
-    def extra(v):
-        return sliding(v, [])[0] - NORMAL * 0.1 * math.tanh(4 * v / 2e-3)
-
-    assert extra(2e-3) == pytest.approx(NORMAL * 0.15, rel=1e-13)
-    assert extra(2e-3) > max(extra(1.98e-3), extra(2.02e-3))
-
-
 @pytest.mark.parametrize(
     ("law", "points"),
     [
@@ -274,15 +262,6 @@ def test_smooth_where_the_source_says_so(law, points):
         left = (sliding(v, [])[0] - sliding(v - h, [])[0]) / h
         scale = NORMAL * 0.05 / 1e-3
         assert abs(right - left) < 2e-3 * scale
-
-
-def test_bengisu_akay_parabola():
-    """Closed form: bengisu-akay starts with the slope 2 mu_s F_n/v_0 and is flat at v_0, where it is mu_s F_n."""
-    sliding = Sliding(BengisuAkay())
-    assert sliding(1e-9, [])[0] / 1e-9 == pytest.approx(2 * 0.075 * NORMAL / 1e-3, rel=1e-6)
-    assert sliding(1e-3, [])[0] == pytest.approx(0.075 * NORMAL, rel=1e-15)
-    assert sliding(1e-3 - 1e-8, [])[0] == pytest.approx(0.075 * NORMAL, rel=2e-10)
-    assert sliding(1.005e-3, [])[0] == pytest.approx((0.05 + 0.025 * math.exp(-5e-3)) * NORMAL, rel=1e-14)
 
 
 @pytest.mark.parametrize("law", ALL, ids=by_name)

@@ -181,26 +181,6 @@ def test_slot_on_a_rotating_arm():
     assert balanced(run)
 
 
-def test_slot_on_a_free_arm_keeps_its_momentum():
-    """Identity: with a free arm the angular momentum about the pin is constant, by both families of methods."""
-    arm = sd.bar("arm", length=1.0, mass=1.0, angle=0.4)
-    arm = sd.Body(**{**arm.__dict__, "angular_velocity": 5.0})
-    bead = sd.point_mass(
-        "bead", mass=0.5, position=(0.3 * math.cos(0.4) - 0.1 * math.sin(0.4), 0.3 * math.sin(0.4) + 0.1 * math.cos(0.4))
-    )
-    pin = sd.Revolute("pin", ("arm", "start"), ("ground", "origin"))
-    slot = sd.Guide("slot", ("bead", "centre"), through=(0.0, 0.1), body="arm")
-    slotted = Mechanism((arm, bead), joints=(pin,), guides=(slot,), ground=(("origin", (0.0, 0.0)),), gravity=0.0)
-    for method in ("dop853", "rodas5p"):
-        run = sd.simulate(slotted, until=0.5, method=method, **TIGHT)
-        place, speed = run["position"].sel(body="bead").values, run["velocity"].sel(body="bead").values
-        turning = run["angular_velocity"].sel(body="arm").values / 3.0 + 0.5 * (
-            place[:, 0] * speed[:, 1] - place[:, 1] * speed[:, 0]
-        )
-        assert np.allclose(turning, turning[0], rtol=1e-9)
-        assert balanced(run)
-
-
 @pytest.mark.parametrize("method", ["dop853", "rodas5p"])
 def test_prescribed_motion_from_rest_and_back(method):
     """Identity: the work of a drive that starts from rest, stops or returns is what a spring stores and the bar moves with.

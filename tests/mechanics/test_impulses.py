@@ -105,8 +105,7 @@ def test_latches_in_random_driven_chains(seed: int) -> None:
     arm = chain(length, mass, angle, latches=(catch,))
     for bar, speed in drives.items():
         arm = arm.driven(body=("crank", "rod")[bar], speed=speed)
-    spin = sd.Torque("spin", "blade", base="rod", torque=8.0 * side)
-    arm = sd.Mechanism(**{**vars_of(arm), "components": (spin,)})
+    arm = arm.with_parts({"components": (sd.Torque("spin", "blade", base="rod", torque=8.0 * side),)})
     found = sd.simulate(arm, until=1.0, samples=3, **TIGHT)
     (when,) = found["event_time"].values
     run = sd.simulate(arm, until=when * (1.0 - 1e-10), samples=2, **TIGHT).isel(time=-1)
@@ -116,12 +115,6 @@ def test_latches_in_random_driven_chains(seed: int) -> None:
     assert found["event_loss"].values == pytest.approx([loss], rel=1e-7)
     assert found["event_drive_work"].values == pytest.approx([work], rel=1e-7, abs=1e-7 * loss)
     assert float(np.max(np.abs(found["energy_residual"]))) < 1e-7 * float(np.max(found["kinetic_energy"]))
-
-
-def vars_of(mechanism: sd.Mechanism) -> dict[str, object]:
-    import dataclasses
-
-    return {field.name: getattr(mechanism, field.name) for field in dataclasses.fields(mechanism)}
 
 
 def test_measures_contain_the_impulses() -> None:

@@ -32,14 +32,15 @@ def slotted(*, aligned: bool, direction: float, spin: float = 4.0) -> sd.Mechani
     return sd.Mechanism((arm, block), joints=(pin,), guides=(slot,), ground=(("O", (0.0, 0.0)),), gravity=9.81)
 
 
+@pytest.mark.parametrize("method", ["dop853", "rodas5p"])
 @pytest.mark.parametrize("direction", [0.0, 0.7])
 @pytest.mark.parametrize("aligned", [False, True])
-def test_reactions_on_both_bodies(aligned: bool, direction: float) -> None:
+def test_reactions_on_both_bodies(aligned: bool, direction: float, method: str) -> None:
     """Closed form: Newton and Euler for each body: the follower has the slot's force, the arm its opposite at that place.
 
     The pin carries what is left of the momentum of both; about the pin the follower's weight and force balance the arm's spin.
     """
-    run = sd.simulate(slotted(aligned=aligned, direction=direction), until=0.4, **TIGHT)
+    run = sd.simulate(slotted(aligned=aligned, direction=direction), until=0.4, method=method, **TIGHT)
     acceleration = run["acceleration"].values
     g = np.array([0.0, -9.81])
     arm, block = (list(run["body"].values).index(name) for name in ("arm", "block"))
@@ -64,7 +65,6 @@ def test_reactions_on_both_bodies(aligned: bool, direction: float) -> None:
 def quick_return(turn: float, speed: float = 2.0) -> sd.Mechanism:
     """A crank whose pin slides in a slot beside the axis of a lever that turns about a lower pivot."""
     r, d = 0.2, 0.5
-    pin = np.array([r * math.cos(turn), r * math.sin(turn)])
     crank = sd.bar("crank", length=r, mass=1.0, angle=turn)
     lever = sd.bar("lever", length=1.0, mass=2.0, angle=lever_angle(turn), position=(0.0, -d))
     joints = (
@@ -73,7 +73,6 @@ def quick_return(turn: float, speed: float = 2.0) -> sd.Mechanism:
     )
     slot = sd.Guide("slot", ("crank", "end"), through=(0.0, OFFSET), body="lever")
     ground = (("O", (0.0, 0.0)), ("P", (0.0, -d)))
-    assert np.all(np.isfinite(pin))
     made = sd.Mechanism((crank, lever), joints=joints, guides=(slot,), ground=ground)
     return made.driven(speed=speed, body="crank")
 

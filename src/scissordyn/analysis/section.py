@@ -8,14 +8,14 @@ from typing import Literal
 
 import numpy as np
 import xarray as xr
+from scipy.interpolate import BPoly, PPoly
 
 from scissordyn.analysis.variable import Variable, described
-from scissordyn.errors import InputError, did_you_mean
+from scissordyn.errors import InputError, did_you_mean, whole_number
 
 Direction = Literal["both", "rising", "falling"]
 SIGNS: dict[str, tuple[int, ...]] = {"both": (-1, 1), "rising": (1,), "falling": (-1,)}
 
-POLISHING = 3  # Newton steps on each root; the companion matrix gives at least half the digits, and each step doubles them
 TWICE = 1e-7  # Roots nearer than this fraction of an interval are one: the same root in the intervals on both sides of a sample
 
 
@@ -69,12 +69,12 @@ def section(
             "at={'body': 'slider', 'axis': 'y'}",
         )
     values, rates = (run[name].sel(chosen).values - shift for name, shift in ((variable, level), (RATES[variable], 0.0)))
-    when, way = _crossings(run["time"].values, values, rates)
+    when, way = _crossings(_cubics(run["time"].values, values, rates))
     kept = np.isin(way, SIGNS[direction])
     attributes = {**run.attrs, "section_variable": variable, "section_level": level, "section_direction": direction}
     crossings = xr.Dataset(
         {
-            **interpolate(run, when[kept], "crossing"),
+            **_interpolated(run, when[kept], "crossing"),
             "direction": described(("crossing",), way[kept], "1", "1 rising, -1 falling"),
         },
         coords={name: run[name] for name in run.coords if name != "time"},
@@ -83,29 +83,24 @@ def section(
     return crossings.assign_coords(time=described(("crossing",), when[kept], "s", "time"))
 
 
-def _crossings(time: np.ndarray, values: np.ndarray, rates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Times and directions of the zeros of the piecewise cubic."""
-    step = np.diff(time)
-    y0, r0, y1, r1 = values[:-1], rates[:-1], values[1:], rates[1:]
-    # a cubic is between the smallest and the largest of its four Bernstein coefficients
-    corners = np.stack([y0, y0 + step * r0 / 3.0, y1 - step * r1 / 3.0, y1])
-    when, way = list[float](), list[int]()
-    for k in np.flatnonzero((corners.min(axis=0) <= 0.0) & (corners.max(axis=0) >= 0.0)):
-        ends, h = (y0[k], r0[k], y1[k], r1[k]), step[k]
-        rise, bend = h * (r0[k] + r1[k]) - 2.0 * (y1[k] - y0[k]), 3.0 * (y1[k] - y0[k]) - h * (2.0 * r0[k] + r1[k])
-        roots = np.roots([rise, bend, h * r0[k], y0[k]])
-        for s in np.sort(roots.real[np.abs(roots.imag) < TWICE]):
-            for _ in range(POLISHING):
-                fall = h * slope(s, h, ends)
-                s = s - cubic(s, h, ends) / fall if fall else s
-            passing = np.sign(slope(s, h, ends))
-            if not -TWICE <= s <= 1.0 + TWICE or passing == 0.0:
-                continue
-            if when and time[k] + s * h - when[-1] < TWICE * h:
-                continue
-            when.append(float(np.clip(time[k] + s * h, time[0], time[-1])))
-            way.append(int(passing))
-    return np.array(when, float), np.array(way, int)
+def _cubics(time: np.ndarray, values: np.ndarray, rates: np.ndarray) -> BPoly:
+    """The cubics with given values and rates at both ends of each interval.
+
+    Their error is y''''(t) h^4/384 at most (Davis 1975, Interpolation and Approximation).
+    """
+    third = np.diff(time).reshape(-1, *[1] * (values.ndim - 1)) / 3.0
+    return BPoly([values[:-1], values[:-1] + third * rates[:-1], values[1:] - third * rates[1:], values[1:]], time)
+
+
+def _crossings(cubics: BPoly) -> tuple[np.ndarray, np.ndarray]:
+    """Times and directions of the zeros at which the cubics change their sign."""
+    time = cubics.x
+    zeros = np.sort(PPoly.from_bernstein_basis(cubics).roots())
+    near = TWICE * np.diff(time)[np.clip(np.searchsorted(time, zeros) - 1, 0, time.size - 2)]
+    kept = (zeros >= time[0] - near) & (zeros <= time[-1] + near) & (np.diff(zeros, prepend=-math.inf) >= near)
+    zeros = np.clip(zeros[kept], time[0], time[-1])
+    way = np.sign(cubics.derivative()(zeros)).astype(int)
+    return zeros[way != 0], way[way != 0]
 
 
 ON_THE_GRID = 1e-9  # A sample within this fraction of the period of an instant of the map is used as it is
@@ -146,8 +141,7 @@ def stroboscopic(run: xr.Dataset, *, period: float, phase: float = 0.0, skip: in
         raise InputError(f"period = {period!r}", "a period > 0 [s]")
     if not 0.0 <= phase < 1.0:
         raise InputError(f"phase = {phase!r}", "a fraction of the period, at least 0 and below 1")
-    if isinstance(skip, bool) or not isinstance(skip, int) or skip < 0:
-        raise InputError(f"skip = {skip!r}", "a whole number >= 0")
+    skip = whole_number("skip", skip, 0)
     time = run["time"].values
     slack = ON_THE_GRID * period
     first = math.ceil((time[0] - slack) / period - phase)
@@ -166,7 +160,7 @@ def stroboscopic(run: xr.Dataset, *, period: float, phase: float = 0.0, skip: in
         return taken.swap_dims(time="strobe").assign_attrs({**attributes, "source": "samples"})
     inside = np.clip(when, time[0], time[-1])
     coordinates = {name: run[name] for name in run.coords if name != "time"}
-    samples = xr.Dataset(interpolate(run, inside, "strobe"), coords=coordinates)
+    samples = xr.Dataset(_interpolated(run, inside, "strobe"), coords=coordinates)
     return samples.assign_coords(time=described(("strobe",), when, "s", "time")).assign_attrs(
         {**attributes, "source": "interpolated"}
     )
@@ -182,51 +176,17 @@ RATES = {
 }
 """Recorded variables whose rate of change is recorded too."""
 
-Ends = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
-"""Value and rate at the start of an interval, value and rate at its end."""
 
-
-def cubic(s: np.ndarray, step: np.ndarray, ends: Ends) -> np.ndarray:
-    """The cubic with given values and rates at both ends of an interval.
-
-    Its error is y''''(t) h^4/384 at most (Davis 1975, Interpolation and Approximation).
-    """
-    y0, r0, y1, r1 = ends
-    value: np.ndarray = (
-        (1.0 + 2.0 * s) * (1.0 - s) ** 2 * y0
-        + s * (1.0 - s) ** 2 * step * r0
-        + s**2 * (3.0 - 2.0 * s) * y1
-        + s**2 * (s - 1.0) * step * r1
-    )
-    return value
-
-
-def slope(s: np.ndarray, step: np.ndarray, ends: Ends) -> np.ndarray:
-    """The rate of change of `cubic`; parameters as there."""
-    y0, r0, y1, r1 = ends
-    rate: np.ndarray = 6.0 * s * (1.0 - s) * (y1 - y0) / step + (1.0 - s) * (1.0 - 3.0 * s) * r0 + s * (3.0 * s - 2.0) * r1
-    return rate
-
-
-def interpolate(run: xr.Dataset, when: np.ndarray, dim: str) -> dict[str, Variable]:
-    """Interpolated variables of a run between its samples.
-
-    Shapes: `when` (n,) [s].
-    """
-    time = run["time"].values
-    left = np.clip(np.searchsorted(time, when, side="right") - 1, 0, time.size - 2)
-    step = time[left + 1] - time[left]
-    part = (when - time[left]) / step
+def _interpolated(run: xr.Dataset, when: np.ndarray, dim: str) -> dict[str, Variable]:
+    """Variables of a run between its samples."""
     variables: dict[str, Variable] = {}
     for name, rate in RATES.items():
         if name not in run or rate not in run:
             continue
         ordered = run[name].transpose("time", ...)
-        values, rates = ordered.values, run[rate].transpose(*ordered.dims).values
-        ends = values[left], rates[left], values[left + 1], rates[left + 1]
-        across = (slice(None), *[None] * (values.ndim - 1))
-        dims = (dim, *(str(other) for other in ordered.dims[1:]))
-        variables[name] = dims, cubic(part[across], step[across], ends), dict(run[name].attrs)
+        cubics = _cubics(run["time"].values, ordered.values, run[rate].transpose(*ordered.dims).values)
+        dims = (dim, *map(str, ordered.dims[1:]))
+        variables[name] = dims, cubics(when), dict(run[name].attrs)
         if rate not in RATES:
-            variables[rate] = dims, slope(part[across], step[across], ends), dict(run[rate].attrs)
+            variables[rate] = dims, cubics.derivative()(when), dict(run[rate].attrs)
     return variables

@@ -16,7 +16,7 @@ import xarray as xr
 
 import scissordyn as sd
 from benchmarks.measure import command, table
-from scissordyn.analysis.merit import figures_of_merit
+from scissordyn.analysis.motor import figures_of_merit
 from scissordyn.component.force import Force
 from scissordyn.component.time_function import Cycloidal, tabulated
 from scissordyn.control.delayed.extended import ExtendedDelayedFeedback

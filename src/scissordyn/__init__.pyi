@@ -1,10 +1,13 @@
 """Public names and where they are defined: type checkers read this file, and so does the package when it is imported."""
 
 from scissordyn import plot as plot
+from scissordyn.analysis.agreement import Measured as Measured
 from scissordyn.analysis.contact import contact_statistics as contact_statistics
-from scissordyn.analysis.measured import Measured as Measured
-from scissordyn.analysis.merit import figures_of_merit as figures_of_merit
-from scissordyn.analysis.motor import MotorCurve as MotorCurve, torque_over_speed as torque_over_speed
+from scissordyn.analysis.motor import (
+    MotorCurve as MotorCurve,
+    figures_of_merit as figures_of_merit,
+    torque_over_speed as torque_over_speed,
+)
 from scissordyn.analysis.section import section as section, stroboscopic as stroboscopic
 from scissordyn.analysis.spectrum import spectrum as spectrum
 from scissordyn.analysis.verdict import classify as classify, consensus as consensus

@@ -16,7 +16,7 @@ from typing import Any, Literal
 import numpy as np
 import xarray as xr
 
-from scissordyn.analysis.merit import figures_of_merit
+from scissordyn.analysis.motor import figures_of_merit
 from scissordyn.component.force import Force
 from scissordyn.component.time_function import ConstantSpeed, Cycloidal, Harmonic, TimeFunction, tabulated
 from scissordyn.control.delayed.extended import ExtendedDelayedFeedback

@@ -7,8 +7,7 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from scissordyn.analysis.agreement import agreement, matched_events, rises
-from scissordyn.analysis.measured import Measured
+from scissordyn.analysis.agreement import Measured, agreement, matched_events, rises
 from scissordyn.cli.main import status_of
 from scissordyn.errors import InputError
 from scissordyn.file.export import export

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import scissordyn as sd
-from scissordyn.analysis.merit import figures_of_merit
+from scissordyn.analysis.motor import figures_of_merit
 from scissordyn.component.force import Force
 from scissordyn.component.time_function import Cycloidal, tabulated
 from scissordyn.control.tracking.feed_forward import FeedForward

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from pendula import DOUBLE, PENDULUM, double, pendulum
 
-from scissordyn.analysis.measured import Measured
+from scissordyn.analysis.agreement import Measured
 from scissordyn.config.file import read_case
 from scissordyn.config.fits import fit
 from scissordyn.errors import InputError

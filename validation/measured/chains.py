@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 import scissordyn as sd
-from scissordyn.analysis.measured import Measured
+from scissordyn.analysis.agreement import Measured
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.parameter_path import number
 from scissordyn.run.configuration import read_configuration

@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 import scissordyn as sd
-from scissordyn.analysis.measured import Measured
+from scissordyn.analysis.agreement import Measured
 from scissordyn.identification.fit import prepared
 from scissordyn.identification.problem import Problem
 from scissordyn.model.mechanism import Mechanism

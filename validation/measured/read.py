@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from scipy.io import loadmat
 
-from scissordyn.analysis.measured import Measured
+from scissordyn.analysis.agreement import Measured
 
 __all__ = ["estimated", "free_decay", "records"]
 

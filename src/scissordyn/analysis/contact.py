@@ -82,11 +82,9 @@ def contact_statistics(
     coordinates = {"joint": joints, "quantile": list(QUANTILES)}
     frame = "bearing" if bearings else "fixed"
     statistics = xr.Dataset(variables, coords=coordinates, attrs={"after": start, "until": end, "arc_frame": frame})
-    return (
-        statistics
-        if ideal is None
-        else statistics.merge(deviation(run, ideal, after=start, until=end), combine_attrs="override")
-    )
+    if ideal is None:
+        return statistics
+    return statistics.merge(deviation(run, ideal, after=start, until=end), combine_attrs="override")
 
 
 MEASURES = {
@@ -122,10 +120,7 @@ def _of_the_table(run: xr.Dataset, joint: str, start: float, end: float) -> dict
     flights = np.append(spans[:, 0], end) - np.concatenate([[start], spans[:, 1]])
     touching = float(np.sum(spans[:, 1] - spans[:, 0])) / (end - start)
     impulse = _column(run, "impulse", begun)
-    damping = _column(run, "contact_damping_loss", begun)
-    friction = _column(run, "contact_friction_loss", begun)
-    lost = [math.nan if part is None else float(np.sum(part)) for part in (damping, friction)]
-    impulses = np.empty(0) if impulse is None else impulse
+    lost = [float(np.sum(_column(run, f"contact_{by}_loss", begun))) for by in ("damping", "friction")]
     return {
         "impacts": int(np.sum(begun)),
         "impact_rate": float(np.sum(begun)) / (end - start),
@@ -134,10 +129,10 @@ def _of_the_table(run: xr.Dataset, joint: str, start: float, end: float) -> dict
         "longest_flight": float(np.max(flights)),
         "peak_force": largest_force(run, joint, start, end),
         "peak_force_quantile": _quantiles(run["peak_force"].values[begun]),
-        "impulse": math.nan if impulse is None else float(np.sum(impulses)),
-        "impulse_mean": float(np.mean(impulses)) if impulses.size else math.nan,
-        "impulse_largest": float(np.max(impulses)) if impulses.size else math.nan,
-        "impulse_quantile": _quantiles(impulses),
+        "impulse": float(np.sum(impulse)),
+        "impulse_mean": float(np.mean(impulse)) if impulse.size else math.nan,
+        "impulse_largest": float(np.max(impulse)) if impulse.size else math.nan,
+        "impulse_quantile": _quantiles(impulse),
         "damping_loss": lost[0],
         "friction_loss": lost[1],
         "dissipated_energy": sum(lost),
@@ -168,8 +163,9 @@ def _of_the_samples(
     }
 
 
-def _column(run: xr.Dataset, name: str, begun: np.ndarray) -> np.ndarray | None:
-    return run[name].values[begun] if name in run else None
+def _column(run: xr.Dataset, name: str, begun: np.ndarray) -> np.ndarray:
+    """A column of the table of contacts; one NaN where the table does not have it."""
+    return run[name].values[begun] if name in run else np.full(1, math.nan)
 
 
 def _quantiles(values: np.ndarray, weights: np.ndarray | None = None) -> np.ndarray:
@@ -252,36 +248,33 @@ def deviation(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0, until: 
     inside = (times >= start) & (times <= end)
     if not np.any(inside):
         raise InputError(f"no sample between {start:g} s and {end:g} s", "a window with samples")
-    instants = slice(None, times.size)
 
     def difference(name: str, *dims: str) -> np.ndarray:
         ours, theirs = (part[name].transpose("time", *dims).values for part in (run, ideal))
-        gap: np.ndarray = (ours - theirs[instants])[inside]
+        gap: np.ndarray = (ours - theirs[: times.size])[inside]
         return gap
 
+    variables: dict[str, Variable] = {}
+
+    def extremes(name: str, values: np.ndarray, units: str, text: str) -> None:
+        dims = ("body",) if values.ndim > 1 else ()
+        mean_square = time_mean(np.square(values), times[inside])
+        variables[f"{name}_max"] = described(dims, np.max(np.abs(values), axis=0), units, f"largest {text}")
+        variables[f"{name}_rms"] = described(dims, np.sqrt(mean_square), units, f"root mean square {text}")
+
     apart = np.linalg.norm(difference("position", "body", "axis"), axis=-1)
-    variables: dict[str, Variable] = {
-        "position_error_max": described(("body",), np.max(apart, axis=0), "m", "largest error of position"),
-        "position_error_rms": described(("body",), _rms(apart, times[inside]), "m", "root mean square error of position"),
-    }
+    extremes("position_error", apart, "m", "error of position")
     output_body = str(read_configuration(run).mechanism.output_body) if ATTRIBUTE in run.attrs else ""
-    output: np.ndarray | None = None
     if "slider_position" in run and "slider_position" in ideal:
-        output = difference("slider_position")
+        extremes("output_error", difference("slider_position"), "m", "error of the output")
     elif output_body in bodies:
-        output = apart[:, bodies.index(output_body)]
-    if output is not None:
-        variables["output_error_max"] = described((), np.max(np.abs(output)), "m", "largest error of the output")
-        variables["output_error_rms"] = described((), _rms(output, times[inside]), "m", "root mean square error of the output")
-    units = _units(bodies)
-    if units:
-        turned = difference("angle", "body")
-        turned = np.mod(turned + np.pi, 2.0 * np.pi) - np.pi
+        extremes("output_error", apart[:, bodies.index(output_body)], "m", "error of the output")
+    if units := _units(bodies):
+        turned = np.mod(difference("angle", "body") + np.pi, 2.0 * np.pi) - np.pi
         spread = np.max([np.ptp(turned[:, columns], axis=1) for columns in units], axis=0)
         text = "spread between units of the error of a bar's angle"
         variables["synchronisation_error"] = described(("time",), spread, "rad", text)
-        variables["synchronisation_error_max"] = described((), np.max(spread), "rad", f"largest {text}")
-        variables["synchronisation_error_rms"] = described((), _rms(spread, times[inside]), "rad", f"root mean square {text}")
+        extremes("synchronisation_error", spread, "rad", text)
     coordinates = {"body": bodies, "time": described(("time",), times[inside], "s", "time")}
     return xr.Dataset(variables, coords=coordinates, attrs={"after": start, "until": end})
 
@@ -293,8 +286,3 @@ def _units(bodies: list[str]) -> list[list[int]]:
         if matched := PART.fullmatch(name):
             parts.setdefault(matched[2], []).append(column)
     return [columns for columns in parts.values() if len(columns) > 1]
-
-
-def _rms(values: np.ndarray, time: np.ndarray) -> np.ndarray:
-    root: np.ndarray = np.sqrt(time_mean(np.square(values), time))
-    return root

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from scipy.integrate import solve_ivp
 
 from scissordyn.analysis.variable import described
-from scissordyn.errors import InputError, ScissordynError
+from scissordyn.errors import InputError, ScissordynError, whole_number
 
 OFFSET = 1e-8
 """Distance of two trajectories after rescaling: the square root of round-off, which balances round-off and nonlinearity."""
@@ -227,8 +227,9 @@ def _start(start: ArrayLike) -> np.ndarray:
 
 def _follow(forward: Advance, start: np.ndarray, size: float, intervals: int) -> np.ndarray:
     """Logarithms of the growth in every interval, for every member; the perturbation is rescaled to `size` each time."""
-    if isinstance(intervals, bool) or not isinstance(intervals, int) or intervals < 1 or not size > 0.0:
-        raise InputError(f"{intervals!r} intervals with an offset of {size:g}", "a whole number >= 1, an offset > 0")
+    whole_number("intervals", intervals)
+    if not size > 0.0:
+        raise InputError(f"offset = {size:g}", "a number > 0")
     x, v = start, np.full(start.shape, size / math.sqrt(start.shape[0]))
     growth = np.empty((intervals, *start.shape[1:]))
     for k in range(intervals):

@@ -1,10 +1,10 @@
-"""Torque and speed that a drive, an actuator or a motor needs in a run, against the curve of a motor."""
+"""What a drive, an actuator or a motor needs in a run: torque and speed against a motor's curve, and figures of merit."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -15,7 +15,9 @@ from scissordyn.component.motor import Motor
 from scissordyn.component.place import GROUND
 from scissordyn.component.tabulated_motor import TabulatedMotor
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.run.configuration import read_configuration
+from scissordyn.run.advance.instants import time_mean
+from scissordyn.run.answer.joint_force import clearance_joints, largest_force
+from scissordyn.run.configuration import number_attribute, read_configuration
 from scissordyn.run.options import AUTO, EQUALLY_SPACED
 
 SAMPLE = "sd.MotorCurve((0.0, 10.0, 30.0), (60.0, 60.0, 0.0))"
@@ -85,6 +87,38 @@ def _equally_spaced(run: xr.Dataset) -> xr.Dataset:
     return run.isel(time=np.isin(run["time"].values, np.linspace(0.0, float(run["time"][-1]), EQUALLY_SPACED)))
 
 
+class _Source(NamedTuple):
+    """What turns a body against another one or the ground."""
+
+    body: str
+    base: str
+    torque: np.ndarray  # (nt,) [N m]
+    peak: str  # Variable of the largest torques, its dimension, and which of them
+    along: str
+    number: int
+
+
+def _sources(run: xr.Dataset) -> dict[str, _Source]:
+    """Drives, actuators and motors of a run by name; a single drive is called so."""
+    mechanism = read_configuration(run).mechanism
+    sources, drives = dict[str, _Source](), mechanism.drives
+    for k, drive in enumerate(drives):
+        torque = run["drive_torques"].values[:, k] if "drive_torques" in run else run["drive_torque"].values
+        name = "drive" if len(drives) == 1 else str(drive.body)
+        sources[name] = _Source(str(drive.body), GROUND, torque, "peak_drive_torque", "drive", k)
+    for kind, variable, along, peak in (
+        (Actuator, "control_torque", "actuator", "peak_control_torque"),
+        (Motor, "motor_torque", "motor", "motor_peak_torque"),
+        (TabulatedMotor, "tabulated_motor_torque", "tabulated_motor", "tabulated_motor_peak_torque"),
+    ):
+        names = run[along].values.astype(str).tolist() if variable in run else []
+        for part in mechanism.components:
+            if isinstance(part, kind) and part.name in names:
+                k = names.index(part.name)
+                sources[part.name] = _Source(str(part.body), str(part.base), run[variable].values[:, k], peak, along, k)
+    return sources
+
+
 def torque_over_speed(run: xr.Dataset, of: str = "") -> xr.Dataset:
     """Torque and relative speed of a drive, an actuator or a motor.
 
@@ -106,37 +140,19 @@ def torque_over_speed(run: xr.Dataset, of: str = "") -> xr.Dataset:
     InputError
         If there is no such part.
     """
-    mechanism = read_configuration(run).mechanism
-    sources: dict[str, tuple[str, str, np.ndarray, str, str, int]] = {}
-    drives = list(mechanism.drives)
-    for k, drive in enumerate(drives):
-        values = run["drive_torques"].values[:, k] if "drive_torques" in run else run["drive_torque"].values
-        name = "drive" if len(drives) == 1 else str(drive.body)
-        sources[name] = (str(drive.body), GROUND, values, "peak_drive_torque", "drive", k)
-    for kind, variable, along, peak in (
-        (Actuator, "control_torque", "actuator", "peak_control_torque"),
-        (Motor, "motor_torque", "motor", "motor_peak_torque"),
-        (TabulatedMotor, "tabulated_motor_torque", "tabulated_motor", "tabulated_motor_peak_torque"),
-    ):
-        names = run[along].values.astype(str).tolist() if variable in run else []
-        components: tuple[Any, ...] = mechanism.components
-        for component in components:
-            if isinstance(component, kind) and component.name in names:
-                k = names.index(component.name)
-                body, base = str(component.body), str(component.base)
-                sources[str(component.name)] = (body, base, run[variable].values[:, k], peak, along, k)
+    sources = _sources(run)
     if not sources:
         raise InputError("a run without a drive, an actuator or a motor", "a mechanism that is driven() or controlled()")
     if of not in sources and (of or len(sources) > 1):
         what = f"torque of '{of}'{did_you_mean(of, sources)}" if of else "the torque of one of several"
         raise InputError(what, ", ".join(sources), f"of='{next(iter(sources))}'")
-    body, base, torque, largest, along, k = sources[of or next(iter(sources))]
+    body, base, torque, largest, along, number = sources[of or next(iter(sources))]
     speed = run["angular_velocity"].sel(body=body).values
     if base != GROUND:
         speed = speed - run["angular_velocity"].sel(body=base).values
     time = run["time"].values
     if largest in run and f"{largest}_time" in run:
-        when, size = (float(run[name].isel({along: k})) for name in (f"{largest}_time", largest))
+        when, size = (float(run[name].isel({along: number})) for name in (f"{largest}_time", largest))
         if math.isfinite(size) and time[0] <= when <= time[-1]:
             after = int(np.clip(np.searchsorted(time, when), 1, time.size - 1))
             sign = math.copysign(1.0, float(torque[after - 1 : after + 1][np.argmax(np.abs(torque[after - 1 : after + 1]))]))
@@ -151,3 +167,94 @@ def torque_over_speed(run: xr.Dataset, of: str = "") -> xr.Dataset:
         coords={"time": ("time", time, {"units": "s"})},
         attrs={"of": of or next(iter(sources)), "body": body},
     )
+
+
+def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) -> xr.Dataset:
+    """Figures of merit of a drive or a controller.
+
+    Parameters
+    ----------
+    run : Dataset
+        Of a mechanism with clearance joints, driven or controlled.
+    ideal : Dataset
+        Of the ideal mechanism on the reference motion, over the same time.
+    after : float
+        Start of the evaluation [s].
+
+    Returns
+    -------
+    Dataset
+        For each clearance joint: `contact_fraction` of the time, number of `separations`, `in_contact_from` [s], the start of
+        the contact that lasts to the end (NaN for none), `peak_force` [N]. For the whole: `peak_torque` [N m],
+        `torque_root_mean_square` [N m], `energy_used` [J] (the positive power, integrated over the samples), `tracking_error`
+        [rad] of the driven body, `position_error` [m] of the output body and its `synchronisation_error` [m]: its
+        distance from the position in the ideal mechanism at the same angle of the driven body, NaN if more than half of the
+        samples have an angle that the ideal run does not reach. Errors are the largest ones at the samples.
+
+    Raises
+    ------
+    InputError
+        If the runs have no driven body or are not of the same mechanism.
+    """
+    sources = [source for source in _sources(run).values() if source.along in ("drive", "actuator")]
+    if not sources:
+        raise InputError("a run without a drive or an actuator", "a mechanism that is driven() or controlled()")
+    body = sources[0].body
+    sources = [source for source in sources if source.body == body]
+    for needed, name in ((run, "run"), (ideal, "ideal run")):
+        if "slider_position" not in needed:
+            raise InputError(f"a {name} without slider_position", "a mechanism whose output body is guided")
+    time = run["time"].values
+    part = time >= after
+    if int(np.sum(part)) < 2:
+        raise InputError(f"after = {after:g} s leaves fewer than two samples", f"a time before {time[-1]:g} s")
+    torque = sum(source.torque for source in sources)[part]
+    power = np.clip(torque * run["angular_velocity"].sel(body=body).values[part], 0.0, None)
+    located = len(sources) == 1 and after <= time[0]  # by the integrator, of one source over the whole run
+    peak = abs(run[sources[0].peak].values[sources[0].number]) if located else np.max(np.abs(torque))
+    (angle, place), (ideal_angle, ideal_place) = (
+        (motion["angle"].sel(body=body).values, motion["slider_position"].values) for motion in (run, ideal)
+    )
+    wanted_angle, wanted_place = (np.interp(time, ideal["time"].values, ours) for ours in (ideal_angle, ideal_place))
+    order = np.argsort(ideal_angle)
+    through = np.interp(angle, ideal_angle[order], ideal_place[order])
+    # outside this range the ideal run has no values
+    inside = part & (angle >= wanted_angle.min()) & (angle <= wanted_angle.max())
+    single = {
+        "peak_torque": (peak, "N m", "largest driving torque"),
+        "torque_root_mean_square": (np.sqrt(time_mean(torque**2, time[part])), "N m", "root mean square of the driving torque"),
+        "energy_used": (np.trapezoid(power, time[part]), "J", "positive driving power, integrated"),
+        "tracking_error": (np.max(np.abs(angle - wanted_angle)[part]), "rad", "largest angle error of the driven body"),
+        "position_error": (np.max(np.abs(place - wanted_place)[part]), "m", "largest position error of the output body"),
+        "synchronisation_error": (
+            np.max(np.abs(place - through)[inside]) if 2 * np.sum(inside) >= np.sum(part) else np.nan,
+            "m",
+            "largest distance of the output body from its ideal position at the same angle",
+        ),
+    }
+    figures = {name: described((), float(value), units, text) for name, (value, units, text) in single.items()}
+    joints = clearance_joints(run)
+    rows = np.array([_contact(run, joint, after) for joint in joints]).reshape(-1, 4)
+    named = (
+        ("contact_fraction", "1", "fraction of the time in contact"),
+        ("separations", "1", "contacts that ended"),
+        ("in_contact_from", "s", "start of the contact that lasts to the end"),
+        ("peak_force", "N", "largest force that the joint transmits"),
+    )
+    for column, (name, units, text) in enumerate(named):
+        figures[name] = described(("joint",), rows[:, column], units, text)
+    return xr.Dataset(figures, coords={"joint": ("joint", joints)}, attrs={"title": "figures of merit", "after": after})
+
+
+def _contact(run: xr.Dataset, joint: str, after: float) -> tuple[float, float, float, float]:
+    """Fraction of the time in contact, separations, start of the contact that lasts, largest force."""
+    end = number_attribute(run, "end")
+    chosen = run["contact_joint"].values == joint
+    start, duration = run["contact_start"].values[chosen], run["contact_duration"].values[chosen]
+    lasting = np.isnan(duration)
+    stop = np.where(lasting, end, start + duration)
+    touched = np.clip(stop - np.maximum(start, after), 0.0, None)
+    counted = stop > after
+    kept = float(start[lasting][0]) if np.any(lasting) else np.nan
+    separations = float(np.sum(counted & ~lasting))
+    return float(np.sum(touched)) / (end - after), separations, kept, largest_force(run, joint, after)

@@ -9,7 +9,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 from scipy.spatial.distance import cdist
 
-from scissordyn.analysis.variable import as_table, described
+from scissordyn.analysis.variable import described, finite_numbers
 from scissordyn.errors import InputError
 
 MOST_SAMPLES = 5000  # Largest number of samples; the recurrence matrix has its square of entries
@@ -70,7 +70,7 @@ def recurrence(
             f"dimension = {dimension!r}, delay = {delay!r}, shortest = {shortest!r}, apart = {apart!r}",
             "whole numbers >= 1, shortest >= 2",
         )
-    table = as_table(values, least=10 + (dimension - 1) * delay)
+    table = finite_numbers(values, least=10 + (dimension - 1) * delay, dimensions=2)
     count = table.shape[0] - (dimension - 1) * delay
     if count > MOST_SAMPLES:
         raise InputError(f"{count} samples for a recurrence plot", f"at most {MOST_SAMPLES}", "values[-2000:]")

@@ -9,7 +9,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 from scipy import signal
 
-from scissordyn.analysis.variable import described, series
+from scissordyn.analysis.variable import described, finite_numbers
 from scissordyn.errors import InputError
 
 BROADBAND = 10.0  # A frequency dominates if its power density is this many times the median
@@ -55,7 +55,7 @@ def spectrum(
     ----------
     Welch 1967, doi:10.1109/TAU.1967.1161901
     """
-    signal_values = series(values, least=16)
+    signal_values = finite_numbers(values, least=16)
     if not (math.isfinite(spacing) and spacing > 0.0) or not 1 <= segments <= signal_values.size // 8 or peaks < 0:
         raise InputError(
             f"spacing = {spacing!r}, segments = {segments!r}, peaks = {peaks!r}",

@@ -30,30 +30,17 @@ def window(run: xr.Dataset, after: float, until: float | None) -> tuple[float, f
     return max(after, first), end
 
 
-def series(values: ArrayLike, *, least: int) -> np.ndarray:
-    """Numbers as a finite array of one dimension.
+def finite_numbers(values: ArrayLike, *, least: int, dimensions: int = 1) -> np.ndarray:
+    """Numbers as a finite array of one dimension, or of two: a row a sample, a column a quantity.
 
-    Shapes: `values` (n,); returns (n,).
+    Shapes: `values` (n,) or, of two dimensions, (n, quantities).
     """
     numbers = np.asarray(values, float)
-    if numbers.ndim != 1 or numbers.size < least or not np.all(np.isfinite(numbers)):
+    table = numbers[:, None] if numbers.ndim == 1 and dimensions == 2 else numbers
+    finite = bool(np.all(np.isfinite(table)))
+    if table.ndim != dimensions or table.shape[0] < least or not table.size or not finite:
         raise InputError(
-            f"values of shape {numbers.shape}{'' if np.all(np.isfinite(numbers)) else ', not all finite'}",
-            f"one dimension of at least {least} finite numbers",
-        )
-    return numbers
-
-
-def as_table(values: ArrayLike, *, least: int) -> np.ndarray:
-    """Numbers as a finite array of two dimensions: a row a sample, a column a quantity.
-
-    Shapes: `values` (n,); returns (n, quantities).
-    """
-    numbers = np.asarray(values, float)
-    table = numbers[:, None] if numbers.ndim == 1 else numbers
-    if table.ndim != 2 or table.shape[0] < least or table.shape[1] == 0 or not np.all(np.isfinite(table)):
-        raise InputError(
-            f"samples of shape {numbers.shape}{'' if np.all(np.isfinite(numbers)) else ', not all finite'}",
-            f"at least {least} samples, each of one or several finite numbers",
+            f"values of shape {numbers.shape}{'' if finite else ', not all finite'}",
+            f"at least {least} samples, each {'a finite number' if dimensions == 1 else 'of one or several finite numbers'}",
         )
     return table

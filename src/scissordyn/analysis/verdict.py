@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from scissordyn.analysis.contact import contact_spans, contact_statistics
 from scissordyn.analysis.section import stroboscopic
 from scissordyn.analysis.spectrum import spectrum
-from scissordyn.analysis.variable import as_table, described
+from scissordyn.analysis.variable import described, finite_numbers
 from scissordyn.analysis.zero_one import zero_one_test
 from scissordyn.errors import InputError
 from scissordyn.run.answer.joint_force import some_clearance_joints
@@ -112,7 +112,7 @@ def classify_samples(
     InputError
         If there are fewer than two samples, some are not finite, or a scale or tolerance is not positive.
     """
-    table = as_table(samples, least=2)
+    table = finite_numbers(samples, least=2, dimensions=2)
     size = np.max(np.abs(table), axis=0) if scale is None else np.broadcast_to(np.asarray(scale, float), table.shape[1:])
     size = np.where(size == 0.0, 1.0, size) if scale is None else size
     if not (np.all(np.isfinite(size)) and np.all(size > 0.0) and tolerance > 0.0 and longest_period >= 1):
@@ -135,7 +135,8 @@ def classify_samples(
     else:
         kind = _aperiodic(scaled, longest_period, seed, evidence, measures)
     if times is not None:
-        _judge_trust(np.asarray(times, float), trusted_until, evidence, measures)
+        count, beyond = len(scaled), int(np.sum(np.asarray(times, float) > trusted_until))
+        _judge_trust(trusted_until, 1.0 - beyond / count, f"{beyond} of {count} samples lie beyond", evidence, measures)
     return Verdict(kind, period, tuple(evidence), measures)
 
 
@@ -206,17 +207,15 @@ def _aperiodic(
     return "transient only"
 
 
-def _judge_trust(times: np.ndarray, trusted_until: float, evidence: list[str], measures: dict[str, float]) -> None:
-    """State which of the samples are reproducible."""
-    if math.isnan(trusted_until):
+def _judge_trust(horizon: float, trusted: float, beyond: str, evidence: list[str], measures: dict[str, float]) -> None:
+    """State what part of a motion is reproducible, and what lies beyond the horizon [s]."""
+    if math.isnan(horizon):
         evidence.append("How long the trajectory is reproducible has not been checked: repeat the run with trust=True.")
         return
-    beyond = int(np.sum(times > trusted_until))
-    measures["trusted_fraction"] = 1.0 - beyond / times.size
-    if beyond:
+    measures["trusted_fraction"] = trusted
+    if trusted < 1.0:
         evidence.append(
-            f"{beyond} of {times.size} samples lie beyond the predictability horizon of {trusted_until:.6g} s. There one "
-            "trajectory is no evidence: compare an ensemble."
+            f"{beyond} the predictability horizon of {horizon:.6g} s. There one trajectory is no evidence: compare an ensemble."
         )
 
 
@@ -359,15 +358,7 @@ def _stroke(run: xr.Dataset, after: float, trusted: float) -> Verdict:
             if math.isinf(last)
             else f"All clearance joints are in contact from {last:.6g} s to the end."
         )
-    if math.isnan(trusted):
-        evidence.append("How long the trajectory is reproducible has not been checked: repeat the run with trust=True.")
-    elif trusted < end:
-        measures["trusted_fraction"] = max(0.0, (trusted - start) / (end - start))
-        evidence.append(
-            f"Beyond the predictability horizon of {trusted:.6g} s one trajectory is no evidence: compare an ensemble."
-        )
-    else:
-        measures["trusted_fraction"] = 1.0
+    _judge_trust(trusted, min(max(0.0, (trusted - start) / (end - start)), 1.0), "The end lies beyond", evidence, measures)
     return Verdict("continuous contact" if fraction == 0.0 else "transient only", None, tuple(evidence), measures)
 
 

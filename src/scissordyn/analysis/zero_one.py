@@ -7,7 +7,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 from scipy import fft
 
-from scissordyn.analysis.variable import described, series
+from scissordyn.analysis.variable import described, finite_numbers
 from scissordyn.errors import InputError, whole_number
 
 LAGS = 0.1  # Lags go up to this fraction of the samples (Gottwald and Melbourne 2009, section 3)
@@ -67,7 +67,7 @@ def zero_one_test(values: ArrayLike, *, angles: int = 100, seed: int = 0, noise:
     ----------
     Gottwald and Melbourne 2009, doi:10.1137/080718851; 2016, doi:10.1007/978-3-662-48410-4_7
     """
-    numbers, angles = series(values, least=50), whole_number("angles", angles, 1)
+    numbers, angles = finite_numbers(values, least=50), whole_number("angles", angles, 1)
     if not 0.0 <= noise < 1.0:
         raise InputError(f"noise = {noise!r}", "a fraction of the largest value, from 0 to 1", "noise=1e-7")
     chosen = np.sort(np.random.default_rng(seed).uniform(0.2 * np.pi, 0.8 * np.pi, angles))

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scissordyn.analysis.measured import Measured
+from scissordyn.analysis.agreement import Measured
 from scissordyn.config.case import Case
 from scissordyn.config.file import read_case
 from scissordyn.config.quantity import unit_factor

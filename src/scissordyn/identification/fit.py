@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from scissordyn.analysis.measured import Measured
+from scissordyn.analysis.agreement import Measured
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.file.export import TimeColumn
 from scissordyn.identification.forward import FailedRunError, columns_of, motion

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
-from scissordyn.analysis.measured import Measured
+from scissordyn.analysis.agreement import Measured
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.file.export import TimeColumn, time_columns
 from scissordyn.model.mechanism import Mechanism

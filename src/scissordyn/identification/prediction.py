@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
-from scissordyn.analysis.measured import Measured
+from scissordyn.analysis.agreement import Measured
 from scissordyn.errors import InputError
 from scissordyn.identification.fit import prepared
 from scissordyn.identification.forward import FailedRunError

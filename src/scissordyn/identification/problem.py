@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from scissordyn.analysis.measured import Measured
+from scissordyn.analysis.agreement import Measured
 from scissordyn.errors import InputError, command
 from scissordyn.file.export import TimeColumn
 from scissordyn.identification.forward import KINEMATIC, FailedRunError, curves, motion, state_values

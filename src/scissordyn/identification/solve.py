@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from scipy.optimize import least_squares
 
-from scissordyn.analysis.measured import Measured
+from scissordyn.analysis.agreement import Measured
 from scissordyn.errors import InputError
 from scissordyn.file.export import TimeColumn
 from scissordyn.identification.forward import FailedRunError, curves, motion, whole_turns

@@ -11,10 +11,9 @@ from scissordyn.analysis.agreement import Measured
 from scissordyn.config.file import read_case
 from scissordyn.config.fits import fit
 from scissordyn.errors import InputError
-from scissordyn.identification.fit import prepared
-from scissordyn.identification.forward import motion
 from scissordyn.identification.prediction import prediction
-from scissordyn.identification.problem import Problem, free_parameter
+from scissordyn.identification.problem import Problem, free_parameter, motion
+from scissordyn.identification.start import prepared
 from scissordyn.run.configuration import read_configuration
 
 NOISE = 2e-3

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -101,7 +101,7 @@ class _Source(NamedTuple):
 def _sources(run: xr.Dataset) -> dict[str, _Source]:
     """Drives, actuators and motors of a run by name; a single drive is called so."""
     mechanism = read_configuration(run).mechanism
-    sources, drives = dict[str, _Source](), mechanism.drives
+    sources, drives, components = dict[str, _Source](), mechanism.drives, list[Any](mechanism.components)
     for k, drive in enumerate(drives):
         torque = run["drive_torques"].values[:, k] if "drive_torques" in run else run["drive_torque"].values
         name = "drive" if len(drives) == 1 else str(drive.body)
@@ -112,7 +112,7 @@ def _sources(run: xr.Dataset) -> dict[str, _Source]:
         (TabulatedMotor, "tabulated_motor_torque", "tabulated_motor", "tabulated_motor_peak_torque"),
     ):
         names = run[along].values.astype(str).tolist() if variable in run else []
-        for part in mechanism.components:
+        for part in components:
             if isinstance(part, kind) and part.name in names:
                 k = names.index(part.name)
                 sources[part.name] = _Source(str(part.body), str(part.base), run[variable].values[:, k], peak, along, k)
@@ -208,7 +208,7 @@ def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) 
     part = time >= after
     if int(np.sum(part)) < 2:
         raise InputError(f"after = {after:g} s leaves fewer than two samples", f"a time before {time[-1]:g} s")
-    torque = sum(source.torque for source in sources)[part]
+    torque = np.sum([source.torque for source in sources], axis=0)[part]
     power = np.clip(torque * run["angular_velocity"].sel(body=body).values[part], 0.0, None)
     located = len(sources) == 1 and after <= time[0]  # by the integrator, of one source over the whole run
     peak = abs(run[sources[0].peak].values[sources[0].number]) if located else np.max(np.abs(torque))

@@ -10,62 +10,29 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from scipy.optimize import OptimizeResult, least_squares
 
 from scissordyn.analysis.agreement import Measured
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.file.export import TimeColumn
-from scissordyn.identification.forward import FailedRunError, columns_of, motion
-from scissordyn.identification.problem import Free, Problem, Segment
-from scissordyn.identification.solve import Search, estimated_start, search
-from scissordyn.identification.start import check_autonomous
+from scissordyn.identification.problem import FailedRunError, Free, Problem, Segment, columns_of, records_of
+from scissordyn.identification.start import check_autonomous, prepared, spread
 from scissordyn.identification.uncertainty import LEVEL, Uncertainty, uncertainty
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.configuration import write_configuration
 from scissordyn.run.options import Options
 
-TIGHT = 1e-10  # Tolerance of the runs of a fit, unless the case has a smaller one: derivatives are differences of runs
+ROUNDS = 3  # Most rounds of weights
+SETTLED = 0.05  # Standard deviations that change by less than this fraction are final
+SMALLEST = 1e-9  # A standard deviation is at least this fraction of the range of its quantity
+ENOUGH = 1e-8  # Relative change of the sum of squares, or of the unknowns, at which the search ends
 
 
 def known_headings(mechanism: Mechanism, options: Options) -> dict[str, str]:
     """Units of the quantities that a run of a mechanism has over time, by heading."""
-    from scissordyn.file.export import time_columns
-
     try:
-        run = motion(mechanism, options, np.array([0.0, 1e-3 * options.until]))
+        return {heading: column.unit for heading, column in columns_of(mechanism, options).items()}
     except FailedRunError as failed:
         raise InputError(f"the case of the fit does not run: {failed}", "a case that runs") from None
-    return {column.heading: column.unit for column in time_columns(run)}
-
-
-def prepared(
-    mechanism: Mechanism, options: Options, records: Sequence[Measured], *, segment: float | None
-) -> tuple[list[Segment], list[TimeColumn], Options]:
-    """Segments with their estimated starts, the columns of a run that were measured, and options of its runs."""
-    headings = records[0].headings
-    for record in records[1:]:
-        if record.headings != headings:
-            raise InputError(f"'{record.name}' has other columns than '{records[0].name}'", "files of the same columns")
-    tight = min(TIGHT, options.rtol), min(TIGHT, options.atol)
-    options = dataclasses.replace(options, rtol=tight[0], atol=tight[1], trust=False)
-    if segment is None:
-        for record in records:
-            if record.time[0] < 0.0:
-                raise InputError(f"'{record.name}' begins at {record.time[0]:g} s", "times from the start of the case on", "0")
-        run = motion(mechanism, options, np.array([0.0, 1e-3 * options.until]))
-        columns = columns_of(run, headings)
-        return [Segment(record, None, np.zeros(len(columns))) for record in records], columns, options
-    if not segment > 0.0:
-        raise InputError(f"segments of {segment:g} s", "a duration > 0 [s]", "--segment '1 s'")
-    check_autonomous(mechanism)
-    options = dataclasses.replace(options, start="as-placed")
-    run = motion(mechanism, options, np.array([0.0, 1e-3 * options.until]))
-    columns, segments = columns_of(run, headings), list[Segment]()
-    for record in records:
-        bodies = mechanism.bodies
-        for k, part in enumerate(record.segments(segment)):
-            prepared_mechanism, bodies = estimated_start(mechanism, options, part, columns, bodies)
-            segments.append(dataclasses.replace(prepared_mechanism, follows=k > 0))
-    return segments, columns, options
 
 
 def fitted(
@@ -88,21 +55,72 @@ def fitted(
     for name in names:
         if names.count(name) > 1:
             raise InputError(f"'{name}' is free twice", "each parameter once")
+    if segment is not None:
+        check_autonomous(mechanism)
     segments, columns, options = prepared(mechanism, options, records, segment=segment)
-    problem = Problem(mechanism, options, free, segments, columns, _given(records[0], deviations), _jumps(segments, jump))
+    problem = Problem(
+        mechanism, options, free, segments, columns, _known_deviations(records[0], deviations), _jumps(segments, jump)
+    )
     rows = sum(piece.record.values.size for piece in segments)
     if rows <= problem.unknowns:
         raise InputError(f"{rows} measured values for {problem.unknowns} unknown numbers", "more data, fewer free numbers")
-    result: Search = search(problem, weights=not deviations, most=most, progress=progress)
-    errors = uncertainty(result.problem, result.unknowns)
-    return fit_dataset(result, errors, clocks.perf_counter() - began)
+    problem, unknowns, solution = _solved(problem, weights=not deviations, most=most, progress=progress)
+    failure = "" if solution.status > 0 else f"{most} evaluations were not enough"
+    data = _dataset(problem, unknowns, failure)
+    counts = {"runs": problem.runs, "evaluations": int(solution.nfev), "unknowns": problem.unknowns}
+    return data.assign_attrs(statistics=json.dumps({"seconds": clocks.perf_counter() - began} | counts))
 
 
-def _given(record: Measured, deviations: Mapping[str, float] | None) -> np.ndarray:
+def _solved(
+    problem: Problem, *, weights: bool, most: int, progress: Callable[[str], None] | None
+) -> tuple[Problem, np.ndarray, OptimizeResult]:
+    """A problem with its last weights, which are those of its own residuals unless they are given, and its unknowns."""
+    unknowns = problem.start()
+    try:
+        problem.everything_shown(unknowns)
+    except FailedRunError as failed:
+        raise InputError(
+            f"the run that the fit starts from fails: {failed}", "a case that runs over the time of the data"
+        ) from None
+    if weights:
+        problem = dataclasses.replace(problem, deviation=_deviations(problem, unknowns))
+    for round_ in range(ROUNDS if weights else 1):
+        solution = least_squares(
+            problem.residuals,
+            unknowns,
+            jac=problem.jacobian,
+            bounds=problem.bounds(),
+            x_scale="jac",
+            ftol=ENOUGH,
+            xtol=ENOUGH,
+            gtol=None,
+            max_nfev=most,
+        )
+        unknowns = solution.x
+        if progress is not None:
+            progress(f"round {round_ + 1}: {solution.nfev} evaluations, {problem.runs} runs, chi^2 = {2.0 * solution.cost:.6g}")
+        if not weights:
+            break
+        new = _deviations(problem, unknowns)
+        if np.all(np.abs(new / problem.deviation - 1.0) < SETTLED):
+            break
+        problem = dataclasses.replace(problem, deviation=new)
+    return problem, unknowns, solution
+
+
+def _deviations(problem: Problem, unknowns: np.ndarray) -> np.ndarray:
+    """Root mean square of the residuals of each quantity."""
+    measured = np.concatenate([segment.record.values for segment in problem.segments])
+    weighted = problem.residuals(unknowns)[: measured.size].reshape(measured.shape)
+    span = np.ptp(measured, axis=0)
+    least = SMALLEST * np.where(span > 0.0, span, 1.0)
+    return np.asarray(np.maximum(np.sqrt(np.mean(weighted**2, axis=0)) * problem.deviation, least))
+
+
+def _known_deviations(record: Measured, deviations: Mapping[str, float] | None) -> np.ndarray:
     """Standard deviations of the columns; the spread of each where they are to be estimated."""
     if not deviations:
-        spread = np.std(record.values, axis=0)
-        return np.where(spread > 0.0, spread, 1.0)
+        return spread(record)
     for heading, value in deviations.items():
         if heading not in record.headings:
             raise InputError(
@@ -151,16 +169,12 @@ DEPENDENT = 2.0  # Errors that grow by more than this factor by the dependence o
 AT_BOUND = 1e-6  # A number within this fraction of its scale of a bound is at the bound
 
 
-def fit_dataset(found: Search, errors: Uncertainty, seconds: float) -> xr.Dataset:
+def _dataset(problem: Problem, unknowns: np.ndarray, failure: str) -> xr.Dataset:
     """Numbers, their errors and correlations, and measured and fitted curves."""
-    problem, unknowns = found.problem, found.unknowns
-    values, curves = problem.values(unknowns), problem.every_curve(unknowns)
-    records = [segment.record for segment in problem.segments]
-    shown = [
-        curve.ravel()[: record.values.size].reshape(record.values.shape) for curve, record in zip(curves, records, strict=True)
-    ]
-    measured, fitted = np.concatenate([record.values for record in records]), np.concatenate(shown)
-    headings = list(records[0].headings)
+    errors, values, rows = uncertainty(problem, unknowns), problem.values(unknowns), records_of(problem.segments)
+    fitted = np.concatenate([shown.curves for shown in problem.everything_shown(unknowns)])
+    residual = fitted - rows["measured"][1]
+    paths = np.array([parameter.path for parameter in problem.free], dtype=str)
 
     def of_parameters(numbers: Any, about: str) -> tuple[str, Any, dict[str, str]]:
         return "parameter", numbers, {"long_name": about}
@@ -177,45 +191,29 @@ def fit_dataset(found: Search, errors: Uncertainty, seconds: float) -> xr.Datase
             "unit": of_parameters(np.array([parameter.unit for parameter in problem.free], dtype=str), "unit"),
             "correlation": (("parameter", "other"), errors.correlation, {"units": "1", "long_name": "correlation"}),
             "covariance": (("parameter", "other"), errors.covariance, {"long_name": "covariance, in SI units"}),
-            "time": ("row", np.concatenate([record.time for record in records]), {"units": "s", "long_name": "time"}),
-            "segment": (
-                "row",
-                np.repeat(np.arange(len(records)), [record.time.size for record in records]),
-                {"long_name": "segment"},
-            ),
-            "measured": (("row", "column"), measured, {"long_name": "measured value, in the unit of its column"}),
+            **rows,
             "fitted": (("row", "column"), fitted, {"long_name": "value of the fitted mechanism"}),
-            "residual": (("row", "column"), fitted - measured, {"long_name": "fitted less measured"}),
-            "column_unit": ("column", np.array(list(records[0].units), dtype=str), {"long_name": "unit"}),
+            "residual": (("row", "column"), residual, {"long_name": "fitted less measured"}),
             "deviation": ("column", problem.deviation, {"long_name": "standard deviation that weights the residuals"}),
-            "rms": ("column", np.sqrt(np.mean((fitted - measured) ** 2, axis=0)), {"long_name": "root mean square residual"}),
+            "rms": ("column", np.sqrt(np.mean(residual**2, axis=0)), {"long_name": "root mean square residual"}),
         },
-        coords={
-            "parameter": np.array([parameter.path for parameter in problem.free], dtype=str),
-            "other": np.array([parameter.path for parameter in problem.free], dtype=str),
-            "column": np.array(headings, dtype=str),
-        },
+        coords={"parameter": paths, "other": paths},
     )
     data.attrs = {
         "title": TITLE,
-        "status": "complete" if found.status == "complete" else "failed",
-        "cause": "" if found.status == "complete" else found.status,
+        "status": "failed" if failure else "complete",
+        "cause": failure,
         "configuration": write_configuration(problem.fitted(unknowns), problem.options),
-        "statistics": json.dumps(
-            {"seconds": seconds, "runs": problem.runs, "evaluations": found.evaluations, "unknowns": problem.unknowns}
-        ),
         "chi_square": errors.chi_square,
         "dependence": errors.dependence,
-        "warnings": json.dumps(_warnings(found, errors, values)),
+        "warnings": json.dumps(_warnings(problem.free, failure, errors, values)),
     }
     return data
 
 
-def _warnings(found: Search, errors: Uncertainty, values: np.ndarray) -> list[str]:
+def _warnings(free: Sequence[Free], failure: str, errors: Uncertainty, values: np.ndarray) -> list[str]:
     """What the user has to know of the numbers."""
-    free, warnings = found.problem.free, list[str]()
-    if found.status != "complete":
-        warnings.append(f"the search did not end: {found.status}")
+    warnings = [f"the search did not end: {failure}"] if failure else []
     for direction in errors.alike:
         names = [f"'{free[k].path}'" for k in direction]
         if len(names) == 1:
@@ -239,8 +237,10 @@ def _warnings(found: Search, errors: Uncertainty, values: np.ndarray) -> list[st
                 warnings.append(
                     f"'{free[j].path}' and '{free[i].path}' are hardly distinguished: correlation {correlation[i, j]:.4f}"
                 )
-    for parameter, value in zip(free, values.tolist(), strict=True):
-        for bound in (parameter.low, parameter.high):
-            if abs(value - bound) <= AT_BOUND * parameter.scale:
-                warnings.append(f"'{parameter.path}' is at its bound {bound:g} {parameter.unit}: its interval does not hold")
+    warnings += [
+        f"'{parameter.path}' is at its bound {bound:g} {parameter.unit}: its interval does not hold"
+        for parameter, value in zip(free, values.tolist(), strict=True)
+        for bound in (parameter.low, parameter.high)
+        if abs(value - bound) <= AT_BOUND * parameter.scale
+    ]
     return warnings

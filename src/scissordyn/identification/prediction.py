@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
@@ -10,10 +9,8 @@ import xarray as xr
 
 from scissordyn.analysis.agreement import Measured
 from scissordyn.errors import InputError
-from scissordyn.identification.fit import prepared
-from scissordyn.identification.forward import FailedRunError
-from scissordyn.identification.problem import Problem, Segment
-from scissordyn.identification.solve import estimated_start
+from scissordyn.identification.problem import FailedRunError, Problem, records_of
+from scissordyn.identification.start import prepared
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.options import Options
 
@@ -54,44 +51,27 @@ def prediction(
     """
     if not 0.0 < window < 1.0:
         raise InputError(f"a window of {window:g}", "a part of a record between 0 and 1", "0.1")
-    first, columns, options = prepared(mechanism, options, [records[0].rows(0, 2)], segment=None)
-    del first
-    parts = [part for record in records for part in (record.segments(segment) if segment is not None else [record])]
-    segments, bodies, cut = list[Segment](), mechanism.bodies, np.zeros(len(parts))
-    if segment is not None:
-        options = dataclasses.replace(options, start="as-placed")
-    for k, part in enumerate(parts):
-        if segment is None:
-            segments.append(Segment(part, None, np.zeros(len(columns))))
-        else:
-            started, bodies = estimated_start(mechanism, options, part, columns, bodies, (0.5 * window, window))
-            segments.append(started)
-            cut[k] = window * (part.time[-1] - part.time[0])
+    segments, columns, options = prepared(mechanism, options, records, segment=segment, windows=(0.5 * window, window))
     problem = Problem(mechanism, options, (), segments, columns, np.ones(len(columns)))
     try:
-        curves = np.concatenate(problem.every_curve(problem.start()))
+        predicted = np.concatenate([shown.curves for shown in problem.everything_shown(problem.start())])
     except FailedRunError as failed:
         raise InputError(
             f"a run that is to predict fails: {failed}", "a mechanism that runs over the time of the data"
         ) from None
-    sizes = [part.time.size for part in parts]
-    owner = np.repeat(np.arange(len(parts)), sizes)
-    time, measured = np.concatenate([part.time for part in parts]), np.concatenate([part.values for part in parts])
-    elapsed = time - np.repeat([part.time[0] for part in parts], sizes)
-    counted = elapsed >= cut[owner]
-    rms = np.sqrt(np.mean((curves - measured)[counted] ** 2, axis=0))
+    rows = records_of(segments)
+    elapsed = np.concatenate([part.record.time - part.record.time[0] for part in segments])
+    cut = [0.0 if part.chart is None else window * (part.record.time[-1] - part.record.time[0]) for part in segments]
+    counted = elapsed >= np.array(cut)[rows["segment"][1]]
+    rms = np.sqrt(np.mean((predicted - rows["measured"][1])[counted] ** 2, axis=0))
     about = {"long_name": "root mean square error of what was predicted, in the unit of its column"}
     return xr.Dataset(
         {
-            "time": ("row", time, {"units": "s", "long_name": "time"}),
-            "segment": ("row", owner, {"long_name": "segment"}),
+            **rows,
             "elapsed": ("row", elapsed, {"units": "s", "long_name": "time since the start of the segment"}),
             "counted": ("row", counted, {"long_name": "whether it is behind the window"}),
-            "measured": (("row", "column"), measured, {"long_name": "measured value, in the unit of its column"}),
-            "predicted": (("row", "column"), curves, {"long_name": "value that the mechanism predicts"}),
+            "predicted": (("row", "column"), predicted, {"long_name": "value that the mechanism predicts"}),
             "rms": ("column", rms, about),
-            "column_unit": ("column", np.array(list(parts[0].units), dtype=str), {"long_name": "unit"}),
         },
-        coords={"column": np.array(list(parts[0].headings), dtype=str)},
         attrs={"title": "scissordyn prediction"},
     )

@@ -1,15 +1,21 @@
-"""Where a mechanism is when a record begins: as many numbers as it has degrees of freedom, and their rates."""
+"""Records cut into segments, and where a mechanism is when each begins: by its degrees of freedom and their rates."""
 
 from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import xarray as xr
+from scipy.optimize import least_squares
 
+from scissordyn.analysis.agreement import Measured
 from scissordyn.component.port import AXIS
-from scissordyn.errors import InputError
+from scissordyn.errors import InputError, did_you_mean
+from scissordyn.file.export import TimeColumn
+from scissordyn.identification.problem import TURN, FailedRunError, Problem, Segment, columns_of, curves, motion
 from scissordyn.kinematics.assembly import Held, Start, assemble, natural_state, placed_start
 from scissordyn.model.body import Body
 from scissordyn.model.mechanism import Mechanism
@@ -17,6 +23,7 @@ from scissordyn.plan.elimination import in_words
 from scissordyn.plan.gradients import Gradients
 from scissordyn.plan.plan import plan
 from scissordyn.run.advance.system import make_system
+from scissordyn.run.options import Options
 
 ROUND_OFF = 1e-9  # Singular values of the constraints below this fraction of the largest are zero
 
@@ -53,12 +60,14 @@ class Chart:
         """Numbers of a state: twice the degrees of freedom."""
         return 2 * int(self.directions.shape[1])
 
-    def bodies(self, numbers: np.ndarray) -> tuple[Body, ...]:
-        """The bodies as placed at a state, to first order: the assembly closes what is left."""
+    def placed(self, mechanism: Mechanism, numbers: np.ndarray) -> Mechanism:
+        """A mechanism of these bodies placed at a state, to first order: the assembly closes what is left."""
         half = self.directions.shape[1]
         position = self.position + self.directions @ numbers[:half]
         velocity = self.velocity + self.directions @ numbers[half:]
-        return tuple(_placed(body, position, velocity, self.offsets[body.name]) for body in self.mechanism.bodies)
+        return placed_at(
+            mechanism, [_placed(body, position, velocity, self.offsets[body.name]) for body in self.mechanism.bodies]
+        )
 
 
 def _placed(body: Body, position: np.ndarray, velocity: np.ndarray, p: int) -> Body:
@@ -74,7 +83,7 @@ def _placed(body: Body, position: np.ndarray, velocity: np.ndarray, p: int) -> B
     return dataclasses.replace(body, **changes)  # type: ignore[arg-type]
 
 
-def placed_at(mechanism: Mechanism, bodies: tuple[Body, ...]) -> Mechanism:
+def placed_at(mechanism: Mechanism, bodies: Iterable[Body]) -> Mechanism:
     """A mechanism whose bodies start where others of the same names are."""
     where = {body.name: body for body in bodies}
     names = ("position", "angle", "velocity", "angular_velocity")
@@ -104,4 +113,123 @@ def chart_of(mechanism: Mechanism) -> Chart:
     moving = np.asarray(moving) / np.max(np.abs(moving), axis=0)
     position, velocity = natural_state(tables, system, start)
     chart = Chart(mechanism, moving, coordinates.natural.offsets, position, velocity)
-    return dataclasses.replace(chart, mechanism=placed_at(mechanism, chart.bodies(np.zeros(chart.size))))
+    return dataclasses.replace(chart, mechanism=chart.placed(mechanism, np.zeros(chart.size)))
+
+
+WINDOWS = (0.05, 0.25, 1.0)
+"""Parts of a segment over which its start is estimated, one after the other: a short one has no second minimum."""
+
+FEW = 8  # Instants of a window, at least
+TIGHT = 1e-10  # Tolerance of the runs of a fit, unless the case has a smaller one: derivatives are differences of runs
+
+
+def prepared(
+    mechanism: Mechanism,
+    options: Options,
+    records: Sequence[Measured],
+    *,
+    segment: float | None,
+    windows: Sequence[float] = WINDOWS,
+) -> tuple[list[Segment], list[TimeColumn], Options]:
+    """Segments with their estimated starts, the columns of a run that were measured, and options of its runs."""
+    headings = records[0].headings
+    for record in records[1:]:
+        if record.headings != headings:
+            raise InputError(f"'{record.name}' has other columns than '{records[0].name}'", "files of the same columns")
+    tight = min(TIGHT, options.rtol), min(TIGHT, options.atol)
+    options = dataclasses.replace(options, rtol=tight[0], atol=tight[1], trust=False)
+    if segment is None:
+        for record in records:
+            if record.time[0] < 0.0:
+                raise InputError(f"'{record.name}' begins at {record.time[0]:g} s", "times from the start of the case on", "0")
+    else:
+        if not segment > 0.0:
+            raise InputError(f"segments of {segment:g} s", "a duration > 0 [s]", "--segment '1 s'")
+        options = dataclasses.replace(options, start="as-placed")
+    usable = columns_of(mechanism, options)
+    for heading in headings:
+        if heading not in usable:
+            raise InputError(f"no quantity '{heading}'{did_you_mean(heading, usable)}", "columns of a run of this case")
+    columns = [usable[heading] for heading in headings]
+    if segment is None:
+        return [Segment(record, None, np.zeros(len(columns))) for record in records], columns, options
+    segments = list[Segment]()
+    for record in records:
+        bodies = mechanism.bodies
+        for k, part in enumerate(record.segments(segment)):
+            started, bodies = estimated_start(mechanism, options, part, columns, bodies, windows)
+            segments.append(dataclasses.replace(started, follows=k > 0))
+    return segments, columns, options
+
+
+def spread(record: Measured) -> np.ndarray:
+    """Standard deviation of each quantity about its mean, 1 where it does not change."""
+    deviation = np.std(record.values, axis=0)
+    return np.where(deviation > 0.0, deviation, 1.0)
+
+
+def estimated_start(
+    mechanism: Mechanism,
+    options: Options,
+    record: Measured,
+    columns: Sequence[TimeColumn],
+    guess: tuple[Body, ...],
+    windows: Sequence[float],
+) -> tuple[Segment, tuple[Body, ...]]:
+    """The start of a segment by least squares, the free numbers as they are."""
+    placed = placed_at(mechanism, _measured_bodies(record, guess))
+    try:
+        for window in windows:
+            chart = chart_of(placed)
+            part = record.rows(0, max(min(FEW, record.time.size), round(window * record.time.size)))
+            first = motion(chart.mechanism, options, part.time - part.time[0])
+            segment = Segment(part, chart, _whole_turns(part, curves(first, columns)))
+            problem = Problem(mechanism, options, (), [segment], columns, spread(record))
+            solution = least_squares(problem.residuals, np.zeros(chart.size), jac=problem.jacobian, x_scale="jac", max_nfev=30)
+            placed = chart.placed(mechanism, solution.x)
+        chart = chart_of(placed)
+        run = motion(chart.mechanism, options, record.time - record.time[0])
+    except FailedRunError as failed:
+        raise InputError(
+            f"'{record.name}': no start from which a run follows the data from {record.time[0]:.6g} s on: {failed}",
+            "shorter segments, or a case whose bodies are placed near the start of the data",
+        ) from None
+    turns = _whole_turns(record, curves(run, columns))
+    return Segment(record, chart, turns), _at_end(chart.mechanism.bodies, run)
+
+
+def _whole_turns(record: Measured, shown: np.ndarray) -> np.ndarray:
+    """Turns by which measured angles differ from those of a run at the first instant, in radians, shape (columns,)."""
+    is_angle = np.array([unit == "rad" for unit in record.units])
+    return np.where(is_angle, TURN * np.round((record.values[0] - shown[0]) / TURN), 0.0)
+
+
+def _measured_bodies(record: Measured, guess: tuple[Body, ...]) -> tuple[Body, ...]:
+    """Bodies at the angles that were measured first, rotating as was measured or as the first angles change."""
+    placed = []
+    some = slice(0, max(3, min(FEW, record.time.size)))
+    time = record.time[some] - record.time[0]
+    for body in guess:
+        heading, rate = f"angle of {body.name}", f"angular_velocity of {body.name}"
+        if heading in record.headings:
+            angles = record.column(heading)
+            slope = float(np.polyfit(time, angles[some], 1)[0])
+            speed = float(record.column(rate)[0]) if rate in record.headings else slope
+            body = dataclasses.replace(body, angle=float(angles[0]), angular_velocity=speed)
+        placed.append(body)
+    return tuple(placed)
+
+
+def _at_end(bodies: tuple[Body, ...], run: xr.Dataset) -> tuple[Body, ...]:
+    last, placed = run.isel(time=-1), []
+    for k, body in enumerate(bodies):
+        angle, speed = float(last["angle"].values[k]), float(last["angular_velocity"].values[k])
+        cos, sin = np.cos(angle), np.sin(angle)
+        arm = np.array([cos * body.centre[0] - sin * body.centre[1], sin * body.centre[0] + cos * body.centre[1]])
+        origin = last["position"].values[k] - arm
+        velocity = last["velocity"].values[k] - speed * np.array([-arm[1], arm[0]])
+        changes: dict[str, object] = {"position": tuple(origin.tolist()), "velocity": tuple(velocity.tolist())}
+        if body.rotates:
+            changes |= {"angle": angle, "angular_velocity": speed}
+        placed.append(dataclasses.replace(body, **changes))  # type: ignore[arg-type]
+    return tuple(placed)

@@ -67,7 +67,7 @@ def uncertainty(problem: Problem, unknowns: np.ndarray) -> Uncertainty:
         student.ppf(0.5 + 0.5 * LEVEL, degrees) * np.sqrt(np.diag(plain)),
         student.ppf(0.5 + 0.5 * LEVEL, max(1, blocks - 1)) * np.sqrt(np.diag(robust)),
     )
-    scale = np.array([parameter.scale for parameter in problem.free])
+    scale = problem.scale
     lost = np.sqrt(np.sum(rows[~determined] ** 2, axis=0)) > PART * 0.05
     factor = np.maximum(1.0, ratio)
     covariance = plain * np.outer(factor, factor)

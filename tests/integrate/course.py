@@ -7,27 +7,12 @@ integral and delayed value has a closed form, and what is measured is how it is 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from tests.library import loop_of
+from following import Followed, follow
 
-from scissordyn.integrate import advance as loop
-from scissordyn.integrate.history import make_history
-from scissordyn.integrate.integration import (
-    LOG_COLUMNS,
-    Integration,
-    Samples,
-    State,
-    Work,
-    make_record,
-    make_samples,
-    make_state,
-    make_work,
-)
-from scissordyn.integrate.tableau import Tableau, tableau
-from scissordyn.kernel import F1, F2, I1, Handle, kernel, opener
+from scissordyn.kernel import F1, F2, I1, kernel, opener
 
 TERMS = 12  # Coefficients of a polynomial, constant first; the last two are sine and cosine of 40 t, to leave every polynomial
 
@@ -164,20 +149,6 @@ def waves(sine: float = 0.0, cosine: float = 0.0, *rest: float) -> tuple[float, 
     return (*rest, *[0.0] * (TERMS - 2 - len(rest)), sine, cosine)
 
 
-@dataclass
-class Course:
-    """What a run left."""
-
-    method: Tableau
-    state: State
-    work: Work
-    out: Samples
-    log: np.ndarray
-    ends: np.ndarray
-    status: int
-    handle: Handle
-
-
 def run(
     name: str,
     until: float,
@@ -187,62 +158,25 @@ def run(
     powers: np.ndarray = NONE,
     signals: np.ndarray = NONE,
     step: float = math.inf,
-    first: float = 0.0,
-    samples: int = 2,
     band: tuple[float, ...] | None = None,
     modes: tuple[int, ...] = (),
     refuses: tuple[int, ...] = (),
-    crosses: bool = False,
-    monitors: bool = True,
     delays: tuple[float, ...] = (),
-    precision: float = 1e-13,
-    log_rows: int = 200,
-    recorded: int = 2000,
-    history: int = 400,
-    reads: tuple[np.ndarray, np.ndarray] | None = None,
-) -> Course:
+    **options: Any,
+) -> Followed:
     """Advance the course; guards come with a monitored row each, the rows beyond are monitored throughout."""
-    count, method = len(guards_), tableau(name)
-    mode = np.array(modes or (0,) * count, np.int64)
+    mode, refused = (np.array(given or (0,) * len(guards_), np.int64) for given in (modes, refuses))
     everything = np.vstack([guards_, rows]) if len(rows) else guards_.copy()
-    refused = np.array(refuses or (0,) * count, np.int64)
     tables = guards_.copy(), everything, powers.copy(), signals.copy()
-    handle = Handle(Numbers(*tables, np.array([step]), np.zeros(1), mode, refused, np.zeros(1, np.int64)))
-    functions = {"rate": rate, "linearise": linearise, "factorize": factorize, "solve": solve, "accept": accept}
-    functions |= {"guards": guards, "guard": guard, "reset": reset, "monitor": monitor, "probe": probe, "record": record}
-    state = make_state(
-        np.zeros(1),
-        mode=mode,
-        memory=np.zeros(count),
-        reference=np.zeros(0),
+    return follow(
+        globals(),
+        Numbers(*tables, np.array([step]), np.zeros(1), mode, refused, np.zeros(1, np.int64)),
+        name,
+        (0.0,),
+        until,
         quadratures=len(powers),
-        monitors=len(rows),
+        rows=len(rows),
         band=None if band is None else np.array(band),
-        history=make_history(len(signals) if delays else 0, history if delays else 0),
-        history_length=np.zeros(1, np.int64),
+        signals=len(signals) if delays else 0,
+        **{"rtol": 1e-9, "atol": 1e-9, "step": step, "delays": delays, "most_steps": 100, "pieces": 400} | options,
     )
-    work = make_work(
-        state,
-        method,
-        atol=np.full(1, 1e-9),
-        rtol=np.full(1, 1e-9),
-        group=np.array([0, 1], np.int64),
-        precision=np.full(count, precision),
-        crossable=np.ones(count, np.int64),
-        reads=reads,
-        delays=delays,
-    )
-    state.clock["end"], state.clock["longest"], state.clock["crosses"] = until, step, int(crosses)
-    state.clock["monitors"] = int(monitors)
-    if first:
-        state.clock["first"] = state.clock["step"] = first
-    out, log = make_samples(np.linspace(0.0, until, samples), state), np.zeros((log_rows, LOG_COLUMNS))
-    whole = Handle(Integration(method, state, work, out, make_record(recorded, state), log))
-    status = np.array([loop.ADVANCING])
-    for _ in range(400):
-        loop_of(functions)(np.array([handle.address]), np.array([whole.address]), 100, status)
-        if status[0] != loop.ADVANCING:
-            break
-    counts = state.counts[0]
-    ends = whole.content.steps.time[: counts["recorded"]]
-    return Course(method, state, work, out, log[: counts["events"]], ends, int(status[0]), handle)

@@ -6,19 +6,9 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from tests.library import loop_of
+from following import Followed, follow
 
-from scissordyn.integrate import advance as loop
-from scissordyn.integrate.integration import (
-    LOG_COLUMNS,
-    Integration,
-    make_record,
-    make_samples,
-    make_state,
-    make_work,
-)
-from scissordyn.integrate.tableau import tableau
-from scissordyn.kernel import F1, F2, I1, Handle, kernel, opener
+from scissordyn.kernel import F1, F2, I1, kernel, opener
 
 __all__ = [
     "COMPLIANT",
@@ -28,7 +18,6 @@ __all__ = [
     "POWER",
     "RELAXING",
     "STAGGERED",
-    "Result",
     "solve_problem",
 ]
 
@@ -186,37 +175,6 @@ def record(t, y, address, signals):
     signals[0] = y[0]
 
 
-_FUNCTIONS = {
-    "rate": rate,
-    "linearise": linearise,
-    "factorize": factorize,
-    "solve": solve,
-    "accept": accept,
-    "guards": guards,
-    "guard": guard,
-    "reset": reset,
-    "monitor": monitor,
-    "probe": probe,
-    "record": record,
-}
-
-
-class Result(NamedTuple):
-    """What a run leaves."""
-
-    status: int
-    time: np.ndarray  # of the samples
-    state: np.ndarray
-    total: np.ndarray
-    mode: np.ndarray
-    log: np.ndarray
-    steps: np.ndarray  # ends of steps
-    reached: np.ndarray  # the states there
-    end: Any  # integrate.integration.State
-    work: Any
-    calls: int
-
-
 def solve_problem(
     name: str,
     kind: int,
@@ -224,25 +182,14 @@ def solve_problem(
     until: float,
     *,
     parameters: tuple[float, ...] = (1.0,),
-    rtol: float = 1e-10,
-    atol: float = 1e-10,
-    samples: int | np.ndarray = 2,
     levels: tuple[float, ...] = (),
     senses: tuple[float, ...] = (),
-    above: tuple[int, ...] = (),
     restitution: float = 0.0,
     step: float = math.inf,
-    first: float = 0.0,
     crosses: bool = False,
-    band: float = math.inf,
-    monitors: bool = True,
-    log_rows: int = 400,
-    record_rows: int = 20000,
-    most_steps: int = 100000,
-    group: tuple[int, ...] = (),
-) -> Result:
+    **options: Any,
+) -> Followed:
     n, count = len(start), len(levels)
-    mode = np.array(above or (0,) * count, np.int64)
     numbers = Numbers(
         np.array([kind]),
         np.array([*parameters, 0.0, 0.0, 0.0]),
@@ -252,41 +199,10 @@ def solve_problem(
         np.array([step]),
         np.zeros((n, n)),
         np.zeros((n, n)),
-        mode,
+        np.zeros(count, np.int64),
         np.zeros(1, np.int64),
     )
-    handle, method = Handle(numbers), tableau(name)
-    state = make_state(
-        np.array(start),
-        mode=mode,
-        memory=np.zeros(count),
-        reference=np.zeros(0),
-        quadratures=3,
-        monitors=1,
-        band=np.array([band]),
-    )
-    work = make_work(
-        state,
-        method,
-        atol=np.full(n, atol),
-        rtol=np.full(n, rtol),
-        group=np.array(group or (0, n), np.int64),
-        precision=np.full(count, 1e-13),
-        crossable=np.full(count, int(crosses), np.int64),
-    )
-    state.clock["end"], state.clock["longest"], state.clock["crosses"] = until, step, int(crosses)
-    state.clock["monitors"] = int(monitors)
-    if first:
-        state.clock["first"] = state.clock["step"] = first
-    out = make_samples(np.linspace(0.0, until, samples) if isinstance(samples, int) else samples, state)
-    log, steps = np.zeros((log_rows, LOG_COLUMNS)), make_record(record_rows, state)
-    whole = Handle(Integration(method, state, work, out, steps, log))
-    status = np.array([loop.ADVANCING])
-    problem = loop_of(_FUNCTIONS)
-    problem(np.array([handle.address]), np.array([whole.address]), most_steps, status)
-    ends = slice(state.counts["recorded"][0])
-    return Result(
-        *(int(status[0]), out.time, out.state, out.total, out.mode, log[: state.counts["events"][0]]),
-        *(steps.time[ends], steps.state[ends], state, work),
-        int(numbers.calls[0]),
+    monitored = {"quadratures": 3, "rows": 1, "band": np.array([math.inf])}
+    return follow(
+        *(globals(), numbers, name, start, until), **monitored, step=step, crosses=crosses, crossable=crosses, **options
     )

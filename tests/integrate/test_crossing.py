@@ -4,13 +4,13 @@ import math
 
 import numpy as np
 import pytest
-from motions import COMPLIANT, OSCILLATOR, Result, solve_problem
+from following import Followed
+from motions import COMPLIANT, OSCILLATOR, solve_problem
 
 from scissordyn.integrate.advance import FINISHED
-from scissordyn.integrate.tableau import METHODS
 
 
-def impact(name: str, crosses: bool, tolerance: float, **options) -> Result:
+def impact(name: str, crosses: bool, tolerance: float, **options) -> Followed:
     """Impacts on a linear floor under gravity."""
     return solve_problem(
         *(name, COMPLIANT, (1e-2, 0.0), 0.5),
@@ -24,7 +24,6 @@ def impact(name: str, crosses: bool, tolerance: float, **options) -> Result:
     )
 
 
-@pytest.mark.parametrize("name", METHODS)
 @pytest.mark.parametrize("crosses", [False, True])
 def test_impacts_on_a_linear_floor(name: str, crosses: bool) -> None:
     """Closed form: d'' = g - k d, so d = g/k (1 - cos w t) + v/w sin w t: instants, lengths and speeds of all contacts."""
@@ -49,13 +48,12 @@ def test_impacts_on_a_linear_floor(name: str, crosses: bool) -> None:
     assert np.array_equal(result.log[:, 2], (np.arange(len(result.log)) + 1) % 2)
 
 
-@pytest.mark.parametrize("name", METHODS)
 def test_steps_go_across(name: str) -> None:
     """Contract: with a loose tolerance a step goes across levels that change nothing; there are as few as without guards."""
     levels = (0.1, 0.2, 0.7)
     across = solve_problem(name, OSCILLATOR, (0.0, 1.0), 9.0, levels=levels, crosses=True, rtol=1e-6, atol=1e-6)
     free = solve_problem(name, OSCILLATOR, (0.0, 1.0), 9.0, rtol=1e-6, atol=1e-6)
-    assert across.end.counts["steps"][0] == free.end.counts["steps"][0]
+    assert across.state.counts["steps"][0] == free.state.counts["steps"][0]
     # rows of one step: rises first
     inner = np.argsort(across.log[:, 0], kind="stable")
     log = across.log[inner]
@@ -71,11 +69,10 @@ def test_steps_go_across(name: str) -> None:
     assert np.allclose(log[:, 3], np.cos([when for when, _, _ in expected]), atol=3e-4)
 
 
-@pytest.mark.parametrize("name", METHODS)
 def test_crossed_contacts_keep_the_energy(name: str) -> None:
     """Identity: energy is the same before and after each contact to the tolerance, also if its force begins inside a step."""
     result = impact(name, True, 1e-8, samples=301)
-    y, v = result.state.T
+    y, v = result.out.state.T
     energy = 0.5 * v * v + 9.81 * y + 0.5 * 4e3 * np.minimum(y, 0.0) ** 2
     assert np.max(np.abs(energy - 9.81e-2)) < 2e-4 * 9.81e-2
 
@@ -93,5 +90,5 @@ def test_a_missed_level_is_not_logged() -> None:
             atol=1e-9,
             samples=501,
         )
-        clear = np.abs(result.state[:, 0]) > 1e-5
-        assert np.array_equal(result.mode[clear, 0] == 1, result.state[clear, 0] < 0.0)
+        clear = np.abs(result.out.state[:, 0]) > 1e-5
+        assert np.array_equal(result.out.mode[clear, 0] == 1, result.out.state[clear, 0] < 0.0)

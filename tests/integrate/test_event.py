@@ -9,7 +9,6 @@ from course import WAVES, polynomials, run, waves
 from scissordyn.integrate import advance as loop
 from scissordyn.integrate.event import cubic, cubic_root, cubic_summit, may_rise
 from scissordyn.integrate.integration import DATA, FALL, GUARD, MODE, RISE, TIME
-from scissordyn.integrate.tableau import METHODS
 
 
 def shifted(*roots: float, factor: float = 1.0) -> tuple[float, ...]:
@@ -17,7 +16,6 @@ def shifted(*roots: float, factor: float = 1.0) -> tuple[float, ...]:
     return tuple(factor * np.polynomial.Polynomial.fromroots(roots).coef)
 
 
-@pytest.mark.parametrize("name", METHODS)
 def test_one_root_in_one_step(name):
     """Closed form: t^5 = 0.3 in a single step of length 2, to the guard's precision, and the step ends there."""
     found = run(name, 2.0, guards_=polynomials((-0.3, 0.0, 0.0, 0.0, 0.0, 1.0)), first=2.0)
@@ -29,7 +27,6 @@ def test_one_root_in_one_step(name):
 
 
 @pytest.mark.parametrize("crosses", [False, True])
-@pytest.mark.parametrize("name", METHODS)
 def test_rises_and_falls_of_several_guards(name, crosses):
     """Closed form: all crossings of three cubics in one long step, in order, each once; ending on them or going across."""
     roots = ((0.21, 0.62, 1.31), (0.05, 0.9, 1.9), (0.33, 0.35, 1.6))
@@ -45,7 +42,6 @@ def test_rises_and_falls_of_several_guards(name, crosses):
         assert list(kinds) == [RISE if (modes[k] + i) % 2 == 0 else FALL for i in range(3)]
 
 
-@pytest.mark.parametrize("name", METHODS)
 def test_a_rise_between_two_probes(name):
     """Closed form: a hump 2e-4 wide, 1e-8 high, between two sixths of the step, is entered and left where its roots are."""
     middle, half = 0.4231, 1e-4
@@ -79,7 +75,6 @@ def test_a_guard_that_touches_zero_from_below():
 
 
 @pytest.mark.parametrize("backwards", [False, True])
-@pytest.mark.parametrize("name", METHODS)
 def test_a_guard_that_stands_still_at_one_end_of_a_step(name, backwards):
     """Closed form: t^3 - 0.95 t^6 - 0.1 has no rate at 0 and a high one at 1; above zero between the roots of a quadratic."""
     course = np.polynomial.Polynomial([-0.1, 0.0, 0.0, 1.0, 0.0, 0.0, -0.95])
@@ -92,7 +87,6 @@ def test_a_guard_that_stands_still_at_one_end_of_a_step(name, backwards):
 
 
 @pytest.mark.parametrize("crosses", [False, True])
-@pytest.mark.parametrize("name", METHODS)
 def test_a_guard_that_lets_go_and_touches_again_in_one_step(name, crosses):
     """Closed form: what the touch finds is its own rate, not that of an earlier one, whether a step may go across or not."""
     course = shifted(0.3, 0.5, factor=2.0)
@@ -132,7 +126,6 @@ def test_an_event_that_its_guard_refuses():
 
 
 @pytest.mark.parametrize("crosses", [False, True])
-@pytest.mark.parametrize("name", METHODS)
 def test_a_guard_beyond_zero_that_turns_and_refuses_what_recedes(name, crosses):
     """Closed form: b + (t - a)^2 + (t - a)^3 is crossed once, right behind a, where it begins to rise, and the run goes on."""
     for place in np.linspace(0.05, 0.65, 13):
@@ -143,7 +136,6 @@ def test_a_guard_beyond_zero_that_turns_and_refuses_what_recedes(name, crosses):
         assert 0.0 < found.log[0, DATA] < 1e-9
 
 
-@pytest.mark.parametrize("name", METHODS)
 def test_steep_and_shallow_roots(name):
     """Closed form: slopes from 1e-3 to 1e9 at the root; the guard itself is small there, within its precision."""
     for slope in (1e-3, 1.0, 1e9):
@@ -189,7 +181,6 @@ def test_a_guard_out_of_reach_costs_nothing():
     assert far.log.shape[0] == near.log.shape[0] == 0
 
 
-@pytest.mark.parametrize("name", METHODS)
 def test_samples_know_their_mode(name):
     """Closed form: beside each sample stands the mode of the guard at that instant, also when a step goes across its roots."""
     table = polynomials(shifted(0.25, 0.61, factor=-1.0))

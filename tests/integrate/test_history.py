@@ -10,7 +10,6 @@ from course import polynomials, run, waves
 
 from scissordyn.integrate import advance as loop
 from scissordyn.integrate.history import NODES, make_history, up_to_multiple
-from scissordyn.integrate.tableau import METHODS
 
 
 def looked_back(row: np.ndarray, signal: int, t: float) -> float:
@@ -20,7 +19,6 @@ def looked_back(row: np.ndarray, signal: int, t: float) -> float:
     return float(np.polynomial.Polynomial(row[first : first + NODES.size])(s))
 
 
-@pytest.mark.parametrize("name", METHODS)
 def test_recorded_signals(name):
     """Closed form: a polynomial of degree seven and a constant are looked back at exactly, at any instant of any step."""
     seventh = np.polynomial.Polynomial((0.3, -1.0, 0.5, 2.0, -1.0, 0.7, 0.2, -0.9))
@@ -47,7 +45,6 @@ def test_error_of_a_recorded_wave():
     assert abs(math.log2(errors[0] / errors[1]) - 8.0) < 0.2
 
 
-@pytest.mark.parametrize("name", METHODS)
 def test_steps_end_on_multiples_of_delays(name):
     """Identity: every multiple of every delay is the end of a step, to round-off, and no step is longer than a delay."""
     found = run(name, 2.0, signals=polynomials((1.0,)), delays=(0.3, 0.47), first=0.05)

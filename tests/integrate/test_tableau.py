@@ -95,7 +95,6 @@ def test_trees_are_all_there():
     assert [len(trees(order)) for order in range(1, 9)] == [1, 1, 2, 4, 9, 20, 48, 115]
 
 
-@pytest.mark.parametrize("name", METHODS)
 def test_order_conditions_of_the_step(name):
     """Identity: every rooted tree up to the method's order has its weight, to round-off of the tabulated figures."""
     for order in range(1, ORDER[name][0] + 1):
@@ -103,7 +102,6 @@ def test_order_conditions_of_the_step(name):
             assert condition(name, weights(name, 1.0), tree) == pytest.approx(1.0 / density(tree), abs=3e-13), tree
 
 
-@pytest.mark.parametrize("name", METHODS)
 def test_the_order_is_no_higher(name):
     """Contract: some tree of the next order has another weight, so that the conditions above say something."""
     above = trees(ORDER[name][0] + 1)
@@ -111,7 +109,6 @@ def test_the_order_is_no_higher(name):
 
 
 @pytest.mark.parametrize("theta", [0.13, 0.5, 0.81])
-@pytest.mark.parametrize("name", METHODS)
 def test_order_conditions_inside_the_step(name, theta):
     """Contract: the same for the dense output, with theta to the power of the tree's nodes."""
     weight = weights(name, theta)
@@ -121,7 +118,6 @@ def test_order_conditions_inside_the_step(name, theta):
             assert condition(name, weight, tree) == pytest.approx(exact, abs=2e-12), tree
 
 
-@pytest.mark.parametrize("name", METHODS)
 def test_stages_are_consistent(name):
     """Identity: the instant of each stage is the sum of its coefficients; so are the Rosenbrock methods' time derivatives."""
     method = tableau(name)
@@ -159,7 +155,6 @@ def test_stiff_end(name):
         assert abs(method.error[0] @ K) < 30.0 / abs(z)
 
 
-@pytest.mark.parametrize("name", METHODS)
 def test_followed_stages(name):
     """Contract: powers are evaluated at every stage that the step or its dense output weighs, and at its end."""
     method = tableau(name)

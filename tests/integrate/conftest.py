@@ -1,0 +1,11 @@
+"""Every method of integration, for tests that hold for all of them."""
+
+import pytest
+
+from scissordyn.integrate.tableau import METHODS
+
+
+@pytest.fixture(params=METHODS)
+def name(request):
+    """Of a method."""
+    return request.param

@@ -95,9 +95,9 @@ class Draft:
         """A coin."""
         return bool(self.random.random() < probability)
 
-    def add_body(self, near: Point) -> int:
-        """A body whose frame's origin is about its size away from a place."""
-        number, rotates = len(self.bodies), self.happens(0.85) or not self.bodies
+    def add_body(self, near: Point, *, turning: bool = False) -> int:
+        """A body whose frame's origin is about its size away from a place; it rotates if it is the first or has to."""
+        number, rotates = len(self.bodies), self.happens(0.85) or turning or not self.bodies
         mass, size = self.mass * self.decades(0.2, 5.0), self.length
         x, y = (near + self.random.uniform(-0.6, 0.6, 2) * size).tolist()
         self.bodies.append(

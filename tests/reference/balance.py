@@ -18,16 +18,41 @@ def rotated(vector: Any, angle: Any) -> np.ndarray:
     return np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
 
 
-class Balance:
+class Places:
+    """Where the bodies of a run and their points are, over time; the ground is a body that rests."""
+
+    def __init__(self, run: xr.Dataset, mechanism: sd.Mechanism) -> None:
+        self.run, self.mechanism, self.count = run, mechanism, run.sizes["time"]
+        self.place = {name: self.over("position", body=name) for name in run["body"].values}
+        self.angle = {name: np.nan_to_num(run["angle"].sel(body=name).values) for name in run["body"].values}
+        self.place["ground"], self.angle["ground"] = np.zeros((self.count, 2)), np.zeros(self.count)
+
+    def over(self, name: str, **where: str) -> np.ndarray:
+        """A vector over time."""
+        return self.run[name].sel(where).transpose("time", "axis").values
+
+    def at(self, body: str, local: Any) -> np.ndarray:
+        """Where a point is [m]: by its name, or its place in the body's frame."""
+        if isinstance(local, str):
+            local = dict(self.mechanism.ground)[local] if body == "ground" else self.mechanism.body(body).points[local]
+        local = np.subtract(local, (0.0, 0.0) if body == "ground" else self.mechanism.body(body).centre)
+        return self.place[body] + rotated(np.tile(local, (self.count, 1)), self.angle[body])
+
+    def output(self, part: Any, name: str) -> np.ndarray:
+        """What a run reports of a component."""
+        section = part.declaration.section
+        values = self.run[f"{section}_{name}"].sel({section: part.name})
+        return values.transpose("time", "axis").values if "axis" in values.dims else values.values
+
+
+class Balance(Places):
     """Forces and moments about the mass centres that the Dataset reports, added body by body.
 
     A run reports no forces of welds, so welded bodies are one, and no moments of aligned guides, so theirs are not balanced.
     """
 
     def __init__(self, run: xr.Dataset, mechanism: sd.Mechanism) -> None:
-        self.run, self.mechanism, self.count = run, mechanism, run.sizes["time"]
-        self.place = {name: self.over("position", body=name) for name in run["body"].values}
-        self.angle = {name: np.nan_to_num(run["angle"].sel(body=name).values) for name in run["body"].values}
+        super().__init__(run, mechanism)
         down = mechanism.gravity * np.array([np.cos(mechanism.gravity_direction), np.sin(mechanism.gravity_direction)])
         self.force, self.moment = {}, {}
         self.bars = [part for part in mechanism.components if part.declaration.port is AXIS]
@@ -68,27 +93,14 @@ class Balance:
         if isinstance(coordinate, sd.RelativeAngle):
             self.turn(coordinate.body, force, coordinate.base)
         elif isinstance(coordinate, sd.Slide):
-            base = coordinate.direction + (0.0 if coordinate.base == "ground" else self.angle[coordinate.base])
-            unit = np.stack([np.cos(base), np.sin(base)], axis=-1) * np.ones((self.count, 1))
+            base = coordinate.direction + self.angle[coordinate.base]
+            unit = np.stack([np.cos(base), np.sin(base)], axis=-1)
             self.pair(coordinate.point[0], coordinate.base, self.at(*coordinate.point), force[:, None] * unit)
         else:
             start, end = self.at(*coordinate.start), self.at(*coordinate.end)
             along = force[:, None] * (end - start) / np.linalg.norm(end - start, axis=1)[:, None]
             self.push(coordinate.end[0], end, along)
             self.push(coordinate.start[0], start, -along)
-
-    def over(self, name: str, **where: str) -> np.ndarray:
-        """A vector over time."""
-        return self.run[name].sel(where).transpose("time", "axis").values
-
-    def at(self, body: str, local: Any) -> np.ndarray:
-        """Where a point is [m]: by its name, or its place in the body's frame."""
-        if isinstance(local, str):
-            local = dict(self.mechanism.ground)[local] if body == "ground" else self.mechanism.body(body).points[local]
-        if body == "ground":
-            return np.tile(np.asarray(local, float), (self.count, 1))
-        local = np.subtract(local, self.mechanism.body(body).centre)
-        return self.place[body] + rotated(np.tile(local, (self.count, 1)), self.angle[body])
 
     def push(self, body: str, where: np.ndarray, force: np.ndarray) -> None:
         """Add a force at a place [m]."""
@@ -133,35 +145,30 @@ class Balance:
             self.turn(point.follower, -friction, point.body)
 
     def _component(self, part: Any) -> None:
-        section, port = part.declaration.section, part.declaration.port
-
-        def output(name: str) -> np.ndarray:
-            values = self.run[f"{section}_{name}"].sel({section: part.name})
-            return values.transpose("time", "axis").values if "axis" in values.dims else values.values
-
+        port = part.declaration.port
         if port is LINE:
             start, end = self.at(*part.start), self.at(*part.end)
             along = (end - start) / np.linalg.norm(end - start, axis=1)[:, None]
-            tension = output("force")[:, None]
+            tension = self.output(part, "force")[:, None]
             self.push(part.start[0], start, tension * along)
             self.push(part.end[0], end, -tension * along)
         elif port is ACTUATOR:
             self.turn(part.body, self.run["control_torque"].sel(actuator=part.name).values, part.base)
         elif port is HINGE:
-            self.turn(part.body, output("torque"), part.base)
+            self.turn(part.body, self.output(part, "torque"), part.base)
             if isinstance(part, sd.Motor):
                 self.turn(part.body, -part.inertia * self.run["angular_acceleration"].sel(body=part.body).values)
         elif port is TRAVEL:
             along = np.array([np.cos(part.direction), np.sin(part.direction)])
-            self.push(part.point[0], self.at(*part.point), output("force")[:, None] * along)
+            self.push(part.point[0], self.at(*part.point), self.output(part, "force")[:, None] * along)
         elif port is POINT:
-            self.push(part.point[0], self.at(*part.point), output("force"))
+            self.push(part.point[0], self.at(*part.point), self.output(part, "force"))
         else:
             assert port is FRAME, part
             start = part.start[0]
-            force = rotated(output("force"), 0.0 if start == "ground" else self.angle[start])
+            force = rotated(self.output(part, "force"), self.angle[start])
             self.pair(part.end[0], start, self.at(*part.end), force)
-            self.turn(part.end[0], output("torque"), start)
+            self.turn(part.end[0], self.output(part, "torque"), start)
 
     def _bar(self, bar: Any) -> None:
         """What the two sides of a bar that bends exert on each of its cross-sections: the internal forces there."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ import xarray as xr
 from scipy.interpolate import make_interp_spline
 
 import scissordyn as sd
-from reference.balance import Balance, rotated
+from reference.balance import Places, rotated
 from scissordyn.component.port import AXIS, FRAME, HINGE, LINE, POINT, TRAVEL
 
 
@@ -18,7 +19,8 @@ class VirtualWork:
 
     def __init__(self, forces: xr.Dataset, mechanism: sd.Mechanism) -> None:
         self.forces, self.mechanism, self.time = forces, mechanism, forces["time"].values
-        self.at = Balance(forces, mechanism).at
+        self.places = Places(forces, mechanism)
+        self.at, self.angle = self.places.at, self.places.angle
         self.work: dict[str, np.ndarray] = {}
         self._drives()
         for part in mechanism.components:
@@ -68,20 +70,12 @@ class VirtualWork:
             force = forces["coordinate_drive_force"].sel(coordinate_drive=drive.name).values
             self.work[drive.name] = self._along(force, held[drive.name])
 
-    def _angle(self, body: str) -> np.ndarray:
-        return np.zeros(self.time.size) if body == "ground" else self.forces["angle"].sel(body=body).values
-
     def _component(self, part: Any) -> np.ndarray:
-        section, port = part.declaration.section, part.declaration.port
-
-        def output(name: str) -> np.ndarray:
-            values = self.forces[f"{section}_{name}"].sel({section: part.name})
-            return values.transpose("time", "axis").values if "axis" in values.dims else values.values
-
+        port, output = part.declaration.port, partial(self.places.output, part)
         if port is LINE:
             return self._along(-output("force"), np.linalg.norm(self.at(*part.end) - self.at(*part.start), axis=1))
         if port is HINGE:
-            return self._along(output("torque"), self._angle(part.body) - self._angle(part.base))
+            return self._along(output("torque"), self.angle[part.body] - self.angle[part.base])
         if port is TRAVEL:
             along = np.array([np.cos(part.direction), np.sin(part.direction)])
             return self._along(output("force"), self.at(*part.point) @ along)
@@ -89,6 +83,6 @@ class VirtualWork:
             return self._at_point(output("force"), self.at(*part.point))
         assert port is FRAME, part
         base, end = part.start[0], self.at(*part.end)
-        turned, origin = self._angle(base), self.at(*part.start)
+        turned, origin = self.angle[base], self.at(*part.start)
         local = rotated(end - origin, -turned)  # as the base sees the end
-        return self._at_point(output("force"), local) + self._along(output("torque"), self._angle(part.end[0]) - turned)
+        return self._at_point(output("force"), local) + self._along(output("torque"), self.angle[part.end[0]] - turned)

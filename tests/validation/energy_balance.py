@@ -3,26 +3,10 @@
 import numpy as np
 import xarray as xr
 
-from scissordyn.component.place import GROUND, BodyPoint
+from reference.balance import Places
 from scissordyn.component.spring import Spring
 from scissordyn.component.torsion_spring import TorsionSpring
 from scissordyn.model.mechanism import Mechanism
-
-
-def place(run: xr.Dataset, mechanism: Mechanism, point: BodyPoint) -> np.ndarray:
-    """Where a point is over time, shape (nt, 2) [m]."""
-    name, label = point
-    if name == GROUND:
-        return np.tile(dict(mechanism.ground)[label], (run.sizes["time"], 1))
-    body, turn = mechanism.body(name), run["angle"].sel(body=name).values
-    x, y = np.subtract(body.points[label], body.centre)
-    arm = np.stack([np.cos(turn) * x - np.sin(turn) * y, np.sin(turn) * x + np.cos(turn) * y], axis=1)
-    return run["position"].sel(body=name).values + arm
-
-
-def turned(run: xr.Dataset, name: str) -> np.ndarray:
-    """Angle of a body, or of the ground, over time [rad]."""
-    return np.zeros(run.sizes["time"]) if name == GROUND else run["angle"].sel(body=name).values
 
 
 def masses(mechanism: Mechanism) -> tuple[np.ndarray, np.ndarray]:
@@ -41,14 +25,14 @@ def stored_energy(run: xr.Dataset, mechanism: Mechanism) -> np.ndarray:
     """Energy of weight and springs, counted from the start, and of contacts, shape (nt,) [J]."""
     mass, _ = masses(mechanism)
     pull = mechanism.gravity * np.array([np.cos(mechanism.gravity_direction), np.sin(mechanism.gravity_direction)])
-    moved = run["position"].values - run["position"].values[0]
+    moved, places = run["position"].values - run["position"].values[0], Places(run, mechanism)
     energy = -np.tensordot(moved, pull, 1) @ mass + run["elastic_energy"].values
     for element in mechanism.components:
         if isinstance(element, Spring):
-            along = place(run, mechanism, element.end) - place(run, mechanism, element.start)
+            along = places.at(*element.end) - places.at(*element.start)
             stretch = np.hypot(*along.T) - element.free_length
         elif isinstance(element, TorsionSpring):
-            stretch = turned(run, element.body) - turned(run, element.base) - element.free_angle
+            stretch = places.angle[element.body] - places.angle[element.base] - element.free_angle
         else:
             raise TypeError(f"no energy is kept by {element!r}")
         energy = energy + 0.5 * element.stiffness * stretch**2
@@ -82,23 +66,13 @@ def momentum_drift(run: xr.Dataset, mechanism: Mechanism) -> tuple[float, float]
 
 def closure_error(run: xr.Dataset, mechanism: Mechanism) -> float:
     """Largest error of an ideal joint, guide or weld [m or rad]."""
-    errors = [0.0]
-    for joint in mechanism.ideal_joints:
-        apart = place(run, mechanism, joint.journal) - place(run, mechanism, joint.bearing)
-        errors.append(float(np.max(np.abs(apart))))
+    places = Places(run, mechanism)
+    apart = [places.at(*joint.journal) - places.at(*joint.bearing) for joint in mechanism.ideal_joints]
     for guide in mechanism.guides:
-        turn = turned(run, guide.body)
-        normal = np.stack([-np.sin(turn + guide.direction), np.cos(turn + guide.direction)], axis=1)
-        origin = np.tile(guide.through, (turn.size, 1))
-        if guide.body != GROUND:
-            body = mechanism.body(guide.body)
-            x, y = np.subtract(guide.through, body.centre)
-            arm = np.stack([np.cos(turn) * x - np.sin(turn) * y, np.sin(turn) * x + np.cos(turn) * y], axis=1)
-            origin = run["position"].sel(body=guide.body).values + arm
-        across = np.sum(normal * (place(run, mechanism, guide.follower) - origin), axis=1)
-        errors.append(float(np.max(np.abs(across))))
+        along = places.angle[guide.body] + guide.direction
+        x, y = (places.at(*guide.follower) - places.at(guide.body, guide.through)).T
+        apart.append(np.cos(along) * y - np.sin(along) * x)
     for weld in mechanism.welds:
-        apart = place(run, mechanism, weld.start) - place(run, mechanism, weld.end)
-        turn = turned(run, weld.start[0]) - turned(run, weld.end[0])
-        errors += [float(np.max(np.abs(apart))), float(np.max(np.abs(turn - turn[0])))]
-    return max(errors)
+        turn = places.angle[weld.start[0]] - places.angle[weld.end[0]]
+        apart += [places.at(*weld.start) - places.at(*weld.end), turn - turn[0]]
+    return max((float(np.max(np.abs(error))) for error in apart), default=0.0)

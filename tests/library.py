@@ -1,10 +1,12 @@
-"""What tests of several rooms share: kernels that are compiled to libraries of their own, and bars on a pin."""
+"""What tests of several rooms share: compiled kernels, bars on a pin, a mass in a bearing, and what a run says of itself."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,6 +18,17 @@ from scissordyn.compiler.unit import Unit
 from scissordyn.integrate import advance as loop
 from scissordyn.integrate.integration import Problem
 from scissordyn.kernel import I1, PYTHON, Entry
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+
+
+def warnings_of(run: xr.Dataset) -> list[str]:
+    return json.loads(run.attrs["warnings"])
+
+
+def counts_of(run: xr.Dataset) -> dict[str, Any]:
+    """What the integrator counted."""
+    return json.loads(run.attrs["statistics"])
 
 
 def in_c(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -55,6 +68,13 @@ def on_pin(bar: sd.Body, *elements: Any, gravity: float = 0.0, **parts: Any) -> 
     return sd.Mechanism(
         (bar,), (pin,), ground=(("O", (0.0, 0.0)),), gravity=gravity, input_body=bar.name, components=elements, **parts
     )
+
+
+def in_bearing(gap: sd.Clearance, *, mass: float = 1.0, **motion: Any) -> sd.Mechanism:
+    """A point mass whose pin has clearance in a bearing at the origin."""
+    ball = sd.Body("ball", mass, None, {"centre": (0.0, 0.0)}, **motion)
+    pin = sd.Revolute("pin", ("ball", "centre"), ("ground", "o"), gap)
+    return sd.Mechanism((ball,), joints=(pin,), ground=(("o", (0.0, 0.0)),))
 
 
 def balanced(run: xr.Dataset, bound: float = 1e-9, *, terms: tuple[str, ...] = ("load_work",)) -> bool:

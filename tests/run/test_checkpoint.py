@@ -19,6 +19,7 @@ from typing import Annotated, Any
 import numpy as np
 import pytest
 import xarray as xr
+from tests.library import EXAMPLES, on_pin
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of
@@ -34,8 +35,6 @@ from scissordyn.run.configuration import write_configuration
 from scissordyn.run.options import Options
 from scissordyn.run.simulate import replay, simulate
 from scissordyn.run.store import load, save
-
-EXAMPLES = Path(__file__).parents[2] / "examples"
 
 CASES = {
     "paper": "0.03 s",  # one joint, located events, explicit
@@ -127,13 +126,7 @@ def rubbing() -> Mechanism:
 
 def delayed() -> Mechanism:
     """A bar whose controller keeps the history of its signal, which grows when it is taken up."""
-    bar = sd.Mechanism(
-        (sd.bar("arm", length=0.5, mass=1.0),),
-        (sd.Revolute("O", ("arm", "start"), ("ground", "O")),),
-        ground=(("O", (0.0, 0.0)),),
-        input_body="arm",
-    )
-    return bar.controlled(sd.Pyragas(0.05, 0.02, onset=0.0))
+    return on_pin(sd.bar("arm", length=0.5, mass=1.0), gravity=9.81).controlled(sd.Pyragas(0.05, 0.02, onset=0.0))
 
 
 def hard() -> Mechanism:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from tests.library import warnings_of
 
 import scissordyn as sd
 from scissordyn.kinematics.branching import drive_warnings
@@ -184,17 +184,6 @@ def test_drive_that_stands_still() -> None:
     assert found(sd.scissor(units=3, angle=0.6).driven(speed=0.0), 1.0) == []
 
 
-def test_limit_of_a_crossed_linkage() -> None:
-    """Closed form: the crank of a crossed four-bar stops at 0.335789 s, by the law of cosines."""
-    ground, crank, coupler, rocker = 0.928733221455456, 1.4086743568308764, 1.4037555938140915, 0.8597264873214747
-    angle, speed = 1.4745982380091176, 3.4290116702167057
-    linkage = sd.four_bar(ground=ground, crank=crank, coupler=coupler, rocker=rocker, angle=angle, branch="crossed")
-    limit = math.acos((ground**2 + crank**2 - (coupler + rocker) ** 2) / (2.0 * ground * crank))
-    ((kind, time),) = found(linkage.driven(speed=speed), 1.7319635)
-    assert kind == LOCKING
-    assert time == pytest.approx((limit - angle) / speed, abs=1e-9)
-
-
 def test_either_side_of_a_change_point() -> None:
     """Closed form: a rocker longer by 1e-4 passes and is named as near, one shorter by 1e-5 locks before."""
     common = {"ground": 1.0, "crank": 0.4, "coupler": 0.9, "angle": 1.0}
@@ -202,7 +191,7 @@ def test_either_side_of_a_change_point() -> None:
     assert found(passing, 1.5) == [(NEAR, pytest.approx((math.pi - 1.0) / 3.0, abs=1e-9))]
     run = sd.simulate(passing, until=1.0, samples=51)
     assert run.attrs["status"] == "complete"
-    assert not [text for text in json.loads(run.attrs["warnings"]) if text.startswith((LOCKING, CHANGE))]
+    assert not [text for text in warnings_of(run) if text.startswith((LOCKING, CHANGE))]
     limit = math.acos((1.0 + 0.16 - (0.9 + 0.49999) ** 2) / 0.8)
     assert found(sd.four_bar(**common, rocker=0.49999).driven(speed=3.0), 1.5) == [
         (LOCKING, pytest.approx((limit - 1.0) / 3.0, abs=1e-9))
@@ -214,11 +203,11 @@ def test_loose_linkage_forced_beyond_its_limit() -> None:
     linkage = sd.four_bar(ground=1.0, crank=1.2, coupler=0.7, rocker=0.8).with_clearance("rocker pin", sd.Clearance(1e-3))
     limit = math.acos((1.0 + 1.44 - 2.25) / 2.4) - math.pi / 3
     run = sd.simulate(linkage.driven(speed=1.0), until=limit + 0.002, samples=101)
-    warnings = json.loads(run.attrs["warnings"])
+    warnings = warnings_of(run)
     assert any(text.startswith(f"{LOCKING} at t = {limit:.6g} s") for text in warnings), warnings
     assert any(text.startswith(f"the drive is forced beyond its locking position of t = {limit:.6g} s") for text in warnings)
     before = sd.simulate(linkage.driven(speed=1.0), until=limit - 0.005, samples=101)
-    assert not [text for text in json.loads(before.attrs["warnings"]) if "locking" in text]
+    assert not [text for text in warnings_of(before) if "locking" in text]
 
 
 def test_drive_that_is_beyond_its_limit_between_two_samples() -> None:
@@ -231,7 +220,7 @@ def test_drive_that_is_beyond_its_limit_between_two_samples() -> None:
         run = sd.simulate(linkage.driven(motion), until=1.0, samples=42)
         driven = run["angle"].sel(body="crank").values
         assert (driven.max() < limit) or not expected
-        said = [text for text in json.loads(run.attrs["warnings"]) if text.startswith(LOCKING)]
+        said = [text for text in warnings_of(run) if text.startswith(LOCKING)]
         assert bool(said) is expected, (said, run.attrs["warnings"])
 
 
@@ -244,4 +233,4 @@ def test_journal_pressed_in_far_from_any_limit() -> None:
         depth, gap = (run[name].sel(joint=loose.clearance_joints[0].name).item() for name in ("peak_indentation", "clearance"))
         assert depth > 0.1 * gap
         assert drive_warnings(plan(linkage), until) == []
-        assert not [text for text in json.loads(run.attrs["warnings"]) if "change point" in text or "locking" in text]
+        assert not [text for text in warnings_of(run) if "change point" in text or "locking" in text]

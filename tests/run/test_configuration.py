@@ -61,20 +61,6 @@ def dataset(text: str | Mapping[str, Any], title: str = "scissordyn run") -> xr.
     return xr.Dataset(attrs={"title": title, "configuration": text if isinstance(text, str) else written(text)})
 
 
-def test_every_example_survives(tmp_path: Path) -> None:
-    """Identity: the mechanism of every example, written and read, is equal to itself; so are laws, controllers and options."""
-    for path in EXAMPLES:
-        case = read_case(path)
-        options = Options(**case.run.keywords)
-        text = write_configuration(case.mechanism, options)
-        found = read_configuration(xr.Dataset(attrs={"configuration": text}))
-        assert found.build_mechanism() == case.mechanism, path.name
-        assert found.options == options
-        assert to_plain(found.build_mechanism()) == to_plain(case.mechanism)
-        (tmp_path / "again.toml").write_text(text, encoding="utf-8")
-        assert read_case(tmp_path / "again.toml").mechanism == case.mechanism
-
-
 NUMBERS = st.floats(1e-3, 1e3) | st.sampled_from([0.1 / 3.0, 5e-4, math.pi, 1e-9, 0.25])
 SIGNED = st.tuples(NUMBERS, st.sampled_from([1.0, -1.0, 0.0])).map(lambda pair: pair[0] * pair[1])
 PLACES = st.tuples(SIGNED, SIGNED)
@@ -129,13 +115,17 @@ def test_random_mechanisms(mechanism: Mechanism) -> None:
     assert write_configuration(again) == text
 
 
-@pytest.mark.parametrize("name", list(sd.zoo))
-def test_the_zoo(name: str) -> None:
-    """Identity: every mechanism of the zoo and what a run of it carries, to the last bit."""
-    case = sd.zoo[name].case
-    found = read_configuration(dataset(write_configuration(case.mechanism, case.run)))
+@pytest.mark.parametrize("which", [*EXAMPLES, *sd.zoo], ids=lambda which: getattr(which, "stem", which))
+def test_examples_and_the_zoo(which: Path | str, tmp_path: Path) -> None:
+    """Identity: every mechanism with its laws and controllers and what a run of it carries, to the last bit."""
+    case = sd.zoo[which].case if isinstance(which, str) else read_case(which)
+    text = write_configuration(case.mechanism, case.run)
+    found = read_configuration(dataset(text))
+    assert found.build_mechanism() == case.mechanism
     assert exact(to_plain(found.build_mechanism())) == exact(to_plain(case.mechanism))
     assert found.options == case.run
+    (tmp_path / "again.toml").write_text(text, encoding="utf-8")
+    assert read_case(tmp_path / "again.toml").mechanism == case.mechanism
 
 
 @pytest.fixture

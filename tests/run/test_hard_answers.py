@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 import io
-import json
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
+from tests.library import EXAMPLES, counts_of, warnings_of
 
 import scissordyn as sd
 from scissordyn.cli.compare import measures
@@ -134,8 +133,6 @@ def test_what_hard_contact_does_not_have_is_refused_in_one_line() -> None:
 
 GAP, PUSH = 1e-3, 5.0
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
-
 
 def sliders(count: int, angle: float, **laws: object) -> Mechanism:
     """Masses of 1 kg on one line, each hung in the one before by a hard loose pin, the first at the ground; pushed apart."""
@@ -153,11 +150,6 @@ def sliders(count: int, angle: float, **laws: object) -> Mechanism:
     )
 
 
-def counts(run) -> dict[str, object]:
-    """Counters of a run."""
-    return json.loads(run.attrs["statistics"])
-
-
 @pytest.mark.parametrize("angle", [0.0, 0.5])
 @pytest.mark.parametrize("friction", [{}, {"friction": sd.LuGre(kinetic=0.3)}])
 def test_a_slider_in_a_pin_comes_to_rest(angle: float, friction: dict[str, object]) -> None:
@@ -166,7 +158,7 @@ def test_a_slider_in_a_pin_comes_to_rest(angle: float, friction: dict[str, objec
     first = math.sqrt(2.0 * GAP / PUSH)
     expected = first * np.concatenate([[1.0], 1.0 + 2.0 * np.cumsum(0.5 ** np.arange(1, 8))])
     np.testing.assert_allclose(run["contact_start"].values[:8], expected, rtol=1e-9)
-    assert counts(run)["steps_not_solved"] == 0
+    assert counts_of(run)["steps_not_solved"] == 0
     assert float(run["damping_loss"][-1]) == pytest.approx(PUSH * GAP, rel=1e-9)
     assert run["normal_force"].values[-1, 0] == pytest.approx(PUSH, rel=1e-9)
     assert float(run["friction_loss"][-1]) == 0.0
@@ -177,7 +169,7 @@ def test_a_train_of_sliders_comes_to_rest(count: int) -> None:
     """Closed form: at the end every pin is taut and carries the push, whose work restitution has taken."""
     run = sd.simulate(sliders(count, 0.5), until=0.5, start="concentric")
     assert run.attrs["status"] == "complete"
-    assert counts(run)["steps_not_solved"] == 0
+    assert counts_of(run)["steps_not_solved"] == 0
     pins = [f"p{i}" for i in range(count)]
     np.testing.assert_allclose(run["normal_force"].sel(joint=pins).values[-1], PUSH, rtol=1e-6)
     work = float(run["load_work"][-1])
@@ -225,8 +217,8 @@ def test_the_estimate_sees_impacts_through_closed_contacts() -> None:
 def test_losses_that_have_not_converged_are_said() -> None:
     """Contract: the part of the losses in contacts that follow each other within three steps, from the table of contacts."""
     run = sd.simulate(sliders(5, 0.0), until=0.2, start="concentric")
-    (said,) = [text for text in json.loads(run.attrs["warnings"]) if "have not converged" in text]
-    near, ends, unresolved = 3.0 * float(counts(run)["step"]), dict[str, float](), 0.0
+    (said,) = [text for text in warnings_of(run) if "have not converged" in text]
+    near, ends, unresolved = 3.0 * float(counts_of(run)["step"]), dict[str, float](), 0.0
     rows = zip(
         *(run[name].values for name in ("contact_joint", "contact_start", "contact_duration", "contact_damping_loss")),
         strict=True,

@@ -1,15 +1,13 @@
 """Hard contact: impulses with restitution and Coulomb friction, between located impacts and by time stepping."""
 
 import dataclasses
-import json
 import math
 
 import numpy as np
 import pytest
-import xarray as xr
+from tests.library import counts_of, in_bearing
 
 import scissordyn as sd
-from scissordyn.component.force import Force
 from scissordyn.laws.damping.factors import LankaraniNikravesh
 from scissordyn.laws.friction.coulomb import Coulomb
 from scissordyn.model.body import Body
@@ -24,8 +22,7 @@ def ball(restitution: float = 0.5, friction: object = None, *, velocity: tuple[f
     """A point mass in a bearing of 1 m clearance, which it falls through."""
     laws = {"friction": friction} if friction is not None else {}
     gap = sd.Clearance(1.0, journal_radius=1.1, damping=LankaraniNikravesh(restitution), contact="hard", **laws)
-    body = Body("ball", 1.0, None, {"centre": (0.0, 0.0)}, velocity=velocity)
-    return Mechanism((body,), joints=(Revolute("pin", ("ball", "centre"), ("ground", "o"), gap),), ground=(("o", (0.0, 0.0)),))
+    return in_bearing(gap, velocity=velocity)
 
 
 def block(
@@ -43,12 +40,6 @@ def block(
     direction = -0.5 * math.pi + tilt
     one = Mechanism((body,), guides=(Guide("channel", ("block", "middle")),), output_body="block", gravity_direction=direction)
     return one.with_clearance("channel", wide)
-
-
-def statistics(run: xr.Dataset) -> dict[str, object]:
-    """Counters of a run."""
-    found: dict[str, object] = json.loads(run.attrs["statistics"])
-    return found
 
 
 def test_ball_comes_to_rest():
@@ -76,7 +67,7 @@ def test_time_stepping_has_order_one():
     errors = []
     for step in steps:
         run = sd.simulate(ball(), until=1.5, start="as-placed", step=step, events="crossed")
-        assert not statistics(run)["impacts_located"]
+        assert not counts_of(run)["impacts_located"]
         errors.append(abs(float(run["contact_start"][-1]) - 1.35457092295719))
     assert np.polyfit(np.log(steps), np.log(errors), 1)[0] == pytest.approx(1.0, abs=0.35)
 
@@ -102,7 +93,7 @@ def test_sliding_block_stops(events):
     assert stopped == pytest.approx(speed / (mu * GRAVITY), abs=5e-4)
     assert float(run["friction_loss"][-1]) == pytest.approx(0.5 * speed**2, rel=1e-5)
     assert np.ptp(x[-200:]) < 1e-12
-    assert {name for name, part in statistics(run)["sticking"].items() if part > 0.2} == {
+    assert {name for name, part in counts_of(run)["sticking"].items() if part > 0.2} == {
         "channel/corner 1",
         "channel/corner 2",
     }
@@ -166,9 +157,7 @@ def test_estimated_peak_force():
     elastic = sd.Clearance(1e-3, stiffness=linear, damping=LankaraniNikravesh(1.0))
     assert peak_forces(elastic, mass * speed**2)[0] == pytest.approx(0.3 * math.sqrt(2e8), rel=1e-4)
     joint = sd.Clearance(1e-3, damping=sd.Flores(0.6))
-    free = Body("journal", 2.0, None, {"centre": (0.0, 0.0)}, velocity=(0.3, 0.0))
-    pin = Revolute("pin", ("journal", "centre"), ("ground", "o"), joint)
-    one = Mechanism((free,), joints=(pin,), ground=(("o", (0.0, 0.0)),), gravity=0.0)
+    one = dataclasses.replace(in_bearing(joint, mass=2.0, velocity=(0.3, 0.0)), gravity=0.0)
     run = sd.simulate(one, until=5e-3, start="as-placed", samples=3)
     assert peak_forces(joint, mass * speed**2)[0] == pytest.approx(float(run["peak_force"][0]), rel=1e-3)
     hard = one.with_clearance("pin", dataclasses.replace(joint, contact="hard"))
@@ -189,7 +178,7 @@ def test_energy_balance_of_an_array():
     residual = []
     for step in (4e-5, 1e-5):
         run = sd.simulate(loose_array(), until=0.1, step=step)
-        assert statistics(run)["steps_not_solved"] == 0
+        assert counts_of(run)["steps_not_solved"] == 0
         residual.append(float(np.abs(run["energy_residual"]).max()) / float(run["kinetic_energy"].max()))
     assert residual[0] < 1e-3
     assert residual[1] < 0.5 * residual[0]
@@ -208,18 +197,10 @@ def test_hard_beside_compliant():
     assert run["normal_force"].values[-1].tolist() == pytest.approx([2.0 * GRAVITY, GRAVITY], rel=1e-3)
 
 
-def test_controller_with_delay_and_spring():
-    """Limit: far from contact a block between hard surfaces moves as a free one, second order in the step."""
-    push = Force("push", ("block", "middle"), (1.0, 0.0))
-    one = dataclasses.replace(block(lift=0.02), components=(push,), gravity=0.0)
-    run = sd.simulate(one, until=0.2, start="as-placed", step=1e-3)
-    assert float(run["position"].sel(body="block", axis="x")[-1]) == pytest.approx(0.5 * 0.2**2, rel=1e-9)
-
-
 def test_loads_act_at_the_middle_of_each_step():
     """Closed form: the speed that a harmonic force gives a free mass is the sum of its impulses by the midpoint rule."""
     rate, step, count = 9.0, 0.01, 20
-    push = Force("push", ("ball", "centre"), (1.0, 0.0), time_function=sd.Harmonic(0.0, 1.0, rate))
+    push = sd.Force("push", ("ball", "centre"), (1.0, 0.0), time_function=sd.Harmonic(0.0, 1.0, rate))
     one = dataclasses.replace(ball(), components=(push,), gravity=0.0)
     run = sd.simulate(one, until=count * step, start="as-placed", step=step)
     middles = step * (np.arange(count) + 0.5)
@@ -265,6 +246,5 @@ def test_a_clock_that_is_short_of_its_end_by_round_off_makes_no_step_of_its_own(
             continue
         found += 1
         run = sd.simulate(arm, until=until, step=step, events="crossed", samples=3)
-        statistics = json.loads(run.attrs["statistics"])
-        assert statistics["steps"] == count
+        assert counts_of(run)["steps"] == count
     assert found == 3

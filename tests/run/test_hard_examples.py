@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -70,22 +71,17 @@ def run_part(case: Case, part: float) -> xr.Dataset:
     return sd.simulate(case.mechanism, **options)
 
 
-@pytest.mark.parametrize("part", [SHORT, pytest.param(1.0, marks=pytest.mark.slow)])
-@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
-def test_an_example_with_hard_contact(path: Path, part: float) -> None:
-    """Limit: surfaces that do not press into each other, and the energy balance; slowly until the end of the example."""
-    case = hard(path)
-    assert all(joint.clearance.contact == "hard" for joint in case.mechanism.joints if joint.clearance is not None)
-    check(case, run_part(case, part))
+CASES = [*((hard, path, SHORT) for path in EXAMPLES), *((alternate, path, PIECE) for path in EXAMPLES if alternate(path))]
 
 
-@pytest.mark.parametrize("part", [PIECE, pytest.param(1.0, marks=pytest.mark.slow)])
-@pytest.mark.parametrize("path", [path for path in EXAMPLES if alternate(path)], ids=lambda path: path.stem)
-def test_an_example_with_every_other_contact_hard(path: Path, part: float) -> None:
-    """Limit: surfaces that do not press into each other, and the energy balance, beside compliant contacts."""
-    case = alternate(path)
-    assert case is not None
-    check(case, run_part(case, part))
+@pytest.mark.parametrize("whole", [False, pytest.param(True, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(("make", "path", "part"), CASES, ids=lambda value: getattr(value, "stem", None))
+def test_an_example_with_hard_contact(make: Callable[[Path], Case], path: Path, part: float, whole: bool) -> None:
+    """Limit: surfaces that do not press into each other, alone or beside compliant ones; slowly until the example's end."""
+    case = make(path)
+    kinds = {joint.clearance.contact for joint in case.mechanism.joints if joint.clearance is not None}
+    assert make is alternate or kinds <= {"hard"}
+    check(case, run_part(case, 1.0 if whole else part))
 
 
 def test_a_latch_strikes_contacts_of_both_kinds() -> None:

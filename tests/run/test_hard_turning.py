@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
 from scipy.linalg import expm
+from tests.library import EXAMPLES, counts_of, in_bearing, warnings_of
 
 import scissordyn as sd
 from scissordyn.component.bushing import Bushing
@@ -26,31 +25,27 @@ from scissordyn.plan.plan import plan
 from scissordyn.run.advance.trajectory import make_driver
 from scissordyn.run.options import Options
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
-
 
 def pendulum(angle: float, speed: float, gravity: float, restitution: float = 0.5) -> Mechanism:
     """A frictionless journal of 1 kg that touches its bearing of 1 m clearance at an angle from below."""
     gap = sd.Clearance(1.0, journal_radius=1.1, damping=LankaraniNikravesh(restitution), contact="hard")
     place, velocity = (math.sin(angle), -math.cos(angle)), (speed * math.cos(angle), speed * math.sin(angle))
-    body = Body("journal", 1.0, None, {"centre": (0.0, 0.0)}, position=place, velocity=velocity)
-    pin = Revolute("pin", ("journal", "centre"), ("ground", "o"), gap)
-    return Mechanism((body,), joints=(pin,), ground=(("o", (0.0, 0.0)),), gravity=gravity)
+    return dataclasses.replace(in_bearing(gap, position=place, velocity=velocity), gravity=gravity)
 
 
 def test_sliding_around_a_bearing_loses_nothing():
     """Closed form: without gravity and friction a journal slides around at constant speed; a step turns it by 0.1 rad."""
     run = sd.simulate(pendulum(0.0, 2.0, 0.0, 0.0), until=10.0, start="as-placed", step=0.05, events="crossed")
-    speed = np.hypot(*run["velocity"].sel(body="journal").transpose("axis", "time").values)[::100]
+    speed = np.hypot(*run["velocity"].sel(body="ball").transpose("axis", "time").values)[::100]
     assert abs(speed[-1] / speed[1] - 1.0) < 5e-3
-    radius = np.hypot(*run["position"].sel(body="journal").transpose("axis", "time").values)[::100]
+    radius = np.hypot(*run["position"].sel(body="ball").transpose("axis", "time").values)[::100]
     assert np.all(np.abs(radius - 1.0) < 5e-3)
 
 
 def test_period_of_a_journal_under_load():
     """Closed form: pressed down a journal is a pendulum of length c, period 2 pi (c/g)^0.5 (1 + a^2/16)."""
     run = sd.simulate(pendulum(0.1, 0.0, 9.81), until=10.0, start="as-placed", step=0.01, samples=1001)
-    x, time = run["position"].sel(body="journal", axis="x").values, run["time"].values
+    x, time = run["position"].sel(body="ball", axis="x").values, run["time"].values
     rising = np.flatnonzero((x[:-1] < 0.0) & (x[1:] >= 0.0))
     crossed = time[rising] - x[rising] * (time[rising + 1] - time[rising]) / (x[rising + 1] - x[rising])
     period = 2.0 * math.pi / math.sqrt(9.81) * (1.0 + 0.1**2 / 16.0)
@@ -61,7 +56,7 @@ def test_period_of_a_journal_under_load():
 def test_a_journal_faster_than_the_step_comes_to_rest():
     """Limit: with a step of twice what an explicit one is stable for, the oscillation of a loaded journal decays."""
     run = sd.simulate(pendulum(0.01, 0.0, 9.81), until=100.0, start="as-placed", step=4.0 / math.sqrt(9.81), events="crossed")
-    speed = np.hypot(*run["velocity"].sel(body="journal").transpose("axis", "time").values)
+    speed = np.hypot(*run["velocity"].sel(body="ball").transpose("axis", "time").values)
     assert speed[-1] < 1e-3 * speed.max()
 
 
@@ -124,7 +119,7 @@ def test_every_step_of_a_long_array_is_solved():
     arm = sd.scissor(units=64, bar_length=0.5, bar_mass=0.2, slider_mass=0.3, angle=sd.degrees(60), gravity=9.81)
     move = sd.Cycloidal(sd.degrees(60), sd.degrees(58), 2.0)
     run = sd.simulate(arm.with_clearance("all", joint).driven(move), until=0.2, step=1e-4, samples=3, start="concentric")
-    counts = json.loads(run.attrs["statistics"])
+    counts = counts_of(run)
     assert counts["steps_not_solved"] == 0
     assert 0 < counts["pivots"] < 100 * counts["steps_solved_by_pivoting"]
 
@@ -140,8 +135,8 @@ def test_the_automatic_step_of_the_solar_array():
         for joint in one.joints
     )
     run = sd.simulate(dataclasses.replace(one, joints=joints), until=2.2)
-    assert json.loads(run.attrs["warnings"]) == []
-    assert "decay" in json.loads(run.attrs["statistics"])["reason"]
+    assert warnings_of(run) == []
+    assert "decay" in counts_of(run)["reason"]
     assert float(run["friction_loss"][-1]) == pytest.approx(0.2312, rel=0.02)
     assert float(run["damping_loss"][-1]) == pytest.approx(0.0062, rel=0.1)
     assert float(run["track_deviation"].max()) == pytest.approx(18.24e-3, rel=0.04)

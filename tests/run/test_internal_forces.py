@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from tests.library import on_pin
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of
@@ -23,13 +24,9 @@ RIGIDITY = 100.0
 
 def clamped(elements: int, *, gravity: float = 0.0, **options: object) -> sd.Mechanism:
     """A bar of 1 m clamped at the origin."""
-    pin = sd.Revolute("clamp", ("bar", "start"), ("ground", "O"))
     given = options or {"bending_stiffness": RIGIDITY, "axial_stiffness": 1e7}
     mass = 7850.0 * 4e-4 if options else 1.0
-    made = sd.Mechanism(
-        (sd.bar("bar", length=1.0, mass=mass),), (pin,), ground=(("O", (0.0, 0.0)),), gravity=gravity, input_body="bar"
-    )
-    return made.with_bending(elements=elements, **given)
+    return on_pin(sd.bar("bar", length=1.0, mass=mass), gravity=gravity).with_bending(elements=elements, **given)
 
 
 def still(mechanism: sd.Mechanism) -> sd.simulate:
@@ -39,10 +36,8 @@ def still(mechanism: sd.Mechanism) -> sd.simulate:
 
 def by_modes(*loads: sd.Force, **options: float) -> sd.Mechanism:
     """A bar of 1 m and 1 kg by modes, clamped at the origin by its drive."""
-    pin = sd.Revolute("clamp", ("bar", "start"), ("ground", "O"))
-    body, ground = sd.bar("bar", length=1.0, mass=1.0), (("O", (0.0, 0.0)),)
-    made = sd.Mechanism((body,), (pin,), ground=ground, gravity=0.0, input_body="bar", components=loads)
-    return made.with_bending(**{"bending_stiffness": RIGIDITY, "axial_stiffness": 1e7, "modes": 8} | options)
+    given = {"bending_stiffness": RIGIDITY, "axial_stiffness": 1e7, "modes": 8} | options
+    return on_pin(sd.bar("bar", length=1.0, mass=1.0), *loads).with_bending(**given)
 
 
 @pytest.mark.parametrize("modes", [2, 12])
@@ -106,10 +101,8 @@ def test_a_tip_force_is_in_equilibrium_with_every_section(load: float) -> None:
 
 def test_the_deflection_of_a_bar_on_two_pins() -> None:
     """Closed form: 5 w L^4/(384 EI) in the middle, w L^2/8 there, w L/2 at the ends, with the depth to the stress."""
-    rod = sd.bar("bar", length=1.0, mass=7850.0 * 4e-4)
-    pin = sd.Revolute("O", ("bar", "start"), ("ground", "O"))
     slot = sd.Guide("end", ("bar", "end"), (0.0, 0.0), 0.0)
-    made = sd.Mechanism((rod,), (pin,), guides=(slot,), ground=(("O", (0.0, 0.0)),), gravity=9.81)
+    made = on_pin(sd.bar("bar", length=1.0, mass=7850.0 * 4e-4), guides=(slot,), gravity=9.81)
     made = made.with_bending(section="solid 20x20 mm", material="steel", elements=16)
     run = still(made)
     weight, rigidity = 7850.0 * 4e-4 * 9.81, 210e9 * 0.02**4 / 12.0
@@ -288,9 +281,7 @@ def test_the_ratio_of_a_bar_counts_how_it_is_held(kind: dict[str, int], part: fl
     """Closed form: a cantilever at a part of pi^2 EI/(4 L^2), a sixteenth of that of half a bar between pins."""
     critical = np.pi**2 * 100.0 / 4.0
     push = sd.Force("push", ("bar", "end"), (-part * critical, 0.0))
-    pin = sd.Revolute("clamp", ("bar", "start"), ("ground", "O"))
-    body, ground = sd.bar("bar", length=1.0, mass=1.0), (("O", (0.0, 0.0)),)
-    column = sd.Mechanism((body,), (pin,), ground=ground, gravity=0.0, input_body="bar", components=(push,))
+    column = on_pin(sd.bar("bar", length=1.0, mass=1.0), push)
     bent = column.with_bending(bending_stiffness=100.0, axial_stiffness=1e8, **kind).driven(speed=0.0)
     run = sd.simulate(bent, until=1e-6, samples=2, start="static")
     assert float(run["bar_largest_buckling_ratio"][0]) == pytest.approx(part, rel=1e-3)
@@ -320,10 +311,8 @@ def test_the_ratio_of_a_servo_is_that_of_a_drive(kind: dict[str, int]) -> None:
 def test_a_strut_beyond_its_buckling_load_is_said() -> None:
     """Closed form: a force of 1.1 pi^2 EI/L^2 that acts at once doubles in the bar, and is said to buckle it."""
     critical = np.pi**2 * 100.0
-    body, ground = sd.bar("bar", length=1.0, mass=1.0), (("O", (0.0, 0.0)),)
-    pin, guide = sd.Revolute("pin", ("bar", "start"), ("ground", "O")), sd.Guide("end", ("bar", "end"))
     push = sd.Force("push", ("bar", "end"), (-1.1 * critical, 0.0))
-    strut = sd.Mechanism((body,), (pin,), guides=(guide,), ground=ground, gravity=0.0, components=(push,))
+    strut = on_pin(sd.bar("bar", length=1.0, mass=1.0), push, guides=(sd.Guide("end", ("bar", "end")),))
     run = sd.simulate(strut.with_bending(bending_stiffness=100.0, axial_stiffness=1e6, modes=8), until=5e-3)
     assert 1.1 < float(run["bar_largest_buckling_ratio"][0]) < 2.5
     assert "the force at which the mechanism buckles" in run.attrs["warnings"]

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
+from tests.library import counts_of
 
 import scissordyn as sd
 from scissordyn.plan.plan import plan
@@ -29,6 +29,17 @@ def _array(*, modes: int = 0, friction: sd.Friction = FRICTIONLESS) -> sd.Mechan
     return (made.with_bending(**TUBE, modes=modes) if modes else made).driven(speed=sd.rpm(150))
 
 
+def assert_chosen(mechanism: sd.Mechanism, method: str, options: Options) -> None:
+    """The method is taken, and its run starts as one that is asked for it: what the choice looked at is left as it was."""
+    driver, _, choice = make_driver(plan(mechanism), options)
+    asked, _, _ = make_driver(plan(mechanism), replace(options, method=method))
+    assert choice.method == driver.method == method
+    for found, expected in zip(driver.system.content.state, asked.system.content.state, strict=True):
+        assert np.array_equal(found, expected, equal_nan=True)
+    assert np.array_equal(driver.system.content.parameters.component, asked.system.content.parameters.component)
+    assert np.array_equal(driver.state.y, asked.state.y)
+
+
 @pytest.mark.parametrize(
     ("bent", "start", "method"),
     [
@@ -41,13 +52,7 @@ def _array(*, modes: int = 0, friction: sd.Friction = FRICTIONLESS) -> sd.Mechan
 )
 def test_integrator_of_a_start(bent: bool, start: StartKind, method: str) -> None:
     """Contract: explicit steps where contacts that are closed at the start open at once, as those of bars that bend may."""
-    chosen = plan(_array(modes=2 if bent else 0))
-    driver, _, choice = make_driver(chosen, Options(1e-3, start=start))
-    assert choice.method == driver.method == method
-    asked, _, _ = make_driver(chosen, Options(1e-3, start=start, method=method))
-    for found, expected in zip(driver.system.content.state, asked.system.content.state, strict=True):
-        assert np.array_equal(found, expected, equal_nan=True)
-    assert np.array_equal(driver.state.y, asked.state.y)
+    assert_chosen(_array(modes=2 if bent else 0), method, Options(1e-3, start=start))
 
 
 @pytest.mark.parametrize(("modes", "method"), [(2, "rodas5p"), (24, "dop853")])
@@ -61,7 +66,7 @@ def test_bristles_beside_many_modes(modes: int, method: str) -> None:
 def test_explicit_steps_are_cheaper_from_contact(start: StartKind, until: float) -> None:
     """Identity: both integrators find the same motion of bars from contact; the chosen one is cheaper."""
     runs = {method: sd.simulate(_array(modes=2), until=until, start=start, method=method) for method in ("auto", "rodas5p")}
-    chosen, stiff = (json.loads(run.attrs["statistics"]) for run in runs.values())
+    chosen, stiff = (counts_of(run) for run in runs.values())
     assert chosen["jacobians"] == 0
     assert chosen["steps"] < 5 * stiff["steps"]  # which cost ten times as much
     apart = np.abs(runs["auto"]["position"].values - runs["rodas5p"]["position"].values)
@@ -84,13 +89,7 @@ def test_integrator_of_a_film(clearance: float, viscosity: float, bearing: Any, 
     """Contract: by how stiff the film gets before metal touches; nothing of the mechanism is left changed."""
     oil = sd.Lubrication(viscosity=viscosity, bearing=bearing)
     gap = sd.Clearance(clearance, friction=FRICTIONLESS, lubrication=oil)
-    chosen = plan(sd.scissor(units=2).with_clearance("A", gap).driven(speed=sd.rpm(150)))
-    driver, _, choice = make_driver(chosen, Options(1e-3))
-    assert choice.method == method
-    asked, _, _ = make_driver(chosen, Options(1e-3, method=method))
-    found, expected = (each.system.content for each in (driver, asked))
-    assert np.array_equal(found.parameters.component, expected.parameters.component)
-    assert np.array_equal(found.state.mode, expected.state.mode)
+    assert_chosen(sd.scissor(units=2).with_clearance("A", gap).driven(speed=sd.rpm(150)), method, Options(1e-3))
 
 
 def test_steps_through_a_film() -> None:
@@ -140,7 +139,7 @@ def test_stiff_steps_beside_contacts_do_not_follow_axial_waves(monkeypatch: pyte
     for vibrations, tolerance in ((tolerance_module.VIBRATIONS, 1e-8), (1.0, 1e-8), (1.0, 1e-11)):
         monkeypatch.setattr(tolerance_module, "VIBRATIONS", vibrations)
         run = sd.simulate(servo, until=4e-3, samples=11, rtol=tolerance, atol=tolerance)
-        statistics = json.loads(run.attrs["statistics"])
+        statistics = counts_of(run)
         assert statistics["method"] == "rodas5p"
         steps.append(statistics["steps"])
         starts.append(run["contact_start"].values)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.library import warnings_of
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of
@@ -38,20 +38,11 @@ def assert_places(path: Stroke, expected: list[tuple[str, float]]) -> None:
         assert each.place == pytest.approx(place, abs=LOCATED * length)
 
 
-@pytest.mark.parametrize("units", [2, 3, 8])
-def test_scissor_at_a_right_angle(units: int) -> None:
-    """Closed form: driven at w from 30 deg, the rhombi of an array are flat at 90 deg, at t = (pi/3)/w."""
-    array = sd.scissor(units=units, angle=sd.degrees(30)).driven(speed=2.0)
-    path = stroke(array, 1.0)
-    assert_places(path, [(CHANGE, math.pi / 2)])
-    assert instants(path, 1.0, path.singular[0].place) == pytest.approx([math.pi / 6], abs=1e-6)
-    assert all(name.endswith(("bar 1", "bar 2")) for name in path.singular[0].bodies)
-    assert f"unit {units}/pivot" in path.singular[0].joints
-
-
 PARALLEL = {"ground": 0.2, "crank": 0.1, "coupler": 0.2, "rocker": 0.1, "angle": 0.3}
 LOCK = math.acos((0.2**2 + 0.15**2 - (0.12 + 0.1) ** 2) / (2.0 * 0.2 * 0.15))
 STROKES = {
+    # driven from 30 deg, the rhombi of an array are flat at 90 deg
+    "array": (sd.scissor(units=3, angle=sd.degrees(30)).driven(speed=2.0), 1.0, [(CHANGE, math.pi / 2)]),
     # without a rhombus an array can branch where the slider meets the pin, at 0 and 180 deg, and only there
     "one unit of an array": (sd.scissor(units=1, angle=0.5).driven(speed=1.0), 4.0, [(CHANGE, math.pi)]),
     # where crank and rod line up only the slider stops; the assembly has one branch near by
@@ -93,6 +84,10 @@ def test_places_on_a_stroke(case: str) -> None:
     mechanism, until, expected = STROKES[case]
     path = stroke(mechanism, until)
     assert_places(path, expected)
+    if case == "array":
+        assert instants(path, until, path.singular[0].place) == pytest.approx([math.pi / 6], abs=1e-6)
+        assert all(name.endswith(("bar 1", "bar 2")) for name in path.singular[0].bodies)
+        assert "unit 3/pivot" in path.singular[0].joints
     if case in ("kite", "four-bar that locks"):
         assert set(path.singular[0].bodies) == {"coupler", "rocker"}
     if case == "four-bar that locks":
@@ -130,29 +125,29 @@ def paper(speed: str) -> sd.Mechanism:
     return read_case(EXAMPLES[0].with_name("paper.toml"), [f"drive.speed={speed!r}"]).mechanism
 
 
-def singular_warnings(text: str) -> list[str]:
+def singular_warnings(run) -> list[str]:
     """Those about singular positions among the warnings of a result."""
-    return [each for each in json.loads(text) if each.startswith((CHANGE, LOCKING))]
+    return [each for each in warnings_of(run) if each.startswith((CHANGE, LOCKING))]
 
 
 def test_run_with_clearance_is_warned() -> None:
     """Closed form: 250 rpm turn the paper's array from 30 through 90 deg at t = 60/(6 * 250) s; 150 rpm do not."""
-    warned = singular_warnings(sd.simulate(paper("250 rpm"), until=0.05, samples=501).attrs["warnings"])
+    warned = singular_warnings(sd.simulate(paper("250 rpm"), until=0.05, samples=501))
     assert len(warned) == 1
     assert "at t = 0.04 s (drive of 'unit 1/bar 1' at 90 deg)" in warned[0]
     assert "matter of chance" in warned[0]
-    assert not singular_warnings(sd.simulate(paper("150 rpm"), until=0.05, samples=501).attrs["warnings"])
+    assert not singular_warnings(sd.simulate(paper("150 rpm"), until=0.05, samples=501))
 
 
 def test_run_with_few_samples_is_warned() -> None:
     """Identity: the warning does not depend on the samples."""
     array = sd.scissor(units=2, angle=0.5).driven(speed=1.0)
     for samples in (2, 3, 5, 50, 500):
-        assert singular_warnings(sd.simulate(array, until=1.5, samples=samples).attrs["warnings"]), samples
+        assert singular_warnings(sd.simulate(array, until=1.5, samples=samples)), samples
     # nine samples of two swings, some of them far apart, others near
     swing = sd.Harmonic(mean=1.2, amplitude=0.7, angular_frequency=9.0, phase=-0.5 * math.pi)
     swinging = sd.simulate(sd.scissor(units=2, angle=0.5).driven(swing), until=4.0 * math.pi / 9.0, samples=9)
-    assert singular_warnings(swinging.attrs["warnings"])
+    assert singular_warnings(swinging)
 
 
 def test_what_its_clearance_alone_closes_has_no_singular_positions() -> None:
@@ -163,14 +158,14 @@ def test_what_its_clearance_alone_closes_has_no_singular_positions() -> None:
     )
     loose = sd.Mechanism((sd.bar("bar", length=1.0, mass=1.0),), joints, ground=(("A", (0.0, 0.0)), ("C", (1.001, 0.0))))
     run = sd.simulate(loose, until=1e-3, samples=11, start="as-placed")
-    assert not singular_warnings(run.attrs["warnings"])
+    assert not singular_warnings(run)
 
 
 def test_failed_run_says_where_it_locks() -> None:
     """Closed form: the run of a crank longer than its rod names the angle at which it locks."""
     run = sd.simulate(sd.slider_crank(crank=0.12, rod=0.1, angle=0.5).driven(speed=1.0), until=1.0)
     assert run.attrs["status"] == "failed"
-    (text,) = singular_warnings(run.attrs["warnings"])
+    (text,) = singular_warnings(run)
     assert text.startswith(LOCKING)
     assert f"at {math.degrees(math.asin(1 / 1.2)):.6g} deg" in text
 
@@ -190,11 +185,11 @@ def test_free_motion_is_judged_by_its_samples() -> None:
     turning = free.controlled(sd.PID(200.0, derivative=100.0), speed=2.0)
     for until in (0.6, 0.75, 0.775):  # the position is before or after the sample that is nearest to it
         passed = sd.simulate(turning, until=until, samples=301)
-        (text,) = singular_warnings(passed.attrs["warnings"])
+        (text,) = singular_warnings(passed)
         angle = np.degrees(passed["angle"].sel(body="unit 1/bar 1").values)
         when = float(text.split("t = ")[1].split(" s")[0])
         assert when == pytest.approx(float(np.interp(90.0, angle, passed["time"].values)), abs=1e-3)
-    assert not singular_warnings(sd.simulate(turning, until=0.2, samples=301).attrs["warnings"])
+    assert not singular_warnings(sd.simulate(turning, until=0.2, samples=301))
 
 
 def test_redundant_joints_are_no_change_point() -> None:
@@ -217,8 +212,8 @@ def test_redundant_joints_are_no_change_point() -> None:
     joints += [sd.Revolute(f"tip {k}", (f"crank {k}", "tip"), ("platform", str(k))) for k in range(3)]
     ground = tuple((str(k), (float(k), 0.0)) for k in range(3))
     free = sd.Mechanism((*cranks, platform), tuple(joints), ground=ground, gravity=0.0)
-    assert not singular_warnings(sd.simulate(free, until=1.0, samples=201).attrs["warnings"])
-    assert singular_warnings(sd.simulate(free, until=10.0, samples=401).attrs["warnings"])
+    assert not singular_warnings(sd.simulate(free, until=1.0, samples=201))
+    assert singular_warnings(sd.simulate(free, until=10.0, samples=401))
 
 
 def test_map_and_diagram_are_warned() -> None:
@@ -226,9 +221,9 @@ def test_map_and_diagram_are_warned() -> None:
     array = (
         sd.scissor(units=2, angle=0.5).with_clearance("A", sd.Clearance(0.5e-3, friction=sd.NoFriction())).driven(speed=100.0)
     )
-    assert len(singular_warnings(sd.cycle(array, cycles=1).attrs["warnings"])) == 4
+    assert len(singular_warnings(sd.cycle(array, cycles=1))) == 4
     diagram = sd.bifurcation(array, over="A.clearance", values=[0.4e-3, 0.5e-3], cycles=1, keep=1, engine=1)
-    assert len(singular_warnings(diagram.attrs["warnings"])) == 4
+    assert len(singular_warnings(diagram)) == 4
 
 
 def test_check_says_it_before_the_run(capsys: pytest.CaptureFixture[str]) -> None:

@@ -119,13 +119,6 @@ def test_servo_is_taken_on_its_reference() -> None:
     assert np.isfinite(found["drive_torque"]).all()
 
 
-def test_nothing_prescribed() -> None:
-    with pytest.raises(
-        sd.InputError, match=r"statics of a mechanism without a drive, a servo, a driven rod or coordinate, which has no stroke"
-    ):
-        sd.statics(sd.slider_crank(crank=0.1, rod=0.3), until=1.0)
-
-
 def test_position_without_equilibrium_is_named() -> None:
     beyond = sd.four_bar(ground=0.4, crank=0.1, coupler=0.25, rocker=0.15, gravity=G)
     with pytest.raises(sd.InputError, match=r"statics at t = [\d.]+ s: "):

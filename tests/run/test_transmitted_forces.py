@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from benchmarks.random_cases import random_case
+from tests.library import in_bearing
 
 import scissordyn as sd
 from reference.balance import Balance, rotated
@@ -173,9 +174,7 @@ GRAVITY, CLEARANCE = 9.81, 1e-4
 def test_a_journal_that_falls_through_its_clearance(contact: str) -> None:
     """Closed form: the fall takes sqrt(2 c/g); twenty times later the force is the weight, unless the run begins at rest."""
     gap = sd.Clearance(CLEARANCE, damping=sd.Flores(0.5), contact=contact)
-    ball = sd.Body("ball", 2.0, None, {"c": (0.0, 0.0)})
-    pin = sd.Revolute("pin", ("ball", "c"), ("ground", "o"), gap)
-    hung = sd.Mechanism((ball,), joints=(pin,), ground=(("o", (0.0, 0.0)),))
+    hung = in_bearing(gap, mass=2.0)
     run = sd.simulate(hung, until=0.5, samples=2001)
     answer = summary_of(run).force
     assert answer is not None
@@ -194,11 +193,10 @@ def test_a_journal_that_falls_through_its_clearance(contact: str) -> None:
 
 def test_a_load_that_is_largest_in_the_start_explains_the_force() -> None:
     """Limit: where the load that journals fall under fades within the start, the force is no matter of the start alone."""
-    ball = sd.Body("ball", 2.0, None, {"c": (0.0, 0.0)})
-    pin = sd.Revolute("pin", ("ball", "c"), ("ground", "o"), sd.Clearance(CLEARANCE, damping=sd.Flores(0.5)))
-    pull = sd.Force("pull", ("ball", "c"), (0.0, -20.0), time_function=sd.Cycloidal(1.0, 0.1, 0.08))
-    hung = sd.Mechanism((ball,), joints=(pin,), ground=(("o", (0.0, 0.0)),), gravity=0.0, components=(pull,))
-    answer = summary_of(sd.simulate(hung, until=0.5, samples=2001)).force
+    hung = in_bearing(sd.Clearance(CLEARANCE, damping=sd.Flores(0.5)), mass=2.0)
+    pull = sd.Force("pull", ("ball", "centre"), (0.0, -20.0), time_function=sd.Cycloidal(1.0, 0.1, 0.08))
+    pulled = dataclasses.replace(hung, gravity=0.0, components=(pull,))
+    answer = summary_of(sd.simulate(pulled, until=0.5, samples=2001)).force
     assert answer is not None
     assert answer.when < FALLS * np.sqrt(2.0 * CLEARANCE * 2.0 / 20.0)
     assert answer.start is None

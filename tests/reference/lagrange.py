@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from reference.marching import ClearanceJoint, Load, Relative
+from reference.marching import ClearanceJoint, Load, Minimal, Relative
 
 TimeFunction = Callable[[float], tuple[float, float, float]]  # Angle [rad], angular velocity and angular acceleration at a time
 
@@ -29,7 +29,7 @@ def harmonic(mean: float, amplitude: float, frequency: float) -> TimeFunction:
 
 
 @dataclass(frozen=True)
-class Array:
+class Array(Minimal):
     """N units with one driven bar family and clearance at joint A.
 
     The bars pinned to the ground have the direction p, the couplers k; driven_bar "pinned" drives p, "slider" drives k, and the
@@ -48,12 +48,6 @@ class Array:
     slider: float = 5.0  # m_s [kg]
     gravity: float = 9.81  # Along -y [m/s^2]
 
-    size = 2
-
-    @property
-    def joints(self) -> tuple[ClearanceJoint, ...]:
-        return (self.joint,)
-
     def inertias(self) -> tuple[float, float, float]:
         """Coefficients of p'^2/2, k'^2/2 and cos(p-k) p' k' in the kinetic energy [kg m^2]."""
         n, unit = self.units, self.mass * self.length**2
@@ -71,10 +65,6 @@ class Array:
         if self.driven_bar == "pinned":
             return driven, psi - driven, speed, rate - speed
         return psi - driven, driven, rate - speed, speed
-
-    def start(self) -> tuple[np.ndarray, np.ndarray]:
-        """Journal concentric and moving with the slider of the ideal array."""
-        return np.zeros(2), np.zeros(2)
 
     def relative(self, t: float, q: np.ndarray, v: np.ndarray) -> list[Relative]:
         """Where the journal is in its bearing."""
@@ -120,7 +110,3 @@ class Array:
         rise = 0.5 * self.length * (math.cos(p) * w_p - math.cos(k) * w_k) - float(v[1])
         moving = 0.5 * (j_p * w_p**2 + j_k * w_k**2 + self.slider * rise**2) + j_pk * math.cos(p - k) * w_p * w_k
         return moving + g_p * math.sin(p) + g_k * math.sin(k) + self.slider * self.gravity * self.slider_position(t, q)
-
-    def settle(self, t: float, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Nothing drifts in minimal coordinates."""
-        return q, v

@@ -85,6 +85,24 @@ class Model(Protocol):
         """The nearest state without constraint drift."""
 
 
+class Minimal:
+    """One clearance joint in two minimal coordinates, both zero and at rest where the journal is concentric at the start."""
+
+    joint: ClearanceJoint
+    size = 2
+
+    @property
+    def joints(self) -> tuple[ClearanceJoint, ...]:
+        return (self.joint,)
+
+    def start(self) -> tuple[np.ndarray, np.ndarray]:
+        return np.zeros(2), np.zeros(2)
+
+    def settle(self, t: float, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Nothing drifts in minimal coordinates."""
+        return q, v
+
+
 @dataclass
 class Contact:
     """One contact: names and units as in the package's table."""

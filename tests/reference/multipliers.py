@@ -170,10 +170,6 @@ class Multipliers:
         """Remove drift."""
         return self.close(t, q, v, self.pins)
 
-    def drift(self, t: float, q: np.ndarray, v: np.ndarray) -> float:
-        """Largest error of a position constraint [m or rad]."""
-        return float(np.max(np.abs(self.conditions(t, q, v, self.pins)[0]), initial=0.0))
-
     def relative(self, t: float, q: np.ndarray, v: np.ndarray) -> list[Relative]:
         """Where the journals are in their bearings."""
         moved, rates = self.spread(q), self.spread(v)
@@ -215,7 +211,3 @@ class Multipliers:
         moved, rates, mass = self.spread(q), self.spread(v), self.mass.reshape(-1, 3)
         height = (self.centre + moved[:, :2]) @ self.weight[:2]
         return float(0.5 * np.sum(mass * rates**2) - mass[:, 0] @ height)
-
-    def position(self, q: np.ndarray, body: str) -> np.ndarray:
-        i = self.index[body]
-        return self.centre[i] + self.spread(q)[i, :2]

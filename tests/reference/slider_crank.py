@@ -8,11 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from reference.marching import ClearanceJoint, Load, Relative
+from reference.marching import ClearanceJoint, Load, Minimal, Relative
 
 
 @dataclass(frozen=True)
-class SliderCrank:
+class SliderCrank(Minimal):
     """Crank rotating at constant speed, rod, slider on the x axis; no gravity.
 
     The journal is the end of the rod; integrated is its place (e_x, e_y) in the slider's bearing, from which the rod's
@@ -28,21 +28,11 @@ class SliderCrank:
     slider_mass: float = 0.14
     crank_inertia: float = 0.0
 
-    size = 2
-
-    @property
-    def joints(self) -> tuple[ClearanceJoint, ...]:
-        return (self.joint,)
-
     def rod_motion(self, t: float, q: np.ndarray, v: np.ndarray) -> tuple[float, float, float]:
         """Crank angle, rod angle and its rate."""
         a = self.speed * t
         b = math.asin((float(q[1]) - self.crank * math.sin(a)) / self.rod)
         return a, b, (float(v[1]) - self.crank * self.speed * math.cos(a)) / (self.rod * math.cos(b))
-
-    def start(self) -> tuple[np.ndarray, np.ndarray]:
-        """Journal concentric and moving with the ideal slider."""
-        return np.zeros(2), np.zeros(2)
 
     def relative(self, t: float, q: np.ndarray, v: np.ndarray) -> list[Relative]:
         """Where the journal is in its bearing."""
@@ -74,7 +64,3 @@ class SliderCrank:
         slide = -r * w * math.sin(a) - rod * turn * math.sin(b) - float(v[0])
         turning = self.rod_inertia * turn**2 + self.crank_inertia * w**2
         return 0.5 * (self.rod_mass * (middle_x**2 + middle_y**2) + turning + self.slider_mass * slide**2)
-
-    def settle(self, t: float, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Nothing drifts in minimal coordinates."""
-        return q, v

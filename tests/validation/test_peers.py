@@ -30,8 +30,10 @@ def missing(setting: float) -> tuple[float, float]:
 
 
 def failing(setting: float) -> tuple[float, float]:
-    """Run a code that fails."""
-    raise RuntimeError(f"diverges at {setting}")
+    """Run a code that fails at all but the smallest settings."""
+    if setting > 1e-5:
+        raise RuntimeError(f"diverges at {setting}")
+    return setting, 1e-3
 
 
 @pytest.mark.parametrize("model", MODELS)
@@ -105,7 +107,7 @@ def test_exudyn_reaches_the_goal_of_the_slider_crank() -> None:
 
 
 def test_a_code_that_is_not_installed_is_called_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Contract: table, list and legend of the picture tell a code that is not installed from one that fails."""
+    """Contract: a scan becomes table, list and picture, which tell a code that is not installed from one that fails."""
     from validation import curves
 
     labels = []
@@ -120,6 +122,7 @@ def test_a_code_that_is_not_installed_is_called_so(tmp_path: Path, monkeypatch: 
         Code("good", lambda setting: (setting, 1e-3), (1e-4,)),
         Code("absent", missing, (1e-4,), package=ABSENT),
         Code("broken", failing, (1e-4,)),
+        Code("partly", failing, (1e-4, 1e-6)),
     ]
     assert scan(codes[1]).points == ()
     made = Case("made", "Made up", list, error="error [m]", goal=1e-3, codes=lambda: codes)
@@ -128,7 +131,10 @@ def test_a_code_that_is_not_installed_is_called_so(tmp_path: Path, monkeypatch: 
     assert re.search(r"^\| broken +\| +tolerance \| +- \| +fails \| +- \| +- \|$", text, re.MULTILINE)
     assert "* absent: not installed." in text
     assert "* broken, tolerance: 0.0001: fails." in text
-    assert labels == ["good", "absent: not installed", "broken: fails", "goal"]
+    assert "* partly, tolerance: 0.0001: fails; 1e-06: 1.0e-06, 1 ms." in text
+    assert labels == ["good", "absent: not installed", "broken: fails", "partly", "goal"]
+    assert "![Error over time of all codes and settings](curves.png)" in text
+    assert (tmp_path / "curves.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_models_of_codes_that_are_not_installed_or_wrong() -> None:

@@ -1,12 +1,22 @@
-"""The validation cases: every check of every case, and what their pages have to say."""
+"""The validation cases: every check of every case, what their pages have to say, records and the tests of two samples."""
 
+from __future__ import annotations
+
+import math
 import re
 from pathlib import Path
 
+import numpy as np
+import pandas as pd
 import pytest
+from scipy import stats
 from validation.case import HERE, Case, case_file
 from validation.catalogue import CASES
 from validation.page import checks_table, parts, summary_row, whole
+from validation.records.case import by_its_scheme, woodpecker_apart
+from validation.records.numbers import SLIDER_CRANK, WOODPECKER
+from validation.two_samples.__main__ import CONTACTS, NUMBERS, compared, numbers_of
+from validation.two_samples.tests import energy_distance, energy_test
 
 from scissordyn.config.file import read_case
 
@@ -82,19 +92,67 @@ def test_the_record_of_siconos_differs() -> None:
     assert answers == [("agrees", -0.02), ("agrees", -0.01), ("differs", -0.04), ("differs", -0.03), ("differs", -0.06)]
 
 
-def test_codes_are_drawn_with_their_scans(tmp_path: Path) -> None:
-    """Contract: a scan becomes table, list and picture; a setting at which a code fails is in the list only."""
-    from validation.case import Code
-    from validation.page import codes_table
+def test_the_record_of_the_slider_crank_is_repeated_to_round_off() -> None:
+    """Published number with its source: Siconos, slider-crank with direct projection, 30 ms with three clusters of impacts."""
+    kept = by_its_scheme("slider-crank", 300)
+    for at, turned, speed in SLIDER_CRANK[:2]:
+        assert kept[at, 0] / (2.0 * math.pi) == pytest.approx(turned, rel=1e-13)
+        assert kept[at, 3] == pytest.approx(speed, rel=1e-12)
 
-    def failing(setting: float) -> tuple[float, float]:
-        if setting > 1e-3:
-            raise RuntimeError("diverges")
-        return setting, 1e-3
 
-    codes = [Code("good", lambda setting: (setting, 1e-3 / setting), (1e-2, 1e-4)), Code("failing", failing, (1e-2, 1e-4))]
-    made = Case("made", "Made up", list, error="error [m]", goal=1e-3, codes=lambda: codes)
-    text = codes_table(made, tmp_path / "curves.png")
-    assert "![Error over time of all codes and settings](curves.png)" in text
-    assert "* failing, tolerance: 0.01: fails; 0.0001: 1.0e-04, 1 ms." in text
-    assert (tmp_path / "curves.png").read_bytes().startswith(b"\x89PNG")
+def test_the_record_of_the_woodpecker_is_repeated_to_round_off() -> None:
+    """Published number with its source: Siconos, woodpecker, 10 ms of sliding along the pole."""
+    kept = by_its_scheme("woodpecker", 500)
+    at, *places = WOODPECKER[0]
+    assert kept[at, :3] == pytest.approx(places, rel=1e-13)
+
+
+def test_the_package_follows_the_scheme_of_the_woodpecker_in_the_limit_of_small_angles() -> None:
+    """Second formulation: the record's scheme, over 30 ms of pecking, with its jamming and slipping sleeve."""
+    height, sleeve, bird = woodpecker_apart(1500)
+    assert height < 1e-6
+    assert sleeve < 1e-4
+    assert bird < 2e-5
+
+
+def test_the_energy_distance_of_one_number() -> None:
+    """Cross-check: half of its root is the distance of SciPy's, of two distribution functions."""
+    random = np.random.default_rng(2)
+    one, other = random.normal(size=40), random.normal(0.5, 2.0, size=55)
+    assert energy_distance(one[:, None], other[:, None]) == pytest.approx(stats.energy_distance(one, other) ** 2, rel=1e-12)
+
+
+def test_p_is_uniform_for_equal_distributions_and_small_for_others() -> None:
+    """Closed form: p of equal distributions lies below .25 in about a quarter of the cases; a shift by a deviation is found."""
+    random = np.random.default_rng(3)
+    below = 0
+    for k in range(120):
+        below += energy_test(random.normal(size=(20, 2)), random.normal(size=(25, 2)), permutations=39, seed=k)[1] <= 0.25
+    assert 0.25 * 120 - 15 < below < 0.25 * 120 + 15
+    shifted = random.normal(size=(60, 2)) + np.array([0.0, 1.0])
+    assert energy_test(random.normal(size=(60, 2)), shifted)[1] == pytest.approx(0.001)
+
+
+def test_stopped_runs_are_left_out_in_pairs() -> None:
+    """Contract: a compliant run that stopped takes its pair with it, a hard one only itself."""
+    random = np.random.default_rng(4)
+    names = [*NUMBERS, CONTACTS]
+    hard = pd.DataFrame(random.normal(20.0, 2.0, size=(40, 3)), columns=names)
+    compliant = hard.iloc[:16] + 0.1 + 0.01 * random.normal(size=(16, 3))
+    compliant.iloc[2] = np.nan
+    hard.iloc[30] = np.nan
+    rows, (_, p), sizes = compared(compliant, hard)
+    assert sizes == (15, 23)
+    assert [row[0] for row in rows] == names
+    assert all(float(row[5]) == pytest.approx(-0.1, abs=0.02) for row in rows)
+    assert all(float(row[7]) < 1e-3 for row in rows)
+    assert p > 0.01
+
+
+def test_numbers_of_a_table() -> None:
+    """Identity: in mm and N m, the largest count of any joint; those of a run that stopped are not known."""
+    table = pd.DataFrame({"status": ["complete", "failed"], **{column: [2e-3, 1.0] for column, _ in NUMBERS.values()}})
+    table["O.contact_count [1]"], table["A.contact_count [1]"] = [3.0, 9.0], [5.0, 9.0]
+    found = numbers_of(table)
+    assert found.iloc[0].tolist() == [2.0, 2e-3, 5.0]
+    assert found.iloc[1].isna().all()

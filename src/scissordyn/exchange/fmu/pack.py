@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from scissordyn.compiler.c import compile_library, compiler_command
 from scissordyn.errors import InputError
-from scissordyn.exchange.fmu.source import Source
-from scissordyn.exchange.fmu.variable import Variable, Variables
+from scissordyn.exchange.fmu.source import Source, Variable, Variables
 from scissordyn.plan.plan import plan
 from scissordyn.run.advance.trajectory import make_driver
 from scissordyn.run.configuration import write_configuration

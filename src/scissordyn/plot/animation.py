@@ -13,8 +13,6 @@ import numpy as np
 from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patheffects import withStroke
-from matplotlib.text import Annotation
 
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.file.output_file import check_target, write_file
@@ -23,6 +21,7 @@ from scissordyn.plot.animation_scene import Scene, newtons, scale_in_words, scen
 from scissordyn.plot.bar_diagram import colour_bar
 from scissordyn.plot.canvas import page
 from scissordyn.plot.drawing import Drawing, draw_magnified
+from scissordyn.plot.label import Label, annotated
 from scissordyn.plot.series import MOST_JOINTS, chosen_joints, clearance_pins, largest_forces, write_more
 from scissordyn.plot.style import BLACK, literal, small
 from scissordyn.run.advance.instants import spread_samples
@@ -151,7 +150,8 @@ class Film:
         self.joints = [draw_magnified(axes, joint) for axes, joint in zip(self.panels, joints, strict=True)]
         for axes, joint in zip(self.panels, joints, strict=True):  # in two lines, for panels stand close to each other
             axes.set_xlabel(f"clearance magnified\n{joint.gain:.2g} times", fontsize=small())
-        self.names = [_name(self.axes, joint.name) for joint in joints]
+        named = [Label(joint.name, np.zeros(2), BLACK) for joint in joints]
+        self.names = [annotated(self.axes, label, small(), in_layout=False, arrowprops=LEADER) for label in named]
         self.asides = np.zeros((len(scene.time), len(joints), 2))
         write_more(self.figure, len(scene.magnified) - len(joints))
         self.show(0)
@@ -175,15 +175,6 @@ class Film:
         if self.diagram and not self.diagram.coloured:
             caption = f"{self.diagram.label}\n{caption}"
         self.axes.set_title(caption, loc="left", fontsize=small())
-
-
-def _name(axes: Axes, text: str) -> Annotation:
-    """A name beside its joint, readable over bars."""
-    offset = {"xytext": (0.0, 0.0), "textcoords": "offset points", "fontsize": small(), "arrowprops": LEADER}
-    annotation = axes.annotate(literal(text), (0.0, 0.0), zorder=6.0, ha="center", va="center", color=BLACK, **offset)  # type: ignore[arg-type]
-    annotation.set_path_effects([withStroke(linewidth=2.0, foreground="white")])
-    annotation.set_in_layout(False)
-    return annotation
 
 
 def _widened(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

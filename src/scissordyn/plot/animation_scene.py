@@ -17,7 +17,7 @@ from scissordyn.model.body import Body, Track
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.bar_diagram import Diagram, check_quantity, known_diagrams, part_indices
 from scissordyn.plot.contact import frame_contacts
-from scissordyn.plot.label_place import LOOKS, REGION, asides
+from scissordyn.plot.label import LOOKS, REGION, asides
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.series import MOST_JOINTS, time_scale
 from scissordyn.plot.symbol import Symbol, cross_sections, symbols, wheel_points
@@ -141,7 +141,7 @@ class Scene:
         looks: int = LOOKS,
         alone: bool = False,
     ) -> np.ndarray:
-        """Where the names of the magnified joints stand, see `label_place.asides`; outlines are closed.
+        """Where the names of the magnified joints stand, see `label.asides`; outlines are closed.
 
         Shapes: `region` (2, 2) [m]; returns (instants, magnified, 2) [pt].
         """

@@ -15,7 +15,7 @@ from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.animation_scene import EDGE, Channel, Scene, scale_in_words, scene_of
 from scissordyn.plot.bar_diagram import COLOURS, ORDINATE, QUANTITIES, Diagram
-from scissordyn.plot.label_place import LOOKS
+from scissordyn.plot.label import LOOKS
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.series import clearance_pins, largest_forces, mechanism_of, predictability_horizon
 from scissordyn.run.advance.instants import spread_samples

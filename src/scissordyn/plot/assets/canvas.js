@@ -11,6 +11,7 @@ const HIGH = 15;             // of a name [pixel]
 const MOST_NAMES = 6;        // of more joints only the chosen one has its name in the drawing
 const TONES = { ink: "#222222", back: "#ffffff", faint: "#767676", fill: "#e4e4e4", blue: "#0072B2", green: "#009E73",
   contact: "#D55E00", free: "#56B4E9", part: "#CC79A7", trail: "#E69F00" };
+const GUIDE = [10, 4, 2, 4];  // dashes and gaps of the line of a guide
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
 const LARGER = [1, 2, 5, 10, 20, 50, 100];  // magnifications of deflections
 
@@ -129,7 +130,7 @@ function render({ model, el }) {
   function drawShapes(source, frame, X, Y, faint) {
     for (const shape of source.shapes) {
       const solid = shape.kind === "bar" || shape.kind === "plate", load = shape.kind === "payload", closed = load || ["plate", "block", "panel"].includes(shape.kind);
-      context.setLineDash(shape.kind === "guide" ? [10, 4, 2, 4] : shape.kind === "rod" || faint ? [6, 3] : []);
+      context.setLineDash(shape.kind === "guide" ? GUIDE : shape.kind === "rod" || faint ? [6, 3] : []);
       context.lineWidth = faint ? 1.2 : { bar: 3.2, plate: 2.4, block: 1.2, payload: 1.2, panel: 0.8, component: 1.4, rod: 1.8, guide: 1 }[shape.kind];
       context.strokeStyle = faint ? colors.faint : shape.kind === "guide" ? colors.faint : solid ? (shape.tone ? colors.green : colors.blue)
         : shape.kind === "block" || load ? colors.ink : colors.part;
@@ -162,15 +163,13 @@ function render({ model, el }) {
     const top = within(y + dy - HIGH / 2, HIGH, height);
     named.push({ words, left, top, right: left + wide, bottom: top + HIGH });
     const nx = Math.max(left, Math.min(x, left + wide)), ny = Math.max(top, Math.min(y, top + HIGH)), part = 6 / Math.hypot(nx - x, ny - y);
-    context.beginPath(); context.moveTo(nx, ny); context.lineTo(x + (nx - x) * part, y + (ny - y) * part);
-    context.setLineDash([]); context.strokeStyle = color; context.lineWidth = 0.6;
-    if (part < 0.7) context.stroke();  // a thin line to a point further off
+    if (part < 0.7) trace(context, [[nx, ny], [x + (nx - x) * part, y + (ny - y) * part]], { color, width: 0.6 });  // to a point further off
     text(words, left, top + HIGH / 2, color, "left");
   }
   function drawPath(points, first, last, X, Y, width) {
-    context.beginPath();
-    for (let k = first; k <= last; k++) { const [x, y] = at(points, k, 0, 1); context.lineTo(X(x), Y(y)); }
-    context.strokeStyle = colors.trail; context.lineWidth = width; context.stroke();
+    const places = [];
+    for (let k = first; k <= last; k++) { const [x, y] = at(points, k, 0, 1); places.push([X(x), Y(y)]); }
+    trace(context, places, { color: colors.trail, width });
   }
   function drawTracks(source, frame, X, Y) {
     for (const track of source.tracks) {
@@ -181,9 +180,8 @@ function render({ model, el }) {
   }
   function drawJoints(source, frame, X, Y) {
     for (const [x, y] of source.supports) {
-      const s = 9;
-      context.beginPath(); context.moveTo(X(x), Y(y)); context.lineTo(X(x) - s, Y(y) + 1.6 * s); context.lineTo(X(x) + s, Y(y) + 1.6 * s);
-      context.closePath(); context.fillStyle = colors.back; context.fill(); context.strokeStyle = colors.ink; context.lineWidth = 1.2; context.stroke();
+      const s = 9, [left, right] = [-s, s].map(aside => [X(x) + aside, Y(y) + 1.6 * s]);
+      trace(context, [[X(x), Y(y)], left, right], { color: colors.ink, width: 1.2, fill: colors.back });
     }
     const selected = model.get("selected");
     for (const each of places(source, frame)) {
@@ -220,15 +218,12 @@ function render({ model, el }) {
     disc(cx, cy, 1.5, colors.ink);
   }
   function drawChannel(channel, frame, cx, cy, r, color) {
-    const long = channel.edge * r;
+    const long = channel.edge * r, level = (height, look) => trace(context, [[cx - long, cy - height], [cx + long, cy - height]], look);
     for (const [side, height] of channel.surfaces) {
       context.fillStyle = colors.fill; context.fillRect(cx - long, cy - r * Math.max(height, height + 0.25 * side), 2 * long, 0.25 * r);
-      context.beginPath(); context.moveTo(cx - long, cy - r * height); context.lineTo(cx + long, cy - r * height);
-      context.strokeStyle = channel.joint === model.get("selected") ? colors.trail : colors.ink; context.lineWidth = 1.4; context.stroke();
+      level(r * height, { color: channel.joint === model.get("selected") ? colors.trail : colors.ink, width: 1.4 });
     }
-    context.setLineDash([10, 4, 2, 4]);
-    context.beginPath(); context.moveTo(cx - long, cy); context.lineTo(cx + long, cy);
-    context.strokeStyle = colors.faint; context.lineWidth = 0.8; context.stroke();
+    level(0, { color: colors.faint, width: 0.8, dash: GUIDE });
     context.setLineDash([]);
     line(channel.block, frame, channel.count, x => cx + r * x, y => cy - r * y, true);
     if (!channel.hollow) { context.fillStyle = colors.fill; context.fill(); }  // a ring leaves its pole to be seen

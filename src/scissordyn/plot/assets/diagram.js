@@ -13,9 +13,7 @@ function drawDiagram(context, source, quantity, frame, X, Y, text, colors) {
   if (!diagram) return;
   const total = source.shapes.reduce((sum, shape) => sum + shape.parts.length, 0);
   const longest = diagram.ordinate * Math.max(...source.high.map((high, axis) => high - source.low[axis]));
-  context.setLineDash([]);
-  const line = points => { context.beginPath(); points.forEach(([x, y], k) => k ? context.lineTo(X(x), Y(y)) : context.moveTo(X(x), Y(y))); };
-  const stroke = (points, style, width) => { line(points); context.strokeStyle = style; context.lineWidth = width; context.stroke(); };
+  const line = (points, look) => trace(context, points.map(([x, y]) => [X(x), Y(y)]), look);
   for (const shape of source.shapes) {
     const inner = [], outer = [];
     for (const [part, first, last] of partsOf(shape)) {
@@ -24,7 +22,7 @@ function drawDiagram(context, source, quantity, frame, X, Y, text, colors) {
       const values = [0, 1].map(end => diagram.values[2 * (frame * total + part) + end]);
       if (!longest) {
         const share = Math.max(...values) / diagram.largest * (diagram.ramp.length - 1);
-        stroke(points, diagram.ramp[Math.round(share)], 4);
+        line(points, { color: diagram.ramp[Math.round(share)], width: 4 });
         continue;
       }
       inner.push(...points);
@@ -35,10 +33,11 @@ function drawDiagram(context, source, quantity, frame, X, Y, text, colors) {
     }
     if (!inner.length) continue;
     const ends = outer.flat();
-    line([...inner, ...[...ends].reverse()]); context.closePath();  // one area for all parts: between two there would be a seam
-    context.save(); context.globalAlpha = 0.3; context.fillStyle = diagram.ramp[0]; context.fill(); context.restore();
-    stroke(ends, diagram.ramp[0], 1.2);
-    stroke(inner, colors.ink, 3.2);
+    context.save(); context.globalAlpha = 0.3;
+    line([...inner, ...[...ends].reverse()], { fill: diagram.ramp[0] });  // one area for all parts: between two there would be a seam
+    context.restore();
+    line(ends, { color: diagram.ramp[0], width: 1.2 });
+    line(inner, { color: colors.ink, width: 3.2 });
   }
   drawKey(context, diagram, source.magnification === 1 ? 14 : 32, text, colors);
 }

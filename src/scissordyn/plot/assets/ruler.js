@@ -19,20 +19,17 @@ const onGrid = (place, scale) => place.map(each => Math.round(each / gridStep(sc
 // low and high: places of the drawing's lower left and upper right corner [m]
 function drawGrid(context, low, high, scale, X, Y, colors) {
   const step = gridStep(scale);
-  context.setLineDash([]);
   for (const [axis, at] of [[0, X], [1, Y]]) {
     for (let k = Math.ceil(low[axis] / step); k * step <= high[axis]; k++) {
       const here = at(k * step), ends = axis ? [[X(low[0]), here], [X(high[0]), here]] : [[here, Y(low[1])], [here, Y(high[1])]];
-      context.beginPath(); context.moveTo(...ends[0]); context.lineTo(...ends[1]);
-      context.strokeStyle = colors.fill; context.lineWidth = k % 5 === 0 ? 1.4 : 0.6; context.stroke();
+      trace(context, ends, { color: colors.fill, width: k % 5 === 0 ? 1.4 : 0.6 });
     }
   }
 }
 
 function drawScaleBar(context, height, scale, text, colors) {
   const length = roundLength(scale), wide = length * scale, [x, y] = [8, height - 8];
-  context.setLineDash([]); context.strokeStyle = colors.ink; context.lineWidth = 1.4;
-  context.beginPath(); context.moveTo(x, y - 5); context.lineTo(x, y); context.lineTo(x + wide, y); context.lineTo(x + wide, y - 5); context.stroke();
+  trace(context, [[x, y - 5], [x, y], [x + wide, y], [x + wide, y - 5]], { color: colors.ink, width: 1.4 });
   text(meters(length), x + wide / 2, y - 9, colors.ink);
 }
 

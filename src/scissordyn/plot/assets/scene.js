@@ -2,6 +2,9 @@
 
 const LETTERS = 1.5;         // size of the letters, over that for which the places of names were chosen
 
+const ARRAYS = { shapes: ["points"], joints: ["place", "journal", "touched", "force"], channels: ["place", "block", "touching", "force"],
+  diagrams: ["values"], tracks: ["points"] };
+
 function floats(text, Kind = Float32Array) {
   const raw = atob(text), bytes = new Uint8Array(raw.length);
   for (let k = 0; k < raw.length; k++) bytes[k] = raw.charCodeAt(k);
@@ -12,6 +15,14 @@ function floats(text, Kind = Float32Array) {
 const at = (points, frame, k, n) => { const i = 2 * (frame * n + k); return [points[i], points[i + 1]]; };
 
 const RING = 8;              // radius of the ring around a clearance joint, where there is room [pixel]
+
+// a line through places of the drawing [pixel], over the area that it encloses where that is filled
+function trace(context, places, { color, width = 1, fill, dash = [] }) {
+  context.beginPath(); context.setLineDash(dash);
+  for (const [x, y] of places) context.lineTo(x, y);
+  if (fill) { context.closePath(); context.fillStyle = fill; context.fill(); }
+  if (color) { context.strokeStyle = color; context.lineWidth = width; context.stroke(); }
+}
 
 // so that bars are seen between rings; joints in one place do not count
 function ringRadius(source, frame, scale) {
@@ -28,25 +39,15 @@ function unpacked(text) {
   if (!text) return null;
   const scene = JSON.parse(text);
   scene.time = floats(scene.time);
-  for (const shape of scene.shapes) shape.points = floats(shape.points);
   scene.pins.points = floats(scene.pins.points);
-  for (const joint of scene.joints) {
-    joint.place = floats(joint.place);
-    joint.journal = floats(joint.journal);
-    joint.touched = floats(joint.touched, Uint8Array);
-    joint.force = floats(joint.force);
-  }
-  for (const channel of scene.channels) {
-    for (const name of ["place", "block", "force"]) channel[name] = floats(channel[name]);
-    channel.touching = floats(channel.touching, Uint8Array);
+  for (const [parts, names] of Object.entries(ARRAYS)) {
+    for (const part of scene[parts]) for (const name of names) part[name] = floats(part[name], name.startsWith("touch") ? Uint8Array : Float32Array);
   }
   scene.insets = [...scene.channels, ...scene.joints];
   const looks = scene.asides.length - 1, last = Math.max(1, scene.time.length - 1);
   scene.insets.forEach((inset, k) => {
     inset.aside = frame => scene.asides[Math.round(frame / last * looks)][k].map((part, axis) => (axis ? -1 : 1) * LETTERS * part);
   });
-  for (const diagram of scene.diagrams) diagram.values = floats(diagram.values);
-  for (const track of scene.tracks) track.points = floats(track.points);
   return scene;
 }
 

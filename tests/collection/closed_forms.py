@@ -321,39 +321,8 @@ def rolling_bridge() -> Values:
 
 
 CLOSED_FORMS: dict[str, Callable[[], Values]] = {
-    made.__name__.replace("_", "-"): made
-    for made in (
-        a01_pendulum,
-        a02_n_four_bar,
-        a03_squeezer,
-        clearance_guide,
-        counter_rotating_wheels,
-        escrig_array,
-        flores_slider_crank,
-        four_bar,
-        hoberman_arch,
-        hoberman_ring,
-        jansen,
-        klann,
-        li_array,
-        lift,
-        mast,
-        pantograph_mast,
-        peaucellier,
-        planetary_gear,
-        polar_arch,
-        press,
-        rack_and_pinion,
-        rack_with_backlash,
-        retractable_roof,
-        rolling_bridge,
-        screw_driven_array,
-        self_deploying,
-        solar_array,
-        tape_spring_hinge,
-        train_pantograph,
-        umbrella,
-        woodpecker,
-        you_pellegrino_ring,
-    )
+    name.replace("_", "-"): made
+    for name, made in list(globals().items())
+    if getattr(made, "__annotations__", {}).get("return") == "Values"
 }
+"""By the names of mechanisms: the functions above that give values."""

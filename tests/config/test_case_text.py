@@ -21,7 +21,6 @@ from instances import OTHERWISE, PLUGINS, TABLES
 
 import scissordyn as sd
 from scissordyn.annotation import plain_hint
-from scissordyn.component.catalogue import component_class
 from scissordyn.component.time_function import TimeFunction
 from scissordyn.config.case import Case, CaseTable
 from scissordyn.config.part import PARTS
@@ -31,7 +30,6 @@ from scissordyn.config.template import template
 from scissordyn.errors import InputError
 from scissordyn.integrate.tableau import METHODS
 from scissordyn.model.record import to_plain
-from scissordyn.plugin.element import element_class
 from scissordyn.run.options import Options
 from scissordyn.units import Pairs, Quantity, quantities
 
@@ -293,80 +291,6 @@ def test_components_keep_their_order(tmp_path: Path) -> None:
     text = dataclasses.replace(parts_only(), components=(one, two)).to_case()
     assert "[[spring]]" in text
     assert "[[component]]" not in text
-
-
-OWN = '''
-import scissordyn as sd
-from typing import Annotated
-
-
-@sd.element(slot="stiffness")
-def soft(indentation, stiffness):
-    return stiffness * indentation
-
-
-@sd.element(slot="damping")
-def lossy(elastic, indentation, rate, approach, gain):
-    return elastic * (1.0 + gain * rate / approach)
-
-
-@sd.element(slot="friction")
-def rubbing(slip_speed, normal_force):
-    return 0.1 * normal_force * slip_speed / (abs(slip_speed) + 1e-3)
-
-
-@sd.element(slot="controller", delay=0.01, recorded="speed")
-def steer(error, delayed, gain):
-    return gain * error
-
-
-def pull(length, rate, stiffness):
-    return -stiffness * length, 0.5 * stiffness * length**2, 0.0
-
-
-@sd.component(port="line", force=pull)
-class Rubber:
-    """A rubber band."""
-
-    name: str
-    start: tuple[str, str]
-    end: tuple[str, str]
-    stiffness: Annotated[float, sd.Quantity("N/m", above=0.0, help="of the band")] = 10.0
-'''
-
-
-def test_functions_and_components_of_the_users_own(tmp_path: Path) -> None:
-    """Contract: they are written by the name of their file, relative to the case file if it lies beside it."""
-    near, far = tmp_path / "own.py", tmp_path / "elsewhere"
-    far.mkdir()
-    near.write_text(OWN, encoding="utf-8")
-    law = sd.Clearance(
-        1e-4,
-        stiffness=element_class("stiffness", "own.py:soft", tmp_path)(1e7),
-        damping=element_class("damping", "own.py:lossy", tmp_path)(0.1 / 3.0),
-        friction=element_class("friction", "own.py:rubbing", tmp_path)(),
-    )
-    controller = element_class("controller", "own.py:steer", tmp_path)(0.1 / 7.0)
-    band = component_class(f"{near}:Rubber", tmp_path)("band", ("crank", "end"), ("ground", "O"), 0.1 / 3.0)
-    pinned = sd.slider_crank().with_clearance("slider pin", law).controlled(controller)
-    mechanism = dataclasses.replace(pinned, components=(band, *pinned.components), ground=(*pinned.ground, ("O", (0.0, 0.0))))
-    assert_survives(mechanism, tmp_path / "case.toml")
-    assert 'law = "own.py:soft"' in (tmp_path / "case.toml").read_text(encoding="utf-8")
-    assert_survives(mechanism, far / "case.toml")
-    assert f'law = "{near}:soft"' in (far / "case.toml").read_text(encoding="utf-8")
-    near.write_text(OWN + "\n", encoding="utf-8")
-    with pytest.raises(InputError, match="has changed since"):
-        sd.write_case(mechanism, tmp_path / "case.toml")
-
-
-def test_a_file_named_from_the_working_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Contract: its name becomes absolute; all else is the same."""
-    (tmp_path / "own.py").write_text(OWN, encoding="utf-8")
-    monkeypatch.chdir(tmp_path)
-    arm = sd.scissor(units=1).with_clearance("A", sd.Clearance(1e-4, stiffness=sd.law("stiffness", "own.py:soft")(1e7)))
-    found = sd.read_case(sd.write_case(arm, "case.toml")).mechanism
-    assert type(found.joint("A").clearance.stiffness).origin[0] == f"{tmp_path / 'own.py'}:soft"
-    assert found.replace("A.stiffness", arm.joint("A").clearance.stiffness) == arm
 
 
 def local() -> Any:

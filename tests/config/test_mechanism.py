@@ -27,217 +27,93 @@ from scissordyn.model.joint import Guide, Revolute, Weld
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.scissor import mast, scissor
 
-CASE = """
-[structure]
-kind = "mechanism"
-gravity = "0 m/s^2"
-input_body = "crank"
-output_body = "block"
-
-[[ground]]
-name = "O"
-position = "0, 0 mm"
-
-[[ground]]
-name = "wall"
-position = "1 0 m"
-
-[[body]]
-name = "crank"
-mass = "1 kg"
-length = "0.5 m"
-
-[[body]]
-name = "rod"
-mass = "2 kg"
-inertia = "0.25 kg m^2"
-points = { a = "0, 0 m", b = "1, 0 m", c = "0.5, 0.25 m" }
-centre = "0.5, 0.125 m"
-position = "0.5, 0 m"
-angle = "90 deg"
-velocity = "0, 1 m/s"
-angular_velocity = "60 rpm"
-
-[[body]]
-name = "block"
-mass = "500 g"
-points = { centre = "0, 0 m" }
-position = "0.5, 1 m"
-
-[[body]]
-name = "tool"
-mass = "100 g"
-inertia = "0.5 kg m^2"
-points = { base = "0, 0 m" }
-position = "0.25, 0.5 m"
-
-[[joint]]
-name = "shaft"
-journal = "crank.start"
-bearing = "ground.O"
-
-[[joint]]
-name = "crank pin"
-journal = "crank.end"
-bearing = "rod.a"
-
-[[joint]]
-name = "block pin"
-journal = "rod.b"
-bearing = "block.centre"
-
-[[guide]]
-name = "rail"
-follower = "block.centre"
-through = "0.5, 0 m"
-direction = "90 deg"
-
-[[weld]]
-name = "holder"
-start = "rod.c"
-end = "tool.base"
-
-[[spring]]
-name = "rope"
-start = "block.centre"
-end = "ground.wall"
-stiffness = "2 kN/m"
-free_length = "250 mm"
-damping = "3 N s/m"
-
-[[torsion_spring]]
-name = "hinge"
-body = "rod"
-base = "crank"
-stiffness = "4 N m/rad"
-free_angle = "180 deg"
-damping = "0.5 N m s/rad"
-
-[[force]]
-name = "push"
-point = "rod.c"
-force = "1, -2 kN"
-follows = true
-time_function = { trapezoidal = { start = 0, end = 1, duration = "2 s", ramp = 0.5 } }
-
-[[torque]]
-name = "brake"
-body = "crank"
-torque = "-3 N m"
-time_function = { polynomial = [1, "0.5 1/s"] }
-
-[[motor]]
-name = "motor"
-body = "rod"
-stall_torque = "5 N m"
-no_load_speed = "60 rpm"
-limit = "4 N m"
-inertia = "0.125 kg m^2"
-
-[[clearance]]
-joint = "block pin"
-clearance = "0.25 mm"
-
-[drive]
-speed = "30 rpm"
-
-[run]
-until = "1 ms"
-"""
-
-
-def test_every_part_is_the_one_built_in_python(case_of: Callable[..., Case]) -> None:
-    """Cross-check: a file with each kind of part against the same mechanism through the Python interface."""
-    rod = Body(
-        "rod",
-        mass=2.0,
-        inertia=0.25,
-        points={"a": (0.0, 0.0), "b": (1.0, 0.0), "c": (0.5, 0.25)},
-        centre=(0.5, 0.125),
-        position=(0.5, 0.0),
-        angle=math.pi / 2,
-        velocity=(0.0, 1.0),
-        angular_velocity=2.0 * math.pi,
-    )
-    tool = Body("tool", mass=0.1, inertia=0.5, points={"base": (0.0, 0.0)}, position=(0.25, 0.5))
-    wanted = Mechanism(
-        bodies=(bar("crank", length=0.5, mass=1.0), rod, point_mass("block", mass=0.5, position=(0.5, 1.0)), tool),
-        joints=(
-            Revolute("shaft", ("crank", "start"), (GROUND, "O")),
-            Revolute("crank pin", ("crank", "end"), ("rod", "a")),
-            Revolute("block pin", ("rod", "b"), ("block", "centre"), Clearance(0.25e-3)),
-        ),
-        guides=(Guide("rail", ("block", "centre"), (0.5, 0.0), math.pi / 2),),
-        drives=(Drive("crank", ConstantSpeed(math.pi)),),
-        welds=(Weld("holder", ("rod", "c"), ("tool", "base")),),
-        components=(
-            Spring("rope", ("block", "centre"), (GROUND, "wall"), 2000.0, 0.25, 3.0),
-            TorsionSpring("hinge", "rod", "crank", 4.0, math.pi, 0.5),
-            Force("push", ("rod", "c"), (1000.0, -2000.0), True, Trapezoidal(0.0, 1.0, 2.0, 0.5)),
-            Torque("brake", "crank", -3.0, time_function=Polynomial((1.0, 0.5))),
-            Motor("motor", "rod", 5.0, 2.0 * math.pi, limit=4.0, inertia=0.125),
-        ),
-        ground=(("O", (0.0, 0.0)), ("wall", (1.0, 0.0))),
-        gravity=0.0,
-        input_body="crank",
-        output_body="block",
-    )
-    assert case_of(CASE).mechanism == wanted
+ROD = Body(
+    "rod",
+    mass=2.0,
+    inertia=0.25,
+    points={"a": (0.0, 0.0), "b": (1.0, 0.0), "c": (0.5, 0.25)},
+    centre=(0.5, 0.125),
+    position=(0.5, 0.0),
+    angle=math.pi / 2,
+    velocity=(0.0, 1.0),
+    angular_velocity=2.0 * math.pi,
+)
+TOOL = Body("tool", mass=0.1, inertia=0.5, points={"base": (0.0, 0.0)}, position=(0.25, 0.5))
+CASE = Mechanism(
+    bodies=(bar("crank", length=0.5, mass=1.0), ROD, point_mass("block", mass=0.5, position=(0.5, 1.0)), TOOL),
+    joints=(
+        Revolute("shaft", ("crank", "start"), (GROUND, "O")),
+        Revolute("crank pin", ("crank", "end"), ("rod", "a")),
+        Revolute("block pin", ("rod", "b"), ("block", "centre"), Clearance(0.25e-3)),
+    ),
+    guides=(Guide("rail", ("block", "centre"), (0.5, 0.0), math.pi / 2),),
+    drives=(Drive("crank", ConstantSpeed(math.pi)),),
+    welds=(Weld("holder", ("rod", "c"), ("tool", "base")),),
+    components=(
+        Spring("rope", ("block", "centre"), (GROUND, "wall"), 2000.0, 0.25, 3.0),
+        TorsionSpring("hinge", "rod", "crank", 4.0, math.pi, 0.5),
+        Force("push", ("rod", "c"), (1000.0, -2000.0), True, Trapezoidal(0.0, 1.0, 2.0, 0.5)),
+        Torque("brake", "crank", -3.0, time_function=Polynomial((1.0, 0.5))),
+        Motor("motor", "rod", 5.0, 2.0 * math.pi, limit=4.0, inertia=0.125),
+    ),
+    ground=(("O", (0.0, 0.0)), ("wall", (1.0, 0.0))),
+    gravity=0.0,
+    input_body="crank",
+    output_body="block",
+).to_case()
+"""A file with each kind of part; that it is read as this mechanism is a matter of `test_case_text.py`."""
 
 
 @pytest.mark.parametrize(
-    ("motion", "wanted"),
+    ("where", "text", "wanted"),
     [
-        ('polynomial = ["180 deg", "1 rad/s", "360 deg/s^2"]', Polynomial((math.pi, 1.0, 2.0 * math.pi))),
-        ('cycloidal = { start = "0 deg", end = "180 deg", duration = "500 ms" }', Cycloidal(0.0, math.pi, 0.5)),
+        ("drive", 'polynomial = ["180 deg", "1 rad/s", "360 deg/s^2"]', Polynomial((math.pi, 1.0, 2.0 * math.pi))),
+        ("drive", 'cycloidal = { start = "0 deg", end = "180 deg", duration = "500 ms" }', Cycloidal(0.0, math.pi, 0.5)),
         (
+            "drive",
             'trapezoidal = { start = "180 deg", end = "0 deg", duration = "2 s", ramp = 0.125 }',
             Trapezoidal(math.pi, 0.0, 2.0, 0.125),
         ),
         (
+            "drive",
             'harmonic = { mean = "180 deg", amplitude = "1 rad", angular_frequency = "1 Hz" }',
             Harmonic(math.pi, 1.0, 2.0 * math.pi),
         ),
-    ],
-)
-def test_every_motion_can_be_written(case_of: Callable[..., Case], motion: str, wanted: object) -> None:
-    """Closed form: angles in degrees and their rates are radians and theirs."""
-    text = CASE.replace('speed = "30 rpm"', motion)
-    assert case_of(text).mechanism.drives == (Drive("crank", wanted),)  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize(
-    ("time_function", "wanted"),
-    [
         (
+            "torque.brake.time_function",
             'harmonic = { mean = 0, amplitude = 1, angular_frequency = "1 Hz", phase = "180 deg" }',
             Harmonic(0.0, 1.0, 2.0 * math.pi, math.pi),
         ),
-        ('cycloidal = { start = 0, end = 1, duration = "2 s" }', Cycloidal(0.0, 1.0, 2.0)),
+        ("torque.brake.time_function", 'cycloidal = { start = 0, end = 1, duration = "2 s" }', Cycloidal(0.0, 1.0, 2.0)),
         (
+            "torque.brake.time_function",
             'table = { time = "0 1 2 3 4 5 s", factor = [0, 1, 1, 1, 1, 0.5] }',
             Tabulated((0.0, 1.0, 2.0, 3.0, 4.0, 5.0), (0.0, 1.0, 1.0, 1.0, 1.0, 0.5)),
         ),
-        ('table = "load.csv"', Tabulated((0.0, 1.0, 2.0, 3.0, 4.0, 5.0), (0.0, 1.0, 1.0, 1.0, 1.0, 0.5))),
+        (
+            "torque.brake.time_function",
+            'table = "load.csv"',
+            Tabulated((0.0, 1.0, 2.0, 3.0, 4.0, 5.0), (0.0, 1.0, 1.0, 1.0, 1.0, 0.5)),
+        ),
     ],
 )
-def test_every_time_function_of_a_load_can_be_written(
-    tmp_path: Path, time_function: str, wanted: object, case_of: Callable[..., Case]
+def test_every_time_function_can_be_written(
+    tmp_path: Path, case_of: Callable[..., Case], where: str, text: str, wanted: object
 ) -> None:
-    """Contract: factors are plain numbers, in the file and in a file beside it."""
+    """Closed form: angles in degrees and their rates are radians and theirs; factors are plain, also in a file beside it."""
     (tmp_path / "load.csv").write_text("time [s], factor [1]\n0, 0\n1, 1\n2, 1\n3, 1\n4, 1\n5, 0.5\n")
-    text = CASE.replace('polynomial = [1, "0.5 1/s"]', time_function)
-    torque = case_of(text).mechanism.components[3]
+    mechanism = case_of(CASE, [f"{where}={{ {text} }}"]).mechanism
+    torque = mechanism.components[3]
     assert isinstance(torque, Torque)
-    assert torque.time_function == wanted
+    assert (mechanism.drives[0].motion if where == "drive" else torque.time_function) == wanted
 
 
 def test_several_drives(case_of: Callable[..., Case]) -> None:
     """Contract: one for each body, the first for the input body; they are found by their body from the command line."""
-    text = CASE.replace('[drive]\nspeed = "30 rpm"', '[[drive]]\nspeed = "30 rpm"\n[[drive]]\nbody = "tool"\nspeed = "60 rpm"')
+    several = 'drive=[{ speed = "30 rpm" }, { body = "tool", speed = "60 rpm" }]'
     drives = (Drive("crank", ConstantSpeed(math.pi)), Drive("tool", ConstantSpeed(2.0 * math.pi)))
-    assert case_of(text).mechanism.drives == drives
-    slower = case_of(text, ["drive.tool.speed=30 rpm", "motor.motor.limit=1 N m"]).mechanism
+    assert case_of(CASE, [several]).mechanism.drives == drives
+    slower = case_of(CASE, [several, "drive.tool.speed=30 rpm", "motor.motor.limit=1 N m"]).mechanism
     assert slower.drives[1].motion == ConstantSpeed(math.pi)
     assert isinstance(slower.components[4], Motor)
     assert slower.components[4].limit == 1.0
@@ -383,68 +259,3 @@ until = "10 ms"
     arm = sd.with_payload(arm, "A", 3.0)
     arm = sd.with_payload(arm, ("unit 2/bar 1", "end"), 2.0, inertia=0.1)
     assert case_of(text).mechanism.bodies == sd.with_panels(arm, "unit */bar 1", 0.5).bodies
-
-
-CONNECTIONS = """
-[structure]
-kind = "mechanism"
-[[ground]]
-name = "O"
-position = "0, 0 m"
-[[ground]]
-name = "foot"
-position = "0.4, 0 m"
-[[body]]
-name = "rod"
-mass = "1 kg"
-length = "1 m"
-angle = "30 deg"
-[[joint]]
-name = "pin"
-journal = "rod.start"
-bearing = "ground.O"
-[[rod]]
-name = "jack"
-start = "ground.foot"
-end = "rod.middle"
-motion = { trapezoidal = { start = "300 mm", end = "0.4 m", duration = "2 s", ramp = 0.5 } }
-[[rod]]
-name = "stay"
-start = "ground.foot"
-end = "rod.end"
-length = "0.7 m"
-tension_only = true
-[[latch]]
-name = "catch"
-body = "rod"
-angle = "80 deg"
-[[angle_stop]]
-name = "stop"
-body = "rod"
-angle = "85 deg"
-restitution = 0.4
-[[travel_stop]]
-name = "buffer"
-point = "rod.end"
-direction = "90 deg"
-limit = "900 mm"
-stiffness = 2e7
-[run]
-until = "1 s"
-start = "static"
-"""
-
-
-def test_links_latches_and_stops(case_of):
-    """Contract: connections and stops in a file, in SI units."""
-    case = case_of(CONNECTIONS)
-    assert case.mechanism.rods == (
-        sd.Rod("jack", ("ground", "foot"), ("rod", "middle"), motion=Trapezoidal(0.3, 0.4, 2.0, 0.5)),
-        sd.Rod("stay", ("ground", "foot"), ("rod", "end"), length=0.7, tension_only=True),
-    )
-    assert case.mechanism.latches == (sd.Latch("catch", "rod", angle=sd.degrees(80)),)
-    assert case.mechanism.components == (
-        sd.AngleStop("stop", "rod", angle=sd.degrees(85), restitution=0.4),
-        sd.TravelStop("buffer", ("rod", "end"), direction=sd.degrees(90), limit=0.9, stiffness=2e7),
-    )
-    assert case.run.start == "static"

@@ -199,10 +199,24 @@ def test_the_text_of_a_case(case: Path, tmp_path: Path) -> None:
     assert 'friction = { law = "mine.py:TwoBristles", kinetic = 0.2 }' in text
     assert 'damping = "mine.py:Lossy"' in text
     assert 'name = "mine.py:FilteredRate"' in text
-    assert to_plain(sd.read_case(tmp_path / "again.toml").mechanism) == to_plain(read.mechanism)
+    assert 'type = "mine.py:Band"' in text
+    (tmp_path / "elsewhere").mkdir()
+    far = sd.write_case(read.mechanism, tmp_path / "elsewhere" / "again.toml")
+    assert f'law = "{tmp_path}/mine.py:Rubber"' in far.read_text(encoding="utf-8")
+    for path in (tmp_path / "again.toml", far):
+        assert to_plain(sd.read_case(path).mechanism) == to_plain(read.mechanism)
     (tmp_path / "mine.py").write_text(MINE + "\n", encoding="utf-8")
     with pytest.raises(InputError, match="has changed since"):
         read.mechanism.to_case()
+
+
+def test_a_file_named_from_the_working_folder(case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Contract: its name becomes absolute; all else is the same."""
+    monkeypatch.chdir(tmp_path)
+    arm = sd.scissor(units=1).with_clearance("A", sd.Clearance(1e-4, stiffness=sd.law("stiffness", "mine.py:Rubber")(1e7)))
+    written = sd.read_case(sd.write_case(arm, "own.toml")).mechanism
+    assert type(written.joint("A").clearance.stiffness).origin[0] == f"{tmp_path / 'mine.py'}:Rubber"
+    assert written.replace("A.stiffness", arm.joint("A").clearance.stiffness) == arm
 
 
 def test_a_class_imported_in_python(case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,8 +13,8 @@ from jsonschema import Draft7Validator
 
 from scissordyn.config.case import CaseTable
 from scissordyn.config.part import PARTS
-from scissordyn.config.quantity import SI_UNITS, quantity_pattern, unit_factor
-from scissordyn.config.schema import schema
+from scissordyn.config.quantity import SI_UNITS, NumbersText, unit_factor
+from scissordyn.config.schema import pattern_of, schema
 from scissordyn.config.structure import STRUCTURES
 from scissordyn.config.study import StudyText
 from scissordyn.config.table import instance
@@ -219,7 +219,7 @@ COMPOSED = "N/m,kN/mm,N m,N*m,N m s/rad,kg m^2,kg*m**2,mm²,1/s,m/s^2,N/(m/s),kg
 @pytest.mark.parametrize("unit", sorted({*SI_UNITS, "m"} - {"1"}))
 def test_patterns_take_every_unit_that_fits(unit):
     """Contract: of many units a pattern takes those that the program converts, and of single ones no other."""
-    pattern = re.compile(quantity_pattern(unit))
+    pattern = re.compile(pattern_of(NumbersText(unit)))
     for typed in (*UNITS, *COMPOSED):
         try:
             fits = bool(unit_factor(typed, unit)) or True
@@ -230,8 +230,8 @@ def test_patterns_take_every_unit_that_fits(unit):
         assert not found or fits or typed in COMPOSED, typed
     assert not pattern.search("1.5")
     assert not pattern.search("1.5 furlong")
-    assert not re.search(quantity_pattern(unit, negative=False), f"-1 {unit}")
-    assert re.search(quantity_pattern(unit, negative=False), f"-0.0 {unit}")
+    assert not re.search(pattern_of(NumbersText(unit, negative=False)), f"-1 {unit}")
+    assert re.search(pattern_of(NumbersText(unit, negative=False)), f"-0.0 {unit}")
 
 
 def test_command_prints_and_writes(tmp_path):

@@ -13,7 +13,7 @@ from scissordyn.component.declaration import Declaration
 from scissordyn.component.place import GROUND, BodyPoint, Point
 from scissordyn.component.time_function import TimeFunction
 from scissordyn.config.code import AbsentPart, code_of
-from scissordyn.config.quantity import exact, quantity_pattern, read_quantity, written
+from scissordyn.config.quantity import NumbersText, exact, read_quantity, written
 from scissordyn.config.table import (
     About,
     Call,
@@ -122,7 +122,7 @@ BacklashTable = table_of(
 )
 
 
-@reader(lambda: {"anyOf": [{"type": "string", "pattern": quantity_pattern("rad", negative=False)}, BacklashTable]})
+@reader(lambda: {"anyOf": [NumbersText("rad", negative=False), BacklashTable]})
 def _read_backlash(given: Any, context: Context) -> Call:
     return BacklashTable.read({"angle": given} if isinstance(given, str) else given, context)
 

@@ -1,14 +1,16 @@
-"""JSON Schema of case and study files, made from the tables that read them."""
+"""JSON Schema of case and study files, made from the tables that read them; regular expressions of numbers with units."""
 
 from __future__ import annotations
 
+import re
 import types
 import typing
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from functools import cache
 from typing import Annotated, Any, Literal, get_args, get_origin
 
 from scissordyn.annotation import members
-from scissordyn.config.quantity import name_of, quantity_pattern
+from scissordyn.config.quantity import CELSIUS, PREFIXES, SMALL_PREFIXES, UNITS, NumbersText, unit_factor
 from scissordyn.config.table import Key, Reader, Table
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.units import Quantity
@@ -41,12 +43,10 @@ def schema(which: str = "case") -> Schema:
 
         table = StudyText
     writer = _Writer()
-    top = writer.shared(writer.table(table))
-    writer.defined |= {name: writer.shared(definition) for name, definition in writer.defined.items()} | writer.patterns
     return {
         "$schema": DRAFT,
         "title": f"scissordyn {which} file",
-        **top,
+        **writer.table(table),
         "definitions": dict(sorted(writer.defined.items())),
     }
 
@@ -57,7 +57,6 @@ class _Writer:
     def __init__(self) -> None:
         self.defined: dict[str, Schema] = {}
         self.names: dict[type[Table], str] = {}
-        self.patterns: dict[str, Schema] = {}
 
     def reference(self, table: type[Table]) -> Schema:
         name = self.names.get(table)
@@ -70,20 +69,6 @@ class _Writer:
             self.defined[name] = {}  # the place is taken while its own tables are written
             self.defined[name] = self.table(table)
         return {"$ref": f"#/definitions/{name}"}
-
-    def shared(self, schema: Any) -> Any:
-        """A schema with patterns of units, which are long, in a place of their own."""
-        if isinstance(schema, list):
-            return [self.shared(entry) for entry in schema]
-        if not isinstance(schema, dict):
-            return schema
-        name = name_of(schema["pattern"]) if isinstance(schema.get("pattern"), str) else ""
-        if not name:
-            return {key: self.shared(value) for key, value in schema.items()}
-        self.patterns[name] = {"type": "string", "pattern": schema["pattern"]}
-        rest = {key: value for key, value in schema.items() if key not in ("type", "pattern")}
-        reference = {"$ref": f"#/definitions/{name}"}
-        return {"allOf": [reference], **rest} if rest else reference
 
     def table(self, table: type[Table]) -> Schema:
         keys = table.declared_keys()
@@ -103,7 +88,7 @@ class _Writer:
         if key.reader is not None:
             accepted = self.shape(key.reader.shape())
         elif key.quantity is not None:
-            accepted = _number(key.quantity, key.hint, key.words)
+            accepted = self._number(key.quantity, key.hint, key.words)
         else:
             accepted = self._of(key.hint)
         assert accepted, f"no schema for {key.hint!r}"
@@ -137,25 +122,105 @@ class _Writer:
         return {}
 
     def shape(self, shape: Any) -> Schema:
-        """What a reader says that it accepts, with tables as references."""
+        """What a reader says that it accepts, with tables and texts of numbers, whose patterns are long, as references."""
+        if isinstance(shape, NumbersText):
+            self.defined[shape.name] = {"type": "string", "pattern": pattern_of(shape)}
+            return {"$ref": f"#/definitions/{shape.name}"}
         if isinstance(shape, type) and issubclass(shape, Table):
             return self.reference(shape)
         return {key: self._inner(value) for key, value in shape.items()}
 
     def _inner(self, value: Any) -> Any:
-        if isinstance(value, type | Mapping):
+        if isinstance(value, type | Mapping | NumbersText):
             return self.shape(value)
         return [self._inner(entry) for entry in value] if isinstance(value, list) else value
 
+    def _number(self, quantity: Quantity, annotation: Any, words: tuple[str, ...]) -> Schema:
+        """A number with its unit, or a plain one with its bounds; or one of some words."""
+        if quantity.unit == "1":
+            accepted: Schema = {"type": "integer" if int in members(annotation) else "number"}
+            bounds = ("minimum", quantity.minimum), ("maximum", quantity.maximum)
+            open_bounds = ("exclusiveMinimum", quantity.above), ("exclusiveMaximum", quantity.below)
+            accepted |= {name: value for name, value in (*bounds, *open_bounds) if value is not None}
+        else:
+            low = quantity.minimum if quantity.above is None else quantity.above
+            accepted = self.shape(NumbersText(quantity.unit, negative=low is None or low < 0.0))
+        return {"anyOf": [accepted, {"enum": list(words)}]} if words else accepted
 
-def _number(quantity: Quantity, annotation: Any, words: tuple[str, ...]) -> Schema:
-    """A number with its unit, or a plain one with its bounds; or one of some words."""
-    if quantity.unit == "1":
-        accepted: Schema = {"type": "integer" if int in members(annotation) else "number"}
-        bounds = ("minimum", quantity.minimum), ("maximum", quantity.maximum)
-        open_bounds = ("exclusiveMinimum", quantity.above), ("exclusiveMaximum", quantity.below)
-        accepted |= {name: value for name, value in (*bounds, *open_bounds) if value is not None}
-    else:
-        low = quantity.minimum if quantity.above is None else quantity.above
-        accepted = {"type": "string", "pattern": quantity_pattern(quantity.unit, negative=low is None or low < 0.0)}
-    return {"anyOf": [accepted, {"enum": list(words)}]} if words else accepted
+
+WORD = 3  # Letters of the longest symbol
+
+DIGITS = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+ZERO = r"-(?:0+\.?0*|\.0+)(?:[eE][+-]?[0-9]+)?"
+ANY_NUMBER = rf"[+-]?{DIGITS}"
+OPERATORS = r"[ ²³^*/·()0-9-]+"  # What stands between two units
+
+
+def _names(definition: str) -> list[str]:
+    first, *others = (part.strip() for part in definition.split("="))
+    return [name.removesuffix("-") for name in (first, *others[1:]) if name != "_"]
+
+
+@cache
+def _units() -> tuple[str, ...]:
+    """Names of all units, without prefixes, longest first."""
+    names = {name for definition in UNITS for name in _names(definition)}
+    return tuple(sorted(names, key=lambda name: (-len(name), name)))
+
+
+@cache
+def _any_unit() -> str:
+    return f"(?:{_prefix()}{_either(_units())})"
+
+
+def _prefixed(names: list[str]) -> str:
+    """Units with their prefixes, but for what is the name of another unit: min is no thousandth of an inch."""
+    alternatives = []
+    for name in names:
+        taken = {other.removesuffix(name) for other in _units() if other.endswith(name) and other != name}
+        alternatives.append(f"{_prefix(frozenset(taken))}{_either([name])}")
+    return "|".join(alternatives)
+
+
+def _either(names: Iterable[str]) -> str:
+    """One of some names; words, and not symbols, may be in the plural: ms are milliseconds."""
+    return f"(?:{'|'.join(re.escape(name) + ('s?' if len(name) > WORD else '') for name in names)})"
+
+
+@cache
+def _prefix(without: frozenset[str] = frozenset()) -> str:
+    prefixes = {name for definition in (*PREFIXES, *SMALL_PREFIXES) for name in _names(definition)} - without
+    return f"(?:{'|'.join(sorted(prefixes, key=lambda name: (-len(name), name)))})?"
+
+
+@cache
+def _unit_pattern(unit: str) -> str:
+    """Units of one dimension: single ones by name, composed ones by the names that they are composed of."""
+    single = []
+    for name in _units():
+        try:
+            unit_factor(name, unit)
+        except InputError:
+            continue
+        single.append(name)
+    unit_name = _any_unit()
+    composed = [
+        rf"{unit_name}(?:{OPERATORS}{unit_name})+[)0-9²³^*-]*",
+        rf"{unit_name} *(?:\^|\*\*) *-?[0-9]+",
+        rf"{unit_name}[²³]",
+        rf"1 */ *{unit_name}[)0-9²³^*-]*",
+    ]
+    if single:
+        composed.insert(0, _prefixed(single))
+    if unit == "K":
+        composed += [re.escape(name) for name in CELSIUS]
+    return f"(?:{'|'.join(composed)})"
+
+
+@cache
+def pattern_of(text: NumbersText) -> str:
+    """The regular expression of a text of numbers."""
+    number = ANY_NUMBER if text.negative else rf"(?:\+?{DIGITS}|{ZERO})"
+    times = "*" if text.count is None else f"{{{text.count - 1}}}"
+    more = "" if text.count == 1 else rf"(?:(?:\s*,\s*|\s+){ANY_NUMBER}){times}"
+    return rf"^\s*{number}{more}\s*,?\s*{_unit_pattern(text.unit)}\s*$"

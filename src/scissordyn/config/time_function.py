@@ -19,10 +19,10 @@ from scissordyn.component.time_function import (
     Trapezoidal,
 )
 from scissordyn.config.code import code_of
-from scissordyn.config.quantity import quantity_pattern, read_numbers, read_quantity, unit_factor
+from scissordyn.config.quantity import NumbersText, read_numbers, read_quantity, unit_factor
 from scissordyn.config.table import About, Context, Reader, Shape, Table, described, located, made_table, read_as, reader, toml
 from scissordyn.config.text import read_text
-from scissordyn.config.value import columns_shape, numbers_shape
+from scissordyn.config.value import columns_shape
 from scissordyn.errors import InputError
 from scissordyn.units import Quantity, quantities
 
@@ -151,8 +151,8 @@ def _from_file(path: Path, values: Values) -> Tabulated:
 
 
 def table_shape(unit: str) -> Shape:
-    column = {"type": "array", "items": {"type": "number"}} if unit == "1" else numbers_shape(unit)
-    return columns_shape({"time": numbers_shape("s"), VALUES[unit].name: column})
+    column = {"type": "array", "items": {"type": "number"}} if unit == "1" else NumbersText(unit, None)
+    return columns_shape({"time": NumbersText("s", None), VALUES[unit].name: column})
 
 
 def _table_reader(unit: str) -> Reader:
@@ -167,7 +167,7 @@ def _table_reader(unit: str) -> Reader:
 
 def _coefficients(units: tuple[str, ...]) -> Shape:
     number = {"type": "number"}
-    coefficients = [number if unit == "1" else {"type": "string", "pattern": quantity_pattern(unit)} for unit in units]
+    coefficients = [number if unit == "1" else NumbersText(unit) for unit in units]
     return {"type": "array", "items": coefficients, "additionalItems": False, "minItems": 1, "maxItems": len(units)}
 
 

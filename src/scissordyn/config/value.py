@@ -11,7 +11,7 @@ from typing import Any
 from scissordyn.annotation import MismatchError, body_point
 from scissordyn.component.place import BodyPoint, Point
 from scissordyn.config.code import AbsentPart, code_of
-from scissordyn.config.quantity import numbers_pattern, read_numbers
+from scissordyn.config.quantity import NumbersText, read_numbers
 from scissordyn.config.table import Context, Reader, Shape, build, located, plain_table, read_as, reader, toml, with_key
 from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.control.controller import Controller
@@ -23,10 +23,6 @@ from scissordyn.laws.oil import OILS, Oil, oil_of
 from scissordyn.model.clearance import Lubrication
 from scissordyn.plugin.element import SLOTS
 from scissordyn.units import Pairs, Quantity
-
-
-def numbers_shape(unit: str, count: int | None = None) -> Shape:
-    return {"type": "string", "pattern": numbers_pattern(unit, count)}
 
 
 def columns_shape(columns: Mapping[str, Shape]) -> Shape:
@@ -41,7 +37,7 @@ def _unit(about: tuple[Any, ...]) -> str:
 def pair(unit: str) -> Reader:
     """For two numbers and their unit."""
 
-    @reader(lambda: numbers_shape(unit, 2))
+    @reader(lambda: NumbersText(unit, 2))
     def read(given: Any, _: Context) -> Point:
         numbers = read_numbers(given, unit)
         if len(numbers) != 2:
@@ -55,13 +51,13 @@ PLACE = pair("m")
 
 
 def _numbers(unit: str) -> Reader:
-    return Reader(lambda given, _: read_numbers(given, unit), lambda: numbers_shape(unit))
+    return Reader(lambda given, _: read_numbers(given, unit), lambda: NumbersText(unit, None))
 
 
 def _pairs(pairs: Pairs) -> Reader:
     units = dict(zip(pairs.names, pairs.units, strict=True))
 
-    @reader(lambda: columns_shape({name: numbers_shape(unit) for name, unit in units.items()}))
+    @reader(lambda: columns_shape({name: NumbersText(unit, None) for name, unit in units.items()}))
     def read(given: Any, _: Context) -> tuple[Point, ...]:
         if not isinstance(given, Mapping) or given.keys() != units.keys():
             sample = toml({name: f"0, 1 {unit}" for name, unit in units.items()})
@@ -74,7 +70,7 @@ def _pairs(pairs: Pairs) -> Reader:
     return read
 
 
-@reader(lambda: {"type": "array", "items": numbers_shape("m", 2)})
+@reader(lambda: {"type": "array", "items": NumbersText("m", 2)})
 def _corners(given: Any, context: Context) -> tuple[Point, ...]:
     if not isinstance(given, list):
         raise InputError("not a list of corners", "a list of places", 'corners = ["-20, -10 mm", "20, -10 mm", "0, 10 mm"]')
@@ -85,7 +81,7 @@ def _corners(given: Any, context: Context) -> tuple[Point, ...]:
     return tuple(corners)
 
 
-@reader(lambda: {"type": "object", "additionalProperties": numbers_shape("m", 2), "propertyNames": {"pattern": "^[^.]+$"}})
+@reader(lambda: {"type": "object", "additionalProperties": NumbersText("m", 2), "propertyNames": {"pattern": "^[^.]+$"}})
 def _points(given: Any, context: Context) -> dict[str, Point]:
     if not isinstance(given, Mapping):
         raise InputError("not a table of points", "a name and a place for each point", 'points = { tip = "0.1, 0.2 m" }')

@@ -73,11 +73,6 @@ class CoordinateTable(Table):
         return RelativeAngle(self.angle, self.base) if self.angle is not None else Distance(*self.distance)  # type: ignore[misc]
 
 
-@reader(lambda: CoordinateTable)
-def _read_coordinate(given: Any, context: Context) -> Coordinate:
-    return CoordinateTable.read(given, context).coordinate()
-
-
 def ratio_unit(output: Coordinate, input: Coordinate) -> str:
     return "1" if output.unit == input.unit else f"{output.unit}/{input.unit}"
 
@@ -94,13 +89,12 @@ def _read_offset(given: Any, context: Context) -> float:
     return read_quantity(given, Quantity(context["values"]["output"].unit, help="offset"))
 
 
-@reader(lambda: {"type": "object"})
-def _read_motion(given: Any, context: Context) -> TimeFunction:
-    function: TimeFunction = time_function(context["values"]["coordinate"].unit).read(given, context)
-    return function
+_READ_MOTION = Reader(
+    lambda given, context: time_function(context["values"]["coordinate"].unit).read(given, context), lambda: {"type": "object"}
+)
 
 
-read_as(Coordinate, _read_coordinate)
+read_as(Coordinate, filler(lambda: CoordinateTable, CoordinateTable.coordinate))
 _COORDINATE = Annotated[Coordinate, About(f"a coordinate: {SAMPLE}")]
 
 COUPLING: Hints = (
@@ -146,7 +140,7 @@ class CouplingTable(
 
 COORDINATE_DRIVE: Hints = (
     ("coordinate", _COORDINATE),
-    ("motion", Annotated[TimeFunction, _read_motion, About("the angle, or the distance, over time")]),
+    ("motion", Annotated[TimeFunction, _READ_MOTION, About("the angle, or the distance, over time")]),
 )
 
 
@@ -218,16 +212,8 @@ class GroundTable(Table):
     name: Annotated[str, About('name; joints refer to it as "ground.NAME"', examples=["O"])]
     position: Annotated[Point, Quantity("m", help="its position"), About(examples=["0, 0 m"])]
 
-
-@reader(lambda: BodyTable)
-def _read_body(given: Any, context: Context) -> Body:
-    return BodyTable.read(given, context).body()
-
-
-@reader(lambda: GroundTable)
-def _read_ground(given: Any, context: Context) -> tuple[str, Point]:
-    table = GroundTable.read(given, context)
-    return table.name, table.position
+    def place(self) -> tuple[str, Point]:
+        return self.name, self.position
 
 
 @dataclass(frozen=True)
@@ -309,8 +295,8 @@ def component_part(type: str, folder: Path) -> Part:
 _IDEAL: Hints = (("clearance", None),)  # Tables of their own give the clearance
 
 PARTS: Mapping[str, Part] = {
-    "body": Part(lambda: BodyTable, _read_body, "bodies", "a rigid body"),
-    "ground": Part(lambda: GroundTable, _read_ground, "ground", "a point of the fixed frame"),
+    "body": Part(lambda: BodyTable, filler(lambda: BodyTable, _Body.body), "bodies", "a rigid body"),
+    "ground": Part(lambda: GroundTable, filler(lambda: GroundTable, GroundTable.place), "ground", "a point of the fixed frame"),
     "joint": _part(
         Revolute,
         "joints",

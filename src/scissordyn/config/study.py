@@ -20,6 +20,7 @@ from scissordyn.config.table import (
     Shape,
     Table,
     described,
+    filler,
     instance,
     reader,
     table_of,
@@ -39,6 +40,7 @@ from scissordyn.config.variation import (
     number_of_file,
     read_deviation,
     read_variation,
+    scale_of,
     unit_of,
     variants_of,
     without_each,
@@ -86,11 +88,7 @@ def _read_texts(given: Any, context: Context) -> list[str]:
 
 _GOALS = Annotated[list[str], _read_texts, About("what is minimised or maximised", examples=[["minimise peak_force"]])]
 SEARCH = table_of(Optimisation, (("goals", _GOALS),))
-
-
-@reader(lambda: SEARCH)
-def _read_search(given: Any, context: Context) -> Mapping[str, Any]:
-    return vars(SEARCH.read(given, context))
+_read_search = filler(lambda: SEARCH, vars)
 
 
 NAMES = {"type": "array", "items": {"type": ["string", "number", "boolean"]}, "minItems": 1}
@@ -159,11 +157,7 @@ MotorTable = table_of(
 )
 """The curve of a motor."""
 
-
-@reader(lambda: MotorTable)
-def _read_motor(given: Any, context: Context) -> MotorCurve:
-    curve: MotorCurve = MotorTable.read(given, context).result()
-    return curve
+_read_motor = filler(lambda: MotorTable)
 
 
 class ScreenTable(Table):
@@ -370,20 +364,7 @@ def read_requirement(text: str, own: Mapping[str, str] | None = None) -> Require
         value, unit_given = number_and_unit(match[3])
         if measure in BY_COMPONENT:
             unit = _exerted(unit_given, value)
-        if unit == "1":
-            if unit_given:
-                raise InputError(f"unit '{unit_given}' of a pure number", "a plain number")
-            factor = 1.0
-        else:
-            if not unit_given:
-                raise InputError("missing unit", f"a number and its unit [{unit}]", f"{value} {unit}")
-            try:
-                factor = unit_factor(unit_given, unit)
-            except InputError as error:
-                sample = f"{match[1]} {match[2]} {value} {unit}"
-                raise InputError(
-                    error.what, error.allowed or f"a number and its unit [{unit}]", error.type_this or sample
-                ) from None
+        factor = scale_of(unit_given, unit, sample=f"{match[1]} {match[2]} {value} {unit}")
     except InputError as error:
         raise InputError(f"requirement '{text}': {error.what}", error.allowed, error.type_this) from None
     exerted = unit if measure in BY_COMPONENT else ""

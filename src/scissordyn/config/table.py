@@ -380,9 +380,9 @@ def described(kind: type, hints: Hints = (), **examples: Any) -> Reader:
     return filler(cache(lambda: table_of(kind, hints, **examples)))
 
 
-def filler(keys: Callable[[], type[Call]]) -> Reader:
-    """Reads a table, which is made when the first one is read, as the result of its call."""
-    return Reader(lambda given, context: keys().read(given, context).result(), keys)
+def filler(keys: Callable[[], type[Any]], result: Callable[[Any], Any] = lambda table: table.result()) -> Reader:
+    """Reads a table, which is made when the first one is read, as what it describes."""
+    return Reader(lambda given, context: result(keys().read(given, context)), keys)
 
 
 def instance(table: type[AnyTable], given: Any, context: Context) -> AnyTable:

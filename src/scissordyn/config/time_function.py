@@ -20,7 +20,20 @@ from scissordyn.component.time_function import (
 )
 from scissordyn.config.code import code_of
 from scissordyn.config.quantity import NumbersText, read_numbers, read_quantity, unit_factor
-from scissordyn.config.table import About, Context, Reader, Shape, Table, described, located, made_table, read_as, reader, toml
+from scissordyn.config.table import (
+    About,
+    Context,
+    Reader,
+    Shape,
+    Table,
+    described,
+    filler,
+    located,
+    made_table,
+    read_as,
+    reader,
+    toml,
+)
 from scissordyn.config.text import read_text
 from scissordyn.config.value import columns_shape
 from scissordyn.errors import InputError
@@ -260,7 +273,7 @@ class DriveTable(AngleTable):  # type: ignore[misc, valid-type]
 
 def time_function(unit: str) -> Reader:
     """For a key whose value is a time function."""
-    return Reader(lambda given, context: TABLES[unit].read(given, context).motion(), lambda: TABLES[unit])
+    return filler(lambda: TABLES[unit], MotionTable.motion)
 
 
 read_as(TimeFunction, lambda about: time_function(next((extra.unit for extra in about if isinstance(extra, OverTime)), "1")))

@@ -63,6 +63,7 @@ FIT_SAMPLE = "'H7/g6 at 10 mm'"
 
 SIGNS = ("+-", "±", "+/-")
 TOLERANCE_SAMPLE = "'0.3 mm +- 0.02 mm', '0.3 mm +- 20 %', '+- 20 %' of a number that is chosen"
+OR_SHARE = ", or %", TOLERANCE_SAMPLE
 SHAPES = ("uniform", "normal", "triangular")
 """Distributions within a tolerance; the limits of the normal one are three standard deviations from its mean."""
 
@@ -120,7 +121,7 @@ def read_deviation(text: str, quantity: Quantity, *, parameter: str = "") -> tup
     """The deviation from a value that is chosen."""
     try:
         size, unit, shape = _tolerance(text.strip().removeprefix(str(_sign(text))))
-        width = size / 100.0 if unit == "%" else size * _factor(unit, quantity)
+        width = size / 100.0 if unit == "%" else size * scale_of(unit, quantity.unit, *OR_SHARE)
         return _shaped(shape, 0.0, width), unit == "%"
     except InputError as error:
         what = f"tolerance of '{parameter}', '{text}': {error.what}"
@@ -143,15 +144,19 @@ def _tolerance(text: str) -> tuple[float, str, str]:
     return float(value), unit, shape
 
 
-def _factor(unit: str, quantity: Quantity) -> float:
-    """Of a unit in SI; an `InputError` if it is missing or not wanted."""
-    if quantity.unit == "1":
+def scale_of(unit: str, si: str, or_else: str = "", sample: str = "") -> float:
+    """What one of a unit is in SI; an `InputError` if the unit is missing or not wanted."""
+    if si == "1":
         if unit:
-            raise InputError(f"unit '{unit}' of a pure number", "a plain number, or %")
+            raise InputError(f"unit '{unit}' of a pure number", f"a plain number{or_else}")
         return 1.0
+    allowed = f"a number and its unit [{si}]{or_else}"
     if not unit:
-        raise InputError("missing unit", f"a number and its unit [{quantity.unit}], or %", TOLERANCE_SAMPLE)
-    return unit_factor(unit, quantity.unit)
+        raise InputError("missing unit", allowed, sample)
+    try:
+        return unit_factor(unit, si)
+    except InputError as error:
+        raise InputError(error.what, error.allowed or allowed, error.type_this or sample) from None
 
 
 def _shaped(shape: str, middle: float, width: float) -> Variation:
@@ -171,7 +176,7 @@ def _about(text: str, sign: str, quantity: Quantity) -> Variation:
         middle = _si(nominal, "", quantity)
         return _shaped(shape, middle, abs(middle) * size / 100.0)
     middle = _si(value, nominal_unit or unit, quantity)
-    return _shaped(shape, middle, size * _factor(unit or nominal_unit, quantity))
+    return _shaped(shape, middle, size * scale_of(unit or nominal_unit, quantity.unit, *OR_SHARE))
 
 
 def _fitted(fit: str, size: str, shape: str | None, quantity: Quantity) -> Variation:

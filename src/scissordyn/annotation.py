@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
-import dataclasses
 import types
 import typing
 from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from numbers import Real
-from typing import Annotated, Any, TypeGuard, TypeVar
+from typing import Annotated, Any
 
 _ACCEPTED: set[tuple[Any, type]] = set()
 """Hints and the types that were found to fit them as they are: descriptions are made by the thousand in a batch."""
 
 LONGEST = 60  # Characters of a value that a message shows
-
-
-Kind = TypeVar("Kind")
-
-_IS_A: dict[tuple[type, type], bool] = {}  # Dataclasses of which it is known whether they are what a protocol says
 
 
 class MismatchError(ValueError):
@@ -28,20 +22,6 @@ class MismatchError(ValueError):
 def is_number(value: object) -> bool:
     """Whether a value is a real number, of Python or of another library such as numpy; a truth value is none."""
     return isinstance(value, Real) and not isinstance(value, bool)
-
-
-def is_a(value: object, kind: type[Kind]) -> TypeGuard[Kind]:
-    """Whether a value is of a class or a protocol.
-
-    `isinstance` looks for every attribute of a protocol each time; all instances of a dataclass have the same ones.
-    """
-    pair = type(value), kind
-    answer = _IS_A.get(pair)
-    if answer is None:
-        answer = isinstance(value, kind)
-        if dataclasses.is_dataclass(pair[0]):
-            _IS_A[pair] = answer
-    return answer
 
 
 @cache
@@ -129,8 +109,7 @@ def _object(value: Any, hint: Any) -> Any:
         return value
     if hint is bool and type(value).__name__ in ("bool", "bool_"):  # numpy's own is no subclass
         return bool(value)
-    kind: type[object] = hint
-    if isinstance(value, type) or not is_a(value, kind):
+    if isinstance(value, type) or not isinstance(value, hint):
         raise MismatchError
     return value
 

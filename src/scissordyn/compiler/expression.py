@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import math
 from collections.abc import Callable, Mapping
+from functools import reduce
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -60,10 +61,19 @@ MATH: Mapping[Any, str] = {
 }
 """Functions of one or two numbers in C."""
 
-TESTS: Mapping[Any, str] = {
-    **{getattr(module, name): name for name in ("isnan", "isinf", "isfinite") for module in (math, np)},
+CASTS: Mapping[Any, tuple[str, Scalar]] = {
+    **dict.fromkeys((int, np.int64), ("((int64_t)({}))", INT)),
+    **dict.fromkeys((float, np.float64), ("((double)({}))", FLOAT)),
+    bool: ("(({}) != 0)", BOOL),
+    math.floor: ("((int64_t)floor({}))", INT),
+    math.ceil: ("((int64_t)ceil({}))", INT),
+    **{
+        getattr(module, name): (f"({name}({{}}) != 0)", BOOL)
+        for name in ("isnan", "isinf", "isfinite")
+        for module in (math, np)
+    },
 }
-"""Questions about a number."""
+"""Conversions of a number, and questions about one."""
 
 OPERATORS: Mapping[type, str] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*"}
 COMPARISONS: Mapping[type, str] = {
@@ -323,70 +333,32 @@ class Expressions:
         return self._built_in(function, arguments) or self.unit.call(function, arguments, named)
 
     def _built_in(self, function: Any, arguments: list[Value]) -> Value | None:
-        """Functions of Python and of its library."""
-        if any(argument.kind == DUAL for argument in arguments):
-            return self._built_in_dual(function, arguments)
-        texts = [argument.c for argument in arguments]
-        if function is abs:
-            whole = arguments[0].kind != FLOAT
-            return Value(f"{'whole_size' if whole else 'fabs'}({texts[0]})", INT if whole else FLOAT)
-        if function in (min, max):
-            kind: Kind = arguments[0].kind
-            for argument in arguments[1:]:
-                kind = joined(kind, argument.kind)
-            name = f"{_SMALLER[function]}_{'float' if kind == FLOAT else 'whole'}"
-            text_so_far = texts[0]
-            for text in texts[1:]:
-                text_so_far = f"{name}({text_so_far}, {text})"
-            return Value(text_so_far, kind)
-        if function in (int, np.int64):
-            constant = arguments[0].constant
-            return Value(f"((int64_t)({texts[0]}))", INT, int(constant) if isinstance(constant, int) else None)
-        if function is bool:
-            return Value(f"(({texts[0]}) != 0)", BOOL)
+        """Functions of Python and of its library; where the result is whole, those of values without their derivatives."""
+        first, kinds = arguments[0], [argument.kind for argument in arguments]
+        if function in CASTS:
+            text, kind = CASTS[function]
+            constant = int(first.constant) if kind == INT and isinstance(first.constant, int) else None
+            return first if kinds == [DUAL] and kind == FLOAT else Value(text.format(_real(first)), kind, constant)
         if function is vanishes:
-            return Value(f"({texts[0]} == 0.0)", BOOL)
-        if function in (float, np.float64):
-            return Value(f"((double)({texts[0]}))", FLOAT)
-        if function is math.floor:
-            return Value(f"((int64_t)floor({texts[0]}))", INT)
-        if function is math.ceil:
-            return Value(f"((int64_t)ceil({texts[0]}))", INT)
-        if callable(function) and getattr(function, "__hash__", None) and function in MATH:
-            return Value(f"{MATH[function]}({', '.join(texts)})", FLOAT)
-        if function in TESTS:
-            return Value(f"({TESTS[function]}({texts[0]}) != 0)", BOOL)
-        if function in (np.where, np.clip):
-            return self._choice(function, arguments)
-        return None
-
-    def _built_in_dual(self, function: Any, arguments: list[Value]) -> Value | None:
-        """The same of numbers with derivatives: by their values where the result is a whole number."""
-        if function in (float, np.float64):
-            return arguments[0]
-        if function is vanishes:
-            return Value(f"vanishes({arguments[0].c})", BOOL)
-        if function in (int, np.int64, bool, math.floor, math.ceil, *TESTS):
-            return self._built_in(function, [Value(_real(argument), FLOAT) for argument in arguments])
+            return Value(f"vanishes({first.c})" if first.kind == DUAL else f"({first.c} == 0.0)", BOOL)
+        dual = DUAL in kinds
         if function is np.where:
-            return self._choice(function, [arguments[0], *(converted(argument, DUAL) for argument in arguments[1:])])
-        texts = [converted(argument, DUAL).c for argument in arguments]
-        if function in (min, max, np.clip):
-            names = ("largest_number", "least_number") if function is np.clip else (f"{_SMALLER[function]}_float",) * len(texts)
-            text_so_far = texts[0]
-            for name, text in zip(names, texts[1:], strict=False):
-                text_so_far = f"{name}_dual({text_so_far}, {text})"
-            return Value(text_so_far, DUAL)
-        called = "fabs" if function is abs else MATH.get(function) if getattr(function, "__hash__", None) else None
-        return Value(f"{called}_dual({', '.join(texts)})", DUAL) if called else None
-
-    def _choice(self, function: Any, arguments: list[Value]) -> Value:
-        """`where` and `clip` of numbers."""
+            test, yes, no = first, *(converted(argument, DUAL) if dual else argument for argument in arguments[1:])
+            return Value(f"({test.c} ? {yes.c} : {no.c})", joined(yes.kind, no.kind))
+        texts = [converted(argument, DUAL).c if dual else argument.c for argument in arguments]
+        kind = DUAL if dual else FLOAT
+        if function in (min, max):
+            kind = reduce(joined, kinds)
+            name = f"{_SMALLER[function]}_{'whole' if kind not in (FLOAT, DUAL) else 'float_dual' if dual else 'float'}"
+            return Value(reduce(lambda before, text: f"{name}({before}, {text})", texts), kind)
+        suffix = "_dual" if dual else ""
         if function is np.clip:
-            kind, (x, low, high) = FLOAT, (argument.c for argument in arguments)
-            return Value(f"least_number(largest_number({x}, {low}), {high})", kind)
-        test, yes, no = arguments
-        return Value(f"({test.c} ? {yes.c} : {no.c})", joined(yes.kind, no.kind))
+            x, low, high = texts
+            return Value(f"least_number{suffix}(largest_number{suffix}({x}, {low}), {high})", kind)
+        if function is abs and kinds[0] in (BOOL, INT):
+            return Value(f"whole_size({texts[0]})", INT)
+        called = "fabs" if function is abs else MATH.get(function)
+        return Value(f"{called}{suffix}({', '.join(texts)})", kind) if called else None
 
 
 _SMALLER: Mapping[Any, str] = {min: "least", max: "largest"}

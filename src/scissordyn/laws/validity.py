@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from scissordyn.annotation import is_a
 from scissordyn.laws.contact import Continued, Damping, Elastic, Friction, JointContact
 from scissordyn.laws.damping.exact import returned_restitution
 from scissordyn.laws.damping.proportional import DampingFactor
@@ -55,7 +54,7 @@ def contact_warnings(
         warnings.append(warning("fast", joint, fast=len(fast), contacts=len(approach_speed), limit=limit, speed=max(fast)))
     if stiffness.small_contact and indentation > DEEPEST * size:
         warnings.append(warning("deep", joint, fraction=indentation / size, size=what, law=name, most=DEEPEST))
-    if is_a(stiffness, Continued) and indentation > stiffness.deepest(contact):
+    if isinstance(stiffness, Continued) and indentation > stiffness.deepest(contact):
         deepest = 1e3 * stiffness.deepest(contact)
         warnings.append(warning("continued", joint, depth=1e3 * indentation, law=name, deepest=deepest))
     laws: dict[str, object] = {"stiffness": stiffness, "damping": damping, "friction": friction}

@@ -16,7 +16,7 @@ from scissordyn.bibliography.reference import Reference, references
 from scissordyn.config.case import Case
 from scissordyn.config.file import folder_of_examples, in_file, parsed, read_case
 from scissordyn.config.quantity import read_quantity
-from scissordyn.config.table import About, Context, PlacedError, Table, described, instance, located, reader
+from scissordyn.config.table import About, Context, Table, described, instance, located, reader
 from scissordyn.config.text import read_text
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.mechanism import Mechanism
@@ -196,10 +196,8 @@ def read_entry(folder: Path, package: str) -> Entry:
     path = folder / DECLARATION
     text = read_text(path, "the declaration of a mechanism in TOML")
     tree = parsed(text, path)
-    try:
+    with in_file(path, text, tree):
         table = instance(_EntryTable, tree, {"folder": folder})
-    except PlacedError as error:
-        raise in_file(error, path, text, tree, tree) from None
     file = folder / CASE if table.example is None else folder_of_examples() / f"{table.example}.toml"
     if not file.is_file():
         raise InputError(f"{path}: no case file '{file}'", f"{CASE} in its folder, or the name of an example as `example`")

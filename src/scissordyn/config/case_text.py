@@ -32,8 +32,8 @@ from scissordyn.laws.catalogue import MATERIALS
 from scissordyn.laws.material import Material
 from scissordyn.laws.oil import OILS, Oil
 from scissordyn.model.addition import closed
-from scissordyn.model.body import Body, Track, bar_points, uniform_inertia
-from scissordyn.model.coupling import Coordinate, CoordinateDrive, Coupling, Distance, Slide
+from scissordyn.model.body import Body, bar_points, uniform_inertia
+from scissordyn.model.coupling import Coordinate, Coupling, Distance, Slide
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import first_difference, to_plain
 from scissordyn.model.walk import Declared, declared, given, is_described
@@ -109,11 +109,14 @@ def _tables(mechanism: Mechanism, code: Code) -> Entries:
         "joint": [_fields(dataclasses.replace(joint, clearance=None), code) for joint in mechanism.joints],
         "guide": [_fields(dataclasses.replace(guide, clearance=None), code) for guide in mechanism.guides],
         "weld": [_fields(weld, code) for weld in mechanism.welds],
-        "track": [_track(track, code) for track in mechanism.tracks],
+        "track": [_fields(track, code) for track in mechanism.tracks],
         "rod": [_fields(rod, code) for rod in mechanism.rods],
         "latch": [_fields(latch, code) for latch in mechanism.latches],
         "coupling": [_coupling(part, backlashes, code) for part in mechanism.couplings],
-        "coordinate_drive": [_coordinate_drive(drive, code) for drive in mechanism.coordinate_drives],
+        "coordinate_drive": [
+            _fields(drive, code) | {"motion": _time_function(drive.motion, drive.coordinate.unit)}
+            for drive in mechanism.coordinate_drives
+        ],
     }
     loose = [(joint.name, joint.clearance) for joint in mechanism.joints if joint.clearance is not None]
     names = [joint.name for joint in mechanism.joints]
@@ -147,18 +150,12 @@ def _components(mechanism: Mechanism, code: Code) -> Entries:
 
 
 def _coupling(part: Coupling, backlashes: Mapping[str, Mapping[str, float]], code: Code) -> Entries:
-    entries: Entries = {"name": part.name, "output": _coordinate(part.output, code), "input": _coordinate(part.input, code)}
-    entries["ratio"] = _quantity((part.ratio,), ratio_unit(part.output, part.input))
+    entries = _fields(part, code) | {"ratio": _quantity((part.ratio,), ratio_unit(part.output, part.input))}
     entries |= {} if part.offset is None else {"offset": _quantity((part.offset,), part.output.unit)}
     if part.name in backlashes:
         (_, angle), *others = backlashes[part.name].items()
         entries["backlash"] = {"angle": _quantity((angle,), "rad"), **dict(others)}
     return entries
-
-
-def _coordinate_drive(part: CoordinateDrive, code: Code) -> Entries:
-    motion = _time_function(part.motion, part.coordinate.unit)
-    return {"name": part.name, "coordinate": _coordinate(part.coordinate, code), "motion": motion}
 
 
 def _coordinate(part: Coordinate, code: Code) -> Entries:
@@ -189,15 +186,6 @@ def _body(body: Body, code: Code) -> Entries:
     return {"name": shown.pop("name"), "mass": shown.pop("mass"), **more, **shown}
 
 
-def _track(track: Track, code: Code) -> Entries:
-    entries = _fields(track, code)
-    if isinstance(track.point, str) and "," in track.point:
-        if code.recorded:
-            return entries | {"point": [track.point]}
-        raise InputError(f"tracked point '{track.name}' at the point '{track.point}'", "names without a comma")
-    return entries
-
-
 def _fields(described: Any, code: Code) -> Entries:
     """The fields of a description as keys; those with their default are left out, and None, which a file says in that way."""
     return {field.name: _value(value, field, type(described), code) for field, value in given(described) if value is not None}
@@ -206,6 +194,10 @@ def _fields(described: Any, code: Code) -> Entries:
 def _value(value: Any, field: Declared, kind: type, code: Code) -> Any:
     unit = "1" if field.quantity is None else field.quantity.unit
     pairs = next((extra for extra in field.extras if isinstance(extra, Pairs)), None)
+    if field.hint == str | Point and isinstance(value, str) and "," in value:
+        if code.recorded:
+            return [value]
+        raise InputError(f"{kind.__name__.lower()} of the point '{value}'", "names without a comma")
     if isinstance(value, bool | str):
         return value
     if pairs is not None:
@@ -217,6 +209,8 @@ def _value(value: Any, field: Declared, kind: type, code: Code) -> Any:
         return _points(value, code)
     if isinstance(value, Part):
         return _named(value, "name" if isinstance(value, Controller) else "law", code)
+    if isinstance(value, Coordinate):
+        return _coordinate(value, code)
     if is_described(value):
         listed = {Material: MATERIALS, Oil: OILS}.get(type(value), {})
         by_name = getattr(value, "name", "")

@@ -6,7 +6,8 @@ import copy
 import os
 import re
 import tomllib
-from collections.abc import Iterable, Set
+from collections.abc import Iterable, Iterator, Set
+from contextlib import contextmanager
 from dataclasses import replace
 from difflib import get_close_matches
 from pathlib import Path
@@ -17,7 +18,7 @@ from scissordyn.config.case_text import BEGINNING, case_text
 from scissordyn.config.code import Code
 from scissordyn.config.quantity import read_quantity
 from scissordyn.config.table import PlacedError, in_a_file, instance
-from scissordyn.config.text import Place, handle, line_of, place_of_name, place_text, read_text
+from scissordyn.config.text import handle, inside, line_of, place_of_name, place_text, read_text
 from scissordyn.errors import InputError, command, did_you_mean
 from scissordyn.file.output_file import OTHER_ENDINGS, check_target, write_file
 from scissordyn.model.mechanism import Mechanism
@@ -73,14 +74,9 @@ def read_case(path: str | os.PathLike[str], changes: Iterable[str] = ()) -> Case
         )
     if "body" in tree and "structure" not in tree:
         raise InputError(f"{path}: missing key 'structure'", "bodies of a mechanism", 'structure = { kind = "mechanism" }')
-    try:
+    with in_file(path, text, tree, written):
         case = instance(CaseTable, tree, {"folder": path.parent, "code": _code(tree, path.parent)}).case()
         return replace(case, mechanism=with_numbers(case.mechanism, of_parts)) if of_parts else case
-    except PlacedError as error:
-        raise in_file(error, path, text, tree, written) from None
-    except InputError as error:
-        place = place_of_name(tree, error.what) if written == tree else ()
-        raise _located(error, path, text, error.what, place) from None
 
 
 def is_study(tree: dict[str, Any]) -> bool:
@@ -126,29 +122,20 @@ def _code(tree: dict[str, Any], folder: Path) -> Code:
     return Code(folder, digests if isinstance(digests, dict) else {})
 
 
-def in_file(error: PlacedError, path: Path, text: str, tree: dict[str, Any], written: dict[str, Any]) -> InputError:
-    """The error with the file and the line of its place, unless that was changed after it was written."""
-    place = error.place if error.key is None else (*error.place, error.key)
-    what = error.said(place_text(tree, error.place))
-    return _located(error, path, text, what, place if _at(written, place) == _at(tree, place) else ())
-
-
-def _located(error: InputError, path: Path, text: str, said: str, place: Place) -> InputError:
-    """The error with the file before it, and with the line of a place that the file has."""
-    line = line_of(text, place)
-    where = f"{path}, line {line}" if line else f"{path}"
-    return InputError(f"{where}: {said}", error.allowed, in_a_file(error.type_this))
-
-
-def _at(tree: Any, place: Place) -> Any:
-    for key in place:
-        if isinstance(key, int) and isinstance(tree, dict):  # a single table where a list of them is read
-            continue
-        try:
-            tree = tree[key]
-        except (LookupError, TypeError):
-            return None
-    return tree
+@contextmanager
+def in_file(path: Path, text: str, tree: dict[str, Any], written: dict[str, Any] | None = None) -> Iterator[None]:
+    """Give any `InputError` the file and the line of its place, unless that was changed after it was written."""
+    written = tree if written is None else written
+    try:
+        yield
+    except InputError as error:
+        what, place = error.what, place_of_name(tree, error.what) if written == tree else ()
+        if isinstance(error, PlacedError):
+            what, place = error.said(place_text(tree, error.place)), (*error.place, *filter(None, [error.key]))
+            place = place if inside(written, place) == inside(tree, place) else ()
+        line = line_of(text, place)
+        where = f"{path}, line {line}" if line else f"{path}"
+        raise InputError(f"{where}: {what}", error.allowed, in_a_file(error.type_this)) from None
 
 
 def _quoted(text: str, reason: str) -> str:

@@ -84,7 +84,8 @@ def study(
             members=members,
             optimise={"goals": [goals] if isinstance(goals, str) else list(goals), **search},
         )
-        values = _meant(factors, uncertain)
+        every = (pair for varied in (factors, uncertain) for pair in (varied or {}).items())
+        values = {parameter: values for parameter, values in every if isinstance(values, Mapping)}
         base = _base(case, until, options, values)
         described = described_study(base, text, _cheap(screen, base, values), verify)
     return _result(described, store, compute, budget, engine=engine, block=block, progress=progress)
@@ -185,12 +186,6 @@ def _varied(given: Varied) -> dict[str, str | Variation]:
     if not isinstance(given, Mapping):
         raise InputError(f"numbers that vary: {given!r:.60}", "values by parameter", "{'A.clearance': (1e-4, 4e-4)}")
     return {parameter: _variation(parameter, values) for parameter, values in given.items()}
-
-
-def _meant(*given: Varied | None) -> Meant:
-    """What each name stands for, by parameter, where that is given."""
-    every = (pair for varied in given for pair in (varied or {}).items())
-    return {parameter: values for parameter, values in every if isinstance(values, Mapping)}
 
 
 def _variation(parameter: str, values: Any) -> str | Variation:

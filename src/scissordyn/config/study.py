@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
@@ -16,7 +15,6 @@ from scissordyn.config.quantity import read_quantity, unit_factor
 from scissordyn.config.table import (
     About,
     Context,
-    PlacedError,
     Shape,
     Table,
     described,
@@ -41,6 +39,7 @@ from scissordyn.config.variation import (
     read_deviation,
     read_variation,
     scale_of,
+    unit_like,
     unit_of,
     variants_of,
     without_each,
@@ -193,13 +192,17 @@ def read_study(path: Path) -> StudyText:
     if is_case(tree):
         allowed = "a study file, which names a case and what varies"
         raise InputError(f"'{path}' is a case file", allowed, command("scissordyn", "run", path))
-    try:
+    with in_file(path, text, tree):
         table = instance(StudyText, tree, {"folder": path.parent})
-    except PlacedError as error:
-        raise in_file(error, path, text, tree, tree) from None
     if table.optimise and not table.optimise["goals"]:
         raise InputError(f"{path}, [optimise]: goals = []", "a list of goals", 'goals = ["minimise peak_force"]')
-    table.case, table.measures = str(path.parent / table.case), [_beside(path, str(name)) for name in table.measures]
+    table.case, table.measures = (
+        str(path.parent / table.case),
+        [
+            "=".join((_named(measure)[0], f"{path.parent / _named(measure)[1]}")) if "=" in measure else measure
+            for measure in map(str, table.measures)
+        ],
+    )
     return table
 
 
@@ -224,10 +227,10 @@ def _valued(table: Mapping[str, Any], said: str) -> str | Names:
     return f"{values}, each" if apart else values
 
 
-def _beside(path: Path, measure: str) -> str:
-    """A measure of the user's, whose file stands beside the study file."""
-    name, equals, reference = measure.partition("=")
-    return f"{name}={path.parent / reference.strip()}" if equals else measure
+def _named(measure: str) -> tuple[str, str]:
+    """Name and function of a measure of the user's."""
+    name, _, reference = measure.partition("=")
+    return name, reference.strip()
 
 
 @dataclass(frozen=True)
@@ -262,7 +265,7 @@ def described_study(base: Given, text: StudyText, cheap: Given | None = None, ve
     for response in wanted:
         check_part(mechanism, response)
     others = (measure for measure in text.measures if measure not in names)
-    functions = [_measure_of_file(measure) if isinstance(measure, str) else measure for measure in others]
+    functions = [own_measure(*_named(measure)) if isinstance(measure, str) else measure for measure in others]
     functions += [OwnMeasure(MOTOR, text.motor)] if text.motor is not None else []
     units = {measure.name: measure.units for measure in functions}
     requirements = [read_requirement(bound, units) if isinstance(bound, str) else bound for bound in text.require]
@@ -335,11 +338,6 @@ def _numbers(mechanism: Mechanism, parameter: str, given: str | Variation) -> st
     return ", ".join(names.values)
 
 
-def _measure_of_file(measure: str) -> OwnMeasure:
-    name, _, reference = measure.partition("=")
-    return own_measure(name, reference.strip())
-
-
 def own_measure(name: str, function: str | Callable[..., float]) -> OwnMeasure:
     """A measure of the user's."""
     match, text = OWN.fullmatch(name), f"{name}={function}" if isinstance(function, str) else name
@@ -363,20 +361,12 @@ def read_requirement(text: str, own: Mapping[str, str] | None = None) -> Require
         part, measure, unit = read_response(match[1], own)
         value, unit_given = number_and_unit(match[3])
         if measure in BY_COMPONENT:
-            unit = _exerted(unit_given, value)
+            unit = unit_like(unit_given, KINDS)
+            if not unit:
+                what = f"unit '{unit_given}' does not fit" if unit_given else "missing unit"
+                raise InputError(what, f"a number and its unit [{' or '.join(KINDS)}]", f"{value} {next(iter(KINDS))}")
         factor = scale_of(unit_given, unit, sample=f"{match[1]} {match[2]} {value} {unit}")
     except InputError as error:
         raise InputError(f"requirement '{text}': {error.what}", error.allowed, error.type_this) from None
     exerted = unit if measure in BY_COMPONENT else ""
     return Requirement(measure, match[2], float(value) * factor, part, text.strip(), exerted)
-
-
-def _exerted(given: str, value: str) -> str:
-    """The unit of what components exert that a given one belongs to."""
-    if not given:
-        raise InputError("missing unit", f"a number and its unit [{' or '.join(KINDS)}]", f"{value} {next(iter(KINDS))}")
-    for unit in KINDS:
-        with suppress(InputError):
-            unit_factor(given, unit)
-            return unit
-    raise InputError(f"unit '{given}' does not fit", "one of a force [N] or of a torque [N m]", f"{value} {next(iter(KINDS))}")

@@ -92,7 +92,7 @@ def _places(text: str) -> Iterator[tuple[int, Place]]:
     counts: dict[Place, int] = {}
     table: Place = ()
 
-    def inside(keys: tuple[str, ...]) -> Place:
+    def counted(keys: tuple[str, ...]) -> Place:
         place: Place = ()
         for key in keys:
             place = (*place, key)
@@ -105,7 +105,7 @@ def _places(text: str) -> Iterator[tuple[int, Place]]:
         try:
             if header:
                 *outer, last = _keys(header[2])
-                table = (*inside(tuple(outer)), last)
+                table = (*counted(tuple(outer)), last)
                 if header[1] == "[[":
                     counts[table] = counts.get(table, -1) + 1
                 if table in counts:
@@ -135,6 +135,21 @@ def handle(entry: Any) -> str:
 def place_text(tree: Any, place: Place) -> str:
     """A place as ``--set`` takes it, with tables of a list by their name: ``clearance.A.friction``."""
     text = ""
+    for key, there in _steps(tree, place):
+        if isinstance(key, int):
+            text += f".{handle(there)}" if handle(there) else f" ({_ordinal(key + 1)})"
+        else:
+            text += f".{key}" if text else key
+    return text
+
+
+def inside(tree: Any, place: Place) -> Any:
+    """What is at a place; None if nothing is there."""
+    return [tree, *(there for _, there in _steps(tree, place))][-1]
+
+
+def _steps(tree: Any, place: Place) -> Iterator[tuple[int | str, Any]]:
+    """Each key of a place, and what is there."""
     for key in place:
         if isinstance(key, int) and isinstance(tree, dict) and tree:  # a single table where a list of them is read
             continue
@@ -142,11 +157,7 @@ def place_text(tree: Any, place: Place) -> str:
             tree = tree[key]
         except (LookupError, TypeError):
             tree = None
-        if isinstance(key, int):
-            text += f".{handle(tree)}" if handle(tree) else f" ({_ordinal(key + 1)})"
-        else:
-            text += f".{key}" if text else key
-    return text
+        yield key, tree
 
 
 def _ordinal(number: int) -> str:

@@ -6,7 +6,7 @@ import itertools
 import math
 import re
 import tomllib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -318,8 +318,7 @@ def listed(text: str) -> Names | None:
 def number_of_file(parameter: str, given: str | Variation, folder: Path) -> Factor:
     """A number that only the case file has, which takes the levels of a list or a range."""
     unit = unit_of(given) if isinstance(given, str) else ""
-    fitting = (si for si in SI if not unit or _fits(unit, si))
-    si = next(fitting, "") if unit else "1"
+    si = unit_like(unit, SI) if unit else "1"
     if not si:
         raise InputError(f"'{parameter}' over '{given}': unit '{unit}'", f"one that fits one of {', '.join(SI)}")
     variation = read_variation(given, Quantity(si), parameter=parameter, folder=folder) if isinstance(given, str) else given
@@ -330,12 +329,13 @@ def number_of_file(parameter: str, given: str | Variation, folder: Path) -> Fact
     return Factor(parameter, levels, unit, unit_factor(unit, si) if unit else 1.0, si=si)
 
 
-def _fits(unit: str, si: str) -> bool:
-    try:
-        unit_factor(unit, si)
-    except InputError:
-        return False
-    return True
+def unit_like(unit: str, among: Iterable[str]) -> str:
+    """The first of some units that has the dimension of a unit; "" if none has."""
+    for si in among:
+        with suppress(InputError):
+            unit_factor(unit, si)
+            return si
+    return ""
 
 
 def variants_of(factors: Sequence[Factor], read: Reader | None) -> tuple[Mechanism, ...]:

@@ -124,7 +124,6 @@ OTHERWISE: Mapping[type, tuple[Any, ...]] = {
     sd.TapeSpring: (sd.TapeSpring("tape", "rod", straight=TABLES[0], folded=TABLES[1]),),
     sd.FeedForward: (sd.FeedForward(limit=10.0),),
     sd.PID: (sd.PID(3.0, limit=10.0),),
-    sd.Oil: (sd.Oil("own", 5e-5, 7e-6),),
     sd.Lubrication: (
         sd.Lubrication(viscosity=0.05, bearing="short"),
         sd.Lubrication(oil=sd.Oil("own", 5e-5, 7e-6), temperature=350.0),
@@ -153,9 +152,6 @@ OTHERWISE: Mapping[type, tuple[Any, ...]] = {
     ),
     sd.FlexibleBar: (
         sd.FlexibleBar(
-            "bar", ("crank", "rod"), (0.1, 0.1 + 1.0 / 3.0), axial_stiffness=1e7, bending_stiffness=1e3, mass_per_length=0.3
-        ),
-        sd.FlexibleBar(
             "bar",
             ("crank", "rod"),
             (0.0, 0.7),
@@ -167,21 +163,7 @@ OTHERWISE: Mapping[type, tuple[Any, ...]] = {
             depth=0.06,
         ),
     ),
-    sd.Cam: (
-        sd.Cam(
-            "cam",
-            ("crank", "start"),
-            ("rod", "end"),
-            tuple((k * math.pi / 4, 0.01 * (1.0 + 0.1 * math.cos(k * math.pi / 4) / 3.0)) for k in range(9)),
-            1e-4 / 3.0,
-        ),
-    ),
-    sd.Roller: (
-        sd.Roller("wheel", ("rod", "end"), "crank"),
-        sd.Roller("wheel", ("rod", "end"), "crank", stiffness=1e6 / 3.0, damping=7.0, clearance=1e-4, restitution=0.7),
-    ),
     sd.Tabulated: (sd.Tabulated(tuple(k / 7.0 for k in range(9)), tuple(math.sin(k) for k in range(9))),),
-    sd.Harmonic: (sd.Harmonic(0.1, 0.2, 3.3, 0.4),),
 }
 """Instances of classes whose fields depend on each other."""
 

@@ -22,7 +22,7 @@ from scissordyn.kernel import F1, Entry, call_at
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.system import LAW_KERNELS
 from scissordyn.plan.plan import plan
-from scissordyn.plugin.pointer import RECIPES
+from scissordyn.plugin.element import RECIPES
 from scissordyn.run.advance.trajectory import make_driver
 
 POINTERS = (("model", ("force_kernel", "gap_kernel", "switch_kernel")), ("parameters", ("law", "controller")))

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import scissordyn as sd
 from scissordyn.bibliography.reference import Reference, bibliography, dois, references
-from scissordyn.collection.entry import Entry
+from scissordyn.collection.catalogue import Entry
 from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.laws.catalogue import BY_KIND
 

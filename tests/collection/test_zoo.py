@@ -15,8 +15,7 @@ from collection.closed_forms import CLOSED_FORMS
 from reference.balance import Balance
 from scissordyn.bibliography.reference import bibliography
 from scissordyn.cli.main import status_of
-from scissordyn.collection.catalogue import HERE, Zoo
-from scissordyn.collection.entry import DECLARATION, read_entry
+from scissordyn.collection.catalogue import DECLARATION, HERE, Zoo, read_entry
 from scissordyn.config.quantity import read_quantity
 from scissordyn.errors import InputError
 from scissordyn.units import Quantity

@@ -30,8 +30,7 @@ from scissordyn.laws.catalogue import DAMPING, ELASTIC, FRICTION
 from scissordyn.laws.contact import JointContact
 from scissordyn.mechanics import functions
 from scissordyn.plan.plan import plan
-from scissordyn.plugin.element import pointers, row_of
-from scissordyn.plugin.pointer import RECIPES
+from scissordyn.plugin.element import RECIPES, pointers, row_of
 from scissordyn.run.advance.trajectory import make_driver
 
 QUICK = tuple("-O0" if flag == "-O2" else flag for flag in FLAGS)  # Compilers take a fifth of the time so

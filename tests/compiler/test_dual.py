@@ -21,7 +21,7 @@ from scissordyn.compiler.recipe import ANSWER, Recipe
 from scissordyn.compiler.unit import Unit, python_of
 from scissordyn.errors import InputError
 from scissordyn.kernel import call_at, vanishes
-from scissordyn.plugin.pointer import RECIPES
+from scissordyn.plugin.element import RECIPES
 
 DERIVATIVES = 16
 TRIALS = 20

@@ -18,7 +18,7 @@ from scissordyn.component.port import FRAME, HINGE, LINE, POINT, TRAVEL
 from scissordyn.kernel import F1, Entry
 from scissordyn.mechanics.port import add_port_curvature, port_forces, sense_port, write_port_gradients
 from scissordyn.mechanics.time_function import function_at, function_rows
-from scissordyn.plugin.pointer import RECIPES
+from scissordyn.plugin.element import RECIPES
 
 POTENTIALS = [(name.removesuffix(" energy"), pointer, row) for name, pointer, row in KERNELS if name.endswith(" energy")]
 FORCES = {name: pointer for name, pointer, _ in KERNELS}

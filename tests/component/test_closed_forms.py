@@ -10,7 +10,7 @@ import pytest
 import scissordyn as sd
 from scissordyn.component.stop import push, stop_damping
 from scissordyn.errors import InputError
-from scissordyn.plugin.pointer import arguments_of
+from scissordyn.plugin.element import arguments_of
 
 from .shared import ENDS
 

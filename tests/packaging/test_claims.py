@@ -1,7 +1,10 @@
-"""The page of claims: its commands exist, and its figures are those of the pages that they write."""
+"""Numbers of the pages: claims, whose commands exist and whose figures are those that they write; what is checked by hand."""
 
+import math
 import re
 from pathlib import Path
+
+import pytest
 
 from validation import catalogue
 
@@ -82,3 +85,76 @@ def test_missed_goals_are_listed() -> None:
     }
     for name in pages:
         assert f"decisions/measured/{name}" in PAGE.partition("Goals that are missed")[2], name
+
+
+THEORY = DOCS / "theory"
+
+OMEGA = 150.0 * 2.0 * math.pi / 60.0
+POTENTIAL = (2 * 5.68 + 5.0) * 9.81 * 2.0 * math.cos(math.pi / 6.0)
+INERTIAL = (OMEGA * 2.0) ** 2 * (2.0 * 5.68 - 2.5) * math.sin(math.pi / 3.0)
+SIGMA = (1.0 - 0.3**2) / 207e9
+MODULUS = 1.0 / (2.0 * SIGMA)
+
+NUMBERS = [
+    ("structure", "$\\omega$ = {} rad/s", OMEGA, "15.70796"),
+    ("structure", "$\\omega^2L^2$ = {} m²/s²", (OMEGA * 2.0) ** 2, "986.960"),
+    ("structure", "$mC_2 - m_s/2$ = {} kg", 5.68 * 2.0 - 2.5, "8.86"),
+    ("structure", "the first term is {}", INERTIAL, "7572.93"),
+    ("structure", "the second {}", POTENTIAL, "277.98"),
+    ("structure", "together {} N m", INERTIAL + POTENTIAL, "7850.91"),
+    ("reduction", "$\\lambda = \\mathbf x\\cdot\\mathbf f/|\\mathbf x|^2$ = {}", 9.81 * 1.0 / 1.0**2, "9.81"),
+    ("contact", "$\\sqrt{{2c/g}}$ = {} ms", 1e3 * math.sqrt(2.0 * 0.5e-3 / 9.81), "10.096"),
+    ("contact", "$\\dot\\delta^{{(-)}} = \\sqrt{{2gc}}$ = {} mm/s", 1e3 * math.sqrt(2.0 * 9.81 * 0.5e-3), "99.05"),
+    ("contact", "$v_t = \\omega_J R_J$ = {} mm/s", 1e3 * OMEGA * 10e-3, "157.1"),
+    ("contact", "the level is 9.1 mm, $\\delta$ = {} mm", 9.0 - (20.2 / 2.0 - 1.0), "-0.1"),
+    ("laws", "$E^*$ = {} GPa", 1e-9 * MODULUS, "113.7363"),
+    ("laws", "$K$ = {}e10", 1e-10 * 4.0 / 3.0 * MODULUS * math.sqrt(10e-3 * 9.5e-3 / 0.5e-3), "6.61020"),
+    ("laws", "with plus it would be {} times less", math.sqrt(19.5 / 0.5), "6.2"),
+    (
+        "laws",
+        "= {}\\cdot10^{{5}}\\ \\text{{N/m}}",
+        1e-5 * 0.5 * math.pi * MODULUS * 1e-5 * math.sqrt(1e-5 / (2.0 * 0.51e-3)),
+        "1.7690",
+    ),
+    ("laws", "$v_d = \\sqrt{{2\\mathrm e}}\\cdot0.05/316$ = {} mm/s", 1e3 * math.sqrt(2.0 * math.e) * 0.05 / 316.0, "0.369"),
+    ("laws", "the time constant is $0.05/10^5$ s = {} µs", 1e6 * 0.05 / (1e5 * 1.0), "0.5"),
+    ("integration", "$0.9\\cdot0.1^{{-1/8}}$ = {} times", 0.9 * 0.1 ** (-1.0 / 8.0), "1.200"),
+    ("integration", "it is {} times as long", 0.9 * 10.0 ** (-1.0 / 8.0), "0.675"),
+    ("energy", "$\\tfrac12\\cdot0.25\\cdot(1 - 0.47044^2)$ = {} J", 0.5 * 0.5**2 * (1.0 - 0.47044**2), "0.09734"),
+    ("control", "give $S$ = {} rad/s", 1.0 / (1.0 - 0.5), "2"),
+]
+
+
+@pytest.mark.parametrize(("page", "text", "value", "printed"), NUMBERS, ids=lambda one: one if isinstance(one, str) else "")
+def test_numbers_to_check_by_hand(page: str, text: str, value: float, printed: str) -> None:
+    """Closed form: the printed number is that of the formula, to all digits shown."""
+    digits = len(printed.partition(".")[2])
+    assert f"{value:.{digits}f}" == printed
+    assert text.format(printed) in (THEORY / f"{page}.md").read_text(encoding="utf-8")
+
+
+def restitution(xi: float) -> float:
+    """What (D1) returns for a damping factor, by bisection."""
+    low, high = 0.0, min(1.0, 1.0 / xi)
+    for _ in range(200):
+        e = 0.5 * (low + high)
+        excess = math.log1p(xi) - math.log1p(-xi * e) - xi * (1.0 + e) if xi * e < 1.0 else 1.0
+        low, high = (e, high) if excess < 0.0 else (low, e)
+    return low
+
+
+@pytest.mark.parametrize(
+    ("factor", "printed"),
+    [(1.5 * 0.5, "0.66296"), (0.75 * (1.0 - 0.25), "0.72524"), (8.0 * 0.5 / (5.0 * 0.5), "0.47044")],
+)
+def test_restitution_that_comes_out(factor: float, printed: str) -> None:
+    """Closed form: the restitution of (D1) at a nominal coefficient of 0.5."""
+    assert f"{restitution(factor):.5f}" == printed
+    assert printed in (THEORY / "laws.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(("wanted", "printed"), [(0.9, "0.16648"), (0.5, "1.43275"), (0.1, "9.99816")])
+def test_exact_damping_factor(wanted: float, printed: str) -> None:
+    """Closed form: the printed factor returns the restitution that is asked for."""
+    assert restitution(float(printed)) == pytest.approx(wanted, abs=2e-5)
+    assert printed in (THEORY / "laws.md").read_text(encoding="utf-8")

@@ -18,7 +18,7 @@ from scissordyn.file.output_file import check_target, write_file
 from scissordyn.units import short
 
 if TYPE_CHECKING:
-    from scissordyn.collection.entry import Entry
+    from scissordyn.collection.catalogue import Entry
 
 NARROW = 90  # On narrower terminals what is allowed stands in the column of what a parameter means
 

@@ -1,15 +1,211 @@
-"""Every mechanism of the zoo by name: the folders beside this file, and those that other packages name by an entry point."""
+"""The zoo: mechanisms with sources and numbers, each a folder of data beside this file, or in that of another package."""
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
 from functools import cached_property
 from importlib.metadata import entry_points
 from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
-from scissordyn.collection.entry import DECLARATION, Entry, read_entry
+import numpy as np
+
+from scissordyn.bibliography.reference import Reference, references
+from scissordyn.config.case import Case
+from scissordyn.config.file import folder_of_examples, in_file, parsed, read_case
+from scissordyn.config.quantity import read_quantity
+from scissordyn.config.table import About, Context, Table, described, instance, located, reader
+from scissordyn.config.text import read_text
 from scissordyn.errors import InputError, did_you_mean
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.run.simulate import simulate
+from scissordyn.units import Quantity
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+DECLARATION, CASE = "zoo.toml", "case.toml"  # Files of an entry's folder
+
+Kind = Literal["benchmark", "clearance joints", "linkage", "scissor structure", "deployable", "machine", "toy"]
+
+
+Origin = Literal["closed form", "published", "second formulation", "this program"]  # Who says how large a number is
+BETWEEN = 1e-6  # Samples are at an instant if they are no farther from it than this fraction of their distance
+
+
+@reader(lambda: {"type": "object"})
+def _where(given: Any, _: Context) -> Mapping[str, str | int]:
+    if not isinstance(given, Mapping) or not all(isinstance(value, str | int) for value in given.values()):
+        raise InputError("not a table of names", '{ body = "slider", axis = "x" }')
+    return dict(given)
+
+
+@dataclass(frozen=True)
+class Number:
+    """A number that a right program gives: where it is in a run, how large it is, and who says so."""
+
+    what: Annotated[str, About("what it is, in words", examples=["slider after 3 ms"])]
+    variable: Annotated[str, About("variable of the run", examples=["position"])]
+    value: Annotated[str, About("with its unit", examples=["165.2 mm"])]
+    tolerance: Annotated[str, About("largest difference, with its unit", examples=["1 um"])]
+    origin: Annotated[Origin, About("who says so", examples=get_args(Origin)[:1])]
+    reason: Annotated[str, About("formula, publication or program", examples=["r cos a + l cos b"])]
+    # Names, or indices from 0, along the dimensions of the variable but for time
+    where: Annotated[Mapping[str, str | int], _where, About("names along its dimensions")] = field(default_factory=dict)
+    # An instant is one of the samples; empty for a variable without time
+    at: Annotated[str, About('an instant, "start", "end", "largest" or "smallest"', examples=["3 ms"])] = ""
+    ideal: Annotated[bool, About("whether of the mechanism with ideal joints")] = True
+
+    def measure(self, run: xr.Dataset) -> Found:
+        """The number in a run, compared with what it should be."""
+        with located(f"number '{self.what}'"):
+            if self.variable not in run:
+                near = did_you_mean(self.variable, map(str, run.variables))
+                raise InputError(f"no variable '{self.variable}'{near}", "a variable of the run")
+            values = self._selected(run)
+            unit = str(values.attrs.get("units", "1"))
+            expected, tolerance = (_read(text, unit) for text in (self.value, self.tolerance))
+            if values.ndim:
+                raise InputError(f"'{self.variable}' along {', '.join(map(str, values.dims))}", "a name along each in `where`")
+            return Found(self, float(values), expected, tolerance, unit)
+
+    def _selected(self, run: xr.Dataset) -> xr.DataArray:
+        values = run[self.variable]
+        for dim, chosen in self.where.items():
+            if dim not in values.dims:
+                raise InputError(f"'{self.variable}' along '{dim}'", ", ".join(map(str, values.dims)))
+            labels = [] if isinstance(chosen, int) else values[dim].values.astype(str).tolist()
+            index = chosen if isinstance(chosen, int) else labels.index(chosen) if chosen in labels else -1
+            if not 0 <= index < values.sizes[dim]:
+                allowed = ", ".join(labels) or f"0 to {values.sizes[dim] - 1}"
+                raise InputError(f"no {dim} '{chosen}'{did_you_mean(str(chosen), labels)}", allowed)
+            values = values.isel({dim: index})
+        if "time" not in values.dims:
+            return values
+        if self.at in ("largest", "smallest"):
+            reduced = values.max("time") if self.at == "largest" else values.min("time")
+            return reduced.assign_attrs(values.attrs)
+        return values.isel(time=_instant(run["time"].values, self.at))
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a run gives for a number."""
+
+    number: Number
+    found: float  # In the unit of the variable
+    expected: float
+    tolerance: float
+    unit: str
+
+    @property
+    def difference(self) -> float:
+        """Found less expected."""
+        return self.found - self.expected
+
+    @property
+    def met(self) -> bool:
+        """Whether the difference is within the tolerance."""
+        return math.isfinite(self.found) and abs(self.difference) <= self.tolerance
+
+
+def _read(text: str, unit: str) -> float:
+    """A number with its unit, in SI."""
+    given: float | str = text
+    if unit == "1":
+        with suppress(ValueError):
+            given = float(text)
+    try:
+        return read_quantity(given, Quantity(unit))
+    except InputError as error:
+        raise InputError(f"'{text}': {error.what}", error.allowed or f"a number in {unit}") from None
+
+
+def _instant(times: np.ndarray, at: str) -> int:
+    """The index of an instant among the samples."""
+    if at in ("start", "end"):
+        return 0 if at == "start" else len(times) - 1
+    wanted = read_quantity(at, Quantity("s"))
+    index = int(np.argmin(np.abs(times - wanted)))
+    if abs(times[index] - wanted) > BETWEEN * (times[-1] - times[0]) / max(len(times) - 1, 1):
+        raise InputError(f"at = '{at}' is between the samples", f"an instant such as {times[index]:.9g} s")
+    return index
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A named mechanism with its source and the numbers that a right program gives."""
+
+    name: str  # As ``sd.zoo[name]`` and ``scissordyn zoo NAME`` have it
+    title: str  # What it is; `about` says where its parameters are from
+    kind: str
+    about: str
+    licence: str  # Of the files, as an SPDX expression; facts and figures of a source are not subject to it
+    numbers: tuple[Number, ...]
+    case_file: Path
+    package: str = "scissordyn"  # That it comes with
+
+    @property
+    def text(self) -> str:
+        """The case file."""
+        return read_text(self.case_file, "a case file in TOML")
+
+    @cached_property
+    def case(self) -> Case:
+        """Mechanism and options of the simulation."""
+        return read_case(self.case_file)
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The mechanism."""
+        return self.case.mechanism
+
+    @property
+    def references(self) -> tuple[Reference, ...]:
+        """Who describes it."""
+        return references(self.mechanism.source)
+
+    def simulate(self, *, ideal: bool = False) -> xr.Dataset:
+        """Run it as its case file says."""
+        return simulate(self.mechanism.ideal() if ideal else self.mechanism, **self.case.run.keywords)
+
+    def check(self) -> tuple[Found, ...]:
+        """Run it, and compare its numbers with what they should be."""
+        runs = {ideal: self.simulate(ideal=ideal) for ideal in {number.ideal for number in self.numbers}}
+        for run in runs.values():
+            if run.attrs["status"] != "complete":
+                raise InputError(f"'{self.name}' {run.attrs['status']}: {run.attrs['cause']}", "a run that is complete")
+        return tuple(number.measure(runs[number.ideal]) for number in self.numbers)
+
+
+class _EntryTable(Table):
+    """The declaration of an entry."""
+
+    title: Annotated[str, About("what it is", examples=["Slider-crank with a clearance joint"])]
+    kind: Annotated[Kind, About("what kind of mechanism", examples=["linkage"])]
+    about: Annotated[str, About("where it is from", examples=["Lengths of the original."])]
+    licence: Annotated[str, About("of the files", examples=["BSD-3-Clause"])] = "BSD-3-Clause"
+    example: Annotated[str | None, About("the example that is its case file", examples=["press"])] = None
+    number: Annotated[list[Annotated[Number, described(Number)]], About("numbers that a right program gives")]
+
+
+def read_entry(folder: Path, package: str) -> Entry:
+    """The entry that a folder describes."""
+    path = folder / DECLARATION
+    text = read_text(path, "the declaration of a mechanism in TOML")
+    tree = parsed(text, path)
+    with in_file(path, text, tree):
+        table = instance(_EntryTable, tree, {"folder": folder})
+    file = folder / CASE if table.example is None else folder_of_examples() / f"{table.example}.toml"
+    if not file.is_file():
+        raise InputError(f"{path}: no case file '{file}'", f"{CASE} in its folder, or the name of an example as `example`")
+    return Entry(folder.name, table.title, table.kind, table.about, table.licence, tuple(table.number), file, package)
+
 
 GROUP = "scissordyn.zoo"  # The group of entry points by which other packages name folders of theirs
 

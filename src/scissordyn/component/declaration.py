@@ -17,8 +17,8 @@ from scissordyn.compiler.recipe import Recipe
 from scissordyn.component.place import GROUND
 from scissordyn.component.port import PORTS, TRAVEL, Output, Port
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.plugin.pointer import Kernel as Kernel
-from scissordyn.plugin.pointer import arguments_of, check_names, pointer_of
+from scissordyn.plugin.element import Kernel as Kernel
+from scissordyn.plugin.element import arguments_of, check_names, pointer_of
 from scissordyn.plugin.user_file import note_origin
 from scissordyn.units import State, check_quantities, documented, quantities
 

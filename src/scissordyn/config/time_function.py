@@ -257,15 +257,16 @@ def _table_of(name: str, unit: str, what: str) -> type[MotionTable]:
     return table
 
 
-TimeFunctionTable = _table_of("TimeFunctionTable", "1", "A factor over time")
-DistanceTable = _table_of("DistanceTable", "m", "A length over time")
-AngleTable = _table_of("AngleTable", "rad", "A prescribed angle")
-TorqueTable = _table_of("TorqueTable", "N m", "A torque over time")
-TABLES = {"1": TimeFunctionTable, "m": DistanceTable, "rad": AngleTable, "N m": TorqueTable}
+TABLES = {
+    "1": _table_of("TimeFunctionTable", "1", "A factor over time"),
+    "m": _table_of("DistanceTable", "m", "A length over time"),
+    "rad": _table_of("AngleTable", "rad", "A prescribed angle"),
+    "N m": _table_of("TorqueTable", "N m", "A torque over time"),
+}
 """Tables of time functions, by the unit of their values."""
 
 
-class DriveTable(AngleTable):  # type: ignore[misc, valid-type]
+class DriveTable(TABLES["rad"]):  # type: ignore[misc]
     """A prescribed angle: one of speed, harmonic, table, polynomial, cycloidal and trapezoidal."""
 
     body: Annotated[str, About("the driven body", examples=["unit 1/bar 1"])] = ""

@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from scissordyn.control.signal import SIGNALS
-from scissordyn.plugin.element import SLOTS, Part, Slot
-from scissordyn.plugin.pointer import arguments_of
+from scissordyn.plugin.element import SLOTS, Part, Slot, arguments_of
 from scissordyn.units import State
 
 DEFAULTS = {"delay": 0.0, "recorded": "", "recursion_gain": 0.0}

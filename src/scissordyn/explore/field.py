@@ -16,7 +16,7 @@ from scissordyn.config.quantity import read_numbers, read_quantity, unit_factor,
 from scissordyn.config.structure import STRUCTURES, BendingTable, ClearanceTable, ControlTable
 from scissordyn.config.table import Key, Reader, Shape, Table, plain_table, table_of
 from scissordyn.config.text import handle
-from scissordyn.config.time_function import DistanceTable, DriveTable
+from scissordyn.config.time_function import TABLES, DriveTable
 from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.errors import InputError
 from scissordyn.laws.catalogue import BY_KIND
@@ -160,7 +160,7 @@ def _table_in(shape: Shape) -> Any:
 def _table_of_key(key: Key, reader: Reader, given: Mapping[str, Any]) -> Any:
     """The table that is the value of a key; the motion of a coordinate is read by what the coordinate is."""
     if key.name == "motion" and "coordinate" in given:
-        return DriveTable if "angle" in given["coordinate"] else DistanceTable
+        return DriveTable if "angle" in given["coordinate"] else TABLES["m"]
     return BendingTable if key.name == "bars" else _table_in(reader.shape())
 
 

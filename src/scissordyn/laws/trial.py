@@ -12,8 +12,7 @@ import numpy as np
 from scissordyn.errors import InputError
 from scissordyn.kernel import F1, F2, call_at, entry
 from scissordyn.laws.contact import Damping, Elastic, JointContact
-from scissordyn.plugin.element import pointers, row_of
-from scissordyn.plugin.pointer import arguments_of
+from scissordyn.plugin.element import arguments_of, pointers, row_of
 
 APPROACHES = (1e-6, 1e-3, 1e-2, 0.1, 1.0, 10.0)
 RATES = (*(-np.logspace(1, -6, 8)).tolist(), 0.0, *np.logspace(-6, 1, 8).tolist())

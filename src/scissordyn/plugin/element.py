@@ -1,9 +1,15 @@
-"""What makes a class an element: its slot, its kernels with named arguments, its states and facts; elements by their names."""
+"""What makes a class an element: its slot, its kernels with named arguments, its states and facts; elements by their names.
+
+Kernels are reached by pointers to their machine code: those of the package's elements are in its library, that of an element of
+a user is compiled when it is first used, to a library that lives as long as the process.
+"""
 
 from __future__ import annotations
 
+import ctypes
 import importlib
 import inspect
+import math
 import pkgutil
 import re
 from collections.abc import Callable, Mapping
@@ -15,11 +21,82 @@ from typing import Annotated, Any, ClassVar, Protocol, TypeVar, cast, dataclass_
 
 import numpy as np
 
+from scissordyn.compiler.c import loaded
+from scissordyn.compiler.kind import SourceError
 from scissordyn.compiler.recipe import ANSWER, Recipe
+from scissordyn.compiler.unit import Unit
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.plugin.pointer import Kernel, arguments_of, check_names, pointer_of
+from scissordyn.kernel import CALLED, PYTHON, library
 from scissordyn.plugin.user_file import class_in, note_origin
 from scissordyn.units import Quantity, State, check_quantities, quantities
+
+Kernel = Callable[..., Any]
+
+RECIPES: dict[int, Recipe] = {}  # What was made into the function at each pointer
+
+
+def check_names(what: str, key: str, kernel: Kernel, places: Mapping[str, str]) -> None:
+    """Raise `InputError` if a kernel names what it cannot be given."""
+    for argument in arguments_of(kernel):
+        if argument not in places:
+            raise InputError(
+                f"{what}: its kernel '{key}' names '{argument}'{did_you_mean(argument, places)}", ", ".join(places)
+            )
+
+
+def arguments_of(kernel: Kernel) -> tuple[str, ...]:
+    """Names of a kernel's arguments."""
+    return tuple(inspect.signature(kernel).parameters)
+
+
+@cache
+def pointer_of(recipe: Recipe) -> int:
+    """Where the machine code of an element's kernel lies."""
+    if PYTHON:
+        pointer = len(CALLED) + 1
+        CALLED[pointer] = recipe.python()
+    else:
+        ours = str(recipe.function.__module__).startswith("scissordyn.")
+        function = getattr(library(), recipe.symbol) if ours else _compiled(recipe)
+        pointer = ctypes.cast(function, ctypes.c_void_p).value or 0
+    RECIPES[pointer] = recipe
+    return pointer
+
+
+_KEPT: list[Any] = []
+"""Libraries and functions of users' elements: they live as long as the process, since their pointers travel as numbers."""
+
+_POINTERS = ctypes.CFUNCTYPE(ctypes.c_double, *[ctypes.POINTER(ctypes.c_double)] * 6)
+
+
+def _compiled(recipe: Recipe) -> Any:
+    """A user's function in C; one without a source, as from a prompt, stays in Python and is about a hundred times slower."""
+    unit = Unit()
+    unit.kernel(recipe)
+    try:
+        text = unit.text()
+    except SourceError:
+        _KEPT.append(_POINTERS(_in_python(recipe)))
+        return _KEPT[-1]
+    _KEPT.append(loaded(text))
+    return getattr(_KEPT[-1], recipe.symbol)
+
+
+def _in_python(recipe: Recipe) -> Callable[..., float]:
+    """What is called by a pointer; errors are NaN, as C has no others."""
+    called = recipe.python()
+
+    def answer(*pointers: Any) -> float:
+        try:
+            return called(*pointers)
+        except Exception:
+            for target in recipe.targets:
+                if target.startswith("out"):
+                    pointers[5][int(target[4:-1])] = math.nan
+            return math.nan
+
+    return answer
+
 
 PARAMETERS = 16  # Width of one row of numbers, a law's or a controller's, in the parameter tables that kernels read
 ABSENT = "-0.0"  # What a kernel is handed for a state that a part does not have: it changes no sum

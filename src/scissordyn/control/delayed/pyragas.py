@@ -8,8 +8,7 @@ from typing import Annotated, ClassVar
 
 from scissordyn.control.controller import Controller
 from scissordyn.control.signal import Recorded, check_signal, limited, ramped
-from scissordyn.plugin.element import element, numbers
-from scissordyn.plugin.pointer import Kernel
+from scissordyn.plugin.element import Kernel, element, numbers
 from scissordyn.units import Quantity, check_quantities
 
 

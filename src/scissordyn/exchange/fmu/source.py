@@ -20,7 +20,7 @@ from scissordyn.mechanics.outputs import Record, record
 from scissordyn.mechanics.system import LAW_KERNELS, System
 from scissordyn.mechanics.time_function import function_at
 from scissordyn.plan.plan import Plan
-from scissordyn.plugin.pointer import RECIPES
+from scissordyn.plugin.element import RECIPES
 from scissordyn.run.advance.driver import Driver
 from scissordyn.run.advance.system import MECHANICS, make_system
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 from scissordyn.laws.contact import Damping, JointContact
-from scissordyn.plugin.pointer import Kernel
+from scissordyn.plugin.element import Kernel
 from scissordyn.units import Quantity
 
 Restitution = Annotated[float, Quantity("1", minimum=0.0, maximum=1.0, help="restitution coefficient c_e")]

@@ -15,7 +15,7 @@ import numpy as np
 
 from scissordyn.kernel import kernel
 from scissordyn.laws.contact import TangentElastic
-from scissordyn.plugin.pointer import Kernel
+from scissordyn.plugin.element import Kernel
 
 TURN = 1.25
 """t from which on the tangent continues the curve. At t = 1 the laws have their largest indentation and an infinite stiffness;

@@ -18,7 +18,7 @@ from scissordyn.laws.friction.coefficients import (
     viscous_limit,
 )
 from scissordyn.laws.friction.stribeck import sliding_coefficient
-from scissordyn.plugin.pointer import Kernel
+from scissordyn.plugin.element import Kernel
 from scissordyn.units import Quantity, State
 
 PRESLIDING_SPEED = 1e-3

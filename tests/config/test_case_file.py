@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import inspect
 import math
 from collections.abc import Callable
@@ -15,9 +14,7 @@ from scissordyn.component.time_function import ConstantSpeed, Tabulated
 from scissordyn.config.case import Case
 from scissordyn.config.file import read_case
 from scissordyn.config.structure import STRUCTURES, BuiltTable
-from scissordyn.config.table import table_of
 from scissordyn.errors import InputError
-from scissordyn.laws.catalogue import BY_KIND
 from scissordyn.laws.damping.factors import Flores, LankaraniNikravesh
 from scissordyn.laws.elastic.hertz import Hertz
 from scissordyn.laws.elastic.liu import Liu
@@ -207,31 +204,6 @@ def test_bad_values_are_refused_with_their_place(change: str, place: str, says: 
     assert "\n" not in message
 
 
-@pytest.mark.parametrize(
-    ("text", "says"),
-    [
-        ("[structure\n", "not valid TOML"),
-        ('[structure]\nkind = "scissor"\n[run]\nuntil = "1 ms', "not valid TOML"),
-        ('[structure]\nkind = "scissor"\n', "missing key 'run'"),
-        ('[run]\nuntil = "1 ms"\n', "missing key 'structure'"),
-        ('[structure]\n[run]\nuntil = "1 ms"\n', "missing key 'kind'"),
-        (LEAST + "[drive]\n", "0 time functions"),
-        (LEAST + '[clearance]\njoint = "A"\n', "[[clearance]]"),
-        (LEAST + '[[clearance]]\njoint = "A"\n', "missing key 'clearance'"),
-        (LEAST + 2 * '[[clearance]]\njoint = "A"\nclearance = "1 mm"\n', "given twice"),
-        ("", "missing key 'structure'"),
-        ('[[body]]\nname = "a"\n', 'structure = { kind = "mechanism" }'),
-        ('[structure]\nkind = "mechanism"\n[run]\nuntil = "1 ms"\n', "a mechanism without bodies"),
-    ],
-)
-def test_half_written_files_are_refused(case_of: Callable[..., Case], text: str, says: str) -> None:
-    """Contract: what is missing is named, with something to type."""
-    with pytest.raises(InputError) as caught:
-        case_of(text)
-    assert says in str(caught.value)
-    assert "case.toml" in str(caught.value)
-
-
 def test_unreadable_files_are_refused(tmp_path: Path) -> None:
     """Contract: no file, a folder, and bytes that are no text."""
     (tmp_path / "bytes.toml").write_bytes(b"\xff\xfe\x00")
@@ -266,22 +238,6 @@ def test_a_law_in_the_users_own_file(tmp_path: Path, case_of: Callable[..., Case
         read_case(tmp_path / "case.toml", ["clearance.A.stiffness=my_laws.py:sof"])
     with pytest.raises(InputError, match=r"stiffness\.k = \"1 N\": text in place of a plain number"):
         read_case(tmp_path / "case.toml", ['clearance.A.stiffness={ law = "my_laws.py:soft", k = "1 N" }'])
-
-
-@pytest.mark.parametrize(("kind", "name"), [(kind, name) for kind, known in BY_KIND.items() for name in known])
-def test_every_law_of_the_catalogue_can_be_written_in_a_case_file(case_of: Callable[..., Case], kind: str, name: str) -> None:
-    """Contract: by its name, and by a table with each of its defaults written out."""
-    text = LEAST + f'[[clearance]]\njoint = "A"\nclearance = "1 mm"\n{kind} = "{name}"\n'
-    gap = case_of(text).mechanism.joint("A").clearance
-    assert getattr(gap, kind) == BY_KIND[kind][name]()
-    keys = table_of(BY_KIND[kind][name])
-    parts = [f'law = "{name}"']
-    parts += [f"{name} = {key.sample}" for name, key in keys.declared_keys().items() if key.default is not None]
-    full = text.replace(f'{kind} = "{name}"', f"{kind} = {{ {', '.join(parts)} }}")
-    law = getattr(case_of(full).mechanism.joint("A").clearance, kind)
-    for field in dataclasses.fields(law):
-        default = getattr(BY_KIND[kind][name](), field.name)
-        assert getattr(law, field.name) == (default if default is None else pytest.approx(default, rel=1e-11))
 
 
 def test_a_clearance_guide_and_its_laws(case_of: Callable[..., Case]) -> None:

@@ -151,24 +151,12 @@ until = "1 ms"
 
 def test_patterns_give_clearance_to_several_joints(tmp_path: Path, case_of: Callable[..., Case]) -> None:
     """Contract: all pivots, of which the last table that names one has the last word."""
-    text = """
-[structure]
-kind = "mast"
-units = 3
-[[clearance]]
-joint = "pivots"
-clearance = "1 mm"
-[[clearance]]
-joint = "unit 2/pivot"
-clearance = "2 mm"
-[run]
-until = "1 ms"
-"""
     wanted = mast(units=3).with_clearance("pivots", Clearance(1e-3)).with_clearance("unit 2/pivot", Clearance(2e-3))
-    assert case_of(text).mechanism == wanted
+    loose = 'clearance=[{ joint = "pivots", clearance = "1 mm" }, { joint = "unit 2/pivot", clearance = "2 mm" }]'
+    assert case_of(mast(units=3).to_case(), [loose]).mechanism == wanted
     assert len(wanted.clearance_joints) == 3
     with pytest.raises(InputError, match="given twice"):
-        read_case(tmp_path / "case.toml", ["clearance.1.joint=pivots"])
+        read_case(tmp_path / "case.toml", [loose.replace("unit 2/pivot", "pivots")])
 
 
 @pytest.mark.parametrize(

@@ -98,12 +98,24 @@ def test_an_address_names_tables_as_the_option_set_does() -> None:
             "case.toml, line 5: spring 's' refers to point 'nowhere'",
         ),
         (LEAST + "[drive\n", "line 5"),
+        ("[structure\n", "not valid TOML"),
+        ('[structure]\nkind = "scissor"\n[run]\nuntil = "1 ms', "not valid TOML"),
+        ('[structure]\nkind = "scissor"\n', "missing key 'run'"),
+        ('[run]\nuntil = "1 ms"\n', "missing key 'structure'"),
+        ('[structure]\n[run]\nuntil = "1 ms"\n', "missing key 'kind'"),
+        (LEAST + "[drive]\n", "0 time functions"),
+        (LEAST + '[clearance]\njoint = "A"\n', "[[clearance]]"),
+        (LEAST + 2 * '[[clearance]]\njoint = "A"\nclearance = "1 mm"\n', "given twice"),
+        ("", "missing key 'structure'"),
+        ('[[body]]\nname = "a"\n', 'structure = { kind = "mechanism" }'),
+        ('[structure]\nkind = "mechanism"\n[run]\nuntil = "1 ms"\n', "a mechanism without bodies"),
     ],
 )
-def test_messages_say_the_line(case_of: Callable[..., Case], text: str, says: str) -> None:
-    """Contract: the line of the key, or that of its table where the key is missing."""
-    with pytest.raises(InputError, match=re.escape(says)):
+def test_messages_say_what_is_wrong_and_its_line(case_of: Callable[..., Case], text: str, says: str) -> None:
+    """Contract: the line of the key, or that of its table where the key is missing, also of half-written files."""
+    with pytest.raises(InputError, match=re.escape(says)) as caught:
         case_of(text)
+    assert "case.toml" in str(caught.value)
 
 
 def test_a_value_from_the_command_line_has_no_line(case_of: Callable[..., Case]) -> None:

@@ -16,7 +16,7 @@ from scissordyn.config.case import Case, CaseTable
 from scissordyn.config.file import read_case
 from scissordyn.config.fitted import DAMPING, FURTHER, OSCILLATIONS, SECTIONS
 from scissordyn.config.part import PARTS
-from scissordyn.config.structure import STRUCTURES, BuiltTable, ClearanceTable
+from scissordyn.config.structure import STRUCTURES, ClearanceTable
 from scissordyn.config.table import table_of
 from scissordyn.config.template import STARTERS, TEMPLATES, TURNS, template
 from scissordyn.config.time_function import DriveTable
@@ -72,26 +72,6 @@ def test_keys_left_out_can_be_put_in(kind: str) -> None:
     assert len(lines) >= (7 if "drive" in STARTERS[kind] else 1)
     for line in lines:
         assert len(tomllib.loads(line)) == 1
-
-
-@pytest.mark.parametrize("kind", [kind for kind, table in STRUCTURES.items() if issubclass(table, BuiltTable)])
-def test_structures_of_the_templates_are_the_defaults(case_of: Callable[..., Case], kind: str) -> None:
-    """Cross-check: the printed [structure] against the function without arguments, to the digits of its angles."""
-    table = STRUCTURES[kind]
-    assert issubclass(table, BuiltTable)
-    text = template(kind)
-    start = STARTERS[kind].get("structure", {})
-    angle = {"angle": math.radians(float(start["angle"].split()[0]))} if "angle" in start else {}
-    read, built = case_of(text).mechanism.ideal(), table.function(**angle)
-    assert (read.joints, read.ground, read.gravity) == (built.joints, built.ground, built.gravity)
-    for one, other in zip(read.bodies, built.bodies, strict=True):
-        assert (one.name, list(one.points)) == (other.name, list(other.points))
-        assert (one.velocity, one.angular_velocity) == (other.velocity, other.angular_velocity)
-        found, wanted = (
-            [*sum(body.points.values(), ()), body.mass, body.inertia or 0.0, *body.placed_position, body.placed_angle]
-            for body in (one, other)
-        )
-        assert found == pytest.approx(wanted, rel=1e-10, abs=1e-12)
 
 
 @pytest.mark.parametrize("kind", TEMPLATES)

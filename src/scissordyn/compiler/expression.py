@@ -346,19 +346,19 @@ class Expressions:
             test, yes, no = first, *(converted(argument, DUAL) if dual else argument for argument in arguments[1:])
             return Value(f"({test.c} ? {yes.c} : {no.c})", joined(yes.kind, no.kind))
         texts = [converted(argument, DUAL).c if dual else argument.c for argument in arguments]
-        kind = DUAL if dual else FLOAT
+        number: Kind = DUAL if dual else FLOAT
         if function in (min, max):
-            kind = reduce(joined, kinds)
-            name = f"{_SMALLER[function]}_{'whole' if kind not in (FLOAT, DUAL) else 'float_dual' if dual else 'float'}"
-            return Value(reduce(lambda before, text: f"{name}({before}, {text})", texts), kind)
+            number = reduce(joined, kinds)
+            name = f"{_SMALLER[function]}_{'whole' if number not in (FLOAT, DUAL) else 'float_dual' if dual else 'float'}"
+            return Value(reduce(lambda before, text: f"{name}({before}, {text})", texts), number)
         suffix = "_dual" if dual else ""
         if function is np.clip:
             x, low, high = texts
-            return Value(f"least_number{suffix}(largest_number{suffix}({x}, {low}), {high})", kind)
+            return Value(f"least_number{suffix}(largest_number{suffix}({x}, {low}), {high})", number)
         if function is abs and kinds[0] in (BOOL, INT):
             return Value(f"whole_size({texts[0]})", INT)
         called = "fabs" if function is abs else MATH.get(function)
-        return Value(f"{called}{suffix}({', '.join(texts)})", kind) if called else None
+        return Value(f"{called}{suffix}({', '.join(texts)})", number) if called else None
 
 
 _SMALLER: Mapping[Any, str] = {min: "least", max: "largest"}

@@ -271,14 +271,14 @@ class NumbersText(NamedTuple):
     """What a text has to be: some numbers, one after the other, and a unit behind the last."""
 
     unit: str  # In SI, of which others are multiples
-    count: int | None = 1  # None for any
+    numbers: int | None = 1  # None for any
     negative: bool = True  # Whether they may be
 
     @property
     def name(self) -> str:
         """Of the regular expression that checks it."""
         slug = re.sub(r"[\^()]", "", self.unit.replace("/", "_per_").replace(" ", "_"))
-        count = {None: "numbers", 1: "number"}.get(self.count, f"{self.count}_numbers")
+        count = {None: "numbers", 1: "number"}.get(self.numbers, f"{self.numbers}_numbers")
         return f"{count}_{slug}" + ("" if self.negative else "_not_negative")
 
 

@@ -221,6 +221,6 @@ def _unit_pattern(unit: str) -> str:
 def pattern_of(text: NumbersText) -> str:
     """The regular expression of a text of numbers."""
     number = ANY_NUMBER if text.negative else rf"(?:\+?{DIGITS}|{ZERO})"
-    times = "*" if text.count is None else f"{{{text.count - 1}}}"
-    more = "" if text.count == 1 else rf"(?:(?:\s*,\s*|\s+){ANY_NUMBER}){times}"
+    times = "*" if text.numbers is None else f"{{{text.numbers - 1}}}"
+    more = "" if text.numbers == 1 else rf"(?:(?:\s*,\s*|\s+){ANY_NUMBER}){times}"
     return rf"^\s*{number}{more}\s*,?\s*{_unit_pattern(text.unit)}\s*$"

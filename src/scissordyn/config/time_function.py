@@ -257,16 +257,17 @@ def _table_of(name: str, unit: str, what: str) -> type[MotionTable]:
     return table
 
 
+AngleTable = _table_of("AngleTable", "rad", "A prescribed angle")
 TABLES = {
     "1": _table_of("TimeFunctionTable", "1", "A factor over time"),
     "m": _table_of("DistanceTable", "m", "A length over time"),
-    "rad": _table_of("AngleTable", "rad", "A prescribed angle"),
+    "rad": AngleTable,
     "N m": _table_of("TorqueTable", "N m", "A torque over time"),
 }
 """Tables of time functions, by the unit of their values."""
 
 
-class DriveTable(TABLES["rad"]):  # type: ignore[misc]
+class DriveTable(AngleTable):  # type: ignore[misc, valid-type]
     """A prescribed angle: one of speed, harmonic, table, polynomial, cycloidal and trapezoidal."""
 
     body: Annotated[str, About("the driven body", examples=["unit 1/bar 1"])] = ""

@@ -18,7 +18,7 @@ from scissordyn.config.fitted import DAMPING, FURTHER, OSCILLATIONS, SECTIONS
 from scissordyn.config.part import PARTS
 from scissordyn.config.structure import STRUCTURES, ClearanceTable
 from scissordyn.config.table import table_of
-from scissordyn.config.template import STARTERS, TEMPLATES, TURNS, template
+from scissordyn.config.template import STARTERS, TURNS, template
 from scissordyn.config.time_function import DriveTable
 from scissordyn.errors import InputError
 from scissordyn.model.addition import panel_ends, payload_points
@@ -39,7 +39,7 @@ def test_template_is_the_paper_case(case_of: Callable[..., Case]) -> None:
     assert run.scissordyn.summary().span.change == "extends"
 
 
-@pytest.mark.parametrize("kind", TEMPLATES)
+@pytest.mark.parametrize("kind", STRUCTURES)
 def test_templates_can_be_run(case_of: Callable[..., Case], kind: str) -> None:
     """Contract: each printed case is read, assembled and runs a few steps to its end."""
     case = case_of(template(kind), ["run.until=0.1 ms", "run.samples=3"])
@@ -47,7 +47,7 @@ def test_templates_can_be_run(case_of: Callable[..., Case], kind: str) -> None:
     assert simulate(case.mechanism, **case.run.keywords).attrs["status"] == "complete"
 
 
-@pytest.mark.parametrize("kind", TEMPLATES)
+@pytest.mark.parametrize("kind", STRUCTURES)
 def test_template_shows_every_key_with_its_meaning(kind: str) -> None:
     """Contract: each declared key stands in the text, and each line that is not a further table of a list has a comment."""
     text = template(kind)
@@ -63,7 +63,7 @@ def test_template_shows_every_key_with_its_meaning(kind: str) -> None:
         assert "None" not in line
 
 
-@pytest.mark.parametrize("kind", TEMPLATES)
+@pytest.mark.parametrize("kind", STRUCTURES)
 def test_keys_left_out_can_be_put_in(kind: str) -> None:
     """Contract: a commented key is valid TOML once its mark is taken away."""
     keys = {key for name in CaseTable.declared_keys() if name in PARTS for key in PARTS[name].table.declared_keys()}
@@ -74,7 +74,7 @@ def test_keys_left_out_can_be_put_in(kind: str) -> None:
         assert len(tomllib.loads(line)) == 1
 
 
-@pytest.mark.parametrize("kind", TEMPLATES)
+@pytest.mark.parametrize("kind", STRUCTURES)
 @pytest.mark.parametrize("part", FURTHER)
 def test_every_structure_has_every_part(case_of: Callable[..., Case], kind: str, part: str) -> None:
     """Contract: the file is read, has the part, and its move is carried out with ideal joints."""

@@ -309,12 +309,6 @@ assert set(COMPONENTS) - {"actuator", "beam", "flexible_bar", "roller", "cam", "
 LOADS = ("payload", "panels")
 
 
-def _loaded(mechanism: Mechanism, load: str, given: Given) -> Mechanism:
-    """The mechanism with a payload or panels."""
-    mass = read_quantity(given["mass"], Quantity("kg"))
-    return with_payload(mechanism, given["at"], mass) if load == "payload" else with_panels(mechanism, given["bodies"], mass)
-
-
 def fitted(mechanism: Mechanism, turn: float, parts: Iterable[str], changes: Changes) -> dict[str, Given]:
     """Tables of further parts for a structure, and what else changes in its file with them."""
     names = list(dict.fromkeys(parts))
@@ -340,7 +334,9 @@ def fitted(mechanism: Mechanism, turn: float, parts: Iterable[str], changes: Cha
         section = SECTIONS[name]
         tables[section] = changes(section, FURTHER[name](Stroke(mechanism, motion))[name])
         if name in LOADS:
-            mechanism = _loaded(mechanism, name, tables[section])
+            mass = read_quantity(tables[section]["mass"], Quantity("kg"))
+            add, where = (with_payload, "at") if name == "payload" else (with_panels, "bodies")
+            mechanism = add(mechanism, tables[section][where], mass)
     if not set(names) & set(DRIVING):
         tables["drive"] = drive
     tables["run"] = {"until": written(HELD * motion.duration, "s")}

@@ -250,12 +250,9 @@ def refined(
 ) -> Study:
     """The study with some things changed."""
     apart = {factor.name: factor for factor in study.apart}
-    places = {parameter: _places(apart[parameter], text) for parameter, text in (vary or {}).items() if parameter in apart}
-    study, vary, uncertain = (
-        study.with_places(places),
-        {parameter: text for parameter, text in (vary or {}).items() if parameter not in places},
-        dict(uncertain or {}),
-    )
+    vary, uncertain = dict(vary or {}), dict(uncertain or {})
+    places = {name: _places(factor, vary.pop(name)) for name, factor in apart.items() if name in vary}
+    study = study.with_places(places)
     if clash := apart.keys() & uncertain.keys():
         raise InputError(f"'{min(clash)}' as an uncertain number", "some of its values", command("--vary", f"{min(clash)}=..."))
     chosen = {factor.path: factor for factor in study.factors}
@@ -266,19 +263,17 @@ def refined(
     rest = tuple(
         factor for factor in study.uncertain if factor.name not in {factor.name for factor in drawn} and factor.path not in vary
     )
-    seed_now = study.design.seed if seed is None else seed
-    sampling = replace(
-        study.sampling, samples=samples or study.sampling.samples, seed=study.sampling.seed if seed is None else seed
-    )
+    seeds: dict[str, Any] = {} if seed is None else {"seed": seed}
+    sampling = replace(study.sampling, samples=samples or study.sampling.samples, **seeds)
     return replace(
         study,
         factors=factors,
         uncertain=(*rest, *drawn),
         sampling=sampling if (*rest, *drawn) else replace(sampling, samples=1),
         **(
-            searching(study, factors, goals, seed=seed_now)
+            searching(study, factors, goals, seed=seeds.get("seed", study.design.seed))
             if goals
-            else {"optimisation": None, "design": _design(study, factors, points, seed_now)}
+            else {"optimisation": None, "design": _design(study, factors, points, seeds.get("seed", study.design.seed))}
         ),
     )
 

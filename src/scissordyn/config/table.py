@@ -186,37 +186,33 @@ def _plain(given: Any, hint: Any, context: Context) -> Any:
     raise PlacedError((), f" = {toml(given)}{did_you_mean(given, words)}", "", " or ".join(allowed))
 
 
+NO_LIST = "not a list of tables"
+
+
 def read_list(given: Any, hint: Any, context: Context) -> list[Any]:
     """Items by their annotation, each error with its place."""
     if not isinstance(given, list):
-        raise NoListError
+        raise InputError(NO_LIST, "a list")
     key, values = _key("", hint, MISSING), []
     for index, item in enumerate(given):
-        with _at(index, item):
+        with placed(index, given=item):
             values.append(key.read(item, context))
     return values
 
 
-class NoListError(InputError):
-    """Something else in the place of a list."""
-
-    def __init__(self) -> None:
-        super().__init__("not a list of tables", "a list")
-
-
 @contextmanager
-def _at(step: int | str, given: Any) -> Iterator[None]:
-    """Give any `InputError` its place, from the inside outwards, and what stands there."""
+def placed(*place: int | str, given: Any = MISSING) -> Iterator[None]:
+    """Give any `InputError` its place in the file, from the inside outwards, and what stands there."""
     try:
         yield
     except PlacedError as error:
-        place = step, *error.place
-        raise PlacedError(place, error.given, error.text, error.allowed, error.type_this, key=error.key) from None
+        whole = (*place, *error.place)
+        raise PlacedError(whole, error.given, error.text, error.allowed, error.type_this, key=error.key) from None
     except InputError as error:
         plain = isinstance(given, list) and all(isinstance(value, str | int | float) for value in given)
-        there = f" = {toml(given)}" if plain or not isinstance(given, Mapping | list) else ""
-        allowed = f"tables headed [[{step}]]" if isinstance(error, NoListError) else error.allowed
-        raise PlacedError((step,), there, error.what, allowed, error.type_this) from None
+        shown = plain or not (given is MISSING or isinstance(given, Mapping | list))
+        allowed = f"tables headed [[{place[-1]}]]" if error.what == NO_LIST else error.allowed
+        raise PlacedError(place, f" = {toml(given)}" if shown else "", error.what, allowed, error.type_this) from None
 
 
 class Table:
@@ -264,7 +260,7 @@ class Table:
             value = given.get(name, key.default)
             # a default is read where it is as a file has it, such as "liu"
             if name in given or (key.reader is not None and isinstance(value, str)):
-                with _at(name, value):
+                with placed(name, given=value):
                     values[name] = key.read(value, {**context, "values": values})
             else:
                 values[name] = value
@@ -422,12 +418,3 @@ def located(where: str) -> Iterator[None]:
         yield
     except InputError as error:
         raise InputError(f"{where}: {error.what}", error.allowed, in_a_file(error.type_this)) from None
-
-
-@contextmanager
-def placed(*place: int | str) -> Iterator[None]:
-    """Give any `InputError` its place in the case file."""
-    try:
-        yield
-    except InputError as error:
-        raise PlacedError(place, "", error.what, error.allowed, error.type_this) from None

@@ -68,8 +68,6 @@ AT_REST: Mapping[str, Mapping[str, Any]] = {"n-four-bar": {"speed": "0 m/s"}}
 """By structure: values of [structure] with which it starts at rest, if it does not by itself."""
 
 
-TEMPLATES = tuple(STRUCTURES)  # Structures that a case file can be made for
-
 LOADS: Mapping[str, type[Table]] = {"payload": PayloadTable, "panels": PanelsTable}
 
 WIDE = 44  # Longer values have their comment on the line above
@@ -100,9 +98,9 @@ GAINS = """\
 
 def template(kind: str, parts: Iterable[str] = (), changes: Iterable[str] = ()) -> str:
     """A case file with every key, its value and its meaning."""
-    if kind not in TEMPLATES:
+    if kind not in STRUCTURES:
         raise InputError(
-            f"structure '{kind}'{did_you_mean(kind, TEMPLATES)}", ", ".join(TEMPLATES), "scissordyn new scissor > case.toml"
+            f"structure '{kind}'{did_you_mean(kind, STRUCTURES)}", ", ".join(STRUCTURES), "scissordyn new scissor > case.toml"
         )
     starter, names, ordered = STARTERS[kind], list(parts), _Changes(changes)
     structure = ordered("structure", {**starter.get("structure", {}), **(AT_REST.get(kind, {}) if names else {})})
@@ -111,7 +109,9 @@ def template(kind: str, parts: Iterable[str] = (), changes: Iterable[str] = ()) 
     text = ["# A case for scissordyn. Numbers carry their units; names of laws and materials: scissordyn laws"]
     text.append(_section("[structure]", STRUCTURES[kind], structure))
     for name in PARTS:
-        text += _list_of(name, starter.get(name, []))
+        for number, values in enumerate(starter.get(name, [])):  # the first with every key, the others with those given
+            table = [f"[[{name}]]", *toml_entries(values)]
+            text.append("\n".join(table) if number else _section(table[0], PARTS[name].table, values))
     if drive is not None:
         text.append(_section("[drive]", DriveTable, drive if names else ordered("drive", drive)))
     if "control" in further:
@@ -181,13 +181,6 @@ def _as_heavy(bar: Body, parts: Iterable[Body]) -> Body:
     mass = sum(part.mass for part in parts if part.name == bar.name or part.name.startswith(f"{bar.name}/"))
     inertia = None if bar.inertia is None else bar.inertia * mass / bar.mass
     return dataclasses.replace(bar, mass=mass, inertia=inertia)
-
-
-def _list_of(name: str, given: list[Given]) -> list[str]:
-    """The tables of a list: the first with every key, the others with their given keys."""
-    first = [_section(f"[[{name}]]", PARTS[name].table, values) for values in given[:1]]
-    others = ["\n".join((f"[[{name}]]", *toml_entries(values))) for values in given[1:]]
-    return first + others
 
 
 def _section(heading: str, table: type[Table], given: Given, *, out: bool = False) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import dataclass, field
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 from scissordyn.component.film.film import Film
 from scissordyn.component.place import BodyPoint, Point
@@ -22,6 +22,9 @@ from scissordyn.laws.material import STEEL, Material
 from scissordyn.laws.oil import COLD, RANGE, Oil, oil_of
 from scissordyn.model.body import Body, check_place
 from scissordyn.units import Meaning, Quantity, Sample, State, check_quantities, documented, quantities
+
+if TYPE_CHECKING:
+    from scissordyn.model.joint import Guide
 
 SHORTEST, LONGEST = 0.25, 4.0  # Length over diameter of the table of finite bearings
 
@@ -328,18 +331,11 @@ class ContactPoint:
         return (self.follower, self.centre), (self.body, self.through)
 
 
-def block_contact_points(
-    name: str,
-    clearance: GuideClearance,
-    *,
-    follower: Body,
-    point: str,
-    body: str,
-    through: Point,
-    direction: float,
-    follower_direction: float,
-) -> tuple[ContactPoint, ...]:
-    guided, radius = follower.points[point], clearance.corner_radius
+def block_contact_points(guide: Guide, follower: Body, follower_direction: float) -> tuple[ContactPoint, ...]:
+    """The contact points of a clearance guide, whose direction in the frame of its follower is given [rad]."""
+    name, clearance, guided = guide.name, guide.clearance, follower.points[guide.follower[1]]
+    assert clearance is not None
+    radius = clearance.corner_radius
     centres = clearance.centres(guided, follower_direction)
     cos, sin = math.cos(follower_direction), math.sin(follower_direction)
     reach = [cos * (y - guided[1]) - sin * (x - guided[0]) for x, y in centres]
@@ -361,7 +357,7 @@ def block_contact_points(
     for number, (centre, far) in enumerate(zip(centres, reach, strict=True), start=1):
         side = math.copysign(1.0, far)
         towards = inside * side
-        normal = -towards * math.sin(direction), towards * math.cos(direction)
-        label = f"{name}/corner {number}"
-        points.append(ContactPoint(label, name, follower.name, centre, body, through, normal, distances[side], clearance))
+        normal = -towards * math.sin(guide.direction), towards * math.cos(guide.direction)
+        surface = guide.body, guide.through, normal, distances[side]
+        points.append(ContactPoint(f"{name}/corner {number}", name, follower.name, centre, *surface, clearance))
     return tuple(points)

@@ -140,16 +140,7 @@ class Mechanism:
                 continue
             follower = self.body(guide.follower[0])
             base = 0.0 if guide.body == GROUND else self.body(guide.body).placed_angle
-            points += block_contact_points(
-                guide.name,
-                guide.clearance,
-                follower=follower,
-                point=guide.follower[1],
-                body=guide.body,
-                through=guide.through,
-                direction=guide.direction,
-                follower_direction=base + guide.direction - follower.placed_angle,
-            )
+            points += block_contact_points(guide, follower, base + guide.direction - follower.placed_angle)
         return tuple(points)
 
     @property

@@ -65,12 +65,9 @@ def zoo_pages(docs: Path) -> dict[Path, str]:
 
 def zoo_table() -> list[str]:
     """A row for each mechanism."""
-    lines = ["| name | what it is | kind | numbers by |", "| --- | --- | --- | --- |"]
-    for entry in sd.zoo.values():
-        if entry.package == "scissordyn":
-            origins = ", ".join(dict.fromkeys(number.origin for number in entry.numbers))
-            lines.append(f"| [{entry.name}](zoo/{entry.name}.md) | {entry.title} | {entry.kind} | {origins} |")
-    return lines
+    ours = (entry for entry in sd.zoo.values() if entry.package == "scissordyn")
+    rows = (f"| [{entry.name}](zoo/{entry.name}.md) | {entry.title} | {entry.kind} |" for entry in ours)
+    return ["| name | what it is | kind |", "| --- | --- | --- |", *rows]
 
 
 def _citing_pages(docs: Path) -> dict[str, list[str]]:

@@ -302,6 +302,7 @@ def test_what_a_result_does_not_have(found: StudyResult) -> None:
     for ask, says in (
         (lambda: plain.feasible, "without requirements; .*type: requirements="),
         (lambda: plain.best, "without requirements"),
+        (lambda: plain.plot.requirements(), "without requirements"),
         (lambda: found.front, "without goals; .*type: result.optimise"),
         (lambda: found.sensitivity(), "of a sobol design; .*design='saltelli'"),
         (lambda: found.mechanism(24), "case 24; allowed: 0 to 23"),

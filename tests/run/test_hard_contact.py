@@ -25,14 +25,12 @@ def ball(restitution: float = 0.5, friction: object = None, *, velocity: tuple[f
     return in_bearing(gap, velocity=velocity)
 
 
-def block(
-    *, velocity: tuple[float, float] = (0.0, 0.0), tilt: float = 0.0, angle: float = 0.0, lift: float = 0.0, **laws: object
-) -> Mechanism:
-    """A block of 0.1 m by 0.2 m, 1 kg, in a wide channel that gravity tilts; it starts `lift` above the lower surface."""
+def block(*, velocity: tuple[float, float] = (0.0, 0.0), tilt: float = 0.0, angle: float = 0.0, **laws: object) -> Mechanism:
+    """A block of 0.1 m by 0.2 m, 1 kg, in a wide channel that gravity tilts; it starts on the lower surface."""
     half, side, gap, radius = 0.05, 0.1, 0.02, 1e-7
     inertia = (half**2 + side**2) / 3.0
     low = -side * math.cos(angle) - half * math.sin(abs(angle))
-    place = (0.0, -(side + gap) - low + lift)
+    place = (0.0, -(side + gap) - low)
     body = Body("block", 1.0, inertia, {"middle": (0.0, 0.0)}, position=place, velocity=velocity, angle=angle)
     wide = GuideClearance(
         gap, corners=((-half, -side), (half, -side), (half, side), (-half, side)), corner_radius=radius, contact="hard", **laws

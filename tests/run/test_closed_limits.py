@@ -184,6 +184,17 @@ def test_drive_that_stands_still() -> None:
     assert found(sd.scissor(units=3, angle=0.6).driven(speed=0.0), 1.0) == []
 
 
+def test_limit_of_a_crossed_linkage() -> None:
+    """Closed form: the crank of a crossed four-bar stops at 0.335789 s, by the law of cosines."""
+    ground, crank, coupler, rocker = 0.928733221455456, 1.4086743568308764, 1.4037555938140915, 0.8597264873214747
+    angle, speed = 1.4745982380091176, 3.4290116702167057
+    linkage = sd.four_bar(ground=ground, crank=crank, coupler=coupler, rocker=rocker, angle=angle, branch="crossed")
+    limit = math.acos((ground**2 + crank**2 - (coupler + rocker) ** 2) / (2.0 * ground * crank))
+    ((kind, time),) = found(linkage.driven(speed=speed), 1.7319635)
+    assert kind == LOCKING
+    assert time == pytest.approx((limit - angle) / speed, abs=1e-9)
+
+
 def test_either_side_of_a_change_point() -> None:
     """Closed form: a rocker longer by 1e-4 passes and is named as near, one shorter by 1e-5 locks before."""
     common = {"ground": 1.0, "crank": 0.4, "coupler": 0.9, "angle": 1.0}

@@ -317,17 +317,9 @@ COMMAND = (sys.executable, "-m", "scissordyn.cli.main", "run")
 
 def command(target: Path, until: str) -> list[str]:
     """A run of about half a minute."""
-    changes = (
-        "--set",
-        f"run.until={until}",
-        "--set",
-        "run.most_steps=1000000000",
-        "--set",
-        "run.samples=500",
-        "--set",
-        "run.rtol=1e-11",
-    )
-    return [*COMMAND, str(EXAMPLES / "mast.toml"), *changes, "-o", str(target), "--checkpoint", "0.2 s"]
+    changes = (f"until={until}", "most_steps=1000000000", "samples=500", "rtol=1e-11")
+    words = [word for change in changes for word in ("--set", f"run.{change}")]
+    return [*COMMAND, str(EXAMPLES / "mast.toml"), *words, "-o", str(target), "--checkpoint", "0.2 s"]
 
 
 def killed(target: Path, until: str, writes: int, delay: float) -> bool:

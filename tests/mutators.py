@@ -12,6 +12,19 @@ INPUTS = {
     *("length", "rate", "angle", "speed", "travel", "x", "y", "cosine", "sine", "x_rate", "y_rate", "cosine_rate", "sine_rate"),
     *("mode", "approach_speed", "factor", "depth", "twist", "table", "first", "count", "straight", "negative", "positive"),
     *("t", "q", "z", "dz", "p", "follows"),
+    *("indentation", "elastic", "approach", "relaxed_force", "slip_speed", "normal_force", "bristle_deflection", "v", "delta"),
+    *(
+        "first_deflection",
+        "second_deflection",
+        "dwell_time",
+        "error",
+        "reference_speed",
+        "time",
+        "delayed",
+        "recorded",
+        "torque",
+    ),
+    *("integral_torque", "filtered_rate", "command", "described", "pointer", "low", "high"),
 }
 """Arguments of kernels that are no parameters: coordinates, rates, states, rows, counts and switches."""
 
@@ -190,7 +203,7 @@ class Mutator(ast.NodeTransformer):
         return node
 
     def visit_Name(self, node):
-        """A parameter of a component, which its kernel reads by name."""
+        """A parameter, which a kernel reads by name."""
         return self.number(node) if node.id in self.parameters and isinstance(node.ctx, ast.Load) else node
 
     def visit_AnnAssign(self, node):

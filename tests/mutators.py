@@ -240,13 +240,16 @@ class Mutator(ast.NodeTransformer):
             return node
         return self.generic_visit(node)
 
+    def is_number(self, node) -> bool:
+        """Whether a node is counted where it is visited."""
+        return isinstance(node, ast.Starred | ast.Constant) or (isinstance(node, ast.Name) and node.id in self.parameters)
+
     def visit_Return(self, node):
         rows = self.function in ("parameters", "row") or self.function.endswith("_numbers")
         if rows and isinstance(node.value, ast.Tuple):
             # a literal is one number, not two
             node.value.elts = [
-                self.visit(part) if isinstance(part, ast.Starred | ast.Constant) else self.number(self.visit(part))
-                for part in node.value.elts
+                self.visit(part) if self.is_number(part) else self.number(self.visit(part)) for part in node.value.elts
             ]
             return node
         return self.generic_visit(node)

@@ -62,6 +62,17 @@ def test_bristles_beside_many_modes(modes: int, method: str) -> None:
     assert make_driver(plan(bent), Options(1e-3))[2].method == method
 
 
+@pytest.mark.parametrize(
+    ("friction", "reason"),
+    [(sd.law("friction", "coulomb")(0.1), "is steep about zero slip speed"), (sd.LuGre(kinetic=0.1), "has internal states")],
+)
+def test_why_friction_asks_for_implicit_steps(friction: sd.Friction, reason: str) -> None:
+    """Contract: the reason is that of the law: of its states, or of its ramp where it has none."""
+    chosen = make_driver(plan(_array(friction=friction)), Options(1e-3))[2]
+    assert chosen.method == "rodas5p"
+    assert f"the friction law of joint 'A' {reason}" in chosen.reason
+
+
 @pytest.mark.parametrize(("start", "until"), [("in-contact", 2e-3), ("static", 2e-2)])
 def test_explicit_steps_are_cheaper_from_contact(start: StartKind, until: float) -> None:
     """Identity: both integrators find the same motion of bars from contact; the chosen one is cheaper."""

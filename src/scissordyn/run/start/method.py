@@ -92,9 +92,12 @@ def _choose(plan: Plan, system: Handle, y: np.ndarray, options: Options, toleran
         return Choice(TIME_STEPPING, why, step, longest_turn(options))
     if options.method != "auto":
         return Choice(options.method, "asked for")
-    stiff = [contact.name for contact in plan.contacts if contact.clearance and contact.clearance.friction.stiff]
+    frictions = [(contact.name, contact.clearance.friction) for contact in plan.contacts if contact.clearance]
+    stiff = [(name, friction) for name, friction in frictions if friction.stiff]
     if stiff and not (bends(plan.mechanism) and y.size > DEAR_MATRICES):
-        return Choice(STIFF, f"the friction law of joint '{stiff[0]}' has internal states that relax within microseconds")
+        name, friction = stiff[0]
+        why = "has internal states that relax within microseconds" if friction.states else "is steep about zero slip speed"
+        return Choice(STIFF, f"the friction law of joint '{name}' {why}")
     if plan.lubricated and any(part.declaration.section == "beam" for part in plan.components):
         return Choice(
             STIFF, f"the film of joint '{plan.lubricated[0][0].name}' acts on the light cross-sections of bars that bend"

@@ -42,8 +42,17 @@ def stored_energy(run: xr.Dataset, mechanism: Mechanism) -> np.ndarray:
 def energy_drift(run: xr.Dataset, mechanism: Mechanism) -> float:
     """Largest change of the whole energy, over the largest of its parts that changes."""
     kinetic, stored = kinetic_energy(run, mechanism), stored_energy(run, mechanism)
-    scale = max(np.max(kinetic), np.max(np.abs(stored)))
-    return float(np.max(np.abs(kinetic + stored - kinetic[0] - stored[0])) / scale)
+    return float(np.max(np.abs(kinetic + stored - kinetic[0] - stored[0])) / _largest_part(run, mechanism))
+
+
+def height_over_drift(run: xr.Dataset, mechanism: Mechanism) -> float:
+    """Weights times distances from the origin, to which positions round, over the energy that `energy_drift` is relative to."""
+    reach = np.max(np.hypot(*np.moveaxis(run["position"].values, -1, 0)), axis=0)
+    return float(mechanism.gravity * reach @ masses(mechanism)[0] / _largest_part(run, mechanism))
+
+
+def _largest_part(run: xr.Dataset, mechanism: Mechanism) -> float:
+    return max(float(np.max(kinetic_energy(run, mechanism))), float(np.max(np.abs(stored_energy(run, mechanism)))))
 
 
 def momentum_drift(run: xr.Dataset, mechanism: Mechanism) -> tuple[float, float]:

@@ -44,7 +44,7 @@ def random_mechanism(
     `floating`: nothing is tied to the ground, and there is no gravity; `everywhere`: every joint has clearance, and all bodies
     rotate, as the moment of friction on one that does not is lost.
     """
-    draft = Plain(np.random.default_rng([22, seed]), 1.0, 1.0, clearances=clearances)
+    draft = Plain(np.random.default_rng([21, seed]), 1.0, 1.0, clearances=clearances)
     draft.add_body((0.0, 0.0))
     if not floating:
         draft.connect(0, -1, draft.choice(["pin", "guide", "spring", "clearance joint"]))

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from benchmarks.random_mechanisms import judge
-from energy_balance import closure_error, energy_drift, masses, momentum_drift
+from energy_balance import closure_error, energy_drift, height_over_drift, masses, momentum_drift
 from mechanisms import BOUNCING, FRICTIONAL, random_mechanism
 
 from scissordyn.component.time_function import Cycloidal, Trapezoidal
@@ -43,14 +43,16 @@ def run(mechanism: Mechanism, tolerance: float, *, until: float = 0.1):
 def test_energy_and_closure(seed: int) -> None:
     """Identity: elastic joints and springs keep the energy within the solver's error, which falls with its tolerance.
 
-    Of the largest kinetic or stored energy, a hundred tolerances may drift away in up to a hundred contacts, and some rounding.
+    Of the largest kinetic or stored energy, a hundred tolerances may drift away in up to a hundred contacts, and some rounding,
+    which is that of heights where weights move little.
     Joints, guides and welds stay closed at every tolerance.
     """
     mechanism = random_mechanism(seed)
     for tolerance in (1e-6, 1e-9, 1e-13):
         found = run(mechanism, tolerance)
         assert closure_error(found, mechanism) < CLOSED
-        assert energy_drift(found, mechanism) < 100.0 * tolerance + (ROUNDING if found.sizes["contact"] else 1e-12)
+        rounding = ROUNDING if found.sizes["contact"] else 1e-12 * max(1.0, height_over_drift(found, mechanism))
+        assert energy_drift(found, mechanism) < 100.0 * tolerance + rounding
 
 
 @drawn

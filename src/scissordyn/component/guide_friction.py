@@ -49,8 +49,8 @@ class GuideFriction:
     .. math:: F = -N\left(\mu_k + (\mu_s - \mu_k) e^{-(v/v_s)^2}\right)\tanh\frac{v}{v_0}
 
     N is the force across the guide. A guide that keeps its follower aligned presses with both edges if its moment M asks for
-    it: N = max(|F_n|, 2|M|/l) with the length l of the follower. Reactions and friction are solved for together; where there
-    is no solution the guide jams, as a drawer does, and a run ends with that cause. Below v_0 the follower creeps.
+    it: :math:`N = \max(|F_n|, 2|M|/l)` with the length l of the follower. Reactions and friction are solved for together;
+    where there is no solution the guide jams, as a drawer does, and a run ends with that cause. Below v_0 the follower creeps.
     """
 
     name: str

@@ -108,7 +108,7 @@ class Cycloidal(_Checked):
 class Trapezoidal(_Checked):
     """A move from one value to another with constant acceleration, constant speed, constant deceleration, to and fro if wanted.
 
-    The constant speed is |end - start| / (duration (1 - ramp)). Each stroke reverses the one before.
+    The constant speed is the distance over duration (1 - ramp). Each stroke reverses the one before.
     """
 
     start: Annotated[float, Quantity("rad", help="value before the move")]

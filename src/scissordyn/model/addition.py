@@ -133,7 +133,7 @@ _PIN = quantities(PinFriction)
 def with_joint_friction(
     mechanism: Mechanism,
     joints: Annotated[
-        str | Iterable[str], Meaning('names of ideal pins, "all", "pivots", "ends", or patterns as "unit 3/*"', '"pivots"')
+        str | Iterable[str], Meaning('names of ideal pins, "all", "pivots", "ends", or patterns as ``"unit 3/*"``', '"pivots"')
     ] = "all",
     *,
     radius: Annotated[float, _PIN["radius"]],

@@ -28,6 +28,9 @@ INPUTS = {
 }
 """Arguments of kernels that are no parameters: coordinates, rates, states, rows, counts and switches."""
 
+KERNELS = "force", "energy", "steady", "start", "settled", "limit", "torque", "gap", "switch"
+"""Functions that hand their parameters on to others of the file, which are changed there."""
+
 EDGES = {ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt}
 OPPOSITES = {ast.Lt: ast.GtE, ast.LtE: ast.Gt, ast.Gt: ast.LtE, ast.GtE: ast.Lt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq}
 BOUNDS = {"max": "min", "min": "max", "maximum": "minimum", "minimum": "maximum"}
@@ -229,7 +232,7 @@ class Mutator(ast.NodeTransformer):
 
     def passed_on(self, node) -> bool:
         """Whether an argument is a parameter that another function of the file reads."""
-        return isinstance(node, ast.Name) and node.id in self.parameters and self.function in ("force", "gap", "switch")
+        return isinstance(node, ast.Name) and node.id in self.parameters and self.function in KERNELS
 
     def visit_Compare(self, node):
         """A parameter that is compared with zero has the same sign when it is scaled."""

@@ -33,7 +33,7 @@ class Optimum:
 class _Cma:
     """CMA-ES: candidates that meet the requirements come before those that do not.
 
-    A method asks for candidates in the unit cube, shape (population, factors), and is told their goals, shape (population,
+    A method asks for candidates in the unit cube, shape (population, factors), and gets their goals, shape (population,
     goals), to be made small, and their violation, shape (population,), 0 where all is met; nothing else makes it go on.
     """
 

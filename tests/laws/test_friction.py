@@ -21,7 +21,7 @@ from scissordyn.laws.friction.stribeck import Stribeck
 from scissordyn.laws.friction.threlfall import Threlfall
 
 ALL = [law for name, law in catalogue.FRICTION.items() if name != "none"]
-SPEEDS = np.array([-1.0, -0.03, -2e-3, -5e-4, 5e-4, 1e-3, 2e-3, 0.03, 1.0])
+SPEEDS = np.array([-1.0, -0.03, -2e-3, -5e-4, 5e-4, 1e-3, 1.005e-3, 2e-3, 0.03, 1.0])
 
 
 def curve(v, *, mu_k=0.05, mu_s=0.075, v_s=1e-3):

@@ -221,15 +221,15 @@ class Zoo(Mapping[str, Entry]):
 
     @cached_property
     def _folders(self) -> dict[str, tuple[Path, str]]:
-        return self._found[0]
+        return self._searched[0]
 
     @property
     def problems(self) -> tuple[str, ...]:
         """What is wrong with the folders of other packages, which are left out then."""
-        return self._found[1]
+        return self._searched[1]
 
     @cached_property
-    def _found(self) -> tuple[dict[str, tuple[Path, str]], tuple[str, ...]]:
+    def _searched(self) -> tuple[dict[str, tuple[Path, str]], tuple[str, ...]]:
         by_name = {folder.name: (folder, "scissordyn") for folder in _entries(HERE)}
         wrong = []
         for point in entry_points(group=GROUP):

@@ -111,7 +111,7 @@ class Stroke:
         return np.asarray(self.place(point, 1) - self.place(point, 0))
 
 
-def _said(value: float, unit: str) -> str:
+def _rounded(value: float, unit: str) -> str:
     """A number with two digits and its unit, as one would type it."""
     return written(float(f"{value:.2g}"), unit)
 
@@ -146,9 +146,9 @@ def _servo(stroke: Stroke) -> Values:
     torque = np.abs(feed_forward(stroke.mechanism, stroke.motion, until=stroke.motion.duration, samples=201).values)
     gains = {
         "name": "feed-forward",
-        "proportional": _said(inertia * bandwidth**2, "N m/rad"),
-        "derivative": _said(2.0 * DAMPING * inertia * bandwidth, "N m s/rad"),
-        "limit": _said(RESERVE * float(torque.max()), "N m"),
+        "proportional": _rounded(inertia * bandwidth**2, "N m/rad"),
+        "derivative": _rounded(2.0 * DAMPING * inertia * bandwidth, "N m s/rad"),
+        "limit": _rounded(RESERVE * float(torque.max()), "N m"),
     }
     return {"servo": {"controller": gains, "feed_forward": "ideal", "name": "servo"}}
 
@@ -162,8 +162,8 @@ def _at_the_tip(stroke: Stroke) -> Values:
     start, limit = (float(along @ place) for place in (stroke.place(stroke.tip, 0), stroke.place(stroke.tip, 1) + BEYOND * way))
     load = [(start - 0.2 * length, 0.0), (start + 0.5 * length, -force), (start + 1.2 * length, -0.5 * force)]
     return {
-        "tip": {"name": "tip", "body": body, "point": point, "tolerance": _said(1e-3 * stroke.size, "m")},
-        "payload": {"at": tip, "mass": _said(SHARE * stroke.mass, "kg")},
+        "tip": {"name": "tip", "body": body, "point": point, "tolerance": _rounded(1e-3 * stroke.size, "m")},
+        "payload": {"at": tip, "mass": _rounded(SHARE * stroke.mass, "kg")},
         "force": {"point": tip, "force": f"0, {-float(f'{force:.2g}'):g} N"},
         "stroke_load": {"point": tip, "direction": _exact(direction, "rad"), "curve": _curve(load, travels="m", forces="N")},
         "travel_stop": {"point": tip, "direction": _exact(direction, "rad"), "limit": _exact(limit, "m")},
@@ -180,19 +180,19 @@ def _along_a_line(stroke: Stroke) -> Values:
     drive = [(-20.0 * speed, pushed), (0.0, pushed), (speed, 0.0), (20.0 * speed, -pushed)]
     parts: dict[str, Given] = {
         "spring": {
-            "stiffness": _said(stroke.weight / stroke.size, "N/m"),
-            "free_length": _said(0.5 * (start + end), "m"),
+            "stiffness": _rounded(stroke.weight / stroke.size, "N/m"),
+            "free_length": _rounded(0.5 * (start + end), "m"),
         },
-        "constant_force_spring": {"tension": _said(force, "N")},
+        "constant_force_spring": {"tension": _rounded(force, "N")},
         "nonlinear_spring": {"curve": _curve(progressive, lengths="m", forces="N")},
         "gas_spring": {
-            "force": _said(force, "N"),
+            "force": _rounded(force, "N"),
             "extended_length": f"{high:.4g} m",
             "stroke": f"{high - low:.4g} m",
         },
-        "cable": {"free_length": _said(1.01 * max(start, end), "m")},
+        "cable": {"free_length": _rounded(1.01 * max(start, end), "m")},
         "linear_motor": {"curve": _curve(drive, speeds="m/s", forces="N")},
-        "rod": {"motion": _move(_exact(start, "m"), _said(end, "m"), stroke.motion.duration)},
+        "rod": {"motion": _move(_exact(start, "m"), _rounded(end, "m"), stroke.motion.duration)},
     }
     line = {"start": ".".join(stroke.anchor), "end": ".".join(stroke.tip)}
     return {name: {**line, **values} for name, values in parts.items()}
@@ -228,12 +228,12 @@ def _at_a_pin(stroke: Stroke) -> Values:
     turned = mechanism.body(pin.bearing[0]).placed_angle - mechanism.body(pin.journal[0]).placed_angle
     moment = SHARE * stroke.weight * stroke.size
     shares = {"peak_moment": 1.0, "steady_moment": 0.15, "peak_moment_equal": 0.4, "steady_moment_equal": 0.1}
-    moments = {name: _said(share * moment, "N m") for name, share in shares.items()}
-    friction = {"radius": _said(0.01 * stroke.size, "m"), "kinetic": 0.1}
+    moments = {name: _rounded(share * moment, "N m") for name, share in shares.items()}
+    friction = {"radius": _rounded(0.01 * stroke.size, "m"), "kinetic": 0.1}
     hinges: dict[str, Given] = {
-        "torsion_spring": {"stiffness": _said(moment, "N m/rad"), "free_angle": _exact(end, "rad")},
-        "tape_spring": {"stiffness": _said(10.0 * moment, "N m/rad"), **moments, "free_angle": _exact(end, "rad")},
-        "clutch": {"capacity": _said(moment, "N m")},
+        "torsion_spring": {"stiffness": _rounded(moment, "N m/rad"), "free_angle": _exact(end, "rad")},
+        "tape_spring": {"stiffness": _rounded(10.0 * moment, "N m/rad"), **moments, "free_angle": _exact(end, "rad")},
+        "clutch": {"capacity": _rounded(moment, "N m")},
         "pin_friction": friction,
         "pin_lugre": friction,
         "angle_stop": {"angle": _exact(end + BEYOND * (end - start), "rad")},
@@ -244,7 +244,7 @@ def _at_a_pin(stroke: Stroke) -> Values:
         **{name: {"body": driven, "base": base, **values} for name, values in hinges.items()},
         "panels": {
             "bodies": "unit */bar 1" if "unit 1/bar 1" in names else base,
-            "mass": _said(SHARE * stroke.mass, "kg"),
+            "mass": _rounded(SHARE * stroke.mass, "kg"),
         },
         "bushing": {**ends, "free_angle": _exact(turned, "rad")},
     }
@@ -266,12 +266,12 @@ def _on_the_driven_body(stroke: Stroke) -> Values:
     motor = [(-2.0 * speed, forward), (0.0, forward), (0.8 * speed, 1.2 * forward), (speed, 0.0), (5.0 * speed, -forward)]
     cogging = [torque * share for share in (0.0, 1.0, 0.0, -1.0, 0.0)]
     parts: Values = {
-        "torque": {"torque": _said(torque, "N m")},
+        "torque": {"torque": _rounded(torque, "N m")},
         "angle_load": {"curve": {"angles": "0, 90, 180, 270, 360 deg", "torques": _list(cogging, "N m")}, "periodic": True},
         "motor": {
-            "stall_torque": _said(forward, "N m"),
-            "no_load_speed": _said(abs(speed), "rad/s"),
-            "limit": _said(0.8 * torque, "N m"),
+            "stall_torque": _rounded(forward, "N m"),
+            "no_load_speed": _rounded(abs(speed), "rad/s"),
+            "limit": _rounded(0.8 * torque, "N m"),
         },
         "tabulated_motor": {"curve": _curve(motor, speeds="rad/s", torques="N m")},
     }

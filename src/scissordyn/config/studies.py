@@ -143,7 +143,7 @@ def open_study(
     if not store.exists():
         raise InputError(f"no study at '{path}'", "the store of a study")
     files = [Path(file) for file in ([allow_code] if isinstance(allow_code, (str, os.PathLike)) else allow_code)]
-    functions = [_own(name, function) for name, function in (measures or {}).items()]
+    functions = [_own_measure(name, function) for name, function in (measures or {}).items()]
     return StudyResult(store.study(reading=True), store, lambda: store.study(allow_code=files, own_measures=functions))
 
 
@@ -208,12 +208,15 @@ def _variation(parameter: str, values: Any) -> str | Variation:
 def _measures(given: Any) -> list[str | OwnMeasure]:
     """Names of measures, and measures of the user's."""
     if isinstance(given, Mapping):
-        return [_own(name, function) for name, function in given.items()]
+        return [_own_measure(name, function) for name, function in given.items()]
     every = [given] if isinstance(given, str) or callable(given) else list(given)
-    return [_own(getattr(measure, "__name__", repr(measure)), measure) if callable(measure) else measure for measure in every]
+    return [
+        _own_measure(getattr(measure, "__name__", repr(measure)), measure) if callable(measure) else measure
+        for measure in every
+    ]
 
 
-def _own(name: str, function: Any) -> OwnMeasure:
+def _own_measure(name: str, function: Any) -> OwnMeasure:
     if not callable(function):
         raise InputError(f"measure '{name}' by {function!r:.60}", "a function by its name and unit", "{'late [N]': late}")
     return own_measure(name, function)

@@ -233,7 +233,7 @@ class Session:
         self.first: Outcome | None = computed
         self.message = ""
         self.fraction: float | None = None
-        self._began = self._stage = self._told = 0.0
+        self._began = self._stage = self._reported = 0.0
         self._slow = True  # As far as is known before the first run
         self._base: Case | None = None
         if computed is None and case.saved is not None:
@@ -323,7 +323,7 @@ class Session:
         """Run the present case, in stages if runs take long; a run that is going on ends."""
         self._slow |= self._lasting() > SLOW
         self.fraction, self.message = 0.0, ""
-        self._began = self._stage = self._told = time.monotonic()
+        self._began = self._stage = self._reported = time.monotonic()
         self.worker.order(self.case, staged=self._slow)
         self.updated("status")
 
@@ -337,8 +337,8 @@ class Session:
         if fraction < (self.fraction or 0.0):
             self._stage = now  # the next of several stages
         self.fraction = fraction
-        if now - self._told > LOOK:
-            self._told = now
+        if now - self._reported > LOOK:
+            self._reported = now
             self.updated("status")
 
     def _take(self, outcome: Outcome) -> None:

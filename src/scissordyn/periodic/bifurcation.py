@@ -259,12 +259,12 @@ def empty_diagram(
         phase=first.phase,
         cycles=first.cycles,
         versions=json.dumps({name: value for name, value in made_with.items() if name != "sources"}),
-        warnings=json.dumps(_warnings(cases, [_said(name, value, about) for value in numbers])),
+        warnings=json.dumps(_warnings(cases, [_value_in_words(name, value, about) for value in numbers])),
         configuration=write_configuration(mechanism, diagram=diagram),
     )
 
 
-def _said(name: object, value: float, about: Mapping[Hashable, Any]) -> str:
+def _value_in_words(name: object, value: float, about: Mapping[Hashable, Any]) -> str:
     """A value of the parameter, for messages: in the unit in which it was asked for, or in SI."""
     unit, scale = about.get("shown_unit", about["units"]), about.get("shown_scale", 1.0)
     return f"{name} = {value / scale:g}" + ("" if unit == "1" else f" {unit}")
@@ -361,5 +361,5 @@ def _of_values(diagram: xr.Dataset) -> list[str]:
     values, warnings = diagram["value"].values, []
     for text, at in grouped_lines(diagram["warnings"].values).items():
         others = f", the first of {len(at)} values" if len(at) > 1 else ""
-        warnings.append(f"{_said(diagram.attrs['parameter'], values[at[0]], diagram['value'].attrs)}{others}: {text}")
+        warnings.append(f"{_value_in_words(diagram.attrs['parameter'], values[at[0]], diagram['value'].attrs)}{others}: {text}")
     return warnings

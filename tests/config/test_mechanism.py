@@ -39,7 +39,7 @@ ROD = Body(
     angular_velocity=2.0 * math.pi,
 )
 TOOL = Body("tool", mass=0.1, inertia=0.5, points={"base": (0.0, 0.0)}, position=(0.25, 0.5))
-CASE = Mechanism(
+MECHANISM = Mechanism(
     bodies=(bar("crank", length=0.5, mass=1.0), ROD, point_mass("block", mass=0.5, position=(0.5, 1.0)), TOOL),
     joints=(
         Revolute("shaft", ("crank", "start"), (GROUND, "O")),
@@ -60,8 +60,128 @@ CASE = Mechanism(
     gravity=0.0,
     input_body="crank",
     output_body="block",
-).to_case()
-"""A file with each kind of part; that it is read as this mechanism is a matter of `test_case_text.py`."""
+)
+CASE = MECHANISM.to_case()
+WRITTEN = """
+ground = [{ name = "O", position = "0, 0 mm" }, { name = "wall", position = "1 0 m" }]
+joint = [
+    { name = "shaft", journal = "crank.start", bearing = "ground.O" },
+    { name = "crank pin", journal = "crank.end", bearing = "rod.a" },
+    { name = "block pin", journal = "rod.b", bearing = "block.centre" },
+]
+guide = [{ name = "rail", follower = "block.centre", through = "0.5, 0 m", direction = "90 deg" }]
+weld = [{ name = "holder", start = "rod.c", end = "tool.base" }]
+clearance = [{ joint = "block pin", clearance = "0.25 mm" }]
+drive = { speed = "30 rpm" }
+run = { until = "1 ms" }
+[structure]
+kind = "mechanism"
+gravity = "0 m/s^2"
+input_body = "crank"
+output_body = "block"
+[[body]]
+name = "crank"
+mass = "1 kg"
+length = "0.5 m"
+[[body]]
+name = "rod"
+mass = "2 kg"
+inertia = "0.25 kg m^2"
+points = { a = "0, 0 m", b = "1, 0 m", c = "0.5, 0.25 m" }
+centre = "0.5, 0.125 m"
+position = "0.5, 0 m"
+angle = "90 deg"
+velocity = "0, 1 m/s"
+angular_velocity = "60 rpm"
+[[body]]
+name = "block"
+mass = "500 g"
+points = { centre = "0, 0 m" }
+position = "0.5, 1 m"
+[[body]]
+name = "tool"
+mass = "100 g"
+inertia = "0.5 kg m^2"
+points = { base = "0, 0 m" }
+position = "0.25, 0.5 m"
+[[spring]]
+name = "rope"
+start = "block.centre"
+end = "ground.wall"
+stiffness = "2 kN/m"
+free_length = "250 mm"
+damping = "3 N s/m"
+[[torsion_spring]]
+name = "hinge"
+body = "rod"
+base = "crank"
+stiffness = "4 N m/rad"
+free_angle = "180 deg"
+damping = "0.5 N m s/rad"
+[[force]]
+name = "push"
+point = "rod.c"
+force = "1, -2 kN"
+follows = true
+time_function = { trapezoidal = { start = 0, end = 1, duration = "2 s", ramp = 0.5 } }
+[[torque]]
+name = "brake"
+body = "crank"
+torque = "-3 N m"
+time_function = { polynomial = [1, "0.5 1/s"] }
+[[motor]]
+name = "motor"
+body = "rod"
+stall_torque = "5 N m"
+no_load_speed = "60 rpm"
+limit = "4 N m"
+inertia = "0.125 kg m^2"
+"""
+CONNECTIONS = """
+[[rod]]
+name = "jack"
+start = "ground.wall"
+end = "rod.b"
+motion = { trapezoidal = { start = "300 mm", end = "0.4 m", duration = "2 s", ramp = 0.5 } }
+[[rod]]
+name = "stay"
+start = "ground.wall"
+end = "rod.c"
+length = "0.7 m"
+tension_only = true
+[[latch]]
+name = "catch"
+body = "rod"
+angle = "80 deg"
+[[angle_stop]]
+name = "stop"
+body = "rod"
+angle = "85 deg"
+restitution = 0.4
+[[travel_stop]]
+name = "buffer"
+point = "rod.b"
+direction = "90 deg"
+limit = "900 mm"
+stiffness = 2e7
+"""
+
+
+def test_every_part_is_the_one_built_in_python(case_of: Callable[..., Case]) -> None:
+    """Cross-check: a file with each kind of part, as a user writes it, against the same mechanism in Python."""
+    assert case_of(WRITTEN).mechanism == MECHANISM
+    case = case_of(WRITTEN + CONNECTIONS, ["run.start=static"])
+    assert case.mechanism.rods == (
+        sd.Rod("jack", ("ground", "wall"), ("rod", "b"), motion=Trapezoidal(0.3, 0.4, 2.0, 0.5)),
+        sd.Rod("stay", ("ground", "wall"), ("rod", "c"), length=0.7, tension_only=True),
+    )
+    assert case.mechanism.latches == (sd.Latch("catch", "rod", angle=sd.degrees(80)),)
+    assert case.mechanism.components == (
+        *MECHANISM.components,
+        sd.AngleStop("stop", "rod", angle=sd.degrees(85), restitution=0.4),
+        sd.TravelStop("buffer", ("rod", "b"), direction=sd.degrees(90), limit=0.9, stiffness=2e7),
+    )
+    assert case.run.start == "static"
 
 
 @pytest.mark.parametrize(

@@ -141,6 +141,11 @@ def test_persson_as_printed():
         assert force(Persson(), delta, UNIT_LENGTH) == pytest.approx(printed, rel=1e-9)  # acos loses digits at small arcs
 
 
+def test_persson_small_arcs():
+    """Limit: for delta -> 0 Persson's f tends to pi E* delta/4 (b^2 -> delta/(2 c), denominator -> 2)."""
+    assert force(Persson(), 1e-11, UNIT_LENGTH) == pytest.approx(math.pi * E_STAR * 1e-11 / 4.0, rel=1e-7)
+
+
 def test_persson_tangent():
     """Identity: force and slope are continuous where the law is left for its tangent, at six clearances."""
     p = row(Persson(), UNIT_LENGTH)

@@ -41,6 +41,10 @@ def curve(v, *, mu_k=0.05, mu_s=0.075, v_s=1e-3):
             lambda v: 0.075 - 0.075 * (v / 1e-3 - 1) ** 2 if v < 1e-3 else 0.05 + 0.025 * math.exp(-1e3 * (v - 1e-3)),
         ),
         (BrownMcPhee(), lambda v: 0.05 * math.tanh(4e3 * v) + 0.025 * 1e3 * v / (250e3 * v * v + 0.75) ** 2),
+        (
+            BrownMcPhee(0.1, 0.25, transition_speed=2e-3),
+            lambda v: 0.1 * math.tanh(2e3 * v) + 0.15 * 500.0 * v / (62.5e3 * v * v + 0.75) ** 2,
+        ),
         (Stribeck(ramp_speed=0.0, viscous=0.1), lambda v: curve(v) + 0.1 * v),
         (Dahl(), lambda v: 0.05),
         (LuGre(viscous=0.1), lambda v: curve(v) + 0.1 * v),

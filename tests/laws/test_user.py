@@ -144,21 +144,25 @@ def test_from_file(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("text", "says"),
+    ("text", "reference", "says"),
     [
         (
             "def soft(indentation):\n    return 1.0\n",
+            "laws.py:soft",
             "soft' is no stiffness law; allowed: a class or a function",
         ),
-        ("def soft(d:\n", "SyntaxError, line 1"),
-        ("import a_module_that_is_not_there\n", "a_module_that_is_not_there"),
+        ("def soft(d:\n", "laws.py:soft", "SyntaxError, line 1"),
+        ("import a_module_that_is_not_there\n", "laws.py:soft", "a_module_that_is_not_there"),
+        ("", "laws.py:soft", "no stiffness law 'soft' in"),
+        ("", "other.py:soft", "for the stiffness law 'soft'"),
+        ("", "laws.txt:soft", "a Python file and a function in it"),
     ],
 )
-def test_unfit_files_are_named(tmp_path: Path, text, says):
+def test_unfit_files_are_named(tmp_path: Path, text, reference, says):
     """Limit: whatever is wrong with the file is said in one line."""
     (tmp_path / "laws.py").write_text(text)
     with pytest.raises(InputError) as caught:
-        element_class("stiffness", "laws.py:soft", tmp_path)
+        element_class("stiffness", reference, tmp_path)
     assert says in str(caught.value)
     assert "\n" not in str(caught.value)
 

@@ -333,10 +333,10 @@ def test_names_of_a_preview_are_on_no_line() -> None:
     for example in ("ring", "periodic"):
         axes = preview(read_case(LIFT.with_name(f"{example}.toml")).mechanism)
         names = [text for text in axes.texts if text.get_text()]
-        # leaders are thinner, and nothing connects markers
-        lines = [line for line in axes.lines if line.get_linewidth() > 0.5 and line.get_linestyle() != "None"]
-        paths = [line.get_transform().transform_path(line.get_path()).interpolated(40).vertices for line in lines]
-        points = np.concatenate(paths)
+        lines = [line for line in axes.lines if line.get_linewidth() > 0.5]  # leaders are thinner
+        paths = [(line.get_transform().transform_path(line.get_path()), line.get_linestyle()) for line in lines]
+        # nothing connects markers
+        points = np.concatenate([path.interpolated(1 if style == "None" else 40).vertices for path, style in paths])
         for text in names:
             box = text.get_window_extent().padded(-1.5)
             assert not np.any(np.all((points > box.p0) & (points < box.p1), axis=1)), (example, text.get_text())

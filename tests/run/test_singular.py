@@ -42,7 +42,10 @@ PARALLEL = {"ground": 0.2, "crank": 0.1, "coupler": 0.2, "rocker": 0.1, "angle":
 LOCK = math.acos((0.2**2 + 0.15**2 - (0.12 + 0.1) ** 2) / (2.0 * 0.2 * 0.15))
 STROKES = {
     # driven from 30 deg, the rhombi of an array are flat at 90 deg
-    "array": (sd.scissor(units=3, angle=sd.degrees(30)).driven(speed=2.0), 1.0, [(CHANGE, math.pi / 2)]),
+    **{
+        f"array of {units}": (sd.scissor(units=units, angle=sd.degrees(30)).driven(speed=2.0), 1.0, [(CHANGE, math.pi / 2)])
+        for units in (2, 3, 8)
+    },
     # without a rhombus an array can branch where the slider meets the pin, at 0 and 180 deg, and only there
     "one unit of an array": (sd.scissor(units=1, angle=0.5).driven(speed=1.0), 4.0, [(CHANGE, math.pi)]),
     # where crank and rod line up only the slider stops; the assembly has one branch near by
@@ -84,10 +87,10 @@ def test_places_on_a_stroke(case: str) -> None:
     mechanism, until, expected = STROKES[case]
     path = stroke(mechanism, until)
     assert_places(path, expected)
-    if case == "array":
+    if case.startswith("array"):
         assert instants(path, until, path.singular[0].place) == pytest.approx([math.pi / 6], abs=1e-6)
         assert all(name.endswith(("bar 1", "bar 2")) for name in path.singular[0].bodies)
-        assert "unit 3/pivot" in path.singular[0].joints
+        assert f"unit {case.split()[-1]}/pivot" in path.singular[0].joints
     if case in ("kite", "four-bar that locks"):
         assert set(path.singular[0].bodies) == {"coupler", "rocker"}
     if case == "four-bar that locks":

@@ -97,10 +97,13 @@ def test_a_changed_row_is_named_and_computed_anew(
     assert f"scissordyn study resume {store}" in said
     broken = sd.open_study(store)
     assert f"5 ({why})" in repr(broken)
+    assert "damaged" in broken._repr_html_()
+    assert broken.counts == {"complete": 7, "failed": 0, "pending": 1}
     assert why in broken.report(store.parent / "r.html").read_text()
     resumed(store, whole, capfd)
     assert f"5 ({why})" in capfd.readouterr().err
     assert Store(store).damage() == {}
+    assert sd.open_study(store).damage == ""
 
 
 @pytest.mark.parametrize(("flips", "costs"), [(FLIPS, {0}), pytest.param(ALL_FLIPS, {0, 1}, marks=pytest.mark.slow)])

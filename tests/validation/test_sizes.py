@@ -89,6 +89,19 @@ def test_singular_positions_of_large_mechanisms_are_not_looked_for_in_silence():
     ]
 
 
+@pytest.mark.parametrize("rounding", [0.0, 3e-17, 1e-15])
+def test_a_common_pin_whose_places_differ_by_rounding(rounding):
+    """Limit: the size of a mechanism is no rounding of its only points; by Newton's law the mass centre falls freely."""
+    hub = sd.Body("hub", 1.0, 0.1, {"one": (0.2, 0.1), "other": (0.2 + rounding, 0.1)})
+    arms = tuple(
+        sd.Body(name, 1.0, 0.1, {"end": (x, 0.1)}, position=(0.2 - x, 0.0)) for name, x in (("one", -0.3), ("other", 0.4))
+    )
+    pins = tuple(sd.Revolute(arm.name, (arm.name, "end"), ("hub", arm.name)) for arm in arms)
+    run = sd.simulate(sd.Mechanism((hub, *arms), pins), until=0.1, samples=3)
+    start, end = run["position"].mean("body").isel(time=[0, -1]).transpose("time", "axis").values
+    assert end - start == pytest.approx([0.0, -0.5 * 9.81 * 0.1**2], abs=1e-12)
+
+
 @pytest.mark.parametrize("size", [1e-6, 1e-7])
 @pytest.mark.parametrize("clearance", [False, True])
 def test_small_mechanisms_have_the_reactions_of_large_ones(size, clearance):

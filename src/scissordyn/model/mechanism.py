@@ -34,6 +34,7 @@ PLAN, LENT, LOOSE = "_plan", "_lent", "_loose"
 Gravity = Annotated[float, Quantity("m/s^2", minimum=0.0, help="gravitational acceleration")]
 GravityDirection = Annotated[float, Quantity("rad", help="direction of gravity; -pi/2 is along -y")]
 
+ONE_PLACE = 1e-12  # Points of a body nearer than this fraction of their distance from its origin differ by rounding
 LISTED = ("components", "rods", Rod), ("components", "latches", Latch), ("drives", "coordinate_drives", CoordinateDrive)
 """What constrains has lists of its own: among components it would exert nothing."""
 
@@ -157,8 +158,9 @@ class Mechanism:
     @cached_property
     def size(self) -> float:
         """Length of the mechanism's parts: the largest distance of points of a body, or of bodies and ground points [m]."""
-        spans = [math.dist(a, b) for body in self.bodies for a in body.points.values() for b in body.points.values()]
-        if not any(spans):
+        points = [list(body.points.values()) for body in self.bodies]
+        spans = [math.dist(a, b) for places in points for a in places for b in places]
+        if max(spans, default=0.0) <= ONE_PLACE * max((math.hypot(*a) for places in points for a in places), default=0.0):
             places = [body.placed_position for body in self.bodies] + [place for _, place in self.ground]
             spans = [math.dist(places[0], place) for place in places]
         return max(spans) or 1.0

@@ -26,6 +26,15 @@ class Plain(Draft):
     def clearance(self, *, plane: bool = False) -> sd.Clearance:
         return self.choice(self.clearances)
 
+    def share_pin(self, number: int, *, loose: bool) -> int:
+        """Pin a body where a joint is already, to the body of its bearing, whose number is returned; -1 is the ground."""
+        bearing = self.choice(self.joints).bearing
+        place, other = self.place(bearing), next((k for k, body in enumerate(self.bodies) if body.name == bearing[0]), -1)
+        play = self.clearance() if loose or self.happens(0.25) else None
+        self.joints.append(sd.Revolute(self.new_name("common pin"), self.mark(number, place), self.mark(other, place), play))
+        self.freedom -= 2
+        return other
+
     def add(self, kind: str, one: int, other: int) -> None:
         label = self.new_name(kind)
         if kind == "torsion spring":
@@ -53,7 +62,10 @@ def random_mechanism(
     for _ in range(int(draft.random.integers(1, 5))):
         parent = int(draft.random.integers(len(draft.bodies)))
         number = draft.add_body(draft.bodies[parent].position, turning=everywhere)
-        draft.connect(number, parent, draft.choice(kinds))
+        if draft.joints and draft.rotates(number) and draft.happens(0.3):
+            parent = draft.share_pin(number, loose=everywhere)
+        else:
+            draft.connect(number, parent, draft.choice(kinds))
         neighbours.add(frozenset((number, parent)))
     turning = [number for number in range(len(draft.bodies)) if draft.rotates(number)]
     for _ in range(int(draft.random.integers(0, 3)) if len(turning) > 1 else 0):

@@ -161,9 +161,7 @@ def _cycled(
         "steps": np.zeros(cycles, np.int64),
     }
     losses = [name.endswith("loss") for name in ACCOUNTS]
-    extremes, model = Extremes(driver.plan), driver.system.content.model
-    companion, oiled = companions(model), oiled_contacts(model)
-    last = np.where(companion >= 0, companion, np.arange(companion.size))
+    extremes = Extremes(driver.plan)
     done, events, cause, end = 0, 0, "", driver.snapshot()
     began, before = clocks.perf_counter(), counted(state)
     try:
@@ -183,11 +181,7 @@ def _cycled(
                 break
             log, begin = driver.log, number * period
             summarise(log, mode[:contacts], begin, period, rows["impacts"][done], rows["contact_fraction"][done])
-            highest = np.where(state.mode == 1, driver.peak["largest"][last], 0.0)
-            guard = log["guard"].astype(np.int64)
-            np.maximum.at(highest, guard, np.where(companion[guard] >= 0, log["whole"], log["largest"]))
-            rows["peak_force"][done] = highest[:contacts]
-            rows["peak_force"][done, oiled] = driver.peak["largest"][driver.rows(JOINT_FORCE)]
+            rows["peak_force"][done] = _peak_forces(driver)
             booked = accounts(driver.plan, state.total[None], log, np.array([math.inf]))[0]
             rows["drive_work"][done], rows["dissipated_energy"][done] = (
                 booked[ACCOUNTS.index("drive_work")],
@@ -223,6 +217,18 @@ def _cycled(
         },
         warnings=tuple(extremes.texts()),
     )
+
+
+def _peak_forces(driver: Driver) -> np.ndarray:
+    """Largest forces of the contacts in the cycle that the log is of, shape (contacts,) [N]."""
+    largest, log, model = driver.peak["largest"], driver.log, driver.system.content.model
+    companion, guard = companions(model), log["guard"].astype(np.int64)
+    last = np.where(companion >= 0, companion, np.arange(companion.size))
+    highest = np.where(driver.state.mode == 1, largest[last], 0.0)
+    np.maximum.at(highest, guard, np.where(companion[guard] >= 0, log["whole"], log["largest"]))
+    forces = highest[: len(driver.plan.contacts)]
+    forces[oiled_contacts(model)] = largest[driver.rows(JOINT_FORCE)]
+    return forces
 
 
 def _sampled(plan: Plan, system: Handle, samples: Samples) -> dict[str, np.ndarray]:

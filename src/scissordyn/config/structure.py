@@ -17,6 +17,7 @@ from scissordyn.config.table import (
     Call,
     Context,
     Hints,
+    Reader,
     Table,
     call_table,
     keys_of,
@@ -28,7 +29,7 @@ from scissordyn.config.table import (
 from scissordyn.config.time_function import read_tabulated, table_shape
 from scissordyn.config.value import CONTROLLER
 from scissordyn.control.controller import Controller
-from scissordyn.errors import InputError
+from scissordyn.errors import InputError, did_you_mean
 from scissordyn.laws.contact import Damping, Elastic, Friction
 from scissordyn.laws.damping.factors import LankaraniNikravesh
 from scissordyn.model.addition import with_joint_friction, with_panels, with_payload
@@ -256,11 +257,16 @@ _TABLES = (
 STRUCTURES: Mapping[str, type[StructureTable]] = {table.declared_keys()["kind"].words[0]: table for table in _TABLES}
 
 
-_Kind = made_table(
-    "_Kind",
-    Table,
-    {"kind": (Annotated[Literal[*STRUCTURES], About("what kind of structure", ["scissor"])], dataclasses.MISSING)},
-)
+def _known(given: Any, _: Context) -> str:
+    if not isinstance(given, str) or given not in STRUCTURES:
+        raise InputError(f"unknown structure{did_you_mean(given, STRUCTURES)}", ", ".join(STRUCTURES), 'kind = "scissor"')
+    return str(given)
+
+
+class _Kind(Table):
+    kind: Annotated[
+        str, Reader(_known, lambda: {"enum": list(STRUCTURES)}), About("what kind of structure", examples=["scissor"])
+    ]
 
 
 @reader(lambda: {"anyOf": list(STRUCTURES.values())})

@@ -149,6 +149,12 @@ def test_parts_that_cannot_be_are_refused(kind: str, parts: list[str], changes: 
         template(kind, parts, changes)
 
 
+def test_directions_of_parts_are_round_where_the_move_is_along_an_axis() -> None:
+    """Limit: an array that is pushed down, and a point that moves along x, whose angle is no -0."""
+    assert 'direction = "-90 deg"' in template("ring", ["travel_stop"])
+    assert 'direction = "0 deg"' in template("mechanism", ["travel_stop"])
+
+
 def test_parts_fit_bars_that_bend(case_of: Callable[..., Case]) -> None:
     """Identity: as those of rigid bars of their mass, and the file can be read; its points were those of cross-sections."""
     parts, mass = ["servo", "tip", "payload", "spring"], 2700.0 * (0.05**2 - 0.046**2)

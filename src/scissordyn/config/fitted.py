@@ -83,10 +83,11 @@ class Stroke:
         name, local = point
         if name == GROUND:
             return np.array(dict(self.mechanism.ground)[local])
-        body, z, first = self.mechanism.body(name), self.path.z[self.ends[end]], self.path.closure.first[name]
-        (x, y), still = body.points[local], (math.cos(body.placed_angle), math.sin(body.placed_angle))
-        cos, sin = z[first + 2 : first + 4] if self.path.closure.natural.rotates(name) else still
-        return np.asarray(self.size * z[first : first + 2] + (cos * x - sin * y, sin * x + cos * y))
+        k = [body.name for body in self.mechanism.bodies].index(name)
+        body, angle = self.mechanism.bodies[k], self.path.angle[self.ends[end], k]
+        x, y = np.subtract(body.points[local], body.centre)
+        cos, sin = math.cos(angle), math.sin(angle)
+        return np.asarray(self.path.position[self.ends[end], k] + (cos * x - sin * y, sin * x + cos * y))
 
     @cached_property
     def anchor(self) -> BodyPoint:
@@ -118,7 +119,7 @@ def _rounded(value: float, unit: str) -> str:
 
 def _exact(value: float, unit: str) -> str:
     """A number as near as a case file has it: to twelve digits."""
-    return written(round(value, 12), unit)
+    return written(round(value, 12) + 0.0, unit)  # no -0
 
 
 def _list(values: Iterable[float], unit: str) -> str:

@@ -23,7 +23,7 @@ from scissordyn.model.commanded import rigid
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import plan
 from scissordyn.run.inverse_dynamics import feed_forward
-from scissordyn.run.start.reaction import ideal_reactions
+from scissordyn.run.start.start import ideal_reactions
 from scissordyn.units import Quantity
 
 Given = Mapping[str, Any]  # Values of the keys of a table

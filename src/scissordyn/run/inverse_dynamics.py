@@ -31,7 +31,7 @@ from scissordyn.run.configuration import write_configuration
 from scissordyn.run.options import EndTime, Options, SampleCount
 from scissordyn.run.results import Results, Variable, described, labels
 from scissordyn.run.simulate import simulate
-from scissordyn.run.start.reaction import ideal_reactions
+from scissordyn.run.start.start import ideal_reactions
 from scissordyn.units import Meaning, checked
 
 if TYPE_CHECKING:

@@ -14,6 +14,7 @@ from scissordyn.component.elastic import thermal_loads
 from scissordyn.component.flexible_bar import FlexibleBar
 from scissordyn.mechanics.outputs import Record
 from scissordyn.mechanics.time_function import function_at, function_rows
+from scissordyn.plan.bending import beam_mass, bends
 from scissordyn.plan.flexible import Axis, modes_below
 from scissordyn.plan.plan import Plan
 from scissordyn.plan.rail import rail_axes, shapes_beyond
@@ -150,15 +151,46 @@ def outside_forces(axis: Axis, motion: BarMotion) -> np.ndarray:
     Of the points these are forces at the cross-sections, of directions d the parts of a couple d x force; what runs along the
     bar or turns a cross-section without a direction of its own is left out.
     """
-    force = axis.bar.mass_per_length * (axis.shapes.mass @ motion.accelerations) - shape_forces(axis, motion)
+    return np.asarray(sum(_opposed(axis, motion), axis.bar.mass_per_length * (axis.shapes.mass @ motion.accelerations)))
+
+
+def _opposed(axis: Axis, motion: BarMotion) -> Iterator[np.ndarray]:
+    """Minus what stresses, what runs along a bar and torques on its cross-sections exert on its vectors, (nt, count, 2) [N]."""
+    yield -shape_forces(axis, motion)
     for places, exerted in motion.running:
-        force -= shapes_beyond(axis, places)[..., None] * exerted[:, None]
-    for weights, exerted in couple_forces(axis, motion):
-        force -= weights[:, None] * exerted[:, None]
-    return np.asarray(force)
+        yield -shapes_beyond(axis, places)[..., None] * exerted[:, None]
+    for weights, exerted in _couple_forces(axis, motion):
+        yield -weights[:, None] * exerted[:, None]
 
 
-def couple_forces(axis: Axis, motion: BarMotion) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+def with_distributed_mass(plan: Plan, record: Record, time: np.ndarray) -> Record:
+    """The record with what the consistent mass of the beam elements adds to the loads of their bodies.
+
+    A body at the end of an element has half of its mass at its origin; the rest of the mass matrix times the acceleration less
+    gravity is a load, and so is what the stresses of a flexible bar exert, what runs along it or turns its cross-sections. What
+    acts along a unit direction is no moment.
+    """
+    if not bends(plan.mechanism):
+        return record
+    coordinates = plan.coordinates
+    natural = np.asarray((coordinates.matrix @ record.A.T).T) - coordinates.natural.uniform(plan.gravity_vector)
+    inertia = np.asarray((beam_mass(plan.mechanism, coordinates.natural) @ natural.T).T)
+    for axis, motion in zip(coordinates.natural.axes, bar_motions(plan, record, time), strict=True):
+        for force in _opposed(axis, motion):
+            axis.added(force, inertia)
+    load = record.load.copy()
+    for b, body in enumerate(plan.bodies):
+        p = coordinates.natural.offsets[body.name]
+        load[:, b, :2] -= inertia[:, p : p + 2]
+        x, y = (coordinates.origin(body.name).at(record.X) - record.position[:, b]).T
+        load[:, b, 2] -= x * inertia[:, p + 1] - y * inertia[:, p]
+        if coordinates.natural.rotates(body.name):
+            cos, sin = record.direction[:, b].T
+            load[:, b, 2] -= cos * inertia[:, p + 3] - sin * inertia[:, p + 2]
+    return record._replace(load=load)
+
+
+def _couple_forces(axis: Axis, motion: BarMotion) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Of each torque on a cross-section without a direction of its own, by which parts it acts on the vectors, and as what.
 
     A torque M on a direction d is the force M J d on it, and this direction is the slope of the bar. Shapes (count,), (nt, 2).
@@ -199,7 +231,7 @@ def resultants(axis: Axis, motion: BarMotion, places: np.ndarray) -> Resultants:
     couples = np.zeros((motion.factor.size, count))
     for row, k in enumerate(shapes.clamped, count):
         couples[:, k] = _cross(motion.vectors[:, row], outside[:, row])
-    for (k, _, _), (weights, exerted) in zip(motion.turning, couple_forces(axis, motion), strict=True):
+    for (k, _, _), (weights, exerted) in zip(motion.turning, _couple_forces(axis, motion), strict=True):
         couples[:, k] += _cross(weights @ motion.vectors, exerted)
     couples += _cross(arms, outside[:, :count])
     tables = [

@@ -28,9 +28,18 @@ from scissordyn.run.advance.system import make_system
 from scissordyn.run.answer.bars import BarMotion, axial_force_at_points, bar_motions, marks_of, part_names, shape_forces
 from scissordyn.run.answer.internal_forces import Bar, bars_of
 from scissordyn.run.results import Variable
-from scissordyn.run.start.rest import count_turns, touch_closed
+from scissordyn.run.start.rest import (
+    At,
+    component_maps,
+    constraint_slopes,
+    count_turns,
+    element_block,
+    force_slopes,
+    free_directions,
+    stiffness,
+    touch_closed,
+)
 from scissordyn.run.start.small_motion import placed
-from scissordyn.run.start.stiffness import At, component_maps, constraint_slopes, force_slopes, free_directions, stiffness
 from scissordyn.units import Quantity, checked
 
 if TYPE_CHECKING:
@@ -250,16 +259,14 @@ class _Frozen:
     def _other_parts(self) -> list[np.ndarray]:
         """Stiffnesses of the parts that are no bars, the largest 1."""
         content = self.system.content
-        model, work, contacts = content.model, content.work, content.parameters.contact.size
-        rows = np.zeros((0, model.n))
-        for i, part in enumerate(self.ideal.acting):
+        n = content.model.n
+        rows = np.zeros((0, n))
+        for e, part in enumerate(self.ideal.acting, content.parameters.contact.size):
             if not isinstance(part, Beam | FlexibleBar):
-                columns = model.element_column[model.element_start[contacts + i] : model.element_start[contacts + i + 1]]
-                start = model.block_start[contacts + i]
-                block = np.zeros((columns.size, model.n))
-                free = columns < model.n
-                block[:, columns[free]] = work.block_x[start : start + columns.size**2].reshape(columns.size, -1)[:, free]
-                rows = np.vstack([rows, block])
+                columns, block = element_block(content, e)
+                free, by_coordinate = columns < n, np.zeros((columns.size, n))
+                by_coordinate[:, columns[free]] = block[:, free]
+                rows = np.vstack([rows, by_coordinate])
         return [rows / max(float(np.abs(rows).max(initial=0.0)), np.finfo(float).tiny)]
 
     def _servos(self) -> list[np.ndarray]:
@@ -308,16 +315,13 @@ class _Response:
     def stiffness(self, reaction: np.ndarray, uncertain: float) -> np.ndarray:
         """Of all parts and of the reaction of the constraints, which rounding makes uncertain, shape (n, n)."""
         content = self.at.system.content
-        model, work, n = content.model, content.work, self.moved.size
+        work, n = content.work, self.moved.size
         matrix = np.zeros((n, n))
         contacts, rails = content.parameters.contact.size, rail_axes(self.axes, self.at.plan.acting)
         pushed: dict[int, list[tuple[float, np.ndarray]]] = {id(axis): [] for axis in self.axes}
         for i, component in enumerate(self.at.plan.acting):
-            first, last = model.element_start[contacts + i], model.element_start[contacts + i + 1]
-            columns, start = model.element_column[first:last], model.block_start[contacts + i]
-            block = work.block_x[start : start + columns.size**2].reshape(columns.size, columns.size)
-            free = columns < n
-            change = np.zeros(n)
+            columns, block = element_block(content, contacts + i)
+            free, change = columns < n, np.zeros(n)
             change[columns[free]] = block[np.ix_(free, free)] @ self.moved[columns[free]]
             maps, rows = component_maps(content, i)
             if isinstance(component, Beam):

@@ -31,7 +31,7 @@ from scissordyn.mechanics.system import RESULTS
 from scissordyn.plan.acting import states_of
 from scissordyn.plan.plan import Plan
 from scissordyn.run.advance.trajectory import Trajectory
-from scissordyn.run.answer.bars import bar_variables
+from scissordyn.run.answer.bars import bar_variables, with_distributed_mass
 from scissordyn.run.answer.buckling import buckling_ratios
 from scissordyn.run.answer.coupling import coupling_variables
 from scissordyn.run.answer.events import ACCOUNTS, accounts, contact_variables, event_variables
@@ -41,7 +41,6 @@ from scissordyn.run.configuration import TITLE
 from scissordyn.run.options import Options
 from scissordyn.run.results import Results, Run, Variables, along, described, labels, located
 from scissordyn.run.start.ideal_path import PARTS, IdealPath, deviation_parts
-from scissordyn.run.start.reaction import with_distributed_mass
 from scissordyn.units import State
 
 

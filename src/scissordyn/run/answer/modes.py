@@ -16,8 +16,8 @@ from scissordyn.plan.flexible import with_mode_counts
 from scissordyn.plan.plan import plan
 from scissordyn.plan.rest import frictionless, still_at
 from scissordyn.run.answer.deflection import places
+from scissordyn.run.start.rest import At, stiffness
 from scissordyn.run.start.small_motion import Place, Position, along, placed, released
-from scissordyn.run.start.stiffness import At, stiffness
 from scissordyn.units import Quantity, checked
 
 UNRESOLVED = 1e-15

@@ -16,7 +16,7 @@ from scissordyn.kinematics.assembly import Held, Start, assemble, whole_state
 from scissordyn.kinematics.closure import Closure, Inputs
 from scissordyn.kinematics.path import GRID, smooth_peak, start_of
 from scissordyn.mechanics.monitored import POWERS
-from scissordyn.mechanics.outputs import Record, record
+from scissordyn.mechanics.outputs import Record
 from scissordyn.model.commanded import commanded
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.bending import bends
@@ -31,9 +31,8 @@ from scissordyn.run.answer.warn import ROUNDED, beyond_outputs
 from scissordyn.run.configuration import write_configuration
 from scissordyn.run.options import EndTime, Options
 from scissordyn.run.results import Results, Variable, Variables, labels
-from scissordyn.run.start.rest import count_turns
+from scissordyn.run.start.rest import At, count_turns
 from scissordyn.run.start.small_motion import along
-from scissordyn.run.start.stiffness import At
 from scissordyn.units import Quantity, checked
 from scissordyn.warning import warning
 
@@ -180,7 +179,7 @@ def _rested(whole: Plan, inputs: Inputs, times: np.ndarray, friction: Friction) 
         ]
     records = []
     for at, time in zip(rests, times.tolist(), strict=True):
-        records.append(record(at.plan.maps, at.system, _samples([at], at.state[None], np.zeros(1))))
+        records.append(at.record())
         stuck = jam(at.plan, at.system)
         if stuck and not warnings:
             warnings.append(f"{stuck}, first at t = {time:.6g} s")
@@ -190,18 +189,15 @@ def _rested(whole: Plan, inputs: Inputs, times: np.ndarray, friction: Friction) 
     system, n = make_system(whole), whole.coordinates.free
     state = np.zeros((times.size, system.content.work.scratch.size))
     state[:, :n] = kept.X[:, :n]
-    model = system.content.model
+    model, states = system.content.model, [at.system.content.state for at in rests]
+    modes = (np.stack([getattr(part, name) for part in states]) for name in ("mode", "memory", "reference"))
     path = Trajectory(
         plan=whole,
         system=system,
-        samples=_samples(rests, state, times),
+        samples=Samples(times, state, np.zeros((times.size, len(POWERS))), *modes),
         log=np.zeros(0, LOG),
         peak=np.zeros(model.guard_component.size + model.monitor.shape[0], PEAK),
         end=float(times[-1]),
-        status="complete",
-        cause="",
-        statistics={},
-        immobile=(),
         warnings=tuple(warnings),
         band=times[:0],
     )
@@ -246,13 +242,6 @@ def _creeping(at: At, turned: Mapping[str, float], motion: Sequence[Sequence[flo
     start = assemble(slow, content, Start(position, 0.0 * position), Held())
     content.state.mode[:], content.state.memory[:] = at.system.content.state.mode, at.system.content.state.memory
     return At(slow, system, whole_state(content, start.position, start.velocity))
-
-
-def _samples(rests: Sequence[At], state: np.ndarray, times: np.ndarray) -> Samples:
-    """States at rest as samples of a run."""
-    states = [at.system.content.state for at in rests]
-    several = (np.stack([getattr(part, name).copy() for part in states]) for name in ("mode", "memory", "reference"))
-    return Samples(times, state, np.zeros((times.size, len(POWERS))), *several)
 
 
 def _inputs(inputs: Inputs, times: np.ndarray) -> Variables:

@@ -1,4 +1,4 @@
-"""Static equilibrium of a mechanism with its clearance joints under gravity, springs and loads."""
+"""Static equilibrium of a mechanism under gravity, springs and loads, its stiffness and the motions its constraints allow."""
 
 from __future__ import annotations
 
@@ -14,12 +14,17 @@ from scissordyn.component.guide_friction import GuideFriction
 from scissordyn.component.pin_friction import PinFriction
 from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
+from scissordyn.integrate.integration import Samples
 from scissordyn.kernel import Handle
+from scissordyn.kinematics.assembly import Start, natural_state
 from scissordyn.laws.evaluate import elastic_force, settled_states
 from scissordyn.mechanics import functions
+from scissordyn.mechanics.constraint_part import part_curvature
+from scissordyn.mechanics.outputs import Record, record
 from scissordyn.mechanics.system import System
 from scissordyn.plan.plan import Plan
-from scissordyn.run.start.stiffness import At, stiffness
+
+INDEPENDENT = 1e-9  # Singular values of the constraints' gradients below this part of the largest count as zero
 
 AT_REST = 1e-9
 """Unbalanced force, relative to the load, below which a mechanism is in equilibrium: the round-off of a stiff contact."""
@@ -52,6 +57,91 @@ counted from one step to the next."""
 
 AGAINST = 1e-3  # A step against the forces that it starts from, by more than this cosine, is rejected
 MOST_GROWTH = 10.0  # An implicit step that increases the force by more than this factor is rejected
+
+
+class At(NamedTuple):
+    """A mechanism at rest at a position, evaluated there."""
+
+    plan: Plan
+    system: Handle
+    state: np.ndarray
+
+    @property
+    def natural(self) -> np.ndarray:
+        n = self.plan.coordinates.free
+        return natural_state(self.plan, self.system.content, Start(self.state[:n], 0.0 * self.state[:n]))[0]
+
+    def record(self) -> Record:
+        """Everything there."""
+        state = self.system.content.state
+        rows = (part[None].copy() for part in (state.mode, state.memory, state.reference))
+        return record(self.plan.maps, self.system, Samples(np.zeros(1), self.state[None], np.zeros((1, 0)), *rows))
+
+
+def stiffness(at: At) -> tuple[np.ndarray, np.ndarray]:
+    """Stiffness in the free coordinates, shape (n, n), and an orthonormal basis of the motions that the constraints allow."""
+    matrix = force_slopes(at)
+    gradients, curved = constraint_slopes(at, at.system.content.work.multiplier)
+    matrix += curved
+    return 0.5 * (matrix + matrix.T), free_directions(gradients)
+
+
+def free_directions(gradients: np.ndarray) -> np.ndarray:
+    """Orthonormal basis, in columns, of what constraints with these gradients, in rows, leave."""
+    _, sizes, basis = np.linalg.svd(gradients)
+    rank = int(np.sum(sizes > INDEPENDENT * max(sizes.max(initial=0.0), 1.0)))
+    return basis[rank:].T
+
+
+def force_slopes(at: At, time: float = 0.0) -> np.ndarray:
+    """Minus the derivatives of the forces by the free coordinates; evaluates everything at the position."""
+    content = at.system.content
+    n, contacts = content.model.n, content.parameters.contact.size
+    y = at.state.copy()
+    y[n : 2 * n] = 0.0
+    rate, by_time = np.zeros(y.size), np.zeros(y.size)
+    functions.activate(at.system.address)
+    functions.linearise(time, y, at.system.address, rate, by_time)
+    matrix = np.zeros((n, n))
+    for e in range(content.model.element_start.size - 1):
+        if e < contacts and content.state.mode[e] != 1:
+            continue
+        columns, block = element_block(content, e)
+        free = columns < n
+        matrix[np.ix_(columns[free], columns[free])] -= block[np.ix_(free, free)]
+    return matrix
+
+
+def element_block(content: System, e: int) -> tuple[np.ndarray, np.ndarray]:
+    """The coordinates that an element acts on, and the derivatives of its forces by them; contacts come first."""
+    model, start = content.model, content.model.block_start[e]
+    columns = model.element_column[model.element_start[e] : model.element_start[e + 1]]
+    return columns, content.work.block_x[start : start + columns.size**2].reshape(columns.size, columns.size)
+
+
+def component_maps(content: System, i: int) -> tuple[np.ndarray, np.ndarray]:
+    """The maps of component i, shape (6,), and their derivatives by the free coordinates, shape (6, n)."""
+    model, X = content.model, content.work.X
+    e = content.parameters.contact.size + i
+    first, last = model.element_start[e], model.element_start[e + 1]
+    rows = np.zeros((6, X.size))
+    rows[:, model.element_column[first:last]] = model.element_row[:, first:last]
+    return rows @ X, rows[:, : model.n]
+
+
+def constraint_slopes(at: At, multiplier: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Gradients of the constraints at a position that has been evaluated, and the stiffness of some multipliers of theirs."""
+    model, work, n = at.system.content.model, at.system.content.work, at.system.content.model.n
+    gradients, curved = np.zeros((multiplier.size, n)), np.zeros((n, n))
+    for p in range(model.part_constraint.size):
+        first, last = model.part_start[p], model.part_start[p + 1]
+        k, columns = model.part_constraint[p], model.constraint_column[first:last]
+        free = columns < n
+        rows = model.constraint_row[:, first:last][:, free]
+        bent = np.stack(part_curvature(model.part_reference[p], *work.direction[p], *rows))
+        curved[np.ix_(columns[free], columns[free])] += multiplier[k] * work.part_weight[p] * rows.T @ bent
+        gradients[k, columns[free]] += work.gradient[first:last][free]
+    return gradients, curved
 
 
 class Rest(NamedTuple):
@@ -270,12 +360,11 @@ class _Descent:
 
     def rounding(self) -> float:
         """What the rounding of coordinates makes of the forces of elements; with a load only of bars, the stiffest by far."""
-        model, work = self.system.model, self.system.work
-        error = np.zeros(model.n + model.nb)
+        X = self.system.work.X
+        error = np.zeros(X.size)
         for e in self.stiff:
-            columns = model.element_column[model.element_start[e] : model.element_start[e + 1]]
-            block = work.block_x[model.block_start[e] : model.block_start[e + 1]].reshape(columns.size, columns.size)
-            error[columns] += np.abs(block) @ np.abs(work.X[columns])
+            columns, block = element_block(self.system, e)
+            error[columns] += np.abs(block) @ np.abs(X[columns])
         return self.roundings * ROUNDING * float(np.linalg.norm(error))
 
     @property

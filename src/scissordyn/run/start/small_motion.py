@@ -16,9 +16,8 @@ from scissordyn.mechanics import functions
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.plan.rest import NOT_TURNED, with_inputs
 from scissordyn.run.advance.system import make_system
-from scissordyn.run.start.rest import count_turns, equilibrium, touch_closed, turns
+from scissordyn.run.start.rest import At, count_turns, equilibrium, touch_closed, turns
 from scissordyn.run.start.start import assembled_near, prepare_start, rest_with_clearances
-from scissordyn.run.start.stiffness import At
 
 Position = Literal["static", "concentric"]
 

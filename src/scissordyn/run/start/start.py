@@ -29,6 +29,7 @@ from scissordyn.kinematics.given import prescribed_bodies
 from scissordyn.laws.damping.proportional import DampingFactor
 from scissordyn.laws.evaluate import elastic_energy, elastic_force
 from scissordyn.mechanics import functions
+from scissordyn.mechanics.reactions import solve_reactions
 from scissordyn.mechanics.system import APPROACH_FLOOR, System
 from scissordyn.mechanics.time_function import function_at
 from scissordyn.model.check import proportion_warnings
@@ -42,9 +43,9 @@ from scissordyn.plan.plan import Plan
 from scissordyn.plan.plan import plan as make_plan
 from scissordyn.run.advance.cause import check_springs, full_coordinates
 from scissordyn.run.advance.system import make_system
+from scissordyn.run.answer.bars import with_distributed_mass
 from scissordyn.run.options import StartKind
-from scissordyn.run.start.reaction import ideal_reactions
-from scissordyn.run.start.rest import Rest, count_turns, equilibrium, turns
+from scissordyn.run.start.rest import At, Rest, count_turns, equilibrium, turns
 
 MOVED = 1e-3  # An assembly that moves a given origin by more than this fraction of the mechanism's size is said
 TURNED = 1e-3  # Likewise for angles [rad]
@@ -162,6 +163,18 @@ def rest_with_clearances(still: Plan, system: Handle, place: np.ndarray, load: f
         _hold_journals(still, holds, _resting_offsets(still, handle.content, forces))
         start = assemble(still, handle.content, start, holds)
     return handle, equilibrium(still, handle, start.position, load)
+
+
+def ideal_reactions(plan: Plan, position: np.ndarray | None = None, reference: np.ndarray | None = None) -> np.ndarray:
+    """Forces on the journals of all revolute joints of a mechanism, taken as ideal, at t = 0, shape (joints, 2) [N]."""
+    plan = plan.ideal
+    system = make_system(plan)
+    if reference is not None:
+        system.content.state.reference[:] = reference
+    start = assemble_as_placed(plan, system.content) if position is None else Start(position, np.zeros_like(position))
+    outputs = At(plan, system, whole_state(system.content, start.position, start.velocity)).record()
+    joints, _, _ = solve_reactions(plan.balance, plan.gravity_vector, with_distributed_mass(plan, outputs, np.zeros(1)))
+    return np.asarray(joints[0])
 
 
 def _resting_offsets(plan: Plan, system: System, force: np.ndarray) -> np.ndarray:

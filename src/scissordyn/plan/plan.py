@@ -18,7 +18,7 @@ from scissordyn.mechanics.body_maps import BodyMaps
 from scissordyn.mechanics.reactions import Balance
 from scissordyn.mechanics.system import FrictionWorkspace, Model, Parameters
 from scissordyn.model.body import Body
-from scissordyn.model.clearance import Clearance, ContactKind, ContactPoint, Lubrication, contact_states
+from scissordyn.model.clearance import Clearance, ContactKind, ContactPoint, GuideClearance, Lubrication, contact_states
 from scissordyn.model.coupling import Drive
 from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import LENT, PLAN, Mechanism
@@ -126,6 +126,11 @@ class Plan:
         """The possible contacts: clearance joints, then the contact points of clearance guides."""
         return self.mechanism.contacts
 
+    @cached_property
+    def clearances(self) -> tuple[Clearance | GuideClearance, ...]:
+        """Size and laws of each of the possible contacts."""
+        return tuple(contact.clearance for contact in self.contacts if contact.clearance is not None)
+
     @property
     def hard_places(self) -> list[int]:
         return self._places("hard")
@@ -135,7 +140,7 @@ class Plan:
         return self._places("compliant")
 
     def _places(self, kind: ContactKind) -> list[int]:
-        return [j for j, contact in enumerate(self.contacts) if contact.clearance and contact.clearance.contact == kind]
+        return [j for j, clearance in enumerate(self.clearances) if clearance.contact == kind]
 
     @property
     def lubricated(self) -> tuple[tuple[Revolute, Clearance, Lubrication], ...]:

@@ -79,6 +79,10 @@ class Trajectory:
         ends = self.recorded.end == 1
         return self.recorded.time[ends], self.recorded.state[ends], self.recorded.mode[ends]
 
+    def record(self) -> Record:
+        """Everything at the samples."""
+        return record(self.plan.maps, self.system, self.samples)
+
     def contacts(self) -> np.recarray:
         return contacts(self.log, self.peak, companions(self.system.content.model)[: len(self.plan.contacts)])
 
@@ -214,9 +218,7 @@ def model_failure(driver: Driver) -> str:
     """
     plan, depth = driver.plan, driver.peak["largest"][driver.rows(INDENTATION)]
     for j in plan.compliant_places:
-        clearance = plan.contacts[j].clearance
-        assert clearance is not None
-        failure = contact_failure(plan.contacts[j].name, clearance.surfaces, float(depth[j]))
+        failure = contact_failure(plan.contacts[j].name, plan.clearances[j].surfaces, float(depth[j]))
         if failure:
             return f"{FAILED}: {failure}"
     if driver.stepping is None:
@@ -284,7 +286,7 @@ def recorded(
     """
     samples = path.samples
     state = samples.state.copy() if path.change_points else samples.state
-    outputs = record(path.plan.maps, path.system, samples)
+    outputs = path.record()
     recorded_across(path.plan.maps, path.system, samples, state, outputs, path.change_points)
     undefined = np.flatnonzero(~np.all(np.isfinite(outputs.A), axis=1))
     if not undefined.size:
@@ -296,8 +298,8 @@ def recorded(
     if last > 0.0:
         cut = compute(plan, replace(options, until=last, samples=2), progress, times=kept.time, ideal=ideal)
         if cut.status == "interrupted":
-            return cut, record(cut.plan.maps, cut.system, cut.samples)
+            return cut, cut.record()
     else:
         cut = replace(path, samples=kept, log=path.log[:0], peak=unknown(path.peak), band=unknown(path.band))
     cut = replace(cut, end=last, status="failed", cause=f"stopped at t = {time:.9g} s: {why}")
-    return cut, record(cut.plan.maps, cut.system, cut.samples)
+    return cut, cut.record()

@@ -280,15 +280,21 @@ def bar_variables(plan: Plan, time: np.ndarray, record: Record, present: Mapping
     }
 
 
+def extreme_fibre(part: Beam | FlexibleBar, axial: np.ndarray, moment: np.ndarray) -> dict[str, np.ndarray]:
+    """Strain and stress in the extreme fibre, and that stress over the yield strength."""
+    strain = np.abs(axial) / part.axial_stiffness + 0.5 * part.depth * np.abs(moment) / part.bending_stiffness
+    stress = part.youngs_modulus * strain
+    utilisation = stress / part.yield_strength if part.yield_strength else 0.0 * stress
+    return {"fibre_strain": strain, "stress": stress, "utilisation": utilisation}
+
+
 def _table(axis: Axis, motion: BarMotion) -> dict[str, np.ndarray]:
     """`VARIABLES` of the parts of a bar, each of shape (nt, parts)."""
     bar, ends = axis.bar, marks_of(axis.bar)
     length, places = np.diff(ends), np.insert(ends, np.arange(1, ends.size), 0.5 * (ends[1:] + ends[:-1]))
     carried = resultants(axis, motion, places)
     axial, shear, moment = ((part[1][:, :-1:2], part[0][:, 1::2], part[0][:, 2::2]) for part in carried)
-    strain = np.maximum(
-        *(np.abs(axial[k]) / bar.axial_stiffness + 0.5 * bar.depth * np.abs(moment[k]) / bar.bending_stiffness for k in (0, 2))
-    )
+    start, end = (extreme_fibre(bar, axial[k], moment[k]) for k in (0, 2))
     squares = ((part[0] ** 2 + 4.0 * part[1] ** 2 + part[2] ** 2) / 6.0 for part in (axial, moment))
     where = axis.shapes.at(ends) @ motion.vectors
     chord = where[:, -1:] - where[:, :1]
@@ -302,9 +308,7 @@ def _table(axis: Axis, motion: BarMotion) -> dict[str, np.ndarray]:
         "end_axial_force": axial[2],
         "start_shear_force": shear[0],
         "end_shear_force": shear[2],
-        "fibre_strain": strain,
-        "stress": bar.youngs_modulus * strain,
-        "utilisation": bar.youngs_modulus * strain / bar.yield_strength if bar.yield_strength else 0.0 * strain,
+        **{name: np.maximum(start[name], end[name]) for name in start},
         "energy": 0.5
         * length
         * sum(square / k for square, k in zip(squares, (bar.axial_stiffness, bar.bending_stiffness), strict=True)),

@@ -40,7 +40,7 @@ from scissordyn.run.answer.internal_forces import largest_variables
 from scissordyn.run.configuration import TITLE
 from scissordyn.run.options import Options
 from scissordyn.run.results import Results, Run, Variables, along, described, labels, located
-from scissordyn.run.start.ideal_path import PARTS, IdealPath, deviation_parts
+from scissordyn.run.start.ideal_path import PARTS, IdealPath, deviation_parts, tracked
 from scissordyn.units import State
 
 
@@ -179,12 +179,9 @@ def _joint_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
     if plan.mechanism.contact_points:
         plane = np.isin(plan.mechanism.joint_names, [point.name for point in plan.mechanism.contact_points])
         variables["plane_contact"] = described("joint", plane, "1", "contact point of a block at a guide surface")
-    for j, joint in enumerate(plan.contacts):
-        assert joint.clearance is not None
-        if joint.clearance.contact == "hard":
-            continue
+    for j in plan.compliant_places:
         first = 2 * plan.coordinates.free + int(path.system.content.model.state_start[j])
-        for s, declared in enumerate(states_of(joint)):
+        for s, declared in enumerate(states_of(plan.contacts[j])):
             state = np.where(path.samples.mode[:, j] == 1, path.samples.state[:, first + s], np.nan)
             _enter_state(variables, declared, per_joint, joints, int(at[j]), state)
     return variables
@@ -358,11 +355,10 @@ def track_variables(path: Trajectory, record: Record) -> Variables:
     tracks = path.plan.mechanism.tracks
     if not tracks:
         return {}
-    maps = [path.plan.coordinates.tracked(track) for track in tracks]
     variables = {"track": labels("track", [track.name for track in tracks], "tracked point")}
     for name, rows, units in (("position", record.X, "m"), ("velocity", record.V, "m/s"), ("acceleration", record.A, "m/s^2")):
-        values = np.stack([tracked.at(rows) for tracked in maps], axis=1)
-        variables[f"track_{name}"] = described(("time", "track", "axis"), values, units, f"{name} of the tracked point")
+        text = f"{name} of the tracked point"
+        variables[f"track_{name}"] = described(("time", "track", "axis"), tracked(path.plan, rows), units, text)
     return variables
 
 

@@ -131,8 +131,7 @@ def _impact_variables(plan: Plan, table: np.recarray, step: float) -> Variables:
         return {}
     estimate, when, least = np.full((3, table["joint"].size), np.nan)
     for j in hard:
-        here, clearance = table["joint"] == j, plan.contacts[j].clearance
-        assert clearance is not None
+        here, clearance = table["joint"] == j, plan.clearances[j]
         struck, lasting = peak_forces(clearance, table["struck"][here]), table["peak_normal_force"][here]
         estimate[here] = np.fmax(struck, lasting)
         # what is largest in the first step of a contact may be an impulse that others pass on to it

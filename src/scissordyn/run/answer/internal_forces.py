@@ -17,7 +17,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.parameter_path import matching
 from scissordyn.plan.bending import HERMITE, beams_of
 from scissordyn.plan.flexible import flexible_bars
-from scissordyn.run.answer.bars import PARTS, marks_of, part_names
+from scissordyn.run.answer.bars import PARTS, extreme_fibre, marks_of, part_names
 from scissordyn.run.configuration import read_configuration
 from scissordyn.run.results import Variables, described, labels
 
@@ -216,16 +216,8 @@ def _carried(
     part: Beam | FlexibleBar, position: np.ndarray, normal: np.ndarray, shear: np.ndarray, bending: np.ndarray
 ) -> dict[str, np.ndarray]:
     """Internal forces with the stress in the extreme fibre, and that over the yield strength."""
-    strain = np.abs(normal) / part.axial_stiffness + 0.5 * part.depth * np.abs(bending) / part.bending_stiffness
-    stress = part.youngs_modulus * strain
-    return {
-        "position": position,
-        "axial_force": normal,
-        "shear_force": shear,
-        "bending_moment": bending,
-        "stress": stress,
-        "utilisation": stress / part.yield_strength if part.yield_strength else 0.0 * stress,
-    }
+    forces = {"position": position, "axial_force": normal, "shear_force": shear, "bending_moment": bending}
+    return forces | extreme_fibre(part, normal, bending)
 
 
 def _chord(first: np.ndarray, last: np.ndarray) -> np.ndarray:
@@ -325,7 +317,10 @@ class _Shape:
         self.p1, self.p2 = (
             np.remainder(read.body("angle", name) - self.direction + math.pi, 2.0 * math.pi) - math.pi for name in ends
         )
-        self.a = _closing(self.p1, self.p2)
+        self.a = np.zeros_like(self.p1)
+        for _ in range(3):  # Newton's method: the chord ends where it has to, int sin psi = 0
+            psi = self.rotation(NODES)
+            self.a = self.a - (np.sin(psi) @ WEIGHTS) / ((np.cos(psi) * 6.0 * NODES * (1.0 - NODES)) @ WEIGHTS)
         self.cosines = np.cos(self.rotation(NODES)) @ (0.5 * WEIGHTS)
         self.elastic = tuple(read.beam(name, beam.name) for name in ("axial_force", "start_moment", "end_moment"))
         self.beam = beam
@@ -342,7 +337,9 @@ class _Shape:
 
     def rotation(self, xi: np.ndarray) -> np.ndarray:
         """Psi at xi, time first."""
-        return _rotation(self.p1, self.p2, self.a, xi)
+        first, second, third = (part.reshape(-1, *[1] * xi.ndim) for part in (self.p1, self.p2, self.a))
+        psi = first * (1.0 + xi * (3.0 * xi - 4.0)) + second * xi * (3.0 * xi - 2.0) + third * 6.0 * xi * (1.0 - xi)
+        return np.asarray(psi)
 
     def axis(self, xi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Along and across the chord, from its start [m]."""
@@ -369,20 +366,3 @@ def _hermite(xi: np.ndarray) -> np.ndarray:
     """Cubic shapes of both ends' places and directions."""
     square, cube = xi * xi, xi * xi * xi
     return np.array([1.0 - 3.0 * square + 2.0 * cube, xi - 2.0 * square + cube, 3.0 * square - 2.0 * cube, cube - square])
-
-
-def _rotation(p1: np.ndarray, p2: np.ndarray, a: np.ndarray, xi: np.ndarray) -> np.ndarray:
-    """Psi at xi, time first."""
-    shape = (-1, *[1] * xi.ndim)
-    first, second, third = p1.reshape(shape), p2.reshape(shape), a.reshape(shape)
-    psi: np.ndarray = first * (1.0 + xi * (3.0 * xi - 4.0)) + second * xi * (3.0 * xi - 2.0) + third * 6.0 * xi * (1.0 - xi)
-    return psi
-
-
-def _closing(p1: np.ndarray, p2: np.ndarray) -> np.ndarray:
-    """The part of psi with which the chord ends where it has to, int sin psi = 0, by Newton's method."""
-    a = np.zeros_like(p1)
-    for _ in range(3):
-        psi = _rotation(p1, p2, a, NODES)
-        a = a - (np.sin(psi) @ WEIGHTS) / ((np.cos(psi) * 6.0 * NODES * (1.0 - NODES)) @ WEIGHTS)
-    return a

@@ -27,7 +27,7 @@ from scissordyn.mechanics.monitored import (
     TRACK_DEVIATION,
     oiled_contacts,
 )
-from scissordyn.mechanics.outputs import Record, record
+from scissordyn.mechanics.outputs import Record
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.advance.driver import Driver
 from scissordyn.run.advance.system import state_kept
@@ -37,7 +37,7 @@ from scissordyn.run.answer.events import ACCOUNTS, accounts, peak_forces
 from scissordyn.run.answer.internal_forces import bars_of
 from scissordyn.run.answer.statics import check_stroke, static_peaks
 from scissordyn.run.options import Options
-from scissordyn.run.start.ideal_path import PARTS, IdealPath, deviation_parts
+from scissordyn.run.start.ideal_path import PARTS, IdealPath, deviation_parts, tracked
 
 
 class Ended:
@@ -72,9 +72,8 @@ class Ended:
         """Estimated largest force of each hard contact [N]; NaN for compliant ones."""
         forces = np.full(len(self.plan.contacts), math.nan)
         for j in self.plan.hard_places:
-            contacts, clearance = self.contacts[self.contacts["joint"] == j], self.plan.contacts[j].clearance
-            assert clearance is not None
-            struck = peak_forces(clearance, contacts["struck"])
+            contacts = self.contacts[self.contacts["joint"] == j]
+            struck = peak_forces(self.plan.clearances[j], contacts["struck"])
             forces[j] = np.max(np.fmax(struck, contacts["peak_normal_force"]), initial=0.0)
         return forces
 
@@ -85,10 +84,6 @@ class Ended:
     def peaks(self, kind: int) -> np.ndarray:
         """Largest values of one kind of monitored quantity."""
         return np.asarray(self.path.peaks(kind)["largest"])
-
-    def integrals(self, kind: int) -> np.ndarray:
-        """Over the time up to now."""
-        return np.asarray(self.path.peaks(kind)["integral"])
 
     def root_mean_squares(self, kind: int) -> np.ndarray:
         """Over the time up to now."""
@@ -115,7 +110,7 @@ class Ended:
     def record(self) -> Record:
         """Everything at the samples."""
         with state_kept(self.driver.system):
-            return record(self.plan.maps, self.driver.system, self.path.samples)
+            return self.path.record()
 
     @cached_property
     def static_peaks(self) -> dict[str, float]:
@@ -138,8 +133,8 @@ class Ended:
         """Sizes of what servos, bending and clearance add to deviations at the samples, shape (parts, time, tracks) [m]."""
         if self.ideal is None or self.options is None:
             return np.full((len(PARTS), 1, len(self.plan.mechanism.tracks)), math.nan)
-        at = np.stack([self.plan.coordinates.tracked(track).at(self.record.X) for track in self.plan.mechanism.tracks], axis=1)
-        parts = deviation_parts(self.ideal, self.mechanism, self.options, self.path.samples.time, at)
+        at, time = tracked(self.plan, self.record.X), self.path.samples.time
+        parts = deviation_parts(self.ideal, self.mechanism, self.options, time, at)
         return np.asarray(np.hypot(parts[..., 0], parts[..., 1]))
 
 
@@ -230,8 +225,8 @@ _JOINT, _DRIVE = ("joint",), ("drive",)
 
 MEASURES: Mapping[str, Measure] = MappingProxyType(
     {
-        "peak_force": Measure("N", _FORCE, _JOINT, lambda e: e.largest_forces()),
-        "peak_force_estimate": Measure("N", _HARD_FORCE, _JOINT, lambda e: e.estimated_forces()),
+        "peak_force": Measure("N", _FORCE, _JOINT, Ended.largest_forces),
+        "peak_force_estimate": Measure("N", _HARD_FORCE, _JOINT, Ended.estimated_forces),
         "peak_approach_speed": _of_contacts(
             "m/s", "largest approach speed", lambda contacts: np.max(contacts["approach_speed"], initial=0.0)
         ),
@@ -250,7 +245,7 @@ MEASURES: Mapping[str, Measure] = MappingProxyType(
             "Pa m/s", f"largest {_WEAR}", _JOINT, lambda e: e.per_contact(e.peaks(PRESSURE_VELOCITY))
         ),
         "pressure_distance": Measure(
-            "Pa m", f"integral of the {_WEAR}", _JOINT, lambda e: e.per_contact(e.integrals(PRESSURE_VELOCITY))
+            "Pa m", f"integral of the {_WEAR}", _JOINT, lambda e: e.per_contact(e.path.peaks(PRESSURE_VELOCITY)["integral"])
         ),
         "peak_drive_torque": Measure("N m", "largest driving torque", _DRIVE, lambda e: e.peaks(DRIVE_TORQUE)),
         "rms_drive_torque": Measure(
@@ -263,7 +258,7 @@ MEASURES: Mapping[str, Measure] = MappingProxyType(
         **{f"{part}_deviation": _of_deviation(number, False) for number, part in enumerate(PARTS)},
         **{f"end_{part}_deviation": _of_deviation(number, True) for number, part in enumerate(PARTS)},
         "settling_time": _of_track(SETTLING, lambda e: settling_times(e.plan, e.path.bands(TRACK_DEVIATION), e.time), "s"),
-        "deployment_time": Measure("s", "when the last latch has locked", (), lambda e: e.deployed()),
+        "deployment_time": Measure("s", "when the last latch has locked", (), Ended.deployed),
         "peak_component_force": Measure(
             "N or N m", "largest force [N] or torque [N m]", ("component",), lambda e: e.peaks(COMPONENT_FORCE)
         ),

@@ -110,10 +110,8 @@ def _painleve(path: Trajectory, run: Record) -> list[RunWarning]:
     """
     warnings, contacts = [], path.plan.contacts
     share = max(FEWEST, MOST_SAMPLES // max(1, len(contacts)))
-    for j, joint in enumerate(contacts):
-        assert joint.clearance is not None
-        # the solver of impulses of a hard contact warns of what it cannot solve
-        if isinstance(joint.clearance.friction, NoFriction) or joint.clearance.contact == "hard":
+    for j in path.plan.compliant_places:  # the solver of impulses of a hard contact warns of what it cannot solve
+        if isinstance(path.plan.clearances[j].friction, NoFriction):
             continue
         force, friction = run.contact["normal"][:, j], run.contact["tangential"][:, j]
         touching = np.flatnonzero((path.samples.mode[:, j] == 1) & (force > 0.0) & (friction != 0.0))
@@ -123,7 +121,7 @@ def _painleve(path: Trajectory, run: Record) -> list[RunWarning]:
             first = paradox[0]
             ratio, time = abs(friction[first]) / force[first], path.samples.time[first]
             numbers = {"count": paradox.size, "samples": samples.size, "time": time, "ratio": ratio}
-            warnings.append(warning("painleve", joint.name, **numbers))
+            warnings.append(warning("painleve", contacts[j].name, **numbers))
     return warnings
 
 

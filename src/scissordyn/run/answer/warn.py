@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
@@ -119,12 +119,10 @@ class Extremes:
     def warnings(self) -> list[RunWarning]:
         """Of contact laws, friction, films, what leaves its curve or stroke, and coupled wheels whose centres move."""
         plan, warnings = self.plan, list[RunWarning]()
-        for joint, speeds, depth in zip(plan.contacts, self._speeds, self._indentation.tolist(), strict=True):
-            laws = joint.clearance
-            assert laws is not None
-            if laws.contact != "hard":  # there the laws serve an estimate only
-                elements = laws.surfaces, laws.stiffness, laws.damping, laws.friction
-                warnings += contact_warnings(joint.name, *elements, approach_speed=speeds, indentation=depth)
+        for j in plan.compliant_places:  # those of hard contacts serve an estimate only
+            laws, speeds, depth = plan.clearances[j], self._speeds[j], float(self._indentation[j])
+            elements = laws.surfaces, laws.stiffness, laws.damping, laws.friction
+            warnings += contact_warnings(plan.contacts[j].name, *elements, approach_speed=speeds, indentation=depth)
         for number, (ratio, lasting) in self._friction.items():
             if lasting > 0.0:
                 name = plan.contacts[number].name
@@ -144,9 +142,7 @@ class Extremes:
         """
         plan, warnings = self.plan, list[RunWarning]()
         for j in plan.compliant_places:
-            name, clearance = plan.contacts[j].name, plan.contacts[j].clearance
-            assert clearance is not None
-            failure = contact_failure(name, clearance.surfaces, float(self._indentation[j]))
+            failure = contact_failure(plan.contacts[j].name, plan.clearances[j].surfaces, float(self._indentation[j]))
             warnings += [warning("failed in a case", failure=failure)] if failure else []
         for number, part in plan.actuators:
             limit = getattr(part.controller, "limit", None)
@@ -162,12 +158,11 @@ class Extremes:
 def contact_failures(plan: Plan, run: Run) -> list[RunWarning]:
     """For each joint whose journal was pressed in by more than its radius: that its contact model has failed, and when."""
     warnings = []
-    for joint in plan.contacts:
-        assert joint.clearance is not None
-        at = plan.mechanism.joint_names.index(joint.name)
-        failure = contact_failure(joint.name, joint.clearance.surfaces, float(run["peak_indentation"].values[at]))
+    names = [contact.name for contact in plan.contacts]
+    for at, name, clearance in zip(plan.places(names), names, plan.clearances, strict=True):
+        surfaces = clearance.surfaces
+        failure = contact_failure(name, surfaces, float(run["peak_indentation"].values[at]))
         if failure:
-            surfaces = joint.clearance.surfaces
             beyond = run["indentation"].values[:, at] > max(surfaces.journal_radius, surfaces.gap)
             largest = float(run["peak_indentation_time"].values[at])
             first = min(largest, run["time"].values[int(np.argmax(beyond))]) if beyond.any() else largest
@@ -179,25 +174,30 @@ def _beyond_damping(plan: Plan, run: Run) -> list[RunWarning]:
     """Contacts whose damping exerts more than their law gives up to the speed at which they began."""
     touched, speed, peak = (run[name].values for name in ("contact_joint", "approach_speed", "peak_normal_force"))
     warnings = []
-    for joint in (plan.contacts[j] for j in plan.compliant_places):
-        assert joint.clearance is not None
-        here = np.flatnonzero(touched == joint.name)
-        if not hasattr(joint.clearance.damping, "restitution") or not here.size:
+    for j in plan.compliant_places:
+        name, clearance = plan.contacts[j].name, plan.clearances[j]
+        here = np.flatnonzero(touched == name)
+        if not hasattr(clearance.damping, "restitution") or not here.size:
             continue
-        law, worst = elastic_law(joint.clearance), here[np.argmax(peak[here])]
-        deepest = float(run["peak_indentation"].values[plan.mechanism.joint_names.index(joint.name)])
+        law, worst = elastic_law(clearance), here[np.argmax(peak[here])]
+        deepest = float(run["peak_indentation"].values[plan.places([name])[0]])
         elastic = float(elastic_force(law.force, deepest, law.row))
-        if peak[worst] > DAMPED * (1.0 + getattr(joint.clearance.damping, "factor", 0.0)) * elastic:
+        if peak[worst] > DAMPED * (1.0 + getattr(clearance.damping, "factor", 0.0)) * elastic:
             kind = "damping from rest" if speed[worst] <= APPROACH_FLOOR else "damping"
-            warnings.append(warning(kind, joint.name, speed=speed[worst], force=peak[worst], elastic=elastic))
+            warnings.append(warning(kind, name, speed=speed[worst], force=peak[worst], elastic=elastic))
     return warnings
 
 
 def energy_turned_over(run: Run) -> float:
     """The largest change of an energy or work during a run [J]."""
-    return (
-        max((float(np.ptp(run[name].values)) for name in TURNED_OVER if name in run), default=0.0) if run.sizes["time"] else 0.0
-    )
+    return _largest_energy(run, np.ptp)
+
+
+def _largest_energy(run: Run, size: Callable[[np.ndarray], float]) -> float:
+    """The largest of a size of each energy or work [J]."""
+    if not run.sizes["time"]:
+        return 0.0
+    return max((float(size(run[name].values)) for name in TURNED_OVER if name in run), default=0.0)
 
 
 def _stands_still(plan: Plan, run: Run) -> bool:
@@ -215,10 +215,7 @@ def _unbalanced(run: Run, *, stepped: bool) -> list[RunWarning]:
     """A run that gains or loses energy, by tolerances or, with hard contact, by steps of one length."""
     residual = float(np.max(np.abs(run["energy_residual"].values), initial=0.0))
     turned_over = energy_turned_over(run)
-    largest = max(
-        (float(np.max(np.abs(run[name].values), initial=0.0)) for name in TURNED_OVER if name in run),
-        default=0.0,
-    )
+    largest = _largest_energy(run, lambda energy: np.max(np.abs(energy)))
     if not residual > max(UNBALANCED * turned_over, CARRIED * largest):
         return []
     share = f", {residual / turned_over:.2g} of the energy turned over" if turned_over > 0.0 else ""

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from scissordyn.errors import InputError
-from scissordyn.mechanics.outputs import record
 from scissordyn.model.commanded import commanded, rigid
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import Plan
@@ -74,6 +73,12 @@ def deviates(mechanism: Mechanism) -> bool:
     return any(stage is not mechanism for stage in stages(mechanism))
 
 
+def tracked(plan: Plan, motion: np.ndarray) -> np.ndarray:
+    """The tracked points in a record's X, V or A, shape (nt, tracks, 2)."""
+    points = [plan.coordinates.tracked(track).at(motion) for track in plan.mechanism.tracks]
+    return np.stack(points, axis=1) if points else np.zeros((len(motion), 0, 2))
+
+
 def ideal_path(plan: Plan, options: Options) -> IdealPath:
     """Simulate the commanded path and tabulate its tracked points, as finely as a quintic between two rows needs."""
     chosen = stages(plan.mechanism)
@@ -87,12 +92,8 @@ def ideal_path(plan: Plan, options: Options) -> IdealPath:
         path = compute(ideal, smooth, times=times, monitor=False)
         if path.status == "interrupted":  # before anything of the run itself has been computed
             raise KeyboardInterrupt
-        outputs = record(path.plan.maps, path.system, path.samples)
-        maps = [path.plan.coordinates.tracked(track) for track in ideal.mechanism.tracks]
-        rows = np.stack(
-            [[tracked.at(part) for tracked in maps] for part in (outputs.X, outputs.V, outputs.A)]
-        )  # kind, track, time, axis
-        values = np.moveaxis(rows, 2, 0).swapaxes(1, 2)  # time, track, kind, axis
+        outputs = path.record()
+        values = np.stack([tracked(ideal, part) for part in (outputs.X, outputs.V, outputs.A)], axis=2)
         table, between = values[::2], values[1::2, :, 0]
         step = 2.0 * times[1]
         kept = between[: max(0, table.shape[0] - 1)]
@@ -128,13 +129,12 @@ def deviation_parts(path: IdealPath, mechanism: Mechanism, options: Options, tim
             continue
         there = at
         if stage is not mechanism:
-            there = np.full(place.shape, np.nan)
             run = compute(make_plan(stage), calm, times=times, monitor=False)
             if run.status == "interrupted":
                 raise KeyboardInterrupt
-            rows = record(run.plan.maps, run.system, run.samples).X
-            maps = [run.plan.coordinates.tracked(track) for track in stage.tracks]
-            there[: rows.shape[0]] = np.stack([tracked.at(rows) for tracked in maps], axis=1)
+            reached = tracked(run.plan, run.record().X)
+            there = np.full(place.shape, np.nan)
+            there[: len(reached)] = reached
         parts[number] = there - place
         before, place = stage, there
     return parts

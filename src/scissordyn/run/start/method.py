@@ -92,7 +92,7 @@ def _choose(plan: Plan, system: Handle, y: np.ndarray, options: Options, toleran
         return Choice(TIME_STEPPING, why, step, longest_turn(options))
     if options.method != "auto":
         return Choice(options.method, "asked for")
-    frictions = [(contact.name, contact.clearance.friction) for contact in plan.contacts if contact.clearance]
+    frictions = [(contact.name, laws.friction) for contact, laws in zip(plan.contacts, plan.clearances, strict=True)]
     stiff = [(name, friction) for name, friction in frictions if friction.stiff]
     if stiff and not (bends(plan.mechanism) and y.size > DEAR_MATRICES):
         name, friction = stiff[0]

@@ -232,7 +232,7 @@ def _touching(plan: Plan, system: Handle, y: np.ndarray, kind: StartKind) -> lis
         row = [0.0, float(guard), float(RISE), max(float(data[0]), APPROACH_FLOOR), float(data[1])]
         rows.append(row + [0.0] * (LOG_COLUMNS - len(row)))
         # a damping factor is derived for rates up to the speed at which the contact began, see `rate_in_range`
-        damping = getattr(plan.contacts[guard].clearance, "damping", None) if guard in plan.compliant_places else None
+        damping = plan.clearances[guard].damping if guard in plan.compliant_places else None
         if isinstance(damping, DampingFactor) and data[0] <= APPROACH_FLOOR:
             content.state.memory[guard] = -APPROACH_FLOOR
     return rows
@@ -244,9 +244,8 @@ def _store_energy(plan: Plan, system: Handle, y: np.ndarray) -> None:
     depth, rate = np.zeros(content.state.mode.size), np.zeros(content.state.mode.size)
     functions.guards(0.0, y, system.address, depth, rate)
     for j in plan.hard_places:
-        clearance = plan.contacts[j].clearance
-        if content.state.mode[j] == 1 and clearance is not None:
-            law = elastic_law(clearance)
+        if content.state.mode[j] == 1:
+            law = elastic_law(plan.clearances[j])
             y[content.model.elastic_state[j]] = elastic_energy(law.energy, law.force, depth[j], law.row)
 
 

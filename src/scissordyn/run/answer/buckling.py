@@ -25,7 +25,7 @@ from scissordyn.plan.flexible import Axis, with_mode_counts
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.plan.rail import rail_axes, shapes_beyond
 from scissordyn.run.advance.system import make_system
-from scissordyn.run.answer.bars import BarMotion, axial_force_at_points, bar_motions, marks_of, part_names, shape_forces
+from scissordyn.run.answer.bars import BarMotion, axial_force_at_points, bar_motions, part_names, shape_forces
 from scissordyn.run.answer.internal_forces import Bar, bars_of
 from scissordyn.run.results import Variable
 from scissordyn.run.start.rest import (
@@ -161,15 +161,14 @@ def buckling_ratios(plan: Plan, samples: Samples, record: Record, variables: Map
 
 
 def _forces(bar: Bar, variables: Mapping[str, Variable]) -> Forces:
-    names = {name: k for k, name in enumerate(variables["beam"].values.astype(str).tolist())}
-    if bar.whole:
-        columns = [names[name] for name in part_names(bar.whole)]
-        parts = [variables[f"beam_{at}axial_force"].values[:, columns] for at in ("start_", "", "end_")]
-        ends = marks_of(bar.whole)
-        places = np.stack([ends[:-1], 0.5 * (ends[1:] + ends[:-1]), ends[1:]], axis=1)
-        return Forces(bar, np.stack(parts, axis=2).reshape(len(parts[0]), -1), places.ravel())
-    columns = [names[beam.name] for beam in bar.beams]
-    return Forces(bar, variables["beam_axial_force"].values[:, columns], np.arange(len(columns)) + 0.0)
+    names = variables["beam"].values.astype(str).tolist()
+    columns = [names.index(name) for name in (part_names(bar.whole) if bar.whole else [beam.name for beam in bar.beams])]
+    ends = bar.marks
+    if not bar.whole:
+        return Forces(bar, variables["beam_axial_force"].values[:, columns], ends[:-1])
+    parts = [variables[f"beam_{at}axial_force"].values[:, columns] for at in ("start_", "", "end_")]
+    places = np.stack([ends[:-1], 0.5 * (ends[1:] + ends[:-1]), ends[1:]], axis=1)
+    return Forces(bar, np.stack(parts, axis=2).reshape(len(parts[0]), -1), places.ravel())
 
 
 class _Frozen:
@@ -178,11 +177,8 @@ class _Frozen:
     def __init__(self, plan: Plan) -> None:
         self.plan, self.ideal = plan, plan.ideal
         self.system: Handle = make_system(self.ideal)
-        n = self.ideal.coordinates.free
-        columns = n + self.system.content.model.nb
-        by_column = np.asarray(self.ideal.coordinates.matrix @ np.eye(columns)[:, :n]).T
         self.axes = {axis.bar.name: axis for axis in self.ideal.coordinates.natural.axes}
-        self.shapes = {name: axis.vectors(by_column) for name, axis in self.axes.items()}
+        self.shapes = shapes_by_coordinate(self.ideal)
         self.number = {part.name: i for i, part in enumerate(self.ideal.acting)}
 
     def ratios(self, k: int, samples: Samples, record: Record, forces: list[tuple[Forces, np.ndarray]]) -> np.ndarray:
@@ -308,9 +304,7 @@ class _Response:
 
     def __init__(self, at: At, moved: np.ndarray, gravity: np.ndarray, load: float) -> None:
         self.at, self.moved, self.gravity, self.least = at, moved, gravity, ROUNDING * load
-        self.axes = at.plan.coordinates.natural.axes
-        by_column = np.asarray(at.plan.coordinates.matrix @ np.eye(at.system.content.work.X.size)[:, : moved.size]).T
-        self.shapes = {id(axis): axis.vectors(by_column) for axis in self.axes}
+        self.axes, self.shapes = at.plan.coordinates.natural.axes, shapes_by_coordinate(at.plan)
 
     def stiffness(self, reaction: np.ndarray, uncertain: float) -> np.ndarray:
         """Of all parts and of the reaction of the constraints, which rounding makes uncertain, shape (n, n)."""
@@ -318,7 +312,7 @@ class _Response:
         work, n = content.work, self.moved.size
         matrix = np.zeros((n, n))
         contacts, rails = content.parameters.contact.size, rail_axes(self.axes, self.at.plan.acting)
-        pushed: dict[int, list[tuple[float, np.ndarray]]] = {id(axis): [] for axis in self.axes}
+        pushed: dict[str, list[tuple[float, np.ndarray]]] = {axis.bar.name: [] for axis in self.axes}
         for i, component in enumerate(self.at.plan.acting):
             columns, block = element_block(content, contacts + i)
             free, change = columns < n, np.zeros(n)
@@ -334,9 +328,9 @@ class _Response:
                 place = float(work.coordinates[i, 1])
                 force, added = self._of_roller(component, rails[i], place, change)
                 matrix += added
-                pushed[id(rails[i])].append((place, force))
+                pushed[rails[i].bar.name].append((place, force))
         for axis in self.axes:
-            added, stretch = self._of_bar(axis, pushed[id(axis)])
+            added, stretch = self._of_bar(axis, pushed[axis.bar.name])
             matrix += added
             reaction = reaction + stretch
         gradients, _ = constraint_slopes(self.at, np.zeros(work.multiplier.size))
@@ -349,7 +343,7 @@ class _Response:
 
         Also what keeps the length of unit directions within the bar, which is part of its N and no force on other parts.
         """
-        bar, shapes, by, count = axis.bar, axis.shapes, self.shapes[id(axis)], len(axis.bar.sections)
+        bar, shapes, by, count = axis.bar, axis.shapes, self.shapes[axis.bar.name], len(axis.bar.sections)
         vectors = axis.vectors(self.at.natural)
         step = vectors + COMPLEX_STEP * 1j * np.tensordot(self.moved, by, 1)
         still = np.zeros((1, *vectors.shape))
@@ -400,7 +394,7 @@ class _Response:
 
     def _of_roller(self, roller: Any, axis: Axis, place: float, change: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The force on the bar, and its stiffness: as the bar turns, the force has a part along the motion of the point."""
-        vectors, by = axis.vectors(self.at.natural), self.shapes[id(axis)]
+        vectors, by = axis.vectors(self.at.natural), self.shapes[axis.bar.name]
         value, slope = shapes_beyond(axis, np.array([place]))[0], axis.shapes.at(np.clip([place], 0.0, axis.bar.length), 1)[0]
         tangent = slope @ vectors / np.linalg.norm(slope @ vectors)
         normal = np.array([-tangent[1], tangent[0]])
@@ -411,6 +405,13 @@ class _Response:
         across, along, turned = apart @ normal, apart @ tangent, np.einsum("k,nka,a->n", slope, by, normal)
         force = float(np.linalg.lstsq(across[:, None], change)[0][0])
         return -force * normal, force * (np.outer(turned, along) + np.outer(along, turned))
+
+
+def shapes_by_coordinate(plan: Plan) -> dict[str, np.ndarray]:
+    """Derivatives of the vectors of each bar by the free coordinates, shape (n, count, 2)."""
+    coordinates, n = plan.coordinates, plan.coordinates.free
+    by_column = np.asarray(coordinates.matrix @ np.eye(n + coordinates.basis)[:, :n]).T
+    return {axis.bar.name: axis.vectors(by_column) for axis in coordinates.natural.axes}
 
 
 def stiffness_of_bar(axis: Axis, vectors: np.ndarray, by: np.ndarray, at: np.ndarray, axial: np.ndarray) -> np.ndarray:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,7 +14,6 @@ from scissordyn.mechanics.outputs import Record
 from scissordyn.mechanics.rotation import TURN
 from scissordyn.model.coupling import Coordinate, RelativeAngle, Slide
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plan.coordinates import Constraint
 from scissordyn.plan.plan import Plan
 from scissordyn.run.results import Variables, described, labels
 from scissordyn.warning import RunWarning, warning
@@ -73,25 +71,19 @@ def centre_warnings(mechanism: Mechanism) -> list[RunWarning]:
     return warnings
 
 
-def _driving(plan: Plan) -> Iterator[tuple[Any, int, Constraint]]:
-    """Couplings and coordinate drives, each with the number of its constraint and the constraint."""
-    numbers = {constraint.name: k for k, constraint in enumerate(plan.coordinates.constraints) if constraint.linear}
-    for part in plan.mechanism.coupling_parts:
-        if part.name in numbers:  # couplings of ideal joints may follow from these
-            k = numbers[part.name]
-            yield part, k, plan.coordinates.constraints[k]
-
-
 def coupling_variables(plan: Plan, path: Trajectory, motion: Record) -> Variables:
     """Coordinates, forces and powers of couplings and coordinate drives, and the largest forces."""
-    measured, driving = partial(sampled_coordinate, path.plan, motion), list(_driving(plan))
+    measured = partial(sampled_coordinate, path.plan, motion)
+    linear = {
+        constraint.name: (k, constraint) for k, constraint in enumerate(plan.coordinates.constraints) if constraint.linear
+    }
     peaks = {int(k): peak for k, peak in zip(path.monitored(COUPLING_FORCE), path.peaks(COUPLING_FORCE), strict=True)}
     variables: Variables = {}
     for dim, parts, label in (
         ("coupling", plan.mechanism.couplings, "a coupling"),
         ("coordinate_drive", plan.mechanism.coordinate_drives, "the drive of a coordinate"),
     ):
-        rows = [(part, k, constraint) for part, k, constraint in driving if part in parts]
+        rows = [(part, *linear[part.name]) for part in parts if part.name in linear]  # others follow from ideal joints
         if not rows:
             continue
         along, terms = ("time", dim), [part.terms for part, _, _ in rows]

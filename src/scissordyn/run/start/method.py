@@ -225,12 +225,9 @@ def fastest_modes(plan: Plan, system: Handle, y: np.ndarray) -> tuple[float, flo
     state = content.state
     before = state.mode.copy(), state.memory.copy()
     decay = oscillation = 0.0
-    guards = [i for i, part in enumerate(plan.acting) if part.declaration.gap is not None]
-    sizes = [0] if not guards else [0, 1]
-    for active in sizes:
-        for i in guards:
-            if plan.components and i < len(plan.components):
-                state.mode[content.model.component_guard[i]] = active
+    guards = [content.model.component_guard[i] for i, part in enumerate(plan.components) if part.declaration.gap is not None]
+    for active in (0, 1) if guards else (0,):
+        state.mode[guards] = active
         matrix = jacobian(system, y) if y.size <= MOST_EIGENVALUES else projected_jacobian(system, y)
         if not np.all(np.isfinite(matrix)):
             continue

@@ -65,7 +65,7 @@ def prepare_start(plan: Plan, system: Handle, kind: StartKind) -> Prepared:
     guess, holds = placed_start(plan, content), held_rods(plan, content, places=True, speeds=True)
     _hold_references(plan, content, holds)
     warnings: list[str] = []
-    if kind in ("concentric", "in-contact", "as-placed"):
+    if kind != "static":
         _hold_straight(plan, holds, moving=kind == "as-placed")
     match kind:
         case "as-placed":
@@ -106,11 +106,15 @@ def _concentric(plan: Plan, system: System, guess: Start, holds: Held) -> Start:
         _hold_straight(ideal, holds)
         _hold_references(ideal, handle.content, holds)
         start = assemble(ideal, handle.content, placed_start(ideal, handle.content), holds)
-        position, velocity = natural_state(ideal, handle.content, start)
-        b, rate = basis_at_start(system)
-        return Start(plan.coordinates.nearest(b, position), plan.coordinates.nearest(rate, velocity))
+        return _nearest(plan, system, natural_state(ideal, handle.content, start))
     _hold_journals(plan, holds, np.zeros((len(plan.mechanism.clearance_joints), 2)))
     return assemble(plan, system, guess, holds)
+
+
+def _nearest(plan: Plan, system: System, natural: tuple[np.ndarray, np.ndarray]) -> Start:
+    """The free coordinates nearest to natural ones and their rates."""
+    (b, rate), (position, velocity) = basis_at_start(system), natural
+    return Start(plan.coordinates.nearest(b, position), plan.coordinates.nearest(rate, velocity))
 
 
 def _hold_journals(plan: Plan, holds: Held, eccentricities: np.ndarray) -> None:
@@ -153,9 +157,7 @@ def rest_with_clearances(still: Plan, system: Handle, place: np.ndarray, load: f
     ideal, rest = still.ideal, Start(place, np.zeros_like(place))
     handle = make_system(still)
     count_turns(still, handle.content, turns(ideal, system.content))
-    b, rate = basis_at_start(handle.content)
-    position, velocity = natural_state(ideal, system.content, rest)
-    start = Start(still.coordinates.nearest(b, position), still.coordinates.nearest(rate, velocity))
+    start = _nearest(still, handle.content, natural_state(ideal, system.content, rest))
     forces = ideal_reactions(still, rest.position, system.content.state.reference)
     with_clearance = [joint.clearance is not None for joint in still.mechanism.joints]
     if np.all(np.isfinite(forces[with_clearance])):

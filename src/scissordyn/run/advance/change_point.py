@@ -20,6 +20,7 @@ from scissordyn.mechanics import functions
 from scissordyn.mechanics.body_maps import BodyMaps
 from scissordyn.mechanics.outputs import Record, record
 from scissordyn.plan.gradients import Gradients, least_change
+from scissordyn.run.advance.system import guard_values, rates
 
 if TYPE_CHECKING:
     from scissordyn.run.advance.driver import Driver
@@ -128,7 +129,7 @@ def _slope(driver: Driver, time: float, y: np.ndarray) -> tuple[np.ndarray, np.n
     active = np.flatnonzero(work.inactive == 0.0)
     gradients = Gradients(n, driver.plan.coordinates.basis, constraints)
     gradients.count_turns(driver.state.reference)
-    functions.rate(time, y, driver.system.address, np.zeros(y.size))
+    rates(driver.system, time, y)
     gradients.value[:] = work.value[0, active]
     for _ in range(2):
         full = np.append(y[:n], work.basis[0])
@@ -137,8 +138,8 @@ def _slope(driver: Driver, time: float, y: np.ndarray) -> tuple[np.ndarray, np.n
     rows = gradients.jacobian(np.append(y[:n], work.basis[0]))
     for _ in range(2):
         y[n : 2 * n] -= least_change(rows[:, :n], rows @ np.append(y[n : 2 * n], work.basis[1]) - work.value[1, active])
-    slope, power, rows = np.zeros(y.size), np.zeros(driver.state.total.size), np.zeros_like(driver.state.monitored)
-    functions.rate(time, y, driver.system.address, slope)
+    power, rows = np.zeros(driver.state.total.size), np.zeros_like(driver.state.monitored)
+    slope = rates(driver.system, time, y)
     functions.monitor(time, y, driver.system.address, power, rows)
     return slope, power
 
@@ -151,10 +152,8 @@ def _is_smooth(driver: Driver, start: tuple[float, np.ndarray, np.ndarray], end:
     change = h * np.max(np.abs(end[2][n : 2 * n] - start[2][n : 2 * n]))
     if change > SMOOTH * np.max(np.abs(start[2][:n])):
         return False
-    value, rate = np.zeros((2, driver.state.mode.size)), np.zeros(driver.state.mode.size)
-    for row, (time, y, _) in zip(value, (start, end), strict=True):
-        functions.guards(time, y, driver.system.address, row, rate)
-    return bool(np.all((value[0] > 0.0) == (value[1] > 0.0)))
+    before, after = (guard_values(driver.system, time, y) > 0.0 for time, y, _ in (start, end))
+    return bool(np.all(before == after))
 
 
 def _behind(driver: Driver, time: float, h: float, before: np.ndarray, slope: np.ndarray) -> tuple[np.ndarray, float] | None:

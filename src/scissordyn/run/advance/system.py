@@ -12,6 +12,7 @@ from scissordyn.integrate import advance, time_stepping
 from scissordyn.integrate.integration import Problem
 from scissordyn.integrate.time_stepping import Jumps, Touching
 from scissordyn.kernel import I1, Handle, entry
+from scissordyn.mechanics import functions
 from scissordyn.mechanics import impulse_solver as solver
 from scissordyn.mechanics.functions import FUNCTIONS, HARD_FUNCTIONS
 from scissordyn.mechanics.hard_rows import HardContacts
@@ -69,6 +70,20 @@ def state_kept(system: Handle) -> Iterator[None]:
     yield
     for part, kept in zip(state, before, strict=True):
         part[...] = kept
+
+
+def guard_values(system: Handle, time: float, state: np.ndarray) -> np.ndarray:
+    """Values of all guards at a state, shape (guards,)."""
+    values = np.zeros((2, system.content.state.mode.size))
+    functions.guards(time, state, system.address, *values)
+    return np.asarray(values[0])
+
+
+def rates(system: Handle, time: float, state: np.ndarray) -> np.ndarray:
+    """Rates at a state, shape (ny,)."""
+    rate = np.zeros(state.size)
+    functions.rate(time, state, system.address, rate)
+    return rate
 
 
 class Stepping:

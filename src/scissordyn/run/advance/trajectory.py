@@ -13,7 +13,6 @@ from scissordyn.integrate import advance as loop
 from scissordyn.integrate.integration import CROSSES, ENDS, IGNORES, Samples, StepRecord
 from scissordyn.kernel import Handle
 from scissordyn.laws.validity import contact_failure
-from scissordyn.mechanics import functions
 from scissordyn.mechanics.monitored import INDENTATION, companions, monitored_rows
 from scissordyn.mechanics.outputs import Record, record
 from scissordyn.model.clearance import ContactPoint
@@ -23,7 +22,7 @@ from scissordyn.run.advance.change_point import recorded_across
 from scissordyn.run.advance.checkpoint import Keeper
 from scissordyn.run.advance.driver import Driver, counted
 from scissordyn.run.advance.instants import MOST_INSTANTS
-from scissordyn.run.advance.system import make_system, unknown
+from scissordyn.run.advance.system import guard_values, make_system, unknown
 from scissordyn.run.answer.events import contacts
 from scissordyn.run.options import Options
 from scissordyn.run.start.method import Choice, choose_method
@@ -263,10 +262,8 @@ def _culprit(driver: Driver) -> str:
     plan, state = driver.plan, driver.state
     if not plan.contacts:
         return ""
-    values, rates = np.zeros(state.mode.size), np.zeros(state.mode.size)
-    functions.guards(driver.time, state.y, driver.system.address, values, rates)
     clearance = driver.system.content.parameters.contact["clearance"]
-    gap = values[: clearance.size]
+    gap = guard_values(driver.system, driver.time, state.y)[: clearance.size]
     j = int(np.argmax(np.where(np.isnan(gap), np.inf, gap / clearance)))
     return f"; joint '{plan.contacts[j].name}': indentation {gap[j] * 1e3:.4g} mm at a clearance of {clearance[j] * 1e3:g} mm"
 

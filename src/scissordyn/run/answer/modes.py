@@ -17,7 +17,7 @@ from scissordyn.plan.plan import plan
 from scissordyn.plan.rest import frictionless, still_at
 from scissordyn.run.answer.deflection import places
 from scissordyn.run.start.rest import At, stiffness
-from scissordyn.run.start.small_motion import Place, Position, along, placed, released
+from scissordyn.run.start.small_motion import Position, along, placed, released
 from scissordyn.units import Quantity, checked
 
 UNRESOLVED = 1e-15
@@ -104,7 +104,7 @@ def modes(
     ).assign_coords(drive=[*inputs.bodies, *inputs.timed], unit=("drive", inputs.units))
 
 
-def _at(at: At, place: Place, count: int, position: Position, released_drive: bool) -> xr.Dataset:
+def _at(at: At, place: At, count: int, position: Position, released_drive: bool) -> xr.Dataset:
     """Modes at one position."""
     still = at.plan
     if released_drive:

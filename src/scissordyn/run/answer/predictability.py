@@ -13,11 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from scissordyn.kernel import Handle
-from scissordyn.mechanics import functions
 from scissordyn.plan.plan import Plan
 from scissordyn.run.advance.checkpoint import Keeper
 from scissordyn.run.advance.instants import sample_times, sampled_at
+from scissordyn.run.advance.system import guard_values
 from scissordyn.run.advance.trajectory import INTERRUPTED, Trajectory, compute, make_driver, reach
 from scissordyn.run.options import Options
 from scissordyn.run.results import Run
@@ -160,15 +159,7 @@ def _apart(path: Trajectory, times: np.ndarray, first: np.ndarray, second: np.nd
         apart = np.maximum(apart, np.hypot(moved[:, 0], moved[:, 1]) / limit)
     if plan.mechanism.contact_points:
         points = slice(journals, clearance.size)
-        across = _gaps(path.system, times, first)[:, points] - _gaps(path.system, times, second)[:, points]
-        apart = np.maximum(apart, np.max(np.abs(across) / (DIVERGENCE * clearance[points]), axis=1))
+        for k, time in enumerate(times.tolist()):
+            ours, theirs = (guard_values(path.system, time, states[k])[points] for states in (first, second))
+            apart[k] = max(apart[k], np.max(np.abs(ours - theirs) / (DIVERGENCE * clearance[points])))
     return apart
-
-
-def _gaps(system: Handle, times: np.ndarray, states: np.ndarray) -> np.ndarray:
-    """Values of the guards of a trajectory at some instants, shape (nt, guards)."""
-    guards = system.content.state.mode.size
-    values, rates = np.zeros((times.size, guards)), np.zeros(guards)
-    for k in range(times.size):
-        functions.guards(times[k], states[k], system.address, values[k], rates)
-    return values

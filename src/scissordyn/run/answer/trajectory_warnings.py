@@ -14,6 +14,7 @@ from scissordyn.laws.friction.none import NoFriction
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.outputs import Record, rates_without, sampled
 from scissordyn.plan.plan import Plan
+from scissordyn.run.advance.system import rates
 from scissordyn.run.advance.trajectory import Trajectory
 from scissordyn.run.options import Options
 from scissordyn.run.start.tolerance import state_tolerance
@@ -163,7 +164,7 @@ def _coarse_scales(options: Options, path: Trajectory) -> list[RunWarning]:
             answers = []
             for moved in (here, here + error, here - error):
                 y[entry] = moved
-                functions.rate(samples.time[at], y, path.system.address, np.zeros(y.size))
+                rates(path.system, samples.time[at], y)
                 answers.append(np.array(content.work.result[i, :forces]))
             y[entry] = here
             size[k] = max(size[k], np.abs(answers[0]).max())

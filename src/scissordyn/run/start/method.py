@@ -16,7 +16,7 @@ from scissordyn.mechanics.system import System
 from scissordyn.plan.bending import bends
 from scissordyn.plan.plan import Plan
 from scissordyn.run.advance.driver import Driver
-from scissordyn.run.advance.system import state_kept
+from scissordyn.run.advance.system import rates, state_kept
 from scissordyn.run.options import TIME_STEPPING, Options
 from scissordyn.run.start.tolerance import Tolerances
 
@@ -206,7 +206,7 @@ def film_steps(plan: Plan, system: Handle, y: np.ndarray, tolerances: Tolerances
     parameters, modes = content.parameters.component, content.state.mode
     kept, thinnest = (parameters.copy(), modes.copy()), 1.0
     modes[: len(plan.contacts)] = 0
-    functions.rate(0.0, y, system.address, np.zeros(y.size))
+    rates(system, 0.0, y)
     for i, part in enumerate(plan.components):
         if isinstance(part, Film):
             thinnest = min(thinnest, part.roughness / part.clearance)
@@ -242,29 +242,24 @@ def fastest_modes(plan: Plan, system: Handle, y: np.ndarray) -> tuple[float, flo
 
 def jacobian(system: Handle, y: np.ndarray) -> np.ndarray:
     """Derivatives of the rates by the state at t = 0, by central differences, shape (ny, ny)."""
-    matrix, up, down = np.zeros((y.size, y.size)), np.zeros(y.size), np.zeros(y.size)
-    for k in range(y.size):
-        h = 1e-6 * max(abs(y[k]), 1e-3)
-        moved = y.copy()
-        moved[k] = y[k] + h
-        functions.rate(0.0, moved, system.address, up)
-        moved[k] = y[k] - h
-        functions.rate(0.0, moved, system.address, down)
-        matrix[:, k] = (up - down) / (2.0 * h)
+    matrix = np.zeros((y.size, y.size))
+    for k, h in enumerate((1e-6 * np.maximum(np.abs(y), 1e-3)).tolist()):
+        up, down = y.copy(), y.copy()
+        up[k], down[k] = y[k] + h, y[k] - h
+        matrix[:, k] = (rates(system, 0.0, up) - rates(system, 0.0, down)) / (2.0 * h)
     return matrix
 
 
 def projected_jacobian(system: Handle, y: np.ndarray) -> np.ndarray:
     """The Jacobian on a Krylov space, whose largest eigenvalues are those of the whole one nearly, by Arnoldi's method."""
     scale = np.maximum(np.abs(y), 1e-3)
-    up, down, count = np.zeros(y.size), np.zeros(y.size), min(PRODUCTS, y.size)
+    count = min(PRODUCTS, y.size)
     basis, small = np.zeros((count + 1, y.size)), np.zeros((count + 1, count))
     basis[0] = np.random.default_rng(0).standard_normal(y.size)
     basis[0] /= np.linalg.norm(basis[0])
     for k in range(count):
         h = 1e-6 / float(np.max(np.abs(basis[k])))
-        functions.rate(0.0, y + h * scale * basis[k], system.address, up)
-        functions.rate(0.0, y - h * scale * basis[k], system.address, down)
+        up, down = (rates(system, 0.0, y + way * scale * basis[k]) for way in (h, -h))
         vector = (up - down) / (2.0 * h * scale)
         for _ in range(2):  # orthogonal to rounding
             parts = basis[: k + 1] @ vector

@@ -23,6 +23,7 @@ from scissordyn.mechanics.constraint_part import part_curvature
 from scissordyn.mechanics.outputs import Record, record
 from scissordyn.mechanics.system import System
 from scissordyn.plan.plan import Plan
+from scissordyn.run.advance.system import guard_values
 
 INDEPENDENT = 1e-9  # Singular values of the constraints' gradients below this part of the largest count as zero
 
@@ -70,6 +71,11 @@ class At(NamedTuple):
     def natural(self) -> np.ndarray:
         n = self.plan.coordinates.free
         return natural_state(self.plan, self.system.content, Start(self.state[:n], 0.0 * self.state[:n]))[0]
+
+    @property
+    def turned(self) -> dict[str, float]:
+        """By how much each body has turned [rad]."""
+        return turns(self.plan, self.system.content)
 
     def record(self) -> Record:
         """Everything there."""
@@ -423,8 +429,7 @@ def count_turns(plan: Plan, system: System, turned: Mapping[str, float]) -> None
 def touch_closed(handle: Handle, state: np.ndarray) -> None:
     """Let every contact and component act that is past its gap at rest, but for latches."""
     system: System = handle.content
-    value, rate = np.zeros(system.state.mode.size), np.zeros(system.state.mode.size)
-    functions.guards(0.0, state, handle.address, value, rate)
+    value = guard_values(handle, 0.0, state)
     system.state.mode[:] = value > 0.0
     system.state.mode[system.model.component_guard[system.model.latch[:, 2]]] = 0
     system.state.memory[:] = 1.0

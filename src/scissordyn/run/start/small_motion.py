@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 import numpy as np
 
@@ -15,8 +15,8 @@ from scissordyn.kinematics.closure import Inputs
 from scissordyn.mechanics import functions
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.plan.rest import NOT_TURNED, with_inputs
-from scissordyn.run.advance.system import make_system
-from scissordyn.run.start.rest import At, count_turns, equilibrium, touch_closed, turns
+from scissordyn.run.advance.system import make_system, rates
+from scissordyn.run.start.rest import At, count_turns, equilibrium, touch_closed
 from scissordyn.run.start.start import assembled_near, prepare_start, rest_with_clearances
 
 Position = Literal["static", "concentric"]
@@ -30,15 +30,8 @@ NEAR = 0.1  # Largest change of an input [rad, m/m] from one position to the nex
 SHORTEST = 1e-3  # Part of the way from one position to the next below which it is not divided
 
 
-class Place(NamedTuple):
-    """A position of the ideal mechanism: natural coordinates, and by how much each body has turned."""
-
-    natural: np.ndarray
-    turned: dict[str, float]
-
-
-def placed(still: Plan, position: Position, before: Place | None) -> tuple[At, Place]:
-    """A mechanism whose drives stand still, from the place before if there is one; with clearances, resting in contact."""
+def placed(still: Plan, position: Position, before: At | None) -> tuple[At, At]:
+    """A mechanism whose drives stand still, with clearances resting in contact, and with ideal joints, from the one before."""
     ideal = still.ideal
     system, n = make_system(ideal), ideal.coordinates.free
     if before is None:
@@ -50,18 +43,17 @@ def placed(still: Plan, position: Position, before: Place | None) -> tuple[At, P
             free_coordinates = equilibrium(ideal, system, free_coordinates).position
         y = whole_state(system.content, free_coordinates)
     functions.accept(0.0, y, system.address, np.zeros(2))
-    at = At(ideal, system, y)
-    place = Place(at.natural, turns(ideal, system.content))
-    if still.contacts:
-        handle, rest = rest_with_clearances(still, system, y[:n])
-        state = whole_state(handle.content, rest.position)
-        functions.accept(0.0, state, handle.address, np.zeros(2))
-        touch_closed(handle, state)
-        at = At(still, handle, state)
-    return at, place
+    place = At(ideal, system, y)
+    if not still.contacts:
+        return place, place
+    handle, rest = rest_with_clearances(still, system, y[:n])
+    state = whole_state(handle.content, rest.position)
+    functions.accept(0.0, state, handle.address, np.zeros(2))
+    touch_closed(handle, state)
+    return At(still, handle, state), place
 
 
-def along(still: Still, inputs: Inputs, times: Iterable[float], position: Position) -> Iterator[tuple[At, Place]]:
+def along(still: Still, inputs: Inputs, times: Iterable[float], position: Position) -> Iterator[tuple[At, At]]:
     """Positions at some instants of the motion of the drives, each from the one before."""
 
     def ideal(time: float, turned: Mapping[str, float]) -> Plan:
@@ -80,7 +72,7 @@ def along(still: Still, inputs: Inputs, times: Iterable[float], position: Positi
         yield at, place
 
 
-def _reached(still: Still, position: Position, place: Place | None, before: float, time: float) -> tuple[At, Place]:
+def _reached(still: Still, position: Position, place: At | None, before: float, time: float) -> tuple[At, At]:
     """The position at an instant; by parts of the way where a gear turns a body too far for its turns to be counted."""
     shortest, end = SHORTEST * (time - before), time
     while True:
@@ -105,7 +97,7 @@ def released(at: At) -> At:
         Torque(f"torque that holds '{drive.body}'", drive.body, torque=1.0) for drive in mechanism.drives
     )
     first = len(mechanism.components)
-    turned = turns(at.plan, at.system.content)
+    turned = at.turned
     free = plan(dataclasses.replace(mechanism, drives=(), components=(*mechanism.components, *holding)))
     free = with_inputs(free, [motion for _, motion in free.motions], turned)
     system = make_system(free)
@@ -117,10 +109,8 @@ def released(at: At) -> At:
     torque, n = system.content.parameters.component[first : first + len(holding), 0], free.coordinates.free
 
     def acceleration() -> np.ndarray:
-        rate = np.zeros(state.size)
         functions.activate(system.address)
-        functions.rate(0.0, state, system.address, rate)
-        return rate[n : 2 * n]
+        return rates(system, 0.0, state)[n : 2 * n]
 
     torque[:] = 0.0
     without, by_torque = acceleration(), []

@@ -42,7 +42,7 @@ from scissordyn.plan.hard_contact import elastic_law
 from scissordyn.plan.plan import Plan
 from scissordyn.plan.plan import plan as make_plan
 from scissordyn.run.advance.cause import check_springs, full_coordinates
-from scissordyn.run.advance.system import make_system
+from scissordyn.run.advance.system import guard_values, make_system
 from scissordyn.run.answer.bars import with_distributed_mass
 from scissordyn.run.options import StartKind
 from scissordyn.run.start.rest import At, Rest, count_turns, equilibrium, turns
@@ -223,8 +223,7 @@ def _touching(plan: Plan, system: Handle, y: np.ndarray, kind: StartKind) -> lis
     """
     content: System = system.content
     contacts, rows = content.parameters.contact.size, []
-    value, rate = np.zeros(content.state.mode.size), np.zeros(content.state.mode.size)
-    functions.guards(0.0, y, system.address, value, rate)
+    value = guard_values(system, 0.0, y)
     latches = {int(content.model.component_guard[component]) for _, _, component in content.model.latch.tolist()}
     for guard in np.flatnonzero(value > 0.0).tolist():
         if guard in latches or (guard < contacts and kind == "concentric"):
@@ -243,8 +242,7 @@ def _touching(plan: Plan, system: Handle, y: np.ndarray, kind: StartKind) -> lis
 def _store_energy(plan: Plan, system: Handle, y: np.ndarray) -> None:
     """Write the elastic energy of hard contacts that are closed at the start, which is a state of theirs."""
     content: System = system.content
-    depth, rate = np.zeros(content.state.mode.size), np.zeros(content.state.mode.size)
-    functions.guards(0.0, y, system.address, depth, rate)
+    depth = guard_values(system, 0.0, y)
     for j in plan.hard_places:
         if content.state.mode[j] == 1:
             law = elastic_law(plan.clearances[j])

@@ -10,9 +10,9 @@ import numpy as np
 from scissordyn.integrate.tableau import EXPLICIT
 from scissordyn.kernel import Handle
 from scissordyn.laws.evaluate import friction_states
-from scissordyn.mechanics import functions
 from scissordyn.mechanics.system import System
 from scissordyn.plan.plan import Plan
+from scissordyn.run.advance.system import rates
 
 INTERNAL_STATES = 100.0
 """Internal states of friction laws are weighed this much more loosely: they relax within microseconds, so that their errors do
@@ -68,8 +68,7 @@ def error_weights(plan: Plan, system: Handle, y: np.ndarray, *, rtol: float, ato
         scale = float(np.min(parameters.contact["clearance"]))
     else:
         scale = max((body.extent for body in plan.bodies), default=1.0) or 1.0
-    rate = np.zeros(y.size)
-    functions.rate(0.0, y.copy(), system.address, rate)
+    rates(system, 0.0, y.copy())
     fastest = float(np.max(reach * np.abs(content.work.A[:n]), initial=plan.mechanism.gravity if n else 0.0))
     duration = math.sqrt(scale / fastest) if 0.0 < fastest < math.inf else 1.0
     internal = _internal_weights(plan, content, rtol=rtol, atol=atol, acceleration=scale / duration**2)

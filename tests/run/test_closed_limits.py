@@ -123,7 +123,6 @@ Generator = Callable[[np.random.Generator, float | None], Case]
 def found(mechanism: sd.Mechanism, until: float) -> list[tuple[str, float]]:
     """Kinds and times of the singular positions."""
     path = path_of(plan(mechanism), until)
-    assert path is not None
     times = [(each.kind, time) for each in path.singular for time in instants(path, until, each.place)]
     return sorted(times, key=lambda each: each[1])
 

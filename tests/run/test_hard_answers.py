@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import io
 import math
 
@@ -54,7 +53,6 @@ def test_the_largest_force_is_an_estimate(run: xr.Dataset) -> None:
     """Contract: the largest of the estimates of impacts and of the sampled forces that last, and it is called so everywhere."""
     largest = max(float(run["peak_force_estimate"].max()), float(run["normal_force"].sel(joint="A").max()))
     answer = summary_of(run).force
-    assert answer is not None
     assert answer.estimated
     assert answer.force == largest > 0.0
     assert str(answer).endswith("; an estimate, as contact is hard.")
@@ -96,7 +94,6 @@ def test_compliant_contact_keeps_its_peaks() -> None:
     """Contract: no estimate where the contact has a force."""
     run = sd.simulate(array("compliant"), until=0.01, samples=101)
     answer = summary_of(run).force
-    assert answer is not None
     assert not answer.estimated
     assert answer.force == float(run["peak_force"].max())
     titles = [column["title"] for column in contact_table(run)["columns"]]
@@ -108,10 +105,8 @@ def test_compliant_contact_keeps_its_peaks() -> None:
 def test_a_batch_that_names_no_measures_has_forces_of_its_contacts(kinds: tuple[str, ...]) -> None:
     """Identity: the largest forces of each kind of contact that there is, equal to those of the run, and no others."""
     mechanism = array(kinds[0])
-    for name, kind in zip(("unit 1/pivot",), kinds[1:], strict=False):
-        clearance = mechanism.joint("A").clearance
-        assert clearance is not None
-        mechanism = mechanism.with_clearance(name, dataclasses.replace(clearance, contact=kind))
+    if "hard" in kinds[1:]:
+        mechanism = mechanism.with_clearance("unit 1/pivot", array("hard").joint("A").clearance)
     batch = sd.simulate_many(mechanism, {"A.clearance": [5e-4]}, until=0.01, threads=1)
     run = sd.simulate(mechanism, until=0.01)
     assert ("peak_force" in batch, "peak_force_estimate" in batch) == ("compliant" in kinds, "hard" in kinds)
@@ -234,7 +229,6 @@ def test_losses_that_have_not_converged_are_said() -> None:
 def test_a_run_with_many_unsolved_steps_has_failed() -> None:
     """Contract: one step in a thousand that is not solved is a warning, one in ten is a failure."""
     driver, _, _ = make_driver(plan(sliders(1, 0.0)), Options(0.1))
-    assert driver.stepping is not None
     driver.stepping.content.counts[solver.IMPULSIVE] = 1000
     for unsolved, failed in ((1, False), (100, True)):
         driver.stepping.content.counts[solver.UNSOLVED] = unsolved

@@ -41,7 +41,6 @@ def alternate(path: Path) -> Case | None:
     if len(loose) < 2:
         return None
     for part in loose[::2]:
-        assert part.clearance is not None
         mechanism = mechanism.with_clearance(part.name, dataclasses.replace(part.clearance, contact="hard"))
     return dataclasses.replace(case, mechanism=mechanism)
 
@@ -53,7 +52,6 @@ def check(case: Case, run: xr.Dataset) -> None:
     """
     assert run.attrs["status"] == "complete", run.attrs["cause"]
     for joint in [joint for joint in case.mechanism.joints if joint.clearance is not None]:
-        assert joint.clearance is not None
         far = np.linalg.norm(run["eccentricity"].sel(joint=joint.name).values, axis=-1).max()
         assert far <= FARTHEST * joint.clearance.clearance, joint.name
     scale = 0.01 * max(float(run["kinetic_energy"].max()), 1.0)
@@ -88,7 +86,6 @@ def test_a_latch_strikes_contacts_of_both_kinds() -> None:
     """Second road: where a latch throws journals across their bearings, energies at the end are those of compliant contacts."""
     path = EXAMPLES[0].with_name("self_deploying.toml")
     mixed = alternate(path)
-    assert mixed is not None
     options = {**mixed.run.keywords, "samples": 51}
     run = sd.simulate(mixed.mechanism, **options)
     accurate = sd.simulate(read_case(path, []).mechanism, **options)

@@ -25,9 +25,7 @@ LOCATED = 1e-6  # Asked of the place of a singular position, as a fraction of th
 
 def stroke(mechanism: sd.Mechanism, until: float) -> Stroke:
     """The path of a driven mechanism."""
-    path = path_of(plan(mechanism), until)
-    assert path is not None
-    return path
+    return path_of(plan(mechanism), until)
 
 
 def assert_places(path: Stroke, expected: list[tuple[str, float]]) -> None:

@@ -117,7 +117,6 @@ def test_the_largest_force_of_an_oiled_joint_has_its_film(stroke: Any) -> None:
     assert peak > 20.0 * metal
     assert float(run["film_peak_force"].max()) == pytest.approx(peak, rel=0.05)
     answer = summary_of(run).force
-    assert answer is not None
     assert (answer.force, answer.metal) == (peak, metal)
     assert "its film alone" in str(answer)
 
@@ -142,7 +141,6 @@ def test_a_film_that_keeps_the_metal_apart_has_a_largest_force() -> None:
     run = sd.simulate(array(A=OIL), until=2e-4, samples=21)
     assert run.sizes["contact"] == 0
     answer = summary_of(run).force
-    assert answer is not None
     assert answer.force == pytest.approx(float(run["film_peak_force"].max()), rel=1e-12)
     assert answer.metal == 0.0
     assert not answer.estimated
@@ -161,7 +159,6 @@ def test_the_largest_force_of_a_dry_joint_has_its_friction(method: str) -> None:
     assert peak.max() > 1.004 * normal.max()
     assert peak.max() == pytest.approx(size.max(), rel=1e-9)
     summary = summary_of(run).force
-    assert summary is not None
     assert summary.force == peak.max()
     batch = sd.simulate_many(mechanism, {"A.clearance": [4e-4]}, until=0.01, measures=("peak_force",), method=method)
     assert float(batch["peak_force"].max()) == peak.max()
@@ -178,9 +175,6 @@ def test_a_journal_that_falls_through_its_clearance(contact: str) -> None:
     hung = in_bearing(gap, mass=2.0)
     run = sd.simulate(hung, until=0.5, samples=2001)
     answer = summary_of(run).force
-    assert answer is not None
-    assert answer.start is not None
-    assert answer.after is not None
     assert answer.start == pytest.approx(FALLS * np.sqrt(2.0 * CLEARANCE / GRAVITY), rel=1e-6)
     assert answer.when < 2.0 * np.sqrt(2.0 * CLEARANCE / GRAVITY)
     assert answer.after == pytest.approx(2.0 * GRAVITY, rel=1e-2)
@@ -188,7 +182,6 @@ def test_a_journal_that_falls_through_its_clearance(contact: str) -> None:
     assert read_configuration(run).options is not None
     assert force_after_start(run, "static", joint_summaries(run)[0]) is None
     short = summary_of(sd.simulate(hung, until=0.5 * answer.start, samples=101)).force
-    assert short is not None
     assert short.after is None
 
 
@@ -198,7 +191,6 @@ def test_a_load_that_is_largest_in_the_start_explains_the_force() -> None:
     pull = sd.Force("pull", ("ball", "centre"), (0.0, -20.0), time_function=sd.Cycloidal(1.0, 0.1, 0.08))
     pulled = dataclasses.replace(hung, gravity=0.0, components=(pull,))
     answer = summary_of(sd.simulate(pulled, until=0.5, samples=2001)).force
-    assert answer is not None
     assert answer.when < FALLS * np.sqrt(2.0 * CLEARANCE * 2.0 / 20.0)
     assert answer.start is None
 

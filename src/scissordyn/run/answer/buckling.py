@@ -126,14 +126,10 @@ class Forces(NamedTuple):
     places: np.ndarray
 
     @property
-    def compression(self) -> np.ndarray:
-        """Largest along the bar at each instant [N]."""
-        return np.asarray(np.maximum(-self.axial, 0.0).max(axis=1))
-
-    @property
-    def slenderness(self) -> float:
-        """Length squared over bending stiffness [1/N]."""
-        return self.bar.length**2 / min(part.bending_stiffness for part in self.bar.parts)
+    def severity(self) -> np.ndarray:
+        """Largest compression along the bar at each instant, over bending stiffness by length squared."""
+        slenderness = self.bar.length**2 / min(part.bending_stiffness for part in self.bar.parts)
+        return np.asarray(np.maximum(-self.axial, 0.0).max(axis=1) * slenderness)
 
 
 def buckling_ratios(plan: Plan, samples: Samples, record: Record, variables: Mapping[str, Variable]) -> np.ndarray:
@@ -149,7 +145,7 @@ def buckling_ratios(plan: Plan, samples: Samples, record: Record, variables: Map
     if not bars or not samples.time.size:
         return ratio
     forces = [_forces(bar, variables) for bar in bars]
-    heed = np.max([force.compression * force.slenderness for force in forces], axis=0)
+    heed = np.max([force.severity for force in forces], axis=0)
     if not heed.max() > 0.0:
         return ratio
     frozen = _Frozen(plan)
@@ -186,9 +182,12 @@ class _Frozen:
         at = self._placed(k, samples, record)
         stiffness = force_slopes(at, float(samples.time[k]))
         geometric, strains = [], self._other_parts()
+        present = Record(*(part[k : k + 1] for part in record))
+        names = [axis.bar.name for axis in self.plan.coordinates.natural.axes]
+        motions = dict(zip(names, bar_motions(self.plan, present, samples.time[k : k + 1]), strict=True))
         for force, axial in forces:
-            whole = force.bar.whole is not None
-            parts = self._of_whole(k, samples, record, force, axial) if whole else self._of_elements(force, axial)
+            whole = force.bar.whole
+            parts = self._of_whole(motions[whole.name], force, axial) if whole else self._of_elements(force, axial)
             now, added, strain = parts
             stiffness -= now
             geometric.append(added)
@@ -218,15 +217,10 @@ class _Frozen:
         touch_closed(self.system, state)
         return At(self.ideal, self.system, state)
 
-    def _of_whole(
-        self, k: int, samples: Samples, record: Record, force: Forces, axial: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _of_whole(self, motion: BarMotion, force: Forces, axial: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Geometric stiffness of a bar by modes, of the present axial forces and of others; and what strains it."""
         bar: Any = force.bar.whole
         axis, by = self.axes[bar.name], self.shapes[bar.name]
-        present = [part[k : k + 1] if isinstance(part, np.ndarray) else part for part in record]
-        motions = bar_motions(self.plan, Record(*present), samples.time[k : k + 1])
-        motion = motions[[axis.bar.name for axis in self.plan.coordinates.natural.axes].index(bar.name)]
         vectors, (points, weights) = motion.vectors[0], axis.shapes.quadrature
         now = stiffness_of_bar(axis, vectors, by, points, axial_force_at_points(axis, motion)[0])
         added = stiffness_of_bar(axis, vectors, by, points, np.interp(points, force.places, axial) * weights)

@@ -71,7 +71,9 @@ class Citations:
 def citations(run: xr.Dataset) -> Citations:
     """What a run has used of others' work, from what it says of itself."""
     configuration = read_configuration(run)
-    uses_of: dict[Reference, list[str]] = {_package(run): ["scissordyn"]}
+    version = json.loads(run.attrs.get("versions", "{}")).get("scissordyn", "")
+    package = dataclasses.replace(bibliography()["scissordyn"], version=str(version))  # in the version that made the run
+    uses_of: dict[Reference, list[str]] = {package: ["scissordyn"]}
     without: list[str] = []
     for use, source in _sources((configuration.mechanism, configuration.absent)):
         named = references(source)
@@ -84,12 +86,6 @@ def citations(run: xr.Dataset) -> Citations:
         uses_of.setdefault(bibliography()[key], []).append(use)
     entries = tuple(Citation(reference, tuple(dict.fromkeys(uses))) for reference, uses in uses_of.items())
     return Citations(entries, tuple(dict.fromkeys(without)))
-
-
-def _package(run: xr.Dataset) -> Reference:
-    """The package, in the version that made the run."""
-    version = json.loads(run.attrs.get("versions", "{}")).get("scissordyn", "")
-    return dataclasses.replace(bibliography()["scissordyn"], version=str(version))
 
 
 def _sources(value: Any) -> Iterator[tuple[str, str]]:

@@ -44,8 +44,7 @@ def magnified_deflection(
     angle = run["angle"].sel(body=names).transpose("time", "body").values
     ideal = plan(with_mode_counts(mechanism).ideal())
     placed = np.array([body.placed_angle for body in ideal.bodies])
-    straight, turned = np.empty_like(where), np.empty_like(angle)
-    straight[:], turned[:] = where, angle
+    straight, turned = where.copy(), angle.copy()
     for k in range(len(where)) if samples is None else samples:
         turns = dict(zip(names, (angle[k] - placed).tolist(), strict=True))
         still = still_at(ideal, float(run["time"].values[k]), turns)

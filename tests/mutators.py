@@ -28,8 +28,8 @@ INPUTS = {
 }
 """Arguments of kernels that are no parameters: coordinates, rates, states, rows, counts and switches."""
 
-KERNELS = "force", "energy", "steady", "start", "settled", "limit", "torque", "gap", "switch"
-"""Functions that hand their parameters on to others of the file, which are changed there."""
+KERNELS = "force", "energy", "steady", "start", "settled", "limit", "torque", "gap", "switch", "guide_force", "_work"
+"""Functions that are kernels by their names; what they hand on to others of the file is changed there."""
 
 EDGES = {ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt}
 OPPOSITES = {ast.Lt: ast.GtE, ast.LtE: ast.Gt, ast.Gt: ast.LtE, ast.GtE: ast.Lt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq}
@@ -199,7 +199,7 @@ class Mutator(ast.NodeTransformer):
         if node.name == "__post_init__":
             return node
         outer, self.function = self.function, node.name
-        if self.named and not self.owner:
+        if self.named and not self.owner and (node.name in KERNELS or node.decorator_list):
             self.parameters = {argument.arg for argument in node.args.args} - INPUTS
         node.body = [self.visit(part) for part in node.body]
         self.function, self.parameters = outer, set()
@@ -238,7 +238,7 @@ class Mutator(ast.NodeTransformer):
         """A parameter that is compared with zero has the same sign when it is scaled."""
         sides = [node.left, *node.comparators]
         if any(isinstance(side, ast.Constant) and side.value == 0 for side in sides):
-            sides = [side if is_parameter(side) else self.visit(side) for side in sides]
+            sides = [side if is_parameter(side) or self.is_number(side) else self.visit(side) for side in sides]
             node.left, node.comparators = sides[0], sides[1:]
             return node
         return self.generic_visit(node)

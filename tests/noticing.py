@@ -41,9 +41,9 @@ EQUIVALENT: dict[tuple[str | int, ...], str] = {
     ("laws/damping/exact.py", "", "0.1"): "where a series takes over that agrees to rounding",
     ("laws/damping/none.py", "parameters", "self.factor"): "zero",
     ("laws/friction/bristle.py", "", "1000000.0"): "constant damping to rounding, either way",
-    ("laws/friction/dahl.py", "force", "p[2]"): "shortcut for n = 1",
+    ("laws/friction/dahl.py", "force", "shape"): "shortcut for n = 1",
     ("laws/friction/dahl.py", "force", "1.0", 2): "shortcut for n = 1",
-    ("laws/friction/stribeck.py", "sliding_coefficient", "p[3]"): "shortcut for gamma = 2",
+    ("laws/friction/stribeck.py", "sliding_coefficient", "stribeck_exponent"): "shortcut for gamma = 2",
     ("laws/friction/stribeck.py", "sliding_coefficient", "2.0"): "shortcut for gamma = 2",
 }
 """Mutations that change no answer beyond rounding, with the reason: by file, function, number and, after the first, which."""

@@ -28,12 +28,14 @@ BARS = """
 [[body]]
 name = "one"
 mass = "1 kg"
-length = "1 m"
+inertia = "0.0833 kg m^2"
+points = { start = "-0.5, 0 m", end = "0.5, 0 m" }
 position = "0.5, 0 m"
 [[body]]
 name = "two"
 mass = "1 kg"
-length = "1 m"
+inertia = "0.0833 kg m^2"
+points = { start = "-0.5, 0 m", end = "0.5, 0 m" }
 position = "1.5005, 0 m"
 """
 LOOP = (

@@ -32,7 +32,7 @@ from scissordyn.run.engine import ENGINES, Engine, EngineError, Outcome, outcome
 from scissordyn.run.options import Options, StartKind
 from scissordyn.run.start.demand import CYCLE_TIME, check_cycles, check_memory, count_in_words, machine_memory
 from scissordyn.run.store import load, save
-from scissordyn.study.answer.fact import grouped_lines
+from scissordyn.study.answer.grouped import grouped_lines
 from scissordyn.units import Meaning, checked
 
 VALUE_BYTES = 5000  # Memory of a value beside its cycles: the mechanism that it makes

@@ -21,7 +21,7 @@ from scissordyn.run.configuration import write_configuration
 from scissordyn.run.engine import ENGINES, Engine, outcomes
 from scissordyn.run.options import Options, StartKind
 from scissordyn.run.start.demand import check_cycles
-from scissordyn.study.answer.fact import grouped_lines
+from scissordyn.study.answer.grouped import grouped_lines
 from scissordyn.units import Meaning, checked
 
 LEAST, MOST = 1e-16, 1e-6  # Range of relative perturbations on the scale of round-off

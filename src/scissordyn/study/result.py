@@ -19,8 +19,8 @@ from scissordyn.run.engine import Engine
 from scissordyn.run.simulate import simulate
 from scissordyn.study.answer.conclusion import Conclusion, conclude
 from scissordyn.study.answer.estimate import Kriging
-from scissordyn.study.answer.fact import grouped, grouped_lines
 from scissordyn.study.answer.fidelity import Corrected, confirmed, estimates, screened, verified_path
+from scissordyn.study.answer.grouped import grouped, grouped_lines
 from scissordyn.study.answer.page import design_size, page
 from scissordyn.study.answer.report import MOST_ROWS, StudyPictures, as_html, export, table, write_figures, write_report
 from scissordyn.study.answer.trend import Trend, between_points, sensitivity, trends

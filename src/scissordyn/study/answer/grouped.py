@@ -1,0 +1,24 @@
+"""What is said of many cases, put together where only the numbers in it differ."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+
+NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
+
+
+def grouped(texts: Iterable[tuple[str, int]]) -> dict[str, list[int]]:
+    """Cases by what is said of them, the most frequent first; numbers in a text do not make it another one."""
+    groups: dict[str, list[int]] = {}
+    label: dict[str, str] = {}
+    for text, case in texts:
+        cases = groups.setdefault(label.setdefault(NUMBER.sub("#", text), text), [])
+        if not cases or cases[-1] != case:  # of several joints of a case it may say the same
+            cases.append(case)
+    return dict(sorted(groups.items(), key=lambda item: -len(item[1])))
+
+
+def grouped_lines(texts: Iterable[object]) -> dict[str, list[int]]:
+    """Cases by what the lines of their texts say, as `grouped` does."""
+    return grouped((line, case) for case, text in enumerate(texts) for line in str(text).split("\n") if line)

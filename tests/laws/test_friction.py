@@ -17,6 +17,7 @@ from scissordyn.laws.friction.dahl import Dahl
 from scissordyn.laws.friction.elastoplastic import ElastoPlastic
 from scissordyn.laws.friction.gonthier import GonthierBristle
 from scissordyn.laws.friction.lugre import LuGre
+from scissordyn.laws.friction.maxwell_slip import MaxwellSlip
 from scissordyn.laws.friction.stribeck import Stribeck
 from scissordyn.laws.friction.threlfall import Threlfall
 
@@ -47,6 +48,7 @@ def curve(v, *, mu_k=0.05, mu_s=0.075, v_s=1e-3):
         ),
         (Stribeck(ramp_speed=0.0, viscous=0.1), lambda v: curve(v) + 0.1 * v),
         (Dahl(), lambda v: 0.05),
+        (MaxwellSlip(), lambda v: 0.05),
         (LuGre(viscous=0.1), lambda v: curve(v) + 0.1 * v),
         (ElastoPlastic(viscous=0.1), lambda v: curve(v) + 0.1 * v),
         (

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -64,12 +64,14 @@ class Measured:
 
     def rows(self, first: int, last: int) -> Measured:
         """The instants from one to before another, with their times as they are."""
-        part = slice(first, last)
-        return Measured(self.time[part], self.headings, self.values[part], self.units, self.name)
+        return self._of(slice(first, last))
 
     def every(self, step: int) -> Measured:
         """Every so many-th instant."""
-        return Measured(self.time[::step], self.headings, self.values[::step], self.units, self.name)
+        return self._of(slice(None, None, step))
+
+    def _of(self, part: slice) -> Measured:
+        return replace(self, time=self.time[part], values=self.values[part])
 
     def segments(self, duration: float) -> list[Measured]:
         """Parts of equal numbers of instants, each of about a duration [s]; each of at least two instants."""

@@ -94,8 +94,8 @@ def separation_exponent(
     """
     period = drive_period(mechanism) if period is None else period
     _check_counts(cycles=cycles, intervals=intervals)
-    check_tables(plan(mechanism), cycles * period)
     part, pulse, tables = period / intervals, 2.0 * math.pi / period, plan(mechanism)
+    check_tables(tables, cycles * period)
     least = min((joint.clearance.clearance for joint in mechanism.contacts if joint.clearance), default=1.0)
     first, n, system = distance * least * pulse, tables.coordinates.free, make_system(tables)
     drivers = [make_driver(tables, Options(part, start, 2, rtol, atol, method))[0] for _ in range(2)]

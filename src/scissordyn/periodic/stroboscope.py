@@ -22,6 +22,7 @@ from scissordyn.mechanics.system import APPROACH_FLOOR
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.run.advance.driver import Driver, Snapshot, counted
+from scissordyn.run.advance.system import guard_values
 from scissordyn.run.advance.trajectory import make_driver, reach, reached
 from scissordyn.run.answer.events import ACCOUNTS, accounts
 from scissordyn.run.answer.warn import Extremes
@@ -95,8 +96,7 @@ def consistent(system: Handle, state: Snapshot) -> Snapshot:
     live.mode[:], live.memory[:], live.reference[:] = state.mode, state.arrays["memory"], state.arrays["reference"]
     functions.activate(system.address)
     functions.accept(state.time, y, system.address, answer)
-    value, rate = np.zeros(live.mode.size), np.zeros(live.mode.size)
-    functions.guards(state.time, y, system.address, value, rate)
+    value = guard_values(system, state.time, y)
     for k in range(live.mode.size):
         if value[k] > 0.0 and live.mode[k] == 0:
             functions.touch(state.time, y, k, system.address, np.zeros(RESET_DATA))

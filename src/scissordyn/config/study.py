@@ -29,7 +29,7 @@ from scissordyn.config.variation import (
     FORMS,
     NAMES_SAMPLE,
     OF_FILE,
-    Reader,
+    MechanismReader,
     by_change,
     is_deviation,
     listed,
@@ -239,7 +239,7 @@ class Given:
 
     mechanism: Mechanism
     options: Options
-    read: Reader | None = None
+    read: MechanismReader | None = None
 
 
 def study_of(text: StudyText) -> Study:

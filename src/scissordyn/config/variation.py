@@ -293,7 +293,7 @@ SI = ("m", "rad", "kg", "s", "N", "N m", "rad/s", "m/s", "m/s^2", "kg m^2", "kg/
 NAMES_SAMPLE = '"structure.bars.material" = ["steel", "aluminium"]'
 
 MOST = 64  # Combinations of names: each mechanism is read, kept in the store, and simulated in a batch of its own
-Reader = Callable[[Mapping[str, str]], Mechanism]  # Makes the mechanism with some names, by parameter
+MechanismReader = Callable[[Mapping[str, str]], Mechanism]  # Makes the mechanism with some names, by parameter
 
 
 def names_of(given: Sequence[Any], probabilities: Sequence[Any] = ()) -> Names:
@@ -338,7 +338,7 @@ def unit_like(unit: str, among: Iterable[str]) -> str:
     return ""
 
 
-def variants_of(factors: Sequence[Factor], read: Reader | None) -> tuple[Mechanism, ...]:
+def variants_of(factors: Sequence[Factor], read: MechanismReader | None) -> tuple[Mechanism, ...]:
     """The mechanism with each combination of names and levels, those of the last factor fastest; none without such factors."""
     apart = [factor for factor in factors if factor.texts]
     if not apart:
@@ -358,7 +358,7 @@ def variants_of(factors: Sequence[Factor], read: Reader | None) -> tuple[Mechani
 
 def by_change(
     case: Path, changes: Sequence[str], options: Options, values: Mapping[str, Mapping[str, Any]] | None = None
-) -> Reader:
+) -> MechanismReader:
     """Reads a case with names as ``--set`` changes."""
     values = values or {}
 
@@ -379,7 +379,7 @@ def by_change(
     return read
 
 
-def by_object(mechanism: Mechanism, values_of: Mapping[str, Mapping[str, Any]]) -> Reader:
+def by_object(mechanism: Mechanism, values_of: Mapping[str, Mapping[str, Any]]) -> MechanismReader:
     """Puts what names stand for into a mechanism: a value at their parameter path, or a mechanism in its place."""
 
     def read(names: Mapping[str, str]) -> Mechanism:

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 import scissordyn as sd
 from scissordyn.errors import InputError
 from scissordyn.model.parameter_path import find, matching, number
-from scissordyn.model.walk import at, given, is_described, leaves, replaced
+from scissordyn.model.walk import Place, Route, at, declared, given, is_described, replaced
+from scissordyn.units import Quantity
 
 PIN = sd.Clearance(0.5e-3)
 
@@ -147,6 +150,18 @@ def test_a_mass_that_stands_twice_does_not_change_alone():
     for change in (lambda: number(bent, parameter), lambda: bent.replace(parameter, 3.0)):
         with pytest.raises(InputError, match="changed alone; allowed: the section or material"):
             change()
+
+
+def leaves(value: Any, path: Route = (), quantity: Quantity | None = None) -> Iterator[Place]:
+    """Every value in a description that is not made of others; a tuple that is a quantity, such as a position, is one value."""
+    if is_described(value):
+        for field in declared(type(value)).values():
+            yield from leaves(getattr(value, field.name), (*path, field.name), field.quantity)
+    elif isinstance(value, Mapping) or (isinstance(value, tuple) and quantity is None):
+        for key, inner in value.items() if isinstance(value, Mapping) else enumerate(value):
+            yield from leaves(inner, (*path, key), quantity)
+    else:
+        yield Place(path, value, quantity)
 
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))

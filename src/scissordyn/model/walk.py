@@ -70,18 +70,6 @@ def given(described: Any) -> Iterator[tuple[Declared, Any]]:
             yield field, value
 
 
-def leaves(value: Any, path: Route = (), quantity: Quantity | None = None) -> Iterator[Place]:
-    """Every value in a description that is not made of others; a tuple that is a quantity, such as a position, is one value."""
-    if is_described(value):
-        for field in declared(type(value)).values():
-            yield from leaves(getattr(value, field.name), (*path, field.name), field.quantity)
-    elif isinstance(value, Mapping) or (isinstance(value, tuple) and quantity is None):
-        for key, inner in value.items() if isinstance(value, Mapping) else enumerate(value):
-            yield from leaves(inner, (*path, key), quantity)
-    else:
-        yield Place(path, value, quantity)
-
-
 def at(described: Any, path: Sequence[str | int]) -> Any:
     for key in path:
         described = getattr(described, str(key)) if is_described(described) else described[key]

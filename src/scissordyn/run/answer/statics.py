@@ -183,12 +183,12 @@ def _rested(whole: Plan, inputs: Inputs, times: np.ndarray, friction: Friction) 
         stuck = jam(at.plan, at.system)
         if stuck and not warnings:
             warnings.append(f"{stuck}, first at t = {time:.6g} s")
-    kept = Record(*(np.concatenate(parts) for parts in zip(*records, strict=True)))
-    for rates in (kept.V, kept.A, kept.velocity, kept.angular_velocity):
+    at_rest = Record(*(np.concatenate(parts) for parts in zip(*records, strict=True)))
+    for rates in (at_rest.V, at_rest.A, at_rest.velocity, at_rest.angular_velocity):
         rates[:] = 0.0
     system, n = make_system(whole), whole.coordinates.free
     state = np.zeros((times.size, system.content.work.scratch.size))
-    state[:, :n] = kept.X[:, :n]
+    state[:, :n] = at_rest.X[:, :n]
     model, states = system.content.model, [at.system.content.state for at in rests]
     modes = (np.stack([getattr(part, name) for part in states]) for name in ("mode", "memory", "reference"))
     path = Trajectory(
@@ -201,7 +201,7 @@ def _rested(whole: Plan, inputs: Inputs, times: np.ndarray, friction: Friction) 
         warnings=tuple(warnings),
         band=times[:0],
     )
-    return path, kept
+    return path, at_rest
 
 
 def _moving(whole: Plan, inputs: Inputs, times: np.ndarray, friction: Friction) -> np.ndarray | None:

@@ -41,7 +41,7 @@ SOLVED = 0.01  # An implicit step has converged when a correction is this fracti
 MOST_POLISHING, POLISHING, POLISHED = 10, 3, 0.5
 """At rest, so many steps more at most, of so many corrections, as long as each reduces the unbalanced force to this part."""
 
-AWAY = 100.0  # Sizes of the mechanism: what has moved farther is held by nothing
+AWAY = 100.0  # Sizes of the mechanism: nothing restrains what has moved farther
 
 ASIDE, NO_SIDE, MOST_SIDES = 1e-3, 1e-6, 3
 """From unstable equilibrium a descent goes on so far aside, in sizes of the mechanism, unless it came from no side."""
@@ -427,7 +427,7 @@ def count_turns(plan: Plan, system: System, turned: Mapping[str, float]) -> None
 
 
 def touch_closed(handle: Handle, state: np.ndarray) -> None:
-    """Let every contact and component act that is past its gap at rest, but for latches."""
+    """Let every contact and component whose gap is closed at rest act, but for latches."""
     system: System = handle.content
     value = guard_values(handle, 0.0, state)
     system.state.mode[:] = value > 0.0

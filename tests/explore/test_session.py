@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 import threading
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -55,6 +57,33 @@ def test_every_example_has_fields(path: Path) -> None:
         assert (same.mechanism, same.options) == (opened.mechanism, opened.options)
         if len(field.value) == 1 and field.range is not None and field.range[0] <= field.value[0] <= field.range[1]:
             assert field.plain()["slider"]["low"] < field.plain()["slider"]["high"]
+
+
+ROOT = Path(__file__).parents[2]
+CASES = [
+    *EXAMPLES,
+    *(ROOT / "examples" / "questions").glob("*.toml"),
+    *(ROOT / "src/scissordyn/collection/entries").glob("*/case.toml"),
+]
+QUANTITY = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)? *[^\d\s,.*][^,]*")
+
+
+def written(tree: Any, place: tuple[str | int, ...] = ()) -> Iterator[tuple[str | int, ...]]:
+    """Places of single numbers with units in a case file; the unit of a ratio is that of its coordinates."""
+    if isinstance(tree, dict | list):
+        for key, inner in tree.items() if isinstance(tree, dict) else enumerate(tree):
+            yield from written(inner, (*place, key))
+    elif isinstance(tree, str) and QUANTITY.fullmatch(tree) and place[-1] != "ratio":
+        yield place
+
+
+@pytest.mark.parametrize("path", CASES, ids=lambda path: f"{path.parent.name}-{path.stem}")
+def test_every_number_with_a_unit_has_a_field(path: Path) -> None:
+    """Contract: of every example, question and mechanism of the zoo, wherever in a table the number stands."""
+    opened = open_case(path)
+    places = {".".join(map(str, place)) for place in written(opened.tree)}
+    assert places
+    assert places <= opened.fields.keys()
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)

@@ -154,7 +154,7 @@ def _table_in(shape: Shape) -> Any:
     """The table that a reader accepts, alone or as one of several shapes; None if there is none."""
     if isinstance(shape, Mapping):
         return next(filter(None, map(_table_in, (*shape.get("anyOf", ()), shape.get("items")))), None)
-    return shape
+    return shape if isinstance(shape, type) else None  # a reader may take a number or a text as well
 
 
 def _table_of_key(key: Key, reader: Reader, given: Mapping[str, Any]) -> Any:

@@ -15,6 +15,7 @@ import xarray as xr
 import scissordyn as sd
 from scissordyn.compiler.c import loaded
 from scissordyn.compiler.unit import Unit
+from scissordyn.file.checksum import checksum_line
 from scissordyn.integrate import advance as loop
 from scissordyn.integrate.integration import Problem
 from scissordyn.kernel import I1, PYTHON, Entry
@@ -29,6 +30,18 @@ def warnings_of(run: xr.Dataset) -> list[str]:
 def counts_of(run: xr.Dataset) -> dict[str, Any]:
     """What the integrator counted."""
     return json.loads(run.attrs["statistics"])
+
+
+def write_as_other(run: xr.Dataset, path: str | Path, *, invalid: bool = False) -> None:
+    """Write a Dataset as another program could, with a checksum that is right: what is in the file is read."""
+    run.to_netcdf(path, engine="h5netcdf", invalid_netcdf=invalid)
+    add_checksum(Path(path))
+
+
+def add_checksum(path: Path) -> None:
+    """Append the checksum of what a file holds."""
+    content = path.read_bytes()
+    path.write_bytes(content + checksum_line(content))
 
 
 def in_c(function: Callable[..., Any]) -> Callable[..., Any]:

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from tests.library import add_checksum, write_as_other
 
 from scissordyn.cli.main import status_of
 from scissordyn.run.store import load
@@ -39,6 +40,7 @@ def damaged_run(whole: Path, target: Path, number: int) -> None:
     chance = random.Random(number)
     if chance.random() < 0.15:
         target.write_bytes(_bytes(whole.read_bytes(), chance))
+        add_checksum(target)
         return
     run = _loaded(whole)
     for _ in range(chance.choice((1, 1, 2, 3))):
@@ -48,7 +50,7 @@ def damaged_run(whole: Path, target: Path, number: int) -> None:
         if variable.dtype.kind == "O":
             run[name] = variable.dims, [str(value) for value in variable.values.ravel()], variable.attrs
     target.unlink(missing_ok=True)
-    run.to_netcdf(target, engine="h5netcdf", invalid_netcdf=True)
+    write_as_other(run, target, invalid=True)
 
 
 @cache
@@ -182,6 +184,17 @@ def test_a_thousand_damaged_runs(said: Said, whole: list[Path], folder: Path, fi
     assert 2 in tried(said, whole, first, first + BLOCK)
 
 
+def test_a_flipped_bit_is_noticed_by_every_command(said: Said, whole: list[Path], folder: Path) -> None:
+    """Contract: one bit of a number that would be read is flipped; nothing is shown, drawn or written of the run."""
+    content, first = whole[0].read_bytes(), load(whole[0])["position"].values[1, 0, 0].tobytes()
+    Path("damaged.nc").write_bytes(content.replace(first, bytes([first[0] ^ 1]) + first[1:]))
+    shutil.copy(whole[0], "whole.nc")
+    for command in (*READING, *DRAWING, AGAIN, ("cite", "damaged.nc"), ("explore", "damaged.nc", "--no-browser")):
+        status, line = said(*command)
+        assert status == 2, command
+        assert "does not match its checksum" in line, command
+
+
 def without(values: xr.DataArray, name: str) -> xr.DataArray:
     """Values that have lost an attribute."""
     return values.drop_attrs(deep=False).assign_attrs({key: value for key, value in values.attrs.items() if key != name})
@@ -202,7 +215,7 @@ DAMAGES: dict[str, Callable[[xr.Dataset], xr.Dataset]] = {
 def test_what_is_damaged_is_named(said: Said, whole: list[Path], folder: Path, named: str) -> None:
     """Contract: every command that reads a run refuses it, and names the attribute or the variable."""
     shutil.copy(whole[0], "whole.nc")
-    DAMAGES[named](load(whole[0])).to_netcdf("damaged.nc", engine="h5netcdf")
+    write_as_other(DAMAGES[named](load(whole[0])), "damaged.nc")
     for command in (*READING, *DRAWING):
         status, line = said(*command)
         assert status == 2, command

@@ -15,6 +15,7 @@ import sys
 import threading
 import traceback
 import unicodedata
+import warnings
 from collections.abc import Callable, Sequence
 from difflib import get_close_matches
 from importlib import import_module
@@ -226,6 +227,7 @@ def run() -> None:
     gc.set_threshold(200_000)
     take_signals()
     prepare_streams()
+    warnings.formatwarning = _warning_line
     try:
         status = status_of(sys.argv[1:])
     except KeyboardInterrupt:
@@ -270,6 +272,12 @@ def status_of(arguments: Sequence[str]) -> int:
             return _complain(STOPPED, INTERRUPTED)
         hint = "" if os.environ.get("SCISSORDYN_TRACEBACK") else "; a fault of scissordyn: SCISSORDYN_TRACEBACK=1 shows where"
         return _complain(f"{type(error).__name__}: {error}{hint}", BUG)
+
+
+def _warning_line(message: Warning | str, category: type[Warning], filename: str, lineno: int, line: str | None = None) -> str:
+    """Return a warning for the user as one line; one of a library also names its place."""
+    place = "" if category is UserWarning else f"{category.__name__} in {filename}, line {lineno}: "
+    return f"scissordyn: Warning: {place}{printable(str(message))}\n"
 
 
 def _usage(error: Exception, arguments: Sequence[str]) -> str:

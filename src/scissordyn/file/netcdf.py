@@ -4,12 +4,19 @@ from __future__ import annotations
 
 import io
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import h5py
 import numpy as np
 from h5netcdf.core import File
+
+from scissordyn.file.checksum import checksum_line
+
+FORMAT = ("v110", "v110")
+"""Oldest and newest version of HDF5's file format: from 1.10 (2016) on its own structures have checksums."""
+
+CHUNK_BYTES = 2**20  # [bytes] HDF5's default cache of chunks: a part of a variable is then read without reading all of it
 
 
 class NetcdfFile(File):
@@ -34,8 +41,8 @@ def netcdf(
 
     Texts have any length, what is true or false is a small number with a mark, and numbers that are missing are NaN.
     """
-    content = io.BytesIO()
-    with File(content, "w") as file:  # type: ignore[no-untyped-call]
+
+    def write(file: File) -> None:
         file.dimensions = dict(sizes)
         for name, (dims, values, about) in variables.items():
             kind, further, missing, dtype = values.dtype.kind, dict(about), None, values.dtype
@@ -46,12 +53,37 @@ def netcdf(
             elif kind == "U":
                 values = np.array([text_of(text) for text in values.ravel().tolist()], object).reshape(values.shape)
                 dtype = h5py.string_dtype()  # type: ignore[attr-defined]
-            stored = file.create_variable(name, dims, dtype, fillvalue=missing)
+            options = {"fillvalue": missing, **protection(values)}
+            stored = file.create_variable(name, dims, dtype, **options)  # type: ignore[no-untyped-call]
             for key, value in further.items():
                 stored.attrs[key] = value
             stored[...] = values
         for key, value in attributes.items():
             file.attrs[key] = text_of(value) if isinstance(value, str) else np.atleast_1d(value)
+
+    return written_by(write)
+
+
+def protection(values: np.ndarray) -> dict[str, Any]:
+    """Return the options of h5netcdf and xarray that store an array in chunks, each with its Fletcher-32 checksum.
+
+    Empty for texts, whose characters HDF5 keeps outside the chunks, and for arrays without entries or dimensions.
+    """
+    if values.dtype.kind in "OUS" or not values.ndim or not values.size:
+        return {}
+    chunks = -(-values.nbytes // CHUNK_BYTES)
+    shape = (-(-len(values) // chunks), *values.shape[1:])  # equal parts, so that the last one has few unused rows
+    return {"fletcher32": True, "chunks": shape}
+
+
+def written_by(write: Callable[[File], None]) -> memoryview:
+    """Return the content of a file that a function writes, with its checksum."""
+    content = io.BytesIO()
+    with File(content, "w", libver=FORMAT) as file:  # type: ignore[no-untyped-call]
+        write(file)
+    line = checksum_line(content.getbuffer())
+    content.seek(0, io.SEEK_END)
+    content.write(line)
     return content.getbuffer()
 
 

@@ -49,7 +49,7 @@ def save(run: xr.Dataset, path: str | os.PathLike[str], *, replace_broken: bool 
     InputError
         If the file cannot be written, or holds something else.
     """
-    return _write_run(run, path, lambda: _writable(run).to_netcdf(engine="h5netcdf"), replace_broken=replace_broken)
+    return _write_run(run, path, lambda: _netcdf(_writable(run)), replace_broken=replace_broken)
 
 
 def load(path: str | os.PathLike[str]) -> xr.Dataset:
@@ -66,16 +66,23 @@ def load(path: str | os.PathLike[str]) -> xr.Dataset:
     Raises
     ------
     InputError
-        If there is no such file, or it is not a whole run.
+        If there is no such file, it is not a whole run, or its content does not match its checksum.
+
+    Warns
+    -----
+    UserWarning
+        If the file has no checksum: another program or an earlier version wrote it, and damage is not noticed.
     """
     import xarray as xr  # a run that is only shown loads neither this nor HDF5
 
     import scissordyn.run.accessor  # noqa: F401  registers run.scissordyn
+    from scissordyn.file.checksum import verify_checksum
     from scissordyn.file.netcdf import NetcdfFile
 
     try:
         if regular_size(path) is None:
             raise ValueError("it is not a regular file")
+        has_checksum = verify_checksum(path)  # before HDF5 sees the file
         with NetcdfFile(path) as file, xr.open_dataset(xr.backends.H5NetCDFStore(file)) as stored:
             run = stored.load()
     except Exception as error:  # libraries raise whatever they like at a file that is not whole
@@ -87,7 +94,22 @@ def load(path: str | os.PathLike[str]) -> xr.Dataset:
         ) from None
     if not str(run.attrs.get("title", "")).startswith(OURS):
         raise InputError(f"'{path}' is not a run of scissordyn", "a NetCDF file that scissordyn wrote")
+    if not has_checksum:
+        warnings.warn(f"'{path}' has no checksum: damage to it is not noticed; sd.save() writes it with one", stacklevel=3)
     return run
+
+
+def _netcdf(run: xr.Dataset) -> memoryview:
+    """Return the content of the NetCDF file of a Dataset."""
+    from xarray.backends import H5NetCDFStore
+
+    from scissordyn.file.netcdf import protection, written_by
+
+    encoding = {}
+    for name, variable in run.variables.items():
+        options = protection(variable.values)
+        encoding[name] = {"chunksizes": options.pop("chunks"), **options} if options else {}
+    return written_by(lambda file: run.dump_to_store(H5NetCDFStore(file), encoding=encoding))
 
 
 def _writable(run: xr.Dataset) -> xr.Dataset:

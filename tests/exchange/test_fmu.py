@@ -6,7 +6,11 @@ import dataclasses
 import functools
 import io
 import math
+import re
+import subprocess
+import sys
 import zipfile
+from pathlib import Path
 from typing import Annotated
 
 import numpy as np
@@ -310,6 +314,40 @@ def test_a_kept_state_is_where_it_goes_on(units, tmp_path):
     made.freeInstance()
     assert found[0] == found[1] == found[2] == found[3]
     assert all(math.isfinite(value) for value in found[0])
+
+
+def test_attacks_end_as_the_standard_requires(units):
+    """Contract: wrong states, null pointers, times, values and bytes are errors, after which an instance can be repaired."""
+    command = [sys.executable, "-m", "benchmarks.fmu_attacks", units("arm"), "--together"]
+    run = subprocess.run(command, capture_output=True, text=True, cwd=Path(__file__).parents[2], timeout=120)
+    assert run.returncode == 0, run.stdout + run.stderr
+    assert re.fullmatch(r"(\d+) of \1 attacks ended as FMI 3.0 requires\n", run.stdout)
+
+
+def test_misuse_is_told_in_one_line(units, tmp_path, capfd):
+    """Contract: a message names the call, what is wrong and what is expected."""
+    made, references = slave(units("crank"), tmp_path)
+    made.doStep(0.0, 1e-3)
+    for call, text in (
+        (
+            lambda: made.doStep(0.0, 1e-3),
+            "currentCommunicationPoint = 0: must be 0.001; to repeat a step, call fmi3SetFMUState",
+        ),
+        (lambda: made.enterEventMode(), "fmi3EnterEventMode is a function of model exchange"),
+        (lambda: made.doStep(1e-3, 1e-3), "fmi3DoStep must not be called in state Terminated"),
+    ):
+        with pytest.raises(fmpy.fmi1.FMICallException):
+            call()
+        assert text in capfd.readouterr().out
+    made.reset()
+    flag = [references["drives.crank.external"]]
+    made.setBoolean(flag, [True])
+    made.enterInitializationMode()
+    made.exitInitializationMode()
+    with pytest.raises(fmpy.fmi1.FMICallException):
+        made.setBoolean(flag, [False])
+    made.freeInstance()
+    assert f"parameter {flag[0]} is fixed: it must be set before fmi3ExitInitializationMode" in capfd.readouterr().out
 
 
 def test_without_a_compiler_only_the_sources_are_written(monkeypatch):

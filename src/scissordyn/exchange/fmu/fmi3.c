@@ -2,6 +2,8 @@
 
    The names and types of the functions are those of the FMI standard 3.0 (https://fmi-standard.org). */
 
+#include <float.h>
+#include <stdarg.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdio.h>
@@ -18,40 +20,75 @@ typedef enum { fmi3OK, fmi3Warning, fmi3Discard, fmi3Error, fmi3Fatal } fmi3Stat
 typedef void (*LogMessage)(void *environment, fmi3Status status, const char *category, const char *message);
 
 enum { EVALUATED = 1, MOST_TRIALS = 100000000 };
+static const double TIME_TOL = 1e-6; /* [steps] difference of the importer's time from this unit's, beside round-off */
+static const double TOLERANCE_MIN = 1e-14, TOLERANCE_MAX = 0.01; /* range of `rtol` in [run] */
 static const double LARGEST_DRIFT = 1e-9; /* of a state in model exchange, as a part of its size, beyond which it is projected */
 
-static Fmu *made(const char *token, void *environment, LogMessage say, bool exchange, bool early) {
-    Fmu *m;
-    if (token == NULL || strcmp(token, TOKEN) != 0) {
-        if (say) say(environment, fmi3Error, "logStatusError", "the instantiation token is that of another unit");
-        return NULL;
+/* States of the standard's state machine; an error leads to TERMINATED. */
+enum { INSTANTIATED = 1, INITIALIZATION = 2, EVENT = 4, CONTINUOUS = 8, STEP = 16, TERMINATED = 32, ANY = 63 };
+enum { SETTING = INSTANTIATED | INITIALIZATION }; /* where fixed parameters may be set */
+
+static const char *mode_name(int mode) {
+    switch (mode) {
+        case INSTANTIATED: return "Instantiated";
+        case INITIALIZATION: return "Initialization Mode";
+        case EVENT: return "Event Mode";
+        case CONTINUOUS: return "Continuous-Time Mode";
+        case STEP: return "Step Mode";
+        default: return "Terminated";
     }
-    m = calloc(1, sizeof(Fmu));
-    if (m == NULL) return NULL;
-    m->w = calloc(WORDS + 1, sizeof(word));
-    if (m->w == NULL) {
-        free(m);
-        return NULL;
-    }
-    m->environment = environment;
-    m->say = (void *)say;
-    m->exchange = exchange;
-    m->early = early;
-    connect(m);
-    begin(m);
-    return m;
 }
 
-static fmi3Status failed(Fmu *m, const char *text) {
-    char line[400];
-    snprintf(line, sizeof line, "%s at t = %.9g s", text, m->time);
-    if (m->say) ((LogMessage)m->say)(m->environment, fmi3Error, "logStatusError", line);
+/* Messages. */
+
+static void log_message(Fmu *m, fmi3Status status, const char *format, va_list values) {
+    char text[300], line[400];
+    vsnprintf(text, sizeof text, format, values);
+    snprintf(line, sizeof line, "%s (t = %.9g s)", text, m->time);
+    if (m->say) ((LogMessage)m->say)(m->environment, status, status == fmi3Error ? "logStatusError" : "logStatusWarning", line);
+}
+
+static fmi3Status fail(Fmu *m, const char *format, ...) {
+    va_list values;
+    va_start(values, format);
+    log_message(m, fmi3Error, format, values);
+    va_end(values);
+    m->mode = TERMINATED;
     return fmi3Error;
 }
 
+/* Log the reason of fmi3Warning or fmi3Discard, and return it. */
+static fmi3Status warn(Fmu *m, fmi3Status status, const char *format, ...) {
+    va_list values;
+    va_start(values, format);
+    if (m->warnings) log_message(m, status, format, values);
+    va_end(values);
+    return status;
+}
+
+/* Return whether a function may be called now. */
+static bool is_allowed(Fmu *m, const char *function, int modes) {
+    if (m == NULL) return false;
+    if (m->mode & modes) return true;
+    fail(m, "%s must not be called in state %s", function, mode_name(m->mode));
+    return false;
+}
+
+/* Return whether a function of model exchange may be called now. */
+static bool is_allowed_in_exchange(Fmu *m, const char *function, int modes) {
+    if (m == NULL || m->exchange) return is_allowed(m, function, modes);
+    fail(m, "%s is a function of model exchange", function);
+    return false;
+}
+
+/* Return the difference that the importer's time may have from this unit's, as it adds up steps: [s] */
+static double time_slack(double time, double step) { return TIME_TOL * fabs(step) + 8.0 * DBL_EPSILON * fabs(time); }
+
+static fmi3Status null_pointer(Fmu *m, const char *function) { return fail(m, "%s: an argument is a null pointer", function); }
+
 /* Steps across change points need the whole program. */
 static fmi3Status singular(Fmu *m) {
-    return failed(m, "a singular position ahead, where bodies become aligned, across which this unit makes no steps; scissordyn does,");
+    return fail(m, "a singular position ahead, where bodies become aligned, across which this unit makes no steps; scissordyn does");
 }
 
 /* The present time and state, of the instance or of its integrator. */
@@ -94,22 +131,6 @@ static void fill_history(Fmu *m) { /* before the start signals are constant: S =
     for (int k = 0; k < SIGNALS; k++) past.p[k] = answers[0][k] / (1.0 - (answers[1][k] - answers[0][k]));
 }
 
-static bool drop_history(Fmu *m) { /* what controllers no longer look back at; whether that gave room */
-    State *s = &m->integration.state;
-    Work *w = &m->integration.work;
-    int64_t length = s->history_length.p[0], old = 0;
-    double longest = 0.0;
-    for (int64_t k = 0; k < w->delays.n0; k++) longest = fmax(longest, w->delays.p[k]);
-    while (old < length) {
-        const double *row = s->history.p + old * s->history.s;
-        if (row[0] + row[1] >= s->clock.p[0].time - 1.001 * longest) break;
-        old++;
-    }
-    memmove(s->history.p, s->history.p + old * s->history.s, (size_t)((length - old) * s->history.s) * sizeof(double));
-    s->history_length.p[0] = length - old;
-    return old > 0;
-}
-
 static void evaluate(Fmu *m) { /* the outputs at the present time and state */
     State *s = &m->integration.state;
     if (m->fresh) follow(m);
@@ -127,36 +148,69 @@ static void evaluate(Fmu *m) { /* the outputs at the present time and state */
 
 /* Instances and modes. */
 
+static Fmu *refuse(void *environment, LogMessage say, const char *text) {
+    if (say) say(environment, fmi3Error, "logStatusError", text);
+    return NULL;
+}
+
+static Fmu *create_instance(
+    const char *name, const char *token, void *environment, LogMessage say, bool logging, bool exchange, bool early) {
+    Fmu *m;
+    if (name == NULL || name[strspn(name, " \t\r\n")] == '\0') return refuse(environment, say, "instanceName is empty");
+    if (token == NULL || strcmp(token, TOKEN) != 0) return refuse(environment, say, "the instantiation token is that of another unit");
+    m = calloc(1, sizeof(Fmu));
+    if (m == NULL) return refuse(environment, say, "no memory");
+    m->w = calloc(WORDS + 1, sizeof(word));
+    if (m->w == NULL) {
+        free(m);
+        return refuse(environment, say, "no memory");
+    }
+    m->environment = environment;
+    m->say = (void *)say;
+    m->warnings = logging;
+    m->exchange = exchange;
+    m->early = early;
+    connect(m);
+    begin(m);
+    m->mode = INSTANTIATED;
+    return m;
+}
+
 EXPORT const char *fmi3GetVersion(void) { return "3.0"; }
 
 EXPORT fmi3Status fmi3SetDebugLogging(void *c, bool on, size_t n, const char *const categories[]) {
-    (void)c; (void)on; (void)n; (void)categories;
+    Fmu *m = c;
+    if (!is_allowed(m, "fmi3SetDebugLogging", ANY)) return fmi3Error;
+    if (n > 0 && categories == NULL) return null_pointer(m, "fmi3SetDebugLogging");
+    if (n == 0) m->warnings = on;
+    for (size_t k = 0; k < n; k++) {
+        if (categories[k] != NULL && strcmp(categories[k], "logStatusWarning") == 0) m->warnings = on;
+        else if (categories[k] == NULL || strcmp(categories[k], "logStatusError") != 0) return fail(m, "unknown category of messages");
+    }
     return fmi3OK;
 }
 
 EXPORT void *fmi3InstantiateModelExchange(
     const char *name, const char *token, const char *path, bool visible, bool logging, void *environment, LogMessage say) {
-    (void)name; (void)path; (void)visible; (void)logging;
-    if (SIGNALS > 0) {
-        if (say) say(environment, fmi3Error, "logStatusError", "a controller that looks back needs the steps of this unit: co-simulation");
-        return NULL;
-    }
-    return made(token, environment, say, true, false);
+    (void)path; (void)visible;
+    if (SIGNALS > 0) return refuse(environment, say, "a controller that looks back needs the steps of this unit: co-simulation");
+    return create_instance(name, token, environment, say, logging, true, false);
 }
 
 EXPORT void *fmi3InstantiateCoSimulation(
     const char *name, const char *token, const char *path, bool visible, bool logging, bool events, bool early,
     const uint32_t required[], size_t n, void *environment, LogMessage say, void *update) {
-    (void)name; (void)path; (void)visible; (void)logging; (void)events; (void)required; (void)n; (void)update;
-    return made(token, environment, say, false, early);
+    (void)path; (void)visible; (void)required; (void)update;
+    if (events) return refuse(environment, say, "eventModeUsed = true: this unit has no Event Mode in co-simulation");
+    if (n > 0) return refuse(environment, say, "requiredIntermediateVariables: this unit has no Intermediate Update Mode");
+    return create_instance(name, token, environment, say, logging, false, early);
 }
 
 EXPORT void *fmi3InstantiateScheduledExecution(
     const char *name, const char *token, const char *path, bool visible, bool logging, void *environment, LogMessage say, void *update,
     void *lock, void *unlock) {
     (void)name; (void)token; (void)path; (void)visible; (void)logging; (void)update; (void)lock; (void)unlock;
-    if (say) say(environment, fmi3Error, "logStatusError", "there is no scheduled execution in this unit");
-    return NULL;
+    return refuse(environment, say, "there is no scheduled execution in this unit");
 }
 
 EXPORT void fmi3FreeInstance(void *c) {
@@ -168,9 +222,12 @@ EXPORT void fmi3FreeInstance(void *c) {
 
 EXPORT fmi3Status fmi3EnterInitializationMode(void *c, bool defined, double tolerance, double start, bool stops, double stop) {
     Fmu *m = c;
-    (void)stops; (void)stop;
-    if (start != 0.0) return failed(m, "the mechanism starts at t = 0 and at no other time");
-    if (defined && tolerance > 0.0) {
+    if (!is_allowed(m, "fmi3EnterInitializationMode", INSTANTIATED)) return fmi3Error;
+    if (start != 0.0) return fail(m, "startTime = %.9g: the mechanism starts at t = 0 and at no other time", start);
+    if (stops && !(stop > start)) return fail(m, "stopTime = %.9g: must be greater than the start time 0", stop);
+    if (defined && !(tolerance >= TOLERANCE_MIN && tolerance <= TOLERANCE_MAX))
+        return fail(m, "tolerance = %.9g: must be a number from %g to %g", tolerance, TOLERANCE_MIN, TOLERANCE_MAX);
+    if (defined) {
         Work *w = &m->integration.work;
         double factor = tolerance / TOLERANCE;
         for (int64_t i = 0; i < w->rtol.n0; i++) {
@@ -178,43 +235,60 @@ EXPORT fmi3Status fmi3EnterInitializationMode(void *c, bool defined, double tole
             w->atol.p[i] *= factor;
         }
     }
+    m->stop = stops ? stop : INFINITY;
+    m->mode = INITIALIZATION;
     return fmi3OK;
 }
 
 EXPORT fmi3Status fmi3ExitInitializationMode(void *c) {
     Fmu *m = c;
     double answer[2];
+    if (!is_allowed(m, "fmi3ExitInitializationMode", INITIALIZATION)) return fmi3Error;
     if (m->fresh) follow(m);
     if (SIGNALS > 0) fill_history(m);
     root_accept(0.0, m->integration.state.y, &m->system, (F1_array){answer, 2});
     m->integration.state.clock.p[0].longest = answer[1];
     forget(m);
+    m->mode = m->exchange ? EVENT : STEP;
     return fmi3OK;
 }
 
-EXPORT fmi3Status fmi3EnterEventMode(void *c) { (void)c; return fmi3OK; }
-EXPORT fmi3Status fmi3EnterStepMode(void *c) { (void)c; return fmi3OK; }
-EXPORT fmi3Status fmi3EnterConfigurationMode(void *c) { (void)c; return fmi3OK; }
-EXPORT fmi3Status fmi3ExitConfigurationMode(void *c) { (void)c; return fmi3OK; }
-EXPORT fmi3Status fmi3Terminate(void *c) { (void)c; return fmi3OK; }
+EXPORT fmi3Status fmi3Terminate(void *c) {
+    Fmu *m = c;
+    if (!is_allowed(m, "fmi3Terminate", EVENT | CONTINUOUS | STEP)) return fmi3Error;
+    m->mode = TERMINATED;
+    return fmi3OK;
+}
 
 EXPORT fmi3Status fmi3Reset(void *c) {
     Fmu *m = c;
+    if (!is_allowed(m, "fmi3Reset", ANY)) return fmi3Error;
     memset(m->w, 0, WORDS * sizeof(word));
     memset(m->input, 0, sizeof m->input);
     memset(m->external, 0, sizeof m->external);
-    m->time = 0.0;
+    memset(m->idle, 0, sizeof m->idle);
+    m->time = m->completed = m->earliest = 0.0;
     m->outputs = 0;
+    m->fresh = 0;
     connect(m);
     begin(m);
+    m->mode = INSTANTIATED;
     return fmi3OK;
 }
 
 /* Values. */
 
+/* Return whether `n` references go with `count` values that exist; every variable is a scalar. */
+static bool check_values(Fmu *m, const char *function, const uint32_t references[], size_t n, const void *values, size_t count) {
+    if (n != count) fail(m, "%s: %lu values of %lu variables", function, (unsigned long)count, (unsigned long)n);
+    else if (n > 0 && (references == NULL || values == NULL)) null_pointer(m, function);
+    else return true;
+    return false;
+}
+
 EXPORT fmi3Status fmi3GetFloat64(void *c, const uint32_t references[], size_t n, double values[], size_t count) {
     Fmu *m = c;
-    (void)count;
+    if (!is_allowed(m, "fmi3GetFloat64", ANY) || !check_values(m, "fmi3GetFloat64", references, n, values, count)) return fmi3Error;
     for (size_t k = 0; k < n; k++) {
         const double *found;
         if (references[k] == 0) {
@@ -232,7 +306,7 @@ EXPORT fmi3Status fmi3GetFloat64(void *c, const uint32_t references[], size_t n,
             evaluate(m);
         }
         found = place(m, references[k]);
-        if (found == NULL) return failed(m, "a value reference that is no Float64");
+        if (found == NULL) return fail(m, "value reference %lu is no Float64", (unsigned long)references[k]);
         values[k] = factor(references[k]) * *found;
     }
     return fmi3OK;
@@ -240,289 +314,51 @@ EXPORT fmi3Status fmi3GetFloat64(void *c, const uint32_t references[], size_t n,
 
 EXPORT fmi3Status fmi3SetFloat64(void *c, const uint32_t references[], size_t n, const double values[], size_t count) {
     Fmu *m = c;
-    (void)count;
+    fmi3Status status = fmi3OK;
+    if (!is_allowed(m, "fmi3SetFloat64", ANY & ~TERMINATED)) return fmi3Error;
+    if (!check_values(m, "fmi3SetFloat64", references, n, values, count)) return fmi3Error;
     for (size_t k = 0; k < n; k++) {
-        if (references[k] < FIRST_INPUT || references[k] >= FIRST_INPUT + 3 * INPUTS) return failed(m, "a value that is no input");
-        m->input[references[k] - FIRST_INPUT] = values[k];
-        if (m->external[(references[k] - FIRST_INPUT) / 3]) m->fresh = 1;
+        unsigned long reference = references[k];
+        bool input = reference >= FIRST_INPUT && reference < FIRST_INPUT + 3 * INPUTS;
+        if (!input) return fail(m, "value reference %lu is no input", reference);
+        if (!isfinite(values[k])) return fail(m, "input %lu = %g: must be a finite number", reference, values[k]);
     }
-    return fmi3OK;
+    for (size_t k = 0; k < n; k++) {
+        unsigned place = references[k] - FIRST_INPUT, motion = place / 3;
+        bool changed = m->input[place] != values[k];
+        m->input[place] = values[k];
+        if (m->external[motion]) {
+            m->fresh = 1;
+        } else if (changed && !(m->mode & SETTING) && !m->idle[motion]) {
+            m->idle[motion] = true; /* one message is enough */
+            status = warn(m, fmi3Warning, "input %lu has no effect: parameter %lu, '....external', must be true",
+                          (unsigned long)references[k], (unsigned long)(FIRST_FLAG + motion));
+        }
+    }
+    return status;
 }
 
 EXPORT fmi3Status fmi3GetBoolean(void *c, const uint32_t references[], size_t n, bool values[], size_t count) {
     Fmu *m = c;
-    (void)count;
+    if (!is_allowed(m, "fmi3GetBoolean", ANY) || !check_values(m, "fmi3GetBoolean", references, n, values, count)) return fmi3Error;
     for (size_t k = 0; k < n; k++) {
-        if (references[k] < FIRST_FLAG || references[k] >= FIRST_FLAG + INPUTS) return failed(m, "a value reference that is no Boolean");
-        values[k] = m->external[references[k] - FIRST_FLAG];
+        unsigned long reference = references[k];
+        if (reference < FIRST_FLAG || reference >= FIRST_FLAG + INPUTS) return fail(m, "value reference %lu is no Boolean", reference);
+        values[k] = m->external[reference - FIRST_FLAG];
     }
     return fmi3OK;
 }
 
 EXPORT fmi3Status fmi3SetBoolean(void *c, const uint32_t references[], size_t n, const bool values[], size_t count) {
     Fmu *m = c;
-    (void)count;
+    if (!is_allowed(m, "fmi3SetBoolean", ANY) || !check_values(m, "fmi3SetBoolean", references, n, values, count)) return fmi3Error;
     for (size_t k = 0; k < n; k++) {
-        if (references[k] < FIRST_FLAG || references[k] >= FIRST_FLAG + INPUTS) return failed(m, "a value reference that is no Boolean");
-        m->external[references[k] - FIRST_FLAG] = values[k];
-        m->fresh = 1;
+        unsigned long reference = references[k];
+        if (reference < FIRST_FLAG || reference >= FIRST_FLAG + INPUTS) return fail(m, "value reference %lu is no Boolean", reference);
+        if (!(m->mode & SETTING))
+            return fail(m, "parameter %lu is fixed: it must be set before fmi3ExitInitializationMode", reference);
     }
+    for (size_t k = 0; k < n; k++) m->external[references[k] - FIRST_FLAG] = values[k];
+    if (n > 0) m->fresh = 1;
     return fmi3OK;
-}
-
-#define NONE(NAME, TYPE) \
-    EXPORT fmi3Status fmi3Get##NAME(void *c, const uint32_t r[], size_t n, TYPE v[], size_t k) { \
-        (void)r; (void)v; (void)k; \
-        return n == 0 ? fmi3OK : failed(c, "there are no variables of type " #NAME); \
-    } \
-    EXPORT fmi3Status fmi3Set##NAME(void *c, const uint32_t r[], size_t n, const TYPE v[], size_t k) { \
-        (void)r; (void)v; (void)k; \
-        return n == 0 ? fmi3OK : failed(c, "there are no variables of type " #NAME); \
-    }
-
-NONE(Float32, float)
-NONE(Int8, int8_t)
-NONE(UInt8, uint8_t)
-NONE(Int16, int16_t)
-NONE(UInt16, uint16_t)
-NONE(Int32, int32_t)
-NONE(UInt32, uint32_t)
-NONE(Int64, int64_t)
-NONE(UInt64, uint64_t)
-NONE(String, char *)
-
-#define ABSENT(NAME, ...) \
-    EXPORT fmi3Status NAME(void *c, __VA_ARGS__) { return failed(c, #NAME " is not part of this unit"); }
-
-ABSENT(fmi3GetBinary, const uint32_t r[], size_t n, size_t s[], const uint8_t *v[], size_t k)
-ABSENT(fmi3SetBinary, const uint32_t r[], size_t n, const size_t s[], const uint8_t *const v[], size_t k)
-ABSENT(fmi3GetClock, const uint32_t r[], size_t n, bool v[])
-ABSENT(fmi3SetClock, const uint32_t r[], size_t n, const bool v[])
-ABSENT(fmi3GetNumberOfVariableDependencies, uint32_t r, size_t *n)
-ABSENT(fmi3GetVariableDependencies, uint32_t r, size_t a[], uint32_t b[], size_t d[], int k[], size_t n)
-ABSENT(fmi3GetDirectionalDerivative, const uint32_t u[], size_t nu, const uint32_t k[], size_t nk, const double s[], size_t ns, double v[], size_t nv)
-ABSENT(fmi3GetAdjointDerivative, const uint32_t u[], size_t nu, const uint32_t k[], size_t nk, const double s[], size_t ns, double v[], size_t nv)
-ABSENT(fmi3GetIntervalDecimal, const uint32_t r[], size_t n, double v[], int q[])
-ABSENT(fmi3GetIntervalFraction, const uint32_t r[], size_t n, uint64_t a[], uint64_t b[], int q[])
-ABSENT(fmi3GetShiftDecimal, const uint32_t r[], size_t n, double v[])
-ABSENT(fmi3GetShiftFraction, const uint32_t r[], size_t n, uint64_t a[], uint64_t b[])
-ABSENT(fmi3SetIntervalDecimal, const uint32_t r[], size_t n, const double v[])
-ABSENT(fmi3SetIntervalFraction, const uint32_t r[], size_t n, const uint64_t a[], const uint64_t b[])
-ABSENT(fmi3SetShiftDecimal, const uint32_t r[], size_t n, const double v[])
-ABSENT(fmi3SetShiftFraction, const uint32_t r[], size_t n, const uint64_t a[], const uint64_t b[])
-ABSENT(fmi3GetOutputDerivatives, const uint32_t r[], size_t n, const int32_t o[], double v[], size_t k)
-ABSENT(fmi3ActivateModelPartition, uint32_t r, double t)
-
-EXPORT fmi3Status fmi3EvaluateDiscreteStates(void *c) { (void)c; return fmi3OK; }
-
-/* The whole state: the numbers of the instance lie in one block. */
-
-typedef struct {
-    double time, input[3 * INPUTS + 1];
-    bool external[INPUTS + 1];
-    int fresh;
-    word w[];
-} Kept;
-
-EXPORT fmi3Status fmi3GetFMUState(void *c, void **kept) {
-    Fmu *m = c;
-    Kept *k = *kept ? *kept : malloc(sizeof(Kept) + WORDS * sizeof(word));
-    if (k == NULL) return failed(m, "no memory");
-    k->time = m->time;
-    k->fresh = m->fresh;
-    memcpy(k->input, m->input, sizeof k->input);
-    memcpy(k->external, m->external, sizeof k->external);
-    memcpy(k->w, m->w, WORDS * sizeof(word));
-    *kept = k;
-    return fmi3OK;
-}
-
-EXPORT fmi3Status fmi3SetFMUState(void *c, void *kept) {
-    Fmu *m = c;
-    Kept *k = kept;
-    m->time = k->time;
-    m->fresh = k->fresh;
-    m->outputs = 0;
-    memcpy(m->input, k->input, sizeof k->input);
-    memcpy(m->external, k->external, sizeof k->external);
-    memcpy(m->w, k->w, WORDS * sizeof(word));
-    root_activate(&m->system);
-    return fmi3OK;
-}
-
-EXPORT fmi3Status fmi3FreeFMUState(void *c, void **kept) {
-    (void)c;
-    free(*kept);
-    *kept = NULL;
-    return fmi3OK;
-}
-
-EXPORT fmi3Status fmi3SerializedFMUStateSize(void *c, void *kept, size_t *size) {
-    (void)c; (void)kept;
-    *size = sizeof(Kept) + WORDS * sizeof(word);
-    return fmi3OK;
-}
-
-EXPORT fmi3Status fmi3SerializeFMUState(void *c, void *kept, uint8_t bytes[], size_t size) {
-    if (size < sizeof(Kept) + WORDS * sizeof(word)) return failed(c, "too few bytes for the state");
-    memcpy(bytes, kept, sizeof(Kept) + WORDS * sizeof(word));
-    return fmi3OK;
-}
-
-EXPORT fmi3Status fmi3DeserializeFMUState(void *c, const uint8_t bytes[], size_t size, void **kept) {
-    if (size < sizeof(Kept) + WORDS * sizeof(word)) return failed(c, "too few bytes for the state");
-    if (*kept == NULL) *kept = malloc(sizeof(Kept) + WORDS * sizeof(word));
-    if (*kept == NULL) return failed(c, "no memory");
-    memcpy(*kept, bytes, sizeof(Kept) + WORDS * sizeof(word));
-    return fmi3OK;
-}
-
-/* Events: guards that have come to zero. */
-
-static bool guard_fires(Fmu *m, int64_t k) {
-    State *s = &m->integration.state;
-    Work *w = &m->integration.work;
-    double sign = s->mode.p[k] == 0 ? 1.0 : -1.0;
-    return sign * w->value.p[k] > -w->precision.p[k] && sign * w->rate.p[k] > 0.0;
-}
-
-EXPORT fmi3Status fmi3UpdateDiscreteStates(
-    void *c, bool *again, bool *terminate, bool *nominals, bool *values, bool *timed, double *next) {
-    Fmu *m = c;
-    State *s = &m->integration.state;
-    Work *w = &m->integration.work;
-    double data[3], answer[2];
-    *again = *terminate = *nominals = *values = *timed = false;
-    if (m->fresh) follow(m);
-    if (m->exchange) {
-        memcpy(w->saved.p, s->y.p, (size_t)s->y.n0 * sizeof(double));
-        root_accept(m->time, s->y, &m->system, (F1_array){answer, 2});
-        root_guards(m->time, s->y, &m->system, w->value, w->rate);
-        for (int64_t k = 0; k < GUARDS; k++) {
-            if (guard_fires(m, k) && root_reset(m->time, s->y, k, &m->system, (F1_array){data, 3})) {
-                root_guards(m->time, s->y, &m->system, w->value, w->rate);
-            }
-        }
-        *values = memcmp(w->saved.p, s->y.p, (size_t)s->y.n0 * sizeof(double)) != 0;
-        for (int64_t k = 0; k < m->system.parameters.breaks.n0; k++) {
-            double at = m->system.parameters.breaks.p[k];
-            if (at > m->time + 1e-12 * at && (!*timed || at < *next)) {
-                *timed = true;
-                *next = at;
-            }
-        }
-        forget(m);
-    }
-    return fmi3OK;
-}
-
-/* Model exchange. */
-
-EXPORT fmi3Status fmi3EnterContinuousTimeMode(void *c) { (void)c; return fmi3OK; }
-
-EXPORT fmi3Status fmi3CompletedIntegratorStep(void *c, bool final, bool *event, bool *terminate) {
-    Fmu *m = c;
-    State *s = &m->integration.state;
-    Work *w = &m->integration.work;
-    double answer[2], *near = m->system.work.near.p;
-    (void)final;
-    *event = *terminate = false;
-    if (m->fresh) follow(m);
-    memcpy(w->saved.p, s->y.p, (size_t)s->y.n0 * sizeof(double));
-    double before = near[1], step = m->time - near[2];
-    root_accept(m->time, w->saved, &m->system, (F1_array){answer, 2});
-    /* the importer's next step may cross it */
-    if (answer[1] < 0.0 || (near[1] != before && answer[1] < 0.5 * step)) return singular(m);
-    for (int64_t i = 0; i < s->y.n0; i++) {
-        if (fabs(w->saved.p[i] - s->y.p[i]) > LARGEST_DRIFT * NOMINAL[i]) *event = true;
-    }
-    forget(m);
-    return fmi3OK;
-}
-
-EXPORT fmi3Status fmi3SetTime(void *c, double time) {
-    Fmu *m = c;
-    m->time = time;
-    m->outputs = 0;
-    return fmi3OK;
-}
-
-EXPORT fmi3Status fmi3SetContinuousStates(void *c, const double states[], size_t n) {
-    Fmu *m = c;
-    memcpy(m->integration.state.y.p, states, n * sizeof(double));
-    m->outputs = 0;
-    return fmi3OK;
-}
-
-EXPORT fmi3Status fmi3GetContinuousStates(void *c, double states[], size_t n) {
-    Fmu *m = c;
-    memcpy(states, m->integration.state.y.p, n * sizeof(double));
-    return fmi3OK;
-}
-
-EXPORT fmi3Status fmi3GetContinuousStateDerivatives(void *c, double rates[], size_t n) {
-    Fmu *m = c;
-    F1_array slope = m->integration.work.slope;
-    if (m->fresh) follow(m);
-    root_rate(m->time, m->integration.state.y, &m->system, slope);
-    for (size_t i = 0; i < n; i++) {
-        rates[i] = slope.p[i];
-        if (!isfinite(rates[i])) return fmi3Discard;
-    }
-    return fmi3OK;
-}
-
-EXPORT fmi3Status fmi3GetEventIndicators(void *c, double indicators[], size_t n) {
-    Fmu *m = c;
-    if (n == 0) return fmi3OK;
-    if (m->fresh) follow(m);
-    root_guards(m->time, m->integration.state.y, &m->system, m->integration.work.value, m->integration.work.rate);
-    memcpy(indicators, m->integration.work.value.p, n * sizeof(double));
-    return fmi3OK;
-}
-
-EXPORT fmi3Status fmi3GetNominalsOfContinuousStates(void *c, double nominals[], size_t n) {
-    (void)c;
-    for (size_t i = 0; i < n; i++) nominals[i] = NOMINAL[i];
-    return fmi3OK;
-}
-
-EXPORT fmi3Status fmi3GetNumberOfEventIndicators(void *c, size_t *n) { (void)c; *n = GUARDS; return fmi3OK; }
-EXPORT fmi3Status fmi3GetNumberOfContinuousStates(void *c, size_t *n) { (void)c; *n = STATES; return fmi3OK; }
-
-/* Co-simulation: the package's own loop. */
-
-EXPORT fmi3Status fmi3DoStep(
-    void *c, double from, double size, bool final, bool *event, bool *terminate, bool *early, double *reached) {
-    Fmu *m = c;
-    (void)final;
-    *event = *terminate = *early = false;
-    if (m->fresh) follow(m);
-    State *s = &m->integration.state;
-    s->clock.p[0].end = from + size;
-    for (int64_t trial = 0; trial < MOST_TRIALS; trial++) {
-        int64_t before = s->counts.p[0].events, status = root_advance(&m->system, &m->integration, 1);
-        m->time = *reached = s->clock.p[0].time;
-        if (status == FINISHED || (status == ADVANCING && s->clock.p[0].time >= s->clock.p[0].end)) {
-            m->outputs = 0;
-            return fmi3OK;
-        }
-        if (status == LOG_FULL) {
-            s->counts.p[0].events = 0;
-        } else if (status == HISTORY_FULL && drop_history(m)) {
-            continue;
-        } else if (status == CHANGE_POINT) {
-            return singular(m);
-        } else if (status != ADVANCING) {
-            return failed(m, status == STEP_TOO_SMALL ? "the step size fell to round-off"
-                             : status == NOT_FINITE   ? "a law or a position became infinite or not a number"
-                             : status == HISTORY_FULL ? "a controller looks back over more steps than there is room for"
-                                                      : "contacts and separations followed each other without any progress in time");
-        } else if (m->early && s->counts.p[0].events > before) {
-            *early = true;
-            m->outputs = 0;
-            return fmi3OK;
-        }
-    }
-    return failed(m, "too many steps");
 }

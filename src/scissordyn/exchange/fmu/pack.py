@@ -134,6 +134,9 @@ def _model_description(
     units = ET.SubElement(root, "UnitDefinitions")
     for unit, exponents in UNITS.items():
         ET.SubElement(ET.SubElement(units, "Unit", name=unit), "BaseUnit", **exponents)
+    categories = ET.SubElement(root, "LogCategories")
+    for category in ("logStatusError", "logStatusWarning"):
+        ET.SubElement(categories, "Category", name=category)
     ET.SubElement(root, "DefaultExperiment", startTime="0", stopTime=repr(until), tolerance=repr(tolerance))
     listed = ET.SubElement(root, "ModelVariables")
     for role, rows in {"time": (TIME,), **vars(variables)}.items():

@@ -30,6 +30,8 @@ STATUSES = (
 )
 """What `advance` returns, by names in C."""
 
+PARTS = ("fmi3", "absent", "fmu_state", "model_exchange", "co_simulation")  # Files of C behind the generated text
+
 KERNELS = (("model", ("force_kernel", "gap_kernel", "switch_kernel")), ("parameters", ("law", "controller")))
 """Arrays of addresses, by the tuple that has them."""
 
@@ -207,7 +209,7 @@ class Source:
             self._instance(plan, driver, tolerance, token),
             data,
             self._places(),
-            files("scissordyn.exchange.fmu").joinpath("fmi3.c").read_text(encoding="utf-8"),
+            *(files("scissordyn.exchange.fmu").joinpath(f"{name}.c").read_text(encoding="utf-8") for name in PARTS),
         )
         self.text = "\n".join(parts)
 
@@ -374,9 +376,11 @@ typedef struct {
     Samples samples;
     F1_array counted;
     void *environment, *say;
-    bool exchange, early, external[INPUTS + 1];
+    bool exchange, early, warnings; /* warnings: whether they are logged */
+    bool external[INPUTS + 1], idle[INPUTS + 1]; /* idle: an input was set that has no effect */
     double time, input[3 * INPUTS + 1];
-    int fresh, outputs;
+    double stop, completed, earliest; /* earliest: time before which an importer must not go back in model exchange */
+    int mode, fresh, outputs; /* mode: the state of the standard's state machine */
 } Fmu;
 
 static void begin(Fmu *m) { memcpy(m->input, START, sizeof START); }

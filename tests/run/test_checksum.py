@@ -72,7 +72,7 @@ def test_a_run_without_checksum_is_read_with_a_warning(whole: Path, tmp_path: Pa
 def by_hdf5(path: Path) -> tuple[float, np.ndarray]:
     """An attribute and a variable."""
     with h5py.File(path) as file:
-        return float(file.attrs["end"]), np.asarray(file["position"])
+        return float(file.attrs["end"][0]), np.asarray(file["position"])
 
 
 def test_other_programs_read_the_file_and_notice_changed_numbers(whole: Path, tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ import select
 import socket
 import string
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack
@@ -25,6 +26,7 @@ pytest.importorskip("websockets", reason="the package websockets is not installe
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
+from scissordyn.explore.listener import MAX_STRANGERS
 from scissordyn.explore.serve import FILES, LARGEST, MOST_PAGES, Access, listen
 
 from .browser import CASE, served
@@ -324,3 +326,40 @@ def test_malformed_messages_get_no_more_than_a_line(case_file: Path) -> None:
             _clean(answer.decode("latin-1"))
         assert any(b"a message that the page does not send" in answer for answer in answers)
         assert get(url, "")[0] == 200
+
+
+def test_connections_without_the_token_are_few(case_file: Path) -> None:
+    """Limit: of those that say nothing the oldest are dropped; pages are served meanwhile, and an open one goes on."""
+    with served(case_file) as url, opened(url) as page, ExitStack() as strangers:
+        page.recv(60.0)
+        parts = urlsplit(url)
+        silent = [
+            strangers.enter_context(socket.create_connection((str(parts.hostname), parts.port), timeout=5.0))
+            for _ in range(2 * MAX_STRANGERS)
+        ]
+        assert get(url, "")[0] == 200
+        assert silent[0].recv(1) == b""
+        silent[-1].setblocking(False)
+        with pytest.raises(BlockingIOError):
+            silent[-1].recv(1)
+        page.send("{}")
+        assert page.recv(60.0)
+
+
+def test_a_lack_of_descriptors_is_outlived() -> None:
+    """Contract: `accept` drops who has not shown the token, tries again, and returns the next connection."""
+    resource = pytest.importorskip("resource", reason="no limit of descriptors")
+    limits = resource.getrlimit(resource.RLIMIT_NOFILE)
+    with listen("127.0.0.1", 0) as listener, ExitStack() as ends:
+        address = listener.getsockname()
+        first, second = (ends.enter_context(socket.create_connection(address, timeout=5.0)) for _ in range(2))
+        stranger = ends.enter_context(listener.accept()[0])
+        resource.setrlimit(resource.RLIMIT_NOFILE, (stranger.fileno() + 1, limits[1]))
+        waiting = threading.Timer(0.2, lambda: resource.setrlimit(resource.RLIMIT_NOFILE, limits))
+        waiting.start()
+        try:
+            ends.enter_context(listener.accept()[0]).sendall(b"x")
+        finally:
+            waiting.join()
+        assert first.recv(1) == b""
+        assert second.recv(1) == b"x"

@@ -34,6 +34,7 @@ from websockets.sync.server import ServerConnection
 from websockets.sync.server import serve as listen_for_pages
 
 from scissordyn.errors import InputError, ScissordynError
+from scissordyn.explore.listener import STRANGER_SECONDS, Listener
 
 if TYPE_CHECKING:
     from scissordyn.explore.case import Case
@@ -121,12 +122,12 @@ class Access:
             return False
 
 
-def listen(address: str, wanted: int) -> socket.socket:
+def listen(address: str, wanted: int) -> Listener:
     """Listen for pages on a port of this machine, 0 for any."""
     if not address.strip():
         raise InputError("--address ''", "an address or a name of this machine", "--address 127.0.0.1")
     try:
-        return socket.create_server((address, wanted), family=socket.AF_INET6 if ":" in address else socket.AF_INET)
+        return Listener(socket.create_server((address, wanted), family=socket.AF_INET6 if ":" in address else socket.AF_INET))
     except OSError as error:
         raise InputError(
             f"cannot listen on {address}:{wanted}: {error.strerror or error}", "a free port of this machine", "--port 0"
@@ -135,7 +136,7 @@ def listen(address: str, wanted: int) -> socket.socket:
 
 def serve(
     opened: Callable[[], Case],
-    listening: socket.socket,
+    listening: Listener,
     *,
     name: str,
     address: str,
@@ -150,15 +151,17 @@ def serve(
     access = Access.to(listening, address)
     host = "127.0.0.1" if bound_address(listening).is_unspecified else f"[{address}]" if ":" in address else address
     url = f"http://{host}:{listening.getsockname()[1]}{access.folder}"
-    pages = Pages(name, access, opened)
+    pages = Pages(name, access, opened, listening)
     with tempfile.TemporaryDirectory(prefix="scissordyn-explore-") as private:
         # threads end with this one: also those of a browser that never says what it connects for
-        threading.Thread(target=pages.serve, args=(listening,), name="scissordyn explore serves", daemon=True).start()
+        threading.Thread(target=pages.serve, name="scissordyn explore serves", daemon=True).start()
         threading.Thread(target=pages.read, name="scissordyn explore opens", daemon=True).start()
         said(url)
         if show:
             threading.Thread(target=_show, args=(url, Path(private)), daemon=True).start()
         pages.ended.wait()
+    if pages.fault:
+        raise ScissordynError(f"the explorer cannot serve its page any more: {pages.fault}")
     pages.first.result()
 
 
@@ -203,9 +206,10 @@ def packed(message: Mapping[str, Any]) -> bytes:
 class Pages:
     """All pages of a case, and what they are made of; `opened` reads the case."""
 
-    def __init__(self, name: str, access: Access, opened: Callable[[], Case]) -> None:
-        self.name, self.access, self._opened = name, access, opened
+    def __init__(self, name: str, access: Access, opened: Callable[[], Case], listener: Listener) -> None:
+        self.name, self.access, self._opened, self._listener = name, access, opened, listener
         self.ended = threading.Event()
+        self.fault = ""  # Why no page can be served any more
         self._early, self.first = (
             Future[str](),
             Future["Session"](),
@@ -214,19 +218,28 @@ class Pages:
         self._count = 0
         self._taken = False
 
-    def serve(self, listening: socket.socket) -> None:
-        """Answer requests, for ever."""
-        with listen_for_pages(
+    def serve(self) -> None:
+        """Answer requests until the process ends. Where that fails, the explorer ends with an error."""
+        try:
+            self._serve()
+            self.fault = "its listening socket was closed"
+        except Exception as error:
+            self.fault = f"{type(error).__name__}: {error}"
+        self.ended.set()
+
+    def _serve(self) -> None:
+        server = listen_for_pages(
             self._connected,
-            sock=listening,
+            sock=self._listener,
+            open_timeout=STRANGER_SECONDS,
             process_request=self._answer,
             compression=None,
             max_size=LARGEST,
             server_header=None,
             close_timeout=1.0,
             logger=quiet,
-        ) as server:
-            server.serve_forever()
+        )
+        server.serve_forever()
 
     def read(self) -> None:
         """Read the case, draw it as it is declared, and begin its run before there is a page."""
@@ -254,6 +267,7 @@ class Pages:
         refusal = self.access.refusal(request.path, headers.get_all("Host"), headers.get_all("Origin"))
         if refusal is not None:
             return _response(refusal[0], f"{refusal[1]}\n".encode())
+        self._listener.admit(connection.socket)
         if getattr(request, "method", "GET") not in ("GET", "HEAD"):
             return _response(405, b"the page only answers GET\n")
         name = request.path.partition("?")[0].removeprefix(self.access.folder) or "page.html"

@@ -1,0 +1,72 @@
+"""Listening socket of the explorer. It bounds connections that have not shown the token, and outlives a lack of descriptors."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import socket
+import threading
+import time
+from typing import Any
+
+MAX_STRANGERS = 32  # Connections without the token at the same time; a browser opens 6 to one server
+STRANGER_DESCRIPTORS = 2  # Of a connection: its socket, and what its thread waits with
+STRANGER_FRACTION = 0.25  # Of the descriptors that the process may open, which strangers may have
+STRANGER_SECONDS = 5.0  # [s] time in which a connection has to show the token; a browser sends it at once
+RETRY_SECONDS = 0.05  # [s] until the next attempt when the system has no descriptor left
+
+TRANSIENT = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM, errno.ECONNABORTED, errno.EPERM, errno.EPROTO)
+"""Errors of `accept` that are not about the listening socket: no resources, or a connection that is gone already."""
+
+
+def max_strangers() -> int:
+    """Return how many connections without the token may be open at the same time."""
+    try:
+        import resource
+    except ImportError:  # Windows has no such limit
+        return MAX_STRANGERS
+    descriptors = resource.getrlimit(resource.RLIMIT_NOFILE)[0]
+    if descriptors == resource.RLIM_INFINITY:
+        return MAX_STRANGERS
+    return max(1, min(MAX_STRANGERS, int(STRANGER_FRACTION * descriptors / STRANGER_DESCRIPTORS)))
+
+
+class Listener(socket.socket):
+    """Listening socket whose `accept` drops the oldest stranger when there are too many or descriptors run out."""
+
+    def __init__(self, listening: socket.socket) -> None:
+        super().__init__(listening.family, listening.type, listening.proto, listening.detach())
+        self._lock = threading.Lock()
+        self._most = max_strangers()
+        self._strangers: dict[int, socket.socket] = {}  # By identity, the oldest first
+
+    def accept(self) -> tuple[socket.socket, Any]:
+        """Return the next connection and its address."""
+        while True:
+            try:
+                connection, address = super().accept()
+            except OSError as error:
+                if error.errno not in TRANSIENT:
+                    raise
+                self._drop_down_to(0)
+                time.sleep(RETRY_SECONDS)
+                continue
+            self._drop_down_to(self._most - 1)
+            with self._lock:
+                self._strangers[id(connection)] = connection
+            return connection, address
+
+    def admit(self, connection: socket.socket) -> None:
+        """Count a connection that has shown the token as a stranger no more."""
+        with self._lock:
+            self._strangers.pop(id(connection), None)
+
+    def _drop_down_to(self, count: int) -> None:
+        """Forget strangers that are closed, and end the oldest ones until at most `count` are left."""
+        with self._lock:
+            self._strangers = {key: other for key, other in self._strangers.items() if other.fileno() >= 0}
+            oldest = list(self._strangers)[: max(len(self._strangers) - count, 0)]
+            dropped = [self._strangers.pop(key) for key in oldest]
+        for connection in dropped:
+            with contextlib.suppress(OSError):  # its thread sees the end of the stream and closes it
+                connection.shutdown(socket.SHUT_RDWR)

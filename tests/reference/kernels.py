@@ -8,7 +8,7 @@ from scissordyn.kernel import Handle
 from scissordyn.mechanics import functions
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import plan
-from scissordyn.run.advance.system import make_system
+from scissordyn.plan.system import make_system
 from scissordyn.run.start.start import prepare_start
 
 EDGE = 2e-5  # How deep contacts are that touch [m]

@@ -22,7 +22,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.elimination import in_words
 from scissordyn.plan.gradients import Gradients
 from scissordyn.plan.plan import plan
-from scissordyn.run.advance.system import make_system
+from scissordyn.plan.system import make_system
 from scissordyn.run.options import Options
 
 ROUND_OFF = 1e-9  # Singular values of the constraints below this fraction of the largest are zero

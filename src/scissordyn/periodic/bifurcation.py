@@ -25,8 +25,8 @@ from scissordyn.periodic.cycles import recorded
 from scissordyn.periodic.rows import PENDING, CycleCase, CycleRow, empty_rows, enter, run_case
 from scissordyn.periodic.stroboscope import consistent, drive_period, start_state
 from scissordyn.plan.plan import plan
+from scissordyn.plan.system import make_system
 from scissordyn.run.advance.driver import Snapshot
-from scissordyn.run.advance.system import make_system
 from scissordyn.run.configuration import read_configuration, write_configuration
 from scissordyn.run.engine import ENGINES, Engine, EngineError, Outcome, outcomes
 from scissordyn.run.options import Options, StartKind

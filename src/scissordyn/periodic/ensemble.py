@@ -15,8 +15,8 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.periodic.rows import COLUMNS, CycleCase, empty_rows, enter, run_case
 from scissordyn.periodic.stroboscope import DESCRIBED, consistent, drive_period, start_state
 from scissordyn.plan.plan import plan
+from scissordyn.plan.system import make_system
 from scissordyn.run.advance.driver import Snapshot
-from scissordyn.run.advance.system import make_system
 from scissordyn.run.configuration import write_configuration
 from scissordyn.run.engine import ENGINES, Engine, outcomes
 from scissordyn.run.options import Options, StartKind

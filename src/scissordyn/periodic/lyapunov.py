@@ -18,8 +18,8 @@ from scissordyn.mechanics import functions
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.periodic.stroboscope import consistent, drive_period
 from scissordyn.plan.plan import plan
+from scissordyn.plan.system import make_system
 from scissordyn.run.advance.driver import Snapshot
-from scissordyn.run.advance.system import make_system
 from scissordyn.run.advance.trajectory import Trajectory, compute, make_driver, reach
 from scissordyn.run.configuration import write_configuration
 from scissordyn.run.options import Options, StartKind

@@ -21,8 +21,8 @@ from scissordyn.mechanics.outputs import record
 from scissordyn.mechanics.system import APPROACH_FLOOR
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import Plan, plan
+from scissordyn.plan.system import guard_values
 from scissordyn.run.advance.driver import Driver, Snapshot, counted
-from scissordyn.run.advance.system import guard_values
 from scissordyn.run.advance.trajectory import make_driver, reach, reached
 from scissordyn.run.answer.events import ACCOUNTS, accounts
 from scissordyn.run.answer.warn import Extremes

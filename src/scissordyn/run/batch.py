@@ -19,8 +19,8 @@ from scissordyn.kinematics.closure import check_tables
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.parameter_path import changed_all, find, number
 from scissordyn.plan.plan import Plan, plan
+from scissordyn.plan.system import make_system, put_numbers
 from scissordyn.run.advance.driver import FIRST, SLICE, UNFINISHED, Driver, advance_together
-from scissordyn.run.advance.system import make_system, put_numbers
 from scissordyn.run.advance.trajectory import broken_off, make_driver, model_failure, reach
 from scissordyn.run.answer.measure import COMPONENT_UNIT, MEASURES, Ended, Measure, check_measures, component_units, parts_of
 from scissordyn.run.answer.trajectory_warnings import ignored_roots, stepping_warnings

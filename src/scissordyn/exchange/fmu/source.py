@@ -20,9 +20,10 @@ from scissordyn.mechanics.outputs import Record, record
 from scissordyn.mechanics.system import LAW_KERNELS, System
 from scissordyn.mechanics.time_function import function_at
 from scissordyn.plan.plan import Plan
+from scissordyn.plan.system import make_system
 from scissordyn.plugin.element import RECIPES
 from scissordyn.run.advance.driver import Driver
-from scissordyn.run.advance.system import MECHANICS, make_system
+from scissordyn.run.advance.system import MECHANICS
 
 STATUSES = (
     *("ADVANCING", "FINISHED", "LOG_FULL", "STEP_TOO_SMALL", "NOT_FINITE", "STUCK", "HISTORY_FULL", "RECORD_FULL"),

@@ -20,7 +20,7 @@ from scissordyn.mechanics import functions
 from scissordyn.mechanics.body_maps import BodyMaps
 from scissordyn.mechanics.outputs import Record, record
 from scissordyn.plan.gradients import Gradients, least_change
-from scissordyn.run.advance.system import guard_values, rates
+from scissordyn.plan.system import guard_values, rates
 
 if TYPE_CHECKING:
     from scissordyn.run.advance.driver import Driver

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -12,12 +10,9 @@ from scissordyn.integrate import advance, time_stepping
 from scissordyn.integrate.integration import Problem
 from scissordyn.integrate.time_stepping import Jumps, Touching
 from scissordyn.kernel import I1, Handle, entry
-from scissordyn.mechanics import functions
 from scissordyn.mechanics import impulse_solver as solver
 from scissordyn.mechanics.functions import FUNCTIONS, HARD_FUNCTIONS
 from scissordyn.mechanics.hard_rows import HardContacts
-from scissordyn.mechanics.system import System
-from scissordyn.mechanics.workspace import initial_state, make_workspace
 from scissordyn.plan.hard_contact import HARD_COUNTED, HARD_STATE, hard_contacts, put_hard_numbers
 from scissordyn.plan.plan import Plan
 
@@ -33,57 +28,6 @@ def advance_systems(systems: I1, hard: I1, touching: I1, integrations: I1, most_
             statuses[k] = advance.advance(MECHANICS, systems[k], integrations[k], most_steps)
         else:
             statuses[k] = time_stepping.advance(MECHANICS, HARD, systems[k], hard[k], touching[k], integrations[k], most_steps)
-
-
-def make_system(plan: Plan) -> Handle:
-    """A system at rest with everything open, for one thread."""
-    model, numbers = plan.model, plan.numbers()
-    state, work = initial_state(model, plan.angles), make_workspace(model, numbers)
-    return Handle(System(model, numbers, state, work, plan.friction_workspace()))
-
-
-def put_numbers(system: Handle, plan: Plan) -> bool:
-    """Put the numbers of another case of the same tables in the place of a system's, and its state back to the start."""
-    content: System = system.content
-    model, parameters, state = plan.model, plan.numbers(), initial_state(plan.model, plan.angles)
-    # the table of the ideal mechanism is another one for each case: see `compare_with`
-    parameters = parameters._replace(ideal=content.parameters.ideal, ideal_step=content.parameters.ideal_step)
-    pairs = [*zip(content.parameters, parameters, strict=True), *zip(content.state, state, strict=True)]
-    if state.initial_history.size or any(old.shape != new.shape for old, new in pairs):
-        return False
-    for old, new in pairs:
-        if new.size:
-            old[...] = new
-    work = content.work
-    work.instant[:] = np.nan
-    work.value[0] = parameters.value
-    work.inactive[:] = 0.0
-    work.inactive[model.latch[:, 0]] = 1.0
-    work.part_weight[:] = model.part_full * (1.0 - work.inactive[model.part_constraint])
-    return True
-
-
-@contextmanager
-def state_kept(system: Handle) -> Iterator[None]:
-    state = system.content.state
-    before = [part.copy() for part in state]
-    yield
-    for part, kept in zip(state, before, strict=True):
-        part[...] = kept
-
-
-def guard_values(system: Handle, time: float, state: np.ndarray) -> np.ndarray:
-    """Values of all guards at a state, shape (guards,)."""
-    values = np.zeros((2, system.content.state.mode.size))
-    functions.guards(time, state, system.address, *values)
-    return np.asarray(values[0])
-
-
-def rates(system: Handle, time: float, state: np.ndarray) -> np.ndarray:
-    """Rates at a state, shape (ny,)."""
-    rate = np.zeros(state.size)
-    functions.rate(time, state, system.address, rate)
-    return rate
 
 
 class Stepping:

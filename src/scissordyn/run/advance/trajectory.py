@@ -17,12 +17,13 @@ from scissordyn.mechanics.monitored import INDENTATION, companions, monitored_ro
 from scissordyn.mechanics.outputs import Record, record
 from scissordyn.model.clearance import ContactPoint
 from scissordyn.plan.plan import Plan
+from scissordyn.plan.system import guard_values, make_system
 from scissordyn.run.advance.cause import failed_latch, full_coordinates, immobile_joints, jam, singular_position
 from scissordyn.run.advance.change_point import recorded_across
 from scissordyn.run.advance.checkpoint import Keeper
 from scissordyn.run.advance.driver import Driver, counted
 from scissordyn.run.advance.instants import MOST_INSTANTS
-from scissordyn.run.advance.system import guard_values, make_system, unknown
+from scissordyn.run.advance.system import unknown
 from scissordyn.run.answer.events import contacts
 from scissordyn.run.options import Options
 from scissordyn.run.start.method import Choice, choose_method

@@ -24,7 +24,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.flexible import Axis, with_mode_counts
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.plan.rail import rail_axes, shapes_beyond
-from scissordyn.run.advance.system import make_system
+from scissordyn.plan.system import make_system
 from scissordyn.run.answer.bars import BarMotion, axial_force_at_points, bar_motions, part_names, shape_forces
 from scissordyn.run.answer.internal_forces import Bar, bars_of
 from scissordyn.run.results import Variable

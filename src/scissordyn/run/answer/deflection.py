@@ -16,7 +16,7 @@ from scissordyn.plan.bending import bends
 from scissordyn.plan.flexible import with_mode_counts
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.plan.rest import still_at
-from scissordyn.run.advance.system import make_system
+from scissordyn.plan.system import make_system
 from scissordyn.run.start.start import assembled_near
 from scissordyn.units import Quantity, checked
 

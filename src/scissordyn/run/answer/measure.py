@@ -29,8 +29,8 @@ from scissordyn.mechanics.monitored import (
 )
 from scissordyn.mechanics.outputs import Record
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.system import state_kept
 from scissordyn.run.advance.driver import Driver
-from scissordyn.run.advance.system import state_kept
 from scissordyn.run.advance.trajectory import reached
 from scissordyn.run.answer.dataset import SETTLING, largest_along_bars, settling_times
 from scissordyn.run.answer.events import ACCOUNTS, accounts, peak_forces

@@ -23,8 +23,9 @@ from scissordyn.plan.bending import bends
 from scissordyn.plan.elimination import in_words
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.plan.rest import frictionless, loads_at, still_at, with_inputs
+from scissordyn.plan.system import make_system
 from scissordyn.run.advance.cause import jam
-from scissordyn.run.advance.system import LOG, PEAK, make_system
+from scissordyn.run.advance.system import LOG, PEAK
 from scissordyn.run.advance.trajectory import Trajectory
 from scissordyn.run.answer.dataset import results
 from scissordyn.run.answer.warn import ROUNDED, beyond_outputs

@@ -14,7 +14,7 @@ from scissordyn.laws.friction.none import NoFriction
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.outputs import Record, rates_without, sampled
 from scissordyn.plan.plan import Plan
-from scissordyn.run.advance.system import rates
+from scissordyn.plan.system import rates
 from scissordyn.run.advance.trajectory import Trajectory
 from scissordyn.run.options import Options
 from scissordyn.run.start.tolerance import state_tolerance

@@ -15,8 +15,8 @@ from scissordyn.mechanics import functions
 from scissordyn.mechanics.system import System
 from scissordyn.plan.bending import bends
 from scissordyn.plan.plan import Plan
+from scissordyn.plan.system import rates, state_kept
 from scissordyn.run.advance.driver import Driver
-from scissordyn.run.advance.system import rates, state_kept
 from scissordyn.run.options import TIME_STEPPING, Options
 from scissordyn.run.start.tolerance import Tolerances
 

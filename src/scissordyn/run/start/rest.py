@@ -23,7 +23,7 @@ from scissordyn.mechanics.constraint_part import part_curvature
 from scissordyn.mechanics.outputs import Record, record
 from scissordyn.mechanics.system import System
 from scissordyn.plan.plan import Plan
-from scissordyn.run.advance.system import guard_values
+from scissordyn.plan.system import guard_values
 
 INDEPENDENT = 1e-9  # Singular values of the constraints' gradients below this part of the largest count as zero
 

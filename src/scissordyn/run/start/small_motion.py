@@ -15,7 +15,7 @@ from scissordyn.kinematics.closure import Inputs
 from scissordyn.mechanics import functions
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.plan.rest import NOT_TURNED, with_inputs
-from scissordyn.run.advance.system import make_system, rates
+from scissordyn.plan.system import make_system, rates
 from scissordyn.run.start.rest import At, count_turns, equilibrium, touch_closed
 from scissordyn.run.start.start import assembled_near, prepare_start, rest_with_clearances
 

@@ -41,8 +41,8 @@ from scissordyn.plan.elimination import in_words
 from scissordyn.plan.hard_contact import elastic_law
 from scissordyn.plan.plan import Plan
 from scissordyn.plan.plan import plan as make_plan
+from scissordyn.plan.system import guard_values, make_system
 from scissordyn.run.advance.cause import check_springs, full_coordinates
-from scissordyn.run.advance.system import guard_values, make_system
 from scissordyn.run.answer.bars import with_distributed_mass
 from scissordyn.run.options import StartKind
 from scissordyn.run.start.rest import At, Rest, count_turns, equilibrium, turns

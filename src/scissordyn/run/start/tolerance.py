@@ -12,7 +12,7 @@ from scissordyn.kernel import Handle
 from scissordyn.laws.evaluate import friction_states
 from scissordyn.mechanics.system import System
 from scissordyn.plan.plan import Plan
-from scissordyn.run.advance.system import rates
+from scissordyn.plan.system import rates
 
 INTERNAL_STATES = 100.0
 """Internal states of friction laws are weighed this much more loosely: they relax within microseconds, so that their errors do

@@ -1,0 +1,65 @@
+"""The system of a plan: all that the kernels of mechanics read and write, at the start of a case."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+
+from scissordyn.kernel import Handle
+from scissordyn.mechanics import functions
+from scissordyn.mechanics.system import System
+from scissordyn.mechanics.workspace import initial_state, make_workspace
+from scissordyn.plan.plan import Plan
+
+
+def make_system(plan: Plan) -> Handle:
+    """A system at rest with everything open, for one thread."""
+    model, numbers = plan.model, plan.numbers()
+    state, work = initial_state(model, plan.angles), make_workspace(model, numbers)
+    return Handle(System(model, numbers, state, work, plan.friction_workspace()))
+
+
+def put_numbers(system: Handle, plan: Plan) -> bool:
+    """Put the numbers of another case of the same tables in the place of a system's, and its state back to the start."""
+    content: System = system.content
+    model, parameters, state = plan.model, plan.numbers(), initial_state(plan.model, plan.angles)
+    # the table of the ideal mechanism is another one for each case: see `compare_with`
+    parameters = parameters._replace(ideal=content.parameters.ideal, ideal_step=content.parameters.ideal_step)
+    pairs = [*zip(content.parameters, parameters, strict=True), *zip(content.state, state, strict=True)]
+    if state.initial_history.size or any(old.shape != new.shape for old, new in pairs):
+        return False
+    for old, new in pairs:
+        if new.size:
+            old[...] = new
+    work = content.work
+    work.instant[:] = np.nan
+    work.value[0] = parameters.value
+    work.inactive[:] = 0.0
+    work.inactive[model.latch[:, 0]] = 1.0
+    work.part_weight[:] = model.part_full * (1.0 - work.inactive[model.part_constraint])
+    return True
+
+
+@contextmanager
+def state_kept(system: Handle) -> Iterator[None]:
+    state = system.content.state
+    before = [part.copy() for part in state]
+    yield
+    for part, kept in zip(state, before, strict=True):
+        part[...] = kept
+
+
+def guard_values(system: Handle, time: float, state: np.ndarray) -> np.ndarray:
+    """Values of all guards at a state, shape (guards,)."""
+    values = np.zeros((2, system.content.state.mode.size))
+    functions.guards(time, state, system.address, *values)
+    return np.asarray(values[0])
+
+
+def rates(system: Handle, time: float, state: np.ndarray) -> np.ndarray:
+    """Rates at a state, shape (ny,)."""
+    rate = np.zeros(state.size)
+    functions.rate(time, state, system.address, rate)
+    return rate

@@ -14,9 +14,9 @@ from functools import partial
 import numpy as np
 
 import scissordyn as sd
+from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
 from scissordyn.run.advance.trajectory import make_driver
-from scissordyn.run.options import Options
 
 TUBE = {"bending_stiffness": 42743.0, "axial_stiffness": 7.5e7}
 STROKE, UNITS, REPETITIONS = 50e-3, (2, 4, 8, 16, 32), 5

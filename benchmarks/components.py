@@ -10,10 +10,10 @@ from typing import Annotated, Any
 import scissordyn as sd
 from benchmarks.measure import command, table
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
 from scissordyn.run.advance.driver import counted
 from scissordyn.run.advance.trajectory import make_driver
-from scissordyn.run.options import Options
 
 UNTIL = 0.05
 COUNTS = (0, 1, 4, 16, 64)

@@ -13,9 +13,9 @@ from benchmarks.kept import Kept
 from benchmarks.measure import command, table
 from scissordyn.laws.damping.none import NoDamping
 from scissordyn.mechanics import functions
+from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
 from scissordyn.run.advance.trajectory import Trajectory, compute
-from scissordyn.run.options import Options
 
 __all__ = ["Judged", "judge", "measure"]
 

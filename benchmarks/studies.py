@@ -21,8 +21,8 @@ from distributed import Client, LocalCluster, Security
 
 import scissordyn as sd
 from benchmarks.measure import machine, paragraph, table, write_section
+from scissordyn.model.options import Options
 from scissordyn.run.engine import Engine, Processes, outcomes, workers_of
-from scissordyn.run.options import Options
 from scissordyn.study.ask.description import Study
 from scissordyn.study.ask.design import Design, Factor
 from scissordyn.study.ask.distribution import Interval

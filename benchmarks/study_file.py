@@ -11,7 +11,7 @@ import numpy as np
 
 import scissordyn as sd
 from benchmarks.measure import machine, paragraph, table, write_section
-from scissordyn.run.options import Options
+from scissordyn.model.options import Options
 from scissordyn.study.ask.description import Study
 from scissordyn.study.ask.design import Design, Factor
 from scissordyn.study.ask.distribution import Interval

@@ -138,7 +138,7 @@ from scissordyn.run.answer.internal_forces import internal_forces as internal_fo
 from scissordyn.run.answer.modes import modes as modes
 from scissordyn.run.inverse_dynamics import inverse_dynamics as inverse_dynamics
 from scissordyn.run.answer.statics import statics as statics
-from scissordyn.run.options import Options as Options
+from scissordyn.model.options import Options as Options
 from scissordyn.run.simulate import replay as replay, simulate as simulate
 from scissordyn.run.store import load as load, save as save
 from scissordyn.study.compute.convergence import convergence as convergence

@@ -14,7 +14,7 @@ from scissordyn.config.structure import ClearanceTable
 from scissordyn.config.table import instance, located
 from scissordyn.errors import InputError
 from scissordyn.model.clearance import Clearance, SlipKind
-from scissordyn.run.options import Options, StartKind
+from scissordyn.model.options import Options, StartKind
 from scissordyn.units import Quantity, check_quantities, degrees, quantities, rpm
 
 SPEED = rpm(150)

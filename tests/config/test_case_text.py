@@ -34,8 +34,8 @@ from scissordyn.errors import InputError
 from scissordyn.integrate.tableau import METHODS
 from scissordyn.laws.catalogue import BY_KIND
 from scissordyn.laws.contact import Damping, Elastic, Friction
+from scissordyn.model.options import Options
 from scissordyn.model.record import to_plain
-from scissordyn.run.options import Options
 from scissordyn.units import Pairs, Quantity, quantities
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))

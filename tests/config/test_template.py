@@ -22,8 +22,8 @@ from scissordyn.config.template import STARTERS, TURNS, template
 from scissordyn.config.time_function import DriveTable
 from scissordyn.errors import InputError
 from scissordyn.model.addition import panel_ends, payload_points
+from scissordyn.model.options import Options
 from scissordyn.model.scissor import scissor
-from scissordyn.run.options import Options
 from scissordyn.run.simulate import simulate
 
 PAPER = Path(__file__).parents[2] / "examples" / "paper.toml"

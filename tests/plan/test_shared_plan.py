@@ -7,10 +7,10 @@ import pickle
 import pytest
 
 import scissordyn as sd
+from scissordyn.model.options import Options
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.run.advance.driver import Driver
 from scissordyn.run.advance.trajectory import Trajectory, compute, make_driver
-from scissordyn.run.options import Options
 
 FREE = sd.Clearance(0.5e-3)
 RUBBING = sd.Clearance(0.5e-3, friction=sd.LuGre(kinetic=0.05))

@@ -26,13 +26,13 @@ from scissordyn.cli.main import status_of
 from scissordyn.config.file import read_case
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
 from scissordyn.run.advance import driver as driver_module
 from scissordyn.run.advance.checkpoint import Checkpoint, Keeper, open_checkpoint
 from scissordyn.run.advance.driver import Driver
 from scissordyn.run.advance.trajectory import compute, make_driver
 from scissordyn.run.configuration import write_configuration
-from scissordyn.run.options import Options
 from scissordyn.run.simulate import replay, simulate
 from scissordyn.run.store import load, save
 

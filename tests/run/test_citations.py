@@ -15,9 +15,9 @@ from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.integrate.tableau import METHODS
 from scissordyn.laws.catalogue import BY_KIND, MATERIALS
 from scissordyn.laws.oil import OILS
+from scissordyn.model.options import TIME_STEPPING
 from scissordyn.run.answer.citations import METHODS as CITED
 from scissordyn.run.answer.citations import citations
-from scissordyn.run.options import TIME_STEPPING
 
 ROOT = Path(__file__).parents[2]
 

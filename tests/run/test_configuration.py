@@ -28,9 +28,9 @@ from scissordyn.config.quantity import unit_factor
 from scissordyn.config.schema import schema
 from scissordyn.config.table import toml
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.options import Options
 from scissordyn.model.record import to_plain
 from scissordyn.run.configuration import read_configuration, write_configuration
-from scissordyn.run.options import Options
 from scissordyn.run.simulate import replay, simulate
 from scissordyn.run.store import load, save
 

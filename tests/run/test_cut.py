@@ -14,13 +14,13 @@ import xarray as xr
 import scissordyn as sd
 from scissordyn.cli.main import status_of
 from scissordyn.file import export, netcdf, output_file
+from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
 from scissordyn.run import configuration, store
 from scissordyn.run.advance import driver, trajectory
 from scissordyn.run.advance.driver import next_slice
 from scissordyn.run.answer import dataset, events
 from scissordyn.run.configuration import write_configuration
-from scissordyn.run.options import Options
 from scissordyn_paper import controlled, periodic, runs
 from scissordyn_paper.cases import PaperCase
 

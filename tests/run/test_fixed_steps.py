@@ -17,9 +17,9 @@ from reference.laws import flores, liu
 from reference.marching import ClearanceJoint, march_in_steps
 from scissordyn.errors import InputError
 from scissordyn.laws.damping.none import NoDamping
+from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
 from scissordyn.run.advance.trajectory import compute
-from scissordyn.run.options import Options
 
 EXACT = 0.0013651259130  # Start of the first contact [s], from the theory's reference events
 

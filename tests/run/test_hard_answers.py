@@ -23,11 +23,11 @@ from scissordyn.mechanics import impulse_solver as solver
 from scissordyn.model.body import Body
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
 from scissordyn.run.advance.trajectory import make_driver, model_failure
 from scissordyn.run.answer.joint_force import joint_summaries
 from scissordyn.run.answer.summary import summary_of
-from scissordyn.run.options import Options
 
 
 def array(contact: str) -> sd.Mechanism:

@@ -21,9 +21,9 @@ from scissordyn.mechanics.pivoting import pivot
 from scissordyn.model.body import Body
 from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
 from scissordyn.run.advance.trajectory import make_driver
-from scissordyn.run.options import Options
 
 
 def pendulum(angle: float, speed: float, gravity: float, restitution: float = 0.5) -> Mechanism:

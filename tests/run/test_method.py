@@ -11,9 +11,9 @@ import pytest
 from tests.library import counts_of
 
 import scissordyn as sd
+from scissordyn.model.options import Options, StartKind
 from scissordyn.plan.plan import plan
 from scissordyn.run.advance.trajectory import compute, make_driver
-from scissordyn.run.options import Options, StartKind
 from scissordyn.run.start import method
 from scissordyn.run.start import tolerance as tolerance_module
 from scissordyn.run.start.method import STABLE, fastest_modes, film_steps

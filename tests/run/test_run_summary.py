@@ -13,6 +13,7 @@ import xarray as xr
 import scissordyn as sd
 from scissordyn.cli.show import run_record
 from scissordyn.laws.elastic.persson import Persson
+from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
 from scissordyn.run.advance.instants import (
     MOST_INSTANTS,
@@ -25,7 +26,6 @@ from scissordyn.run.advance.instants import (
 from scissordyn.run.advance.trajectory import compute
 from scissordyn.run.answer.summary import at_limit
 from scissordyn.run.answer.warn import MEANS, force_at_equal_energy, warning_lines
-from scissordyn.run.options import Options
 from scissordyn.run.simulate import results_of
 from scissordyn.warning import RunWarning, group, line, warning
 

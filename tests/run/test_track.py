@@ -12,8 +12,8 @@ import pytest
 import scissordyn as sd
 from scissordyn.config.file import read_case
 from scissordyn.model.commanded import rigid
+from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
-from scissordyn.run.options import Options
 from scissordyn.run.start.ideal_path import ideal_path
 from scissordyn.units import short
 

@@ -19,9 +19,9 @@ from scipy import stats
 import scissordyn as sd
 from scissordyn.errors import InputError, ScissordynError
 from scissordyn.file.pdf import BROWSERS, printed
+from scissordyn.model.options import Options
 from scissordyn.model.parameter_path import number
 from scissordyn.plot.study import feasibility_map, pareto_front, requirement_bars, response_curves, sensitivity_bars
-from scissordyn.run.options import Options
 from scissordyn.study.answer.conclusion import numbers_text
 from scissordyn.study.answer.report import export, table
 from scissordyn.study.answer.trend import morris_indices, sensitivity, sobol_indices

@@ -21,8 +21,8 @@ from benchmarks.study_kills import KILLS, VICTIMS, killed_at_random
 
 import scissordyn as sd
 from reference.paper_case import paper_case
+from scissordyn.model.options import Options
 from scissordyn.run.engine import Processes, outcomes
-from scissordyn.run.options import Options
 from scissordyn.study.ask.description import Study
 from scissordyn.study.ask.design import Factor
 from scissordyn.study.ask.distribution import Interval

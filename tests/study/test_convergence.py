@@ -10,7 +10,7 @@ import pytest
 import scissordyn as sd
 from scissordyn.cli.main import status_of
 from scissordyn.errors import InputError
-from scissordyn.run.options import Options
+from scissordyn.model.options import Options
 from scissordyn.study.compute.convergence import Level, _agrees, _tried, read_wanted
 
 

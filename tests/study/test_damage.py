@@ -20,7 +20,7 @@ import xarray as xr
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of
-from scissordyn.run.options import Options
+from scissordyn.model.options import Options
 from scissordyn.study.ask.description import Study
 from scissordyn.study.ask.design import Factor
 from scissordyn.study.ask.distribution import Interval, Levels

@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 
 import scissordyn as sd
-from scissordyn.run.options import Options
+from scissordyn.model.options import Options
 from scissordyn.study.ask.description import Study, to_plain
 from scissordyn.study.ask.design import DESIGNS, Design, Factor, Sampling, design_size, design_values, uniform_numbers
 from scissordyn.study.ask.distribution import (

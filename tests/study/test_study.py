@@ -14,7 +14,7 @@ import pytest
 import xarray as xr
 
 import scissordyn as sd
-from scissordyn.run.options import Options
+from scissordyn.model.options import Options
 from scissordyn.study.ask.description import OwnMeasure, Study
 from scissordyn.study.ask.design import Design, Factor, Sampling
 from scissordyn.study.ask.distribution import Interval, Levels, Uniform

@@ -13,9 +13,9 @@ from reference.laws import hertz, lankarani_nikravesh
 from reference.marching import ClearanceJoint, March
 from reference.slider_crank import SliderCrank
 from scissordyn.mechanics.outputs import record
+from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
 from scissordyn.run.advance.trajectory import compute
-from scissordyn.run.options import Options
 from validation.case import Case, Check, Code, Measured, mechanism, run
 from validation.slider_crank.codes import Found, numbalsodas, scipys
 from validation.slider_crank.equations import CLEARANCE, SAMPLES, UNTIL, orbit_error

@@ -25,12 +25,12 @@ from scissordyn.kinematics.path import DriveInertia, drive_inertia, path_of, smo
 from scissordyn.model.clearance import hard_numbers
 from scissordyn.model.commanded import commanded, rigid
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.options import Options
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.run.advance.trajectory import make_driver
 from scissordyn.run.answer.coupling import centre_warnings
 from scissordyn.run.answer.statics import rotations, static_peaks
 from scissordyn.run.answer.summary import summary_of
-from scissordyn.run.options import Options
 from scissordyn.run.results import Results, Run
 from scissordyn.run.simulate import results_of
 from scissordyn.run.start.demand import check_samples, duration

@@ -82,7 +82,7 @@ def import_drawing(
     from scissordyn.config.quantity import read_quantity
     from scissordyn.exchange.read import read_drawing
     from scissordyn.file.output_file import check_target
-    from scissordyn.run.options import Options
+    from scissordyn.model.options import Options
     from scissordyn.units import Quantity
 
     check_target(case, sample="-o case.toml", beginning=BEGINNING.encode())

@@ -24,8 +24,8 @@ from scissordyn.errors import InputError, printable
 
 if TYPE_CHECKING:  # the help of a command loads no libraries
     from scissordyn.model.mechanism import Mechanism
+    from scissordyn.model.options import Options
     from scissordyn.run.advance.checkpoint import Checkpoint
-    from scissordyn.run.options import Options
     from scissordyn.run.results import Results
 
 
@@ -172,7 +172,7 @@ def _from_case(
 
 def _unchosen(options: Options | None) -> bool:
     """Whether nobody chose samples, so that pictures may have others."""
-    from scissordyn.run.options import EQUALLY_SPACED
+    from scissordyn.model.options import EQUALLY_SPACED
 
     return options is not None and options.samples == EQUALLY_SPACED
 

@@ -27,8 +27,8 @@ from scissordyn.config.table import About, Context, Reader, Table, described, in
 from scissordyn.config.time_function import DriveTable
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.options import Options
 from scissordyn.run.configuration import Configuration
-from scissordyn.run.options import Options
 
 
 @dataclasses.dataclass(frozen=True)

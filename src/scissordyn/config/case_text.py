@@ -35,10 +35,10 @@ from scissordyn.model.addition import closed
 from scissordyn.model.body import Body, bar_points, uniform_inertia
 from scissordyn.model.coupling import Coordinate, Coupling, Distance, Slide
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.options import Options
 from scissordyn.model.record import first_difference, to_plain
 from scissordyn.model.walk import Declared, declared, given, is_described
 from scissordyn.plugin.element import Part
-from scissordyn.run.options import Options
 from scissordyn.units import Pairs
 
 BEGINNING = "# A case of scissordyn, written by write_case."

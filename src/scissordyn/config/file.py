@@ -22,9 +22,9 @@ from scissordyn.config.text import handle, inside, line_of, place_of_name, place
 from scissordyn.errors import InputError, command, did_you_mean
 from scissordyn.file.output_file import OTHER_ENDINGS, check_target, write_file
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.options import Options
 from scissordyn.model.parameter_path import KINDS, number
 from scissordyn.model.section import with_dimension
-from scissordyn.run.options import Options
 from scissordyn.units import Quantity
 
 SAMPLE = "write_case(arm, 'arm.toml')"

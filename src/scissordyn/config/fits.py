@@ -24,8 +24,8 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.identification.fit import fitted, known_headings
 from scissordyn.identification.problem import Free, free_parameter
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.options import Options
 from scissordyn.model.parameter_path import number
-from scissordyn.run.options import Options
 from scissordyn.study.ask.distribution import Interval, Levels, Normal
 
 if TYPE_CHECKING:

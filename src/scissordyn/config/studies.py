@@ -18,8 +18,8 @@ from scissordyn.config.study import Given, StudyText, described_study, factors_o
 from scissordyn.config.variation import by_change, by_object, listed, names_of, read_variation
 from scissordyn.errors import InputError, command, did_you_mean
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.options import Options
 from scissordyn.run.engine import Engine
-from scissordyn.run.options import Options
 from scissordyn.study.ask.description import Accurate, OwnMeasure, Study
 from scissordyn.study.ask.design import SAMPLED, Design, Factor, Sampling
 from scissordyn.study.ask.distribution import Interval, Levels, Variation

@@ -46,8 +46,8 @@ from scissordyn.config.variation import (
 )
 from scissordyn.errors import InputError, command
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.options import Options
 from scissordyn.model.parameter_path import EACH_SAMPLE, number, single
-from scissordyn.run.options import Options
 from scissordyn.study.ask.description import Accurate, OwnMeasure, Study
 from scissordyn.study.ask.design import Design, Factor, Sampling
 from scissordyn.study.ask.distribution import Names, Variation

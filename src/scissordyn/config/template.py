@@ -19,7 +19,7 @@ from scissordyn.errors import InputError, command, did_you_mean
 from scissordyn.model.body import Body
 from scissordyn.model.commanded import rigid
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.run.options import AUTO, Options
+from scissordyn.model.options import AUTO, Options
 
 STARTERS: Mapping[str, Mapping[str, Any]] = {
     "scissor": {"structure": {"angle": "60 deg"}, "drive": {"speed": "-150 rpm"}},

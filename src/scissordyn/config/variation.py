@@ -17,8 +17,8 @@ from scissordyn.config.table import toml
 from scissordyn.config.text import read_text
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.options import Options
 from scissordyn.model.parameter_path import changed
-from scissordyn.run.options import Options
 from scissordyn.study.ask.design import Factor
 from scissordyn.study.ask.distribution import (
     Beta,

@@ -18,7 +18,7 @@ from scissordyn.lookup import library
 from scissordyn.model.body import Body
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.run.options import Options
+from scissordyn.model.options import Options
 
 FORCES = (".csv", ".json", ".inp")  # Endings of files of pin forces
 MECHANISMS = (".dxf", ".csv", ".xml", ".fmu")  # Endings of files that a mechanism is written into

@@ -25,11 +25,11 @@ from scissordyn.errors import InputError, command
 from scissordyn.explore.field import Field, fields_of
 from scissordyn.laws.catalogue import BY_KIND
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.options import Options
 from scissordyn.model.walk import given, is_described
 from scissordyn.plot.scale import Scale, scale_of
 from scissordyn.plugin.user_file import origin_of
 from scissordyn.run.configuration import is_run, read_configuration
-from scissordyn.run.options import Options
 from scissordyn.run.store import load
 
 if TYPE_CHECKING:

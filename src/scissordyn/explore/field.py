@@ -22,9 +22,9 @@ from scissordyn.errors import InputError
 from scissordyn.laws.catalogue import BY_KIND
 from scissordyn.laws.oil import OILS
 from scissordyn.model.clearance import Lubrication
+from scissordyn.model.options import Options
 from scissordyn.model.section import MATERIALS, SECTIONS
 from scissordyn.model.walk import Route
-from scissordyn.run.options import Options
 from scissordyn.units import Quantity, short
 
 STARRED = ("clearance", "speed", "kinetic", "angle", "end", "duration", "limit")

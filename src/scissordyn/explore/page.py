@@ -19,12 +19,12 @@ from scissordyn.errors import InputError, ScissordynError
 from scissordyn.explore.answers import NOW, PINNED, cards, contact_table, curves_as_csv, differences, figures
 from scissordyn.explore.case import python_of
 from scissordyn.explore.session import Outcome, Session
+from scissordyn.model.options import AUTO as ALSO_AT_CONTACTS
 from scissordyn.plan.bending import bends
 from scissordyn.plot.canvas import packed_scene
 from scissordyn.plot.series import largest_forces
 from scissordyn.run.answer.joint_force import clearance_joints
 from scissordyn.run.answer.warn import warnings_of
-from scissordyn.run.options import AUTO as ALSO_AT_CONTACTS
 from scissordyn.units import short
 from scissordyn.warning import group, line
 

@@ -18,8 +18,8 @@ from scissordyn.identification.problem import FailedRunError, Free, Problem, Seg
 from scissordyn.identification.start import check_autonomous, prepared, spread
 from scissordyn.identification.uncertainty import LEVEL, Uncertainty, uncertainty
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.options import Options
 from scissordyn.run.configuration import write_configuration
-from scissordyn.run.options import Options
 
 ROUNDS = 3  # Most rounds of weights
 SETTLED = 0.05  # Standard deviations that change by less than this fraction are final

@@ -12,7 +12,7 @@ from scissordyn.errors import InputError
 from scissordyn.identification.problem import FailedRunError, Problem, records_of
 from scissordyn.identification.start import prepared
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.run.options import Options
+from scissordyn.model.options import Options
 
 WINDOW = 0.1  # Part of a record from which its start is estimated, in growing windows
 

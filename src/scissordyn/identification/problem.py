@@ -15,11 +15,11 @@ from scissordyn.analysis.agreement import Measured
 from scissordyn.errors import InputError, command
 from scissordyn.file.export import TimeColumn, time_columns
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.options import Options
 from scissordyn.model.parameter_path import Place, changed_all, find, number
 from scissordyn.plan.plan import plan
 from scissordyn.run.advance.trajectory import compute, recorded
 from scissordyn.run.answer.dataset import results
-from scissordyn.run.options import Options
 from scissordyn.study.ask.distribution import Interval, Normal, Variation
 
 if TYPE_CHECKING:

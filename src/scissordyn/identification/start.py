@@ -19,11 +19,11 @@ from scissordyn.identification.problem import TURN, FailedRunError, Problem, Seg
 from scissordyn.kinematics.assembly import Held, Start, assemble, natural_state, placed_start
 from scissordyn.model.body import Body
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.options import Options
 from scissordyn.plan.elimination import in_words
 from scissordyn.plan.gradients import Gradients
 from scissordyn.plan.plan import plan
 from scissordyn.plan.system import make_system
-from scissordyn.run.options import Options
 
 ROUND_OFF = 1e-9  # Singular values of the constraints below this fraction of the largest are zero
 

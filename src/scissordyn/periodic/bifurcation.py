@@ -19,6 +19,7 @@ from scissordyn.file.provenance import provenance
 from scissordyn.kinematics.assembly import Start, basis_at_start, natural_state
 from scissordyn.kinematics.branching import drive_warnings
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.options import Options, StartKind
 from scissordyn.model.parameter_path import number
 from scissordyn.model.record import to_plain
 from scissordyn.periodic.cycles import recorded
@@ -29,7 +30,6 @@ from scissordyn.plan.system import make_system
 from scissordyn.run.advance.driver import Snapshot
 from scissordyn.run.configuration import read_configuration, write_configuration
 from scissordyn.run.engine import ENGINES, Engine, EngineError, Outcome, outcomes
-from scissordyn.run.options import Options, StartKind
 from scissordyn.run.start.demand import CYCLE_TIME, check_cycles, check_memory, count_in_words, machine_memory
 from scissordyn.run.store import load, save
 from scissordyn.study.answer.grouped import grouped_lines

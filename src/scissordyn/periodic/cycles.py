@@ -12,12 +12,12 @@ import xarray as xr
 from scissordyn.errors import InputError
 from scissordyn.kinematics.branching import drive_warnings
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.options import Options, StartKind
 from scissordyn.periodic.stroboscope import DESCRIBED, Cycles, drive_period, run_cycles
 from scissordyn.plan.acting import states_of
 from scissordyn.plan.plan import Plan
 from scissordyn.run.advance.driver import Snapshot
 from scissordyn.run.configuration import number_attribute, read_configuration, write_configuration
-from scissordyn.run.options import Options, StartKind
 from scissordyn.units import checked
 
 

@@ -12,6 +12,7 @@ import xarray as xr
 from scissordyn.errors import InputError, whole_number
 from scissordyn.kinematics.branching import drive_warnings
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.options import Options, StartKind
 from scissordyn.periodic.rows import COLUMNS, CycleCase, empty_rows, enter, run_case
 from scissordyn.periodic.stroboscope import DESCRIBED, consistent, drive_period, start_state
 from scissordyn.plan.plan import plan
@@ -19,7 +20,6 @@ from scissordyn.plan.system import make_system
 from scissordyn.run.advance.driver import Snapshot
 from scissordyn.run.configuration import write_configuration
 from scissordyn.run.engine import ENGINES, Engine, outcomes
-from scissordyn.run.options import Options, StartKind
 from scissordyn.run.start.demand import check_cycles
 from scissordyn.study.answer.grouped import grouped_lines
 from scissordyn.units import Meaning, checked

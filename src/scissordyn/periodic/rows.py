@@ -11,10 +11,10 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.options import Options
 from scissordyn.periodic.stroboscope import DESCRIBED, run_cycles
 from scissordyn.run.advance.driver import Snapshot
 from scissordyn.run.engine import STATES, Outcome, error_text
-from scissordyn.run.options import Options
 
 PENDING = STATES[0]  # Status of a case that has not been computed yet
 

@@ -20,13 +20,13 @@ from scissordyn.mechanics.monitored import JOINT_FORCE, companions, oiled_contac
 from scissordyn.mechanics.outputs import record
 from scissordyn.mechanics.system import APPROACH_FLOOR
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.options import Options, StartKind
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.plan.system import guard_values
 from scissordyn.run.advance.driver import Driver, Snapshot, counted
 from scissordyn.run.advance.trajectory import make_driver, reach, reached
 from scissordyn.run.answer.events import ACCOUNTS, accounts
 from scissordyn.run.answer.warn import Extremes
-from scissordyn.run.options import Options, StartKind
 from scissordyn.run.start.demand import check_cycles
 from scissordyn.run.start.method import Choice
 

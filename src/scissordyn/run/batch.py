@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 from scissordyn.errors import InputError, ScissordynError, did_you_mean
 from scissordyn.kinematics.closure import check_tables
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.options import EventKind, Options, StartKind
 from scissordyn.model.parameter_path import changed_all, find, number
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.plan.system import make_system, put_numbers
@@ -27,7 +28,6 @@ from scissordyn.run.answer.trajectory_warnings import ignored_roots, stepping_wa
 from scissordyn.run.answer.warn import Extremes
 from scissordyn.run.configuration import write_configuration
 from scissordyn.run.engine import outcomes, workers_of
-from scissordyn.run.options import EventKind, Options, StartKind
 from scissordyn.run.start.ideal_path import IdealPath, ideal_path, stages
 
 TITLE = "scissordyn batch"

@@ -13,7 +13,7 @@ from scissordyn.annotation import is_number, shown
 from scissordyn.errors import InputError
 from scissordyn.lookup import offered
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.run.options import Options
+from scissordyn.model.options import Options
 from scissordyn.run.results import Run
 
 ATTRIBUTE = "configuration"

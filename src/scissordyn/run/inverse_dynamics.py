@@ -19,6 +19,7 @@ from scissordyn.mechanics.outputs import Record
 from scissordyn.model.commanded import rigid
 from scissordyn.model.coupling import Coordinate, CoordinateDrive
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.options import EndTime, Options, SampleCount
 from scissordyn.plan.coordinates import Coordinates
 from scissordyn.plan.coupling import coupling_parts
 from scissordyn.plan.elimination import in_words
@@ -28,7 +29,6 @@ from scissordyn.run.advance.interrupt import pass_on
 from scissordyn.run.advance.trajectory import compute, recorded
 from scissordyn.run.answer.coupling import sampled_coordinate
 from scissordyn.run.configuration import write_configuration
-from scissordyn.run.options import EndTime, Options, SampleCount
 from scissordyn.run.results import Results, Variable, described, labels
 from scissordyn.run.simulate import simulate
 from scissordyn.run.start.start import ideal_reactions

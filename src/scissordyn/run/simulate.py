@@ -11,6 +11,7 @@ from scissordyn.errors import InputError
 from scissordyn.kinematics.branching import passing_warnings
 from scissordyn.kinematics.closure import check_tables
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.options import AUTO, EndTime, EventKind, Options, SampleCount, StartKind
 from scissordyn.plan.plan import plan
 from scissordyn.run.advance.checkpoint import Checkpoint, open_checkpoint
 from scissordyn.run.advance.instants import MOST_INSTANTS, sample_times, sampled_at, with_recorded
@@ -20,7 +21,6 @@ from scissordyn.run.answer.predictability import compared, predictability
 from scissordyn.run.answer.trajectory_warnings import trajectory_warnings
 from scissordyn.run.answer.warn import Extremes, contact_failures, run_warnings, warnings_of
 from scissordyn.run.configuration import is_run, read_configuration, write_configuration
-from scissordyn.run.options import AUTO, EndTime, EventKind, Options, SampleCount, StartKind
 from scissordyn.run.results import Results, Run
 from scissordyn.run.start.demand import check_samples
 from scissordyn.run.start.ideal_path import deviates, ideal_path

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scissordyn.integrate.integration import Samples
-from scissordyn.run.options import EQUALLY_SPACED, Options
+from scissordyn.model.options import EQUALLY_SPACED, Options
 
 if TYPE_CHECKING:
     from scissordyn.run.advance.trajectory import Trajectory

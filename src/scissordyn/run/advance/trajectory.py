@@ -16,6 +16,7 @@ from scissordyn.laws.validity import contact_failure
 from scissordyn.mechanics.monitored import INDENTATION, companions, monitored_rows
 from scissordyn.mechanics.outputs import Record, record
 from scissordyn.model.clearance import ContactPoint
+from scissordyn.model.options import Options
 from scissordyn.plan.plan import Plan
 from scissordyn.plan.system import guard_values, make_system
 from scissordyn.run.advance.cause import failed_latch, full_coordinates, immobile_joints, jam, singular_position
@@ -25,7 +26,6 @@ from scissordyn.run.advance.driver import Driver, counted
 from scissordyn.run.advance.instants import MOST_INSTANTS
 from scissordyn.run.advance.system import unknown
 from scissordyn.run.answer.events import contacts
-from scissordyn.run.options import Options
 from scissordyn.run.start.method import Choice, choose_method
 from scissordyn.run.start.start import Prepared, prepare_start
 from scissordyn.run.start.tolerance import error_weights

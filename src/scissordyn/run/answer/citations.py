@@ -16,10 +16,10 @@ from scissordyn.laws.material import Material
 from scissordyn.laws.oil import Oil
 from scissordyn.model.clearance import Lubrication
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.options import TIME_STEPPING
 from scissordyn.model.walk import declared, is_described
 from scissordyn.plugin.element import Part
 from scissordyn.run.configuration import read_configuration
-from scissordyn.run.options import TIME_STEPPING
 
 if TYPE_CHECKING:
     import xarray as xr

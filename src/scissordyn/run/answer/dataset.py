@@ -28,6 +28,7 @@ from scissordyn.mechanics.monitored import (
 from scissordyn.mechanics.outputs import Record
 from scissordyn.mechanics.reactions import solve_reactions
 from scissordyn.mechanics.system import RESULTS
+from scissordyn.model.options import Options
 from scissordyn.plan.acting import states_of
 from scissordyn.plan.plan import Plan
 from scissordyn.run.advance.trajectory import Trajectory
@@ -38,7 +39,6 @@ from scissordyn.run.answer.events import ACCOUNTS, accounts, contact_variables, 
 from scissordyn.run.answer.film import film_variables
 from scissordyn.run.answer.internal_forces import largest_variables
 from scissordyn.run.configuration import TITLE
-from scissordyn.run.options import Options
 from scissordyn.run.results import Results, Run, Variables, along, described, labels, located
 from scissordyn.run.start.ideal_path import PARTS, IdealPath, deviation_parts, tracked
 from scissordyn.units import State

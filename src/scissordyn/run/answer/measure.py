@@ -29,6 +29,7 @@ from scissordyn.mechanics.monitored import (
 )
 from scissordyn.mechanics.outputs import Record
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.options import Options
 from scissordyn.plan.system import state_kept
 from scissordyn.run.advance.driver import Driver
 from scissordyn.run.advance.trajectory import reached
@@ -36,7 +37,6 @@ from scissordyn.run.answer.dataset import SETTLING, largest_along_bars, settling
 from scissordyn.run.answer.events import ACCOUNTS, accounts, peak_forces
 from scissordyn.run.answer.internal_forces import bars_of
 from scissordyn.run.answer.statics import check_stroke, static_peaks
-from scissordyn.run.options import Options
 from scissordyn.run.start.ideal_path import PARTS, IdealPath, deviation_parts, tracked
 
 

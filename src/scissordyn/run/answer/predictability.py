@@ -13,12 +13,12 @@ from typing import Any
 
 import numpy as np
 
+from scissordyn.model.options import Options
 from scissordyn.plan.plan import Plan
 from scissordyn.plan.system import guard_values
 from scissordyn.run.advance.checkpoint import Keeper
 from scissordyn.run.advance.instants import sample_times, sampled_at
 from scissordyn.run.advance.trajectory import INTERRUPTED, Trajectory, compute, make_driver, reach
-from scissordyn.run.options import Options
 from scissordyn.run.results import Run
 from scissordyn.run.start.ideal_path import IdealPath
 

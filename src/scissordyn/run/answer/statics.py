@@ -19,6 +19,7 @@ from scissordyn.mechanics.monitored import POWERS
 from scissordyn.mechanics.outputs import Record
 from scissordyn.model.commanded import commanded
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.options import EndTime, Options
 from scissordyn.plan.bending import bends
 from scissordyn.plan.elimination import in_words
 from scissordyn.plan.plan import Plan, plan
@@ -30,7 +31,6 @@ from scissordyn.run.advance.trajectory import Trajectory
 from scissordyn.run.answer.dataset import results
 from scissordyn.run.answer.warn import ROUNDED, beyond_outputs
 from scissordyn.run.configuration import write_configuration
-from scissordyn.run.options import EndTime, Options
 from scissordyn.run.results import Results, Variable, Variables, labels
 from scissordyn.run.start.rest import At, count_turns
 from scissordyn.run.start.small_motion import along

@@ -13,10 +13,10 @@ from scissordyn.kernel import Handle
 from scissordyn.laws.friction.none import NoFriction
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.outputs import Record, rates_without, sampled
+from scissordyn.model.options import Options
 from scissordyn.plan.plan import Plan
 from scissordyn.plan.system import rates
 from scissordyn.run.advance.trajectory import Trajectory
-from scissordyn.run.options import Options
 from scissordyn.run.start.tolerance import state_tolerance
 from scissordyn.units import State
 from scissordyn.warning import RunWarning, warning

@@ -9,10 +9,10 @@ import numpy as np
 from scissordyn.errors import InputError
 from scissordyn.model.commanded import commanded, rigid
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.options import Options, StartKind
 from scissordyn.plan.plan import Plan
 from scissordyn.plan.plan import plan as make_plan
 from scissordyn.run.advance.trajectory import compute
-from scissordyn.run.options import Options, StartKind
 
 PARTS = ("servo", "bending", "clearance")
 """What lets tracked points leave the commanded path, in the order in which it is added."""

@@ -13,11 +13,11 @@ from scissordyn.integrate.advance import ADVANCING
 from scissordyn.kernel import Handle
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.system import System
+from scissordyn.model.options import TIME_STEPPING, Options
 from scissordyn.plan.bending import bends
 from scissordyn.plan.plan import Plan
 from scissordyn.plan.system import rates, state_kept
 from scissordyn.run.advance.driver import Driver
-from scissordyn.run.options import TIME_STEPPING, Options
 from scissordyn.run.start.tolerance import Tolerances
 
 EXPLICIT, STIFF = "dop853", "rodas5p"

@@ -34,6 +34,7 @@ from scissordyn.mechanics.system import APPROACH_FLOOR, System
 from scissordyn.mechanics.time_function import function_at
 from scissordyn.model.check import proportion_warnings
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.options import StartKind
 from scissordyn.plan.acting import start_coordinates
 from scissordyn.plan.bending import beams_of, is_straight, straight_bar, straight_maps
 from scissordyn.plan.coordinates import combined
@@ -44,7 +45,6 @@ from scissordyn.plan.plan import plan as make_plan
 from scissordyn.plan.system import guard_values, make_system
 from scissordyn.run.advance.cause import check_springs, full_coordinates
 from scissordyn.run.answer.bars import with_distributed_mass
-from scissordyn.run.options import StartKind
 from scissordyn.run.start.rest import At, Rest, count_turns, equilibrium, turns
 
 MOVED = 1e-3  # An assembly that moves a given origin by more than this fraction of the mechanism's size is said

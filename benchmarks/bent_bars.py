@@ -26,7 +26,7 @@ def array(units: int = 2, **options: object) -> sd.Mechanism:
     """The paper's array, frictionless, its bars tubes if options of `with_bending` are given."""
     made = sd.scissor(units=units).with_clearance("A", sd.Clearance(0.5e-3))
     if options:
-        made = made.with_bending(**TUBE, **options)  # type: ignore[arg-type]
+        made = sd.with_bending(made, **TUBE, **options)  # type: ignore[arg-type]
     return made.driven(speed=sd.rpm(150))
 
 

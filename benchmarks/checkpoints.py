@@ -11,10 +11,10 @@ import numpy as np
 
 import scissordyn as sd
 from benchmarks.measure import command, table
+from scissordyn.casefile.configuration import write_configuration
 from scissordyn.plan.plan import plan
 from scissordyn.run.advance.checkpoint import Checkpoint, open_checkpoint
 from scissordyn.run.advance.trajectory import make_driver
-from scissordyn.run.configuration import write_configuration
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 NAMED = ("paper", "mast", "long", "self_deploying")

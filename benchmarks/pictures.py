@@ -16,9 +16,9 @@ import xarray as xr
 
 import scissordyn as sd
 from benchmarks.drawings import clearance_joint, result
-from scissordyn.config.case import CaseTable
+from scissordyn.casefile.case import CaseTable
+from scissordyn.casefile.table import instance
 from scissordyn.config.file import read_case
-from scissordyn.config.table import instance
 from scissordyn.plot.animation import Film, animate, magnified_first
 from scissordyn.plot.animation_scene import scene_of
 from scissordyn.plot.file import write

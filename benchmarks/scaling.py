@@ -9,12 +9,12 @@ from statistics import median
 
 from benchmarks.cases import UNTIL, array, clearance_everywhere, friction_everywhere, name_of
 from benchmarks.measure import command, fitted_exponent, table
+from scissordyn.casefile.configuration import write_configuration
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
 from scissordyn.run.advance.trajectory import Trajectory, compute, recorded
 from scissordyn.run.answer.dataset import results
-from scissordyn.run.configuration import write_configuration
 
 UNITS = (2, 10, 50, 200)
 SHARED = 1.5  # Target for the integration time of a long array with one clearance joint, relative to two units

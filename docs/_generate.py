@@ -11,7 +11,7 @@ from pathlib import Path
 
 import scissordyn as sd
 from scissordyn.annotation import shown
-from scissordyn.config.table import table_of
+from scissordyn.casefile.table import table_of
 from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.laws.catalogue import BY_KIND
 from scissordyn.units import quantities
@@ -172,7 +172,7 @@ MODULES: dict[str, dict[str, tuple[str, ...]]] = {
     "Pictures": {
         "run.accessor": ("RunAccessor",),
         "plot": (
-            *("Pictures", "response", "track", "force", "torque", "orbit", "film", "energy"),
+            *("response", "track", "force", "torque", "orbit", "film", "energy"),
             *("structure", "bending", "comparison", "statics"),
         ),
         "plot.regularity": (
@@ -188,7 +188,7 @@ MODULES: dict[str, dict[str, tuple[str, ...]]] = {
 }
 """What is imported from modules, by heading and module."""
 
-MEMBERS = ("Mechanism", "Pictures", "RunAccessor", "StudyPictures", "StudyResult")
+MEMBERS = ("Mechanism", "RunAccessor", "StudyPictures", "StudyResult")
 """Classes whose methods are listed."""
 
 

@@ -11,11 +11,11 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from scissordyn.casefile.part import PARTS
+from scissordyn.casefile.quantity import written
+from scissordyn.casefile.table import Table
 from scissordyn.component.catalogue import COMPONENTS
 from scissordyn.component.port import AXIS
-from scissordyn.config.part import PARTS
-from scissordyn.config.quantity import written
-from scissordyn.config.table import Table
 from scissordyn.laws.catalogue import BY_KIND
 
 sys.path.insert(0, str(Path(__file__).parent))

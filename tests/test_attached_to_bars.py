@@ -110,7 +110,7 @@ def test_it_acts_as_on_a_rigid_bar(name: str) -> None:
     stiff = {
         key: (100.0 if name in ("latch", "clearance joint") else 1.0) * value for key, value in STIFF.items()
     }  # impulses bend bars more
-    run = motion(attach(bars()).with_bending("arm", modes=2, **stiff), until)
+    run = motion(sd.with_bending(attach(bars()), "arm", modes=2, **stiff), until)
     apart = float(np.abs(run["position"].sel(body="fore").values[-1] - place[0]).max())
     acts = float(np.abs(place[1] - place[0]).max())
     assert run.attrs["status"] == "complete"
@@ -121,7 +121,7 @@ def test_it_acts_as_on_a_rigid_bar(name: str) -> None:
 @pytest.mark.parametrize("how", [{"modes": 3}, {"elements": 3}], ids=["modes", "elements"])
 def test_its_energy_is_kept(name: str, how: dict[str, int]) -> None:
     """Identity: the balance of energy of soft bars."""
-    run = motion(ATTACHED[name](bars()).with_bending("arm", **how, **SOFT), 0.01)
+    run = motion(sd.with_bending(ATTACHED[name](bars()), "arm", **how, **SOFT), 0.01)
     assert run.attrs["status"] == "complete"
     turned_over = sum(float(np.ptp(run[name].values)) for name in ("kinetic_energy", "potential_energy", "load_work"))
     assert float(np.abs(run["energy_residual"]).max()) < 1e-6 * turned_over
@@ -133,7 +133,7 @@ TUBE = 42743.0, 7.5e7  # EI [N m^2] and EA [N]
 def with_tubes(rigid: sd.Mechanism, stiffness: float = 1.0, **how: int) -> sd.Mechanism:
     """The same with tubes as its bars, so many times as stiff."""
     rigidity, axial = (stiffness * value for value in TUBE)
-    return rigid.with_bending(bending_stiffness=rigidity, axial_stiffness=axial, **how)
+    return sd.with_bending(rigid, bending_stiffness=rigidity, axial_stiffness=axial, **how)
 
 
 def oiled(viscosity: float = 0.1) -> sd.Clearance:
@@ -156,7 +156,7 @@ def test_hard_contact_on_bars_that_bend(array: sd.Mechanism) -> None:
 def test_the_summary_says_what_bars_carry() -> None:
     """Identity: stress, moment, deflection and compression of the summary are those of the run, by numbers and in words."""
     made = sd.scissor(units=1, angle=0.6)
-    made = made.with_bending(section="tube 60x60x1.56 mm", material="steel", modes=3).driven(speed=0.0)
+    made = sd.with_bending(made, section="tube 60x60x1.56 mm", material="steel", modes=3).driven(speed=0.0)
     run = sd.simulate(made, until=1e-4, samples=2, start="static")
     said = summary_of(run).plain()["bars"]
     assert said["stress"] == pytest.approx(float(np.abs(run["bar_largest_stress"]).max()), rel=1e-12)

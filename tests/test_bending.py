@@ -31,13 +31,13 @@ TUBE: dict[str, Any] = {"bending_stiffness": 42743.0, "axial_stiffness": AXIAL}
 
 def cantilever(*, rigidity: float = RIGIDITY, gravity: float = 0.0, **how: int) -> sd.Mechanism:
     """A bar clamped by its drive."""
-    return on_pin(BAR, gravity=gravity).with_bending(**{**BENT, "bending_stiffness": rigidity}, **how).driven(speed=0.0)
+    return sd.with_bending(on_pin(BAR, gravity=gravity), **{**BENT, "bending_stiffness": rigidity}, **how).driven(speed=0.0)
 
 
 def array(*, contact: Literal["compliant", "hard"] = "compliant", **options: Any) -> sd.Mechanism:
     """The array of the paper with a frictionless clearance at A, its bars tubes."""
     loose = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3, contact=contact))
-    return loose.with_bending(**{**TUBE, **options}).driven(speed=sd.rpm(150))
+    return sd.with_bending(loose, **{**TUBE, **options}).driven(speed=sd.rpm(150))
 
 
 @pytest.mark.parametrize(("how", "within"), [({"elements": 16}, 1e-5), ({"modes": 2}, 1e-9)])
@@ -45,7 +45,7 @@ def test_a_bar_on_three_pins_has_twice_pi_first(how: dict[str, int], within: flo
     """Closed form: beta L = 2 pi, antisymmetric, of a bar pinned at both ends and its middle; it is one of the shapes."""
     guides = (sd.Guide("middle", ("bar", "middle")), sd.Guide("end", ("bar", "end")))
     omega = float(
-        sd.modes(on_pin(BAR, guides=guides).with_bending(**BENT, **how), position="concentric")["angular_frequency"][0]
+        sd.modes(sd.with_bending(on_pin(BAR, guides=guides), **BENT, **how), position="concentric")["angular_frequency"][0]
     )
     assert math.sqrt(omega * math.sqrt(MASS * LENGTH**3 / RIGIDITY)) == pytest.approx(2.0 * math.pi, rel=within)
 
@@ -57,7 +57,9 @@ def test_axial_force_changes_the_frequency_down_to_buckling(how: dict[str, int],
     for part in (-0.5, 0.3, 0.9):
         load = sd.Force("load", ("bar", "end"), (-part * critical, 0.0))
         made = on_pin(BAR, load, guides=(sd.Guide("end", ("bar", "end")),))
-        omega = float(sd.modes(made.with_bending(**{**BENT, "axial_stiffness": 1e9}, **how), count=1)["angular_frequency"][0])
+        omega = float(
+            sd.modes(sd.with_bending(made, **{**BENT, "axial_stiffness": 1e9}, **how), count=1)["angular_frequency"][0]
+        )
         assert (omega / first) ** 2 == pytest.approx(1.0 - part, abs=within)
 
 
@@ -227,7 +229,7 @@ def test_elements_and_modes_have_the_same_reactions() -> None:
     """Second formulation: reactions, moment at a pin and torque of the drive of an array at rest."""
     rigid = sd.scissor(units=2, angle=0.6)
     one, other = (
-        sd.simulate(rigid.with_bending(**TUBE, **how).driven(speed=0.0), until=1e-4, samples=2, start="static").isel(time=0)
+        sd.simulate(sd.with_bending(rigid, **TUBE, **how).driven(speed=0.0), until=1e-4, samples=2, start="static").isel(time=0)
         for how in ({"modes": 6}, {"elements": 8})
     )
     assert one["reaction"].values == pytest.approx(other["reaction"].values, rel=2e-5, abs=1e-2)
@@ -306,8 +308,8 @@ def test_case_file_and_python_agree(tmp_path: Path) -> None:
     heat = {"temperature_rise": 40.0, "temperature_difference": -15.0, "time_function": sd.Cycloidal(0.0, 1.0, 2.0)}
     tube = {"section": "tube 60x60x1.56 mm", "material": "steel", "elements": 2, "damping": 2e-5}
     rigid = sd.scissor(bar_length=2.0, bar_mass=5.68)
-    assert read.mechanism == rigid.with_bending("unit 1/*", **tube, **heat).driven(speed=sd.rpm(150))
-    file.write_text(read.mechanism.to_case(read.run), encoding="utf-8")
+    assert read.mechanism == sd.with_bending(rigid, "unit 1/*", **tube, **heat).driven(speed=sd.rpm(150))
+    file.write_text(sd.case_text(read.mechanism, read.run), encoding="utf-8")
     assert read_case(file).mechanism == read.mechanism
 
 
@@ -332,7 +334,7 @@ def test_bars_without_a_place_bend_where_rigid_ones_are_assembled(unplaced: str,
     )
     placed = (dataclasses.replace(body, position=None, angle=None) if body.name in unplaced else body for body in bodies)
     rigid = dataclasses.replace(linkage, bodies=tuple(placed)).driven(speed=sd.rpm(60))
-    bent = rigid.with_bending("coupler", bending_stiffness=100.0, axial_stiffness=1e6, elements=elements)
+    bent = sd.with_bending(rigid, "coupler", bending_stiffness=100.0, axial_stiffness=1e6, elements=elements)
     angles = [
         sd.simulate(case, until=1e-3, samples=2)["angle"].sel(body=["crank", "coupler", "rocker"])[0] for case in (rigid, bent)
     ]
@@ -360,7 +362,7 @@ def test_modes_go_up_to_the_frequency_of_contacts() -> None:
 
 def test_a_payload_on_a_bar_that_bends(tmp_path: Path) -> None:
     """Contract: with inertia of its own on a bar that a controller turns; the energy balance closes, the case reads back."""
-    made = sd.scissor(units=1, angle=0.6).with_bending(section="tube 60x60x1.56 mm", material="steel", modes=2)
+    made = sd.with_bending(sd.scissor(units=1, angle=0.6), section="tube 60x60x1.56 mm", material="steel", modes=2)
     made = sd.with_payload(made, "unit 1/bar 1.end", 2.0, inertia=0.05).controlled(sd.PID(200.0, limit=500.0), speed=0.5)
     run = sd.simulate(made, until=5e-3, samples=11)
     assert run.attrs["status"] == "complete"
@@ -387,13 +389,13 @@ PLATE = sd.Body("plate", 1.0, 0.5, {"start": (0.0, 0.0), "b": (1.0, 0.0), "c": (
 def test_what_cannot_bend(made: sd.Mechanism, options: dict[str, Any], said: str) -> None:
     """Bad input: one line for a body that is no bar, and for options that do not fit each other."""
     with pytest.raises(InputError, match=said):
-        made.with_bending(bending_stiffness=1e4, axial_stiffness=1e7, **options)
+        sd.with_bending(made, bending_stiffness=1e4, axial_stiffness=1e7, **options)
 
 
 def test_an_aligned_guide_clamps_a_bar() -> None:
     """Closed form: a bar clamped at both ends sags by q L^4/(384 EI) in its middle; guides along x, aligned."""
     joint = sd.Guide("end", ("bar", "end"), aligned=True)
-    made = on_pin(BAR, gravity=9.81, guides=(joint,)).with_bending(bending_stiffness=1e6, axial_stiffness=AXIAL, modes=6)
+    made = sd.with_bending(on_pin(BAR, gravity=9.81, guides=(joint,)), bending_stiffness=1e6, axial_stiffness=AXIAL, modes=6)
     run = sd.simulate(made.driven(speed=0.0), until=1e-4, samples=2, start="static", method="dop853")
     sag = -float(run["position"].sel(body="bar/1", axis="y")[0])
     assert sag == pytest.approx(MASS * 9.81 * LENGTH**3 / (384.0 * 1e6), rel=1e-5)
@@ -403,7 +405,7 @@ def _struck(modes: int | Literal["auto"]) -> sd.Mechanism:
     """One unit of tubes whose driven end joint is loose."""
     made = sd.scissor(units=1)
     made = made.with_clearance("A", sd.Clearance(5e-4, friction=sd.NoFriction()))
-    return made.with_bending(**TUBE, modes=modes).driven(speed=sd.rpm(150))
+    return sd.with_bending(made, **TUBE, modes=modes).driven(speed=sd.rpm(150))
 
 
 def test_a_contact_shorter_than_the_modes_is_said() -> None:

@@ -19,7 +19,7 @@ BAR, END = sd.bar("bar", length=LENGTH, mass=MASS), sd.Guide("end", ("bar", "end
 def column(angle: float, *parts: Any, gravity: float = 0.0, rigidity: float = RIGIDITY, **kind: Any) -> sd.Mechanism:
     """A bar clamped at its start, at an angle."""
     bar = on_pin(sd.bar("bar", length=LENGTH, mass=MASS, angle=angle), *parts, gravity=gravity)
-    return bar.with_bending(**{"bending_stiffness": rigidity, "axial_stiffness": AXIAL} | kind).driven(speed=0.0)
+    return sd.with_bending(bar, **{"bending_stiffness": rigidity, "axial_stiffness": AXIAL} | kind).driven(speed=0.0)
 
 
 def portal(load: float, **kind: Any) -> sd.Mechanism:
@@ -36,7 +36,7 @@ def portal(load: float, **kind: Any) -> sd.Mechanism:
     pushes = tuple(sd.Force(f"push {name}", (name, "end"), (0.0, -load)) for name in ("left", "right"))
     ground = (("O", (0.0, 0.0)), ("E", (LENGTH, 0.0)))
     made = sd.Mechanism((left, right, beam), (), welds=welds, ground=ground, gravity=0.0, components=pushes)
-    return made.with_bending(bending_stiffness=RIGIDITY, axial_stiffness=AXIAL, **kind)
+    return sd.with_bending(made, bending_stiffness=RIGIDITY, axial_stiffness=AXIAL, **kind)
 
 
 @pytest.mark.parametrize("stiffness", [1e4, 1.0])
@@ -44,7 +44,7 @@ def test_a_free_turn_is_no_buckling(stiffness: float) -> None:
     ratios = []
     for kind in KINDS:
         pendulum = on_pin(sd.bar("bar", length=1.0, mass=2.0, angle=0.3), gravity=9.81)
-        run = sd.simulate(pendulum.with_bending(bending_stiffness=stiffness, axial_stiffness=1e6, **kind), until=0.05)
+        run = sd.simulate(sd.with_bending(pendulum, bending_stiffness=stiffness, axial_stiffness=1e6, **kind), until=0.05)
         assert run.attrs["warnings"] == "[]"
         ratios.append(run["bar_largest_buckling_ratio"].item())
         # a force spread along a bar buckles it later than one at its end
@@ -63,7 +63,7 @@ def test_a_bar_that_turns_freely_buckles_without_momentum_of_the_turn(kind: dict
     raised = sd.Cycloidal(0.0, 1.0, 0.1)
     push = sd.Force("P", ("bar", "end"), (-load * math.cos(angle), -load * math.sin(angle)), time_function=raised)
     turning = on_pin(sd.bar("bar", length=LENGTH, mass=2.0, angle=angle), push)
-    turning = turning.with_bending(bending_stiffness=stiffness, axial_stiffness=1e6, damping=1e-3, **kind)
+    turning = sd.with_bending(turning, bending_stiffness=stiffness, axial_stiffness=1e6, damping=1e-3, **kind)
     run = sd.simulate(turning, until=0.11, samples=31)
     critical = brentq(condition, 1.0, 3.1) ** 2 * stiffness / LENGTH**2
     assert run["bar_largest_buckling_ratio"].item() == pytest.approx(load / critical, rel=2e-3)
@@ -91,7 +91,7 @@ def test_a_leaning_column_buckles_by_the_part_of_the_load_along_it(kind: dict[st
 def test_columns_between_pins_and_under_their_weight(kind: dict[str, int]) -> None:
     """Closed forms: pi^2 EI/L^2 and four times that; a clamped one under its weight, q L^3 = 7.83735 EI."""
     critical = math.pi**2 * RIGIDITY / LENGTH**2
-    made = on_pin(BAR, guides=(END,)).with_bending(bending_stiffness=RIGIDITY, axial_stiffness=1e9, **kind)
+    made = sd.with_bending(on_pin(BAR, guides=(END,)), bending_stiffness=RIGIDITY, axial_stiffness=1e9, **kind)
     with pytest.raises(InputError, match="without loads"):
         sd.buckling(made)
     push = sd.Force("load", (made.bodies[-1].name, "end"), (-0.25 * critical, 0.0))
@@ -114,7 +114,7 @@ def test_frames_agree_with_a_frame_program(kind: dict[str, int]) -> None:
     assert sd.buckling(portal(1e4, **kind), count=2)["load_factor"].values == pytest.approx(frame.factors(2), rel=1e-3)
 
     arm = sd.scissor(units=2, bar_length=LENGTH, bar_mass=MASS)
-    made = arm.with_bending(bending_stiffness=RIGIDITY, axial_stiffness=AXIAL, **kind).driven(speed=0.0)
+    made = sd.with_bending(arm, bending_stiffness=RIGIDITY, axial_stiffness=AXIAL, **kind).driven(speed=0.0)
     frame = Frame(AXIAL, RIGIDITY)
     for body in arm.bodies[:-1]:
         cos, sin, (x, y) = math.cos(body.placed_angle), math.sin(body.placed_angle), body.placed_position
@@ -170,7 +170,7 @@ def test_rigid_parts_springs_and_rollers_buckle() -> None:
         sd.Force("F", ("car", "centre"), (0.0, -10.0)),
     )
     rolling = sd.Mechanism((BAR, car), (pin,), ground=ground, gravity=0.0, components=parts)
-    stiff = rolling.with_bending("bar", bending_stiffness=1e9, axial_stiffness=1e9, modes=2)
+    stiff = sd.with_bending(rolling, "bar", bending_stiffness=1e9, axial_stiffness=1e9, modes=2)
     assert float(sd.buckling(stiff)["load_factor"][0]) == pytest.approx(math.sqrt(400.0 * 1e3) / 10.0, rel=1e-3)
 
 
@@ -183,7 +183,7 @@ def test_a_static_start_is_stable_and_on_the_side_of_the_load(kind: dict[str, in
         sd.Force("P", ("bar", "end"), (-part * critical, 0.0)),
         sd.Force("q", ("bar", "middle"), (0.0, -across * part * critical)),
     )
-    made = on_pin(BAR, *loads, guides=(END,)).with_bending(bending_stiffness=RIGIDITY, axial_stiffness=AXIAL, **kind)
+    made = sd.with_bending(on_pin(BAR, *loads, guides=(END,)), bending_stiffness=RIGIDITY, axial_stiffness=AXIAL, **kind)
     run = sd.simulate(made, until=1e-6, samples=2, start="static")
     middle = next(body.name for body in made.bodies if "middle" in body.points)
     down = -float(run["position"].sel(body=middle, axis="y")[0])
@@ -208,7 +208,7 @@ def test_a_static_start_that_is_not_stable_is_said() -> None:
 def test_thin_strips_are_bent_by_a_moment(thinness: float) -> None:
     """Closed form: half a circle under the moment pi EI/L, its end 2 L/pi above the clamp."""
     strip = on_pin(sd.bar("bar", length=1.0, mass=1.0))
-    bent = strip.with_bending(bending_stiffness=1.0, axial_stiffness=1.0 / thinness, modes=6)
+    bent = sd.with_bending(strip, bending_stiffness=1.0, axial_stiffness=1.0 / thinness, modes=6)
     bent = bent.with_parts({"components": (*bent.components, sd.Torque("M", "bar/2", torque=math.pi))}).driven(speed=0.0)
     run = sd.simulate(bent, until=1e-8, samples=2, start="static")
     assert run["position"].sel(body="bar/2")[0].values == pytest.approx([0.0, 2.0 / math.pi], abs=5e-4)

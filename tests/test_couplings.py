@@ -15,7 +15,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import scissordyn as sd
-from scissordyn.config.code import Code
+from scissordyn.casefile.code import Code
 from scissordyn.explore.field import fields_of
 from scissordyn.kinematics.closure import Closure
 from scissordyn.plan.plan import plan
@@ -349,7 +349,7 @@ def test_bars_that_bend() -> None:
     """Limit: a stiff bar that bends between a screw and a pin moves as a rigid one, and a geared pair of them too."""
     stiff = {"bending_stiffness": 1e4, "axial_stiffness": 1e6}
     for mechanism, bar in ((lifted(coupling=True), "arm"), (coupled_arms(), "lower")):
-        bent = mechanism.with_bending(bar, **stiff)
+        bent = sd.with_bending(mechanism, bar, **stiff)
         run, rigid = sd.simulate(bent, until=0.2, **TIGHT), sd.simulate(mechanism, until=0.2)
         assert np.max(np.abs(run["angle"].sel(body=bar).values - rigid["angle"].sel(body=bar).values)) < 1e-3
         # what rounding of the strains leaves is there without a coupling, too
@@ -360,7 +360,7 @@ def test_bars_that_bend() -> None:
 def test_reactions_of_a_coupled_bar_that_bends() -> None:
     """Limit: the torque of a belt on a stiff bar that bends presses on its pins as on those of a rigid one."""
     rigid = sd.simulate(coupled_arms(), until=0.3, samples=7)["reaction"]
-    bent = coupled_arms().with_bending("lower", bending_stiffness=2e3, axial_stiffness=2e6, damping=1e-4, modes=4)
+    bent = sd.with_bending(coupled_arms(), "lower", bending_stiffness=2e3, axial_stiffness=2e6, damping=1e-4, modes=4)
     reaction = sd.simulate(bent, until=0.3, samples=7)["reaction"]
     assert np.max(np.abs(reaction.values[-2:] - rigid.values[-2:])) < 1e-3
 

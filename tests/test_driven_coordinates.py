@@ -55,14 +55,14 @@ def test_backlash_in_a_case_file(tmp_path: Path) -> None:
         path.write_text(text.replace(ratio, f"{ratio}backlash = {key}\n"), encoding="utf-8")
         opened = sd.with_backlash(bare, "mesh", sd.degrees(1.3), **more)
         assert sd.read_case(path).mechanism == opened
-        written = opened.to_case()
+        written = sd.case_text(opened)
         assert 'backlash = { angle = "1.3 deg"' in written
         assert "[[angle_stop]]" not in written
     wider = sd.read_case(path, ["coupling.mesh.backlash.angle=2 deg"]).mechanism
     assert wider == sd.with_backlash(bare, "mesh", sd.degrees(2.0), **more)
     # a flank of another place is no backlash of the key, and is written as what it is
     uneven = opened.replace("mesh leading flank.angle", 0.1)
-    path.write_text(uneven.to_case(), encoding="utf-8")
+    path.write_text(sd.case_text(uneven), encoding="utf-8")
     assert "[[angle_stop]]" in path.read_text(encoding="utf-8")
     assert sd.read_case(path).mechanism == uneven
 

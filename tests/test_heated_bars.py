@@ -23,14 +23,14 @@ def cantilever(*, elements: int = 4, gravity: float = 0.0, guided: bool = False,
     """A steel bar clamped by its drive; guided, its other end slides along x."""
     guides = (sd.Guide("end", ("bar", "end"), (LENGTH, 0.0), math.pi / 2.0),) if guided else ()
     bar = on_pin(sd.bar("bar", length=LENGTH, mass=MASS), gravity=gravity, guides=guides)
-    return bar.with_bending(section="solid 20x20 mm", material="steel", elements=elements, **more).driven(speed=0.0)
+    return sd.with_bending(bar, section="solid 20x20 mm", material="steel", elements=elements, **more).driven(speed=0.0)
 
 
 def damped() -> sd.Mechanism:
     """A free unit with everything that the kernel of modes has: damping, and heat over time."""
     made = sd.scissor(units=1, angle=0.6)
     heat = {"temperature_rise": 80.0, "temperature_difference": 30.0, "time_function": WARMING}
-    return made.with_bending(section="tube 60x60x1.56 mm", material="steel", modes=3, damping=1e-4, **heat)
+    return sd.with_bending(made, section="tube 60x60x1.56 mm", material="steel", modes=3, damping=1e-4, **heat)
 
 
 HEATED = {
@@ -85,7 +85,7 @@ def test_the_analytic_derivatives_are_those_of_the_forces() -> None:
 def test_bars_by_modes_extend_and_curve_without_stress() -> None:
     """Closed forms: alpha Delta T L, and an arc of the curvature alpha Delta T_h/h."""
     rise = {"thermal_expansion": EXPANSION, "temperature_rise": 80.0}
-    made = on_pin(LONG).with_bending(bending_stiffness=2252.0, axial_stiffness=7.5e7, modes=6, **rise)
+    made = sd.with_bending(on_pin(LONG), bending_stiffness=2252.0, axial_stiffness=7.5e7, modes=6, **rise)
     guided = made.with_parts({"guides": (sd.Guide("end", ("bar/2", "end")),)})
     run = sd.simulate(guided, until=1e-4, samples=2, start="static")
     assert float(run["position"].sel(body="bar/2", axis="x")[0]) == pytest.approx(2.0 * (1.0 + EXPANSION * 80.0), rel=1e-9)
@@ -94,7 +94,7 @@ def test_bars_by_modes_extend_and_curve_without_stress() -> None:
     longer = float(run["position"].sel(body="bar/2", axis="x")[0]) - 2.0
     assert longer == pytest.approx(2.0 * EXPANSION * 80.0, rel=5e-3)  # a clamp has no strain at its one cross-section
     curved = {"temperature_difference": 30.0, "mass": "section"}
-    warm = on_pin(LONG).with_bending(section="solid 20x20 mm", material="steel", modes=6, **curved)
+    warm = sd.with_bending(on_pin(LONG), section="solid 20x20 mm", material="steel", modes=6, **curved)
     run = sd.simulate(warm.driven(speed=0.0), until=1e-4, samples=2, start="static")
     turn = EXPANSION * 30.0 / DEPTH * 2.0
     assert float(run["angle"].sel(body="bar/2")[0]) == pytest.approx(turn, rel=1e-5)
@@ -106,7 +106,7 @@ def test_a_bar_that_is_longer_curves_as_much(rise: float) -> None:
     """Closed form: between a pin and a guide an arc of the curvature alpha Delta T_h/h, without stress, however long."""
     loose = on_pin(LONG, guides=(sd.Guide("end", ("bar", "end")),))
     heat = {"temperature_difference": 30.0, "temperature_rise": rise}
-    warm = loose.with_bending(section="solid 20x20 mm", material="steel", modes=6, mass="section", **heat)
+    warm = sd.with_bending(loose, section="solid 20x20 mm", material="steel", modes=6, mass="section", **heat)
     run = sd.simulate(warm, until=1e-4, samples=2, start="static")
     turn = EXPANSION * 30.0 / DEPTH * 2.0
     radius = (1.0 + EXPANSION * rise) * 2.0 / turn

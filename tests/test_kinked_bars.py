@@ -19,7 +19,7 @@ def frame(*, load: tuple[float, float] | None = None, **how: Any) -> sd.Mechanis
     """An L: a leg along x that is clamped by its drive, and a leg along y."""
     body = sd.angulated_bar("frame", first=FIRST, second=SECOND, kink=0.5 * math.pi, mass=MASS)
     forces = () if load is None else (sd.Force("load", ("frame", "end"), load),)
-    return on_pin(body, *forces).with_bending(bending_stiffness=RIGIDITY, axial_stiffness=AXIAL, **how).driven(speed=0.0)
+    return sd.with_bending(on_pin(body, *forces), bending_stiffness=RIGIDITY, axial_stiffness=AXIAL, **how).driven(speed=0.0)
 
 
 @pytest.mark.parametrize("how", [{"modes": 4}, {"elements": 2}])
@@ -72,7 +72,7 @@ def test_frequencies_of_a_frame() -> None:
 def test_a_ring_of_kinked_tubes_keeps_its_energy(method: str) -> None:
     """Identity: the energy balance of a polar array; legs have the mass of the bar."""
     rigid = sd.polar_scissor(units=2, kink=0.3, angle=0.6)
-    made = rigid.with_bending(section="tube 60x60x1.56 mm", material="steel", mass="section", modes=2)
+    made = sd.with_bending(rigid, section="tube 60x60x1.56 mm", material="steel", mass="section", modes=2)
     assert len(made.welds) == 4
     bars = [part for part in made.components if isinstance(part, sd.FlexibleBar)]
     assert sum(bar.mass_per_length * bar.length for bar in bars) == pytest.approx(

@@ -19,7 +19,7 @@ EXAMPLES = Path(__file__).parents[1] / "examples"
 def array(angle: float) -> sd.Mechanism:
     """Two units of bars that bend, driven at 1 rad/s."""
     rigid = sd.scissor(units=2, angle=angle)
-    return rigid.with_bending(section="tube 60x60x1.56 mm", material="steel", elements=2).driven(speed=1.0)
+    return sd.with_bending(rigid, section="tube 60x60x1.56 mm", material="steel", elements=2).driven(speed=1.0)
 
 
 @pytest.mark.parametrize("position", ["static", "concentric"])
@@ -53,7 +53,7 @@ def test_a_rigid_pendulum_on_a_driven_crank_swings_alike_everywhere() -> None:
 
 def test_what_has_no_stroke_is_refused() -> None:
     """Bad input: no drive, and times that go back."""
-    free = sd.scissor(units=1).with_bending(bending_stiffness=1e4, axial_stiffness=1e7, elements=1)
+    free = sd.with_bending(sd.scissor(units=1), bending_stiffness=1e4, axial_stiffness=1e7, elements=1)
     with pytest.raises(InputError, match="without a drive"):
         sd.modes(free, times=[0.0, 1.0])
     with pytest.raises(InputError, match="not increasing"):

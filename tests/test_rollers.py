@@ -27,7 +27,7 @@ def beam(car: sd.Body, *, gravity: float = 9.81, modes: int = 8, parts: Any = No
     )
     parts = parts or {}
     made = made.with_parts({**parts, "guides": (*made.guides, *parts.get("guides", ()))})
-    return made.with_bending("beam", bending_stiffness=RIGIDITY, axial_stiffness=AXIAL, modes=modes)
+    return sd.with_bending(made, "beam", bending_stiffness=RIGIDITY, axial_stiffness=AXIAL, modes=modes)
 
 
 @pytest.mark.parametrize("at", [0.3, 0.7, 1.6])
@@ -85,7 +85,7 @@ def block(**roller: Any) -> sd.Mechanism:
             sd.Roller("rear", ("car", "rear"), "arm", **roller),
         ),
     )
-    return made.with_bending("arm", bending_stiffness=RIGIDITY, axial_stiffness=AXIAL, modes=4).driven(speed=2.0)
+    return sd.with_bending(made, "arm", bending_stiffness=RIGIDITY, axial_stiffness=AXIAL, modes=4).driven(speed=2.0)
 
 
 def test_the_analytic_derivatives_are_those_of_the_forces() -> None:
@@ -121,8 +121,8 @@ def test_a_rigid_bar_carries_guides_and_no_rollers() -> None:
     free = sd.Mechanism((arm, car), (sd.Revolute("O", ("arm", "start"), ("ground", "O")),), ground=(("O", (0.0, 0.0)),))
     bars = {"bodies": "arm", "bending_stiffness": RIGIDITY, "axial_stiffness": AXIAL}
     with pytest.raises(InputError, match=r"guide 'slot' on bar 'arm'.* a roller that runs along it"):
-        free.with_parts({"guides": (sd.Guide("slot", ("car", "centre"), body="arm"),)}).with_bending(**bars)
+        sd.with_bending(free.with_parts({"guides": (sd.Guide("slot", ("car", "centre"), body="arm"),)}), **bars)
     made = free.with_parts({"components": (sd.Roller("wheel", ("car", "centre"), "arm"),)})
-    for rigid in (made, made.with_bending(**bars, elements=2)):
+    for rigid in (made, sd.with_bending(made, **bars, elements=2)):
         with pytest.raises(InputError, match="runs along 'arm', which is no bar that bends by modes"):
             sd.simulate(rigid, until=1e-3)

@@ -8,10 +8,10 @@ from typing import Any
 import pytest
 
 import scissordyn as sd
+from scissordyn.casefile.configuration import read_mechanism, write_configuration
 from scissordyn.component.catalogue import component_class
 from scissordyn.errors import InputError
 from scissordyn.plugin.element import SLOTS, element, element_class
-from scissordyn.run.configuration import read_mechanism, write_configuration
 from scissordyn.study.ask.description import OwnMeasure
 
 NAMED: dict[str, Callable[[str], Any]] = {

@@ -9,7 +9,7 @@ from functools import cache
 
 import xarray as xr
 
-from scissordyn.run.configuration import read_configuration
+from scissordyn.casefile.configuration import read_configuration
 from scissordyn_paper.cases import Choice
 from scissordyn_paper.judge import findings
 from scissordyn_paper.statements import CLAUSES

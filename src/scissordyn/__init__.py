@@ -24,13 +24,6 @@ _HOME = _homes()
 
 __all__ = sorted([*_HOME, "plot"], key=lambda name: (not name.isupper(), not name[0].isupper(), name))
 
-_HOME |= {"case_text": "config.case_text", "record_text": "config.case_text", "read_facts": "config.case"}
-_HOME |= {
-    "read_record": "config.case",
-    "preview_svg": "plot.preview",
-    "assembled_places": "run.start.start",
-}  # as before, for rooms below
-
 
 class _Study(ModuleType):
     """The room of studies, which can be called: ``sd.study(...)``."""

@@ -54,7 +54,8 @@ from scissordyn.component.time_function import (
 from scissordyn.component.torque import Torque as Torque
 from scissordyn.component.torsion_spring import TorsionSpring as TorsionSpring
 from scissordyn.component.travel_stop import TravelStop as TravelStop
-from scissordyn.config.case import Case as Case
+from scissordyn.casefile.case import Case as Case
+from scissordyn.casefile.case_text import case_text as case_text
 from scissordyn.config.file import read_case as read_case, write_case as write_case
 from scissordyn.config.fits import fit as fit, least_value as least_value
 from scissordyn.config.studies import open_study as open_study, study as study
@@ -87,7 +88,7 @@ from scissordyn.model.addition import (
     with_panels as with_panels,
     with_payload as with_payload,
 )
-from scissordyn.model.bending import with_bending as with_bending
+from scissordyn.kinematics.bending import with_bending as with_bending
 from scissordyn.model.body import Body as Body, Track as Track, bar as bar, point_mass as point_mass
 from scissordyn.model.clearance import Clearance as Clearance
 from scissordyn.model.coupling import (

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import inspect
-import sys
 from collections.abc import Mapping
 from importlib import import_module
 from typing import Any, TypeVar
@@ -82,8 +81,3 @@ def public(package: str, name: str, homes: Mapping[str, str]) -> Any:
     if value is not member:
         setattr(home, name, value)  # where others find it by its name, as pickle does
     return value
-
-
-def offered(name: str) -> Any:
-    """What upper rooms offer to objects of lower ones under a public name, such as the picture of a mechanism."""
-    return getattr(sys.modules["scissordyn"], name)

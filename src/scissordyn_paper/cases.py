@@ -9,9 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from scissordyn.config.case import Case, CaseTable
-from scissordyn.config.structure import ClearanceTable
-from scissordyn.config.table import instance, located
+from scissordyn.casefile.case import Case
+from scissordyn.casefile.structure import ClearanceTable
+from scissordyn.casefile.table import instance, located
+from scissordyn.config.file import case_of
 from scissordyn.errors import InputError
 from scissordyn.model.clearance import Clearance, SlipKind
 from scissordyn.model.options import Options, StartKind
@@ -229,7 +230,7 @@ class PaperCase:
     def described(self) -> Case:
         """The mechanism and options of the case file."""
         with located(self.name):
-            return instance(CaseTable, tomllib.loads(self.toml), {"folder": Path()}).case()
+            return case_of(tomllib.loads(self.toml), {"folder": Path()})
 
     def described_on(self, ideal: Case) -> Case:
         """The same with clearance, made of the parts of the ideal case on the same drive, which takes less time."""

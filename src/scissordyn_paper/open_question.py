@@ -19,8 +19,9 @@ from typing import Any, Literal
 import numpy as np
 import xarray as xr
 
-from scissordyn.config.case import Case, CaseTable
-from scissordyn.config.table import instance, located, toml
+from scissordyn.casefile.case import Case
+from scissordyn.casefile.table import located, toml
+from scissordyn.config.file import case_of
 from scissordyn.errors import ScissordynError
 from scissordyn.run.advance.interrupt import pass_on
 from scissordyn.run.simulate import simulate
@@ -186,7 +187,7 @@ LONGEST_FIRST = tuple(sorted(OPEN_CASES, key=lambda case: (case.bars == "rigid",
 
 @lru_cache(8)
 def _described(text: str) -> Case:
-    return instance(CaseTable, tomllib.loads(text), {"folder": Path()}).case()
+    return case_of(tomllib.loads(text), {"folder": Path()})
 
 
 def compute(case: OpenCase) -> xr.Dataset:

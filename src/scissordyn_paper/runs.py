@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from scissordyn.config.case import Case
+from scissordyn.casefile.case import Case
 from scissordyn.errors import ScissordynError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.advance.interrupt import pass_on

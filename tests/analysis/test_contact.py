@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from scissordyn.analysis.contact import QUANTILES, contact_spans, contact_statistics, deviation, smallest_arc
+from scissordyn.casefile.configuration import write_configuration
 from scissordyn.errors import InputError
 from scissordyn.model.body import bar, point_mass
 from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.run.configuration import write_configuration
 from scissordyn.run.simulate import simulate
 
 from .made_up import BODIES, CLEARANCE, made_up_run

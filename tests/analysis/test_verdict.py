@@ -7,12 +7,12 @@ import pytest
 import xarray as xr
 
 from scissordyn.analysis.verdict import classify, classify_samples, consensus
+from scissordyn.casefile.configuration import write_configuration
 from scissordyn.errors import InputError
 from scissordyn.model.body import Body
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.run.configuration import write_configuration
 
 from .made_up import CLEARANCE, henon, logistic, made_up_run, rotation
 

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from scissordyn.casefile import text
 from scissordyn.cli.main import status_of
-from scissordyn.config import text
 from scissordyn.config.file import read_case
 from scissordyn.run.store import load
 

@@ -14,9 +14,9 @@ import scissordyn as sd
 from collection.closed_forms import CLOSED_FORMS
 from reference.balance import Balance
 from scissordyn.bibliography.reference import bibliography
+from scissordyn.casefile.quantity import read_quantity
 from scissordyn.cli.main import status_of
 from scissordyn.collection.catalogue import DECLARATION, HERE, Zoo, read_entry
-from scissordyn.config.quantity import read_quantity
 from scissordyn.errors import InputError
 from scissordyn.units import Quantity
 

@@ -16,12 +16,12 @@ import pytest
 from tests.library import in_c
 
 import scissordyn as sd
+from scissordyn.casefile.part import PARTS
 from scissordyn.compiler.c import FLAGS, compile_library
 from scissordyn.compiler.kind import FLOAT
 from scissordyn.compiler.unit import Unit
 from scissordyn.component.catalogue import COMPONENTS
 from scissordyn.component.declaration import kernels_of
-from scissordyn.config.part import PARTS
 from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.errors import InputError
 from scissordyn.exchange.fmu.source import Source
@@ -106,7 +106,7 @@ loose = sd.Clearance(4e-4, friction=sd.LuGre(kinetic=0.05))
 oil = sd.Clearance(4e-4, lubrication=sd.Lubrication(viscosity=0.05))
 hard = sd.Clearance(4e-4, contact="hard", damping=sd.LankaraniNikravesh(0.5))
 arm = sd.scissor(units=2, angle=sd.degrees(30))
-tubes = arm.with_bending("all", section="tube 60x60x1.5 mm", material="aluminium", mass="section")
+tubes = sd.with_bending(arm, "all", section="tube 60x60x1.5 mm", material="aluminium", mass="section")
 crank = sd.slider_crank()
 cases = {
     "lugre": (arm.with_clearance("A", loose).driven(speed=15.0), 1.5e-3),
@@ -153,7 +153,7 @@ def machines():
         ),
         "servo": servo.controlled(sd.PID(50.0, 3.0, 20.0), reference=sd.Harmonic(0.3, 0.2, 10.0)),
         "scissor": arm.driven(sd.Cycloidal(sd.degrees(30), sd.degrees(60), 0.5)),
-        "bars that bend": arm.with_bending("all", section="tube 60x60x1.5 mm", material="aluminium", mass="section").driven(
+        "bars that bend": sd.with_bending(arm, "all", section="tube 60x60x1.5 mm", material="aluminium", mass="section").driven(
             speed=3.0
         ),
         "oil": sd.slider_crank()

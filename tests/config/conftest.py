@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from scissordyn.config.case import Case
+from scissordyn.casefile.case import Case
 from scissordyn.config.file import read_case
 
 

@@ -10,10 +10,10 @@ from typing import get_type_hints
 
 import pytest
 
+from scissordyn.casefile.case import Case
+from scissordyn.casefile.structure import STRUCTURES, BuiltTable
 from scissordyn.component.time_function import ConstantSpeed, Tabulated
-from scissordyn.config.case import Case
 from scissordyn.config.file import read_case
-from scissordyn.config.structure import STRUCTURES, BuiltTable
 from scissordyn.errors import InputError
 from scissordyn.laws.damping.factors import Flores, LankaraniNikravesh
 from scissordyn.laws.elastic.hertz import Hertz

@@ -20,13 +20,13 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.annotation import plain_hint
+from scissordyn.casefile.case import Case, CaseTable
+from scissordyn.casefile.part import PARTS
+from scissordyn.casefile.quantity import exact, read_quantity
+from scissordyn.casefile.table import instance
 from scissordyn.component.catalogue import COMPONENTS
 from scissordyn.component.declaration import Component
 from scissordyn.component.time_function import TimeFunction
-from scissordyn.config.case import Case, CaseTable
-from scissordyn.config.part import PARTS
-from scissordyn.config.quantity import exact, read_quantity
-from scissordyn.config.table import instance
 from scissordyn.config.template import template
 from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.control.controller import Controller
@@ -69,7 +69,7 @@ def test_every_example(example: Path, tmp_path: Path) -> None:
     """Contract: the case, and every number of a short simulation of it."""
     case = sd.read_case(example, ["run.trust=false"])
     found = assert_survives(case, tmp_path / "case.toml")
-    assert found.mechanism.to_case(found.run) == case.mechanism.to_case(case.run)
+    assert sd.case_text(found.mechanism, found.run) == sd.case_text(case.mechanism, case.run)
     options = case.run.keywords | {"until": min(case.run.until, 5e-3), "samples": 21}
     one, other = (sd.simulate(each.mechanism, **options) for each in (case, found))
     assert one.equals(other)
@@ -99,7 +99,7 @@ def test_every_generator(kind: str, tmp_path: Path) -> None:
     loaded = sd.with_payload(made, moving, 1.3, inertia=0.1)
     assert_survives(loaded.with_clearance(first, sd.Clearance(1.1e-4)), tmp_path / "case.toml")
     same = loaded.with_clearance("all", sd.Clearance(1.1e-4, friction=sd.LuGre(kinetic=0.07)))
-    assert same.to_case().count("[[clearance]]") == 1
+    assert sd.case_text(same).count("[[clearance]]") == 1
     assert_survives(same, tmp_path / "case.toml")
 
 
@@ -308,7 +308,7 @@ def cases(described: type) -> Iterator[sd.Mechanism]:
 def test_every_class_and_field_of_a_description(described: type, tmp_path: Path) -> None:
     """Contract: every part with every field, law, material, controller and time function, as the catalogues list them."""
     for mechanism in cases(described):
-        found = instance(CaseTable, tomllib.loads(mechanism.to_case()), {"folder": tmp_path}).case().mechanism
+        found = instance(CaseTable, tomllib.loads(sd.case_text(mechanism)), {"folder": tmp_path}).case().mechanism
         assert found == mechanism
         assert bits(to_plain(found)) == bits(to_plain(mechanism))
 
@@ -355,7 +355,7 @@ def test_components_keep_their_order(tmp_path: Path) -> None:
         mechanism = dataclasses.replace(parts_only(), components=order)
         found = assert_survives(mechanism, tmp_path / "case.toml")
         assert [part.name for part in found.mechanism.components] == [part.name for part in order]
-    text = dataclasses.replace(parts_only(), components=(one, two)).to_case()
+    text = sd.case_text(dataclasses.replace(parts_only(), components=(one, two)))
     assert "[[spring]]" in text
     assert "[[component]]" not in text
 
@@ -461,7 +461,7 @@ def test_any_number_survives() -> None:
 
 def test_the_text_is_toml_with_a_run() -> None:
     """Contract: what `to_case` returns can be read by itself, and says its options."""
-    text = sd.scissor(units=1).driven(speed=sd.rpm(150)).to_case(Options(0.1, samples=11))
+    text = sd.case_text(sd.scissor(units=1).driven(speed=sd.rpm(150)), Options(0.1, samples=11))
     assert 'speed = "150 rpm"' in text
     assert text.endswith('[run]\nuntil = "0.1 s"\nsamples = 11\n')
     assert json.dumps(text)

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import scissordyn as sd
+from scissordyn.casefile.case import Case
 from scissordyn.component.force import Force
 from scissordyn.component.motor import Motor
 from scissordyn.component.place import GROUND
@@ -16,7 +17,6 @@ from scissordyn.component.spring import Spring
 from scissordyn.component.time_function import ConstantSpeed, Cycloidal, Harmonic, Polynomial, Tabulated, Trapezoidal
 from scissordyn.component.torque import Torque
 from scissordyn.component.torsion_spring import TorsionSpring
-from scissordyn.config.case import Case
 from scissordyn.config.file import read_case
 from scissordyn.config.template import template
 from scissordyn.errors import InputError
@@ -61,7 +61,7 @@ MECHANISM = Mechanism(
     input_body="crank",
     output_body="block",
 )
-CASE = MECHANISM.to_case()
+CASE = sd.case_text(MECHANISM)
 WRITTEN = """
 ground = [{ name = "O", position = "0, 0 mm" }, { name = "wall", position = "1 0 m" }]
 joint = [
@@ -273,7 +273,7 @@ def test_patterns_give_clearance_to_several_joints(tmp_path: Path, case_of: Call
     """Contract: all pivots, of which the last table that names one has the last word."""
     wanted = mast(units=3).with_clearance("pivots", Clearance(1e-3)).with_clearance("unit 2/pivot", Clearance(2e-3))
     loose = 'clearance=[{ joint = "pivots", clearance = "1 mm" }, { joint = "unit 2/pivot", clearance = "2 mm" }]'
-    assert case_of(mast(units=3).to_case(), [loose]).mechanism == wanted
+    assert case_of(sd.case_text(mast(units=3)), [loose]).mechanism == wanted
     assert len(wanted.clearance_joints) == 3
     with pytest.raises(InputError, match="given twice"):
         read_case(tmp_path / "case.toml", [loose.replace("unit 2/pivot", "pivots")])

@@ -10,11 +10,11 @@ from typing import Any
 
 import pytest
 
-from scissordyn.config.case import Case
+from scissordyn.casefile.case import Case
+from scissordyn.casefile.part import PARTS
+from scissordyn.casefile.text import line_of, place_text
 from scissordyn.config.file import changed, read_case
-from scissordyn.config.part import PARTS
 from scissordyn.config.study import read_study
-from scissordyn.config.text import line_of, place_text
 from scissordyn.errors import InputError, did_you_mean
 
 TEXT = '''# a case

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scissordyn.config.quantity import (
+from scissordyn.casefile.quantity import (
     FAMILIAR,
     UNITS,
     USUAL,

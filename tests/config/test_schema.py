@@ -11,13 +11,13 @@ from pathlib import Path
 import pytest
 from jsonschema import Draft7Validator
 
-from scissordyn.config.case import CaseTable
-from scissordyn.config.part import PARTS
-from scissordyn.config.quantity import SI_UNITS, NumbersText, unit_factor
+from scissordyn.casefile.case import CaseTable
+from scissordyn.casefile.part import PARTS
+from scissordyn.casefile.quantity import SI_UNITS, NumbersText, unit_factor
+from scissordyn.casefile.structure import STRUCTURES
+from scissordyn.casefile.table import instance
 from scissordyn.config.schema import pattern_of, schema
-from scissordyn.config.structure import STRUCTURES
 from scissordyn.config.study import StudyText
-from scissordyn.config.table import instance
 from scissordyn.config.template import template
 from scissordyn.errors import InputError
 

@@ -11,15 +11,15 @@ from pathlib import Path
 
 import pytest
 
+from scissordyn.casefile.case import Case, CaseTable
+from scissordyn.casefile.part import PARTS
+from scissordyn.casefile.structure import STRUCTURES, ClearanceTable
+from scissordyn.casefile.table import table_of
+from scissordyn.casefile.time_function import DriveTable
 from scissordyn.component.actuator import Actuator
-from scissordyn.config.case import Case, CaseTable
 from scissordyn.config.file import read_case
 from scissordyn.config.fitted import DAMPING, FURTHER, OSCILLATIONS, SECTIONS
-from scissordyn.config.part import PARTS
-from scissordyn.config.structure import STRUCTURES, ClearanceTable
-from scissordyn.config.table import table_of
 from scissordyn.config.template import STARTERS, TURNS, template
-from scissordyn.config.time_function import DriveTable
 from scissordyn.errors import InputError
 from scissordyn.model.addition import panel_ends, payload_points
 from scissordyn.model.options import Options

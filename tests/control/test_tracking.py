@@ -143,7 +143,7 @@ def test_feed_forward_is_the_drive():
 def test_feed_forward_is_that_of_rigid_bars():
     """Cross-check: bars that bend and are loose have the feed-forward torque of the ideal array of rigid ones."""
     arm, reference = sd.scissor(units=2), Cycloidal(math.radians(30), math.radians(60), 0.5)
-    tubes = arm.with_clearance("A", sd.Clearance(5e-4)).with_bending(bending_stiffness=1e4, axial_stiffness=1e7)
+    tubes = sd.with_bending(arm.with_clearance("A", sd.Clearance(5e-4)), bending_stiffness=1e4, axial_stiffness=1e7)
     torques = [feed_forward(array, reference, until=0.5, samples=101).values for array in (tubes, arm)]
     assert torques[0] == pytest.approx(torques[1], rel=1e-6, abs=1e-6)
 

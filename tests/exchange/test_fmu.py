@@ -17,11 +17,11 @@ import numpy as np
 import pytest
 
 import scissordyn as sd
+from scissordyn.casefile.configuration import read_mechanism
 from scissordyn.errors import InputError
 from scissordyn.exchange.fmu import pack
 from scissordyn.integrate.history import make_history
 from scissordyn.run.advance import driver
-from scissordyn.run.configuration import read_mechanism
 
 fmpy = pytest.importorskip("fmpy")
 from fmpy.fmi3 import FMU3Slave  # noqa: E402

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 import scissordyn as sd
-from scissordyn.config.code import Code
+from scissordyn.casefile.code import Code
 
 from .browser import CASE, chromium, missing
 

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from scissordyn.casefile.configuration import read_configuration
 from scissordyn.explore.case import Case, open_case
 from scissordyn.explore.session import Outcome, Session, Worker
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.run.configuration import read_configuration
 from scissordyn.run.results import Results
 from scissordyn.run.simulate import results_of, simulate
 from scissordyn.run.store import save

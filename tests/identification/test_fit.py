@@ -8,13 +8,13 @@ import pytest
 from pendula import DOUBLE, PENDULUM, double, pendulum
 
 from scissordyn.analysis.agreement import Measured
+from scissordyn.casefile.configuration import read_configuration
 from scissordyn.config.file import read_case
 from scissordyn.config.fits import fit
 from scissordyn.errors import InputError
 from scissordyn.identification.prediction import prediction
 from scissordyn.identification.problem import Problem, free_parameter, motion
 from scissordyn.identification.start import prepared
-from scissordyn.run.configuration import read_configuration
 
 NOISE = 2e-3
 

@@ -145,7 +145,7 @@ def test_patterns_change_all():
 
 def test_a_mass_that_stands_twice_does_not_change_alone():
     """Contract: that of a bar per length, which is in its cross-sections, is refused with what to change instead."""
-    bent = sd.scissor(units=1).driven(speed=1.0).with_bending(section="tube 60x60x1.5 mm", material="steel")
+    bent = sd.with_bending(sd.scissor(units=1).driven(speed=1.0), section="tube 60x60x1.5 mm", material="steel")
     parameter = f"{bent.components[0].name}.mass_per_length"
     for change in (lambda: number(bent, parameter), lambda: bent.replace(parameter, 3.0)):
         with pytest.raises(InputError, match="changed alone; allowed: the section or material"):

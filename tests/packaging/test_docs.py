@@ -88,9 +88,7 @@ def used_names(code: str) -> set[tuple[str, str]]:
             case ast.Attribute(value=ast.Name(id="regularity"), attr=name):
                 found.add(("plot.regularity", name))
             case ast.Attribute(value=ast.Attribute(attr="scissordyn"), attr=name):
-                found |= {("run.accessor", "RunAccessor"), *([("plot", "Pictures")] if name == "plot" else [])}
-            case ast.Attribute(value=ast.Attribute(value=ast.Attribute(attr="scissordyn"), attr="plot"), attr=name):
-                found.add(("plot", name))
+                found.add(("run.accessor", "RunAccessor"))
     return found
 
 

@@ -44,7 +44,7 @@ until = "1 ms"
 @pytest.fixture(scope="module")
 def unit() -> sd.Mechanism:
     rigid = sd.scissor(units=1, bar_length=2.0, bar_mass=5.68)
-    return rigid.with_bending(section="tube 60x60x1.56 mm", material="steel", elements=2).driven(speed=1.0)
+    return sd.with_bending(rigid, section="tube 60x60x1.56 mm", material="steel", elements=2).driven(speed=1.0)
 
 
 @pytest.fixture(scope="module")
@@ -93,7 +93,7 @@ def test_the_diagram_names_the_largest_moment(run, unit):
 def whole():
     """A unit whose bars bend by modes, and its run."""
     rigid = sd.scissor(units=1, bar_length=2.0, bar_mass=5.68)
-    unit = rigid.with_bending(section="tube 60x60x1.56 mm", material="steel", modes=2).driven(speed=1.0)
+    unit = sd.with_bending(rigid, section="tube 60x60x1.56 mm", material="steel", modes=2).driven(speed=1.0)
     return unit, sd.simulate(unit, until=2e-3, samples=4, start="static")
 
 
@@ -140,7 +140,7 @@ def test_a_cantilever_is_in_tension_above():
         ground=(("O", (0.0, 0.0)),),
         input_body="boom",
     )
-    held = boom.with_bending(section="tube 60x60x1.56 mm", material="steel", modes=6).driven(speed=0.0)
+    held = sd.with_bending(boom, section="tube 60x60x1.56 mm", material="steel", modes=6).driven(speed=0.0)
     found = sd.simulate(held, until=1e-4, samples=2, start="static")
     diagram = diagram_of(found, held, "bending moment")
     places = stations(held, Placement.at(held, found, [0]))
@@ -173,7 +173,7 @@ def test_rings_of_diagrams_say_contact_or_flight(unit):
 def test_stress_without_a_section_is_refused(tmp_path):
     """Contract: in stills and films in one line; the moment is drawn, and the picture of bending has no empty panel."""
     rigid = sd.scissor(units=1, bar_length=2.0, bar_mass=5.68)
-    numbers = rigid.with_bending(bending_stiffness=42743.0, axial_stiffness=7.5e7, modes=2).driven(speed=1.0)
+    numbers = sd.with_bending(rigid, bending_stiffness=42743.0, axial_stiffness=7.5e7, modes=2).driven(speed=1.0)
     found = sd.simulate(numbers, until=1e-3, samples=3)
     for draw in (
         lambda: sd.plot.structure(found, numbers, bars="stress"),

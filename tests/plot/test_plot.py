@@ -451,22 +451,22 @@ def tracked() -> xr.Dataset:
 
 def test_deviation_meets_its_peak_and_tolerance(tracked: xr.Dataset) -> None:
     """Contract: the curve has the located maximum, the dotted line the tolerance, in one scale; a window has its part."""
-    (axes,) = tracked.scissordyn.plot.track()
+    (axes,) = sd.plot.track(tracked)
     lines = {line.get_label(): line for line in axes.lines}
     factor = 1e3 if "mm" in axes.get_ylabel() else 1e6
     largest = float(tracked["peak_track_deviation"][0])
     assert np.max(lines["deviation"].get_ydata()) == pytest.approx(factor * largest, rel=1e-12)
     assert lines["largest"].get_ydata()[0] == pytest.approx(factor * largest)
     assert lines["tolerance"].get_ydata()[0] == pytest.approx(factor * TOLERANCE)
-    assert tracked.scissordyn.plot.track(start=0.02, end=0.03)[0].get_xlim() == pytest.approx((20.0, 30.0), abs=0.1)
+    assert sd.plot.track(tracked, start=0.02, end=0.03)[0].get_xlim() == pytest.approx((20.0, 30.0), abs=0.1)
     plain = sd.simulate(sd.slider_crank().driven(speed=100.0), until=0.01, samples=11)
     with pytest.raises(sd.InputError, match="tracked point"):
-        plain.scissordyn.plot.track()
+        sd.plot.track(plain)
 
 
 def test_torque_shades_its_limit(tracked: xr.Dataset) -> None:
     """Contract: the shaded stretches last as long as the summary says, and the line stands at the limit."""
-    (axes,) = tracked.scissordyn.plot.torque()
+    (axes,) = sd.plot.torque(tracked)
     shaded = [patch for patch in axes.patches if patch.get_label() == "at the limit"]
     lasting = tracked.scissordyn.summary().actuators[0].time_at_limit
     assert lasting > 0.0

@@ -13,7 +13,6 @@ from matplotlib.text import Text
 import scissordyn as sd
 from scissordyn.cli.main import status_of
 from scissordyn.plot.file import figure_of
-from scissordyn.plot.report import Pictures
 from scissordyn.plot.style import STYLES, in_lines, literal
 
 NAMES = ("figure.figsize", "font.size", "font.family")
@@ -52,7 +51,7 @@ def many() -> dict[str, xr.Dataset]:
     arm = sd.scissor(units=2, angle=sd.degrees(60.0)).with_clearance("all", sd.Clearance(0.5e-3))
     servo = arm.controlled(sd.PID(proportional=5e4, derivative=3e3), speed=-0.1)
     loose = sd.simulate(servo.track("tip", "unit 2/bar 1", "end", 1e-3), until=0.01, samples=41, rtol=1e-5, atol=1e-5)
-    bent = sd.scissor(bar_length=2.0, bar_mass=5.68).with_bending(section="tube 60x60x1.56 mm", material="steel", modes=1)
+    bent = sd.with_bending(sd.scissor(bar_length=2.0, bar_mass=5.68), section="tube 60x60x1.56 mm", material="steel", modes=1)
     oil = sd.Clearance(1e-4, lubrication=sd.Lubrication("ISO VG 46", temperature=313.15))
     return {
         "bending": sd.simulate(bent.driven(speed=sd.rpm(60)), until=0.01, samples=21, rtol=1e-5, atol=1e-5),
@@ -62,12 +61,12 @@ def many() -> dict[str, xr.Dataset]:
     }
 
 
-@pytest.mark.parametrize("kind", sorted({*sd.plot.__all__} - {"Pictures"}))
+@pytest.mark.parametrize("kind", sorted(sd.plot.__all__))
 def test_nothing_of_a_narrow_picture_is_cut(many: dict[str, xr.Dataset], kind: str) -> None:
     """Contract: in the column of a page no text reaches beyond the figure, and no panel is below a fifth of its width."""
     run = many[kind]
     with sd.style("single-column"):
-        drawn = getattr(run.scissordyn.plot, kind)(*([run] if kind == "comparison" else []))
+        drawn = getattr(sd.plot, kind)(run, *([run] if kind == "comparison" else []))
     figure = figure_of(drawn[0])
     renderer = FigureCanvasAgg(figure).get_renderer()
     figure.draw_without_rendering()
@@ -115,23 +114,12 @@ def test_a_legend_keeps_off_the_neighbours(run: xr.Dataset) -> None:
     assert beside.get_window_extent(renderer).x0 >= wide.get_window_extent(renderer).x1 - 1.0
 
 
-def test_methods_and_functions_have_the_same_arguments() -> None:
-    """Contract: each picture of a run is a method with the arguments of its function."""
-    for kind in (*KINDS, "film", "structure", "bending", "comparison"):
-        function = list(inspect.signature(getattr(sd.plot, kind)).parameters)
-        assert list(inspect.signature(getattr(Pictures, kind)).parameters) == function
-        assert function[0] == "run" or kind == "comparison"
-        assert {"start", "end"} <= set(function) or kind == "comparison"
-
-
-def test_a_part_of_a_run_is_drawn_by_both(run: xr.Dataset) -> None:
-    """Identity: the same curve, between the same instants."""
-    one, other = (
-        sd.plot.force(run, joint="A", start=0.005, end=0.015),
-        run.scissordyn.plot.force(None, joint=["A"], start=0.005, end=0.015),
-    )
-    assert (one[0].lines[0].get_xydata() == other[0].lines[0].get_xydata()).all()
-    assert one[0].get_xlim() == pytest.approx((5.0, 15.0), abs=0.11)
+def test_pictures_of_a_run_share_their_arguments() -> None:
+    """Contract: each picture of a run begins with the run and draws a window of it."""
+    for kind in (*KINDS, "film", "structure", "bending"):
+        arguments = list(inspect.signature(getattr(sd.plot, kind)).parameters)
+        assert arguments[0] == "run"
+        assert {"start", "end"} <= set(arguments)
 
 
 def test_latex_writes_names_as_they_are() -> None:

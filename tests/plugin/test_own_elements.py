@@ -207,7 +207,7 @@ def test_the_text_of_a_case(case: Path, tmp_path: Path) -> None:
         assert to_plain(sd.read_case(path).mechanism) == to_plain(read.mechanism)
     (tmp_path / "mine.py").write_text(MINE + "\n", encoding="utf-8")
     with pytest.raises(InputError, match="has changed since"):
-        read.mechanism.to_case()
+        sd.case_text(read.mechanism)
 
 
 def test_a_file_named_from_the_working_folder(case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -227,7 +227,7 @@ def test_a_class_imported_in_python(case: Path, tmp_path: Path, monkeypatch: pyt
 
     arm = sd.read_case(case).mechanism
     own = arm.replace("A.friction", mine.TwoBristles(kinetic=0.2)).replace("components", ())
-    assert 'law = "mine.py:TwoBristles"' in own.to_case() or f'law = "{tmp_path}/mine.py:TwoBristles"' in own.to_case()
+    assert 'law = "mine.py:TwoBristles"' in sd.case_text(own) or f'law = "{tmp_path}/mine.py:TwoBristles"' in sd.case_text(own)
     run = sd.simulate(own.controlled(mine.FilteredRate(4e4)), until=1e-3, samples=3)
     again = sd.replay(run, allow_code=tmp_path / "mine.py")
     np.testing.assert_array_equal(again["friction_force"], run["friction_force"])
@@ -247,7 +247,7 @@ def test_a_class_of_no_file(tmp_path: Path) -> None:
     with pytest.raises(
         InputError, match=r"friction law of the class 'Smooth', which was made in Python.*from mine import Smooth"
     ):
-        arm.to_case()
+        sd.case_text(arm)
     run = sd.simulate(arm, until=1e-3, samples=3)
     with pytest.warns(UserWarning, match=r"cannot be run again .* class 'test_a_class.*Smooth' is in no file") as told:
         saved = sd.save(run, tmp_path / "run.nc")

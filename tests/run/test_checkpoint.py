@@ -22,6 +22,7 @@ import xarray as xr
 from tests.library import EXAMPLES, on_pin
 
 import scissordyn as sd
+from scissordyn.casefile.configuration import write_configuration
 from scissordyn.cli.main import status_of
 from scissordyn.config.file import read_case
 from scissordyn.errors import InputError
@@ -32,7 +33,6 @@ from scissordyn.run.advance import driver as driver_module
 from scissordyn.run.advance.checkpoint import Checkpoint, Keeper, open_checkpoint
 from scissordyn.run.advance.driver import Driver
 from scissordyn.run.advance.trajectory import compute, make_driver
-from scissordyn.run.configuration import write_configuration
 from scissordyn.run.simulate import replay, simulate
 from scissordyn.run.store import load, save
 

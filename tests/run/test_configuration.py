@@ -22,15 +22,15 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import scissordyn as sd
+from scissordyn.casefile.configuration import read_configuration, write_configuration
+from scissordyn.casefile.quantity import unit_factor
+from scissordyn.casefile.table import toml
 from scissordyn.compiler import c
 from scissordyn.config.file import read_case
-from scissordyn.config.quantity import unit_factor
 from scissordyn.config.schema import schema
-from scissordyn.config.table import toml
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.model.record import to_plain
-from scissordyn.run.configuration import read_configuration, write_configuration
 from scissordyn.run.simulate import replay, simulate
 from scissordyn.run.store import load, save
 

@@ -12,6 +12,7 @@ import pytest
 import xarray as xr
 
 import scissordyn as sd
+from scissordyn.casefile.configuration import write_configuration
 from scissordyn.cli.main import status_of
 from scissordyn.file import export, netcdf, output_file
 from scissordyn.model.options import Options
@@ -20,7 +21,6 @@ from scissordyn.run import configuration, store
 from scissordyn.run.advance import driver, trajectory
 from scissordyn.run.advance.driver import next_slice
 from scissordyn.run.answer import dataset, events
-from scissordyn.run.configuration import write_configuration
 from scissordyn_paper import controlled, periodic, runs
 from scissordyn_paper.cases import PaperCase
 

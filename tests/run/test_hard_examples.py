@@ -13,7 +13,7 @@ import pytest
 import xarray as xr
 
 import scissordyn as sd
-from scissordyn.config.case import Case
+from scissordyn.casefile.case import Case
 from scissordyn.config.file import read_case
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))

@@ -26,7 +26,7 @@ def clamped(elements: int, *, gravity: float = 0.0, **options: object) -> sd.Mec
     """A bar of 1 m clamped at the origin."""
     given = options or {"bending_stiffness": RIGIDITY, "axial_stiffness": 1e7}
     mass = 7850.0 * 4e-4 if options else 1.0
-    return on_pin(sd.bar("bar", length=1.0, mass=mass), gravity=gravity).with_bending(elements=elements, **given)
+    return sd.with_bending(on_pin(sd.bar("bar", length=1.0, mass=mass), gravity=gravity), elements=elements, **given)
 
 
 def still(mechanism: sd.Mechanism) -> sd.simulate:
@@ -37,7 +37,7 @@ def still(mechanism: sd.Mechanism) -> sd.simulate:
 def by_modes(*loads: sd.Force, **options: float) -> sd.Mechanism:
     """A bar of 1 m and 1 kg by modes, clamped at the origin by its drive."""
     given = {"bending_stiffness": RIGIDITY, "axial_stiffness": 1e7, "modes": 8} | options
-    return on_pin(sd.bar("bar", length=1.0, mass=1.0), *loads).with_bending(**given)
+    return sd.with_bending(on_pin(sd.bar("bar", length=1.0, mass=1.0), *loads), **given)
 
 
 @pytest.mark.parametrize("modes", [2, 12])
@@ -69,7 +69,7 @@ def test_a_force_along_a_bar_is_its_axial_force_up_to_where_it_acts(force: tuple
 def test_a_moving_array_of_bars_by_modes_has_free_ends(units: int) -> None:
     """Identity: Newton's law of the whole bar: nothing at free ends, no moment at pins, the reaction at the driven end."""
     arm = sd.scissor(units=units).with_clearance("A", sd.Clearance(0.5e-3))
-    made = arm.with_bending(section="tube 60x60x1.56 mm", material="steel", modes=4).driven(speed=sd.rpm(150))
+    made = sd.with_bending(arm, section="tube 60x60x1.56 mm", material="steel", modes=4).driven(speed=sd.rpm(150))
     run = sd.simulate(made, until=4e-3, samples=41)
     found = sd.internal_forces(run, made, places=[0.0, 1.0])
     largest = float(np.abs(found["axial_force"]).max())
@@ -103,7 +103,7 @@ def test_the_deflection_of_a_bar_on_two_pins() -> None:
     """Closed form: 5 w L^4/(384 EI) in the middle, w L^2/8 there, w L/2 at the ends, with the depth to the stress."""
     slot = sd.Guide("end", ("bar", "end"), (0.0, 0.0), 0.0)
     made = on_pin(sd.bar("bar", length=1.0, mass=7850.0 * 4e-4), guides=(slot,), gravity=9.81)
-    made = made.with_bending(section="solid 20x20 mm", material="steel", elements=16)
+    made = sd.with_bending(made, section="solid 20x20 mm", material="steel", elements=16)
     run = still(made)
     weight, rigidity = 7850.0 * 4e-4 * 9.81, 210e9 * 0.02**4 / 12.0
     found = sd.internal_forces(run, made, places=[0.0, 0.25, 0.5]).isel(time=0, bar=0)
@@ -133,7 +133,7 @@ def test_heated_bars_bend_without_forces() -> None:
 def test_the_array_has_moments_that_pins_end() -> None:
     """Identity: free ends carry nothing, a pin at a bar's end no moment; the places are those asked for, the largest found."""
     arm = sd.scissor(units=1, bar_length=2.0, bar_mass=5.68)
-    arm = arm.with_bending(section="tube 60x60x1.56 mm", material="steel", elements=4).driven(speed=1.0)
+    arm = sd.with_bending(arm, section="tube 60x60x1.56 mm", material="steel", elements=4).driven(speed=1.0)
     run = sd.simulate(arm, until=2e-3, samples=21)
     found = sd.internal_forces(run, arm, places=[0.0, 0.5, 1.0])
     assert found.sizes == {"time": 21, "bar": 2, "place": 3, "axis": 2}
@@ -195,7 +195,7 @@ def rigid() -> sd.Mechanism:
 
 def bent(**more: Any) -> sd.Mechanism:
     """The same of steel tubes."""
-    return rigid().with_bending(**({"section": "tube 60x60x1.56 mm", "material": "steel", "modes": 1} | more))
+    return sd.with_bending(rigid(), **({"section": "tube 60x60x1.56 mm", "material": "steel", "modes": 1} | more))
 
 
 def test_they_are_those_of_a_run() -> None:
@@ -264,14 +264,14 @@ def test_a_pinned_bar_buckles_at_one(kind: dict[str, int], points: tuple[str, ..
     bending = {"bending_stiffness": rigidity, "axial_stiffness": axial, **kind}
     held = dataclasses.replace(rigid, guides=rigid.guides[:-1])
     held = held.with_parts({"joints": (*rigid.joints, sd.Revolute("end", ("bar", "end"), ("ground", "E")))})
-    hot = held.with_bending(**bending, thermal_expansion=expansion, temperature_rise=rise)
+    hot = sd.with_bending(held, **bending, thermal_expansion=expansion, temperature_rise=rise)
     run = sd.simulate(hot, until=1e-5, samples=2, start="static")
     ratio = float(run["bar_largest_buckling_ratio"][0])
     assert ratio == pytest.approx(load / critical, rel=2e-3)
     assert sd.internal_forces(run, places=3)["buckling_ratio"].values[0] == pytest.approx(ratio, rel=1e-6)
     assert float(run["bar_buckling_load"][0]) == pytest.approx(critical, rel=2e-3)
     assert run.scissordyn.summary().bars.buckling == 1.0 / ratio
-    pushed = rigid.with_parts({"components": (sd.Force("push", ("bar", "end"), (-load, 0.0)),)}).with_bending(**bending)
+    pushed = sd.with_bending(rigid.with_parts({"components": (sd.Force("push", ("bar", "end"), (-load, 0.0)),)}), **bending)
     assert ratio * float(sd.buckling(pushed)["load_factor"][0]) == pytest.approx(1.0, rel=2e-3)
 
 
@@ -282,14 +282,14 @@ def test_the_ratio_of_a_bar_counts_how_it_is_held(kind: dict[str, int], part: fl
     critical = np.pi**2 * 100.0 / 4.0
     push = sd.Force("push", ("bar", "end"), (-part * critical, 0.0))
     column = on_pin(sd.bar("bar", length=1.0, mass=1.0), push)
-    bent = column.with_bending(bending_stiffness=100.0, axial_stiffness=1e8, **kind).driven(speed=0.0)
+    bent = sd.with_bending(column, bending_stiffness=100.0, axial_stiffness=1e8, **kind).driven(speed=0.0)
     run = sd.simulate(bent, until=1e-6, samples=2, start="static")
     assert float(run["bar_largest_buckling_ratio"][0]) == pytest.approx(part, rel=1e-3)
 
 
 def test_the_ratio_of_an_array_is_that_of_the_frame() -> None:
     """Second road: linear buckling of two units of tubes under their weight; a pin alone bears five times as much."""
-    tubes = sd.scissor(units=2).with_bending(bending_stiffness=42743.0, axial_stiffness=7.5e7, modes=4).driven(speed=0.0)
+    tubes = sd.with_bending(sd.scissor(units=2), bending_stiffness=42743.0, axial_stiffness=7.5e7, modes=4).driven(speed=0.0)
     run = sd.simulate(tubes, until=1e-6, samples=2, start="static")
     factor = float(sd.buckling(tubes)["load_factor"][0])
     assert run.scissordyn.summary().bars.buckling == pytest.approx(factor, rel=0.01)
@@ -298,7 +298,7 @@ def test_the_ratio_of_an_array_is_that_of_the_frame() -> None:
 @pytest.mark.parametrize("kind", [{"modes": 4}, {"elements": 4}])
 def test_the_ratio_of_a_servo_is_that_of_a_drive(kind: dict[str, int]) -> None:
     """Cross-check: a stiff servo and a drive on the same motion; its stiffness is no stiffness of the bars."""
-    tubes = sd.scissor(units=2).with_bending(bending_stiffness=42743.0, axial_stiffness=7.5e7, **kind)
+    tubes = sd.with_bending(sd.scissor(units=2), bending_stiffness=42743.0, axial_stiffness=7.5e7, **kind)
     motion = sd.Cycloidal(sd.degrees(45), sd.degrees(40), 0.05)
     held = tubes.controlled(sd.PID(4e6, derivative=4e3, limit=1e6), reference=motion)
     ratios = [
@@ -313,7 +313,7 @@ def test_a_strut_beyond_its_buckling_load_is_said() -> None:
     critical = np.pi**2 * 100.0
     push = sd.Force("push", ("bar", "end"), (-1.1 * critical, 0.0))
     strut = on_pin(sd.bar("bar", length=1.0, mass=1.0), push, guides=(sd.Guide("end", ("bar", "end")),))
-    run = sd.simulate(strut.with_bending(bending_stiffness=100.0, axial_stiffness=1e6, modes=8), until=5e-3)
+    run = sd.simulate(sd.with_bending(strut, bending_stiffness=100.0, axial_stiffness=1e6, modes=8), until=5e-3)
     assert 1.1 < float(run["bar_largest_buckling_ratio"][0]) < 2.5
     assert "the force at which the mechanism buckles" in run.attrs["warnings"]
 

@@ -26,7 +26,7 @@ FRICTIONLESS = sd.NoFriction()
 def _array(*, modes: int = 0, friction: sd.Friction = FRICTIONLESS) -> sd.Mechanism:
     """The paper's array, frictionless unless said, with bars that bend if they have modes."""
     made = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3, friction=friction))
-    return (made.with_bending(**TUBE, modes=modes) if modes else made).driven(speed=sd.rpm(150))
+    return (sd.with_bending(made, **TUBE, modes=modes) if modes else made).driven(speed=sd.rpm(150))
 
 
 def assert_chosen(mechanism: sd.Mechanism, method: str, options: Options) -> None:
@@ -127,8 +127,8 @@ def test_steps_through_a_film() -> None:
 @pytest.mark.parametrize("modes", [4, 16])
 def test_the_fastest_modes_of_many_states(modes: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Cross-check: by products with the Jacobian as by all of its eigenvalues; a servo on a bar that bends is stiff."""
-    bent = (
-        sd.scissor(units=2).with_clearance("all", sd.Clearance(1e-4, friction=FRICTIONLESS)).with_bending(**TUBE, modes=modes)
+    bent = sd.with_bending(
+        sd.scissor(units=2).with_clearance("all", sd.Clearance(1e-4, friction=FRICTIONLESS)), **TUBE, modes=modes
     )
     servo = bent.controlled(sd.PID(2e4, derivative=3500.0), speed=sd.rpm(2))
     options = Options(1e-3)
@@ -144,7 +144,7 @@ def test_the_fastest_modes_of_many_states(modes: int, monkeypatch: pytest.Monkey
 
 def test_stiff_steps_beside_contacts_do_not_follow_axial_waves(monkeypatch: pytest.MonkeyPatch) -> None:
     """Limit: a servo on bars that bend, with contacts, against the same at 1e-11; half of the steps of equal weights."""
-    bent = sd.scissor(units=2).with_clearance("A", sd.Clearance(1e-4, friction=FRICTIONLESS)).with_bending(**TUBE, modes=4)
+    bent = sd.with_bending(sd.scissor(units=2).with_clearance("A", sd.Clearance(1e-4, friction=FRICTIONLESS)), **TUBE, modes=4)
     servo = bent.controlled(sd.PID(2e4, derivative=3500.0), speed=sd.rpm(50))
     steps, starts, peaks = [], [], []
     for vibrations, tolerance in ((tolerance_module.VIBRATIONS, 1e-8), (1.0, 1e-8), (1.0, 1e-11)):

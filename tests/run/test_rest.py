@@ -14,7 +14,7 @@ from tests.library import on_pin
 
 import scissordyn as sd
 from reference.lagrange import Array
-from scissordyn.config.case_text import case_text
+from scissordyn.casefile.case_text import case_text
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 
@@ -128,7 +128,7 @@ def test_nothing_holds_it() -> None:
 def test_gain_of_a_rate_does_not_count_at_rest() -> None:
     """Identity: tubes that are loose at all joints rest where a servo without a derivative gain lets them rest."""
     tubes = sd.scissor(units=2, bar_length=0.9, bar_mass=0.733).with_clearance("all", sd.Clearance(1e-5))
-    tubes = tubes.with_bending(section="tube 50x2 mm", material="aluminium")
+    tubes = sd.with_bending(tubes, section="tube 50x2 mm", material="aluminium")
     servos = [sd.FeedForward(2e4, derivative, limit=2e3) for derivative in (0.0, 3500.0)]
     runs = [resting(tubes.controlled(servo, reference=sd.ConstantSpeed(0.0))) for servo in servos]
     np.testing.assert_allclose(runs[1]["position"].values[0], runs[0]["position"].values[0], rtol=0.0, atol=1e-10)
@@ -149,7 +149,7 @@ def test_servo_that_cannot_hold_is_named() -> None:
 def test_a_load_without_weight_is_balanced(elements: int) -> None:
     """Closed form: the elastica of a cantilever with P L^2 = EI, by elliptic integrals; nothing but the force loads it."""
     bar = sd.bar("bar", length=1.0, mass=1.0, position=(0.0, 0.0), angle=0.0)
-    clamped = on_pin(bar).with_bending(bending_stiffness=1e3, axial_stiffness=1e9, elements=elements)
+    clamped = sd.with_bending(on_pin(bar), bending_stiffness=1e3, axial_stiffness=1e9, elements=elements)
     push = sd.Force("push", (clamped.bodies[-1].name, "end"), (0.0, 1e3))
     loaded = clamped.with_parts({"components": (*clamped.components, push)}).driven(speed=0.0)
     run = sd.simulate(loaded, until=1e-5, samples=2, start="static")
@@ -160,7 +160,7 @@ def test_a_load_without_weight_is_balanced(elements: int) -> None:
 def test_a_bar_that_bends_moves_as_a_whole(kind: dict[str, int]) -> None:
     """Identity: the velocity that is given of a bar is that of all its cross-sections, as placed too."""
     bar = dataclasses.replace(sd.bar("bar", length=1.0, mass=1.0, position=(0.0, 0.0), angle=0.3), velocity=(1.0, -2.0))
-    bent = sd.Mechanism((bar,), (), gravity=0.0).with_bending(bending_stiffness=1e3, axial_stiffness=1e6, **kind)
+    bent = sd.with_bending(sd.Mechanism((bar,), (), gravity=0.0), bending_stiffness=1e3, axial_stiffness=1e6, **kind)
     run = sd.simulate(bent, until=1e-3, samples=3, start="as-placed")
     np.testing.assert_allclose(run["velocity"], np.broadcast_to([1.0, -2.0], run["velocity"].shape), atol=1e-5)
 

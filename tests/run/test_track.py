@@ -67,7 +67,7 @@ def test_bars_that_bend_and_servos_leave_the_commanded_path(loose: bool) -> None
     motion = sd.Cycloidal(0.8, 0.5, 0.2)
     made = sd.scissor(units=2).track("tip", "unit 2/bar 1", "end", 1e-6)
     servo = made.controlled(sd.PID(3e4, 0.0, 3e3), reference=motion)
-    bending = servo.with_bending(bending_stiffness=4e5, axial_stiffness=7e8, modes=1)
+    bending = sd.with_bending(servo, bending_stiffness=4e5, axial_stiffness=7e8, modes=1)
     bending = bending.with_clearance("A", sd.Clearance(1e-6)) if loose else bending
     run, path = (sd.simulate(each, until=0.2) for each in (bending, made.driven(motion)))
     difference = (run["track_position"] - path["track_position"]).sel(track="tip").transpose("time", "axis").values
@@ -92,7 +92,7 @@ def test_bars_that_bend_and_servos_leave_the_commanded_path(loose: bool) -> None
 @pytest.mark.parametrize("how", [{"modes": 2}, {"elements": 3}])
 def test_rigid_bars_in_place_of_those_that_bend(how: dict[str, int]) -> None:
     """Identity: bars made to bend and rigid again have the mass and inertia of the uniform bars: the torque is the same."""
-    again = rigid(ARM.with_bending(bending_stiffness=4e5, axial_stiffness=7e8, **how))
+    again = rigid(sd.with_bending(ARM, bending_stiffness=4e5, axial_stiffness=7e8, **how))
     torques = [sd.simulate(made, until=0.05, samples=11)["drive_torque"].values for made in (ARM, again)]
     np.testing.assert_allclose(torques[1], torques[0], rtol=1e-6)
     assert rigid(ARM) is ARM

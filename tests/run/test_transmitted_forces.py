@@ -14,9 +14,9 @@ from tests.library import in_bearing
 
 import scissordyn as sd
 from reference.balance import Balance, rotated
+from scissordyn.casefile.configuration import read_configuration
 from scissordyn.run.answer.joint_force import FALLS, force_after_start, joint_summaries
 from scissordyn.run.answer.summary import summary_of
-from scissordyn.run.configuration import read_configuration
 
 OIL = sd.Clearance(4e-4, friction=sd.NoFriction(), lubrication=sd.Lubrication(viscosity=0.1))
 RUBBED = sd.Clearance(4e-4, friction=sd.LuGre(0.1), lubrication=sd.Lubrication(viscosity=0.02))
@@ -51,7 +51,7 @@ def sprung(clearance: sd.Clearance) -> sd.Mechanism:
 def bent(where: str, clearance: sd.Clearance) -> sd.Mechanism:
     """An array of tubes."""
     arm = sd.scissor(units=2).with_clearance(where, clearance)
-    return arm.with_bending(section="tube 60x60x1.56 mm", material="steel", modes=6).driven(speed=sd.rpm(150))
+    return sd.with_bending(arm, section="tube 60x60x1.56 mm", material="steel", modes=6).driven(speed=sd.rpm(150))
 
 
 CASES = {

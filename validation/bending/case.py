@@ -100,7 +100,7 @@ def checks() -> list[Check]:
 
 def _bent_by_force(rigid: sd.Mechanism, name: str, allowed: tuple[float, float], load: float, **options: Any) -> list[Check]:
     """An elastica: errors allowed of the angle and of the place of the tip."""
-    made = rigid.with_bending(bending_stiffness=RIGIDITY, axial_stiffness=1e9, **options)
+    made = sd.with_bending(rigid, bending_stiffness=RIGIDITY, axial_stiffness=1e9, **options)
     force = sd.Force("push", (made.bodies[-1].name, "end"), (0.0, RIGIDITY * load))
     x, y, angle = tip(still(made.with_parts({"components": (*made.components, force)}).driven(speed=0.0)))
     name, expected = f"P L²/EI = {load:g}, {name}", ELASTICA[load]
@@ -132,7 +132,7 @@ def _elastica_by_modes() -> list[Check]:
 
 def _bent_by_moment(rigid: sd.Mechanism, name: str, allowed: float, **options: Any) -> list[Check]:
     """A circle."""
-    made = rigid.with_bending(bending_stiffness=RIGIDITY, axial_stiffness=1e7, **options)
+    made = sd.with_bending(rigid, bending_stiffness=RIGIDITY, axial_stiffness=1e7, **options)
     moment = sd.Torque("moment", made.bodies[-1].name, 2.0 * math.pi * RIGIDITY)
     x, y, angle = tip(still(made.with_parts({"components": (*made.components, moment)}).driven(speed=0.0)))
     name = f"end moment 2 pi EI/L, {name}"
@@ -153,7 +153,7 @@ def _circle_by_modes() -> list[Check]:
 
 
 def _vibrating(name: str, allowed: tuple[float, float, float], **options: Any) -> list[Check]:
-    made = bar().with_bending(bending_stiffness=RIGIDITY, axial_stiffness=1e7, **options).driven(speed=0.0)
+    made = sd.with_bending(bar(), bending_stiffness=RIGIDITY, axial_stiffness=1e7, **options).driven(speed=0.0)
     omega = sd.modes(made, position="concentric", count=3)["angular_frequency"].values
     beta = np.sqrt(omega * math.sqrt(1.0 / RIGIDITY))
     return [
@@ -174,7 +174,7 @@ def _rotating(kind: Kind, allowed: float) -> list[Check]:
     """Frequencies of the vibration after a push, by least squares."""
     found, unit = [], math.sqrt(RIGIDITY)
     for part, flapping in FLAPPING.items():
-        made = bar().with_bending(bending_stiffness=RIGIDITY, axial_stiffness=1e8, **kind.options)
+        made = sd.with_bending(bar(), bending_stiffness=RIGIDITY, axial_stiffness=1e8, **kind.options)
         push = sd.Force("push", (kind.last, "end"), (0.0, 0.05), time_function=sd.Cycloidal(1.0, 0.0, 0.05))
         made = made.with_parts({"components": (*made.components, push)}).driven(speed=part * unit)
         path = sd.simulate(made, until=2.0, samples=4001, rtol=1e-9, atol=1e-9)
@@ -222,7 +222,7 @@ def _spun_up(kind: Kind, allowed: float) -> list[Check]:
         turn = 2.0 * math.pi / lasting
         return speed / lasting * (0.5 * t**2 + (math.cos(turn * t) - 1.0) / turn**2)
 
-    made = bar(length=length, mass=mass).with_bending(bending_stiffness=1.4e4, axial_stiffness=axial, **kind.options)
+    made = sd.with_bending(bar(length=length, mass=mass), bending_stiffness=1.4e4, axial_stiffness=axial, **kind.options)
     driven = made.driven(tabulated(angle, until=20.0, points=401))
     found = sd.simulate(driven, until=20.0, samples=4001, method="rodas5p", rtol=1e-6, atol=1e-6)
     along = _in_the_frame_of_the_clamp(found)[:, 0]
@@ -251,7 +251,7 @@ def _wall(modes: int | None = None) -> list[Check]:
     wall = sd.Revolute("wall", ("bar", "end"), ("ground", "wall"))
     made = sd.Mechanism((free,), (wall,), ground=(("wall", (1.0, 0.0)),), gravity=0.0).with_clearance("wall", loose)
     kind: dict[str, Any] = {"elements": 16} if modes is None else {"modes": modes}
-    made = made.with_bending(bending_stiffness=RIGIDITY, axial_stiffness=axial, **kind)
+    made = sd.with_bending(made, bending_stiffness=RIGIDITY, axial_stiffness=axial, **kind)
     found = sd.simulate(made, until=4.2e-3, samples=8001, start="as-placed")
     time, force = found["time"].values, found["normal_force"].sel(joint="wall").values
     wave, start = math.sqrt(axial), gap / speed
@@ -269,12 +269,12 @@ def _heated() -> list[Check]:
     depth, alpha, rise, across = 0.02, 12e-6, 80.0, 30.0
     options: dict[str, Any] = {"section": "solid 20x20 mm", "material": "steel", "elements": 2, "temperature_rise": rise}
     mass = 7850.0 * depth**2
-    x, y, angle = tip(still(bar(mass=mass).with_bending(**options, temperature_difference=across).driven(speed=0.0)))
+    x, y, angle = tip(still(sd.with_bending(bar(mass=mass), **options, temperature_difference=across).driven(speed=0.0)))
     arc = alpha * across / depth
     longer = 1.0 + alpha * rise
     held = bar(mass=mass)
     held = dataclasses.replace(held, guides=(sd.Guide("end", ("bar", "end"), (1.0, 0.0), math.pi / 2.0),))
-    pressed = still(held.with_bending(**options).driven(speed=0.0))
+    pressed = still(sd.with_bending(held, **options).driven(speed=0.0))
     return [
         Check("heated: angle of the free end [rad]", arc, angle, 1e-9, "closed form"),
         Check("heated: x of the free end [m]", longer * math.sin(arc) / arc, x, 1e-10, "closed form"),
@@ -294,13 +294,13 @@ def _heated_by_modes() -> list[Check]:
     depth, alpha, rise, across = 0.02, 12e-6, 8.0, 30.0
     options: dict[str, Any] = {"section": "solid 20x20 mm", "material": "steel", **WHOLE.options}
     mass, arc, name = 7850.0 * depth**2, alpha * across / depth, f"heated, {WHOLE.name}"
-    x, y, angle = tip(still(bar(mass=mass).with_bending(**options, temperature_difference=across).driven(speed=0.0)))
-    clamped = tip(still(bar(mass=mass).with_bending(**options, temperature_rise=rise).driven(speed=0.0)))
+    x, y, angle = tip(still(sd.with_bending(bar(mass=mass), **options, temperature_difference=across).driven(speed=0.0)))
+    clamped = tip(still(sd.with_bending(bar(mass=mass), **options, temperature_rise=rise).driven(speed=0.0)))
     along = dataclasses.replace(bar(mass=mass), guides=(sd.Guide("end", ("bar", "end")),))
-    free = tip(still(along.with_bending(**options, temperature_rise=rise)))
+    free = tip(still(sd.with_bending(along, **options, temperature_rise=rise)))
     pins = (*bar().joints, sd.Revolute("end", ("bar", "end"), ("ground", "E")))
     held = dataclasses.replace(bar(mass=mass), joints=pins, ground=(("O", (0.0, 0.0)), ("E", (1.0, 0.0))))
-    pressed = still(held.with_bending(**options, temperature_rise=rise))
+    pressed = still(sd.with_bending(held, **options, temperature_rise=rise))
     return [
         Check(f"{name}, gradient alone: angle of the free end [rad]", arc, angle, 1e-7, "closed form"),
         Check(f"{name}, gradient alone: x of the free end [m]", math.sin(arc) / arc, x, 1e-7, "closed form"),
@@ -322,7 +322,7 @@ def _balance(name: str, **options: int) -> list[Check]:
     arm = sd.scissor(units=1, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=sd.degrees(30))
     oil = sd.Lubrication(viscosity=0.1)
     loose = sd.Clearance(0.5e-3, journal_radius=10e-3, bearing_length=15e-3, friction=sd.NoFriction(), lubrication=oil)
-    made = arm.with_clearance("A", loose).with_bending(section="tube 60x60x1.56 mm", material="steel", **options)
+    made = sd.with_bending(arm.with_clearance("A", loose), section="tube 60x60x1.56 mm", material="steel", **options)
     found = sd.simulate(made.driven(speed=sd.rpm(60)), until=0.02, rtol=1e-10, atol=1e-10)
     work = float(np.ptp(found["drive_work"].values))
     left = float(np.abs(found["energy_residual"].values).max()) / work

@@ -13,9 +13,9 @@ import xarray as xr
 
 import scissordyn as sd
 from scissordyn.analysis.agreement import Measured
+from scissordyn.casefile.configuration import read_configuration
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.parameter_path import number
-from scissordyn.run.configuration import read_configuration
 from validation.measured.pendulum import Numbers, numbers, pendulum
 from validation.measured.read import estimated, records
 

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 import scissordyn as sd
 from reference.theta_method import combined, direct, free, sweeps
-from scissordyn.config.quantity import read_quantity
+from scissordyn.casefile.quantity import read_quantity
 from scissordyn.units import Quantity
 from validation.case import Case, Check, Printed
 from validation.controlled_four_bar.record import ANGLES, ECCENTRICITIES

@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.analysis.variable import described
+from scissordyn.casefile.configuration import number_attribute, read_configuration
 from scissordyn.component.actuator import Actuator
 from scissordyn.component.motor import Motor
 from scissordyn.component.place import GROUND
@@ -18,7 +19,6 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.options import AUTO, EQUALLY_SPACED
 from scissordyn.run.advance.instants import time_mean
 from scissordyn.run.answer.joint_force import clearance_joints, largest_force
-from scissordyn.run.configuration import number_attribute, read_configuration
 
 SAMPLE = "sd.MotorCurve((0.0, 10.0, 30.0), (60.0, 60.0, 0.0))"
 

@@ -17,9 +17,9 @@ from scissordyn.analysis.section import stroboscopic
 from scissordyn.analysis.spectrum import spectrum
 from scissordyn.analysis.variable import described, finite_numbers
 from scissordyn.analysis.zero_one import zero_one_test
+from scissordyn.casefile.configuration import ATTRIBUTE, number_attribute, read_configuration
 from scissordyn.errors import InputError
 from scissordyn.run.answer.joint_force import some_clearance_joints
-from scissordyn.run.configuration import ATTRIBUTE, number_attribute, read_configuration
 
 Kind = Literal["continuous contact", "periodic", "quasi-periodic", "irregular", "transient only"]
 

@@ -219,7 +219,7 @@ def _sign(match: re.Match[str]) -> str:
 
 def print_parameters(element: type) -> list[str]:
     """Print the parameters of an element; returns a sample of each in the form of a case file."""
-    from scissordyn.config.table import table_of
+    from scissordyn.casefile.table import table_of
 
     keys, rows = table_of(element).declared_keys(), []
     narrow = console().width < NARROW

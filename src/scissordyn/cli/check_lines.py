@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from scissordyn.casefile.part import coordinate_words, coupling_lines
+from scissordyn.casefile.quantity import written
+from scissordyn.casefile.time_function import units_of
 from scissordyn.component.actuator import Actuator
 from scissordyn.component.time_function import ConstantSpeed, Polynomial, Tabulated, TimeFunction
 from scissordyn.config.file import read_case
-from scissordyn.config.part import coordinate_words, coupling_lines
-from scissordyn.config.quantity import written
-from scissordyn.config.time_function import units_of
 from scissordyn.errors import InputError, command
 from scissordyn.kinematics.branching import drive_warnings
 from scissordyn.kinematics.closure import check_tables

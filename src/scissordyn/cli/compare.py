@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from typer import Argument, Option
 
+from scissordyn.casefile.quantity import written
 from scissordyn.cli.option import PictureFormat, SavedRun, read_run
 from scissordyn.cli.output import check_folder, print_table, say
-from scissordyn.config.quantity import written
 from scissordyn.units import cell
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ def compare(
 
 
 def _print_comparison(first: xr.Dataset, second: xr.Dataset, labels: tuple[str, str]) -> None:
-    from scissordyn.run.configuration import read_configuration
+    from scissordyn.casefile.configuration import read_configuration
 
     entries = list(differences(read_configuration(first), read_configuration(second)))
     if entries:
@@ -164,8 +164,8 @@ def differences(first: Any, second: Any, place: str = "", unit: str = "") -> Ite
 
 def _parts(value: Any, unit: str) -> Iterable[tuple[str, Any, str]] | None:
     """Name, value and unit of what a value is made of; None for what is one thing."""
+    from scissordyn.casefile.configuration import Configuration
     from scissordyn.model.walk import declared
-    from scissordyn.run.configuration import Configuration
 
     if isinstance(value, Mapping):
         return ((str(key), part, unit) for key, part in value.items())

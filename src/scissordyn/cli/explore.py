@@ -77,9 +77,9 @@ def import_drawing(
     until: Annotated[str, Option(metavar="TIME", help="How long the case runs.")] = "1 s",
     quiet: Quiet = False,
 ) -> int:
-    from scissordyn.config.case_text import BEGINNING
+    from scissordyn.casefile.case_text import BEGINNING
+    from scissordyn.casefile.quantity import read_quantity
     from scissordyn.config.file import write_case
-    from scissordyn.config.quantity import read_quantity
     from scissordyn.exchange.read import read_drawing
     from scissordyn.file.output_file import check_target
     from scissordyn.model.options import Options

@@ -10,16 +10,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from typer import Option
 
+from scissordyn.casefile.quantity import read_quantity
 from scissordyn.cli.option import AsJson, CaseFile, Changes, Quiet
 from scissordyn.cli.output import DONE, UNFINISHED, check_file, check_folder, check_run, print_json, print_table, say
-from scissordyn.config.quantity import read_quantity
 from scissordyn.errors import InputError, did_you_mean, printable
 from scissordyn.units import Quantity, cell
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from scissordyn.config.case import Case
+    from scissordyn.casefile.case import Case
 
 
 def fit(
@@ -59,9 +59,9 @@ def fit(
     quiet: Quiet = False,
     as_json: AsJson = False,
 ) -> int:
+    from scissordyn.casefile.configuration import read_configuration
     from scissordyn.config.file import read_case, write_case
     from scissordyn.config.fits import fit as compute
-    from scissordyn.run.configuration import read_configuration
 
     if not data or not free:
         raise InputError("a fit", "--data and --free", "--data decay.csv --free 'arm.inertia' --free 'pivot.damping'")
@@ -141,10 +141,10 @@ def _deviations(read: Case, texts: list[str]) -> dict[str, float] | None:
 
 
 def _predicted(fitted: xr.Dataset, files: list[Path], segment: str | None) -> xr.Dataset:
+    from scissordyn.casefile.configuration import read_configuration
     from scissordyn.config.fits import read_measured
     from scissordyn.identification.fit import known_headings
     from scissordyn.identification.prediction import prediction
-    from scissordyn.run.configuration import read_configuration
 
     configuration = read_configuration(fitted)
     mechanism, options = configuration.build_mechanism(), configuration.options

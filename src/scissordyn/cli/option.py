@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, overload
 
 from typer import Argument, Option
 
-from scissordyn.config.quantity import example, read_quantity
+from scissordyn.casefile.quantity import example, read_quantity
 from scissordyn.errors import InputError, command
 from scissordyn.units import Quantity
 
@@ -101,17 +101,17 @@ class Where:
 
 def read_run(path: Path, *, samples: int = 2) -> xr.Dataset:
     """A saved run with at least so many samples."""
-    from scissordyn.config.table import located
+    from scissordyn.casefile.configuration import is_run
+    from scissordyn.casefile.table import located
     from scissordyn.file.sound import check_run
-    from scissordyn.run.configuration import is_run
     from scissordyn.run.store import load
 
     wanted = "a run that was saved"
     if not path.exists():
         raise InputError(f"cannot read '{path}': no such file", wanted, "scissordyn run case.toml -o run.nc")
     if path.suffix.lower() == ".toml":
+        from scissordyn.casefile.text import read_text
         from scissordyn.config.file import is_study, parsed
-        from scissordyn.config.text import read_text
 
         kind, ending = ("study", "db") if is_study(parsed(read_text(path, wanted), path)) else ("run", "nc")
         sample = command("scissordyn", kind, path, "-o", f"{path.stem}.{ending}")
@@ -128,8 +128,8 @@ def read_run(path: Path, *, samples: int = 2) -> xr.Dataset:
 
 def mechanism_of(run: xr.Dataset, allow_code: list[Path] | None) -> Mechanism:
     """The mechanism that was run."""
+    from scissordyn.casefile.configuration import read_configuration
     from scissordyn.file.sound import check_names
-    from scissordyn.run.configuration import read_configuration
 
     mechanism = read_configuration(run).build_mechanism(allow_code or [])
     check_names(run, mechanism)

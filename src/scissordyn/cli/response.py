@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from typer import Argument, Option
 
+from scissordyn.casefile.quantity import read_quantity, unit_factor, unit_typed
 from scissordyn.cli.option import CaseFile, Changes, QueueFile, Scheduler, ThreadCount, Where, WorkerCount, typed, value_of
 from scissordyn.cli.output import (
     DESCRIPTION,
@@ -24,7 +25,6 @@ from scissordyn.cli.output import (
     check_run,
     say,
 )
-from scissordyn.config.quantity import read_quantity, unit_factor, unit_typed
 from scissordyn.errors import InputError, command, did_you_mean, printable
 from scissordyn.units import short
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from scissordyn.analysis.motor import MotorCurve
-    from scissordyn.config.case import Case
+    from scissordyn.casefile.case import Case
 
 LEAST = "--least servo.controller.limit --from '5 N m' --to '100 N m' --require 'tip.error < 5 mm'"
 

@@ -139,8 +139,8 @@ def _is_saved(path: Path) -> bool:
 
 def _checkpoint(every: str, output: Path | None, case: Path) -> Checkpoint:
     """The checkpoint beside the file of the result."""
-    from scissordyn.config.quantity import read_quantity
-    from scissordyn.config.table import located
+    from scissordyn.casefile.quantity import read_quantity
+    from scissordyn.casefile.table import located
     from scissordyn.run.advance.checkpoint import Checkpoint
     from scissordyn.units import quantities
 
@@ -193,7 +193,7 @@ def _cost_again(path: Path, saved: Any, until: float, *, kept: bool) -> str:
 def _again(
     path: Path, changes: list[str], allow_code: list[Path], keeper: Checkpoint | None, *, drawn: bool, silent: bool
 ) -> tuple[Mechanism, Results]:
-    from scissordyn.run.configuration import read_configuration
+    from scissordyn.casefile.configuration import read_configuration
     from scissordyn.run.simulate import replayed
     from scissordyn.run.store import load
 

@@ -151,7 +151,7 @@ def _continue(result: StudyResult, what: str, where: Where, points: int | None) 
 
 
 def _from_file(what: str, store: str | None, output: str | None, where: Where, block: int | None, budget: str | None) -> int:
-    from scissordyn.config.quantity import read_quantity
+    from scissordyn.casefile.quantity import read_quantity
     from scissordyn.config.study import read_study, study_of
 
     path = Path(what)

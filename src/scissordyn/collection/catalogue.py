@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 import numpy as np
 
 from scissordyn.bibliography.reference import Reference, references
-from scissordyn.config.case import Case
+from scissordyn.casefile.case import Case
+from scissordyn.casefile.quantity import read_quantity
+from scissordyn.casefile.table import About, Context, Table, described, instance, located, reader
+from scissordyn.casefile.text import read_text
 from scissordyn.config.file import folder_of_examples, in_file, parsed, read_case
-from scissordyn.config.quantity import read_quantity
-from scissordyn.config.table import About, Context, Table, described, instance, located, reader
-from scissordyn.config.text import read_text
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.simulate import simulate

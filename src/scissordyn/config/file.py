@@ -6,25 +6,26 @@ import copy
 import os
 import re
 import tomllib
-from collections.abc import Iterable, Iterator, Set
+from collections.abc import Iterable, Iterator, Mapping, Set
 from contextlib import contextmanager
 from dataclasses import replace
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from scissordyn.config.case import Case, CaseTable
-from scissordyn.config.case_text import BEGINNING, case_text
-from scissordyn.config.code import Code
-from scissordyn.config.quantity import read_quantity
-from scissordyn.config.table import PlacedError, in_a_file, instance
-from scissordyn.config.text import handle, inside, line_of, place_of_name, place_text, read_text
+from scissordyn.casefile.case import Case, CaseTable
+from scissordyn.casefile.case_text import BEGINNING, case_text
+from scissordyn.casefile.code import Code
+from scissordyn.casefile.quantity import read_quantity
+from scissordyn.casefile.table import Context, PlacedError, in_a_file, instance
+from scissordyn.casefile.text import handle, inside, line_of, place_of_name, place_text, read_text
 from scissordyn.errors import InputError, command, did_you_mean
 from scissordyn.file.output_file import OTHER_ENDINGS, check_target, write_file
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.model.parameter_path import KINDS, number
 from scissordyn.model.section import with_dimension
+from scissordyn.run.inverse_dynamics import feed_forward
 from scissordyn.units import Quantity
 
 SAMPLE = "write_case(arm, 'arm.toml')"
@@ -75,8 +76,15 @@ def read_case(path: str | os.PathLike[str], changes: Iterable[str] = ()) -> Case
     if "body" in tree and "structure" not in tree:
         raise InputError(f"{path}: missing key 'structure'", "bodies of a mechanism", 'structure = { kind = "mechanism" }')
     with in_file(path, text, tree, written):
-        case = instance(CaseTable, tree, {"folder": path.parent, "code": _code(tree, path.parent)}).case()
+        case = case_of(tree, {"folder": path.parent, "code": _code(tree, path.parent)})
         return replace(case, mechanism=with_numbers(case.mechanism, of_parts)) if of_parts else case
+
+
+def case_of(tree: Mapping[str, Any], context: Context) -> Case:
+    """The case that parsed TOML describes."""
+    table: Any = instance(CaseTable, tree, context)
+    described: Case = table.case(feed_forward)
+    return described
 
 
 def is_study(tree: dict[str, Any]) -> bool:

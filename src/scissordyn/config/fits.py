@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scissordyn.analysis.agreement import Measured
-from scissordyn.config.case import Case
+from scissordyn.casefile.case import Case
+from scissordyn.casefile.quantity import unit_factor
+from scissordyn.casefile.text import read_text
 from scissordyn.config.file import read_case
-from scissordyn.config.quantity import unit_factor
 from scissordyn.config.studies import study
-from scissordyn.config.text import read_text
 from scissordyn.config.variation import read_variation
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.identification.fit import fitted, known_headings

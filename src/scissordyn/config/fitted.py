@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
+from scissordyn.casefile.quantity import read_quantity, written
+from scissordyn.casefile.table import instance
+from scissordyn.casefile.time_function import DriveTable
 from scissordyn.component.catalogue import COMPONENTS
 from scissordyn.component.place import GROUND, BodyPoint
 from scissordyn.component.time_function import Cycloidal
-from scissordyn.config.quantity import read_quantity, written
-from scissordyn.config.table import instance
-from scissordyn.config.time_function import DriveTable
 from scissordyn.errors import InputError, command, did_you_mean
 from scissordyn.kinematics.path import Path, drive_inertia, drive_rate, path_of
 from scissordyn.model.addition import with_panels, with_payload

@@ -10,8 +10,8 @@ from functools import cache
 from typing import Annotated, Any, Literal, get_args, get_origin
 
 from scissordyn.annotation import members
-from scissordyn.config.quantity import CELSIUS, PREFIXES, SMALL_PREFIXES, UNITS, NumbersText, unit_factor
-from scissordyn.config.table import Key, Reader, Table
+from scissordyn.casefile.quantity import CELSIUS, PREFIXES, SMALL_PREFIXES, UNITS, NumbersText, unit_factor
+from scissordyn.casefile.table import Key, Reader, Table
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.units import Quantity
 
@@ -35,7 +35,7 @@ def schema(which: str = "case") -> Schema:
     if which not in FILES:
         raise InputError(f"schema of '{which}'{did_you_mean(which, FILES)}", ", ".join(FILES), "scissordyn schema case")
     if which == "case":
-        from scissordyn.config.case import CaseTable
+        from scissordyn.casefile.case import CaseTable
 
         table: type[Table] = CaseTable
     else:

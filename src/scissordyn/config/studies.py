@@ -12,7 +12,7 @@ from typing import Any, Unpack
 
 import numpy as np
 
-from scissordyn.config.case import Case
+from scissordyn.casefile.case import Case
 from scissordyn.config.file import read_case
 from scissordyn.config.study import Given, StudyText, described_study, factors_of, own_measure, read_study, study_of
 from scissordyn.config.variation import by_change, by_object, listed, names_of, read_variation

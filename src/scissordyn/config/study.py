@@ -10,9 +10,8 @@ from types import MappingProxyType
 from typing import Annotated, Any
 
 from scissordyn.analysis.motor import MotorCurve
-from scissordyn.config.file import in_file, is_case, parsed, read_case
-from scissordyn.config.quantity import read_quantity, unit_factor
-from scissordyn.config.table import (
+from scissordyn.casefile.quantity import read_quantity, unit_factor
+from scissordyn.casefile.table import (
     About,
     Context,
     Shape,
@@ -24,7 +23,8 @@ from scissordyn.config.table import (
     table_of,
     toml,
 )
-from scissordyn.config.text import read_text
+from scissordyn.casefile.text import read_text
+from scissordyn.config.file import in_file, is_case, parsed, read_case
 from scissordyn.config.variation import (
     FORMS,
     NAMES_SAMPLE,

@@ -8,13 +8,20 @@ import tomllib
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from scissordyn.config.case import CaseTable
-from scissordyn.config.file import changed
+from scissordyn.casefile.case import CaseTable
+from scissordyn.casefile.part import COMPONENT_SECTIONS, PARTS
+from scissordyn.casefile.structure import (
+    STRUCTURES,
+    ClearanceTable,
+    ControlTable,
+    GuideClearanceTable,
+    PanelsTable,
+    PayloadTable,
+)
+from scissordyn.casefile.table import Table, table_of, toml, toml_entries
+from scissordyn.casefile.time_function import DriveTable
+from scissordyn.config.file import case_of, changed
 from scissordyn.config.fitted import Given, fitted
-from scissordyn.config.part import COMPONENT_SECTIONS, PARTS
-from scissordyn.config.structure import STRUCTURES, ClearanceTable, ControlTable, GuideClearanceTable, PanelsTable, PayloadTable
-from scissordyn.config.table import Table, instance, table_of, toml, toml_entries
-from scissordyn.config.time_function import DriveTable
 from scissordyn.errors import InputError, command, did_you_mean
 from scissordyn.model.body import Body
 from scissordyn.model.commanded import rigid
@@ -135,7 +142,7 @@ def template(kind: str, parts: Iterable[str] = (), changes: Iterable[str] = ()) 
         )
     written = "\n\n".join(text) + "\n"
     if ordered.any:  # what is changed is read as the user will read it
-        instance(CaseTable, tomllib.loads(written), {}).case()
+        case_of(tomllib.loads(written), {})
     return written
 
 
@@ -167,12 +174,12 @@ def _assembled(kind: str, structure: Given) -> Mechanism:
     """The mechanism of the tables that a starter gives, without clearance."""
     parts = {name: values for name, values in STARTERS[kind].items() if name in PARTS}
     tables = {"structure": {"kind": kind, **structure}, **parts, "run": {"until": "1 s"}}
-    mechanism = instance(CaseTable, tables, {}).case().mechanism
+    mechanism = case_of(tables, {}).mechanism
     if structure.get("bars") is None:
         return mechanism
     # parts are fitted to rigid bars of the same names and masses, as tables refer to those
     unbent = {**tables, "structure": {"kind": kind, **{key: value for key, value in structure.items() if key != "bars"}}}
-    bare = instance(CaseTable, unbent, {}).case().mechanism
+    bare = case_of(unbent, {}).mechanism
     return dataclasses.replace(bare, bodies=tuple(_as_heavy(body, rigid(mechanism).bodies) for body in bare.bodies))
 
 

@@ -11,10 +11,10 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from scissordyn.casefile.quantity import FAMILIAR, LEADING_NUMBER, read_quantity, unit_factor
+from scissordyn.casefile.table import toml
+from scissordyn.casefile.text import read_text
 from scissordyn.config.file import read_case
-from scissordyn.config.quantity import FAMILIAR, LEADING_NUMBER, read_quantity, unit_factor
-from scissordyn.config.table import toml
-from scissordyn.config.text import read_text
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options

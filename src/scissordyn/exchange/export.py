@@ -106,8 +106,8 @@ def export(
 
 
 def _forces(run: xr.Dataset, mechanism: Mechanism | None, ending: str, *, envelope: bool, section: str, material: str) -> bytes:
+    from scissordyn.casefile.configuration import read_configuration
     from scissordyn.exchange import forces as of_pins
-    from scissordyn.run.configuration import read_configuration
 
     described = read_configuration(run).build_mechanism([]) if mechanism is None else mechanism
     forces = of_pins.pin_forces(run, described)

@@ -15,12 +15,13 @@ import numpy as np
 import xarray as xr
 
 import scissordyn
-from scissordyn.config.case import RecordTable
-from scissordyn.config.case_text import record_text
-from scissordyn.config.code import AllowedCode, Code
+from scissordyn.casefile.case import RecordTable
+from scissordyn.casefile.case_text import record_text
+from scissordyn.casefile.code import AllowedCode, Code
+from scissordyn.casefile.configuration import is_run, read_configuration
+from scissordyn.casefile.table import instance
+from scissordyn.casefile.text import read_text
 from scissordyn.config.file import read_case
-from scissordyn.config.table import instance
-from scissordyn.config.text import read_text
 from scissordyn.errors import InputError, command
 from scissordyn.explore.field import Field, fields_of
 from scissordyn.laws.catalogue import BY_KIND
@@ -29,7 +30,7 @@ from scissordyn.model.options import Options
 from scissordyn.model.walk import given, is_described
 from scissordyn.plot.scale import Scale, scale_of
 from scissordyn.plugin.user_file import origin_of
-from scissordyn.run.configuration import is_run, read_configuration
+from scissordyn.run.inverse_dynamics import feed_forward
 from scissordyn.run.store import load
 
 if TYPE_CHECKING:
@@ -57,7 +58,7 @@ class Case:
         self.name, self.source, self.code = name, source, code
         self.tree = tomllib.loads(source) if tree is None else tree
         table: Any = instance(RecordTable, self.tree, {"folder": code.folder or Path(), "code": code})
-        self.mechanism: Mechanism = table.mechanism()
+        self.mechanism: Mechanism = table.mechanism(feed_forward)
         self.options: Options = table.run
 
     @classmethod

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from scissordyn.config.quantity import unit_factor
+from scissordyn.casefile.quantity import unit_factor
 from scissordyn.errors import InputError
 from scissordyn.explore.case import Case
 from scissordyn.explore.field import Field

@@ -9,14 +9,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from scissordyn.config.case import LISTS
-from scissordyn.config.code import Code
-from scissordyn.config.part import component_part
-from scissordyn.config.quantity import read_numbers, read_quantity, unit_factor, written
-from scissordyn.config.structure import STRUCTURES, BendingTable, ClearanceTable, ControlTable
-from scissordyn.config.table import Key, Reader, Shape, Table, plain_table, table_of
-from scissordyn.config.text import handle
-from scissordyn.config.time_function import TABLES, DriveTable
+from scissordyn.casefile.case import LISTS
+from scissordyn.casefile.code import Code
+from scissordyn.casefile.part import component_part
+from scissordyn.casefile.quantity import read_numbers, read_quantity, unit_factor, written
+from scissordyn.casefile.structure import STRUCTURES, BendingTable, ClearanceTable, ControlTable
+from scissordyn.casefile.table import Key, Reader, Shape, Table, plain_table, table_of
+from scissordyn.casefile.text import handle
+from scissordyn.casefile.time_function import TABLES, DriveTable
 from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.errors import InputError
 from scissordyn.laws.catalogue import BY_KIND

@@ -53,8 +53,8 @@ class Outcome:
     @cached_property
     def summary(self) -> Summary:
         """What the run answers."""
+        from scissordyn.casefile.configuration import ATTRIBUTE, Configuration
         from scissordyn.run.answer.summary import summary_of
-        from scissordyn.run.configuration import ATTRIBUTE, Configuration
 
         assert self.run is not None
         configuration = Configuration(self.run.attrs[ATTRIBUTE], self.case.mechanism, self.case.options)
@@ -129,7 +129,7 @@ class Worker:
 
     def _fine(self, outcome: Outcome) -> xr.Dataset | None:
         """A run with the instants of its contacts, for curves; None if it has none, or another one is wanted."""
-        from scissordyn.run.configuration import write_configuration
+        from scissordyn.casefile.configuration import write_configuration
 
         run, results = outcome.run, outcome.results
         if run is None or results is None or outcome.note or not run.sizes.get("contact", 0):

@@ -13,13 +13,13 @@ import xarray as xr
 from scipy.optimize import OptimizeResult, least_squares
 
 from scissordyn.analysis.agreement import Measured
+from scissordyn.casefile.configuration import write_configuration
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.identification.problem import FailedRunError, Free, Problem, Segment, columns_of, records_of
 from scissordyn.identification.start import check_autonomous, prepared, spread
 from scissordyn.identification.uncertainty import LEVEL, Uncertainty, uncertainty
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
-from scissordyn.run.configuration import write_configuration
 
 ROUNDS = 3  # Most rounds of weights
 SETTLED = 0.05  # Standard deviations that change by less than this fraction are final

@@ -8,15 +8,20 @@ from typing import Any
 
 import numpy as np
 
-from scissordyn.component.place import GROUND
+from scissordyn.component.beam import Beam
+from scissordyn.component.flexible_bar import FlexibleBar
+from scissordyn.component.place import GROUND, Point
 from scissordyn.errors import InputError
 from scissordyn.kinematics.given import Given, change_towards, given_places, given_speeds
 from scissordyn.mechanics.system import System
 from scissordyn.mechanics.time_function import function_at, prescribe
+from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.coordinates import Constraint, PointMap
 from scissordyn.plan.elimination import in_words
 from scissordyn.plan.gradients import Gradients, guesses, least_change
 from scissordyn.plan.plan import Plan
+from scissordyn.plan.plan import plan as make_plan
+from scissordyn.plan.system import make_system
 
 CLOSED = 1e-12
 ROUNDINGS = 8.0
@@ -234,3 +239,22 @@ def _holding(plan: Plan, bodies: set[str]) -> list[str]:
     names += [f"guide '{guide.name}'" for guide in plan.mechanism.guides if bodies & {guide.follower[0], guide.body}]
     names += [f"weld '{weld.name}'" for weld in plan.mechanism.welds if bodies & {weld.start[0], weld.end[0]}]
     return names + [f"the drive of body '{drive.body}'" for drive in plan.drives if drive.body in bodies]
+
+
+def assembled_places(mechanism: Mechanism) -> dict[str, tuple[Point, float]]:
+    """Position [m] and angle [rad] of each body with ideal joints; none if it cannot be assembled, which a run says."""
+    ideal = mechanism.ideal()
+    # what exerts forces holds no place, and a roller may run along a bar that is not yet there
+    bent = tuple(part for part in ideal.components if isinstance(part, Beam | FlexibleBar))
+    try:
+        tables = make_plan(ideal.with_parts({"components": bent}))
+        system = make_system(tables).content
+        start = assemble_as_placed(tables, system)
+    except InputError:
+        return {}
+    natural, _ = natural_state(tables, system, start)
+    coordinates, places = tables.coordinates.natural, dict[str, tuple[Point, float]]()
+    for body in mechanism.bodies:
+        x, y = natural[coordinates.offsets[body.name] :][:2].tolist()
+        places[body.name] = (x, y), coordinates.angle_of(body.name, natural)
+    return places

@@ -14,7 +14,6 @@ from scissordyn.component.pin_friction import PinFriction
 from scissordyn.component.place import GROUND, BodyPoint, Point
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.laws.friction.bristle import BristleDamping
-from scissordyn.model.bending import cross_section
 from scissordyn.model.body import Body
 from scissordyn.model.coupling import Coordinate, Coupling, Distance, RelativeAngle
 from scissordyn.model.joint import Revolute
@@ -43,7 +42,7 @@ def with_payload(
     Mechanism
     """
     carrier = mechanism.joint_or_point(place)
-    name, point = carrier.journal if isinstance(carrier, Revolute) else cross_section(mechanism, carrier)
+    name, point = carrier.journal if isinstance(carrier, Revolute) else _cross_section(mechanism, carrier)
     if name == GROUND:
         raise InputError(f"a payload on the ground at '{place}'", "a body and one of its points")
     body = mechanism.body(name)
@@ -319,3 +318,12 @@ def _bearing(mechanism: Mechanism, angle: RelativeAngle) -> BodyPoint:
             if here[0] == angle.body and there[0] == angle.base:
                 return there
     raise InputError(f"backlash at body '{angle.body}', which no pin holds on '{angle.base}'", "a joint between them")
+
+
+def _cross_section(mechanism: Mechanism, place: BodyPoint) -> BodyPoint:
+    """A point of a bar as a point of the cross-section that carries it, if the bar bends; else as it is."""
+    name, point = place
+    for body in mechanism.bodies:
+        if point in body.points and (body.name == name or body.name.startswith(f"{name}/")):
+            return body.name, point
+    return place

@@ -19,7 +19,6 @@ from scissordyn.component.rod import Rod
 from scissordyn.component.time_function import ConstantSpeed, OverTime, TimeFunction
 from scissordyn.control.controller import Controller
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.lookup import offered
 from scissordyn.model.body import Body, Track
 from scissordyn.model.check import check_parts
 from scissordyn.model.clearance import Clearance, ContactPoint, GuideClearance, Lubrication, block_contact_points
@@ -200,33 +199,6 @@ class Mechanism:
         """The couplings, then the drives of coordinates."""
         return (*self.couplings, *self.coordinate_drives)
 
-    def plot(self) -> Any:
-        """Draw the assembled mechanism with its names, on a new figure; see `scissordyn.preview`.
-
-        Returns
-        -------
-        Axes
-        """
-        return offered("preview")(self)
-
-    def _repr_svg_(self) -> str:
-        return str(offered("preview_svg")(self))
-
-    def to_case(self, run: Any = None) -> str:
-        """The text of a case file that describes the mechanism exactly; see `scissordyn.write_case`.
-
-        Parameters
-        ----------
-        run : Options, optional
-            Of the simulation; the defaults for 50 ms if not given.
-
-        Returns
-        -------
-        str
-            TOML.
-        """
-        return str(offered("case_text")(self, run))
-
     @documented
     @checked
     def with_clearance(
@@ -406,11 +378,6 @@ class Mechanism:
         plan = other.__dict__.get(PLAN) or other.__dict__.get(LENT)
         if plan is not None:
             self.__dict__[LENT] = plan
-
-    def with_bending(self, bodies: str | Iterable[str] = "all", **options: Any) -> Mechanism:
-        """The same mechanism with bars that bend; see `scissordyn.with_bending`."""
-        bent: Mechanism = offered("with_bending")(self, bodies, **options)
-        return bent
 
     def _with_joints(self, changed: Iterable[Revolute]) -> Mechanism:
         new = {joint.name: joint for joint in changed}

@@ -14,6 +14,7 @@ from typing import Annotated, Any
 import numpy as np
 import xarray as xr
 
+from scissordyn.casefile.configuration import read_configuration, write_configuration
 from scissordyn.errors import InputError, whole_number
 from scissordyn.file.provenance import provenance
 from scissordyn.kinematics.assembly import Start, basis_at_start, natural_state
@@ -28,7 +29,6 @@ from scissordyn.periodic.stroboscope import consistent, drive_period, start_stat
 from scissordyn.plan.plan import plan
 from scissordyn.plan.system import make_system
 from scissordyn.run.advance.driver import Snapshot
-from scissordyn.run.configuration import read_configuration, write_configuration
 from scissordyn.run.engine import ENGINES, Engine, EngineError, Outcome, outcomes
 from scissordyn.run.start.demand import CYCLE_TIME, check_cycles, check_memory, count_in_words, machine_memory
 from scissordyn.run.store import load, save

@@ -9,6 +9,7 @@ from collections.abc import Callable
 import numpy as np
 import xarray as xr
 
+from scissordyn.casefile.configuration import number_attribute, read_configuration, write_configuration
 from scissordyn.errors import InputError
 from scissordyn.kinematics.branching import drive_warnings
 from scissordyn.model.mechanism import Mechanism
@@ -17,7 +18,6 @@ from scissordyn.periodic.stroboscope import DESCRIBED, Cycles, drive_period, run
 from scissordyn.plan.acting import states_of
 from scissordyn.plan.plan import Plan
 from scissordyn.run.advance.driver import Snapshot
-from scissordyn.run.configuration import number_attribute, read_configuration, write_configuration
 from scissordyn.units import checked
 
 

@@ -9,6 +9,7 @@ from typing import Annotated
 import numpy as np
 import xarray as xr
 
+from scissordyn.casefile.configuration import write_configuration
 from scissordyn.errors import InputError, whole_number
 from scissordyn.kinematics.branching import drive_warnings
 from scissordyn.model.mechanism import Mechanism
@@ -18,7 +19,6 @@ from scissordyn.periodic.stroboscope import DESCRIBED, consistent, drive_period,
 from scissordyn.plan.plan import plan
 from scissordyn.plan.system import make_system
 from scissordyn.run.advance.driver import Snapshot
-from scissordyn.run.configuration import write_configuration
 from scissordyn.run.engine import ENGINES, Engine, outcomes
 from scissordyn.run.start.demand import check_cycles
 from scissordyn.study.answer.grouped import grouped_lines

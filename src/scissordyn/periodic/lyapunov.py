@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.analysis.lyapunov import exponent_from_growth
+from scissordyn.casefile.configuration import write_configuration
 from scissordyn.errors import InputError, whole_number
 from scissordyn.kernel import Handle
 from scissordyn.kinematics.closure import check_tables
@@ -22,7 +23,6 @@ from scissordyn.plan.plan import plan
 from scissordyn.plan.system import make_system
 from scissordyn.run.advance.driver import Snapshot
 from scissordyn.run.advance.trajectory import Trajectory, compute, make_driver, reach
-from scissordyn.run.configuration import write_configuration
 from scissordyn.units import checked
 
 NUDGE = 1e-7  # Length of the difference for the projection of a tangent onto the length constraints, as a fraction of the state

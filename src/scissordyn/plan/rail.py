@@ -32,7 +32,7 @@ def axis_of(axes: Sequence[Axis], component: Any) -> int:
         f"{component.declaration.label} '{component.name}' runs along '{component.rail}', which is no bar that bends by modes"
         f"{did_you_mean(component.rail, names)}",
         ", ".join(names) or "a bar with a section and a material; a rigid one carries a guide",
-        "mechanism.with_bending(...)" if not names else "",
+        "sd.with_bending(mechanism, ...)" if not names else "",
     )
 
 

@@ -11,12 +11,10 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from scissordyn.plot.joint import film, force, orbit
     from scissordyn.plot.over_time import comparison, energy, response, torque, track
-    from scissordyn.plot.report import Pictures
     from scissordyn.plot.still import bending, structure
     from scissordyn.plot.stroke import statics
 
 __all__ = [
-    "Pictures",
     "bending",
     "comparison",
     "energy",
@@ -34,7 +32,6 @@ _HOMES = {
     **dict.fromkeys(("film", "force", "orbit"), "joint"),
     **dict.fromkeys(("comparison", "energy", "response", "torque", "track"), "over_time"),
     **dict.fromkeys(("bending", "structure"), "still"),
-    "Pictures": "report",
     "statics": "stroke",
 }
 

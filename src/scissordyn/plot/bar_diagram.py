@@ -110,7 +110,7 @@ def check_quantity(quantity: str, mechanism: Mechanism) -> None:
     if quantity not in QUANTITIES:
         raise InputError(f"'{quantity}' on bars{did_you_mean(quantity, QUANTITIES)}", ", ".join(QUANTITIES), "stress")
     if not bars_of(mechanism):
-        raise InputError(f"{quantity} of bars that do not bend", "bars that bend", "mechanism.with_bending(...)")
+        raise InputError(f"{quantity} of bars that do not bend", "bars that bend", "sd.with_bending(mechanism, ...)")
     for bar, need in _lacking(quantity, mechanism):
         raise InputError(
             f"{quantity} of bar '{bar}', which has no {need}",

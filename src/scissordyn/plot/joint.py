@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
+from scissordyn.casefile.configuration import read_configuration
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plot.contact import contact_times, force_curve
 from scissordyn.plot.scale import Scale, engineering
@@ -45,7 +46,6 @@ from scissordyn.plot.style import (
     small,
 )
 from scissordyn.run.answer.film import MIXED
-from scissordyn.run.configuration import read_configuration
 
 STRIP = 0.06  # Height of the strip of contacts, as a fraction of the panel
 COLUMNS, LEAST = 3, 1.7  # Orbits in a row, and their least width in a figure of a width that the user has chosen [inch]

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.axes import Axes
 
+from scissordyn.casefile.configuration import ATTRIBUTE, read_configuration
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plot.contact import TorqueSource, force_curve, torque_sources, with_instants
 from scissordyn.plot.scale import Scale, engineering
@@ -41,7 +42,6 @@ from scissordyn.plot.style import (
 )
 from scissordyn.run.answer.joint_force import clearance_joints
 from scissordyn.run.answer.summary import at_limit, summary_of
-from scissordyn.run.configuration import ATTRIBUTE, read_configuration
 
 if TYPE_CHECKING:
     import xarray as xr

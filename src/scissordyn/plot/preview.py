@@ -18,7 +18,6 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import plan
 from scissordyn.plot.animation_scene import SYMBOL, scene_of, upright
 from scissordyn.plot.drawing import Drawing
-from scissordyn.plot.file import svg
 from scissordyn.plot.label import Label, write_labels
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILION, Canvas, panels, small
@@ -88,11 +87,6 @@ def preview(mechanism: Mechanism, *, axes: Canvas = None, start: xr.Dataset | No
     notes += [f"{len(left)} names are left out for lack of room"] if left else []
     chosen.set_title("; ".join(notes), loc="right", fontsize=small(), color=GREY)
     return chosen
-
-
-def preview_svg(mechanism: Mechanism) -> str:
-    """The preview of a mechanism as the text of an SVG file."""
-    return svg(preview(mechanism))
 
 
 def _size(span: np.ndarray, names: int) -> tuple[float, float]:

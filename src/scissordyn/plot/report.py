@@ -1,12 +1,11 @@
-"""All pictures of a run: as methods, what ``run.scissordyn.plot`` is, and at once, as files."""
+"""All pictures of a run, written as files."""
 
 from __future__ import annotations
 
-import functools
 import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Concatenate, ParamSpec
+from typing import TYPE_CHECKING
 
 from matplotlib.axes import Axes
 
@@ -15,10 +14,9 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.contact import torque_sources
 from scissordyn.plot.file import check_format, write
 from scissordyn.plot.joint import film, force, orbit
-from scissordyn.plot.over_time import comparison, energy, has_tracks, response, torque, track
-from scissordyn.plot.series import chosen_joints, clearance_pins, mechanism_of
+from scissordyn.plot.over_time import energy, has_tracks, response, torque, track
+from scissordyn.plot.series import chosen_joints, clearance_pins
 from scissordyn.plot.still import bending, structure
-from scissordyn.plot.stroke import statics
 from scissordyn.run.answer.joint_force import clearance_joints
 
 if TYPE_CHECKING:
@@ -36,8 +34,6 @@ KINDS = {
     "bending": "bars that bend",
 }
 """All pictures in order, with what a run must have for each."""
-
-Arguments = ParamSpec("Arguments")
 
 
 def check_kinds(only: Sequence[str] | None) -> None:
@@ -91,46 +87,3 @@ def draw_all(
         text = f"cannot make the folder '{target}': {error.strerror or error}"
         raise InputError(text, "a folder that can be written") from None
     return [write(axes, target / f"{name}.{format}") for name, axes in drawn.items()]
-
-
-def _method(
-    picture: Callable[Concatenate[xr.Dataset, Arguments], list[Axes]],
-) -> Callable[Concatenate[Pictures, Arguments], list[Axes]]:
-    """A picture of a run as a method of `Pictures`, with its other arguments."""
-
-    @functools.wraps(picture)
-    def draw(self: Pictures, /, *arguments: Arguments.args, **named: Arguments.kwargs) -> list[Axes]:
-        return picture(self._run, *arguments, **named)
-
-    return draw
-
-
-class Pictures:
-    """Pictures of one run, from what it has recorded; nothing is computed anew.
-
-    ``run.scissordyn.plot.force(joint="A")`` is ``sd.plot.force(run, joint="A")``, and so on: each method is the function of
-    that name with the run as its first argument, and returns the Axes.
-
-    Parameters
-    ----------
-    run : Dataset
-    """
-
-    def __init__(self, run: xr.Dataset) -> None:
-        self._run = run
-
-    response = _method(response)
-    force = _method(force)
-    orbit = _method(orbit)
-    film = _method(film)
-    torque = _method(torque)
-    track = _method(track)
-    energy = _method(energy)
-    structure = _method(structure)
-    bending = _method(bending)
-    statics = _method(statics)
-    comparison = _method(comparison)
-
-    def all(self, folder: str | os.PathLike[str], *, format: str = "png") -> list[Path]:
-        """Write every picture into a folder; see `draw_all`."""
-        return draw_all(self._run, None, folder, mechanism_of(self._run), format)

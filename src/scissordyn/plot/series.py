@@ -78,7 +78,7 @@ def clearance_pins(run: xr.Dataset) -> list[str]:
 
 
 def mechanism_of(run: xr.Dataset) -> Mechanism:
-    from scissordyn.run.configuration import read_configuration
+    from scissordyn.casefile.configuration import read_configuration
 
     return read_configuration(run).build_mechanism()
 

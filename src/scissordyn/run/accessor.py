@@ -4,21 +4,19 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any
 
 import xarray as xr
 
+from scissordyn.casefile.configuration import read_configuration
 from scissordyn.file.export import export
-from scissordyn.lookup import offered
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.answer.citations import Citations, citations
 from scissordyn.run.answer.summary import Summary, summary_of
-from scissordyn.run.configuration import read_configuration
 
 
 @xr.register_dataset_accessor("scissordyn")  # type: ignore[no-untyped-call]
 class RunAccessor:
-    """Mechanism, pictures, films and exports of a run, from what it has recorded.
+    """Mechanism, summary, citations and exports of a run, from what it has recorded.
 
     Parameters
     ----------
@@ -40,16 +38,6 @@ class RunAccessor:
     def citations(self) -> Citations:
         """Who describes what the run has used: mechanism, laws, controllers, components, methods; text, or ``.bibtex``."""
         return citations(self._run)
-
-    @property
-    def plot(self) -> Any:
-        """Pictures of the run, as ``run.scissordyn.plot.force(joint="A")``; see `plot.Pictures`."""
-        return offered("plot").Pictures(self._run)
-
-    def animate(self, path: str | os.PathLike[str], **options: Any) -> Path:
-        """Write a film of the run; see `plot.animation.animate` for the options."""
-        written: Path = offered("animate")(self._run, self.mechanism, path, **options)
-        return written
 
     def export(self, path: str | os.PathLike[str]) -> Path:
         """Write the run as a table, .csv or .parquet, or with all its arrays, .mat; see `file.export`."""

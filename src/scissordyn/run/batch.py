@@ -14,6 +14,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
+from scissordyn.casefile.configuration import write_configuration
 from scissordyn.errors import InputError, ScissordynError, did_you_mean
 from scissordyn.kinematics.closure import check_tables
 from scissordyn.model.mechanism import Mechanism
@@ -26,7 +27,6 @@ from scissordyn.run.advance.trajectory import broken_off, make_driver, model_fai
 from scissordyn.run.answer.measure import COMPONENT_UNIT, MEASURES, Ended, Measure, check_measures, component_units, parts_of
 from scissordyn.run.answer.trajectory_warnings import ignored_roots, stepping_warnings
 from scissordyn.run.answer.warn import Extremes
-from scissordyn.run.configuration import write_configuration
 from scissordyn.run.engine import outcomes, workers_of
 from scissordyn.run.start.ideal_path import IdealPath, ideal_path, stages
 

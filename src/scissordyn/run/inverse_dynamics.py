@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
+from scissordyn.casefile.configuration import write_configuration
 from scissordyn.component.actuator import Actuator
 from scissordyn.component.force import Force
 from scissordyn.component.rod import Rod
@@ -28,7 +29,6 @@ from scissordyn.plan.plan import Plan, plan
 from scissordyn.run.advance.interrupt import pass_on
 from scissordyn.run.advance.trajectory import compute, recorded
 from scissordyn.run.answer.coupling import sampled_coordinate
-from scissordyn.run.configuration import write_configuration
 from scissordyn.run.results import Results, Variable, described, labels
 from scissordyn.run.simulate import simulate
 from scissordyn.run.start.start import ideal_reactions

@@ -7,6 +7,7 @@ import os
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Annotated
 
+from scissordyn.casefile.configuration import is_run, read_configuration, write_configuration
 from scissordyn.errors import InputError
 from scissordyn.kinematics.branching import passing_warnings
 from scissordyn.kinematics.closure import check_tables
@@ -20,7 +21,6 @@ from scissordyn.run.answer.dataset import deviation_variables, results
 from scissordyn.run.answer.predictability import compared, predictability
 from scissordyn.run.answer.trajectory_warnings import trajectory_warnings
 from scissordyn.run.answer.warn import Extremes, contact_failures, run_warnings, warnings_of
-from scissordyn.run.configuration import is_run, read_configuration, write_configuration
 from scissordyn.run.results import Results, Run
 from scissordyn.run.start.demand import check_samples
 from scissordyn.run.start.ideal_path import deviates, ideal_path

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scissordyn.casefile.configuration import ATTRIBUTE, TITLE
 from scissordyn.errors import InputError
 from scissordyn.file.output_file import OURS, check_name, check_target, regular_size, write_file
-from scissordyn.run.configuration import ATTRIBUTE, TITLE
 from scissordyn.run.results import Results, Run
 
 if TYPE_CHECKING:

@@ -13,13 +13,13 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from scissordyn.casefile.configuration import write_configuration
 from scissordyn.compiler.c import compile_library, compiler_command
 from scissordyn.errors import InputError
 from scissordyn.exchange.fmu.source import Source, Variable, Variables
 from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
 from scissordyn.run.advance.trajectory import make_driver
-from scissordyn.run.configuration import write_configuration
 
 if TYPE_CHECKING:
     from scissordyn.model.mechanism import Mechanism

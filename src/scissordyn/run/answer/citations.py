@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from scissordyn.bibliography.reference import Reference, bibliography, references
+from scissordyn.casefile.configuration import read_configuration
 from scissordyn.component.film.film import Film
 from scissordyn.laws.material import Material
 from scissordyn.laws.oil import Oil
@@ -19,7 +20,6 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import TIME_STEPPING
 from scissordyn.model.walk import declared, is_described
 from scissordyn.plugin.element import Part
-from scissordyn.run.configuration import read_configuration
 
 if TYPE_CHECKING:
     import xarray as xr

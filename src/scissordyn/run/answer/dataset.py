@@ -8,6 +8,7 @@ import re
 
 import numpy as np
 
+from scissordyn.casefile.configuration import TITLE
 from scissordyn.component.declaration import Component
 from scissordyn.component.place import GROUND
 from scissordyn.component.port import AXIS
@@ -38,7 +39,6 @@ from scissordyn.run.answer.coupling import coupling_variables
 from scissordyn.run.answer.events import ACCOUNTS, accounts, contact_variables, event_variables
 from scissordyn.run.answer.film import film_variables
 from scissordyn.run.answer.internal_forces import largest_variables
-from scissordyn.run.configuration import TITLE
 from scissordyn.run.results import Results, Run, Variables, along, described, labels, located
 from scissordyn.run.start.ideal_path import PARTS, IdealPath, deviation_parts, tracked
 from scissordyn.units import State

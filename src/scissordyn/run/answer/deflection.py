@@ -36,7 +36,7 @@ def magnified_deflection(
     Places of that mechanism are those nearest to the run's. Pins stay together, as all bodies are moved by the same rule.
     """
     if not bends(mechanism):
-        raise InputError("magnified deflections of bars that do not bend", "bars that bend", "mechanism.with_bending(...)")
+        raise InputError("magnified deflections of bars that do not bend", "bars that bend", "sd.with_bending(mechanism, ...)")
     if factor == 1.0:
         return run
     names = [body.name for body in mechanism.bodies]

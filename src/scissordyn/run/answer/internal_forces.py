@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from scissordyn.casefile.configuration import read_configuration
 from scissordyn.component.beam import Beam
 from scissordyn.component.flexible_bar import FlexibleBar
 from scissordyn.errors import InputError
@@ -18,7 +19,6 @@ from scissordyn.model.parameter_path import matching
 from scissordyn.plan.bending import HERMITE, beams_of
 from scissordyn.plan.flexible import flexible_bars
 from scissordyn.run.answer.bars import PARTS, extreme_fibre, marks_of, part_names
-from scissordyn.run.configuration import read_configuration
 from scissordyn.run.results import Variables, described, labels
 
 if TYPE_CHECKING:
@@ -110,7 +110,7 @@ def internal_forces(
     mechanism = mechanism or read_configuration(run).build_mechanism()
     present = bars_of(mechanism)
     if not present or "beam_axial_force" not in run:
-        raise InputError("internal forces of bars that do not bend", "bars that bend", "mechanism.with_bending(...)")
+        raise InputError("internal forces of bars that do not bend", "bars that bend", "sd.with_bending(mechanism, ...)")
     at = np.linspace(0.0, 1.0, places) if isinstance(places, int) else np.atleast_1d(np.asarray(places, float))
     if at.ndim != 1 or at.size == 0 or not np.all((at >= 0.0) & (at <= 1.0)):
         raise InputError(

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 
+from scissordyn.casefile.configuration import write_configuration
 from scissordyn.component.time_function import Polynomial
 from scissordyn.errors import InputError
 from scissordyn.integrate.integration import Samples
@@ -30,7 +31,6 @@ from scissordyn.run.advance.system import LOG, PEAK
 from scissordyn.run.advance.trajectory import Trajectory
 from scissordyn.run.answer.dataset import results
 from scissordyn.run.answer.warn import ROUNDED, beyond_outputs
-from scissordyn.run.configuration import write_configuration
 from scissordyn.run.results import Results, Variable, Variables, labels
 from scissordyn.run.start.rest import At, count_turns
 from scissordyn.run.start.small_motion import along

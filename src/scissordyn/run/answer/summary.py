@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from scissordyn.casefile.configuration import ATTRIBUTE, Configuration, read_configuration
 from scissordyn.component.actuator import Actuator
 from scissordyn.component.motor import Motor
 from scissordyn.errors import InputError, printable
@@ -16,7 +17,6 @@ from scissordyn.model.options import Options
 from scissordyn.run.answer.joint_force import Answer, ForceAnswer, JointSummary, force_after_start, joint_summaries
 from scissordyn.run.answer.placement import placed
 from scissordyn.run.answer.warn import AT_LIMIT
-from scissordyn.run.configuration import ATTRIBUTE, Configuration, read_configuration
 from scissordyn.run.results import Run, along
 from scissordyn.run.start.ideal_path import PARTS
 from scissordyn.units import counted, short

@@ -8,9 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scissordyn.component.beam import Beam
-from scissordyn.component.flexible_bar import FlexibleBar
-from scissordyn.component.place import GROUND, Point
+from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.integrate.integration import LOG_COLUMNS, RESET_DATA, RISE
 from scissordyn.kernel import Handle
@@ -33,7 +31,6 @@ from scissordyn.mechanics.reactions import solve_reactions
 from scissordyn.mechanics.system import APPROACH_FLOOR, System
 from scissordyn.mechanics.time_function import function_at
 from scissordyn.model.check import proportion_warnings
-from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import StartKind
 from scissordyn.plan.acting import start_coordinates
 from scissordyn.plan.bending import beams_of, is_straight, straight_bar, straight_maps
@@ -41,7 +38,6 @@ from scissordyn.plan.coordinates import combined
 from scissordyn.plan.elimination import in_words
 from scissordyn.plan.hard_contact import elastic_law
 from scissordyn.plan.plan import Plan
-from scissordyn.plan.plan import plan as make_plan
 from scissordyn.plan.system import guard_values, make_system
 from scissordyn.run.advance.cause import check_springs, full_coordinates
 from scissordyn.run.answer.bars import with_distributed_mass
@@ -271,25 +267,6 @@ def assembled_near(plan: Plan, system: System, natural: np.ndarray, *, straight:
     if straight:
         _hold_straight(plan, holds)
     return assemble(plan, system, Start(guess, np.zeros_like(guess)), holds)
-
-
-def assembled_places(mechanism: Mechanism) -> dict[str, tuple[Point, float]]:
-    """Position [m] and angle [rad] of each body with ideal joints; none if it cannot be assembled, which a run says."""
-    ideal = mechanism.ideal()
-    # what exerts forces holds no place, and a roller may run along a bar that is not yet there
-    bent = tuple(part for part in ideal.components if isinstance(part, Beam | FlexibleBar))
-    try:
-        tables = make_plan(ideal.with_parts({"components": bent}))
-        system = make_system(tables).content
-        start = assemble_as_placed(tables, system)
-    except InputError:
-        return {}
-    natural, _ = natural_state(tables, system, start)
-    coordinates, places = tables.coordinates.natural, dict[str, tuple[Point, float]]()
-    for body in mechanism.bodies:
-        x, y = natural[coordinates.offsets[body.name] :][:2].tolist()
-        places[body.name] = (x, y), coordinates.angle_of(body.name, natural)
-    return places
 
 
 def _hold_straight(plan: Plan, holds: Held, *, moving: bool = False) -> None:

@@ -14,6 +14,7 @@ import numpy as np
 
 from scissordyn.analysis.motor import MotorCurve
 from scissordyn.annotation import members
+from scissordyn.casefile.configuration import read_mechanism, write_configuration
 from scissordyn.errors import InputError, command, did_you_mean, whole_number
 from scissordyn.file.provenance import provenance
 from scissordyn.model.mechanism import Mechanism
@@ -22,7 +23,6 @@ from scissordyn.model.parameter_path import changed_all, number
 from scissordyn.model.record import source_of
 from scissordyn.plugin.user_file import file_digest, load_function, split_reference
 from scissordyn.run.answer.measure import MEASURES, parts_of
-from scissordyn.run.configuration import read_mechanism, write_configuration
 from scissordyn.run.start.demand import check_cases
 from scissordyn.study.ask.design import Design, Factor, Sampling, design_size, design_values
 from scissordyn.study.ask.distribution import Variation

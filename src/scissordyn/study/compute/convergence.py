@@ -140,7 +140,7 @@ def _tried(mechanism: Mechanism, options: Options, over: str) -> tuple[str, list
     once = replace(options, trust=False)
     if over == "modes":
         if not flexible_bars(mechanism):
-            allowed = "mechanism.with_bending(...)"
+            allowed = "sd.with_bending(mechanism, ...)"
             raise InputError("over = 'modes' with no bar that bends by modes", allowed, "over='accuracy'")
         return "modes", [(float(count), with_mode_counts(mechanism, count), once) for count in MODES]
     _, _, choice = make_driver(plan(mechanism), replace(once, step=None))

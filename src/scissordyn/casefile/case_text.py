@@ -9,6 +9,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from scissordyn.casefile.case import Case, CaseTable
+from scissordyn.casefile.code import Code, RecordedCode
+from scissordyn.casefile.part import COMPONENT_SECTIONS, ratio_unit
+from scissordyn.casefile.quantity import exact
+from scissordyn.casefile.table import Context, instance, toml_entries
+from scissordyn.casefile.time_function import VALUES, powers, units_of
 from scissordyn.component.place import GROUND, BodyPoint, Point
 from scissordyn.component.time_function import (
     ConstantSpeed,
@@ -20,12 +26,6 @@ from scissordyn.component.time_function import (
     TimeFunction,
     Trapezoidal,
 )
-from scissordyn.config.case import Case, CaseTable
-from scissordyn.config.code import Code, RecordedCode
-from scissordyn.config.part import COMPONENT_SECTIONS, ratio_unit
-from scissordyn.config.quantity import exact
-from scissordyn.config.table import Context, instance, toml_entries
-from scissordyn.config.time_function import VALUES, powers, units_of
 from scissordyn.control.controller import Controller
 from scissordyn.errors import InputError
 from scissordyn.laws.catalogue import MATERIALS

@@ -8,13 +8,9 @@ from functools import cache
 from pathlib import Path
 from typing import Annotated, Any
 
-from scissordyn.component.catalogue import COMPONENTS, component_class
-from scissordyn.component.declaration import Declaration
-from scissordyn.component.place import GROUND, BodyPoint, Point
-from scissordyn.component.time_function import TimeFunction
-from scissordyn.config.code import AbsentPart, code_of
-from scissordyn.config.quantity import NumbersText, exact, read_quantity, written
-from scissordyn.config.table import (
+from scissordyn.casefile.code import AbsentPart, code_of
+from scissordyn.casefile.quantity import NumbersText, exact, read_quantity, written
+from scissordyn.casefile.table import (
     About,
     Call,
     Context,
@@ -29,8 +25,12 @@ from scissordyn.config.table import (
     reader,
     table_of,
 )
-from scissordyn.config.time_function import time_function
-from scissordyn.config.value import BODY_POINT
+from scissordyn.casefile.time_function import time_function
+from scissordyn.casefile.value import BODY_POINT
+from scissordyn.component.catalogue import COMPONENTS, component_class
+from scissordyn.component.declaration import Declaration
+from scissordyn.component.place import GROUND, BodyPoint, Point
+from scissordyn.component.time_function import TimeFunction
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.addition import closed, with_backlash
 from scissordyn.model.body import Body, Track, bar

@@ -9,10 +9,7 @@ from dataclasses import MISSING
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from scissordyn.component.actuator import Actuator
-from scissordyn.component.place import GROUND
-from scissordyn.component.time_function import ConstantSpeed, OverTime, Tabulated, TimeFunction
-from scissordyn.config.table import (
+from scissordyn.casefile.table import (
     About,
     Call,
     Context,
@@ -26,19 +23,21 @@ from scissordyn.config.table import (
     table_of,
     toml,
 )
-from scissordyn.config.time_function import read_tabulated, table_shape
-from scissordyn.config.value import CONTROLLER
+from scissordyn.casefile.time_function import read_tabulated, table_shape
+from scissordyn.casefile.value import CONTROLLER
+from scissordyn.component.actuator import Actuator
+from scissordyn.component.place import GROUND
+from scissordyn.component.time_function import ConstantSpeed, OverTime, Tabulated, TimeFunction
 from scissordyn.control.controller import Controller
 from scissordyn.errors import InputError, did_you_mean
+from scissordyn.kinematics.bending import with_bending
 from scissordyn.laws.contact import Damping, Elastic, Friction
 from scissordyn.laws.damping.factors import LankaraniNikravesh
 from scissordyn.model.addition import with_joint_friction, with_panels, with_payload
-from scissordyn.model.bending import with_bending
 from scissordyn.model.clearance import Clearance, GuideClearance
 from scissordyn.model.linkage import four_bar, n_four_bar, slider_crank
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.scissor import hoberman_ring, mast, polar_scissor, scissor
-from scissordyn.run.inverse_dynamics import feed_forward
 from scissordyn.units import quantities
 
 BARS_SAMPLE: dict[str, Any] = {"section": "tube 60x60x1.56 mm", "material": "steel"}
@@ -134,6 +133,8 @@ GuideClearanceTable = _table(
     corners=["-19, -9 mm", "19, -9 mm", "19, 9 mm", "-19, 9 mm"],
 )
 
+FeedForward = Callable[..., Tabulated]  # `run.inverse_dynamics.feed_forward`, which rooms above hand in
+
 TORQUES = 'feed_forward = { time = "0 0.1 0.2 0.3 0.4 0.5 s", torque = "0 1 2 3 4 5 N m" }'
 
 
@@ -167,7 +168,7 @@ class ControlTable(Table):
     start_on_reference: Annotated[bool, About("whether the body starts at the reference's angle and speed")] = True
     name: Annotated[str, About("name of the actuator", examples=["servo"])] = ""
 
-    def applied(self, mechanism: Mechanism, *, until: float) -> Mechanism:
+    def applied(self, mechanism: Mechanism, feed_forward: FeedForward | None, until: float) -> Mechanism:
         reference, body = self.reference, self.body or mechanism.input_body
         if reference is None:
             reference = next((drive.motion for drive in mechanism.drives if drive.body == body), None)
@@ -175,6 +176,8 @@ class ControlTable(Table):
         if isinstance(torque, str):
             if self.base != GROUND:
                 raise InputError(f"feed_forward = {torque!r} against body '{self.base}'", "a table of torques over time")
+            if feed_forward is None:
+                raise InputError(f"feed_forward = {torque!r} in a saved run", "a table of torques over time")
             torque = feed_forward(mechanism, reference or ConstantSpeed(0.0), until=until, body=self.body)
         return mechanism.controlled(
             self.controller,

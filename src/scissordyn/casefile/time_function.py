@@ -8,19 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
-from scissordyn.component.time_function import (
-    ConstantSpeed,
-    Cycloidal,
-    Harmonic,
-    OverTime,
-    Polynomial,
-    Tabulated,
-    TimeFunction,
-    Trapezoidal,
-)
-from scissordyn.config.code import code_of
-from scissordyn.config.quantity import NumbersText, read_numbers, read_quantity, unit_factor
-from scissordyn.config.table import (
+from scissordyn.casefile.code import code_of
+from scissordyn.casefile.quantity import NumbersText, read_numbers, read_quantity, unit_factor
+from scissordyn.casefile.table import (
     About,
     Context,
     Reader,
@@ -34,8 +24,18 @@ from scissordyn.config.table import (
     reader,
     toml,
 )
-from scissordyn.config.text import read_text
-from scissordyn.config.value import columns_shape
+from scissordyn.casefile.text import read_text
+from scissordyn.casefile.value import columns_shape
+from scissordyn.component.time_function import (
+    ConstantSpeed,
+    Cycloidal,
+    Harmonic,
+    OverTime,
+    Polynomial,
+    Tabulated,
+    TimeFunction,
+    Trapezoidal,
+)
 from scissordyn.errors import InputError
 from scissordyn.units import Quantity, quantities
 

@@ -1,4 +1,4 @@
-"""Bars that bend: a rigid bar becomes cross-sections that beam elements connect."""
+"""Bars that bend: a rigid bar becomes cross-sections at its assembled place, which a flexible bar connects."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from scissordyn.component.elastic import EXPANSION, Across, Damping, Warmer, nod
 from scissordyn.component.flexible_bar import FlexibleBar
 from scissordyn.component.lugre import PinLuGre
 from scissordyn.component.pin_friction import PinFriction
-from scissordyn.component.place import BodyPoint, Point
+from scissordyn.component.place import Point
 from scissordyn.component.time_function import OverTime, TimeFunction
 from scissordyn.errors import InputError
-from scissordyn.lookup import offered
+from scissordyn.kinematics.assembly import assembled_places
 from scissordyn.model.body import Body, uniform_inertia, uniform_legs
 from scissordyn.model.joint import Weld
 from scissordyn.model.mechanism import Mechanism
@@ -216,7 +216,7 @@ def _placed(mechanism: Mechanism, names: Iterable[str]) -> Mechanism:
     """The mechanism with the places of its assembly, if a bar that is to bend has none: its cross-sections need theirs."""
     if not any(None in (body.position, body.angle) for body in map(mechanism.body, names)):
         return mechanism
-    where = offered("assembled_places")(mechanism)
+    where = assembled_places(mechanism)
 
     def at(body: Body) -> Body:
         position, angle = where.get(body.name, (body.placed_position, body.placed_angle))
@@ -319,15 +319,6 @@ def _mass_per_length(body: Body, wanted: float | None, depth: float) -> float:
             f'bar_mass = "{wanted * length:.4g} kg", or mass = "section"',
         )
     return mass_per_length
-
-
-def cross_section(mechanism: Mechanism, place: BodyPoint) -> BodyPoint:
-    """A point of a bar as a point of the cross-section that carries it, if the bar bends; else as it is."""
-    name, point = place
-    for body in mechanism.bodies:
-        if point in body.points and (body.name == name or body.name.startswith(f"{name}/")):
-            return body.name, point
-    return place
 
 
 def _bent(

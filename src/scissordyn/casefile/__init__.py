@@ -1,0 +1,1 @@
+"""Case files: the text of a mechanism and of the options of its simulation, read and written."""

@@ -57,10 +57,28 @@ Entries = dict[str, Any]  # Keys of a table and their values as parsed TOML has 
 
 
 def case_text(described: Mechanism | Case, run: Options | None = None, *, folder: Path | None = None) -> str:
-    """A case file that describes a mechanism exactly: reading it gives an equal one, bit for bit.
+    """Return the text of a case file that describes a mechanism exactly: reading it gives an equal one, bit for bit.
 
-    Numbers have the unit in which they are shortest, such as mm, deg or rpm, if the number read from the text is the same to
+    Each number has the unit in which it is shortest, such as mm, deg or rpm, if the number read from the text is the same to
     the last bit, and SI units with all digits otherwise.
+
+    Parameters
+    ----------
+    described : Mechanism or Case
+    run : Options, optional
+        Options of the simulation; those of the case, or the defaults for 50 ms, if not given.
+    folder : path, optional
+        Folder of the file, from which names of user-defined code are relative.
+
+    Returns
+    -------
+    str
+        TOML.
+
+    Raises
+    ------
+    InputError
+        If a part cannot be written, such as a function that is in no file.
     """
     mechanism = described.mechanism if isinstance(described, Case) else described
     if not isinstance(mechanism, Mechanism):

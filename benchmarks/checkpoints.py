@@ -14,7 +14,8 @@ from benchmarks.measure import command, table
 from scissordyn.casefile.configuration import write_configuration
 from scissordyn.plan.plan import plan
 from scissordyn.run.advance.checkpoint import Checkpoint, open_checkpoint
-from scissordyn.run.advance.trajectory import make_driver
+from scissordyn.run.advance.loop import advance
+from scissordyn.run.trajectory import make_driver
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 NAMED = ("paper", "mast", "long", "self_deploying")
@@ -27,7 +28,7 @@ def measure(quick: bool = False) -> str:
         case = sd.read_case(EXAMPLES / f"{name}.toml", ["run.trust=false"])
         driver, _, _ = make_driver(plan(case.mechanism), case.run)
         driver.sample_at(np.linspace(0.0, case.run.until, case.run.samples))
-        driver.advance(0.5 * case.run.until)
+        advance(driver, 0.5 * case.run.until)
         with tempfile.TemporaryDirectory() as folder:
             text = write_configuration(case.mechanism, case.run)
             checkpoint = Checkpoint(Path(folder) / "run.checkpoint")

@@ -12,8 +12,7 @@ from benchmarks.cases import FRICTION, UNTIL, array, name_of
 from benchmarks.measure import command, table
 from scissordyn.integrate import tableau
 from scissordyn.integrate.tableau import gauss_nodes, primitives
-from scissordyn.run.advance import driver
-from scissordyn.run.start import tolerance
+from scissordyn.run.advance import driver, tolerance
 
 
 def measure(quick: bool = False) -> str:

@@ -13,7 +13,8 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
 from scissordyn.run.advance.driver import counted
-from scissordyn.run.advance.trajectory import make_driver
+from scissordyn.run.advance.loop import advance
+from scissordyn.run.trajectory import make_driver
 
 UNTIL = 0.05
 COUNTS = (0, 1, 4, 16, 64)
@@ -59,7 +60,7 @@ def measure(quick: bool = False) -> str:
             for key, mechanism in cases.items():
                 driver, _, _ = make_driver(plan(mechanism), Options(UNTIL, method=method))
                 began = time.process_time()
-                driver.advance(UNTIL)
+                advance(driver, UNTIL)
                 seconds, done = time.process_time() - began, counted(driver.state)
                 if turn:
                     costs.setdefault(key, []).append(seconds / (done["rates"] + done["jacobians"]) * 1e9)

@@ -14,7 +14,7 @@ from scissordyn.config.file import read_case
 from scissordyn.plot.animation_scene import outline
 from scissordyn.plot.file import write
 from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, VERMILION, dress
-from scissordyn.run.answer.placement import Placement
+from scissordyn.record.placement import Placement
 from scissordyn.run.simulate import simulate
 
 if TYPE_CHECKING:

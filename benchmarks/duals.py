@@ -23,7 +23,7 @@ from scissordyn.mechanics import functions
 from scissordyn.mechanics.system import LAW_KERNELS
 from scissordyn.plan.plan import plan
 from scissordyn.plugin.element import RECIPES
-from scissordyn.run.advance.trajectory import make_driver
+from scissordyn.run.trajectory import make_driver
 
 POINTERS = (("model", ("force_kernel", "gap_kernel", "switch_kernel")), ("parameters", ("law", "controller")))
 """Arrays of kernel pointers, by the part of a system that has them."""

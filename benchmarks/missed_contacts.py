@@ -15,7 +15,8 @@ from scissordyn.laws.damping.none import NoDamping
 from scissordyn.mechanics import functions
 from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
-from scissordyn.run.advance.trajectory import Trajectory, compute
+from scissordyn.record.trajectory import Trajectory
+from scissordyn.run.trajectory import compute
 
 __all__ = ["Judged", "judge", "measure"]
 

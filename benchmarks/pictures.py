@@ -26,7 +26,7 @@ from scissordyn.plot.over_time import comparison
 from scissordyn.plot.preview import preview
 from scissordyn.plot.report import draw_all
 from scissordyn.plot.still import structure
-from scissordyn.run.advance.instants import spread_samples
+from scissordyn.record.sampling import spread_samples
 from scissordyn.run.simulate import simulate
 
 ROOT = Path(__file__).parent.parent

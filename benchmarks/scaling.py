@@ -13,8 +13,9 @@ from scissordyn.casefile.configuration import write_configuration
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
-from scissordyn.run.advance.trajectory import Trajectory, compute, recorded
-from scissordyn.run.answer.dataset import results
+from scissordyn.record.dataset import results
+from scissordyn.record.trajectory import Trajectory
+from scissordyn.run.trajectory import compute, recorded
 
 UNITS = (2, 10, 50, 200)
 SHARED = 1.5  # Target for the integration time of a long array with one clearance joint, relative to two units

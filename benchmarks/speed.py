@@ -7,7 +7,7 @@ from benchmarks.cases import FRICTION, UNTIL, array, name_of
 from benchmarks.measure import Measured, command, interleaved, table
 from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
-from scissordyn.run.advance.trajectory import compute
+from scissordyn.run.trajectory import compute
 
 TARGET = {None: 10e-3, 0.01: 20e-3, 0.1: 20e-3}  # Target for a complete run [s]
 

@@ -13,7 +13,7 @@ from benchmarks.measure import DECISIONS, Measured, command, interleaved, table
 from scissordyn.integrate.tableau import METHODS
 from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
-from scissordyn.run.advance.trajectory import compute
+from scissordyn.run.trajectory import compute
 
 TOLERANCES = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
 CONTACTS = 3

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import scissordyn as sd
-from scissordyn.run.answer.summary import summary_of
+from scissordyn.record.summary import summary_of
 
 LENGTH, MASS = 1.0, 2.0
 SOFT = {"bending_stiffness": 2000.0, "axial_stiffness": 2e6}

@@ -7,8 +7,8 @@ import pytest
 import xarray as xr
 
 import scissordyn as sd
+from scissordyn.record.store import load, save
 from scissordyn.run.simulate import replay, simulate
-from scissordyn.run.store import load, save
 
 CONTRACT = {
     (

@@ -2,8 +2,8 @@
 
 import math
 
-from scissordyn.run.answer.events import ACCOUNTS
-from scissordyn.run.answer.measure import Ended
+from scissordyn.record.events import ACCOUNTS
+from scissordyn.run.measure import Ended
 
 
 def residual_speed(ended: Ended) -> float:

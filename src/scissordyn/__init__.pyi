@@ -129,19 +129,19 @@ from scissordyn.plot.canvas import view as view
 from scissordyn.plot.preview import preview as preview
 from scissordyn.plot.style import style as style
 from scissordyn.run.batch import simulate_many as simulate_many
-from scissordyn.run.answer.buckling import buckling as buckling
+from scissordyn.equilibrium.buckling import buckling as buckling
 from scissordyn.run.advance.checkpoint import Checkpoint as Checkpoint
 from scissordyn.run.inverse_dynamics import constrain_contact as constrain_contact
 from scissordyn.run.engine import Processes as Processes
 from scissordyn.run.inverse_dynamics import feed_forward as feed_forward
 from scissordyn.run.ideal import ideal_kinematics as ideal_kinematics
-from scissordyn.run.answer.internal_forces import internal_forces as internal_forces
-from scissordyn.run.answer.modes import modes as modes
+from scissordyn.record.internal_forces import internal_forces as internal_forces
+from scissordyn.equilibrium.modes import modes as modes
 from scissordyn.run.inverse_dynamics import inverse_dynamics as inverse_dynamics
-from scissordyn.run.answer.statics import statics as statics
+from scissordyn.equilibrium.statics import statics as statics
 from scissordyn.model.options import Options as Options
 from scissordyn.run.simulate import replay as replay, simulate as simulate
-from scissordyn.run.store import load as load, save as save
+from scissordyn.record.store import load as load, save as save
 from scissordyn.study.compute.convergence import convergence as convergence
 from scissordyn.study.ask.distribution import (
     Beta as Beta,

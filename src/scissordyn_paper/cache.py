@@ -14,8 +14,8 @@ import xarray as xr
 from scissordyn.errors import InputError, ScissordynError
 from scissordyn.file.provenance import FACES, PACKAGE
 from scissordyn.file.provenance import provenance as made_with
+from scissordyn.record.store import load, save
 from scissordyn.run.engine import Engine, error_text, outcomes
-from scissordyn.run.store import load, save
 
 Progress = Callable[[str, int, int], None]  # Kind of work, number done, total number
 

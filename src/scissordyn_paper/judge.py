@@ -17,8 +17,8 @@ from scissordyn.model.clearance import Clearance
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
-from scissordyn.run.answer.measure import Ended
 from scissordyn.run.batch import Worker
+from scissordyn.run.measure import Ended
 from scissordyn_paper.cases import SPEEDS, Choice, PaperCase, every_case
 from scissordyn_paper.measures import FREE_BAR, JOINT, Curves, IdealMotion, Measures, ideal_motion, measure
 from scissordyn_paper.runs import compute, described

@@ -13,8 +13,8 @@ import xarray as xr
 from scissordyn.casefile.case import Case
 from scissordyn.errors import ScissordynError
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.record.placement import Placement
 from scissordyn.run.advance.interrupt import pass_on
-from scissordyn.run.answer.placement import Placement
 from scissordyn.run.engine import Engine
 from scissordyn.run.inverse_dynamics import constrain_contact
 from scissordyn.run.simulate import simulate

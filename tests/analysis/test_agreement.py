@@ -11,7 +11,7 @@ from scissordyn.analysis.agreement import Measured, agreement, matched_events, r
 from scissordyn.cli.main import status_of
 from scissordyn.errors import InputError
 from scissordyn.file.export import export
-from scissordyn.run.store import save
+from scissordyn.record.store import save
 
 TIME = np.linspace(0.0, 1.0, 1001)
 

@@ -17,7 +17,7 @@ from scissordyn.cli.main import status_of
 from scissordyn.config.file import read_case
 from scissordyn.errors import InputError
 from scissordyn.periodic.cycles import cycle
-from scissordyn.run.store import load, save
+from scissordyn.record.store import load, save
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 QUICK, ALL, BLOCK = 30, 2000, 100

@@ -22,7 +22,7 @@ from cli.test_files import PAPER, SHORT, Refused
 from scissordyn.cli import main
 from scissordyn.cli import run as run_module
 from scissordyn.cli.main import status_of
-from scissordyn.run.store import load
+from scissordyn.record.store import load
 
 BARS = """
 [[body]]

@@ -16,7 +16,7 @@ import xarray as xr
 from tests.library import add_checksum, write_as_other
 
 from scissordyn.cli.main import status_of
-from scissordyn.run.store import load
+from scissordyn.record.store import load
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 QUICK, ALL, BLOCK = 20, 1020, 50

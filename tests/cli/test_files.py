@@ -12,7 +12,7 @@ import pytest
 from scissordyn.casefile import text
 from scissordyn.cli.main import status_of
 from scissordyn.config.file import read_case
-from scissordyn.run.store import load
+from scissordyn.record.store import load
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 PAPER = EXAMPLES / "paper.toml"

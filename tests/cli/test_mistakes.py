@@ -18,7 +18,7 @@ import scissordyn as sd
 from scissordyn.cli.main import COMMANDS, status_of
 from scissordyn.cli.study import addressed
 from scissordyn.errors import ScissordynError
-from scissordyn.run.start import demand
+from scissordyn.run import demand
 from scissordyn.study.ask.design import Design, design_size, design_values
 from scissordyn.study.ask.distribution import Interval, Levels
 
@@ -176,7 +176,7 @@ def test_what_it_would_take_or_what_is_wrong_is_said(
     """Limit: one short line with status 2, although nothing can be computed here; nothing is left behind or changed."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("scissordyn.run.simulate.results_of", None)
-    monkeypatch.setattr("scissordyn.run.advance.driver.advance_together", None)
+    monkeypatch.setattr("scissordyn.run.advance.loop.advance_together", None)
     monkeypatch.setattr(demand, "machine_memory", lambda: 10**9)
     files = {
         "case.toml": (EXAMPLES / "paper.toml").read_text(),

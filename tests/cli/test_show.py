@@ -19,7 +19,7 @@ from scissordyn.cli.show import column, show_run
 from scissordyn.cli.text_console import TextConsole
 from scissordyn.laws.catalogue import BY_KIND, MATERIALS
 from scissordyn.numeral import PREFIXES, prefix
-from scissordyn.run.store import load
+from scissordyn.record.store import load
 from scissordyn.units import short
 
 

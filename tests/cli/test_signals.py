@@ -18,7 +18,7 @@ from pathlib import Path
 
 import pytest
 
-from scissordyn.run.store import load
+from scissordyn.record.store import load
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 COMMAND = [sys.executable, "-m", "scissordyn.cli.main"]

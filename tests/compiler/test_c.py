@@ -31,7 +31,7 @@ from scissordyn.laws.contact import JointContact
 from scissordyn.mechanics import functions
 from scissordyn.plan.plan import plan
 from scissordyn.plugin.element import RECIPES, pointers, row_of
-from scissordyn.run.advance.trajectory import make_driver
+from scissordyn.run.trajectory import make_driver
 
 QUICK = tuple("-O0" if flag == "-O2" else flag for flag in FLAGS)  # Compilers take a fifth of the time so
 

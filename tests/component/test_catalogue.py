@@ -27,7 +27,7 @@ from scissordyn.plot.animation_scene import corners_of, scene_of
 from scissordyn.plot.canvas import page as film_page
 from scissordyn.plot.still import structure
 from scissordyn.plot.symbol import symbols
-from scissordyn.run.answer.placement import Placement
+from scissordyn.record.placement import Placement
 
 from .page import PAGE, SECTIONS, heading, outputs, parts, snippets
 from .shared import assert_documented, checked, read

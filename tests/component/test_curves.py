@@ -17,7 +17,7 @@ import scissordyn as sd
 from scissordyn.cli.main import status_of
 from scissordyn.component.curve import curve_at, curve_numbers
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.run.answer.summary import summary_of
+from scissordyn.record.summary import summary_of
 
 from .shared import ENDS, METHODS, TIGHT, assert_balance, ball_on
 

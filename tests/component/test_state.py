@@ -13,7 +13,7 @@ import scissordyn as sd
 from scissordyn.errors import InputError
 from scissordyn.plan.plan import plan
 from scissordyn.plan.system import make_system
-from scissordyn.run.start.tolerance import Tolerances, error_weights
+from scissordyn.run.advance.tolerance import Tolerances, error_weights
 
 TORQUE = 2.0  # Of the dashpot at the speed of the tests [N m]
 

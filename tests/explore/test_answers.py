@@ -27,7 +27,7 @@ from scissordyn.numeral import numeral
 from scissordyn.plot.animation_scene import GAP
 from scissordyn.plot.canvas import packed_scene
 from scissordyn.plot.scale import engineering
-from scissordyn.run.answer.summary import summary_of
+from scissordyn.record.summary import summary_of
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
 

@@ -15,9 +15,9 @@ from scissordyn.casefile.configuration import read_configuration
 from scissordyn.explore.case import Case, open_case
 from scissordyn.explore.session import Outcome, Session, Worker
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.run.results import Results
+from scissordyn.record.results import Results
+from scissordyn.record.store import save
 from scissordyn.run.simulate import results_of, simulate
-from scissordyn.run.store import save
 
 from .heard import PATIENCE, until
 

@@ -10,13 +10,13 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.config.file import read_case
+from scissordyn.equilibrium.deflection import magnified_deflection
 from scissordyn.errors import InputError
 from scissordyn.explore.answers import cards
 from scissordyn.explore.case import open_case
 from scissordyn.explore.drag import Drag
 from scissordyn.explore.page import factor_of, wish
-from scissordyn.run.answer.deflection import magnified_deflection
-from scissordyn.run.answer.summary import summary_of
+from scissordyn.record.summary import summary_of
 
 from .browser import Tab, served
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from scissordyn.mechanics.monitored import track_deviation
-from scissordyn.run.start.ideal_path import _quintic
+from scissordyn.run.ideal_path import _quintic
 
 STEP, NODES = 0.2, 4
 POLYNOMIALS = (

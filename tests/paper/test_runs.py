@@ -7,8 +7,8 @@ import pytest
 import xarray as xr
 
 from scissordyn.errors import ScissordynError
+from scissordyn.record.store import load, save
 from scissordyn.run.advance.interrupt import look
-from scissordyn.run.store import load, save
 from scissordyn_paper import runs as module
 from scissordyn_paper.beyond import REFERENCE, event_table
 from scissordyn_paper.cache import Jobs, computed, fetch_all, provenance

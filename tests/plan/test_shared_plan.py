@@ -9,8 +9,10 @@ import pytest
 import scissordyn as sd
 from scissordyn.model.options import Options
 from scissordyn.plan.plan import Plan, plan
+from scissordyn.record.trajectory import Trajectory
 from scissordyn.run.advance.driver import Driver
-from scissordyn.run.advance.trajectory import Trajectory, compute, make_driver
+from scissordyn.run.advance.loop import advance
+from scissordyn.run.trajectory import compute, make_driver
 
 FREE = sd.Clearance(0.5e-3)
 RUBBING = sd.Clearance(0.5e-3, friction=sd.LuGre(kinetic=0.05))
@@ -124,6 +126,6 @@ def test_numbers_are_not_shared() -> None:
     first_driver, _, _ = make_driver(made, OPTIONS)
     second_driver, _, _ = make_driver(made, OPTIONS)
     assert isinstance(first_driver, Driver)
-    first_driver.advance(0.01)
+    advance(first_driver, 0.01)
     assert second_driver.time == 0.0
     assert_same(run(made), run(plan(array())))

@@ -7,6 +7,7 @@ import scissordyn as sd
 from scissordyn.cli.main import status_of
 from scissordyn.component.port.axis import bent_axis
 from scissordyn.component.port.stroke import bent
+from scissordyn.equilibrium.deflection import magnified_deflection
 from scissordyn.errors import InputError
 from scissordyn.plan.bending import beams_of
 from scissordyn.plan.flexible import flexible_bars
@@ -16,9 +17,8 @@ from scissordyn.plot.bar_diagram import QUANTITIES, diagram_of, edges
 from scissordyn.plot.modes import frequencies, oscillation, shapes
 from scissordyn.plot.still import bending
 from scissordyn.plot.style import SKY, VERMILION
-from scissordyn.run.answer.bars import PARTS
-from scissordyn.run.answer.deflection import magnified_deflection
-from scissordyn.run.answer.placement import Placement
+from scissordyn.record.bars import PARTS
+from scissordyn.record.placement import Placement
 
 CASE = """
 [structure]

@@ -25,7 +25,7 @@ from scissordyn.plot.scale import engineering
 from scissordyn.plot.series import BEYOND, chosen_joints
 from scissordyn.plot.still import structure
 from scissordyn.plot.style import literal
-from scissordyn.run.answer.placement import Placement
+from scissordyn.record.placement import Placement
 
 from .made_up import CLEARANCE, CLEARANCE_JOINTS, END, made_up, mechanism_with, overlaps
 

@@ -88,7 +88,7 @@ def test_plot_never_computes(stored: tuple[Path, Path], tmp_path: Path, monkeypa
     def refuse(*given: object, **named: object) -> None:
         raise AssertionError("a run was computed")
 
-    monkeypatch.setattr("scissordyn.run.advance.trajectory.compute", refuse)
+    monkeypatch.setattr("scissordyn.run.trajectory.compute", refuse)
     monkeypatch.setattr("scissordyn.run.simulate.compute", refuse)
     a, b = map(str, stored)
     assert status_of(["plot", a, "-o", str(tmp_path)]) == 0

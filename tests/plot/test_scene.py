@@ -35,7 +35,7 @@ from scissordyn.plot.report import draw_all
 from scissordyn.plot.series import MOST_JOINTS
 from scissordyn.plot.still import structure
 from scissordyn.plot.style import BLUE, GREEN, SKY, VERMILION
-from scissordyn.run.answer.placement import Placement
+from scissordyn.record.placement import Placement
 from scissordyn.run.simulate import simulate
 
 from .made_up import CLEARANCE, CLEARANCE_JOINTS, INSTANTS, made_up, mechanism_with

@@ -4,12 +4,12 @@ from typing import Any
 
 import numpy as np
 
+from scissordyn.equilibrium.start import prepare_start
 from scissordyn.kernel import Handle
 from scissordyn.mechanics import functions
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import plan
 from scissordyn.plan.system import make_system
-from scissordyn.run.start.start import prepare_start
 
 EDGE = 2e-5  # How deep contacts are that touch [m]
 

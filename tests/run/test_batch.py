@@ -12,8 +12,8 @@ import xarray as xr
 
 import scissordyn as sd
 from scissordyn.model.options import Options
-from scissordyn.run.answer.measure import MEASURES
 from scissordyn.run.batch import simulate_many
+from scissordyn.run.measure import MEASURES
 from scissordyn.run.simulate import simulate
 
 CASES = 12

@@ -29,12 +29,13 @@ from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
+from scissordyn.record.store import load, save
 from scissordyn.run.advance import driver as driver_module
 from scissordyn.run.advance.checkpoint import Checkpoint, Keeper, open_checkpoint
 from scissordyn.run.advance.driver import Driver
-from scissordyn.run.advance.trajectory import compute, make_driver
+from scissordyn.run.advance.loop import advance
 from scissordyn.run.simulate import replay, simulate
-from scissordyn.run.store import load, save
+from scissordyn.run.trajectory import compute, make_driver
 
 CASES = {
     "paper": "0.03 s",  # one joint, located events, explicit
@@ -92,7 +93,7 @@ def test_a_driver_goes_on_bit_for_bit(name: str, changes: tuple[str, ...], monke
         if draw.random() < 0.1:
             moments.append({key: part.copy() for key, part in whole.arrays().items()})
 
-    assert whole.advance(options.until, progress=look) == 1
+    assert advance(whole, options.until, progress=look) == 1
     assert len(moments) > 3
     expected = {key: part.tobytes() for key, part in whole.arrays().items()}
     monkeypatch.setattr(driver_module, "SLICE", 20_000)
@@ -102,7 +103,7 @@ def test_a_driver_goes_on_bit_for_bit(name: str, changes: tuple[str, ...], monke
         assert {key: part.tobytes() for key, part in other.arrays().items()} == {
             key: part.tobytes() for key, part in moment.items()
         }
-        assert other.advance(options.until) == 1
+        assert advance(other, options.until) == 1
         assert {key: part.tobytes() for key, part in other.arrays().items()} == expected
 
 
@@ -208,7 +209,7 @@ def test_a_full_disk_does_not_end_the_run(tmp_path: Path, monkeypatch: pytest.Mo
     def full(*_: Any, **__: Any) -> None:
         raise InputError("cannot write 'run.checkpoint': No space left on device")
 
-    monkeypatch.setattr("scissordyn.run.store.save", full)
+    monkeypatch.setattr("scissordyn.record.store.save", full)
     checkpoint = Checkpoint(tmp_path / "run.checkpoint", every=0.0)
     run = simulate(clearance_array, until=5e-3, samples=11, checkpoint=checkpoint)
     assert run.equals(expected)

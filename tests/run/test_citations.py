@@ -16,8 +16,8 @@ from scissordyn.integrate.tableau import METHODS
 from scissordyn.laws.catalogue import BY_KIND, MATERIALS
 from scissordyn.laws.oil import OILS
 from scissordyn.model.options import TIME_STEPPING
-from scissordyn.run.answer.citations import METHODS as CITED
-from scissordyn.run.answer.citations import citations
+from scissordyn.record.citations import METHODS as CITED
+from scissordyn.record.citations import citations
 
 ROOT = Path(__file__).parents[2]
 
@@ -40,7 +40,7 @@ def test_every_declared_source_is_in_the_bibliography(part: str) -> None:
 
 def test_components_and_methods_are_in_the_bibliography() -> None:
     """Contract: every reference of a component's description, and one for every method of integration."""
-    from scissordyn.run.answer.citations import _of_docstring
+    from scissordyn.record.citations import _of_docstring
 
     named = [references(_of_docstring(kind)) for kind in COMPONENTS.values()]
     assert sum(map(bool, named)) >= 12

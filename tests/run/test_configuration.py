@@ -31,8 +31,8 @@ from scissordyn.config.schema import schema
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.model.record import to_plain
+from scissordyn.record.store import load, save
 from scissordyn.run.simulate import replay, simulate
-from scissordyn.run.store import load, save
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
 

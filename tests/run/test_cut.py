@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from scissordyn.run.answer import dataset, events
 
 import scissordyn as sd
 from scissordyn.casefile.configuration import write_configuration
@@ -19,8 +20,7 @@ from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
 from scissordyn.run import configuration, store
 from scissordyn.run.advance import driver, trajectory
-from scissordyn.run.advance.driver import next_slice
-from scissordyn.run.answer import dataset, events
+from scissordyn.run.advance.loop import next_slice
 from scissordyn_paper import controlled, periodic, runs
 from scissordyn_paper.cases import PaperCase
 
@@ -172,7 +172,7 @@ def test_slices_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     arm = sd.scissor(units=1).with_clearance("A", sd.Clearance(0.5e-3, friction=sd.LuGre(0.1)))
     driven, swung = arm.driven(speed=sd.rpm(150)), arm.driven(sd.Harmonic(0.8, 0.2, 60.0))
     whole = [sd.simulate(driven, until=0.01, samples=51), sd.cycle(swung, cycles=2)]
-    monkeypatch.setattr("scissordyn.run.advance.driver.next_slice", lambda *_: 1)
+    monkeypatch.setattr("scissordyn.run.advance.loop.next_slice", lambda *_: 1)
     monkeypatch.setattr("scissordyn.run.advance.driver.FIRST", 1)
     cut = [sd.simulate(driven, until=0.01, samples=51), sd.cycle(swung, cycles=2)]
     for one, other in zip(whole, cut, strict=True):
@@ -181,7 +181,7 @@ def test_slices_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_ctrl_c_while_the_ideal_mechanism_is_simulated(monkeypatch: pytest.MonkeyPatch) -> None:
     """Contract: the run for which it is simulated has not begun, and does not begin after that."""
-    from scissordyn.run.start import ideal_path
+    from scissordyn.run import ideal_path
 
     arm = sd.scissor(units=1).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=1.0).track("tip", "slider", "centre")
     compute = ideal_path.compute

@@ -19,7 +19,7 @@ from scissordyn.errors import InputError
 from scissordyn.laws.damping.none import NoDamping
 from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
-from scissordyn.run.advance.trajectory import compute
+from scissordyn.run.trajectory import compute
 
 EXACT = 0.0013651259130  # Start of the first contact [s], from the theory's reference events
 

@@ -25,9 +25,9 @@ from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
-from scissordyn.run.advance.trajectory import make_driver, model_failure
-from scissordyn.run.answer.joint_force import joint_summaries
-from scissordyn.run.answer.summary import summary_of
+from scissordyn.record.joint_force import joint_summaries
+from scissordyn.record.summary import summary_of
+from scissordyn.run.trajectory import make_driver, model_failure
 
 
 def array(contact: str) -> sd.Mechanism:

@@ -149,7 +149,7 @@ def test_compliant_contact_becomes_hard():
 
 def test_estimated_peak_force():
     """Closed form: with a linear stiffness and no loss the peak is v sqrt(k m); with loss, that of a compliant run."""
-    from scissordyn.run.answer.events import peak_forces
+    from scissordyn.record.events import peak_forces
 
     linear, mass, speed = sd.law("stiffness", "linear")(1e8), np.array([2.0]), np.array([0.3])
     elastic = sd.Clearance(1e-3, stiffness=linear, damping=LankaraniNikravesh(1.0))

@@ -23,7 +23,8 @@ from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
-from scissordyn.run.advance.trajectory import make_driver
+from scissordyn.run.advance.loop import advance
+from scissordyn.run.trajectory import make_driver
 
 
 def pendulum(angle: float, speed: float, gravity: float, restitution: float = 0.5) -> Mechanism:
@@ -86,7 +87,7 @@ def test_impulses_by_pivoting():
     driver.sample_at(np.zeros(0))
     hard, m = driver.stepping.content, driver.plan.model.constraint_start.size - 1
     for k in range(0, 200, 10):
-        driver.advance((k + 10) * step, most_steps=10)
+        advance(driver, (k + 10) * step, most_steps=10)
         impulse, velocity = hard.impulse.copy(), hard.velocity.copy()
         taking_part = hard.gram[hard.place[m : m + 2 * hard.which.size : 2], hard.reach[0]] > 0.0
         hard.closed[taking_part] = 1  # those that the step has opened too

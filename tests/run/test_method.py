@@ -13,11 +13,11 @@ from tests.library import counts_of
 import scissordyn as sd
 from scissordyn.model.options import Options, StartKind
 from scissordyn.plan.plan import plan
-from scissordyn.run.advance.trajectory import compute, make_driver
-from scissordyn.run.start import method
-from scissordyn.run.start import tolerance as tolerance_module
-from scissordyn.run.start.method import STABLE, fastest_modes, film_steps
-from scissordyn.run.start.tolerance import error_weights
+from scissordyn.run import method
+from scissordyn.run.advance import tolerance as tolerance_module
+from scissordyn.run.advance.tolerance import error_weights
+from scissordyn.run.method import STABLE, fastest_modes, film_steps
+from scissordyn.run.trajectory import compute, make_driver
 
 TUBE = {"bending_stiffness": 42743.0, "axial_stiffness": 7.5e7}
 FRICTIONLESS = sd.NoFriction()

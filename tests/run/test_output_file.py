@@ -20,9 +20,9 @@ from scissordyn.config.file import read_case
 from scissordyn.file import output_file
 from scissordyn.file.netcdf import NetcdfFile
 from scissordyn.file.output_file import check_target, write_file
-from scissordyn.run.results import Results, Variable
+from scissordyn.record.results import Results, Variable
+from scissordyn.record.store import load, save, write_results
 from scissordyn.run.simulate import results_of
-from scissordyn.run.store import load, save, write_results
 
 
 @pytest.fixture

@@ -15,18 +15,12 @@ from scissordyn.cli.show import run_record
 from scissordyn.laws.elastic.persson import Persson
 from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
-from scissordyn.run.advance.instants import (
-    MOST_INSTANTS,
-    chosen_rows,
-    equally_spaced,
-    spread_samples,
-    time_mean,
-    with_recorded,
-)
-from scissordyn.run.advance.trajectory import compute
-from scissordyn.run.answer.summary import at_limit
-from scissordyn.run.answer.warn import MEANS, force_at_equal_energy, warning_lines
+from scissordyn.record.sampling import equally_spaced, spread_samples, time_mean
+from scissordyn.record.summary import at_limit
+from scissordyn.record.warn import MEANS, force_at_equal_energy, warning_lines
+from scissordyn.run.instants import MOST_INSTANTS, chosen_rows, with_recorded
 from scissordyn.run.simulate import results_of
+from scissordyn.run.trajectory import compute
 from scissordyn.warning import RunWarning, group, line, warning
 
 TOLERANCE = 0.05e-3
@@ -195,7 +189,7 @@ def test_recorded_steps_are_thinned_out(monkeypatch: pytest.MonkeyPatch) -> None
     """Limit: a record that is full keeps events and largest values, and every other of the other steps."""
     array = sd.scissor(units=2).driven(speed=sd.rpm(150)).with_clearance("A", sd.Clearance(5e-4))
     whole = compute(plan(array), Options(0.3), curves=True)
-    monkeypatch.setattr("scissordyn.run.advance.trajectory.MOST_RECORDED", 1024)
+    monkeypatch.setattr("scissordyn.run.trajectory.MOST_RECORDED", 1024)
     path = compute(plan(array), Options(0.3), curves=True)
     assert whole.recorded.time.size > 2000
     assert path.recorded.every[0] > 1

@@ -13,8 +13,8 @@ import pytest
 import scissordyn as sd
 from scissordyn.cli.main import status_of
 from scissordyn.component.catalogue import COMPONENTS
+from scissordyn.equilibrium.statics import SENSES as SENSITIVE
 from scissordyn.model.commanded import rigid
-from scissordyn.run.answer.statics import SENSES as SENSITIVE
 
 G = 9.81
 

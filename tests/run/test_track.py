@@ -14,7 +14,7 @@ from scissordyn.config.file import read_case
 from scissordyn.model.commanded import rigid
 from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
-from scissordyn.run.start.ideal_path import ideal_path
+from scissordyn.run.ideal_path import ideal_path
 from scissordyn.units import short
 
 ARM = sd.scissor(units=2).driven(speed=sd.rpm(150))

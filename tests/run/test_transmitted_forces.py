@@ -15,8 +15,8 @@ from tests.library import in_bearing
 import scissordyn as sd
 from reference.balance import Balance, rotated
 from scissordyn.casefile.configuration import read_configuration
-from scissordyn.run.answer.joint_force import FALLS, force_after_start, joint_summaries
-from scissordyn.run.answer.summary import summary_of
+from scissordyn.record.joint_force import FALLS, force_after_start, joint_summaries
+from scissordyn.record.summary import summary_of
 
 OIL = sd.Clearance(4e-4, friction=sd.NoFriction(), lubrication=sd.Lubrication(viscosity=0.1))
 RUBBED = sd.Clearance(4e-4, friction=sd.LuGre(0.1), lubrication=sd.Lubrication(viscosity=0.02))

@@ -14,7 +14,7 @@ from scissordyn.laws.evaluate import elastic_force
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.hard_contact import elastic_law
 from scissordyn.plan.plan import plan
-from scissordyn.run.answer.warn import energy_turned_over, run_warnings
+from scissordyn.record.warn import energy_turned_over, run_warnings
 
 
 def test_a_journal_pressed_in_by_its_radius_is_a_failed_model() -> None:

@@ -13,7 +13,7 @@ from scissordyn.periodic.bifurcation import bifurcation, carried
 from scissordyn.periodic.cycles import cycle
 from scissordyn.periodic.stroboscope import run_cycles
 from scissordyn.plot.regularity import bifurcation as draw
-from scissordyn.run.store import load
+from scissordyn.record.store import load
 
 CLEARANCES = (0.1e-3, 0.3e-3, 0.5e-3)
 TIMES = {"seconds", "processor_seconds"}

@@ -25,8 +25,8 @@ from scissordyn.periodic.cycles import cycle
 from scissordyn.periodic.ensemble import ensemble
 from scissordyn.periodic.lyapunov import separation_exponent, variational_exponent
 from scissordyn.periodic.stroboscope import drive_period
+from scissordyn.record.store import load, save
 from scissordyn.run.simulate import replay, simulate
-from scissordyn.run.store import load, save
 
 PERIOD = 0.125
 

@@ -15,7 +15,7 @@ from scissordyn.cli.study import show_answers
 from scissordyn.config.study import read_requirement
 from scissordyn.model.options import Options
 from scissordyn.plot.study import response_curves
-from scissordyn.run.answer.measure import COMPONENT_UNIT, component_units
+from scissordyn.run.measure import COMPONENT_UNIT, component_units
 from scissordyn.study.answer.report import table
 from scissordyn.study.answer.verdict import by_point, worst_cases
 from scissordyn.study.ask.description import Study

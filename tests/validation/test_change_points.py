@@ -9,7 +9,7 @@ import pytest
 from benchmarks.change_points import judge, linkage, rocker_angle
 
 import scissordyn as sd
-from scissordyn.run.answer.summary import summary_of
+from scissordyn.record.summary import summary_of
 
 
 @pytest.mark.parametrize("seed", range(24))

@@ -11,7 +11,7 @@ import scissordyn as sd
 from scissordyn.mechanics.outputs import record
 from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
-from scissordyn.run.advance.trajectory import compute
+from scissordyn.run.trajectory import compute
 from validation.case import Case, Check, Code, Measured, Model, mechanism, run
 from validation.flexible_slider_crank.cable import CLEARANCE, TIMES, UNTIL, Settings, orbit, vibration
 

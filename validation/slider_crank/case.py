@@ -15,7 +15,7 @@ from reference.slider_crank import SliderCrank
 from scissordyn.mechanics.outputs import record
 from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
-from scissordyn.run.advance.trajectory import compute
+from scissordyn.run.trajectory import compute
 from validation.case import Case, Check, Code, Measured, mechanism, run
 from validation.slider_crank.codes import Found, numbalsodas, scipys
 from validation.slider_crank.equations import CLEARANCE, SAMPLES, UNTIL, orbit_error

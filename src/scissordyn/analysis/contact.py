@@ -13,8 +13,8 @@ from scissordyn.analysis.variable import Variable, described, window
 from scissordyn.casefile.configuration import ATTRIBUTE, read_configuration
 from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
-from scissordyn.run.advance.instants import time_mean
-from scissordyn.run.answer.joint_force import largest_force, some_clearance_joints
+from scissordyn.record.joint_force import largest_force, some_clearance_joints
+from scissordyn.record.sampling import time_mean
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)  # Quantiles of forces and impulses
 CENTRAL_PART = 0.95  # Fraction of the contact time inside the smaller of the two contact arcs

@@ -17,8 +17,8 @@ from scissordyn.component.place import GROUND
 from scissordyn.component.tabulated_motor import TabulatedMotor
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.options import AUTO, EQUALLY_SPACED
-from scissordyn.run.advance.instants import time_mean
-from scissordyn.run.answer.joint_force import clearance_joints, largest_force
+from scissordyn.record.joint_force import clearance_joints, largest_force
+from scissordyn.record.sampling import time_mean
 
 SAMPLE = "sd.MotorCurve((0.0, 10.0, 30.0), (60.0, 60.0, 0.0))"
 

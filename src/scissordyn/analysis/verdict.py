@@ -19,7 +19,7 @@ from scissordyn.analysis.variable import described, finite_numbers
 from scissordyn.analysis.zero_one import zero_one_test
 from scissordyn.casefile.configuration import ATTRIBUTE, number_attribute, read_configuration
 from scissordyn.errors import InputError
-from scissordyn.run.answer.joint_force import some_clearance_joints
+from scissordyn.record.joint_force import some_clearance_joints
 
 Kind = Literal["continuous contact", "periodic", "quasi-periodic", "irregular", "transient only"]
 

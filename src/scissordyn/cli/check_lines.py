@@ -18,6 +18,7 @@ from scissordyn.casefile.time_function import units_of
 from scissordyn.component.actuator import Actuator
 from scissordyn.component.time_function import ConstantSpeed, Polynomial, Tabulated, TimeFunction
 from scissordyn.config.file import read_case
+from scissordyn.equilibrium.statics import rotations, static_peaks
 from scissordyn.errors import InputError, command
 from scissordyn.kinematics.branching import drive_warnings
 from scissordyn.kinematics.closure import check_tables
@@ -27,13 +28,13 @@ from scissordyn.model.commanded import commanded, rigid
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.plan.plan import Plan, plan
-from scissordyn.run.advance.trajectory import make_driver
-from scissordyn.run.answer.coupling import centre_warnings
-from scissordyn.run.answer.statics import rotations, static_peaks
-from scissordyn.run.answer.summary import summary_of
-from scissordyn.run.results import Results, Run
+from scissordyn.record.coupling import centre_warnings
+from scissordyn.record.results import Results, Run
+from scissordyn.record.summary import summary_of
+from scissordyn.run.advance.loop import advance
+from scissordyn.run.demand import check_samples, duration
 from scissordyn.run.simulate import results_of
-from scissordyn.run.start.demand import check_samples, duration
+from scissordyn.run.trajectory import make_driver
 from scissordyn.units import counted, short
 
 if TYPE_CHECKING:
@@ -218,7 +219,7 @@ def cost_line(driver: Driver, until: float) -> str:
     """How long the run of a new driver will take, from a fraction of a second of it; empty if that is short or fails."""
     began = time.perf_counter()
     try:
-        driver.advance(until, progress=limited(TRIED))
+        advance(driver, until, progress=limited(TRIED))
         return ""
     except TimeIsOverError:
         taken, reached, steps = time.perf_counter() - began, driver.time, driver.tried

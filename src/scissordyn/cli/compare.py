@@ -128,7 +128,7 @@ def change(value: float, other: float) -> str:
 
 def measures(run: xr.Dataset) -> dict[str, tuple[float, str]]:
     """Figures of a run with their units, by name."""
-    from scissordyn.run.answer.joint_force import clearance_joints, joint_summaries
+    from scissordyn.record.joint_force import clearance_joints, joint_summaries
 
     figures: dict[str, tuple[float, str]] = {"end": (float(run.attrs["end"]), "s")}
     joints = {joint.name: joint for joint in joint_summaries(run)} if "contact_joint" in run else {}

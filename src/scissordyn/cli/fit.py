@@ -80,7 +80,7 @@ def fit(
     )
     predicted = _predicted(fitted, held_out, segment) if held_out else None
     if output is not None:
-        from scissordyn.run.store import save
+        from scissordyn.record.store import save
 
         save(fitted, output)
     if case_output is not None:

@@ -71,7 +71,7 @@ class Where:
 
     def __post_init__(self) -> None:
         if self.workers is not None:
-            from scissordyn.run.start.demand import check_memory, count_in_words, machine_memory
+            from scissordyn.run.demand import check_memory, count_in_words, machine_memory
 
             most, size = machine_memory() // WORKER_BYTES, self.workers * WORKER_BYTES
             what = f"{count_in_words(self.workers)} workers"
@@ -104,7 +104,7 @@ def read_run(path: Path, *, samples: int = 2) -> xr.Dataset:
     from scissordyn.casefile.configuration import is_run
     from scissordyn.casefile.table import located
     from scissordyn.file.sound import check_run
-    from scissordyn.run.store import load
+    from scissordyn.record.store import load
 
     wanted = "a run that was saved"
     if not path.exists():

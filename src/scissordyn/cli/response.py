@@ -54,7 +54,7 @@ def statics(
     change: Changes = None,
 ) -> int:
     from scissordyn.config.file import read_case
-    from scissordyn.run.answer.statics import statics as compute
+    from scissordyn.equilibrium.statics import statics as compute
 
     if output is not None and output.suffix.lower() not in (".nc", ".csv"):
         raise InputError(f"-o {output}", "a name that ends in .nc or .csv", "-o statics.csv")
@@ -123,7 +123,7 @@ def _bars(solved: xr.Dataset) -> list[str]:
 def _save_forces(solved: xr.Dataset, path: Path) -> Path:
     """Write everything, or the table of forces."""
     if path.suffix.lower() == ".nc":
-        from scissordyn.run.store import save
+        from scissordyn.record.store import save
 
         return save(solved, path)
     import numpy as np
@@ -162,8 +162,8 @@ def modes(
     import numpy as np
 
     from scissordyn.config.file import read_case
-    from scissordyn.run.answer.modes import modes as compute
-    from scissordyn.run.store import save
+    from scissordyn.equilibrium.modes import modes as compute
+    from scissordyn.record.store import save
 
     _check_word("--position", position, ("static", "concentric"), "static")
     _check_word("--joints", joints, ("ideal", "contact"), "ideal")

@@ -25,8 +25,8 @@ from scissordyn.errors import InputError, printable
 if TYPE_CHECKING:  # the help of a command loads no libraries
     from scissordyn.model.mechanism import Mechanism
     from scissordyn.model.options import Options
+    from scissordyn.record.results import Results
     from scissordyn.run.advance.checkpoint import Checkpoint
-    from scissordyn.run.results import Results
 
 
 def run(
@@ -92,7 +92,7 @@ def run(
 
 def _save(result: Results, output: Path, keeper: Checkpoint | None) -> bool:
     """Save the run and remove its checkpoint; whether Ctrl-C came meanwhile, which counts after the file is whole."""
-    from scissordyn.run.store import write_results
+    from scissordyn.record.store import write_results
 
     try:
         write_results(result, output)
@@ -160,8 +160,8 @@ def _from_case(
     """The case's run; the further samples of "auto", which are for curves, only if it is saved or drawn."""
     from scissordyn.config.file import read_case
     from scissordyn.plan.plan import plan
+    from scissordyn.run.demand import check_samples
     from scissordyn.run.simulate import results_of
-    from scissordyn.run.start.demand import check_samples
 
     case = read_case(path, changes)
     check_samples(plan(case.mechanism), case.run.count)
@@ -179,7 +179,7 @@ def _unchosen(options: Options | None) -> bool:
 
 def _cost_again(path: Path, saved: Any, until: float, *, kept: bool) -> str:
     """What an interrupted run costs when it is computed anew."""
-    from scissordyn.run.start.demand import duration
+    from scissordyn.run.demand import duration
     from scissordyn.units import short
 
     reached, taken = float(saved.attrs["end"]), float(json.loads(saved.attrs["statistics"])["seconds"])
@@ -194,8 +194,8 @@ def _again(
     path: Path, changes: list[str], allow_code: list[Path], keeper: Checkpoint | None, *, drawn: bool, silent: bool
 ) -> tuple[Mechanism, Results]:
     from scissordyn.casefile.configuration import read_configuration
+    from scissordyn.record.store import load
     from scissordyn.run.simulate import replayed
-    from scissordyn.run.store import load
 
     if changes:
         raise InputError(f"'{changes[0]}' for a saved run", "a saved run as it was, or changes to a case file")

@@ -161,7 +161,7 @@ def cite(
     bibtex: Annotated[bool, Option("--bibtex", help="Print BibTeX in place of text.")] = False,
 ) -> int:
     from scissordyn.file.output_file import write_file
-    from scissordyn.run.answer.citations import citations
+    from scissordyn.record.citations import citations
 
     sample = "-o references.bib"
     check_file(output, run, sample)

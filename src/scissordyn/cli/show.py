@@ -14,10 +14,10 @@ from rich.console import Console
 from scissordyn.cli.output import console, print_table
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.numeral import PREFIXES, numerals, prefix
-from scissordyn.run.answer.joint_force import JointSummary, estimate_in_words, joint_summaries, kinds_left_out, parts_of_oiled
-from scissordyn.run.answer.summary import summary_of
-from scissordyn.run.answer.warn import MEANS, energy_turned_over, warning_lines, warnings_of
-from scissordyn.run.results import Run
+from scissordyn.record.joint_force import JointSummary, estimate_in_words, joint_summaries, kinds_left_out, parts_of_oiled
+from scissordyn.record.results import Run
+from scissordyn.record.summary import summary_of
+from scissordyn.record.warn import MEANS, energy_turned_over, warning_lines, warnings_of
 from scissordyn.units import counted, short
 
 MANY = 3  # The contacts of more joints than these are a table

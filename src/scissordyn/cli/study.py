@@ -360,7 +360,7 @@ def _replay(result: StudyResult, case: int | None, output: str | None) -> int:
         what = "'study replay' without a case" if case is None else f"case {case}"
         raise InputError(what, f"0 to {result.store.cases - 1}", replay_command(file, 0))
     from scissordyn.cli.show import show_run
-    from scissordyn.run.store import save
+    from scissordyn.record.store import save
 
     target = None if output is None else Path(output)
     check_run(target, Path(file), "-o run.nc")

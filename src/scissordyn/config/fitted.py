@@ -16,6 +16,7 @@ from scissordyn.casefile.time_function import DriveTable
 from scissordyn.component.catalogue import COMPONENTS
 from scissordyn.component.place import GROUND, BodyPoint
 from scissordyn.component.time_function import Cycloidal
+from scissordyn.equilibrium.start import ideal_reactions
 from scissordyn.errors import InputError, command, did_you_mean
 from scissordyn.kinematics.path import Path, drive_inertia, drive_rate, path_of
 from scissordyn.model.addition import with_panels, with_payload
@@ -23,7 +24,6 @@ from scissordyn.model.commanded import rigid
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import plan
 from scissordyn.run.inverse_dynamics import feed_forward
-from scissordyn.run.start.start import ideal_reactions
 from scissordyn.units import Quantity
 
 Given = Mapping[str, Any]  # Values of the keys of a table

@@ -20,7 +20,7 @@ from scissordyn.errors import InputError
 from scissordyn.model.body import Body
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.section import read_material
-from scissordyn.run.answer.joint_force import joint_force
+from scissordyn.record.joint_force import joint_force
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -13,16 +13,16 @@ from scissordyn.numeral import decimals
 from scissordyn.plot.contact import force_curve, torque_sources
 from scissordyn.plot.scale import DEGREES, Scale, engineering
 from scissordyn.plot.series import predictability_horizon
-from scissordyn.run.answer.joint_force import LESS, ForceAnswer, clearance_joints, kinds_left_out, parts_of_oiled
-from scissordyn.run.results import along
+from scissordyn.record.joint_force import LESS, ForceAnswer, clearance_joints, kinds_left_out, parts_of_oiled
+from scissordyn.record.results import along
 from scissordyn.units import counted, short
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from scissordyn.explore.case import Case
-    from scissordyn.run.answer.summary import ActuatorAnswer, PointAnswer, Summary
-    from scissordyn.run.results import Run
+    from scissordyn.record.results import Run
+    from scissordyn.record.summary import ActuatorAnswer, PointAnswer, Summary
 
 MOST_CARDS = 3  # Cards of tracked points, and of torques; those that are furthest beyond what is allowed come first
 MOST_NUMBERS = 4  # Of one run in a legend; of more the number is said

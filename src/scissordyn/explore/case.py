@@ -15,10 +15,9 @@ import numpy as np
 import xarray as xr
 
 import scissordyn
-from scissordyn.casefile.case import RecordTable
 from scissordyn.casefile.case_text import record_text
 from scissordyn.casefile.code import AllowedCode, Code
-from scissordyn.casefile.configuration import is_run, read_configuration
+from scissordyn.casefile.configuration import RecordTable, is_run, read_configuration
 from scissordyn.casefile.table import instance
 from scissordyn.casefile.text import read_text
 from scissordyn.config.file import read_case
@@ -30,8 +29,8 @@ from scissordyn.model.options import Options
 from scissordyn.model.walk import given, is_described
 from scissordyn.plot.scale import Scale, scale_of
 from scissordyn.plugin.user_file import origin_of
+from scissordyn.record.store import load
 from scissordyn.run.inverse_dynamics import feed_forward
-from scissordyn.run.store import load
 
 if TYPE_CHECKING:
     from scissordyn.study.result import StudyResult

@@ -15,7 +15,7 @@ from scissordyn.explore.case import Case
 from scissordyn.explore.field import Field
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.animation_scene import outline, upright
-from scissordyn.run.answer.placement import Placement, turned
+from scissordyn.record.placement import Placement, turned
 from scissordyn.run.simulate import simulate
 
 INSTANT = 1e-9  # A run of this length with ideal joints gives the assembled position [s]

@@ -23,8 +23,8 @@ from scissordyn.model.options import AUTO as ALSO_AT_CONTACTS
 from scissordyn.plan.bending import bends
 from scissordyn.plot.canvas import packed_scene
 from scissordyn.plot.series import largest_forces
-from scissordyn.run.answer.joint_force import clearance_joints
-from scissordyn.run.answer.warn import warnings_of
+from scissordyn.record.joint_force import clearance_joints
+from scissordyn.record.warn import warnings_of
 from scissordyn.units import short
 from scissordyn.warning import group, line
 
@@ -200,8 +200,8 @@ class Page:
         return packed_scene(run, shown.case.mechanism, number=shown.number)
 
     def _enlarge(self, shown: Outcome, run: xr.Dataset, factor: float) -> None:
-        from scissordyn.run.advance.instants import spread_samples
-        from scissordyn.run.answer.deflection import magnified_deflection
+        from scissordyn.equilibrium.deflection import magnified_deflection
+        from scissordyn.record.sampling import spread_samples
 
         mechanism, frames = shown.case.mechanism, min(run.sizes["time"], FRAMES)
         try:
@@ -350,7 +350,7 @@ def saved(
     from scissordyn.plot.animation import animate  # with matplotlib, which the page does not need
     from scissordyn.plot.file import svg
     from scissordyn.plot.still import structure
-    from scissordyn.run.store import save
+    from scissordyn.record.store import save
 
     end, mime = SAVED[what]
     name = f"{Path(session.opened.name).stem}.{end}"

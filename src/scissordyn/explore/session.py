@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from scissordyn.explore.case import Case
-    from scissordyn.run.answer.summary import Summary
-    from scissordyn.run.results import Results
+    from scissordyn.record.results import Results
+    from scissordyn.record.summary import Summary
 
 log = logging.getLogger(__name__)
 
@@ -54,7 +54,7 @@ class Outcome:
     def summary(self) -> Summary:
         """What the run answers."""
         from scissordyn.casefile.configuration import ATTRIBUTE, Configuration
-        from scissordyn.run.answer.summary import summary_of
+        from scissordyn.record.summary import summary_of
 
         assert self.run is not None
         configuration = Configuration(self.run.attrs[ATTRIBUTE], self.case.mechanism, self.case.options)

@@ -18,8 +18,8 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.model.parameter_path import Place, changed_all, find, number
 from scissordyn.plan.plan import plan
-from scissordyn.run.advance.trajectory import compute, recorded
-from scissordyn.run.answer.dataset import results
+from scissordyn.record.dataset import results
+from scissordyn.run.trajectory import compute, recorded
 from scissordyn.study.ask.distribution import Interval, Normal, Variation
 
 if TYPE_CHECKING:

@@ -28,10 +28,10 @@ from scissordyn.periodic.rows import PENDING, CycleCase, CycleRow, empty_rows, e
 from scissordyn.periodic.stroboscope import consistent, drive_period, start_state
 from scissordyn.plan.plan import plan
 from scissordyn.plan.system import make_system
+from scissordyn.record.store import load, save
 from scissordyn.run.advance.driver import Snapshot
+from scissordyn.run.demand import CYCLE_TIME, check_cycles, check_memory, count_in_words, machine_memory
 from scissordyn.run.engine import ENGINES, Engine, EngineError, Outcome, outcomes
-from scissordyn.run.start.demand import CYCLE_TIME, check_cycles, check_memory, count_in_words, machine_memory
-from scissordyn.run.store import load, save
 from scissordyn.study.answer.grouped import grouped_lines
 from scissordyn.units import Meaning, checked
 

@@ -19,8 +19,8 @@ from scissordyn.periodic.stroboscope import DESCRIBED, consistent, drive_period,
 from scissordyn.plan.plan import plan
 from scissordyn.plan.system import make_system
 from scissordyn.run.advance.driver import Snapshot
+from scissordyn.run.demand import check_cycles
 from scissordyn.run.engine import ENGINES, Engine, outcomes
-from scissordyn.run.start.demand import check_cycles
 from scissordyn.study.answer.grouped import grouped_lines
 from scissordyn.units import Meaning, checked
 

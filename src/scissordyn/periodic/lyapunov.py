@@ -21,8 +21,9 @@ from scissordyn.model.options import Options, StartKind
 from scissordyn.periodic.stroboscope import consistent, drive_period
 from scissordyn.plan.plan import plan
 from scissordyn.plan.system import make_system
+from scissordyn.record.trajectory import Trajectory
 from scissordyn.run.advance.driver import Snapshot
-from scissordyn.run.advance.trajectory import Trajectory, compute, make_driver, reach
+from scissordyn.run.trajectory import compute, make_driver, reach
 from scissordyn.units import checked
 
 NUDGE = 1e-7  # Length of the difference for the projection of a tangent onto the length constraints, as a fraction of the state

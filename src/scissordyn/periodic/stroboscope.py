@@ -23,12 +23,11 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options, StartKind
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.plan.system import guard_values
-from scissordyn.run.advance.driver import Driver, Snapshot, counted
-from scissordyn.run.advance.trajectory import make_driver, reach, reached
-from scissordyn.run.answer.events import ACCOUNTS, accounts
-from scissordyn.run.answer.warn import Extremes
-from scissordyn.run.start.demand import check_cycles
-from scissordyn.run.start.method import Choice
+from scissordyn.record.events import ACCOUNTS, accounts
+from scissordyn.record.warn import Extremes
+from scissordyn.run.advance.driver import Choice, Driver, Snapshot, counted
+from scissordyn.run.demand import check_cycles
+from scissordyn.run.trajectory import make_driver, reach, reached
 
 DESCRIBED = {
     "slider_position": (("cycle",), "m", "position of the slider along its guide"),

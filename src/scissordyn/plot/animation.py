@@ -14,6 +14,7 @@ from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from scissordyn.equilibrium.deflection import magnified_deflection
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.file.output_file import check_target, write_file
 from scissordyn.model.mechanism import Mechanism
@@ -24,9 +25,8 @@ from scissordyn.plot.drawing import Drawing, draw_magnified
 from scissordyn.plot.label import Label, annotated
 from scissordyn.plot.series import MOST_JOINTS, chosen_joints, clearance_pins, largest_forces, write_more
 from scissordyn.plot.style import BLACK, literal, small
-from scissordyn.run.advance.instants import spread_samples
-from scissordyn.run.answer.deflection import magnified_deflection
-from scissordyn.run.answer.joint_force import clearance_joints
+from scissordyn.record.joint_force import clearance_joints
+from scissordyn.record.sampling import spread_samples
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -21,8 +21,8 @@ from scissordyn.plot.label import LOOKS, REGION, asides
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.series import MOST_JOINTS, time_scale
 from scissordyn.plot.symbol import Symbol, cross_sections, symbols, wheel_points
-from scissordyn.run.answer.placement import Placement, placed
-from scissordyn.run.results import along
+from scissordyn.record.placement import Placement, placed
+from scissordyn.record.results import along
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -15,8 +15,8 @@ from scissordyn.plan.bending import beams_of
 from scissordyn.plan.flexible import flexible_bars
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.style import BLUE, VERMILION, dress, small
-from scissordyn.run.answer.bars import part_names
-from scissordyn.run.answer.internal_forces import bars_of
+from scissordyn.record.bars import part_names
+from scissordyn.record.internal_forces import bars_of
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -18,7 +18,7 @@ from scissordyn.plot.bar_diagram import COLOURS, ORDINATE, QUANTITIES, Diagram
 from scissordyn.plot.label import LOOKS
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.series import clearance_pins, largest_forces, mechanism_of, predictability_horizon
-from scissordyn.run.advance.instants import spread_samples
+from scissordyn.record.sampling import spread_samples
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from scissordyn.run.answer.joint_force import joint_force
-from scissordyn.run.answer.summary import actuator_limits
+from scissordyn.record.joint_force import joint_force
+from scissordyn.record.summary import actuator_limits
 
 OF_COMPONENTS = (("control_torque", "actuator", "peak_control_torque"), ("motor_torque", "motor", "motor_peak_torque"))
 """Variables along the dimension of their sources, with those of their largest values."""

@@ -45,7 +45,7 @@ from scissordyn.plot.style import (
     panels,
     small,
 )
-from scissordyn.run.answer.film import MIXED
+from scissordyn.record.film import MIXED
 
 STRIP = 0.06  # Height of the strip of contacts, as a fraction of the panel
 COLUMNS, LEAST = 3, 1.7  # Orbits in a row, and their least width in a figure of a width that the user has chosen [inch]

@@ -15,7 +15,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.animation_scene import corners_of, scene_of
 from scissordyn.plot.drawing import Drawing
 from scissordyn.plot.style import Canvas, figure_size, legend, panels, small
-from scissordyn.run.answer.placement import Placement
+from scissordyn.record.placement import Placement
 
 AMPLITUDE = 0.06  # Largest displacement of a drawn mode, as a fraction of the mechanism's longer side
 PERIODS, FRAMES = 2, 100  # Of a film

@@ -40,8 +40,8 @@ from scissordyn.plot.style import (
     panels,
     small,
 )
-from scissordyn.run.answer.joint_force import clearance_joints
-from scissordyn.run.answer.summary import at_limit, summary_of
+from scissordyn.record.joint_force import clearance_joints
+from scissordyn.record.summary import at_limit, summary_of
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -22,7 +22,7 @@ from scissordyn.plot.label import Label, write_labels
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILION, Canvas, panels, small
 from scissordyn.plot.symbol import symbols
-from scissordyn.run.answer.placement import Placement
+from scissordyn.record.placement import Placement
 from scissordyn.run.simulate import simulate
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from scissordyn.plot.joint import film, force, orbit
 from scissordyn.plot.over_time import energy, has_tracks, response, torque, track
 from scissordyn.plot.series import chosen_joints, clearance_pins
 from scissordyn.plot.still import bending, structure
-from scissordyn.run.answer.joint_force import clearance_joints
+from scissordyn.record.joint_force import clearance_joints
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -13,7 +13,7 @@ import numpy as np
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plot.scale import DEGREES, Scale, engineering
 from scissordyn.plot.style import BLACK, BLUE, GREY, IDEAL, LIGHT, LINE, VERMILION, in_lines, normal, small
-from scissordyn.run.answer.joint_force import clearance_joints, joint_force, largest_force, some_clearance_joints
+from scissordyn.record.joint_force import clearance_joints, joint_force, largest_force, some_clearance_joints
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 from matplotlib.patches import Rectangle
 
+from scissordyn.equilibrium.deflection import magnified_deflection
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.animation_scene import Channel, ClearanceJoint, Corners, guides_of, scene_of
@@ -47,8 +48,7 @@ from scissordyn.plot.style import (
     literal,
     small,
 )
-from scissordyn.run.answer.deflection import magnified_deflection
-from scissordyn.run.answer.joint_force import clearance_joints
+from scissordyn.record.joint_force import clearance_joints
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -17,7 +17,7 @@ from scissordyn.component.port import AXIS
 from scissordyn.component.port.stroke import Strokes, turned
 from scissordyn.model.coupling import Coordinate, Coupling, RelativeAngle, Slide
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.run.answer.placement import Placement
+from scissordyn.record.placement import Placement
 
 if TYPE_CHECKING:
     import xarray as xr

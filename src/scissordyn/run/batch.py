@@ -22,13 +22,15 @@ from scissordyn.model.options import EventKind, Options, StartKind
 from scissordyn.model.parameter_path import changed_all, find, number
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.plan.system import make_system, put_numbers
-from scissordyn.run.advance.driver import FIRST, SLICE, UNFINISHED, Driver, advance_together
-from scissordyn.run.advance.trajectory import broken_off, make_driver, model_failure, reach
-from scissordyn.run.answer.measure import COMPONENT_UNIT, MEASURES, Ended, Measure, check_measures, component_units, parts_of
-from scissordyn.run.answer.trajectory_warnings import ignored_roots, stepping_warnings
-from scissordyn.run.answer.warn import Extremes
+from scissordyn.record.ideal_path import IdealPath
+from scissordyn.record.warn import Extremes
+from scissordyn.run.advance.driver import FIRST_STEPS, Driver
+from scissordyn.run.advance.loop import SLICE, UNFINISHED, advance_together
 from scissordyn.run.engine import outcomes, workers_of
-from scissordyn.run.start.ideal_path import IdealPath, ideal_path, stages
+from scissordyn.run.ideal_path import ideal_path, stages
+from scissordyn.run.measure import COMPONENT_UNIT, MEASURES, Ended, Measure, check_measures, component_units, parts_of
+from scissordyn.run.trajectory import broken_off, make_driver, model_failure, reach
+from scissordyn.run.trajectory_warnings import ignored_roots, stepping_warnings
 
 TITLE = "scissordyn batch"
 
@@ -200,7 +202,7 @@ class Worker:
         self.base, self.options, self.compares, self.sampled, self.still = base, options, compares, sampled, still
         self.slots: list[_Slot] = []
         self.path: IdealPath | None = None
-        self.seconds, self.slice = 0.0, FIRST
+        self.seconds, self.slice = 0.0, FIRST_STEPS
 
     def size(self, cases: int, threads: int) -> int:
         """How many cases to do together, by how long the last ones took."""

@@ -15,6 +15,7 @@ from scissordyn.component.actuator import Actuator
 from scissordyn.component.force import Force
 from scissordyn.component.rod import Rod
 from scissordyn.component.time_function import Polynomial, Tabulated, TimeFunction
+from scissordyn.equilibrium.start import ideal_reactions
 from scissordyn.errors import InputError
 from scissordyn.mechanics.outputs import Record
 from scissordyn.model.commanded import rigid
@@ -26,12 +27,11 @@ from scissordyn.plan.coupling import coupling_parts
 from scissordyn.plan.elimination import in_words
 from scissordyn.plan.gradients import Gradients
 from scissordyn.plan.plan import Plan, plan
+from scissordyn.record.coupling import sampled_coordinate
+from scissordyn.record.results import Results, Variable, described, labels
 from scissordyn.run.advance.interrupt import pass_on
-from scissordyn.run.advance.trajectory import compute, recorded
-from scissordyn.run.answer.coupling import sampled_coordinate
-from scissordyn.run.results import Results, Variable, described, labels
 from scissordyn.run.simulate import simulate
-from scissordyn.run.start.start import ideal_reactions
+from scissordyn.run.trajectory import compute, recorded
 from scissordyn.units import Meaning, checked
 
 if TYPE_CHECKING:

@@ -8,22 +8,25 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Annotated
 
 from scissordyn.casefile.configuration import is_run, read_configuration, write_configuration
+from scissordyn.equilibrium.bar_extremes import bar_extremes
 from scissordyn.errors import InputError
 from scissordyn.kinematics.branching import passing_warnings
 from scissordyn.kinematics.closure import check_tables
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import AUTO, EndTime, EventKind, Options, SampleCount, StartKind
 from scissordyn.plan.plan import plan
+from scissordyn.record.dataset import results
+from scissordyn.record.results import Results, Run
+from scissordyn.record.trajectory import Trajectory
+from scissordyn.record.warn import Extremes, contact_failures, run_warnings, warnings_of
 from scissordyn.run.advance.checkpoint import Checkpoint, open_checkpoint
-from scissordyn.run.advance.instants import MOST_INSTANTS, sample_times, sampled_at, with_recorded
-from scissordyn.run.advance.trajectory import FAILED, Trajectory, compute, recorded
-from scissordyn.run.answer.dataset import deviation_variables, results
-from scissordyn.run.answer.predictability import compared, predictability
-from scissordyn.run.answer.trajectory_warnings import trajectory_warnings
-from scissordyn.run.answer.warn import Extremes, contact_failures, run_warnings, warnings_of
-from scissordyn.run.results import Results, Run
-from scissordyn.run.start.demand import check_samples
-from scissordyn.run.start.ideal_path import deviates, ideal_path
+from scissordyn.run.demand import check_samples
+from scissordyn.run.deviation import deviation_variables
+from scissordyn.run.ideal_path import deviates, ideal_path
+from scissordyn.run.instants import MOST_INSTANTS, sample_times, sampled_at, with_recorded
+from scissordyn.run.predictability import compared, predictability
+from scissordyn.run.trajectory import FAILED, compute, recorded
+from scissordyn.run.trajectory_warnings import trajectory_warnings
 from scissordyn.units import Meaning, checked
 from scissordyn.warning import RunWarning, plain, warning
 
@@ -185,6 +188,7 @@ def results_of(
     def answered(path: Trajectory) -> Results:
         path, record = recorded(tables, options, path, progress, ideal=ideal)
         run = results(tables, configuration, path, record)
+        run.variables |= bar_extremes(tables, path.samples, record, run.variables)
         warnings = [*plain(path.warnings), *Extremes(tables).add(path).warnings(), *run_warnings(tables, run, path.immobile)]
         warnings += plain(passing_warnings(tables, run, options.until)) + trajectory_warnings(path, record, options)
         if run.attrs["status"] == "failed":

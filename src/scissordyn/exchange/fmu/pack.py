@@ -19,7 +19,7 @@ from scissordyn.errors import InputError
 from scissordyn.exchange.fmu.source import Source, Variable, Variables
 from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
-from scissordyn.run.advance.trajectory import make_driver
+from scissordyn.run.trajectory import make_driver
 
 if TYPE_CHECKING:
     from scissordyn.model.mechanism import Mechanism

@@ -97,7 +97,7 @@ class Keeper:
         """Write all parts, this one as its driver is now; if that fails, `problem` says why."""
         import xarray as xr  # takes longer to import than most runs
 
-        from scissordyn.run.store import save
+        from scissordyn.record.store import save
 
         stream = io.BytesIO()
         np.savez(stream, **driver.arrays())  # type: ignore[arg-type]  # its keywords are arrays
@@ -134,7 +134,7 @@ def open_checkpoint(checkpoint: Checkpoint, configuration: str) -> Keeper:
 
 def _read(path: str | os.PathLike[str], wanted: Mapping[str, str]) -> dict[str, Part]:
     """The parts in a file, if they are of the run that is wanted."""
-    from scissordyn.run.store import load
+    from scissordyn.record.store import load
 
     stored = load(path)
     if stored.attrs.get("title") != TITLE:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import time as clocks
-from collections.abc import Callable, Mapping, Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -32,36 +32,13 @@ from scissordyn.mechanics import functions
 from scissordyn.mechanics.monitored import POWERS, TRACK_DEVIATION, companions, entries_read, monitored_rows
 from scissordyn.mechanics.system import Parameters, System
 from scissordyn.plan.plan import Plan
-from scissordyn.run.advance.change_point import step_across
-from scissordyn.run.advance.interrupt import look
-from scissordyn.run.advance.system import BAND, LOG, PEAK, Stepping, advance_systems, by_name
-from scissordyn.run.start.tolerance import Tolerances
+from scissordyn.record.trajectory import BAND, LOG, PEAK, by_name
+from scissordyn.run.advance.system import Stepping
+from scissordyn.run.advance.tolerance import Tolerances
 
-if TYPE_CHECKING:
-    from scissordyn.run.start.method import Choice
-
-SLICE = 20_000  # Most steps between two looks at the keyboard and the progress bar; the steps themselves do not depend on it
-
-FIRST, LASTING = 200, 0.1
-"""Steps of the first call of the loop, and how long the others last [s]: Python looks at Ctrl-C between two calls only."""
-
+FIRST_STEPS = 200  # Steps of a driver's first call of the loop, see `loop.next_slice`
 LOG_ROWS = 256
 RECORD_ROWS = 1024
-
-
-def advance_together(drivers: Sequence[Driver], until: float, most_steps: int) -> list[int]:
-    """Go on until a time with some drivers, in one call of the loop."""
-    for driver in drivers:
-        driver.state.clock["end"] = until
-    statuses = np.zeros(len(drivers), np.int64)
-    addresses = (np.array(column, np.int64) for column in zip(*(driver.addresses for driver in drivers), strict=True))
-    advance_systems(*addresses, most_steps, statuses)
-    return list(map(int, statuses))
-
-
-def next_slice(steps: int, seconds: float, most: int) -> int:
-    """Steps of the next call of the loop, by those of the last one; what is computed does not depend on them."""
-    return max(1, min(int(steps * LASTING / max(seconds, 1e-9)), 2 * steps, most))
 
 
 @dataclass(frozen=True)
@@ -113,12 +90,25 @@ class Snapshot:
         return cls(state)
 
 
+@dataclass(frozen=True)
+class Choice:
+    """The integration method of a driver."""
+
+    method: str
+    reason: str
+    step: float = 0.0  # Of time stepping [s]; 0 for another method
+    # Longest step at a fastest rotation of 1/s [s], which falls with its power -4/3, and longest turn in a step [rad];
+    # infinite if the step was asked for
+    turn: tuple[float, float] = (math.inf, math.inf)
+    fixed: float = 0.0  # Of every step of another method [s]; 0 if errors choose it
+
+
 class Driver:
     def __init__(self, plan: Plan, system: Handle, size: int, method: Choice, tolerances: Tolerances) -> None:
         """Arrays for a state of some size; nothing in them has begun."""
         self.plan, self.system, self.method = plan, system, method.method
         self.stepping = Stepping(plan) if method.step > 0.0 else None
-        self._pace, self._most = FIRST, np.inf
+        self.pace, self._most = FIRST_STEPS, np.inf
         content: System = system.content
         model, signals = content.model, content.state.initial_history.size
         if signals:
@@ -280,27 +270,6 @@ class Driver:
             history[: length - old] = history[old:length].copy()
             self.state.history_length[0] = length - old
 
-    def advance(self, until: float, *, most_steps: int = 50_000_000, progress: Callable[[float], None] | None = None) -> int:
-        status, left = loop.ADVANCING, most_steps
-        while status == loop.ADVANCING and left > 0:
-            before, called = self.tried, clocks.perf_counter()
-            if self.state.clock["longest"][0] < 0.0 and not step_across(self, until):
-                return loop.STEP_TOO_SMALL
-            status = advance_together([self], until, min(self._pace, left))[0]
-            taken = self.tried - before
-            left -= max(1, taken)
-            if status == loop.ADVANCING:
-                self._pace = next_slice(taken, clocks.perf_counter() - called, SLICE)
-            if status == loop.CHANGE_POINT:
-                status = loop.ADVANCING
-            if status in _GROWING:
-                self.grow(status)
-                status = loop.ADVANCING
-            look()
-            if progress is not None:
-                progress(self.time)
-        return status
-
     @property
     def tried(self) -> int:
         counts = self.state.counts
@@ -406,11 +375,6 @@ def _doubled(rows: np.ndarray) -> np.ndarray:
 
 def _rows_of(steps: StepRecord) -> list[tuple[str, np.ndarray]]:
     return [(name, getattr(steps, name)) for name in (*Samples._fields, "end")]
-
-
-_GROWING = (loop.LOG_FULL, loop.HISTORY_FULL, loop.RECORD_FULL)
-
-UNFINISHED = (loop.ADVANCING, loop.CHANGE_POINT, *_GROWING)  # Statuses after which a driver can be advanced further
 
 
 def _fill_history(system: Handle, y: np.ndarray) -> None:

@@ -30,8 +30,8 @@ from scissordyn.plot.study import (
     sensitivity_bars,
 )
 from scissordyn.plot.style import Canvas
+from scissordyn.record.store import save
 from scissordyn.run.engine import STATES
-from scissordyn.run.store import save
 from scissordyn.study.answer.fact import Section
 from scissordyn.study.answer.page import page
 from scissordyn.study.ask.requirement import units_of_parts

@@ -22,8 +22,8 @@ from scissordyn.model.options import Options
 from scissordyn.model.parameter_path import changed_all, number
 from scissordyn.model.record import source_of
 from scissordyn.plugin.user_file import file_digest, load_function, split_reference
-from scissordyn.run.answer.measure import MEASURES, parts_of
-from scissordyn.run.start.demand import check_cases
+from scissordyn.run.demand import check_cases
+from scissordyn.run.measure import MEASURES, parts_of
 from scissordyn.study.ask.design import Design, Factor, Sampling, design_size, design_values
 from scissordyn.study.ask.distribution import Variation
 from scissordyn.study.ask.distribution import from_plain as read_variation

@@ -16,7 +16,7 @@ import xarray as xr
 from scissordyn.errors import InputError, did_you_mean, whole_number
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.scale import engineering, scale_of
-from scissordyn.run.answer.measure import COMPONENT_UNIT, MEASURES, component_units, parts_of
+from scissordyn.run.measure import COMPONENT_UNIT, MEASURES, component_units, parts_of
 from scissordyn.study.ask.design import Design
 from scissordyn.study.ask.distribution import Levels, Names, Variation
 

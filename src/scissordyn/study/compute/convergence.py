@@ -16,9 +16,9 @@ from scissordyn.model.options import TIME_STEPPING, Options
 from scissordyn.plan.flexible import flexible_bars, with_mode_counts
 from scissordyn.plan.plan import plan
 from scissordyn.run.advance.interrupt import pass_on
-from scissordyn.run.advance.trajectory import make_driver
-from scissordyn.run.answer.measure import MEASURES
 from scissordyn.run.batch import Perturbed, simulate_cases
+from scissordyn.run.measure import MEASURES
+from scissordyn.run.trajectory import make_driver
 from scissordyn.study.ask.requirement import Response, check_part, read_response, response_values
 
 TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)  # From coarse to fine; each is compared with the next two

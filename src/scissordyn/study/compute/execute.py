@@ -18,9 +18,9 @@ from scissordyn.analysis.motor import MotorCurve
 from scissordyn.errors import InputError, ScissordynError, whole_number
 from scissordyn.model.parameter_path import number
 from scissordyn.run.advance.interrupt import look, pass_on
-from scissordyn.run.answer.measure import MEASURES, Ended, Measure
 from scissordyn.run.batch import Perturbed, simulate_cases
 from scissordyn.run.engine import Engine, error_text, outcomes, workers_of
+from scissordyn.run.measure import MEASURES, Ended, Measure
 from scissordyn.run.simulate import simulate
 from scissordyn.study.ask.description import OwnMeasure, Study
 from scissordyn.study.compute.store import COMPLETE, FAILED, PENDING, BlockResult, Store

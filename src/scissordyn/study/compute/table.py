@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.plot.scale import Scale, scale_of
-from scissordyn.run.answer.measure import COMPONENT_UNIT
+from scissordyn.run.measure import COMPONENT_UNIT
 from scissordyn.study.ask.description import Study
 
 MOST_COLUMNS = 1900  # SQLite has at most 2000 columns in a table; the numbers of wider cases are the bytes of one column

@@ -1,0 +1,1 @@
+"""Mechanisms at rest: the state a run starts from, static equilibrium, small motions about it, buckling."""

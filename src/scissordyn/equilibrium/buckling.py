@@ -1,0 +1,446 @@
+"""Buckling: by which factor loads may grow, and how near bars in motion come to it."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+
+import numpy as np
+from numpy.polynomial import legendre
+
+from scissordyn.component.actuator import Actuator
+from scissordyn.component.beam import Beam
+from scissordyn.component.flexible_bar import FlexibleBar
+from scissordyn.component.force import Force
+from scissordyn.component.port import FRAME, LINE
+from scissordyn.component.torque import Torque
+from scissordyn.equilibrium.rest import (
+    At,
+    component_maps,
+    constraint_slopes,
+    count_turns,
+    element_block,
+    force_slopes,
+    free_directions,
+    stiffness,
+    touch_closed,
+)
+from scissordyn.equilibrium.small_motion import placed
+from scissordyn.errors import InputError
+from scissordyn.integrate.integration import Samples
+from scissordyn.kernel import Handle
+from scissordyn.kinematics.assembly import basis_at_start, whole_state
+from scissordyn.mechanics.outputs import Record
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.flexible import Axis, with_mode_counts
+from scissordyn.plan.plan import Plan, plan
+from scissordyn.plan.rail import rail_axes, shapes_beyond
+from scissordyn.plan.system import make_system
+from scissordyn.record.bars import BarMotion, axial_force_at_points, bar_motions, part_names, shape_forces
+from scissordyn.record.internal_forces import Bar, bars_of
+from scissordyn.record.results import Variable
+from scissordyn.units import Quantity, checked
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@checked
+def buckling(
+    mechanism: Mechanism, *, count: Annotated[int, Quantity("1", minimum=1, help="number of factors")] = 3
+) -> xr.Dataset:
+    """Factors of gravity, forces and torques at which a mechanism with locked drives buckles.
+
+    Linear buckling: (K + factor G) a = 0 with the stiffness K without loads, bars straight, and the geometric stiffness G of
+    what the loads cause there by K: axial forces of bars, forces of springs, bushings and rollers, reactions. Clearance joints
+    are taken as ideal. Deflections before buckling are left out: where they are large a mechanism fails at less. A position
+    without loads must be stable, which bars that bend, springs or drives see to.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        With bars that bend.
+    count : int
+        Number of factors, from the smallest; fewer, or none, if the loads compress nothing.
+
+    Returns
+    -------
+    Dataset
+        `load_factor` over `mode`: the position under the loads as they are is stable if the first is above one.
+
+    Raises
+    ------
+    InputError
+        If the mechanism has no loads, or is not stable without them.
+
+    References
+    ----------
+    Crisfield 1991, Non-linear finite element analysis of solids and structures
+    """
+    import scipy.linalg as sl  # these take longer to import than most runs
+    import xarray as xr
+
+    ideal = with_mode_counts(mechanism).ideal()
+    if ideal.gravity == 0.0 and not any(isinstance(part, Force | Torque) for part in ideal.components):
+        raise InputError("the buckling of a mechanism without loads", "gravity, forces or torques")
+    at, _ = placed(plan(_loaded(ideal, 0.0)).at_rest, "concentric", None)
+    slopes, allowed = stiffness(at)
+    rest = allowed.T @ slopes @ allowed
+    if allowed.shape[1] == 0 or np.linalg.eigvalsh(rest)[0] <= 0.0:
+        raise InputError("the buckling of a mechanism that is not stable without loads", "a drive, springs or bars that bend")
+    loads = placed(plan(_loaded(ideal, 1.0)).at_rest, "concentric", None)[0]
+    change = allowed.T @ geometric_stiffness(at, loads, slopes, allowed) @ allowed
+    # change a = mu rest a with mu = -1/factor: the factors are positive where mu is negative
+    inverse = sl.eigh(change, rest, eigvals_only=True)
+    factors = np.sort(-1.0 / inverse[inverse < -ROUNDING * np.max(np.abs(inverse))])[:count]
+    described = {"units": "1", "long_name": "factor of the loads at which the mechanism buckles"}
+    return xr.Dataset({"load_factor": ("mode", factors, described)}, {"mode": np.arange(1, factors.size + 1)})
+
+
+def _loaded(mechanism: Mechanism, factor: float) -> Mechanism:
+    """The mechanism with its loads times a factor."""
+
+    def scaled(part: Any) -> Any:
+        if isinstance(part, Force):
+            return dataclasses.replace(part, force=(factor * part.force[0], factor * part.force[1]))
+        return dataclasses.replace(part, torque=factor * part.torque) if isinstance(part, Torque) else part
+
+    return dataclasses.replace(
+        mechanism, gravity=factor * mechanism.gravity, components=tuple(scaled(part) for part in mechanism.components)
+    )
+
+
+INSTANTS = 5
+"""At so many positions of a run stiffnesses are compared, each with the largest compressions of its part of the samples."""
+
+SHARE = 0.1  # A bar takes part in a mode of buckling if so much of the work of all compressions is its own
+UNRESOLVED = 1e-15  # Stiffnesses below this part of the largest, times the number of coordinates, are round-off
+
+
+class Forces(NamedTuple):
+    """Axial forces of a bar over time, shape (nt, places), and the distances of the places from its first end."""
+
+    bar: Bar
+    axial: np.ndarray
+    places: np.ndarray
+
+    @property
+    def severity(self) -> np.ndarray:
+        """Largest compression along the bar at each instant, over bending stiffness by length squared."""
+        slenderness = self.bar.length**2 / min(part.bending_stiffness for part in self.bar.parts)
+        return np.asarray(np.maximum(-self.axial, 0.0).max(axis=1) * slenderness)
+
+
+def buckling_ratios(plan: Plan, samples: Samples, record: Record, variables: Mapping[str, Variable]) -> np.ndarray:
+    """The largest ratio of each bar's compression to that at which the mechanism would buckle if all axial forces grew alike.
+
+    The samples are divided into parts. At the position of each part where bars are compressed most, drives, servos and free
+    motions locked and joints ideal, K a = factor G a with the stiffness K of the material and G the geometric stiffness of
+    the least tension or largest compression at each place among the part's samples. The ratio is the largest 1/factor among
+    the modes that a bar takes part in; 0 without compression.
+    """
+    bars = bars_of(plan.mechanism)
+    ratio = np.zeros(len(bars))
+    if not bars or not samples.time.size:
+        return ratio
+    forces = [_forces(bar, variables) for bar in bars]
+    heed = np.max([force.severity for force in forces], axis=0)
+    if not heed.max() > 0.0:
+        return ratio
+    frozen = _Frozen(plan)
+    for part in np.array_split(np.arange(samples.time.size), INSTANTS):
+        if part.size and heed[part].max() > 0.0:
+            k = int(part[np.argmax(heed[part])])
+            ratio = np.maximum(ratio, frozen.ratios(k, samples, record, [(f, f.axial[part].min(axis=0)) for f in forces]))
+    return ratio
+
+
+def _forces(bar: Bar, variables: Mapping[str, Variable]) -> Forces:
+    names = variables["beam"].values.astype(str).tolist()
+    columns = [names.index(name) for name in (part_names(bar.whole) if bar.whole else [beam.name for beam in bar.beams])]
+    ends = bar.marks
+    if not bar.whole:
+        return Forces(bar, variables["beam_axial_force"].values[:, columns], ends[:-1])
+    parts = [variables[f"beam_{at}axial_force"].values[:, columns] for at in ("start_", "", "end_")]
+    places = np.stack([ends[:-1], 0.5 * (ends[1:] + ends[:-1]), ends[1:]], axis=1)
+    return Forces(bar, np.stack(parts, axis=2).reshape(len(parts[0]), -1), places.ravel())
+
+
+class _Frozen:
+    """The ideal mechanism at positions of a run."""
+
+    def __init__(self, plan: Plan) -> None:
+        self.plan, self.ideal = plan, plan.ideal
+        self.system: Handle = make_system(self.ideal)
+        self.axes = {axis.bar.name: axis for axis in self.ideal.coordinates.natural.axes}
+        self.shapes = shapes_by_coordinate(self.ideal)
+        self.number = {part.name: i for i, part in enumerate(self.ideal.acting)}
+
+    def ratios(self, k: int, samples: Samples, record: Record, forces: list[tuple[Forces, np.ndarray]]) -> np.ndarray:
+        """Of all bars at sample k, with some axial forces along them."""
+        at = self._placed(k, samples, record)
+        stiffness = force_slopes(at, float(samples.time[k]))
+        geometric, strains = [], self._other_parts()
+        present = Record(*(part[k : k + 1] for part in record))
+        names = [axis.bar.name for axis in self.plan.coordinates.natural.axes]
+        motions = dict(zip(names, bar_motions(self.plan, present, samples.time[k : k + 1]), strict=True))
+        for force, axial in forces:
+            whole = force.bar.whole
+            parts = self._of_whole(motions[whole.name], force, axial) if whole else self._of_elements(force, axial)
+            now, added, strain = parts
+            stiffness -= now
+            geometric.append(added)
+            strains.append(strain)
+        content = at.system.content
+        gradients, _ = constraint_slopes(at, np.zeros(content.work.multiplier.size))
+        allowed = free_directions(np.vstack([gradients, *self._servos()]))
+        # a bent bar that turns freely keeps a small stiffness here, of the second order in its deflection, and would buckle
+        unstrained = free_directions(np.vstack(strains) @ allowed)
+        allowed = allowed @ free_directions(unstrained.T)
+        values, vectors = np.linalg.eigh(0.5 * allowed.T @ (stiffness + stiffness.T) @ allowed)
+        stiff = values > UNRESOLVED * values.size * np.max(np.abs(values), initial=0.0)
+        scaled = allowed @ vectors[:, stiff] / np.sqrt(values[stiff])
+        works, modes = np.linalg.eigh(-scaled.T @ sum(geometric) @ scaled)
+        shares = np.array([-np.sum((scaled @ modes) * (part @ scaled @ modes), axis=0) for part in geometric])
+        least = np.minimum(SHARE * np.sum(np.maximum(shares, 0.0), axis=0), shares.max(axis=0))
+        return np.asarray(np.max(np.where((shares >= least) & (works > 0.0), works, 0.0), axis=1, initial=0.0))
+
+    def _placed(self, k: int, samples: Samples, record: Record) -> At:
+        """The ideal mechanism where the one that is run is at sample k."""
+        content, time = self.system.content, float(samples.time[k])
+        turned = {body.name: float(record.angle[k, b] - body.placed_angle) for b, body in enumerate(self.plan.bodies)}
+        count_turns(self.ideal, content, turned | {"ground": 0.0})
+        natural = np.asarray(self.plan.coordinates.matrix @ record.X[k])
+        position = self.ideal.coordinates.nearest(basis_at_start(content, time)[0], natural)
+        state = whole_state(content, position)
+        touch_closed(self.system, state)
+        return At(self.ideal, self.system, state)
+
+    def _of_whole(self, motion: BarMotion, force: Forces, axial: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Geometric stiffness of a bar by modes, of the present axial forces and of others; and what strains it."""
+        bar: Any = force.bar.whole
+        axis, by = self.axes[bar.name], self.shapes[bar.name]
+        vectors, (points, weights) = motion.vectors[0], axis.shapes.quadrature
+        now = stiffness_of_bar(axis, vectors, by, points, axial_force_at_points(axis, motion)[0])
+        added = stiffness_of_bar(axis, vectors, by, points, np.interp(points, force.places, axial) * weights)
+        slopes = axis.shapes.at(points, 1)
+        tangent = slopes @ vectors
+        normal = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1) / np.linalg.norm(tangent)
+        moved = np.einsum("pk,nka->npa", slopes, by)
+        strain = moved - np.einsum("npa,pa->n", moved, normal)[:, None, None] * normal
+        return now, added, strain.reshape(len(strain), -1).T / np.linalg.norm(tangent)
+
+    def _of_elements(self, force: Forces, axial: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The same of a chain of beam elements."""
+        content = self.system.content
+        now, added = np.zeros((2, content.model.n, content.model.n))
+        strains = []
+        for beam, other in zip(force.bar.beams, axial.tolist(), strict=True):
+            maps, rows = component_maps(content, self.number[beam.name])
+            now += float(content.work.result[self.number[beam.name], 6]) * stiffness_of_element(maps, rows)
+            strains.append(frame_gradients(maps) @ rows)
+            chord = float(np.hypot(*maps[:2]))
+            normal, start, end = (np.array([-maps[j + 1], maps[j]]) for j in (0, 4, 2))
+            turned = normal @ rows[:2] / chord**2
+            added += other * element_form(chord, turned, start @ rows[4:] - turned, end @ rows[2:4] - turned)
+        return now, added, np.vstack(strains) / force.bar.length
+
+    def _other_parts(self) -> list[np.ndarray]:
+        """Stiffnesses of the parts that are no bars, the largest 1."""
+        content = self.system.content
+        n = content.model.n
+        rows = np.zeros((0, n))
+        for e, part in enumerate(self.ideal.acting, content.parameters.contact.size):
+            if not isinstance(part, Beam | FlexibleBar):
+                columns, block = element_block(content, e)
+                free, by_coordinate = columns < n, np.zeros((columns.size, n))
+                by_coordinate[:, columns[free]] = block[:, free]
+                rows = np.vstack([rows, by_coordinate])
+        return [rows / max(float(np.abs(rows).max(initial=0.0)), np.finfo(float).tiny)]
+
+    def _servos(self) -> list[np.ndarray]:
+        """Gradients of the angles that servos hold: their stiffness is that of a controller, not of the material."""
+        gradients = []
+        for part in self.ideal.acting:
+            if isinstance(part, Actuator):
+                (_, _, ax, ay, bx, by), rows = component_maps(self.system.content, self.number[part.name])
+                gradients.append(ax * rows[3] - ay * rows[2] - bx * rows[5] + by * rows[4])
+        return gradients
+
+
+ROUNDING = 1e-9  # Internal forces below this part of the loads are round-off
+CANCELLED = 1e-14  # Likewise of what cancels in the strain of a beam element and in the balance of forces
+
+COMPLEX_STEP = 1e-30
+
+
+def geometric_stiffness(at: At, loaded: At, slopes: np.ndarray, allowed: np.ndarray) -> np.ndarray:
+    """Stiffness in the free coordinates of the forces that loads cause to the first order, shape (n, n)."""
+    n = at.plan.coordinates.free
+    loaded = loaded._replace(state=at.state)
+    added = force_slopes(loaded)  # loads that follow their bodies turn
+    force = loaded.system.content.work.force[:n].copy()
+    added -= force_slopes(at)
+    force -= at.system.content.work.force[:n]
+    moved, stiffness = np.zeros(n), allowed.T @ slopes @ allowed
+    # the second solution takes round-off along stiff bars away, which would be forces of these
+    for _ in range(2):
+        moved += allowed @ np.linalg.solve(stiffness, allowed.T @ (force - slopes @ moved))
+    response = _Response(at, moved, loaded.plan.gravity_vector, float(np.linalg.norm(force)))
+    uncertain = CANCELLED * float(np.linalg.norm(np.abs(slopes) @ np.abs(moved)))
+    whole: np.ndarray = added + response.stiffness(force - slopes @ moved, uncertain)
+    return whole
+
+
+class _Response:
+    """Internal forces of a displacement `moved`, shape (n,), to the first order, and their stiffness."""
+
+    def __init__(self, at: At, moved: np.ndarray, gravity: np.ndarray, load: float) -> None:
+        self.at, self.moved, self.gravity, self.least = at, moved, gravity, ROUNDING * load
+        self.axes, self.shapes = at.plan.coordinates.natural.axes, shapes_by_coordinate(at.plan)
+
+    def stiffness(self, reaction: np.ndarray, uncertain: float) -> np.ndarray:
+        """Of all parts and of the reaction of the constraints, which rounding makes uncertain, shape (n, n)."""
+        content = self.at.system.content
+        work, n = content.work, self.moved.size
+        matrix = np.zeros((n, n))
+        contacts, rails = content.parameters.contact.size, rail_axes(self.axes, self.at.plan.acting)
+        pushed: dict[str, list[tuple[float, np.ndarray]]] = {axis.bar.name: [] for axis in self.axes}
+        for i, component in enumerate(self.at.plan.acting):
+            columns, block = element_block(content, contacts + i)
+            free, change = columns < n, np.zeros(n)
+            change[columns[free]] = block[np.ix_(free, free)] @ self.moved[columns[free]]
+            maps, rows = component_maps(content, i)
+            if isinstance(component, Beam):
+                matrix += self._of_element(component, maps, rows)
+            elif component.declaration.port is LINE:
+                matrix += self._of_line(maps, rows, change)
+            elif component.declaration.port is FRAME:
+                matrix += self._of_frame(maps, rows, change)
+            elif i in rails:
+                place = float(work.coordinates[i, 1])
+                force, added = self._of_roller(component, rails[i], place, change)
+                matrix += added
+                pushed[rails[i].bar.name].append((place, force))
+        for axis in self.axes:
+            added, stretch = self._of_bar(axis, pushed[axis.bar.name])
+            matrix += added
+            reaction = reaction + stretch
+        gradients, _ = constraint_slopes(self.at, np.zeros(work.multiplier.size))
+        multiplier = np.linalg.lstsq(gradients.T, reaction)[0]
+        multiplier[np.abs(multiplier) * np.linalg.norm(gradients, axis=1) < max(self.least, uncertain)] = 0.0
+        return np.asarray(matrix + constraint_slopes(self.at, multiplier)[1])
+
+    def _of_bar(self, axis: Axis, pushed: list[tuple[float, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
+        """Int N w'^2 ds of a bar by modes, N by equilibrium of the part before each place.
+
+        Also what keeps the length of unit directions within the bar, which is part of its N and no force on other parts.
+        """
+        bar, shapes, by, count = axis.bar, axis.shapes, self.shapes[axis.bar.name], len(axis.bar.sections)
+        vectors = axis.vectors(self.at.natural)
+        step = vectors + COMPLEX_STEP * 1j * np.tensordot(self.moved, by, 1)
+        still = np.zeros((1, *vectors.shape))
+        outside = -np.imag(shape_forces(axis, BarMotion(step[None], still, still, np.ones(1)))[0]) / COMPLEX_STEP
+        weight = axis.vectors(self.at.plan.coordinates.natural.uniform(self.gravity))
+        outside -= bar.mass_per_length * shapes.mass @ weight
+        for place, force in pushed:
+            outside -= np.outer(shapes_beyond(axis, np.array([place]))[0], force)
+        points, weights = legendre.leggauss(shapes.degree + 1)
+        ends = np.array(shapes.places)
+        half = 0.5 * np.diff(ends)
+        at = (ends[:-1, None] + half[:, None] * (1.0 + points)).ravel()
+        before = -bar.mass_per_length * np.outer(at, self.gravity) - (ends <= at[:, None]) @ outside[:count]
+        for place, force in pushed:
+            before -= np.outer(place <= at, force)
+        tangent = shapes.at(at, 1) @ vectors
+        axial = np.sum(before * tangent, axis=1) / np.linalg.norm(tangent, axis=1)
+        axial[np.abs(axial) * max(np.linalg.norm(by[:, k]) for k in range(count)) < self.least] = 0.0
+        stretch = np.zeros(self.moved.size)
+        for row in range(count, shapes.held):
+            along = vectors[row] / np.linalg.norm(vectors[row])
+            stretch += by[:, row] @ along * float(outside[row] @ along)
+        return stiffness_of_bar(axis, vectors, by, at, axial * np.outer(half, weights).ravel()), stretch
+
+    def _of_line(self, maps: np.ndarray, rows: np.ndarray, change: np.ndarray) -> np.ndarray:
+        """Tension over length, across the line."""
+        length = np.hypot(*maps[:2])
+        if not length > 0.0:
+            return np.zeros((self.moved.size, self.moved.size))
+        along, across = maps[:2] @ rows[:2] / length, np.array([-maps[1], maps[0]]) @ rows[:2] / length
+        tension = -float(np.linalg.lstsq(np.stack([along, across], axis=1), change)[0][0])
+        return np.asarray(tension / length * np.outer(across, across))
+
+    def _of_frame(self, maps: np.ndarray, rows: np.ndarray, change: np.ndarray) -> np.ndarray:
+        """Of a force on the end that turns with the start's body."""
+        fx, fy, _ = np.linalg.lstsq((frame_gradients(maps) @ rows).T, change)[0]
+        return _of_turning_force(fx, fy, rows)
+
+    def _of_element(self, beam: Beam, maps: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        """Int N w'^2 ds of a beam element, w cubic from the axis of its start, and the force as that turns."""
+        along = maps[:2] / np.hypot(*maps[:2])
+        rigidity, strained = beam.axial_stiffness / beam.length, along @ rows[:2]
+        tension = rigidity * float(strained @ self.moved)
+        least = max(self.least, CANCELLED * rigidity * float(np.linalg.norm(strained) * np.linalg.norm(self.moved)))
+        if abs(tension) * np.linalg.norm(strained) < least:
+            return np.zeros((self.moved.size, self.moved.size))
+        return tension * stiffness_of_element(maps, rows)
+
+    def _of_roller(self, roller: Any, axis: Axis, place: float, change: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The force on the bar, and its stiffness: as the bar turns, the force has a part along the motion of the point."""
+        vectors, by = axis.vectors(self.at.natural), self.shapes[axis.bar.name]
+        value, slope = shapes_beyond(axis, np.array([place]))[0], axis.shapes.at(np.clip([place], 0.0, axis.bar.length), 1)[0]
+        tangent = slope @ vectors / np.linalg.norm(slope @ vectors)
+        normal = np.array([-tangent[1], tangent[0]])
+        point = self.at.plan.coordinates.place(roller.point)
+        follower = np.zeros((2, self.at.system.content.work.X.size))
+        follower[:, point.columns] = point.rows
+        apart = follower[:, : self.moved.size].T - np.einsum("k,nka->na", value, by)
+        across, along, turned = apart @ normal, apart @ tangent, np.einsum("k,nka,a->n", slope, by, normal)
+        force = float(np.linalg.lstsq(across[:, None], change)[0][0])
+        return -force * normal, force * (np.outer(turned, along) + np.outer(along, turned))
+
+
+def shapes_by_coordinate(plan: Plan) -> dict[str, np.ndarray]:
+    """Derivatives of the vectors of each bar by the free coordinates, shape (n, count, 2)."""
+    coordinates, n = plan.coordinates, plan.coordinates.free
+    by_column = np.asarray(coordinates.matrix @ np.eye(n + coordinates.basis)[:, :n]).T
+    return {axis.bar.name: axis.vectors(by_column) for axis in coordinates.natural.axes}
+
+
+def stiffness_of_bar(axis: Axis, vectors: np.ndarray, by: np.ndarray, at: np.ndarray, axial: np.ndarray) -> np.ndarray:
+    """Int N w'^2 ds of a bar by modes from N ds at places; `by`, shape (n, count, 2), are the derivatives of its vectors."""
+    slopes = axis.shapes.at(at, 1)
+    tangent = slopes @ vectors
+    size = np.linalg.norm(tangent, axis=1)
+    normal = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1) / size[:, None]
+    turned = np.einsum("pk,nka,pa->np", slopes, by, normal, optimize=True)
+    return np.asarray((turned * (axial / size)) @ turned.T)
+
+
+def stiffness_of_element(maps: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Int w'^2 ds of a beam element, w cubic from the axis of its start, and of a unit tension as that turns."""
+    chord, frame = np.hypot(*maps[:2]), frame_gradients(maps) @ rows
+    cos, sin = np.array([[maps[4], maps[5]], [-maps[5], maps[4]]]) @ maps[:2] / chord
+    turned = (cos * frame[1] - sin * frame[0]) / chord
+    return np.asarray(element_form(chord, turned, -turned, frame[2] - turned) + _of_turning_force(-cos, -sin, rows))
+
+
+def element_form(chord: float, turned: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:
+    """Int w'^2 ds, w cubic, from what turns the chord and the ends against it."""
+    ends = 4.0 * (np.outer(first, first) + np.outer(last, last)) - np.outer(first, last) - np.outer(last, first)
+    return np.asarray(chord * (np.outer(turned, turned) + ends / 30.0))
+
+
+def frame_gradients(maps: np.ndarray) -> np.ndarray:
+    """Of the coordinates of the port "frame" by its maps."""
+    ux, uy, ax, ay, bx, by = maps
+    return np.array([[bx, by, 0.0, 0.0, ux, uy], [-by, bx, 0.0, 0.0, uy, -ux], [0.0, 0.0, -ay, ax, by, -bx]])
+
+
+def _of_turning_force(fx: float, fy: float, rows: np.ndarray) -> np.ndarray:
+    """Stiffness of a force on the end along the axes of the start's body."""
+    turned = np.zeros((6, 6))
+    turned[0, 4] = turned[1, 5] = fx
+    turned[0, 5], turned[1, 4] = -fy, fy
+    return np.asarray(-rows.T @ (turned + turned.T) @ rows)

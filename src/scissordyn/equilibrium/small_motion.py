@@ -1,0 +1,122 @@
+"""Small motions about a position: where it is, the stiffness there, and the motions that the constraints allow."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Any, Literal
+
+import numpy as np
+
+from scissordyn.component.torque import Torque
+from scissordyn.equilibrium.rest import At, count_turns, equilibrium, touch_closed
+from scissordyn.equilibrium.start import assembled_near, prepare_start, rest_with_clearances
+from scissordyn.errors import InputError
+from scissordyn.kinematics.assembly import whole_state
+from scissordyn.kinematics.closure import Inputs
+from scissordyn.mechanics import functions
+from scissordyn.plan.plan import Plan, plan
+from scissordyn.plan.rest import NOT_TURNED, with_inputs
+from scissordyn.plan.system import make_system, rates
+
+Position = Literal["static", "concentric"]
+
+STATIC = "start = 'static': "
+
+Still = Callable[[float, Mapping[str, float]], Plan]
+"""The plan of a mechanism that stands still at an instant, where bodies have turned by some angles."""
+
+NEAR = 0.1  # Largest change of an input [rad, m/m] from one position to the next, which starts from it
+SHORTEST = 1e-3  # Part of the way from one position to the next below which it is not divided
+
+
+def placed(still: Plan, position: Position, before: At | None) -> tuple[At, At]:
+    """A mechanism whose drives stand still, with clearances resting in contact, and with ideal joints, from the one before."""
+    ideal = still.ideal
+    system, n = make_system(ideal), ideal.coordinates.free
+    if before is None:
+        y = prepare_start(ideal, system, position).y
+    else:
+        count_turns(ideal, system.content, before.turned)
+        free_coordinates = assembled_near(ideal, system.content, before.natural, straight=position == "concentric").position
+        if position == "static":
+            free_coordinates = equilibrium(ideal, system, free_coordinates).position
+        y = whole_state(system.content, free_coordinates)
+    functions.accept(0.0, y, system.address, np.zeros(2))
+    place = At(ideal, system, y)
+    if not still.contacts:
+        return place, place
+    handle, rest = rest_with_clearances(still, system, y[:n])
+    state = whole_state(handle.content, rest.position)
+    functions.accept(0.0, state, handle.address, np.zeros(2))
+    touch_closed(handle, state)
+    return At(still, handle, state), place
+
+
+def along(still: Still, inputs: Inputs, times: Iterable[float], position: Position) -> Iterator[tuple[At, At]]:
+    """Positions at some instants of the motion of the drives, each from the one before."""
+
+    def ideal(time: float, turned: Mapping[str, float]) -> Plan:
+        return still(time, turned).ideal
+
+    place, before = None, 0.0
+    for time in times:
+        if place is None and time != 0.0:
+            _, place = _reached(ideal, position, None, 0.0, 0.0)
+        change = float(np.max(np.abs(inputs.at(time) - inputs.at(before)), initial=0.0))
+        for between in np.linspace(before, time, max(1, int(np.ceil(change / NEAR))) + 1)[1:-1].tolist():
+            _, place = _reached(ideal, position, place, before, between)
+            before = between
+        at, place = _reached(still, position, place, before, time)
+        before = time
+        yield at, place
+
+
+def _reached(still: Still, position: Position, place: At | None, before: float, time: float) -> tuple[At, At]:
+    """The position at an instant; by parts of the way where a gear turns a body too far for its turns to be counted."""
+    shortest, end = SHORTEST * (time - before), time
+    while True:
+        whole = still(end, place.turned if place else NOT_TURNED)
+        try:
+            at, place = placed(whole, position, place)
+        except InputError as error:
+            counted = any(constraint.turning for constraint in whole.coordinates.constraints)
+            if place is None or not counted or end - before <= shortest:
+                raise InputError(f"at t = {end:.6g} s: {error.what.removeprefix(STATIC)}", error.allowed) from None
+            end = 0.5 * (before + end)
+            continue
+        if end == time:
+            return at, place
+        before, end = end, time
+
+
+def released(at: At) -> At:
+    """The same position with the drives replaced by the constant torques that hold it."""
+    mechanism = at.plan.mechanism
+    holding: tuple[Any, ...] = tuple(
+        Torque(f"torque that holds '{drive.body}'", drive.body, torque=1.0) for drive in mechanism.drives
+    )
+    first = len(mechanism.components)
+    turned = at.turned
+    free = plan(dataclasses.replace(mechanism, drives=(), components=(*mechanism.components, *holding)))
+    free = with_inputs(free, [motion for _, motion in free.motions], turned)
+    system = make_system(free)
+    count_turns(free, system.content, turned)
+    start = assembled_near(free, system.content, at.natural, straight=False)
+    state = whole_state(system.content, start.position, start.velocity)
+    functions.accept(0.0, state, system.address, np.zeros(2))
+    touch_closed(system, state)
+    torque, n = system.content.parameters.component[first : first + len(holding), 0], free.coordinates.free
+
+    def acceleration() -> np.ndarray:
+        functions.activate(system.address)
+        return rates(system, 0.0, state)[n : 2 * n]
+
+    torque[:] = 0.0
+    without, by_torque = acceleration(), []
+    for k in range(len(holding)):
+        torque[k] = 1.0
+        by_torque.append(acceleration() - without)
+        torque[k] = 0.0
+    torque[:] = np.linalg.lstsq(np.array(by_torque).T, -without)[0]
+    return At(free, system, state)

@@ -1,0 +1,369 @@
+"""The state a run starts from: journals concentric, resting in contact, as placed, or the whole mechanism at rest."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from scissordyn.component.place import GROUND
+from scissordyn.equilibrium.cause import check_springs, full_coordinates
+from scissordyn.equilibrium.rest import At, Rest, count_turns, equilibrium, turns
+from scissordyn.errors import InputError
+from scissordyn.integrate.integration import LOG_COLUMNS, RESET_DATA, RISE
+from scissordyn.kernel import Handle
+from scissordyn.kinematics.assembly import (
+    Held,
+    Start,
+    assemble,
+    assemble_as_placed,
+    basis_at_start,
+    held_rods,
+    natural_state,
+    placed_start,
+    whole_state,
+)
+from scissordyn.kinematics.given import prescribed_bodies
+from scissordyn.laws.damping.proportional import DampingFactor
+from scissordyn.laws.evaluate import elastic_energy, elastic_force
+from scissordyn.mechanics import functions
+from scissordyn.mechanics.reactions import solve_reactions
+from scissordyn.mechanics.system import APPROACH_FLOOR, System
+from scissordyn.mechanics.time_function import function_at
+from scissordyn.model.check import proportion_warnings
+from scissordyn.model.options import StartKind
+from scissordyn.plan.acting import start_coordinates
+from scissordyn.plan.bending import beams_of, is_straight, straight_bar, straight_maps
+from scissordyn.plan.coordinates import combined
+from scissordyn.plan.elimination import in_words
+from scissordyn.plan.hard_contact import elastic_law
+from scissordyn.plan.plan import Plan
+from scissordyn.plan.system import guard_values, make_system
+from scissordyn.record.bars import with_distributed_mass
+
+MOVED = 1e-3  # An assembly that moves a given origin by more than this fraction of the mechanism's size is said
+TURNED = 1e-3  # Likewise for angles [rad]
+STRAIGHT = 1e-6  # A beam element that is placed straight and with its length to within this fraction of it starts so
+KEPT = 1e-6  # A given speed that is not met to this fraction of the largest is said
+
+
+@dataclass(frozen=True)
+class Prepared:
+    y: np.ndarray  # (ny,)
+    initial_events: tuple[list[float], ...]  # Of contacts and components that act from the start on
+    warnings: tuple[str, ...]
+
+
+def prepare_start(plan: Plan, system: Handle, kind: StartKind) -> Prepared:
+    content = system.content
+    guess, holds = placed_start(plan, content), held_rods(plan, content, places=True, speeds=True)
+    _hold_references(plan, content, holds)
+    warnings: list[str] = []
+    if kind != "static":
+        _hold_straight(plan, holds, moving=kind == "as-placed")
+    match kind:
+        case "as-placed":
+            start = assembled = assemble(plan, content, guess, holds)
+        case "in-contact" if plan.contacts:
+            assembled = _concentric(plan, content, guess, holds)
+            start = _resting(plan, content, assembled)
+        case "static":
+            place, turned, growth = _resting_place(plan)
+            if growth > 0.0:
+                warnings.append(
+                    f"start = 'static' is an unstable equilibrium: a small motion grows by e in {1.0 / growth:.3g} s"
+                )
+            count_turns(plan, content, turned)
+            assembled = _concentric(plan, content, guess, holds)
+            still, full = Held(), np.append(place, basis_at_start(content)[0])
+            journals = [plan.eccentricity(j).at(full) for j in range(len(plan.mechanism.clearance_joints))]
+            _hold_journals(plan, still, np.array(journals).reshape(-1, 2))
+            start = assemble(plan, content, Start(place, guess.velocity * 0.0), still)
+        case _:
+            start = assembled = _concentric(plan, content, guess, holds)
+    warnings += _moved(plan, content, assembled)
+    warnings += _changed_speeds(plan, content, start, kind)
+    warnings += proportion_warnings(plan.mechanism) + plan.rounded_lengths
+    y = whole_state(content, start.position, start.velocity)
+    check_springs(plan, full_coordinates(plan, content, y, 0.0))
+    events = _touching(plan, system, y, kind)
+    _store_energy(plan, system, y)
+    return Prepared(y, tuple(events), tuple(warnings))
+
+
+def _concentric(plan: Plan, system: System, guess: Start, holds: Held) -> Start:
+    """The state of the mechanism with ideal joints, on the same drives."""
+    if plan.mechanism.contact_points:  # an ideal guide holds what its contact points do not
+        ideal = plan.ideal
+        handle = make_system(ideal)
+        holds = held_rods(ideal, handle.content, places=True, speeds=True)
+        _hold_straight(ideal, holds)
+        _hold_references(ideal, handle.content, holds)
+        start = assemble(ideal, handle.content, placed_start(ideal, handle.content), holds)
+        return _nearest(plan, system, natural_state(ideal, handle.content, start))
+    _hold_journals(plan, holds, np.zeros((len(plan.mechanism.clearance_joints), 2)))
+    return assemble(plan, system, guess, holds)
+
+
+def _nearest(plan: Plan, system: System, natural: tuple[np.ndarray, np.ndarray]) -> Start:
+    """The free coordinates nearest to natural ones and their rates."""
+    (b, rate), (position, velocity) = basis_at_start(system), natural
+    return Start(plan.coordinates.nearest(b, position), plan.coordinates.nearest(rate, velocity))
+
+
+def _hold_journals(plan: Plan, holds: Held, eccentricities: np.ndarray) -> None:
+    """Hold journals at rest where they are to be in their bearings, shape (nj, 2) [m]."""
+    for j, joint in enumerate(plan.mechanism.clearance_joints):
+        holds.add(joint.name, plan.eccentricity(j), tuple(eccentricities[j]), (0.0, 0.0), plan.coordinates.size)
+
+
+def _resting(plan: Plan, system: System, start: Start) -> Start:
+    """The state in which the journals rest in contact along the ideal reactions."""
+    if plan.mechanism.contact_points:
+        guide = plan.mechanism.contact_points[0].guide
+        raise InputError(
+            f"start = 'in-contact' with the clearance guide '{guide}', whose contact points may rest in several ways",
+            "start = 'static', or 'concentric', from which they settle",
+        )
+    offsets = _resting_offsets(plan, system, ideal_reactions(plan))
+    resting = held_rods(plan, system, speeds=True)
+    _hold_straight(plan, resting)
+    _hold_references(plan, system, resting)
+    _hold_journals(plan, resting, offsets)
+    return assemble(plan, system, start, resting)
+
+
+def _resting_place(plan: Plan) -> tuple[np.ndarray, dict[str, float], float]:
+    """Free coordinates, turns and growth of equilibrium: of the ideal mechanism, then near it of that with clearances."""
+    still = plan.at_rest
+    ideal = still.ideal
+    system = make_system(ideal)
+    first = assemble(ideal, system.content, placed_start(ideal, system.content), Held(places=True))
+    rest = equilibrium(ideal, system, first.position)
+    if not plan.contacts:
+        return rest.position, turns(ideal, system.content), rest.growth
+    handle, rest = rest_with_clearances(still, system, rest.position, rest.load)
+    return rest.position, turns(still, handle.content), rest.growth
+
+
+def rest_with_clearances(still: Plan, system: Handle, place: np.ndarray, load: float = 0.0) -> tuple[Handle, Rest]:
+    """Static equilibrium of a mechanism with clearances, near that of the one with ideal joints."""
+    ideal, rest = still.ideal, Start(place, np.zeros_like(place))
+    handle = make_system(still)
+    count_turns(still, handle.content, turns(ideal, system.content))
+    start = _nearest(still, handle.content, natural_state(ideal, system.content, rest))
+    forces = ideal_reactions(still, rest.position, system.content.state.reference)
+    with_clearance = [joint.clearance is not None for joint in still.mechanism.joints]
+    if np.all(np.isfinite(forces[with_clearance])):
+        holds = Held()
+        _hold_journals(still, holds, _resting_offsets(still, handle.content, forces))
+        start = assemble(still, handle.content, start, holds)
+    return handle, equilibrium(still, handle, start.position, load)
+
+
+def ideal_reactions(plan: Plan, position: np.ndarray | None = None, reference: np.ndarray | None = None) -> np.ndarray:
+    """Forces on the journals of all revolute joints of a mechanism, taken as ideal, at t = 0, shape (joints, 2) [N]."""
+    plan = plan.ideal
+    system = make_system(plan)
+    if reference is not None:
+        system.content.state.reference[:] = reference
+    start = assemble_as_placed(plan, system.content) if position is None else Start(position, np.zeros_like(position))
+    outputs = At(plan, system, whole_state(system.content, start.position, start.velocity)).record()
+    joints, _, _ = solve_reactions(plan.balance, plan.gravity_vector, with_distributed_mass(plan, outputs, np.zeros(1)))
+    return np.asarray(joints[0])
+
+
+def _resting_offsets(plan: Plan, system: System, force: np.ndarray) -> np.ndarray:
+    """Eccentricities at which the elastic contact forces equal the reactions of the ideal joints, shape (nj, 2) [m]."""
+    offsets = np.zeros((len(plan.mechanism.clearance_joints), 2))
+    names = [other.name for other in plan.mechanism.joints]
+    for j, joint in enumerate(plan.mechanism.clearance_joints):
+        reaction = force[names.index(joint.name)]
+        if not np.all(np.isfinite(reaction)):
+            raise InputError(
+                f"start = 'in-contact' with clearance joint '{joint.name}', whose ideal reaction is not determined (more "
+                "joints than the mechanism needs, or a singular position)",
+                "start = 'concentric'",
+            )
+        size = float(np.hypot(*reaction))
+        depth = _indentation(system, j, size)
+        reach = system.parameters.contact["clearance"][j] + depth
+        offsets[j] = -reach * reaction / size if size > 0.0 else 0.0
+    return offsets
+
+
+def _indentation(system: System, j: int, force: float) -> float:
+    """Indentation at which the elastic part of contact j balances a force (bisection on a monotone law)."""
+    numbers = system.parameters
+    if force == 0.0 or numbers.law["stiffness"][j] == 0:  # a hard contact
+        return 0.0
+    kind, row = numbers.law["stiffness"][j], numbers.elastic[j]
+    low, high = 0.0, float(numbers.contact["clearance"][j])
+    while elastic_force(kind, high, row) < force and high < numbers.contact["radius"][j]:
+        high *= 2.0
+    for _ in range(200):
+        middle = 0.5 * (low + high)
+        if elastic_force(kind, middle, row) < force:
+            low = middle
+        else:
+            high = middle
+    return high
+
+
+def _touching(plan: Plan, system: Handle, y: np.ndarray, kind: StartKind) -> list[list[float]]:
+    """Let everything act that is past its gap at the start; returns the rows of the event log.
+
+    A concentric start has no contacts, whatever round-off says; stops and cables may act.
+    """
+    content: System = system.content
+    contacts, rows = content.parameters.contact.size, []
+    value = guard_values(system, 0.0, y)
+    latches = {int(content.model.component_guard[component]) for _, _, component in content.model.latch.tolist()}
+    for guard in np.flatnonzero(value > 0.0).tolist():
+        if guard in latches or (guard < contacts and kind == "concentric"):
+            continue
+        data = np.zeros(RESET_DATA)
+        functions.touch(0.0, y, guard, system.address, data)
+        row = [0.0, float(guard), float(RISE), max(float(data[0]), APPROACH_FLOOR), float(data[1])]
+        rows.append(row + [0.0] * (LOG_COLUMNS - len(row)))
+        # a damping factor is derived for rates up to the speed at which the contact began, see `rate_in_range`
+        damping = plan.clearances[guard].damping if guard in plan.compliant_places else None
+        if isinstance(damping, DampingFactor) and data[0] <= APPROACH_FLOOR:
+            content.state.memory[guard] = -APPROACH_FLOOR
+    return rows
+
+
+def _store_energy(plan: Plan, system: Handle, y: np.ndarray) -> None:
+    """Write the elastic energy of hard contacts that are closed at the start, which is a state of theirs."""
+    content: System = system.content
+    depth = guard_values(system, 0.0, y)
+    for j in plan.hard_places:
+        if content.state.mode[j] == 1:
+            law = elastic_law(plan.clearances[j])
+            y[content.model.elastic_state[j]] = elastic_energy(law.energy, law.force, depth[j], law.row)
+
+
+def _hold_references(plan: Plan, system: System, holds: Held) -> None:
+    """Hold bodies at the angles and speeds of the references that they are to start on, and count their turns from there."""
+    numbers, model, work = system.parameters, system.model, system.work
+    for i, component in plan.actuators:
+        if component.start_on_reference:
+            first = model.function[i]
+            rows = numbers.motion[numbers.motion_start[first] : numbers.motion_start[first + 1]]
+            function_at(0.0, rows, work.function_value)
+            angle, speed = work.function_value[:2].tolist()
+            cos, sin = math.cos(angle), math.sin(angle)
+            name = f"the reference of actuator '{component.name}'"
+            holds.add(name, plan.coordinates.direction(component.body), (cos, sin), (-speed * sin, speed * cos))
+            system.state.reference[model.reference_of[i]] = angle
+
+
+def assembled_near(plan: Plan, system: System, natural: np.ndarray, *, straight: bool) -> Start:
+    """The state at rest nearest to natural coordinates in which rods have their given directions."""
+    guess = plan.coordinates.nearest(basis_at_start(system)[0], natural)
+    holds = held_rods(plan, system)
+    if straight:
+        _hold_straight(plan, holds)
+    return assemble(plan, system, Start(guess, np.zeros_like(guess)), holds)
+
+
+def _hold_straight(plan: Plan, holds: Held, *, moving: bool = False) -> None:
+    """Hold bars that bend straight, so that they start undeformed, with the velocities of rigid ones.
+
+    `moving`: only bars of which some cross-sections have a velocity that is given, and others follow.
+    """
+    coordinates, beams = plan.coordinates, list(beams_of(plan.mechanism))
+    has_velocity = {body.name for body in plan.bodies if body.velocity is not None}
+
+    def is_free(sections: Iterable[str]) -> bool:
+        return moving and len({section in has_velocity for section in sections if section != GROUND}) < 2
+
+    if is_free(end[0] for beam in beams for end in (beam.start, beam.end)):
+        beams = []
+    for beam in beams:
+        x, y, angle = start_coordinates(plan.mechanism, beam)
+        if max(abs(x - beam.length), abs(y), abs(angle) * beam.length) > STRAIGHT * beam.length:
+            continue  # placed bent
+        ends = combined((coordinates.place(beam.end), 1.0), (coordinates.place(beam.start), -1.0))
+        directions = coordinates.frame(beam.start[0]), coordinates.frame(beam.end[0])
+        for vector, scale in straight_maps(beam, ends, *directions):
+            holds.add(beam.name, vector, (0.0, 0.0), (0.0, 0.0), scale)
+    for axis in coordinates.natural.axes:
+        if is_straight(axis, coordinates.placed[0]) and not is_free(axis.bar.sections):
+            vectors, length = straight_bar(coordinates, axis)
+            for vector, scale in vectors:
+                holds.add(axis.bar.name, vector, (0.0, 0.0), (0.0, 0.0), scale)
+            holds.constraints.append(length)
+
+
+def _moved(plan: Plan, system: System, start: Start) -> list[str]:
+    """The given places and angles that assembly changed noticeably, most first, and what they are now."""
+    placed, position = plan.coordinates.placed[0], natural_state(plan, system, start)[0]
+    size = plan.coordinates.size
+    if np.abs(position - placed).max(initial=0.0) < 0.5 * min(MOVED * size, TURNED):  # half: of both components
+        return []
+    prescribed = prescribed_bodies(plan)
+    changes: list[tuple[float, str]] = []
+    for body in plan.bodies:
+        p = plan.coordinates.natural.offsets[body.name]
+        far = math.dist(position[p : p + 2], placed[p : p + 2])
+        if body.position is not None and far > MOVED * size:
+            here, there = _pair_texts(position[p : p + 2].tolist(), body.position)
+            text = f"body '{body.name}' is moved by {far * 1e3:.4g} mm: its origin starts at {here} m, given is {there} m"
+            changes.append((far, text))
+        if body.angle is not None and plan.coordinates.natural.rotates(body.name) and body.name not in prescribed:
+            (cos, sin), (x, y) = placed[p + 2 : p + 4], position[p + 2 : p + 4]
+            angle = math.atan2(cos * y - sin * x, cos * x + sin * y)
+            if abs(angle) > TURNED:
+                turn = math.degrees(angle)
+                here, there = _texts(math.degrees(body.angle) + turn, math.degrees(body.angle))
+                text = f"body '{body.name}' is rotated by {abs(turn):.4g} deg: it starts at {here} deg, given are {there} deg"
+                changes.append((abs(angle) * size, text))
+    changes.sort(key=lambda change: -change[0])
+    return [f"to assemble the mechanism at the start, {in_words([text for _, text in changes], 3)}"] if changes else []
+
+
+def _changed_speeds(plan: Plan, system: System, start: Start, kind: StartKind) -> list[str]:
+    """The given speeds that are not kept, and what they are instead."""
+    velocity, (b, rate) = natural_state(plan, system, start)[1], basis_at_start(system)
+    full, rates = np.append(start.position, b), np.append(start.velocity, rate)
+    size, changes = plan.coordinates.size, []
+    given_speeds = [abs(body.angular_velocity or 0.0) * size + math.hypot(*body.velocity or (0.0, 0.0)) for body in plan.bodies]
+    allowed = KEPT * max([*given_speeds, float(np.max(np.abs(velocity), initial=0.0))])
+    for body in plan.bodies:
+        p = plan.coordinates.natural.offsets[body.name]
+        now = [speed if abs(speed) > allowed else 0.0 for speed in velocity[p : p + 2].tolist()]
+        if body.velocity is not None and math.dist(body.velocity, now) > allowed:
+            here, there = _pair_texts(now, body.velocity)
+            changes.append(f"the origin of body '{body.name}' starts at {here} m/s, given are {there} m/s")
+        if body.angular_velocity is not None and body.rotates:
+            direction = plan.coordinates.direction(body.name)
+            (x, y), (x_rate, y_rate) = direction.at(full), direction.at(rates)
+            turning = float((x * y_rate - y * x_rate) / (x * x + y * y))
+            if abs(turning - body.angular_velocity) * size > allowed:
+                here, there = _texts(turning if abs(turning) * size > allowed else 0.0, body.angular_velocity)
+                changes.append(f"body '{body.name}' starts at {here} rad/s, given are {there} rad/s")
+    if not changes:
+        return []
+    if kind == "static":
+        return [f"start = 'static' is at rest but for drives: {in_words(changes, 3)}"]
+    advice = "" if kind == "as-placed" or not plan.contacts else "; start = 'as-placed' keeps what clearance joints allow of it"
+    return [f"joints and drives do not admit the speeds given together: {in_words(changes, 3)}{advice}"]
+
+
+def _texts(first: float, second: float) -> tuple[str, str]:
+    """Two numbers with as many digits, four at least, as tell them apart."""
+    for digits in range(4, 17):
+        shown = f"{first:.{digits}g}", f"{second:.{digits}g}"
+        if shown[0] != shown[1]:
+            break
+    return shown
+
+
+def _pair_texts(first: Sequence[float], second: Sequence[float]) -> tuple[str, str]:
+    """Likewise for vectors."""
+    near = 1e-9 * math.dist(first, second)
+    columns = [_texts(a, b) if abs(a - b) > near else (f"{b:.4g}",) * 2 for a, b in zip(first, second, strict=True)]
+    return ", ".join(column[0] for column in columns), ", ".join(column[1] for column in columns)

@@ -1,0 +1,340 @@
+"""Forces of a mechanism along the stroke of its drives without inertia."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import numpy as np
+
+from scissordyn.casefile.configuration import write_configuration
+from scissordyn.component.time_function import Polynomial
+from scissordyn.equilibrium.bar_extremes import bar_extremes
+from scissordyn.equilibrium.cause import jam
+from scissordyn.equilibrium.rest import At, count_turns
+from scissordyn.equilibrium.small_motion import along
+from scissordyn.errors import InputError
+from scissordyn.integrate.integration import Samples
+from scissordyn.kinematics.assembly import Held, Start, assemble, whole_state
+from scissordyn.kinematics.closure import Closure, Inputs
+from scissordyn.kinematics.path import GRID, smooth_peak, start_of
+from scissordyn.mechanics.monitored import POWERS
+from scissordyn.mechanics.outputs import Record
+from scissordyn.model.commanded import commanded
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.options import EndTime, Options
+from scissordyn.plan.bending import bends
+from scissordyn.plan.elimination import in_words
+from scissordyn.plan.plan import Plan, plan
+from scissordyn.plan.rest import frictionless, loads_at, still_at, with_inputs
+from scissordyn.plan.system import make_system
+from scissordyn.record.dataset import results
+from scissordyn.record.results import Results, Variable, Variables, labels
+from scissordyn.record.trajectory import LOG, PEAK, Trajectory
+from scissordyn.record.warn import ROUNDED, beyond_outputs
+from scissordyn.units import Quantity, checked
+from scissordyn.warning import warning
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+TITLE = "scissordyn statics"
+
+POINTS, MEASURED = 201, 51  # Positions, and the fewest of a measure of many cases
+FINE, COARSE = 0.1, 0.4  # Rotation of a drive between two positions of such a measure, and from which on it is warned of [rad]
+
+CREEP = 1e-9
+"""Speed of the fastest drive [rad/s, m/s], which tells friction and one-way loads their sense; squares of it are round-off."""
+
+AT_ONCE = 1e-30
+"""In the place of the speed over which friction or a one-way load sets in [m/s, rad/s]. It is written where the kernels read
+it, as fields of components may not be so small."""
+
+SENSES: dict[str, tuple[str, tuple[str, ...]]] = {
+    "pin_friction": ("transition", ("kinetic", "static")),
+    "guide_friction": ("transition", ("kinetic", "static")),
+    "gas_spring": ("friction_speed", ("friction",)),
+    "stroke_load": ("transition", ()),
+    "angle_load": ("transition", ()),
+}
+"""Components that depend on the sense of their motion: arguments of their kernels, that speed and friction."""
+
+Friction = Literal["none", "forward", "backward"]
+
+DYNAMIC = (
+    *("kinetic_energy", "elastic_energy", "dissipated_energy", "_loss", "_work", "_residual", "_power", "impulse"),
+    *("peak_", "_peak", "contact_", "event_", "_speed"),
+)
+"""Parts of names of variables that only a motion has."""
+
+
+@checked
+def statics(
+    mechanism: Mechanism,
+    *,
+    until: EndTime,
+    points: Annotated[int, Quantity("1", minimum=2, maximum=100_000, help="number of positions")] = POINTS,
+    friction: Friction = "none",
+) -> xr.Dataset:
+    """Forces in pins, guides, drives, rods, springs and bars along the motion of the drives, without inertia.
+
+    At each position drives and prescribed distances stand still, loads have their values of that instant, and whatever else can
+    move is in static equilibrium. Clearances, dampers, clutches and brakes are left out; servos hold their references.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    until : float
+        End of the time of the drives [s].
+    points : int
+        Number of positions, evenly spaced in time.
+    friction : {"none", "forward", "backward"}
+        Without friction in ideal joints and gas springs, or with that of a slow motion as the drives move, or against it.
+
+    Returns
+    -------
+    Dataset
+        The variables of a run that have a meaning at rest, over `time`, and `input (time, prescribed)`, what drives and
+        prescribed distances hold, in `prescribed_unit`. All forces and torques once more in one table,
+        `quantity_value (time, quantity)` in `quantity_unit`, of reactions the size, with `least`, `largest`, `least_time` and
+        `largest_time` of each, located between the positions.
+
+    Raises
+    ------
+    InputError
+        If nothing is prescribed, a position has no static equilibrium, or what depends on the sense of the motion, as friction
+        does, acts on a mechanism that the drives do not move alone.
+    """
+    return static_results(mechanism, until, points, friction).dataset()
+
+
+def static_results(mechanism: Mechanism, until: float, points: int, friction: Friction) -> Results:
+    """The same as plain arrays."""
+    check_stroke(mechanism)
+    ideal = frictionless(commanded(mechanism).ideal())
+    whole = plan(ideal)
+    inputs = Inputs(whole)
+    times = np.linspace(0.0, until, points)
+    path, rested = _rested(whole, inputs, times, friction)
+    forces = results(whole, write_configuration(ideal, Options(until=until, samples=points)), path, rested)
+    forces.variables |= bar_extremes(whole, path.samples, rested, forces.variables)
+    variables = {name: part for name, part in forces.variables.items() if not any(word in name for word in DYNAMIC)}
+    variables |= _inputs(inputs, times)
+    variables |= _envelope(variables, times)
+    forces.variables = variables
+    forces.attrs.update(title=TITLE, warnings=json.dumps(_warnings(whole, variables, path)))
+    return forces
+
+
+def static_peaks(mechanism: Mechanism, until: float) -> dict[str, float]:
+    """The largest size of each force and torque, with friction as the drives move if there is some, and of stresses of bars."""
+    points = max(MEASURED, 1 + math.ceil(rotations(mechanism, until)[-1] / FINE))
+    parts = frictionless(mechanism.ideal()).components
+    rubbing = any(getattr(part, name) for part in parts for name in SENSES.get(part.declaration.section, ("", ()))[1])
+    forces = static_results(mechanism, until, points, "forward" if rubbing else "none").variables
+    sizes = np.maximum(np.abs(forces["least"].values), np.abs(forces["largest"].values))
+    peaks = dict(zip(forces["quantity"].values.tolist(), sizes.tolist(), strict=True))
+    if "bar" in forces:
+        names, stresses = (forces[name].values.tolist() for name in ("bar", "bar_largest_stress"))
+        peaks |= {f"bar stress {name}": stress for name, stress in zip(names, stresses, strict=True)}
+    return peaks
+
+
+def rotations(mechanism: Mechanism, until: float) -> np.ndarray:
+    """How far the drive that rotates most has turned at evenly spaced instants, to and fro [rad]."""
+    inputs = Inputs(plan(commanded(mechanism).ideal()))
+    turned = np.abs(np.diff(inputs.over(np.linspace(0.0, until, GRID)), axis=0, prepend=inputs.at(0.0)[None]))
+    angles = turned[:, np.array(inputs.units) == "rad"]
+    return np.asarray(np.cumsum(angles.max(axis=1, initial=0.0)))
+
+
+def check_stroke(mechanism: Mechanism) -> None:
+    """Raise `InputError` where nothing is prescribed."""
+    driven = commanded(mechanism)
+    if not (driven.drives or driven.coordinate_drives or any(rod.motion for rod in driven.rods)):
+        raise InputError(
+            "statics of a mechanism without a drive, a servo, a driven rod or coordinate, which has no stroke",
+            "a drive, or a rod with a motion",
+        )
+
+
+def _rested(whole: Plan, inputs: Inputs, times: np.ndarray, friction: Friction) -> tuple[Trajectory, Record]:
+    """The positions of equilibrium at some instants, as the trajectory and the record of a run."""
+    moving = _moving(whole, inputs, times, friction)
+
+    def still(time: float, turned: Mapping[str, float]) -> Plan:
+        return still_at(whole.case(loads_at(whole.mechanism, time)), time, turned)
+
+    try:
+        places = list(along(still, inputs, times.tolist(), "static"))
+    except InputError as error:
+        raise InputError(f"statics {error.what}", error.allowed) from None
+    rests = [at for at, _ in places]
+    warnings: list[str] = []
+    if moving is not None:
+        values = inputs.over(times)
+        rests = [
+            _creeping(at, place.turned, motion, friction)
+            for (at, place), *motion in zip(places, values.tolist(), moving.tolist(), strict=True)
+        ]
+    records = []
+    for at, time in zip(rests, times.tolist(), strict=True):
+        records.append(at.record())
+        stuck = jam(at.plan, at.system)
+        if stuck and not warnings:
+            warnings.append(f"{stuck}, first at t = {time:.6g} s")
+    at_rest = Record(*(np.concatenate(parts) for parts in zip(*records, strict=True)))
+    for rates in (at_rest.V, at_rest.A, at_rest.velocity, at_rest.angular_velocity):
+        rates[:] = 0.0
+    system, n = make_system(whole), whole.coordinates.free
+    state = np.zeros((times.size, system.content.work.scratch.size))
+    state[:, :n] = at_rest.X[:, :n]
+    model, states = system.content.model, [at.system.content.state for at in rests]
+    modes = (np.stack([getattr(part, name) for part in states]) for name in ("mode", "memory", "reference"))
+    path = Trajectory(
+        plan=whole,
+        system=system,
+        samples=Samples(times, state, np.zeros((times.size, len(POWERS))), *modes),
+        log=np.zeros(0, LOG),
+        peak=np.zeros(model.guard_component.size + model.monitor.shape[0], PEAK),
+        end=float(times[-1]),
+        warnings=tuple(warnings),
+        band=times[:0],
+    )
+    return path, at_rest
+
+
+def _moving(whole: Plan, inputs: Inputs, times: np.ndarray, friction: Friction) -> np.ndarray | None:
+    """Rates of the inputs in a slow motion, shape (instants, inputs); None if nothing depends on its sense."""
+    parts: list[Any] = [part for part in whole.components if part.declaration.section in SENSES]
+    friction_parts = [part for part in parts if SENSES[part.declaration.section][1]]
+    if friction != "none" and not friction_parts:
+        what = f"friction = '{friction}' of a mechanism without friction in ideal joints or gas springs"
+        raise InputError(what, "components [[pin_friction]], [[guide_friction]], [[gas_spring]]", "friction = 'none'")
+    one_way = [part for part in parts if getattr(part, "acts", "both") != "both"]
+    if not one_way and friction == "none":
+        return None
+    closure = Closure(whole)
+    if start_of(closure) is None or closure.mobility != 0:
+        name = (one_way or friction_parts)[0].name
+        allowed = "rigid bars" if bends(whole.mechanism) else "a drive more"
+        raise InputError(f"statics with '{name}', whose sense is unknown, as the drives do not determine the motion", allowed)
+    rates = np.gradient(inputs.over(times), times, axis=0)
+    fastest = np.abs(rates).max(axis=1, keepdims=True)
+    sense = -1.0 if friction == "backward" else 1.0
+    return np.asarray(sense * CREEP * rates / np.where(fastest > 0.0, fastest, 1.0))
+
+
+def _creeping(at: At, turned: Mapping[str, float], motion: Sequence[Sequence[float]], friction: Friction) -> At:
+    """The same position in a slow motion, of which the values and rates of the inputs are given."""
+    slow = with_inputs(at.plan, [Polynomial(pair) for pair in zip(*motion, strict=True)], turned)
+    system = make_system(slow)
+    content = system.content
+    count_turns(slow, content, turned)
+    for i, part in enumerate(slow.components):
+        if part.declaration.section in SENSES:
+            speed, coefficients = SENSES[part.declaration.section]
+            row, numbers = content.parameters.component[i], part.declaration.numbers
+            row[numbers.index(speed)] = AT_ONCE
+            for name in coefficients:
+                row[numbers.index(name)] *= friction != "none"
+    position = at.state[: slow.coordinates.free]
+    start = assemble(slow, content, Start(position, 0.0 * position), Held())
+    content.state.mode[:], content.state.memory[:] = at.system.content.state.mode, at.system.content.state.memory
+    return At(slow, system, whole_state(content, start.position, start.velocity))
+
+
+def _inputs(inputs: Inputs, times: np.ndarray) -> Variables:
+    """What drives and prescribed distances hold."""
+    names = [*inputs.bodies, *inputs.timed]
+    return {
+        "prescribed": labels("prescribed", names, "driven body or rod"),
+        "prescribed_unit": labels("prescribed", inputs.units, "unit of its input"),
+        "input": Variable(("time", "prescribed"), inputs.over(times), {"long_name": "prescribed angle or distance"}),
+    }
+
+
+def _envelope(variables: Variables, times: np.ndarray) -> Variables:
+    """All forces and torques in one table, the least and the largest value of each, and when."""
+    names, units, columns = [], [], []
+    first_alone = "drive_torque" if "drive_torques" in variables else ""
+    for name, part in variables.items():
+        unit = part.attrs.get("units", "")
+        if part.dims[0] != "time" or "beam" in part.dims or name == first_alone:
+            continue
+        parts = variables[part.dims[1]].values.tolist() if part.dims[1:] else [""]
+        several = [unit] * len(parts)
+        coordinate = variables.get(name.replace("_force", "_unit"), part)
+        if coordinate is not part:
+            several = ["N m" if unit_of == "rad" else "N" for unit_of in coordinate.values.tolist()]
+        if not set(several) <= {"N", "N m"}:
+            continue
+        for label, of in zip(parts, several, strict=True):
+            kind = name.replace("force", "torque").replace("torques", "torque") if of == "N m" else name
+            names.append(f"{kind.replace('_', ' ')} {label}".strip())
+        units += several
+        vectors = part.values.reshape(times.size, len(parts), -1)
+        columns += [vectors[:, k] for k in range(len(parts))]
+    force = np.stack([_size(column) for column in columns], axis=1) if columns else np.zeros((times.size, 0))
+    least, largest = (np.array([_extreme(times, column, sign) for column in columns]).reshape(-1, 2) for sign in (-1.0, 1.0))
+    return {
+        "quantity": labels("quantity", names, "force or torque"),
+        "quantity_unit": labels("quantity", units, "unit of its values"),
+        "quantity_value": Variable(("time", "quantity"), force, {"long_name": "force or torque, of reactions the size"}),
+        **{
+            name: Variable(("quantity",), column, {"long_name": text})
+            for name, column, text in (
+                ("least", 0.0 - least[:, 0], "least value"),
+                ("least_time", least[:, 1], "when it is least [s]"),
+                ("largest", largest[:, 0], "largest value"),
+                ("largest_time", largest[:, 1], "when it is largest [s]"),
+            )
+        },
+    }
+
+
+def _size(vectors: np.ndarray) -> np.ndarray:
+    """Lengths of vectors in the plane; values themselves, with their sign."""
+    return vectors[:, 0] if vectors.shape[1] == 1 else np.hypot(*vectors.T)
+
+
+def _extreme(times: np.ndarray, vectors: np.ndarray, sign: float) -> tuple[float, float]:
+    """The largest size (sign = 1) or minus the least (-1) and when, between the positions.
+
+    A reaction that passes through zero or close by has a kink in its size, not in its components: these are the parabolas.
+    """
+    values = sign * _size(vectors)
+    if vectors.shape[1] > 1 and times.size > 2 and np.isfinite(values).any():
+        k = min(max(1, int(np.nanargmax(values))), times.size - 2)
+        if np.isfinite(values[k - 1 : k + 2]).all():
+            before, here, after = vectors[k - 1 : k + 2, None]
+            part = np.linspace(-1.0, 1.0, 401)[:, None]
+            between = here + 0.5 * part * (after - before) + 0.5 * part**2 * (after - 2.0 * here + before)
+            times, values = times[k] + part[:, 0] * (times[k + 1] - times[k]), sign * _size(between)
+    return smooth_peak(times, values)
+
+
+def _warnings(plan: Plan, variables: Variables, path: Trajectory) -> list[str]:
+    """Reactions that are not determined, curves and strokes that are left, and positions that are far apart, in words."""
+    warnings, times = list(path.warnings), variables["time"].values
+    angles = variables["input"].values[:, variables["prescribed_unit"].values == "rad"]
+    apart = float(np.abs(np.diff(angles, axis=0)).max(initial=0.0))
+    if apart > COARSE:
+        enough = math.ceil(times.size * apart / FINE)
+        words = f"positions are up to {math.degrees(apart):.3g} deg of rotation apart: larger forces between them are missed"
+        warnings.append(f"{words}, less with {enough} points")
+    for _, part, output in beyond_outputs(plan):
+        section = part.declaration.section
+        far = variables[f"{section}_beyond"].values[:, variables[section].values.tolist().index(part.name)]
+        worst = int(np.argmax(far))
+        if far[worst] > ROUNDED:
+            numbers = {"beyond": far[worst], "unit": output.unit, "time": times[worst]}
+            warnings.append(str(warning("beyond", part.name, part.declaration.label, **numbers)))
+    lost = np.isnan(variables["reaction"].values).any(axis=(0, 2))
+    names = variables["joint"].values[lost].tolist()
+    if names and not path.warnings:
+        joints = in_words([repr(name) for name in names])
+        warnings.append(f"reactions of {joints} are not determined: there are more joints than needed")
+    return warnings

@@ -1,0 +1,44 @@
+"""``run.scissordyn``: what a run can do by itself, in xarray's own way."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import xarray as xr
+
+from scissordyn.casefile.configuration import read_configuration
+from scissordyn.file.export import export
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.record.citations import Citations, citations
+from scissordyn.record.summary import Summary, summary_of
+
+
+@xr.register_dataset_accessor("scissordyn")  # type: ignore[no-untyped-call]
+class RunAccessor:
+    """Mechanism, summary, citations and exports of a run, from what it has recorded.
+
+    Parameters
+    ----------
+    run : Dataset
+    """
+
+    def __init__(self, run: xr.Dataset) -> None:
+        self._run = run
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The mechanism that was run; `InputError` if it uses functions in a file of the user's."""
+        return read_configuration(self._run).build_mechanism()
+
+    def summary(self) -> Summary:
+        """Tracked points against their tolerances, actuators against their limits, largest force, span, work and horizon."""
+        return summary_of(self._run)
+
+    def citations(self) -> Citations:
+        """Who describes what the run has used: mechanism, laws, controllers, components, methods; text, or ``.bibtex``."""
+        return citations(self._run)
+
+    def export(self, path: str | os.PathLike[str]) -> Path:
+        """Write the run as a table, .csv or .parquet, or with all its arrays, .mat; see `file.export`."""
+        return export(self._run, path)

@@ -1,0 +1,362 @@
+"""A trajectory as the Dataset that the user reads."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+
+import numpy as np
+
+from scissordyn.casefile.configuration import TITLE
+from scissordyn.component.declaration import Component
+from scissordyn.component.place import GROUND
+from scissordyn.component.port import AXIS
+from scissordyn.control.signal import MEASURED
+from scissordyn.errors import InputError
+from scissordyn.mechanics.monitored import (
+    COMPONENT_FORCE,
+    COMPONENT_OUTPUT,
+    DRIVE_TORQUE,
+    EXCEEDED,
+    FRICTION_RATIO,
+    INDENTATION,
+    JOINT_FORCE,
+    PRESSURE_VELOCITY,
+    oiled_contacts,
+)
+from scissordyn.mechanics.outputs import Record
+from scissordyn.mechanics.reactions import solve_reactions
+from scissordyn.mechanics.system import RESULTS
+from scissordyn.plan.acting import states_of
+from scissordyn.plan.plan import Plan
+from scissordyn.record.bars import bar_variables, with_distributed_mass
+from scissordyn.record.coupling import coupling_variables
+from scissordyn.record.events import ACCOUNTS, accounts, contact_variables, event_variables
+from scissordyn.record.film import film_variables
+from scissordyn.record.results import Results, Variables, described, labels, located
+from scissordyn.record.track import track_variables
+from scissordyn.record.trajectory import Trajectory
+from scissordyn.units import State
+
+
+def results(plan: Plan, configuration: str, path: Trajectory, record: Record) -> Results:
+    """All results of a run; nothing is simulated here."""
+    variables = {
+        "time": described("time", path.samples.time, "s", "time"),
+        "body": labels("body", [body.name for body in plan.bodies]),
+        "joint": labels("joint", list(plan.mechanism.joint_names)),
+        "axis": labels("axis", ["x", "y"]),
+        **motion_variables(plan, record),
+        **_joint_variables(plan, path, record),
+        **_rod_variables(plan, record),
+        **_control_variables(plan, path, record),
+        **_energy_variables(plan, path, record),
+        **_drive_variables(plan, path, record),
+        **coupling_variables(plan, path, record),
+        **contact_variables(plan, path.contacts(), path.statistics.get("step", 0.0)),
+        **track_variables(path, record),
+        **synchronisation_variables(plan, record),
+        **event_variables(plan, path.log),
+    }
+    components = component_variables(plan, path, record)
+    for name in components.keys() & variables.keys():
+        raise InputError(f"a component's variable '{name}', which every run has", "another section or name of the output")
+    variables |= components
+    attributes = {
+        "title": TITLE,
+        "status": path.status,
+        "cause": path.cause,
+        "end": path.end,
+        "statistics": json.dumps(path.statistics),
+        "warnings": "[]",
+        "configuration": configuration,
+        "length_error": float(record.length_error[0]),
+    }
+    return Results(variables, attributes)
+
+
+def motion_variables(plan: Plan, record: Record) -> Variables:
+    point, rotation = ("time", "body", "axis"), ("time", "body")
+    x, y = np.array([body.centre for body in plan.bodies]).T
+    cos, sin = np.cos(record.angle), np.sin(record.angle)
+    origin = record.position - np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
+    variables = {
+        "origin": described(point, origin, "m", "position of the origin of the body's frame, which a body calls position"),
+        "position": described(point, record.position, "m", "position of the mass centre"),
+        "velocity": described(point, record.velocity, "m/s", "velocity of the mass centre"),
+        "acceleration": described(point, record.acceleration, "m/s^2", "acceleration of the mass centre"),
+        "angle": described(rotation, record.angle, "rad", "angle"),
+        "angular_velocity": described(rotation, record.angular_velocity, "rad/s", "angular velocity"),
+        "angular_acceleration": described(rotation, record.angular_acceleration, "rad/s^2", "angular acceleration"),
+    }
+    guide = plan.mechanism.output_guide
+    if guide is not None:
+        guided = plan.coordinates.place(guide.follower)
+        along = np.array([math.cos(guide.direction), math.sin(guide.direction)])
+        for name, values, units in (
+            ("position", guided.at(record.X) - np.array(guide.through), "m"),
+            ("velocity", guided.at(record.V), "m/s"),
+            ("acceleration", guided.at(record.A), "m/s^2"),
+        ):
+            text = f"{name} of the guided point along its guide"
+            variables[f"slider_{name}"] = described("time", values @ along, units, text)
+    return variables
+
+
+def _reactions(plan: Plan, record: Record, time: np.ndarray) -> np.ndarray:
+    """Forces on the journals of joints and on the followers of guides, shape (nt, joints, 2) [N]."""
+    joints, guided, _ = solve_reactions(plan.balance, plan.gravity_vector, with_distributed_mass(plan, record, time))
+    reaction = np.zeros((record.X.shape[0], len(plan.mechanism.joint_names), 2))
+    at = plan.places(contact.name for contact in plan.contacts)
+    reaction[:, at] = record.wrench[:, : at.size, :2]
+    films = len(plan.contacts) + len(plan.mechanism.components)
+    for f, (joint, _, _) in enumerate(plan.lubricated):
+        reaction[:, plan.places([joint.name])[0]] += record.wrench[:, films + f, :2]
+    for j, point in enumerate(plan.mechanism.contact_points, len(plan.mechanism.clearance_joints)):
+        reaction[:, plan.places([point.guide])] += record.wrench[:, j : j + 1, :2]
+    reaction[:, plan.places(joint.name for joint in plan.mechanism.ideal_joints)] = joints
+    for g, guide in enumerate(plan.mechanism.ideal_guides):
+        across = np.array([-math.sin(guide.direction), math.cos(guide.direction)])
+        if guide.body != GROUND:
+            cos, sin = record.direction[:, plan.bodies.index(plan.mechanism.body(guide.body))].T
+            across = np.stack([cos * across[0] - sin * across[1], sin * across[0] + cos * across[1]], axis=1)
+        reaction[:, plan.places([guide.name])[0]] = guided[:, g : g + 1] * across
+    return reaction
+
+
+WEAR = "product of mean pressure F_n/(2 R_J L_b) and slip speed"
+
+
+def spread(values: np.ndarray, places: np.ndarray, count: int, fill: float = np.nan) -> np.ndarray:
+    """Values along the last axis at their places among so many, as many as there are."""
+    full = np.full((*values.shape[:-1], count), fill).astype(values.dtype)
+    full[..., places[: values.shape[-1]]] = values
+    return full
+
+
+def _joint_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
+    """Quantities per joint; those that exist at clearance joints only are NaN at ideal ones."""
+    per_joint, joints = ("time", "joint"), len(plan.mechanism.joint_names)
+    what = "force on the journal (contact and film at clearance joints, reaction at ideal ones), on the follower for guides"
+    variables = {"reaction": described((*per_joint, "axis"), _reactions(plan, record, path.samples.time), "N", what)}
+    if not plan.contacts:
+        return variables
+    at = plan.places(contact.name for contact in plan.contacts)
+    contact, mode = record.contact, path.samples.mode[:, : at.size]
+    parts = [spread(contact["distance"] * contact[component], at, joints) for component in ("nx", "ny")]
+    eccentricity, touching = np.stack(parts, axis=-1), spread(mode == 1, at, joints, fill=False)
+    clearance = spread(path.system.content.parameters.contact["clearance"], at, joints)
+    about = "journal centre relative to the bearing centre; for a contact point, the displacement across the guide"
+    variables |= {
+        "eccentricity": described((*per_joint, "axis"), eccentricity, "m", about),
+        "indentation": described(per_joint, spread(contact["depth"], at, joints), "m", "indentation, negative in free flight"),
+        "normal_force": described(per_joint, spread(contact["normal"], at, joints), "N", "normal contact force"),
+        "friction_force": described(per_joint, spread(contact["tangential"], at, joints), "N", "tangential contact force"),
+        "slip_speed": described(per_joint, spread(contact["slip"], at, joints), "m/s", "slip speed of the two surfaces"),
+        "in_contact": described(per_joint, touching, "1", "journal and bearing in contact"),
+        "clearance": described("joint", clearance, "m", "radial clearance"),
+    }
+    variables |= _joint_peaks(plan, path, at)
+    if plan.mechanism.contact_points:
+        plane = np.isin(plan.mechanism.joint_names, [point.name for point in plan.mechanism.contact_points])
+        variables["plane_contact"] = described("joint", plane, "1", "contact point of a block at a guide surface")
+    for j in plan.compliant_places:
+        first = 2 * plan.coordinates.free + int(path.system.content.model.state_start[j])
+        for s, declared in enumerate(states_of(plan.contacts[j])):
+            state = np.where(path.samples.mode[:, j] == 1, path.samples.state[:, first + s], np.nan)
+            _enter_state(variables, declared, per_joint, joints, int(at[j]), state)
+    return variables
+
+
+def _joint_peaks(plan: Plan, path: Trajectory, at: np.ndarray) -> Variables:
+    """Located maxima per joint; NaN where there is no such quantity."""
+    joints, about = len(plan.mechanism.joint_names), "friction over the static limit of its law"
+    bristles, oiled = at[path.monitored(FRICTION_RATIO)], at[oiled_contacts(path.system.content.model)]
+    variables = {}
+    if path.peaks(PRESSURE_VELOCITY).size:
+        product = spread(path.peaks(PRESSURE_VELOCITY), at, joints)
+        variables = {
+            "peak_pressure_velocity": described("joint", product["largest"], "Pa m/s", f"largest {WEAR}"),
+            "pressure_distance": described("joint", product["integral"], "Pa m", f"integral of the {WEAR}"),
+        }
+    variables |= located("peak_indentation", "joint", spread(path.peaks(INDENTATION), at, joints), "m", "indentation")
+    if oiled.size:
+        text = "force that an oiled joint transmits, of metal and film"
+        variables |= located("joint_peak_force", "joint", spread(path.peaks(JOINT_FORCE), oiled, joints), "N", text)
+    if bristles.size:
+        ratio = spread(path.peaks(FRICTION_RATIO), bristles, joints)
+        text = f"largest {about}, where the law has internal states"
+        variables["peak_friction_ratio"] = described("joint", ratio["largest"], "1", text)
+        text = f"how long {about} is above {EXCEEDED:g}"
+        variables["friction_excess_time"] = described("joint", ratio["excess_time"], "s", text)
+    return variables
+
+
+def component_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
+    """What the components declare, along one dimension for each kind."""
+    variables: Variables = {}
+    peaks = path.peaks(COMPONENT_FORCE)
+    monitored = path.monitored(COMPONENT_OUTPUT).tolist()
+    kinds: dict[str, list[int]] = {}
+    controlled = dict(plan.actuators)
+    for i, component in enumerate(plan.acting):
+        if i not in controlled and component.declaration.port is not AXIS:
+            kinds.setdefault(component.declaration.section, []).append(i)
+    parts: tuple[Component, ...] = plan.acting
+    for section, index in kinds.items():
+        declared = parts[index[0]].declaration
+        variables[section] = labels(section, [parts[i].name for i in index])
+        if declared.force is None:
+            torque = record.wrench[:, [len(plan.contacts) + i for i in index], 2]
+            text = f"torque of a locked {declared.label} on its body"
+            variables[f"{section}_torque"] = described(("time", section), torque, "N m", text)
+        else:
+            largest = peaks[[i for i in index if i < len(plan.components)]]
+            kind = "torque" if declared.port.forces == ("torque",) else "force"
+            unit = "N m" if kind == "torque" else "N"
+            variables |= located(f"{section}_peak_{kind}", section, largest, unit, kind)
+        for output in declared.reported:
+            if declared.force is None and not output.coordinate:
+                continue
+            source = record.coordinate if output.coordinate else record.result
+            last = output.first + output.components
+            values = source[:, index, output.first : last] if output.components > 1 else source[:, index, output.first]
+            dims = ("time", section, "axis") if output.components > 1 else ("time", section)
+            text = f"{output.help} ({declared.label})"
+            variables[f"{section}_{output.name}"] = described(dims, np.ascontiguousarray(values), output.unit, text)
+        for output in declared.outputs_monitored:
+            rows = [monitored.index(i * RESULTS + output.first) for i in index]
+            peaks_of_output = path.peaks(COMPONENT_OUTPUT)[rows]
+            variables |= located(f"{section}_peak_{output.name}", section, peaks_of_output, output.unit, output.help)
+        first = 2 * plan.coordinates.free + path.system.content.model.state_start[[len(plan.contacts) + i for i in index]]
+        for s, state in enumerate(declared.states):
+            text = f"{state.name.replace('_', ' ')}, an internal state ({declared.label})"
+            internal = described(("time", section), path.samples.state[:, first + s], state.unit, text)
+            variables.setdefault(f"{section}_{state.name}", internal)
+    variables.update(bar_variables(plan, path.samples.time, record, variables))
+    variables.update(film_variables(plan, path.samples.time, variables))
+    return variables
+
+
+def _rod_variables(plan: Plan, record: Record) -> Variables:
+    if not plan.rods:
+        return {}
+    place = plan.coordinates.place
+    span = np.stack([place(rod.end).at(record.X) - place(rod.start).at(record.X) for rod in plan.rods], axis=1)
+    length = np.sqrt(np.sum(span * span, axis=-1))
+    tension = -np.sum(record.wrench[:, -len(plan.rods) :, :2] * span, axis=-1) / length
+    return {
+        "rod": labels("rod", [rod.name for rod in plan.rods]),
+        "rod_force": described(("time", "rod"), tension, "N", "force in a rod, positive in tension"),
+        "rod_length": described(("time", "rod"), length, "m", "length of a rod"),
+    }
+
+
+def _control_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
+    """Quantities per actuator; internal states and recorded signals are NaN at controllers that have none."""
+    chosen = plan.actuators
+    if not chosen:
+        return {}
+    index = [i for i, _ in chosen]
+    over, content = ("time", "actuator"), path.system.content
+    peaks = path.peaks(COMPONENT_FORCE)[index]
+    variables: Variables = {
+        "actuator": labels("actuator", [part.name for _, part in chosen]),
+        "control_torque": described(over, record.result[:, index, 0], "N m", "torque that a controller gives"),
+        "control_error": described(over, record.observed[:, index, 0], "rad", "reference less measured angle"),
+        **located("peak_control_torque", "actuator", peaks, "N m", "torque that a controller gives"),
+    }
+    recorder = content.model.recorder
+    if np.any(recorder >= 0):
+        for name, unit in MEASURED.items():
+            at = (recorder[index] >= 0) & [part.controller.recorded == name for _, part in chosen]
+            if at.any():
+                values = np.where(at, record.observed[:, index, 1], np.nan)
+                text = f"{name.replace('_', ' ')} as a controller with a delay records it"
+                variables[f"recorded_{name}"] = described(over, values, unit, text)
+    for place, (i, part) in enumerate(chosen):
+        first = 2 * plan.coordinates.free + int(content.model.state_start[len(plan.contacts) + i])
+        for s, declared in enumerate(part.controller.states):
+            _enter_state(variables, declared, over, len(chosen), place, path.samples.state[:, first + s])
+    return variables
+
+
+def _enter_state(
+    variables: Variables, declared: State, dims: tuple[str, str], parts: int, place: int, values: np.ndarray
+) -> None:
+    """Write an internal state of one of several parts, NaN at those that do not have it."""
+    if declared.name not in variables:
+        empty = np.full((values.size, parts), np.nan)
+        variables[declared.name] = described(dims, empty, declared.unit, declared.name.replace("_", " "))
+    variables[declared.name].values[:, place] = values
+
+
+def _energy_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
+    account = dict(zip(ACCOUNTS, accounts(plan, path.samples.total, path.log, path.samples.time).T, strict=True))
+    energy = record.kinetic + record.potential + record.elastic + record.stored
+    lost = account["damping_loss"] + account["friction_loss"] + account["damper_loss"] + account["switching_loss"]
+    work = account["drive_work"] + account["load_work"] + account["motor_work"]
+    named = {
+        "kinetic_energy": (record.kinetic, "kinetic energy"),
+        "potential_energy": (record.potential, "potential energy of gravity"),
+        "elastic_energy": (record.elastic, "elastic energy of the contacts"),
+        "stored_energy": (record.stored, "energy stored in springs and other components"),
+        "drive_work": (account["drive_work"], "work of the drives, their impulses included"),
+        "motor_work": (account["motor_work"], "work of motors and actuators"),
+        "load_work": (account["load_work"], "work of forces and torques"),
+        "damping_loss": (account["damping_loss"], "energy dissipated by contact damping"),
+        "friction_loss": (account["friction_loss"], "energy dissipated by friction"),
+        "damper_loss": (account["damper_loss"], "energy dissipated by dampers and other components"),
+        "switching_loss": (account["switching_loss"], "energy dissipated by latches that lock and tape springs that snap"),
+        "dissipated_energy": (lost, "dissipated energy"),
+        "energy_residual": (energy - energy[:1] - work + lost, "what the energy balance misses"),
+    }
+    return {name: described("time", np.ascontiguousarray(values), "J", text) for name, (values, text) in named.items()}
+
+
+def _drive_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
+    if not plan.drives:
+        return {}
+    variables = {
+        "drive": labels("drive", [drive.body for drive in plan.drives]),
+        # with several drives the first is the one that the contract names; all of them stand beside it
+        "drive_torque": described("time", record.torque[:, 0].copy(), "N m", "driving torque"),
+        **located("peak_drive_torque", "drive", path.peaks(DRIVE_TORQUE), "N m", "driving torque"),
+    }
+    if len(plan.drives) > 1:
+        variables["drive_torques"] = described(("time", "drive"), record.torque, "N m", "driving torque of each drive")
+    return variables
+
+
+BAR = re.compile(r"(unit \d+)/bar ([12])")
+
+
+def synchronisation_variables(plan: Plan, record: Record) -> Variables:
+    """The synchronisation error of each unit, along `unit`; nothing for fewer than two units.
+
+    With phi_1 and phi_2 the angles of its bars, the deployment angle of a unit is half of the angle between them,
+    th = (phi_1 - phi_2)/2; in a straight array that is the inclination of the bars. In an ideal array of equal units all units
+    have the same deployment angle at every instant. The synchronisation error of unit k is the difference
+
+        e_k = th_k - th_1
+    """
+    bars: dict[str, dict[str, int]] = {}
+    for place, body in enumerate(plan.bodies):
+        match = BAR.fullmatch(body.name)
+        if match and body.rotates:
+            bars.setdefault(match[1], {})[match[2]] = place
+    units = {unit: (pair["1"], pair["2"]) for unit, pair in bars.items() if len(pair) == 2}
+    if len(units) < 2:
+        return {}
+    first, second = np.array(list(units.values())).T
+    opening = 0.5 * (record.angle[:, first] - record.angle[:, second])
+    error = opening - opening[:, :1]
+    error -= np.pi * np.round(error[:1] / np.pi)  # a full turn more or less in the angle that a bar was given
+    largest = np.max(np.abs(error), axis=0, initial=0.0)
+    about = "deployment angle of the unit less that of the first one"
+    return {
+        "unit": labels("unit", list(units)),
+        "synchronisation_error": described(("time", "unit"), error, "rad", about),
+        "peak_synchronisation_error": described("unit", largest, "rad", "largest sampled size of the synchronisation error"),
+    }

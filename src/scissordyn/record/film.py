@@ -1,0 +1,126 @@
+"""The films of lubricated joints: thickness, pressures, shares of time, Reynolds numbers, and where they leave their model."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from scissordyn.laws.oil import RANGE
+from scissordyn.model.clearance import Clearance, Lubrication
+from scissordyn.plan.plan import Plan
+from scissordyn.record.results import Run, Variable, Variables, described
+from scissordyn.record.sampling import time_mean
+from scissordyn.warning import RunWarning, warning
+
+MIXED = 3.0  # Film thickness in roughnesses below which peaks touch (a lambda ratio of 3)
+HEAT_CAPACITY = 2000.0  # Of mineral oils, typical [J/(kg K)]
+THICKENS = 1e8  # Pressure [Pa] from which on the viscosity of mineral oils is several times higher and steel yields to the film
+TURBULENT = 41.2  # Taylor's number for vortices: Reynolds' number rho U c/mu over the root of R/c
+
+INERT = 1.0
+"""Reynolds number of a squeeze film, rho c |e'|/mu, from which on the inertia of the oil is no small part of its pressure."""
+
+VACUUM = 1.0  # Pressure [Pa] below which an oil of unknown vapour pressure is said to evaporate
+WARMED = 0.8  # Viscosity after heating over that before, below which the given temperature is no longer meant
+
+THINNEST = "where the film is thinnest then: direction in the bearing's body, of the sample nearest to it"
+SQUEEZED = "largest rho c |e'|/mu of the journal's approach and leave, among the samples"
+
+
+def film_variables(plan: Plan, time: np.ndarray, variables: Mapping[str, Variable]) -> Variables:
+    """Least thickness, when and where, shares of time, Reynolds numbers and warming, over `time`, shape (samples,) [s]."""
+    joints = plan.lubricated
+    if not joints:
+        return {}
+
+    def film(name: str) -> np.ndarray:
+        return variables[f"film_{name}"].values
+
+    clear = np.array([gap.clearance for _, gap, _ in joints])
+    rough = np.array([oil.roughness for _, _, oil in joints])
+    bears = np.array([oil.ambient_pressure - oil.vapour_pressure for _, _, oil in joints])
+    inverse = np.array([oil.mass_density / oil.dynamic_viscosity for _, _, oil in joints])
+    content = np.array([2.0 * math.pi * gap.journal_radius * gap.clearance * gap.bearing_length for _, gap, _ in joints])
+    capacity = HEAT_CAPACITY * content * np.array([oil.mass_density for _, _, oil in joints])
+    thickness, when = film("thickness"), film("peak_eccentricity_time")
+    dry, mixed = thickness <= 0.0, (thickness > 0.0) & (thickness < MIXED * rough)
+    missing = np.full(len(joints), math.nan)
+    dry, mixed, torn = (
+        time_mean(share, time) if len(time) else missing for share in (dry, mixed, film("tension") > np.maximum(bears, 0.0))
+    )
+    heat = np.trapezoid(film("power_lost"), time, axis=0) if len(time) else missing
+    direction = missing
+    if len(time):
+        at = np.argmin(np.abs(time[:, None] - when), axis=0)
+        direction = np.arctan2(*film("displacement")[at, np.arange(len(joints))].T[::-1])
+    sliding, squeezing = (np.max(np.abs(film(f"{name}_speed")), axis=0, initial=0.0) for name in ("sliding", "squeeze"))
+    answers = (
+        ("least_thickness", clear - film("peak_eccentricity"), "m", "least film thickness, negative in contact"),
+        ("least_thickness_time", when, "s", "instant of the least film thickness"),
+        ("least_thickness_angle", direction, "rad", THINNEST),
+        ("dry_share", dry, "1", "part of the time in which the surfaces touch"),
+        ("mixed_share", mixed, "1", "part of the time with a film below three roughnesses"),
+        ("full_share", 1.0 - dry - mixed, "1", "part of the time with a full film"),
+        ("torn_share", torn, "1", "part of the time in which the journal leaves faster than oil can follow"),
+        ("reynolds_number", inverse * clear * sliding, "1", "largest rho U c/mu of the sliding surfaces, among the samples"),
+        ("squeeze_reynolds_number", inverse * clear * squeezing, "1", SQUEEZED),
+        ("heating", heat / capacity, "K", "how much the power lost would warm the oil in the joint"),
+    )
+    return {f"film_{name}": described("film", values, units, text) for name, values, units, text in answers}
+
+
+def film_warnings(plan: Plan, run: Run) -> list[RunWarning]:
+    """Films that were too thin, torn, too hot or turbulent."""
+    warnings = list[RunWarning]()
+    for k, (joint, gap, oil) in enumerate(plan.lubricated):
+        numbers = {str(name)[5:]: part.values for name, part in run.variables.items() if part.dims == ("film",)}
+        film = {name: float(values[k]) for name, values in numbers.items() if values.dtype.kind == "f"}
+        if film["least_thickness"] < MIXED * oil.roughness:
+            where = {"time": film["least_thickness_time"], "angle": math.degrees(film["least_thickness_angle"])}
+            where |= {"least": film["least_thickness"], "fraction": film["dry_share"] + film["mixed_share"]}
+            warnings.append(warning("thin film", joint.name, roughness=oil.roughness, **where))
+        warnings += _torn(joint.name, oil, film) + _inertia(joint.name, gap, film) + _hot(joint.name, oil, film["heating"])
+    return warnings
+
+
+def film_peak_warnings(name: str, oil: Lubrication, pressure: float, time: float) -> list[RunWarning]:
+    """Films under too high a pressure, and oil that boils or evaporates in its surroundings."""
+    warnings = [warning("film pressure", name, pressure=pressure, time=time, limit=THICKENS)] if pressure > THICKENS else []
+    if 0.0 < oil.vapour_pressure >= oil.ambient_pressure:
+        warnings.append(warning("boiling", name, ambient=oil.ambient_pressure, vapour=oil.vapour_pressure))
+    elif oil.ambient_pressure < VACUUM and oil.vapour_pressure == 0.0:
+        warnings.append(warning("vacuum", name, ambient=oil.ambient_pressure))
+    return warnings
+
+
+def _torn(name: str, oil: Lubrication, film: Mapping[str, float]) -> list[RunWarning]:
+    """Pressures below those that the oil can follow."""
+    tension, time, bears = film["peak_tension"], film["peak_tension_time"], oil.ambient_pressure - oil.vapour_pressure
+    if not tension > max(bears, 0.0):
+        return []
+    if oil.full:
+        return [warning("full film pulls", name, tension=tension, time=time, bears=bears)]
+    return [warning("cavitation", name, tension=tension, time=time, fraction=film["torn_share"], bears=max(bears, 0.0))]
+
+
+def _inertia(name: str, gap: Clearance, film: Mapping[str, float]) -> list[RunWarning]:
+    """Flows that are not laminar, or whose inertia counts."""
+    number, limit = film["reynolds_number"], TURBULENT * math.sqrt(gap.journal_radius / gap.clearance)
+    squeeze = film["squeeze_reynolds_number"]
+    warnings = [warning("vortices", name, number=number, limit=limit)] if number > limit else []
+    return warnings + ([warning("squeeze", name, number=squeeze, limit=INERT)] if squeeze > INERT else [])
+
+
+def _hot(name: str, oil: Lubrication, rise: float) -> list[RunWarning]:
+    """Oil that the power lost warms out of its state."""
+    if not np.isfinite(rise):
+        return []
+    temperature = oil.temperature + rise
+    if temperature > RANGE[1]:
+        return [warning("oil boils off", name, rise=rise, limit=RANGE[1] - 273.15)]
+    if oil.oil is None:
+        return []
+    before, after = oil.dynamic_viscosity, oil.oil.viscosity(temperature)
+    return [warning("oil warms", name, rise=rise, before=before, after=after)] if after < WARMED * before else []

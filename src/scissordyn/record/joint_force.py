@@ -1,0 +1,232 @@
+"""The forces of joints with clearance: of each joint, the largest of a run, and the one after the start.
+
+At the start of a run concentric journals fall through their clearances.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from scissordyn.errors import InputError, printable
+from scissordyn.record.results import Run, along
+from scissordyn.units import short
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+ESTIMATE = "an estimate, as contact is hard"
+
+FALLS = 20.0
+"""Length of the start, in times until every joint that has contacts has had its first one. Of six units under gravity that is
+1.6 ms, the largest force comes at 6.2 ms, and from 30 ms on it is that of the load."""
+
+LESS = 0.9  # Part of the largest force below which the largest one after the start is given beside it
+
+
+class Answer:
+    """A part of a summary, which is a dataclass."""
+
+    DERIVED: ClassVar[tuple[str, ...]] = ()  # Properties that count as its numbers
+
+    def plain(self) -> dict[str, Any]:
+        """Its numbers by name, in SI units; None for what is not known."""
+        fields = (field.name for field in dataclasses.fields(self))  # type: ignore[arg-type]  # of the dataclasses below it
+        return {name: _plain(getattr(self, name)) for name in (*fields, *self.DERIVED)}
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Answer):
+        return value.plain()
+    if isinstance(value, tuple):
+        return [_plain(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def clearance_joints(run: Run) -> list[str]:
+    if "clearance" not in run:
+        return []
+    names: list[str] = run.variables["joint"].values[np.isfinite(run.variables["clearance"].values)].astype(str).tolist()
+    return names
+
+
+def joint_force(run: Run, joint: str) -> np.ndarray:
+    """Size of all that a joint transmits, at the samples [N]."""
+    k = run.variables["joint"].values.tolist().index(joint)
+    return np.asarray(np.hypot(*along(run.variables["reaction"], "joint", "axis", "time")[k]))
+
+
+def largest_force(run: xr.Dataset, joint: str, start: float = -math.inf, end: float = math.inf) -> float:
+    """The largest force that a joint transmits between two instants [N]: at the samples, and as located between them.
+
+    NaN where hard impacts are among its contacts.
+    """
+    time, sizes = run["time"].values, [joint_force(run, joint)]
+    whens = [time]
+    if "joint_peak_force" in run and np.isfinite(whole := float(run["joint_peak_force"].sel(joint=joint))):
+        sizes.append(np.array([whole]))
+        whens.append(run["joint_peak_force_time"].sel(joint=joint).values[None])
+    elif "contact_joint" in run:
+        here = run["contact_joint"].values.astype(str) == joint
+        sizes.append(run["peak_force"].values[here])
+        begun = run["contact_start"].values[here]
+        whens.append(np.where(np.isnan(sizes[-1]), begun, begun + run["peak_time"].values[here]))
+    size, when = np.concatenate(sizes), np.concatenate(whens)
+    return float(np.max(size[(when >= start) & (when <= end)], initial=0.0))
+
+
+def some_clearance_joints(run: xr.Dataset) -> list[str]:
+    """The same of a run that has to have some."""
+    joints = clearance_joints(run)
+    if not joints:
+        raise InputError(
+            "a run without clearance joints",
+            "a run of a mechanism with a clearance",
+            'arm.with_clearance("A", Clearance(0.5e-3))',
+        )
+    return joints
+
+
+@dataclass(frozen=True)
+class JointSummary(Answer):
+    """The contacts and the largest force of one joint in a run."""
+
+    name: str
+    contacts: int
+    fraction: float  # Of the time, in contact
+    # Largest force that the joint transmits [N]; NaN where a hard contact had neither an impact nor a sampled force
+    largest: float
+    when: float  # Its instant [s]
+    # Whether the contacts are hard: the force is then the larger one of those that impacts are estimated to have and of those
+    # that last, as the samples have them
+    estimated: bool = False
+    metal: float = math.nan  # Of an oiled joint, the largest of each part [N]; NaN of a dry one
+    film: float = math.nan
+    least: float = math.nan  # Of hard contacts, the least that the force is estimated to be [N]
+
+
+def joint_summaries(run: Run) -> list[JointSummary]:
+    """The joints of a run that had contacts, in the order of their first ones, then oiled ones without."""
+    end, summaries = float(run.attrs["end"]), []
+    oiled = run["film"].values.tolist() if "joint_peak_force" in run else []
+    for joint in dict.fromkeys([*run["contact_joint"].values.tolist(), *oiled]):
+        here = run["contact_joint"].values == joint
+        start, lasting = (run[name].values[here] for name in ("contact_start", "contact_duration"))
+        lasting = np.where(np.isnan(lasting), end - start, lasting)
+        fraction = float(lasting.sum()) / end if end > 0.0 else 0.0
+        numbers = _largest_force(run, here)
+        if joint in oiled:  # what metal and film transmit together, and each alone
+            at, film = (run[dim].values.tolist().index(joint) for dim in ("joint", "film"))
+            numbers = {
+                "largest": float(run["joint_peak_force"].values[at]),
+                "when": float(run["joint_peak_force_time"].values[at]),
+                "metal": numbers["largest"] if start.size else 0.0,
+                "film": float(run["film_peak_force"].values[film]),
+            }
+        summaries.append(JointSummary(str(joint), start.size, fraction, **numbers))
+    return summaries
+
+
+def kinds_left_out(run: Run) -> tuple[str, ...]:
+    """Variables of contacts that a table of them goes without: peaks if all are hard, impulses if none is."""
+    if "peak_force_estimate" not in run:
+        return ("impulse",)
+    peaks = run["peak_force"].values
+    if np.isnan(peaks).all():
+        return "peak_force", "peak_time"
+    return () if np.isnan(peaks).any() else ("impulse",)
+
+
+def _largest_force(run: Run, here: np.ndarray) -> dict[str, Any]:
+    """Of the contacts of a joint, by the names of a summary: as located, or as estimated where contact is hard."""
+    for force, time in (("peak_force", "peak_time"), ("peak_force_estimate", "peak_force_estimate_time")):
+        sizes = run[force].values[here] if force in run else np.zeros(0)
+        if np.isnan(sizes).all():
+            continue
+        highest = int(np.nanargmax(sizes))
+        when = float(run["contact_start"].values[here][highest] + run[time].values[here][highest])
+        least = float(np.nanmax(run[f"{force}_least"].values[here])) if f"{force}_least" in run else math.nan
+        return {"largest": float(sizes[highest]), "when": when, "estimated": force != "peak_force", "least": least}
+    return {"largest": math.nan, "when": math.nan, "estimated": True}
+
+
+def estimate_in_words(force: float, least: float) -> str:
+    """That a force is an estimate, and how far down it reaches where impulses pass through closed contacts [N]."""
+    if not least < LESS * force:
+        return ESTIMATE
+    return f"{ESTIMATE}: {short(least, 'N')} by approach speeds and lasting forces, up to this by impulses that others pass on"
+
+
+def parts_of_oiled(metal: float, film: float) -> str:
+    """What metal and film reach each [N], in words; "" of a dry joint."""
+    if math.isnan(film):
+        return ""
+    return f", its film alone at most {short(film, 'N')}, metal {short(metal, 'N')}"
+
+
+@dataclass(frozen=True)
+class ForceAnswer(Answer):
+    """The largest force that a clearance joint transmits in a run."""
+
+    joint: str
+    force: float  # [N]
+    when: float  # [s]
+    estimated: bool = False  # Of a hard contact
+    start: float | None = None  # End of the start to which it belongs [s], and the largest force after it [N]
+    after: float | None = None
+    metal: float = math.nan  # Of an oiled joint, the largest of each part, at instants of their own [N]; NaN of a dry one
+    film: float = math.nan
+    least: float = math.nan  # The least that it is estimated to be [N]
+
+    def __str__(self) -> str:
+        estimate = f"; {estimate_in_words(self.force, self.least)}" if self.estimated else ""
+        more = ""
+        if self.start is not None and self.after is not None:
+            more = (
+                f" It belongs to the start, as journals fall from the middle of their bearings: after {short(self.start, 's')} "
+                f"the largest is {short(self.after, 'N')}."
+            )
+        where = f"at joint {printable(self.joint)}, at {short(self.when, 's')}"
+        return f"Largest force: {short(self.force, 'N')} {where}{parts_of_oiled(self.metal, self.film)}{estimate}.{more}"
+
+
+def force_after_start(run: Run, start: str, joint: JointSummary) -> tuple[float, float] | None:
+    """End of the start [s] and the largest force after it [N], at the contacts that begin then and the samples.
+
+    None where journals do not start concentric, the largest force is not of the start, the run ends in it, or the load of that
+    joint is larger in the start than it ever is after it: then the motion explains the force, too.
+    """
+    force, when = joint.largest, joint.when
+    joints, begun = run["contact_joint"].values, run["contact_start"].values
+    if start != "concentric" or not begun.size:
+        return None
+    end = FALLS * max(float(np.min(begun[joints == joint])) for joint in np.unique(joints))
+    time = run["time"].values
+    if not when < end < float(run.attrs["end"]) or not (time >= end).any():
+        return None
+    peaks = [run[name].values[begun >= end] for name in ("peak_force", "peak_force_estimate") if name in run]
+    after = np.concatenate([*peaks, *(joint_force(run, joint)[time >= end] for joint in clearance_joints(run))])
+    largest = float(np.nanmax(after)) if np.isfinite(after).any() else 0.0
+    if largest >= LESS * force or _largest_load(run, joint.name, 0.0, end) * LESS > _largest_load(run, joint.name, end, end):
+        return None
+    return end, largest
+
+
+def _largest_load(run: Run, joint: str, begin: float, length: float) -> float:
+    """Largest mean of the force of a joint [N] over intervals of a length, from an instant on to the end, at the samples.
+
+    Impacts change the force at an instant, not its mean over many of them, which carries the load. From 0 on the first interval
+    counts alone.
+    """
+    time = run["time"].values
+    size = joint_force(run, joint)
+    total = np.concatenate([[0.0], np.cumsum(0.5 * (size[1:] + size[:-1]) * np.diff(time))])
+    starts = time[(time >= begin) & (time + length <= time[-1])] if begin > 0.0 else time[:1]
+    if not starts.size:
+        starts, length = np.array([begin]), time[-1] - begin
+    impulse = np.interp(starts + length, time, total) - np.interp(starts, time, total)
+    return float(np.max(impulse / length))

@@ -1,0 +1,85 @@
+"""Where the points of a mechanism are at the samples of a run: the one way for pictures, films and reports."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from scissordyn.component.place import GROUND, BodyPoint
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.record.results import along
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def turned(vectors: np.ndarray, turns: int) -> np.ndarray:
+    """Vectors after quarter turns, counter-clockwise, shape (..., 2)."""
+    x, y = vectors[..., 0], vectors[..., 1]
+    return np.stack(((x, y), (-y, x), (-x, -y), (y, -x))[turns % 4], axis=-1)
+
+
+def placed(centre: np.ndarray, angle: np.ndarray, local: np.ndarray) -> np.ndarray:
+    """Points of a body, given from its mass centre, in the fixed frame, shape (samples, points, 2) [m]."""
+    cos, sin = np.cos(angle)[:, None], np.sin(angle)[:, None]
+    x, y = local.T
+    return np.asarray(centre[:, None] + np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1))
+
+
+@dataclass(frozen=True)
+class Placement:
+    """The positions of a mechanism at some samples of a run."""
+
+    mechanism: Mechanism
+    index: dict[str, int]  # Places of the bodies in the arrays
+    centres: np.ndarray  # (samples, bodies, 2) Mass centres [m]
+    angles: np.ndarray  # (samples, bodies) [rad]
+    # Quarter turns, counter-clockwise, of the frame in which everything is given: a picture may show gravity downwards
+    turns: int = 0
+
+    @classmethod
+    def at(
+        cls, mechanism: Mechanism, run: xr.Dataset, samples: Sequence[int] | np.ndarray | slice, *, turns: int = 0
+    ) -> Placement:
+        """The placement at samples of a run of that mechanism, by default in the frame of the mechanism."""
+        names = [body.name for body in mechanism.bodies]
+        place = {name: k for k, name in enumerate(run.variables["body"].values.tolist())}
+        order = [place[name] for name in names]
+        position = along(run.variables["position"], "time", "body", "axis")[samples][:, order]
+        angle = along(run.variables["angle"], "time", "body")[samples][:, order]
+        return cls(mechanism, {name: k for k, name in enumerate(names)}, position, angle, turns)
+
+    @property
+    def count(self) -> int:
+        return int(self.angles.shape[0])
+
+    def angle(self, body: str) -> np.ndarray:
+        """Angle of a body, or of the ground, shape (samples,) [rad]."""
+        turn = self.turns * 0.5 * math.pi
+        return turn + (np.zeros(self.count) if body == GROUND else np.asarray(self.angles[:, self.index[body]]))
+
+    def vectors(self, vectors: np.ndarray) -> np.ndarray:
+        """Vectors of the mechanism's frame in that of the placement, shape (..., 2)."""
+        return turned(vectors, self.turns)
+
+    def centre(self, body: str) -> np.ndarray:
+        """Mass centre of a body, shape (samples, 2) [m]."""
+        return self.vectors(self.centres[:, self.index[body]])
+
+    def points(self, body: str, local: np.ndarray) -> np.ndarray:
+        """Points of a body's frame, or of the ground's, in the fixed frame, shape (samples, points, 2) [m]."""
+        if body == GROUND:
+            return np.broadcast_to(self.vectors(local), (self.count, *local.shape))
+        return placed(self.centre(body), self.angle(body), local - np.array(self.mechanism.body(body).centre))
+
+    def place(self, reference: BodyPoint | tuple[str, None]) -> np.ndarray:
+        """A named point of a body or of the ground in the fixed frame, or its origin, shape (samples, 2) [m]."""
+        body, point = reference
+        if point is None:
+            return np.asarray(self.points(body, np.zeros((1, 2)))[:, 0])
+        named = dict(self.mechanism.ground) if body == GROUND else self.mechanism.body(body).points
+        return np.asarray(self.points(body, np.array([named[point]], float))[:, 0])

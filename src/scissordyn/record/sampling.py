@@ -1,0 +1,28 @@
+"""Means over samples, and a part of them, whether they are equally spaced or not."""
+
+from __future__ import annotations
+
+import numpy as np
+
+EQUAL = 1e-6  # Relative difference of distances in time that counts as none
+
+
+def equally_spaced(time: np.ndarray) -> bool:
+    step = np.diff(time)
+    return bool(step.size == 0 or np.ptp(step) <= EQUAL * float(np.mean(step)))
+
+
+def time_mean(values: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """Mean over the first axis: of samples where they are equally spaced, by the trapezoidal rule where they are not."""
+    if equally_spaced(time):
+        return np.asarray(np.mean(values, axis=0))
+    return np.asarray(np.trapezoid(values.astype(float), time, axis=0) / (time[-1] - time[0]))
+
+
+def spread_samples(time: np.ndarray, count: int) -> np.ndarray:
+    """So many samples, equally spread over the time, the first and the last among them."""
+    if equally_spaced(time):
+        return np.unique(np.linspace(0, time.size - 1, count).round().astype(int))
+    wanted = np.linspace(time[0], time[-1], count)
+    after = np.clip(np.searchsorted(time, wanted), 1, time.size - 1)
+    return np.unique(after - (wanted - time[after - 1] < time[after] - wanted))

@@ -1,0 +1,369 @@
+"""What the designer asked for, from a run: tracked points, actuators, the largest force, the span and the horizon."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from scissordyn.casefile.configuration import ATTRIBUTE, Configuration, read_configuration
+from scissordyn.component.actuator import Actuator
+from scissordyn.component.motor import Motor
+from scissordyn.errors import InputError, printable
+from scissordyn.model.options import Options
+from scissordyn.record.joint_force import Answer, ForceAnswer, JointSummary, force_after_start, joint_summaries
+from scissordyn.record.placement import placed
+from scissordyn.record.results import Run, along
+from scissordyn.record.track import PARTS
+from scissordyn.record.warn import AT_LIMIT
+from scissordyn.units import counted, short
+
+ROUND_OFF = 1e-12  # Sides of a span below this fraction of the longest are round-off
+SAME = 1e-3  # Change of a span, as a fraction of it, below which it counts as none
+
+WORKS = (("drive_work", "drives"), ("motor_work", "motors and actuators"), ("load_work", "forces and torques"))
+"""Accounts of work in a run, and whose work they are."""
+
+
+@dataclass(frozen=True)
+class PointAnswer(Answer):
+    """A tracked point against its tolerance."""
+
+    DERIVED = ("met",)
+
+    name: str
+    deviation: float  # Its largest distance from its commanded path in the rigid ideal mechanism [m]; NaN where that ends early
+    when: float  # Instant of it [s]
+    tolerance: float | None  # [m]
+    # From when on it stays within its tolerance [s]; None without a tolerance, or if it is not within it at the end
+    settled: float | None
+    at_end: float  # Its deviation at the last sample [m]
+    # What servos, bending and clearance add to it, of those that are there [m]: largest of the samples, and at the last one
+    parts: dict[str, float]
+    parts_at_end: dict[str, float]
+
+    @property
+    def met(self) -> bool | None:
+        """Whether it never leaves its tolerance; None if there is none, or the deviation is not known."""
+        if self.tolerance is None or not math.isfinite(self.deviation):
+            return None
+        return self.deviation <= self.tolerance
+
+    @property
+    def share(self) -> float:
+        """Its deviation over its tolerance; 0 without one, and -1 where the deviation is not known."""
+        return self.deviation / (self.tolerance or math.inf) if math.isfinite(self.deviation) else -1.0
+
+    def __str__(self) -> str:
+        name = f"Tracked point {printable(self.name)}"
+        if not math.isfinite(self.deviation):
+            return f"{name}: its deviation is not known, as the rigid ideal mechanism does not reach the end of the run."
+        text = f"{name}: off by up to {short(self.deviation, 'm')}, at {short(self.when, 's')}{_parts(self.parts)}"
+        text += f"; {short(self.at_end, 'm')} at the end{_parts(self.parts_at_end)}"
+        if self.tolerance is None:
+            return f"{text}; no tolerance is given."
+        if self.met:
+            return f"{text}; tolerance {short(self.tolerance, 'm')}: met."
+        ratio = self.deviation / self.tolerance
+        settled = f"; within it from {short(self.settled, 's')} on" if self.settled is not None else ""
+        return f"{text}; tolerance {short(self.tolerance, 'm')}: not met, by a factor of {ratio:.3g}{settled}."
+
+
+def _parts(sizes: dict[str, float]) -> str:
+    """The parts of a deviation in words; one alone is all of it."""
+    there = ", ".join(f"{name} {short(size, 'm')}" for name, size in sizes.items())
+    return f" ({there})" if len(sizes) > 1 else f", by {next(iter(sizes))}" if sizes else ""
+
+
+@dataclass(frozen=True)
+class ActuatorAnswer(Answer):
+    """A drive, an actuator or a motor against its limit."""
+
+    name: str
+    kind: str
+    torque: float  # Its largest torque [N m], or force [N]
+    when: float  # Instant of it [s]; NaN if the run does not have it
+    limit: float | None  # [N m]
+    time_at_limit: float  # How long it is at its limit [s], as the samples show it
+    unit: str = "N m"
+
+    @property
+    def saturated(self) -> bool:
+        """Whether it reaches its limit."""
+        return self.limit is not None and self.torque >= AT_LIMIT * self.limit
+
+    def __str__(self) -> str:
+        when = f" at {short(self.when, 's')}" if math.isfinite(self.when) else ""
+        name = f"{self.kind.capitalize().replace('_', ' ')} {printable(self.name)}"
+        if math.isinf(self.torque):
+            return f"{name}: the torque grows without limit towards the locking position{when}."
+        quantity = "torque" if self.unit == "N m" else "force"
+        text = f"{name}: largest {quantity} {short(self.torque, self.unit)}{when}"
+        if self.limit is None:
+            return f"{text}."
+        if not self.saturated:
+            return f"{text}, {self.torque / self.limit:.2g} of its limit of {short(self.limit, 'N m')}."
+        lasting = f"for {short(self.time_at_limit, 's')}" if self.time_at_limit > 0.0 else "for less than a sample"
+        return f"{text}: at its limit of {short(self.limit, 'N m')} {lasting}."
+
+
+@dataclass(frozen=True)
+class SpanAnswer(Answer):
+    """Width and height of the region that the points of all bodies take."""
+
+    DERIVED = ("change",)
+
+    start: tuple[float, float]  # At the first and the last sample [m]
+    end: tuple[float, float]
+
+    @property
+    def change(self) -> str:
+        """In which sense the longer of the two sides changes."""
+        longer = int(np.argmax(np.maximum(self.start, self.end)))
+        first, last = self.start[longer], self.end[longer]
+        if abs(last - first) <= SAME * max(first, last):
+            return "keeps its length"
+        return "extends" if last > first else "folds"
+
+    def __str__(self) -> str:
+        first, last = (f"{short(width, 'm')} x {short(height, 'm')}" for width, height in (self.start, self.end))
+        return f"Span: {first} at the start, {last} at the end: it {self.change}."
+
+
+@dataclass(frozen=True)
+class BarAnswer(Answer):
+    """The bar that bends which carries most."""
+
+    bar: str  # The one with the largest utilisation; without a material that with the largest bending moment
+    moment: float  # Its largest bending moment [N m]
+    stress: float  # Its largest stress [Pa]; NaN without a material
+    utilisation: float  # That over the yield strength; NaN if that is not known
+    when: float  # Instant of it [s]
+    place: float  # Distance of it from the bar's first end [m]
+    deflection: float  # The largest deflection of any bar [m], and of which one
+    deflected: str
+    # The least factor of the axial forces of all bars at which the mechanism buckles, its drives locked; NaN without
+    # compression
+    buckling: float
+    buckled: str  # Which bar takes part in that and is compressed; empty without one
+
+    def __str__(self) -> str:
+        has_material = math.isfinite(self.stress)
+        what = (
+            f"largest stress {short(self.stress, 'Pa')}"
+            if has_material
+            else f"largest bending moment {short(self.moment, 'N m')}"
+        )
+        text = f"Bars: {what} in {printable(self.bar)}, {short(self.place, 'm')} from its end, at {short(self.when, 's')}"
+        if math.isfinite(self.utilisation):
+            text += f", {self.utilisation:.3g} of its yield strength"
+        text += f"; largest deflection {short(self.deflection, 'm')} ({printable(self.deflected)})"
+        if math.isfinite(self.buckling):
+            text += f"; buckles, drives locked, at {self.buckling:.3g} times its axial forces ({printable(self.buckled)})"
+        return f"{text}."
+
+
+@dataclass(frozen=True)
+class Summary(Answer):
+    """What a designer asks of a run, in SI units. Its text is what ``scissordyn run`` prints first."""
+
+    DERIVED = ("met",)
+
+    points: tuple[PointAnswer, ...]  # Each tracked point against its tolerance
+    actuators: tuple[ActuatorAnswer, ...]  # Each drive, actuator and motor against its limit
+    force: ForceAnswer | None  # None for a run without contacts
+    span: SpanAnswer | None  # None where the run does not say where its points are
+    bars: BarAnswer | None  # None where no bar bends
+    work: dict[str, float]  # Work over the whole run by whose it is, and "dissipated" [J]
+    horizon: float | None  # Until when the run is predictable [s]; None if that was not computed
+    horizon_contacts: int | None  # Number of contacts until then
+    horizon_text: str = ""  # In place of both where the run has words for it
+
+    @property
+    def met(self) -> bool | None:
+        """Whether every tracked point with a tolerance stays within it; None if there is none."""
+        judged = [point.met for point in self.points if point.met is not None]
+        return all(judged) if judged else None
+
+    @property
+    def lines(self) -> list[str]:
+        """One sentence for each answer."""
+        lines = [str(part) for part in (*self.points, *self.actuators, self.force, self.span, self.bars) if part is not None]
+        if self.work:
+            parts = [f"{whose} {short(value, 'J')}" for whose, value in self.work.items() if whose != "dissipated"]
+            lines.append(f"Work: {', '.join(parts) or 'none'}; dissipated: {short(self.work['dissipated'], 'J')}.")
+        if self.horizon is not None:
+            lines.append(f"Trusted until {short(self.horizon, 's')}, through {counted(self.horizon_contacts or 0)}.")
+        elif self.horizon_text:
+            lines.append(f"The predictability horizon is {self.horizon_text}.")
+        return lines
+
+    def __str__(self) -> str:
+        return "\n".join(self.lines)
+
+
+def summary_of(run: Run, configuration: Configuration | None = None) -> Summary:
+    """What a designer asks of a run, from what it has recorded; its configuration is read from it unless it is given."""
+    if configuration is None and ATTRIBUTE in run.attrs:
+        configuration = read_configuration(run)
+    trusted = float(run.attrs.get("trusted_until", math.nan))
+    is_known = math.isfinite(trusted)
+    joints = joint_summaries(run) if "contact_joint" in run else []
+    largest = max((joint for joint in joints if not math.isnan(joint.largest)), key=lambda joint: joint.largest, default=None)
+    described = None if configuration is None else configuration.mechanism
+    options = None if configuration is None else configuration.options
+    return Summary(
+        points=tuple(_points(run, described)),
+        actuators=tuple(_actuators(run, described)),
+        force=None if largest is None else _force(run, largest, options),
+        span=_span(run, described),
+        bars=_bars(run),
+        work=_work(run),
+        horizon=trusted if is_known else None,
+        horizon_contacts=int(run.attrs["trusted_contacts"]) if is_known else None,
+        horizon_text="" if is_known else str(run.attrs.get("predictability", "")),
+    )
+
+
+def _force(run: Run, joint: JointSummary, options: Options | None) -> ForceAnswer:
+    later = None if options is None else force_after_start(run, options.start, joint)
+    start, after = later or (None, None)
+    return ForceAnswer(
+        joint.name, joint.largest, joint.when, joint.estimated, start, after, joint.metal, joint.film, joint.least
+    )
+
+
+def _points(run: Run, described: Any) -> Iterator[PointAnswer]:
+    if "peak_track_deviation" not in run or not run.sizes["time"]:
+        return
+    tolerances = {} if described is None else {track.name: track.tolerance for track in described.tracks}
+    parts = along(run["deviation_part"], "track", "axis", "time", "part")
+    for k, name in enumerate(run["track"].values.astype(str).tolist()):
+        settled, sizes = float(run["settling_time"].values[k]), np.hypot(*parts[k])
+        there = [part for part in range(len(PARTS)) if np.any(sizes[:, part] != 0.0)]
+        yield PointAnswer(
+            name=name,
+            deviation=float(run["peak_track_deviation"].values[k]),
+            when=float(run["peak_track_deviation_time"].values[k]),
+            tolerance=tolerances.get(name),
+            settled=settled if math.isfinite(settled) else None,
+            at_end=float(along(run["track_deviation"], "track", "time")[k, -1]),
+            parts={PARTS[part]: float(sizes[:, part].max()) for part in there},
+            parts_at_end={PARTS[part]: float(sizes[-1, part]) for part in there},
+        )
+
+
+def actuator_limits(run: Run) -> dict[str, float]:
+    """The limits of actuators and motors that have one, by name [N m]."""
+    return _limits(read_configuration(run).mechanism if ATTRIBUTE in run.attrs else None)
+
+
+def _limits(described: Any) -> dict[str, float]:
+    limits = {}
+    for part in () if described is None else described.components:
+        kind = type(part)
+        if kind not in (Actuator, Motor):
+            continue
+        try:
+            limit = getattr(part.controller if kind is Actuator else part, "limit", None)
+        except InputError:  # a controller without such a number
+            limit = None
+        if limit is not None:
+            limits[str(part.name)] = float(limit)
+    return limits
+
+
+def at_limit(time: np.ndarray, torque: np.ndarray, limit: float | None) -> list[tuple[float, float]]:
+    """When a torque is at its limit [s]: from sample to sample, with half the way to the samples beside them."""
+    if limit is None or time.size < 2:
+        return []
+    middle = np.concatenate([time[:1], 0.5 * (time[1:] + time[:-1]), time[-1:]])
+    there = np.concatenate([[False], np.abs(torque) >= AT_LIMIT * limit, [False]]).astype(int)
+    change = np.diff(there)
+    return list(zip(middle[change == 1].tolist(), middle[change == -1].tolist(), strict=True)) if there.any() else []
+
+
+def _actuators(run: Run, described: Any) -> Iterator[ActuatorAnswer]:
+    if "peak_drive_torque" in run:
+        for k, name in enumerate(run["drive"].values.astype(str).tolist()):
+            torque, when = (float(run[part].values[k]) for part in ("peak_drive_torque", "peak_drive_torque_time"))
+            if "singular position" in run.attrs["cause"] and when >= float(run["time"].values[-1:].sum()):
+                torque = math.inf  # what is largest behind the last sample grows with each step towards the position
+            yield ActuatorAnswer(name, "drive", torque, when, None, 0.0)
+    for dim, kind in (("coordinate_drive", "drive"), ("coupling", "coupling")):
+        if dim not in run:
+            continue
+        columns = (run[name].values.tolist() for name in (dim, f"{dim}_unit", f"peak_{dim}_force", f"peak_{dim}_force_time"))
+        for name, unit, force, when in zip(*columns, strict=True):
+            yield ActuatorAnswer(str(name), kind, force, when, None, 0.0, "N m" if unit == "rad" else "N")
+    limits = _limits(described)
+    for kind, curve, peak in (
+        ("actuator", "control_torque", "peak_control_torque"),
+        ("motor", "motor_torque", "motor_peak_torque"),
+        ("tabulated_motor", "tabulated_motor_torque", "tabulated_motor_peak_torque"),
+        ("linear_motor", "linear_motor_force", "linear_motor_peak_force"),
+    ):
+        if curve not in run or peak not in run:
+            continue
+        for k, name in enumerate(run[kind].values.astype(str).tolist()):
+            values, limit = along(run[curve], "time", kind)[:, k], limits.get(name)
+            lasting = sum(end - start for start, end in at_limit(run["time"].values, values, limit))
+            when = float(run[f"{peak}_time"].values[k]) if f"{peak}_time" in run else math.nan
+            unit = run[curve].attrs["units"]
+            yield ActuatorAnswer(name, kind, float(run[peak].values[k]), when, limit, lasting, unit)
+
+
+def _span(run: Run, described: Any) -> SpanAnswer | None:
+    if described is None or "position" not in run or not run.sizes["time"]:
+        return None
+    places = {str(name): k for k, name in enumerate(run["body"].values)}
+    position = along(run["position"], "time", "body", "axis")[[0, -1]]
+    angle = along(run["angle"], "time", "body")[[0, -1]]
+    points = []
+    for body in described.bodies:
+        k, local = places[body.name], np.array([body.centre, *dict(body.points).values()], float) - np.array(body.centre, float)
+        points.append(placed(position[:, k], angle[:, k] if body.inertia is not None else np.zeros(2), local))
+    if not points:
+        return None
+    sides = np.ptp(np.concatenate(points, axis=1), axis=1)
+    start, end = np.where(sides < ROUND_OFF * sides.max(), 0.0, sides).tolist()
+    return SpanAnswer(tuple(start), tuple(end))
+
+
+def _bars(run: Run) -> BarAnswer | None:
+    """The bar that carries most, or None if no bar bends or there are no samples."""
+    if "bar_largest_buckling_ratio" not in run or not run.sizes["bar"]:
+        return None
+    names = run["bar"].values.astype(str).tolist()
+    size = {
+        name: np.abs(run[f"bar_largest_{name}"].values) for name in ("stress", "utilisation", "bending_moment", "deflection")
+    }
+    by = next((name for name in ("utilisation", "stress") if size[name].any()), "bending_moment")
+    most, bent = int(np.argmax(size[by])), int(np.argmax(size["deflection"]))
+    ratio = run["bar_largest_buckling_ratio"].values
+    pressed = int(np.argmax(ratio))
+    return BarAnswer(
+        bar=names[most],
+        moment=float(size["bending_moment"][most]),
+        stress=float(size["stress"][most]) if size["stress"].any() else math.nan,
+        utilisation=float(size["utilisation"][most]) if by == "utilisation" else math.nan,
+        when=float(run[f"bar_largest_{by}_time"].values[most]),
+        place=float(run[f"bar_largest_{by}_place"].values[most]),
+        deflection=float(size["deflection"][bent]),
+        deflected=names[bent],
+        buckling=1.0 / float(ratio[pressed]) if ratio[pressed] > 0.0 else math.nan,
+        buckled=names[pressed] if ratio[pressed] > 0.0 else "",
+    )
+
+
+def _work(run: Run) -> dict[str, float]:
+    if "dissipated_energy" not in run or not run.sizes["time"]:
+        return {}
+    last = {name: float(run[name].values[-1]) for name, _ in WORKS if name in run}
+    return {
+        **{whose: last[name] for name, whose in WORKS if name in last and np.any(run[name].values)},
+        "dissipated": float(run["dissipated_energy"].values[-1]),
+    }

@@ -1,0 +1,416 @@
+"""Warnings of a run: models outside their range, limits reached, balances that do not close; and how a user reads them."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+
+from scissordyn.component.declaration import Component
+from scissordyn.component.port import Output
+from scissordyn.integrate.integration import RISE
+from scissordyn.laws.contact import Elastic, JointContact
+from scissordyn.laws.elastic.liu import Liu
+from scissordyn.laws.elastic.persson import Persson
+from scissordyn.laws.evaluate import elastic_force
+from scissordyn.laws.validity import contact_failure, contact_warnings
+from scissordyn.mechanics.monitored import COMPONENT_FORCE, COMPONENT_OUTPUT, EXCEEDED, FRICTION_RATIO, INDENTATION
+from scissordyn.mechanics.system import APPROACH_FLOOR, RESULTS
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.hard_contact import elastic_law
+from scissordyn.plan.plan import Plan
+from scissordyn.plan.rail import rail_axes
+from scissordyn.plugin.element import pointers, row_of
+from scissordyn.record.bars import mode_warnings
+from scissordyn.record.coupling import centre_warnings
+from scissordyn.record.film import MIXED, film_peak_warnings, film_warnings
+from scissordyn.record.results import Run, along
+from scissordyn.record.sampling import time_mean
+from scissordyn.warning import RunWarning, group, line, plain, warning
+
+if TYPE_CHECKING:
+    from scissordyn.record.trajectory import Trajectory
+
+
+TURNED_OVER = (
+    "kinetic_energy",
+    "potential_energy",
+    "elastic_energy",
+    "stored_energy",
+    "drive_work",
+    "motor_work",
+    "load_work",
+)
+"""Energies whose change during a run is what its energy balance is compared with."""
+
+UNBALANCED = 1e-3
+"""Residual of the energy balance over the energy turned over above which a run has a warning. At the default tolerances it is
+below 1e-6."""
+
+CARRIED = 1e-6
+"""Residual over the largest energy below which the balance closes however little energy is turned over: a body that rotates
+freely carries energy and turns none over."""
+
+DAMPED = 2.0
+"""Largest force of a contact, over 1 + xi times that of its joint's deepest indentation, above which a run has a warning: up to
+the speed at which a contact began F = F_el (1 + xi delta'/v) is at most 1."""
+
+MOVED = 1e-9
+"""Of the mechanism's size, and in rad: a mechanism that moves by less stands still, and its energies change by the errors that
+default tolerances allow."""
+
+LARGE_STRAIN = 0.01  # Strain of a bar above which the model's linear law is no longer meant
+AT_LIMIT = 1.0 - 1e-9  # Torque over its limit above which a controller is at the limit
+RESTLESS = 0.05  # Changes of a controller from one limit to the other, as a part of the samples, above which there is a warning
+ROUNDED = 1e-9  # Of a place beyond the end of a curve: round-off [m, rad, rad/s]
+MOST_NAMES = 6  # Joints that a warning names
+
+
+def run_warnings(plan: Plan, run: Run, immobile: tuple[str, ...]) -> list[RunWarning]:
+    """What is doubtful in a run by its recorded variables, beside what `Extremes` warn of."""
+    warnings = contact_failures(plan, run) + _beyond_damping(plan, run)
+    for i, rod in enumerate(plan.rods):
+        force, time = run["rod_force"].values[:, i], run["time"].values
+        if rod.tension_only and np.min(force, initial=0.0) < 0.0:
+            first, worst = int(np.argmax(force < 0.0)), int(np.argmin(force))
+            warnings.append(warning("negative force", rod.name, first=time[first], force=force[worst], time=time[worst]))
+    warnings += [warning("immobile", name, "clearance joint") for name in immobile]
+    warnings += _overstrained(run) + _buckled(run) + mode_warnings(plan, run) + _off_the_rail(plan, run) + _undetermined(run)
+    warnings += _saturated(plan, run) + _gained(run) + film_warnings(plan, run) + _impulses(run)
+    return warnings + ([] if _stands_still(plan, run) else _unbalanced(run, stepped=bool(plan.hard_places)))
+
+
+class Extremes:
+    """What contacts, friction and controllers have come to at most in one or more stretches of a run."""
+
+    def __init__(self, plan: Plan) -> None:
+        self.plan = plan
+        self._speeds: list[list[float]] = [[] for _ in plan.contacts]
+        self._indentation = np.zeros(len(plan.contacts))
+        self._friction = dict[int, tuple[float, float]]()  # Largest ratio, and how long it is too large [s]
+        self._effort = np.zeros(len(plan.components))
+        self._outputs = dict[int, tuple[float, float]]()  # Largest value, and when [s]
+
+    def add(self, path: Trajectory) -> Self:
+        """Add what a stretch has accumulated."""
+        log, count = path.log, len(self._speeds)
+        for guard, speed in log[(log["mode"] == RISE) & (log["guard"] < count)][["guard", "rate"]].tolist():
+            self._speeds[int(guard)].append(speed)
+        if count:
+            np.maximum(self._indentation, path.peaks(INDENTATION)["largest"], out=self._indentation)
+        for joint, peak in zip(path.monitored(FRICTION_RATIO).tolist(), path.peaks(FRICTION_RATIO), strict=True):
+            ratio, lasting = self._friction.get(joint, (0.0, 0.0))
+            self._friction[joint] = max(ratio, float(peak["largest"])), lasting + float(peak["excess_time"])
+        if self._effort.size:
+            np.maximum(self._effort, path.peaks(COMPONENT_FORCE)["largest"][: self._effort.size], out=self._effort)
+        for which, peak in zip(path.monitored(COMPONENT_OUTPUT).tolist(), path.peaks(COMPONENT_OUTPUT), strict=True):
+            before = self._outputs.get(which, (0.0, math.nan))
+            self._outputs[which] = max(before, (float(peak["largest"]), float(peak["largest_time"])), key=lambda pair: pair[0])
+        return self
+
+    def _output(self, i: int, name: str) -> tuple[float, float]:
+        """Largest value of an output of component i, and when [s]."""
+        first = next(output.first for output in self.plan.components[i].declaration.outputs_monitored if output.name == name)
+        return self._outputs.get(i * RESULTS + first, (0.0, math.nan))
+
+    def warnings(self) -> list[RunWarning]:
+        """Of contact laws, friction, films, what leaves its curve or stroke, and coupled wheels whose centres move."""
+        plan, warnings = self.plan, list[RunWarning]()
+        for j in plan.compliant_places:  # those of hard contacts serve an estimate only
+            laws, speeds, depth = plan.clearances[j], self._speeds[j], float(self._indentation[j])
+            elements = laws.surfaces, laws.stiffness, laws.damping, laws.friction
+            warnings += contact_warnings(plan.contacts[j].name, *elements, approach_speed=speeds, indentation=depth)
+        for number, (ratio, lasting) in self._friction.items():
+            if lasting > 0.0:
+                name = plan.contacts[number].name
+                warnings.append(warning("friction", name, ratio=ratio, limit=EXCEEDED, seconds=lasting))
+        for k, (joint, _, oil) in enumerate(plan.lubricated, len(plan.components) - len(plan.lubricated)):
+            warnings += film_peak_warnings(joint.name, oil, *self._output(k, "pressure"))
+        for i, part, output in beyond_outputs(plan):
+            far, time = self._output(i, "beyond")
+            if far > ROUNDED:
+                warnings.append(warning("beyond", part.name, part.declaration.label, beyond=far, unit=output.unit, time=time))
+        return warnings + centre_warnings(plan.mechanism)
+
+    def texts(self) -> list[str]:
+        """The warnings of a run without samples, each once: what others have instants and curves for, too.
+
+        Singular positions, redundant joints, and an energy balance that does not close are reported by single runs only.
+        """
+        plan, warnings = self.plan, list[RunWarning]()
+        for j in plan.compliant_places:
+            failure = contact_failure(plan.contacts[j].name, plan.clearances[j].surfaces, float(self._indentation[j]))
+            warnings += [warning("failed in a case", failure=failure)] if failure else []
+        for number, part in plan.actuators:
+            limit = getattr(part.controller, "limit", None)
+            if limit is not None and self._effort[number] >= AT_LIMIT * limit:
+                warnings.append(warning("at limit in a case", part.name, "actuator", limit=limit))
+        for k, (joint, gap, oil) in enumerate(plan.lubricated, len(plan.components) - len(plan.lubricated)):
+            least = gap.clearance - self._output(k, "eccentricity")[0]
+            if least < MIXED * oil.roughness:
+                warnings.append(warning("thin film in a case", joint.name, roughness=oil.roughness, least=least))
+        return list(dict.fromkeys(map(str, warnings + self.warnings())))
+
+
+def contact_failures(plan: Plan, run: Run) -> list[RunWarning]:
+    """For each joint whose journal was pressed in by more than its radius: that its contact model has failed, and when."""
+    warnings = []
+    names = [contact.name for contact in plan.contacts]
+    for at, name, clearance in zip(plan.places(names), names, plan.clearances, strict=True):
+        surfaces = clearance.surfaces
+        failure = contact_failure(name, surfaces, float(run["peak_indentation"].values[at]))
+        if failure:
+            beyond = run["indentation"].values[:, at] > max(surfaces.journal_radius, surfaces.gap)
+            largest = float(run["peak_indentation_time"].values[at])
+            first = min(largest, run["time"].values[int(np.argmax(beyond))]) if beyond.any() else largest
+            warnings.append(warning("failed", time=first, failure=failure))
+    return warnings
+
+
+def _beyond_damping(plan: Plan, run: Run) -> list[RunWarning]:
+    """Contacts whose damping exerts more than their law gives up to the speed at which they began."""
+    touched, speed, peak = (run[name].values for name in ("contact_joint", "approach_speed", "peak_normal_force"))
+    warnings = []
+    for j in plan.compliant_places:
+        name, clearance = plan.contacts[j].name, plan.clearances[j]
+        here = np.flatnonzero(touched == name)
+        if not hasattr(clearance.damping, "restitution") or not here.size:
+            continue
+        law, worst = elastic_law(clearance), here[np.argmax(peak[here])]
+        deepest = float(run["peak_indentation"].values[plan.places([name])[0]])
+        elastic = float(elastic_force(law.force, deepest, law.row))
+        if peak[worst] > DAMPED * (1.0 + getattr(clearance.damping, "factor", 0.0)) * elastic:
+            kind = "damping from rest" if speed[worst] <= APPROACH_FLOOR else "damping"
+            warnings.append(warning(kind, name, speed=speed[worst], force=peak[worst], elastic=elastic))
+    return warnings
+
+
+def energy_turned_over(run: Run) -> float:
+    """The largest change of an energy or work during a run [J]."""
+    return _largest_energy(run, np.ptp)
+
+
+def _largest_energy(run: Run, size: Callable[[np.ndarray], float]) -> float:
+    """The largest of a size of each energy or work [J]."""
+    if not run.sizes["time"]:
+        return 0.0
+    return max((float(size(run[name].values)) for name in TURNED_OVER if name in run), default=0.0)
+
+
+def _stands_still(plan: Plan, run: Run) -> bool:
+    """Whether no body moves by more than `MOVED`."""
+    if not run.sizes["time"]:
+        return True
+    motion = (run["position"].values, MOVED * plan.coordinates.size), (run["angle"].values, MOVED)
+    return not any(np.any(np.ptp(part, axis=0) > least) for part, least in motion)  # angles of point masses are no numbers
+
+
+def _unbalanced(run: Run, *, stepped: bool) -> list[RunWarning]:
+    """A run that gains or loses energy, by tolerances or, with hard contact, by steps of one length."""
+    residual = float(np.max(np.abs(run["energy_residual"].values), initial=0.0))
+    turned_over = energy_turned_over(run)
+    largest = _largest_energy(run, lambda energy: np.max(np.abs(energy)))
+    if not residual > max(UNBALANCED * turned_over, CARRIED * largest):
+        return []
+    share = f", {residual / turned_over:.2g} of the energy turned over" if turned_over > 0.0 else ""
+    finer = "a shorter step" if stepped else "a smaller rtol and atol"
+    return [warning("unbalanced", residual=residual, share=share, finer=finer)]
+
+
+def _gained(run: Run) -> list[RunWarning]:
+    """Losses that are gains: the balance closes with them, as they are computed from the force that does the work."""
+    turned_over, warnings, time = energy_turned_over(run), list[RunWarning](), run["time"].values
+    for name, source in (("damping_loss", "the damping of a contact"), ("damper_loss", "a component")):
+        loss = run[name].values
+        gain = np.maximum.accumulate(loss) - loss
+        if float(np.max(gain, initial=0.0)) > UNBALANCED * turned_over:
+            worst = int(np.argmax(gain))
+            warnings.append(warning("gain", source=source, variable=name, gain=gain[worst], time=time[worst]))
+    warnings += [
+        warning("event gain", name=name, time=when, gain=-loss)
+        for name, when, loss in _events(run, "loss")
+        if -loss > CARRIED * turned_over
+    ]
+    return warnings
+
+
+def _impulses(run: Run) -> list[RunWarning]:
+    """Latches that lock while a drive keeps its speed: its torque is no number there."""
+    least = CARRIED * energy_turned_over(run)
+    return [
+        warning("impulse", name, "latch", time=when, work=work)
+        for name, when, work in _events(run, "drive_work")
+        if abs(work) > least
+    ]
+
+
+def _events(run: Run, column: str) -> Iterable[tuple[str, float, float]]:
+    """Name, instant and a number of each event of a component."""
+    if f"event_{column}" not in run:
+        return []
+    return zip(*(run[f"event_{name}"].values.tolist() for name in ("name", "time", column)), strict=True)
+
+
+def _saturated(plan: Plan, run: Run) -> list[RunWarning]:
+    """Controllers at their limit, how long, and how far from their reference."""
+    warnings = []
+    for k, (_, part) in enumerate(plan.actuators):
+        limit = getattr(part.controller, "limit", None)
+        if limit is None or not float(run["peak_control_torque"].values[k]) >= AT_LIMIT * limit:
+            continue
+        at = np.abs(run["control_torque"].values[:, k]) >= AT_LIMIT * limit
+        if not at.any():
+            warnings.append(warning("at limit between samples", part.name, "actuator", limit=limit))
+            continue
+        time, kind, numbers = run["time"].values, "at limit, no reference", {}
+        if part.reference is not None:
+            kind = "at limit"
+            numbers["behind"] = math.degrees(float(np.max(np.abs(run["control_error"].values[at, k]))))
+        lasting = float(time_mean(at, time))
+        warnings.append(warning(kind, part.name, "actuator", limit=limit, fraction=lasting, time=time[at][0], **numbers))
+        reversals = int(np.sum(np.diff(np.sign(run["control_torque"].values[at, k])) != 0.0))
+        if reversals > max(RESTLESS * time.size, 2):
+            warnings.append(warning("restless", part.name, "actuator", reversals=reversals))
+    return warnings
+
+
+def _overstrained(run: Run) -> list[RunWarning]:
+    """Where bars that bend leave small strains or their elastic range, at the samples."""
+    warnings = list[RunWarning]()
+    if "beam_fibre_strain" not in run or not run.sizes["time"]:
+        return warnings
+    for name, limit, kind in (("beam_utilisation", 1.0, "yield"), ("beam_fibre_strain", LARGE_STRAIN, "strain")):
+        values = along(run[name], "time", "beam")
+        at, which = np.unravel_index(int(np.nanargmax(values)) if np.isfinite(values).any() else 0, values.shape)
+        if values[at, which] > limit:
+            beam, when = str(run["beam"].values[which]), run["time"].values[at]
+            warnings.append(warning(kind, beam, "element", ratio=values[at, which], time=when))
+    return warnings
+
+
+def _buckled(run: Run) -> list[RunWarning]:
+    """The bar that is compressed most beyond what the mechanism bears."""
+    if "bar_largest_buckling_ratio" not in run or not run.sizes["bar"]:
+        return []
+    ratio = run["bar_largest_buckling_ratio"].values
+    b = int(np.argmax(ratio))
+    if not ratio[b] >= 1.0:
+        return []
+    when = run["bar_largest_buckling_ratio_time"].values[b]
+    return [warning("buckling", str(run["bar"].values[b]), "bar", ratio=ratio[b], time=when)]
+
+
+def _off_the_rail(plan: Plan, run: Run) -> list[RunWarning]:
+    """What runs beyond the end of a bar, at the samples."""
+    warnings = list[RunWarning]()
+    for i, axis in rail_axes(plan.coordinates.natural.axes, plan.components).items():
+        part = plan.components[i]
+        section = part.declaration.section
+        places = along(run[f"{section}_place"], section, "time")[run[section].values.tolist().index(part.name)]
+        off = (places < 0.0) | (places > axis.bar.length)
+        if off.any():
+            when, bar = run["time"].values[int(np.argmax(off))], axis.bar.name.removesuffix("/beam")
+            warnings.append(warning("off the rail", part.name, part.declaration.label, bar=bar, time=when))
+    return warnings
+
+
+def beyond_outputs(plan: Plan) -> list[tuple[int, Component, Output]]:
+    """The components that act by a curve or over a stroke, each with how far it is beyond it."""
+    return [
+        (i, part, output)
+        for i, part in enumerate(plan.components)
+        for output in part.declaration.outputs_monitored
+        if output.name == "beyond"
+    ]
+
+
+def _undetermined(run: Run) -> list[RunWarning]:
+    """Reactions that are not determined, at all times or where bodies are aligned."""
+    missing = np.isnan(run["reaction"].values).any(axis=2)
+    if not missing.any():
+        return []
+    quoted = [f"'{name}'" for name in run["joint"].values[missing.any(axis=0)].tolist()]
+    names = ", ".join(quoted[:MOST_NAMES] + ([f"{len(quoted) - MOST_NAMES} more"] if len(quoted) > MOST_NAMES else []))
+    instants = missing.any(axis=1)
+    if instants.all():
+        return [warning("redundant joints", names=names)]
+    first = run["time"].values[instants][0]
+    return [warning("aligned", count=np.sum(instants), instants=instants.size, time=first, names=names)]
+
+
+MEANS = "that means: "  # How a line begins that says what the warning before it means
+POINTS = 400  # Indentations over which a force is integrated
+
+YIELDED = 1.0 / 3.0
+"""Power of the approach speed over its limit by which an elastic force is larger than that of surfaces that yield at a constant
+pressure p: with a = sqrt(2 R delta) and F = 2 p a L the energy is (2/3) p L a^3/R, so F grows as v^(2/3), while the force of an
+elastic line contact grows as v (Johnson 1985, Contact Mechanics, section 11.5, there for a ball)."""
+
+
+def warnings_of(run: Run) -> list[RunWarning]:
+    """The warnings of a run; sentences without numbers of one that an earlier version has saved."""
+    data = run.attrs.get("warning_data")
+    return plain(json.loads(run.attrs["warnings"])) if data is None else [RunWarning(**item) for item in json.loads(data)]
+
+
+def warning_lines(warnings: list[RunWarning], mechanism: Mechanism | None = None) -> list[str]:
+    """Like warnings about several parts in one line each, followed by what they mean where that is known."""
+    return [text for alike in group(warnings) for text in (line(alike), *_meaning(alike, mechanism))]
+
+
+def _meaning(alike: list[RunWarning], mechanism: Mechanism | None) -> list[str]:
+    """What a warning means for the forces, and what to change."""
+    if alike[0].kind == "fast":
+        ratio, name = max((item.numbers["speed"] / item.numbers["limit"], item.part) for item in alike)
+        over = ratio**YIELDED
+        factor = f"{100.0 * (over - 1.0):.0f} %" if over < 1.5 else f"a factor of {over:.2g}"
+        return [
+            f"{MEANS}the computed force is an upper bound; where the surfaces yield it is too large by about {factor} in the "
+            f"fastest contact, at '{name}'. To bound it, compare with a lower restitution; a smaller clearance or a slower "
+            "drive lowers the approach speeds"
+        ]
+    if alike[0].kind == "deep" and alike[0].numbers["size"] == "clearance" and mechanism is not None:
+        part, name = max((item.numbers["fraction"], item.part) for item in alike)
+        return _other_laws(mechanism, name, part)
+    return []
+
+
+def _other_laws(mechanism: Mechanism, name: str, part: float) -> list[str]:
+    """The force of laws for contacts that are not small, at the same energy."""
+    gap = next((joint.clearance for joint in mechanism.clearance_joints if joint.name == name), None)
+    if gap is None:
+        return []
+    laws = Liu(), Persson()
+    ratios = [force_at_equal_energy(gap.stiffness, law, gap.surfaces, part * gap.clearance) for law in laws]
+    forces = " and ".join(f"{ratio:.2g} times the force by '{law.name}'" for ratio, law in zip(ratios, laws, strict=True))
+    return [
+        f"{MEANS}an impact as strong as the deepest one at '{name}' has {forces}, laws for contacts that are not small; "
+        f'the computed force is as uncertain as these differ. To change: stiffness = "persson", or a larger clearance'
+    ]
+
+
+def force_at_equal_energy(law: Elastic, other: Elastic, contact: JointContact, indentation: float) -> float:
+    """Force of another law over that of a law, at an indentation and at the one with the same elastic energy.
+
+    An impact ends where its energy is stored: laws are compared at equal energy, not at equal indentation.
+    """
+    depth = indentation * np.linspace(0.0, 1.0, POINTS)
+    forces = _forces(law, contact, depth)
+    energy = float(np.trapezoid(forces, depth))
+    reach = indentation
+    for _ in range(60):
+        depth = reach * np.linspace(0.0, 1.0, POINTS)
+        others = _forces(other, contact, depth)
+        stored = np.concatenate([[0.0], np.cumsum(0.5 * (others[1:] + others[:-1]) * np.diff(depth))])
+        if stored[-1] >= energy:
+            break
+        reach *= 2.0
+    return float(np.interp(energy, stored, others)) / float(forces[-1])
+
+
+def _forces(law: Elastic, contact: JointContact, depth: np.ndarray) -> np.ndarray:
+    row, pointer = row_of(law, contact), pointers(law)["force"]
+    return np.array([0.0, *(elastic_force(pointer, d, row) for d in depth[1:].tolist())])

@@ -1,0 +1,63 @@
+"""The time loop: calls of the compiled loop, slice by slice, with change points, growing arrays and Ctrl-C in between."""
+
+from __future__ import annotations
+
+import time as clocks
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from scissordyn.integrate import advance as loop
+from scissordyn.run.advance.change_point import step_across
+from scissordyn.run.advance.driver import Driver
+from scissordyn.run.advance.interrupt import look
+from scissordyn.run.advance.system import advance_systems
+
+SLICE = 20_000  # Most steps between two looks at the keyboard and the progress bar; the steps themselves do not depend on it
+
+CALL_SECONDS = 0.1
+"""How long a call of the loop lasts [s]: Python looks at Ctrl-C between two calls only."""
+
+GROWING = (loop.LOG_FULL, loop.HISTORY_FULL, loop.RECORD_FULL)
+
+UNFINISHED = (loop.ADVANCING, loop.CHANGE_POINT, *GROWING)  # Statuses after which a driver can be advanced further
+
+
+def advance_together(drivers: Sequence[Driver], until: float, most_steps: int) -> list[int]:
+    """Go on until a time with some drivers, in one call of the loop."""
+    for driver in drivers:
+        driver.state.clock["end"] = until
+    statuses = np.zeros(len(drivers), np.int64)
+    addresses = (np.array(column, np.int64) for column in zip(*(driver.addresses for driver in drivers), strict=True))
+    advance_systems(*addresses, most_steps, statuses)
+    return list(map(int, statuses))
+
+
+def next_slice(steps: int, seconds: float, most: int) -> int:
+    """Steps of the next call of the loop, by those of the last one; what is computed does not depend on them."""
+    return max(1, min(int(steps * CALL_SECONDS / max(seconds, 1e-9)), 2 * steps, most))
+
+
+def advance(
+    driver: Driver, until: float, *, most_steps: int = 50_000_000, progress: Callable[[float], None] | None = None
+) -> int:
+    """Advance a driver to a time, over change points and through full arrays; returns the status of the loop."""
+    status, left = loop.ADVANCING, most_steps
+    while status == loop.ADVANCING and left > 0:
+        before, called = driver.tried, clocks.perf_counter()
+        if driver.state.clock["longest"][0] < 0.0 and not step_across(driver, until):
+            return loop.STEP_TOO_SMALL
+        status = advance_together([driver], until, min(driver.pace, left))[0]
+        taken = driver.tried - before
+        left -= max(1, taken)
+        if status == loop.ADVANCING:
+            driver.pace = next_slice(taken, clocks.perf_counter() - called, SLICE)
+        if status == loop.CHANGE_POINT:
+            status = loop.ADVANCING
+        if status in GROWING:
+            driver.grow(status)
+            status = loop.ADVANCING
+        look()
+        if progress is not None:
+            progress(driver.time)
+    return status

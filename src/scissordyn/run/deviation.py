@@ -1,0 +1,72 @@
+"""Deviation of tracked points from the commanded path, and its parts: servos, bars that bend, clearance."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from scissordyn.mechanics.monitored import TRACK_DEVIATION
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.options import Options, StartKind
+from scissordyn.plan.plan import plan as make_plan
+from scissordyn.record.results import Run, Variables, along, described, labels
+from scissordyn.record.track import PARTS, SETTLING, settling_times, tracked
+from scissordyn.record.trajectory import Trajectory
+from scissordyn.run.ideal_path import IdealPath
+from scissordyn.run.trajectory import compute
+
+
+def deviation_variables(run: Run, path: Trajectory, ideal: IdealPath, options: Options) -> Variables:
+    """Distance of the tracked points from where they are on the commanded path, and what adds to it."""
+    place = ideal.at(run["time"].values)
+    positions = along(run["track_position"], "time", "track", "axis")
+    difference = positions - place
+    parts = deviation_parts(ideal, path.plan.mechanism, options, run["time"].values, positions)
+    about = "distance of the tracked point from where it is on the commanded path of the rigid ideal mechanism"
+    peaks = path.peaks(TRACK_DEVIATION)
+    # an integral of squares that are round-off may end below zero
+    mean = np.sqrt(np.maximum(peaks["square"], 0.0) / path.end) if path.end > 0.0 else peaks["largest"]
+    columns = (
+        ("peak_track_deviation", peaks["largest"], "m", f"largest {about}"),
+        ("peak_track_deviation_time", peaks["largest_time"], "s", f"when the {about} is largest"),
+        ("rms_track_deviation", mean, "m", f"r.m.s. {about}"),
+        ("settling_time", settling_times(path.plan, path.bands(TRACK_DEVIATION), path.end), "s", SETTLING),
+    )
+    unknown = ideal.end < path.end * (1.0 - 1e-9)
+    of_parts = "what servos, bending and clearance add to the deviation of the tracked point"
+    return {
+        "part": labels("part", PARTS, "cause of a deviation"),
+        "deviation_part": described(("time", "track", "part", "axis"), np.moveaxis(parts, 0, 2), "m", of_parts),
+        "track_deviation": described(("time", "track"), np.hypot(*np.moveaxis(difference, -1, 0)), "m", about),
+        **{
+            name: described("track", np.full_like(values, np.nan) if unknown else values, units, text)
+            for name, values, units, text in columns
+        },
+    }
+
+
+def deviation_parts(path: IdealPath, mechanism: Mechanism, options: Options, times: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """What servos, bars that bend and clearance add to the deviation, in this order, shape (parts, time, tracks, 2) [m].
+
+    Each is the change of place as its cause is added to the mechanism on its commanded path; their sum is the deviation.
+    """
+    before, place = path.stages[0], path.at(times)
+    parts = np.zeros((len(PARTS), *place.shape))
+    start: StartKind = "static" if options.start == "static" else "concentric"
+    until = max(float(times[-1]), 1e-12) if times.size else options.until
+    calm = replace(options, start=start, method="auto", trust=False, step=None, samples=2, until=until)
+    for number, stage in enumerate((*path.stages[1:], mechanism)):
+        if stage is before:
+            continue
+        there = at
+        if stage is not mechanism:
+            run = compute(make_plan(stage), calm, times=times, monitor=False)
+            if run.status == "interrupted":
+                raise KeyboardInterrupt
+            reached = tracked(run.plan, run.record().X)
+            there = np.full(place.shape, np.nan)
+            there[: len(reached)] = reached
+        parts[number] = there - place
+        before, place = stage, there
+    return parts

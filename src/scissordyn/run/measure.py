@@ -1,0 +1,340 @@
+"""Measures of a run: numbers that the loop has accumulated, with located maxima, so that no histories are needed.
+
+They are read from what the integrator holds at the end: the event log, the peaks and the integrals.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from scissordyn.component.actuator import Actuator
+from scissordyn.equilibrium.bar_extremes import largest_along_bars
+from scissordyn.equilibrium.statics import check_stroke, static_peaks
+from scissordyn.errors import InputError, ScissordynError
+from scissordyn.mechanics.monitored import (
+    COMPONENT_FORCE,
+    COUPLING_FORCE,
+    DRIVE_TORQUE,
+    INDENTATION,
+    JOINT_FORCE,
+    POWERS,
+    PRESSURE_VELOCITY,
+    TRACK_DEVIATION,
+    oiled_contacts,
+)
+from scissordyn.mechanics.outputs import Record
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.options import Options
+from scissordyn.plan.system import state_kept
+from scissordyn.record.events import ACCOUNTS, accounts, peak_forces
+from scissordyn.record.ideal_path import IdealPath
+from scissordyn.record.internal_forces import bars_of
+from scissordyn.record.track import PARTS, SETTLING, settling_times, tracked
+from scissordyn.run.advance.driver import Driver
+from scissordyn.run.deviation import deviation_parts
+from scissordyn.run.trajectory import reached
+
+
+class Ended:
+    """What a driver has accumulated up to now."""
+
+    def __init__(self, driver: Driver, path: IdealPath | None = None, options: Options | None = None) -> None:
+        self.driver, self.ideal, self.options = driver, path, options
+        self.plan, self.mechanism, self.time = driver.plan, driver.plan.mechanism, driver.time
+        self.path = reached(driver)
+
+    @cached_property
+    def contacts(self) -> np.recarray:
+        """All contacts in order of their starts."""
+        return self.path.contacts()
+
+    def per_joint(self, value: Callable[[np.recarray], float]) -> np.ndarray:
+        """A number from the contacts of each clearance joint and contact point."""
+        return np.array([value(self.contacts[self.contacts["joint"] == j]) for j in range(len(self.plan.contacts))], float)
+
+    def per_contact(self, values: np.ndarray) -> np.ndarray:
+        """Values of clearance joints, and NaN of contact points, which follow these."""
+        return np.append(values, np.full(len(self.plan.contacts) - values.size, math.nan))
+
+    def largest_forces(self) -> np.ndarray:
+        """Largest force of each joint: normal force, friction and film together [N]; NaN for a hard contact."""
+        forces = self.per_joint(lambda contacts: np.max(contacts["peak_force"], initial=0.0))
+        forces[self.plan.hard_places] = math.nan
+        forces[oiled_contacts(self.driver.system.content.model)] = self.peaks(JOINT_FORCE)
+        return forces
+
+    def estimated_forces(self) -> np.ndarray:
+        """Estimated largest force of each hard contact [N]; NaN for compliant ones."""
+        forces = np.full(len(self.plan.contacts), math.nan)
+        for j in self.plan.hard_places:
+            contacts = self.contacts[self.contacts["joint"] == j]
+            struck = peak_forces(self.plan.clearances[j], contacts["struck"])
+            forces[j] = np.max(np.fmax(struck, contacts["peak_normal_force"]), initial=0.0)
+        return forces
+
+    def lasting(self, contacts: np.recarray) -> np.ndarray:
+        """Durations of contacts, up to now of those that go on [s]."""
+        return np.where(np.isnan(contacts["duration"]), self.time - contacts["start"], contacts["duration"])
+
+    def peaks(self, kind: int) -> np.ndarray:
+        """Largest values of one kind of monitored quantity."""
+        return np.asarray(self.path.peaks(kind)["largest"])
+
+    def root_mean_squares(self, kind: int) -> np.ndarray:
+        """Over the time up to now."""
+        return np.asarray(np.sqrt(self.path.peaks(kind)["square"] / self.time))
+
+    def at_end(self, kind: int) -> np.ndarray:
+        """One kind of monitored quantity now."""
+        return np.asarray(self.driver.state.monitored[self.driver.rows(kind), 0])
+
+    def deployed(self) -> float:
+        """When the last latch has locked [s]; infinite while one is open, NaN without latches."""
+        model, log, mode = self.driver.system.content.model, self.path.log, self.driver.state.mode
+        latches = model.component_guard[model.latch[:, 2]].tolist()
+        locked = [float(log["time"][log["guard"] == guard][-1]) if mode[guard] == 1 else math.inf for guard in latches]
+        return max(locked, default=math.nan)
+
+    @cached_property
+    def accounts(self) -> np.ndarray:
+        """Along `events.ACCOUNTS` [J]."""
+        energies: np.ndarray = accounts(self.plan, self.driver.state.total[None], self.path.log, np.array([math.inf]))[0]
+        return energies
+
+    @cached_property
+    def record(self) -> Record:
+        """Everything at the samples."""
+        with state_kept(self.driver.system):
+            return self.path.record()
+
+    @cached_property
+    def static_peaks(self) -> dict[str, float]:
+        """The largest sizes of forces and torques without inertia, by name."""
+        assert self.options is not None
+        return static_peaks(self.mechanism, self.options.until)
+
+    @cached_property
+    def bars(self) -> dict[str, np.ndarray]:
+        """Sizes of the largest values along bars that bend, among the samples, by the names of their variables."""
+        undefined = np.flatnonzero(~np.all(np.isfinite(self.record.A), axis=1))
+        if undefined.size:
+            time = self.path.samples.time[undefined[0]]
+            raise ScissordynError(f"stopped at t = {time:.9g} s: accelerations are not defined")
+        largest = largest_along_bars(self.path, self.record)
+        return {name: np.abs(variable.values) for name, variable in largest.items() if name != "bar"}
+
+    @cached_property
+    def deviation_parts(self) -> np.ndarray:
+        """Sizes of what servos, bending and clearance add to deviations at the samples, shape (parts, time, tracks) [m]."""
+        if self.ideal is None or self.options is None:
+            return np.full((len(PARTS), 1, len(self.plan.mechanism.tracks)), math.nan)
+        at, time = tracked(self.plan, self.record.X), self.path.samples.time
+        parts = deviation_parts(self.ideal, self.mechanism, self.options, time, at)
+        return np.asarray(np.hypot(parts[..., 0], parts[..., 1]))
+
+
+@dataclass(frozen=True)
+class Measure:
+    """A number, or one for each joint, drive or component."""
+
+    units: str
+    long_name: str
+    dims: tuple[str, ...]  # () or the name of a dimension of `parts_of`
+    value: Callable[[Ended], float | np.ndarray]  # From an `Ended` to a float or an array along the dimension
+    compares: bool = False  # Whether it is a deviation from the commanded path, which is then computed too
+    sampled: bool = False  # Whether it needs equally spaced samples
+    static: bool = False  # Whether it needs no run
+
+
+def _of_bars(quantity: str, units: str, text: str) -> Measure:
+    about = f"largest {text} of each bar that bends, among the samples"
+    return Measure(units, about, ("bar",), lambda ended: ended.bars[f"bar_largest_{quantity}"], sampled=True)
+
+
+def _static(dim: str, text: str, units: str, *kinds: str) -> Measure:
+    """The largest size of what statics has by a kind and the name of a part, or by the kind alone if there is one part."""
+
+    def value(ended: Ended) -> np.ndarray:
+        peaks = ended.static_peaks
+        names = [[f"{kind} {part}" for kind in kinds] for part in parts_of(ended.mechanism)[dim]]
+        if dim == "component":
+            names = [_component_names(part) for part in ended.mechanism.components]
+        sizes = [[peaks[name] for name in (*of_part, *kinds) if name in peaks] for of_part in names]
+        return np.array([size[0] if size else math.nan for size in sizes], float)
+
+    return Measure(units, f"largest {text} without inertia", (dim,), value, static=True)
+
+
+def _component_names(part: Any) -> list[str]:
+    """What statics calls that which a component exerts; a servo is a drive there."""
+    if isinstance(part, Actuator):
+        return [f"drive torque {part.body}", "drive torque"]
+    section = part.declaration.section.replace("_", " ")
+    return [f"{section} {kind} {part.name}" for kind in ("force", "torque")]
+
+
+def _energy(name: str) -> Measure:
+    place = ACCOUNTS.index(name)
+    words = {"drive_work": "work of the drives", "load_work": "work of the loads", "motor_work": "work of the motors"}
+    text = words.get(name, f"energy dissipated by {'dampers' if name == 'damper_loss' else 'contact ' + name.split('_')[0]}")
+    return Measure("J", text, (), lambda ended: float(ended.accounts[place]))
+
+
+def _of_contacts(units: str, text: str, value: Callable[[np.recarray], float]) -> Measure:
+    return Measure(units, text, ("joint",), lambda ended: ended.per_joint(value))
+
+
+_APART = "distance of a tracked point from where it is on the commanded path of the rigid ideal mechanism"
+
+
+def _of_track(text: str, value: Callable[[Ended], np.ndarray], units: str = "m", *, sampled: bool = False) -> Measure:
+    return Measure(units, text, ("track",), value, compares=True, sampled=sampled)
+
+
+def _of_deviation(number: int, at_end: bool) -> Measure:
+    words = f"what {('servos', 'bars that bend', 'clearance')[number]} add to the deviation of a tracked point"
+
+    def value(ended: Ended) -> np.ndarray:
+        sizes = ended.deviation_parts[number]
+        return np.asarray(sizes[-1] if at_end else sizes.max(axis=0))
+
+    return _of_track(words + (", at the end" if at_end else ", the largest among the samples"), value, sampled=True)
+
+
+def _of_couplings(dim: str) -> Measure:
+    def value(ended: Ended) -> np.ndarray:
+        constraints = ended.plan.coordinates.constraints
+        linear = [constraint for constraint in constraints if constraint.linear]
+        peaks = ended.peaks(COUPLING_FORCE)
+        largest = {constraint.name: peak / constraint.scale for constraint, peak in zip(linear, peaks, strict=True)}
+        return np.array([largest.get(name, math.nan) for name in parts_of(ended.mechanism)[dim]])
+
+    words = "of couplings on their outputs" if dim == "coupling" else "of drives of coordinates"
+    return Measure("N or N m", f"largest force [N] or torque [N m] {words}", (dim,), value)
+
+
+_FORCE = "largest force that a joint transmits: normal force, friction and film together"
+_HARD_FORCE = "estimated largest normal force in a hard contact; NaN for compliant ones"
+_WEAR = "product of mean pressure F_n/(2 R_J L_b) and slip speed, NaN for contact points"
+_JOINT, _DRIVE = ("joint",), ("drive",)
+
+MEASURES: Mapping[str, Measure] = MappingProxyType(
+    {
+        "peak_force": Measure("N", _FORCE, _JOINT, Ended.largest_forces),
+        "peak_force_estimate": Measure("N", _HARD_FORCE, _JOINT, Ended.estimated_forces),
+        "peak_approach_speed": _of_contacts(
+            "m/s", "largest approach speed", lambda contacts: np.max(contacts["approach_speed"], initial=0.0)
+        ),
+        "contact_count": _of_contacts("1", "contacts", len),
+        "contact_fraction": Measure(
+            "1",
+            "fraction of the time in contact",
+            _JOINT,
+            lambda e: e.per_joint(lambda contacts: sum(e.lasting(contacts).tolist())) / e.time,
+        ),
+        "first_contact": _of_contacts(
+            "s", "start of the first contact", lambda contacts: np.min(contacts["start"], initial=math.inf)
+        ),
+        "impulse": _of_contacts("N s", "impulse of the normal forces", lambda contacts: sum(contacts["impulse"].tolist())),
+        "peak_pressure_velocity": Measure(
+            "Pa m/s", f"largest {_WEAR}", _JOINT, lambda e: e.per_contact(e.peaks(PRESSURE_VELOCITY))
+        ),
+        "pressure_distance": Measure(
+            "Pa m", f"integral of the {_WEAR}", _JOINT, lambda e: e.per_contact(e.path.peaks(PRESSURE_VELOCITY)["integral"])
+        ),
+        "peak_drive_torque": Measure("N m", "largest driving torque", _DRIVE, lambda e: e.peaks(DRIVE_TORQUE)),
+        "rms_drive_torque": Measure(
+            "N m", "root mean square of the driving torque", _DRIVE, lambda e: e.root_mean_squares(DRIVE_TORQUE)
+        ),
+        "peak_indentation": Measure("m", "largest indentation", _JOINT, lambda e: e.peaks(INDENTATION)),
+        "peak_track_deviation": _of_track(f"largest {_APART}", lambda e: e.peaks(TRACK_DEVIATION)),
+        "rms_track_deviation": _of_track(f"root mean square {_APART}", lambda e: e.root_mean_squares(TRACK_DEVIATION)),
+        "end_track_deviation": _of_track(f"{_APART} at the end", lambda e: e.at_end(TRACK_DEVIATION)),
+        **{f"{part}_deviation": _of_deviation(number, False) for number, part in enumerate(PARTS)},
+        **{f"end_{part}_deviation": _of_deviation(number, True) for number, part in enumerate(PARTS)},
+        "settling_time": _of_track(SETTLING, lambda e: settling_times(e.plan, e.path.bands(TRACK_DEVIATION), e.time), "s"),
+        "deployment_time": Measure("s", "when the last latch has locked", (), Ended.deployed),
+        "peak_component_force": Measure(
+            "N or N m", "largest force [N] or torque [N m]", ("component",), lambda e: e.peaks(COMPONENT_FORCE)
+        ),
+        **{f"peak_{dim}_force": _of_couplings(dim) for dim in ("coupling", "coordinate_drive")},
+        "peak_bar_stress": _of_bars("stress", "Pa", "stress in the extreme fibre"),
+        "peak_utilisation": _of_bars("utilisation", "1", "stress over the yield strength"),
+        "peak_deflection": _of_bars("deflection", "m", "distance from the line through the ends"),
+        "peak_buckling_ratio": _of_bars(
+            "buckling_ratio", "1", "compression over that at which the mechanism buckles, drives locked"
+        ),
+        "static_drive_torque": _static("drive", "driving torque", "N m", "drive torque"),
+        "static_rod_force": _static("rod", "force of a rod", "N", "rod force"),
+        "static_coordinate_drive_force": _static(
+            "coordinate_drive",
+            "force or torque of the drive of a coordinate",
+            "N or N m",
+            *("coordinate drive force", "coordinate drive torque"),
+        ),
+        "static_coupling_force": _static(
+            "coupling", "force or torque of a coupling on its output", "N or N m", "coupling force", "coupling torque"
+        ),
+        "static_component_force": _static("component", "force or torque of a component", "N or N m"),
+        "static_reaction": _static("ideal_joint", "reaction of a joint or guide, taken as ideal,", "N", "reaction"),
+        "static_bar_stress": _static("bar", "stress in the extreme fibre of a bar that bends", "Pa", "bar stress"),
+        **{name: _energy(name) for name in POWERS},
+        "mass": Measure(
+            "kg", "mass of all bodies", (), lambda e: float(sum(body.mass for body in e.mechanism.bodies)), static=True
+        ),
+        "steps": Measure("1", "integration steps", (), lambda e: float(e.driver.state.counts["steps"][0])),
+        "end": Measure("s", "time reached", (), lambda e: e.time),
+    }
+)
+"""Measures by name."""
+
+
+COMPONENT_UNIT = "component_unit"  # Coordinate of results: the unit of what each component exerts
+
+
+def component_units(mechanism: Mechanism) -> dict[str, str]:
+    """The unit of what each component exerts, as its port declares it."""
+    ports = {component.name: component.declaration.port for component in mechanism.components}
+    return {name: port.outputs[0].unit if port.outputs else "1" for name, port in ports.items()}
+
+
+def parts_of(mechanism: Mechanism) -> dict[str, list[str]]:
+    """Names along the dimensions of measures."""
+    return {
+        "joint": [contact.name for contact in mechanism.contacts],
+        "drive": [drive.body for drive in mechanism.drives],
+        "component": [component.name for component in mechanism.components],
+        "rod": [rod.name for rod in mechanism.rods],
+        "ideal_joint": [*mechanism.ideal().joint_names],
+        "coupling": [coupling.name for coupling in mechanism.couplings],
+        "coordinate_drive": [drive.name for drive in mechanism.coordinate_drives],
+        "track": [track.name for track in mechanism.tracks],
+        "bar": [bar.name for bar in bars_of(mechanism)],
+    }
+
+
+NEEDED = {"peak_bar_stress": "youngs_modulus", "static_bar_stress": "youngs_modulus", "peak_utilisation": "yield_strength"}
+"""What bars have to know for a measure."""
+
+
+def check_measures(mechanism: Mechanism, measures: Mapping[str, Measure]) -> None:
+    """Raise `InputError` for a measure of statics without a stroke, or of bars that bend where none does or lacks a number."""
+    if any(name.startswith("static_") for name in measures):
+        check_stroke(mechanism)
+    bars = bars_of(mechanism)
+    for name in (name for name, measure in measures.items() if measure.dims == ("bar",)):
+        if not bars:
+            raise InputError(f"measure '{name}' of a mechanism without bars that bend", "bars that bend", "with_bending(...)")
+        needed = NEEDED.get(name, "")
+        lacking = [bar.name for bar in bars if needed and not all(getattr(part, needed) for part in bar.parts)]
+        if lacking:
+            raise InputError(
+                f"measure '{name}': bar '{lacking[0]}' has no {needed}", f"a {needed} of every bar", f"{needed} = ..."
+            )

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from scissordyn.component.film.impedance import directions, eccentricities, steepness
-from scissordyn.component.film.reynolds import impedance
+from scissordyn.components.film.impedance import directions, eccentricities, steepness
+from scissordyn.components.film.reynolds import impedance
 
 RATIOS = tuple(2.0 ** (0.5 * k) for k in range(-4, 5))  # Length over diameter: from 0.25 to 4
 
@@ -47,7 +47,7 @@ def main() -> None:
 
 def check() -> None:
     """Print the largest differences from solutions between the nodes."""
-    from scissordyn.component.film.impedance import finite_table, looked_up
+    from scissordyn.components.film.impedance import finite_table, looked_up
 
     random = np.random.default_rng(1)
     errors, thick = [], []

@@ -17,8 +17,8 @@ import xarray as xr
 
 import scissordyn as sd
 from benchmarks.measure import command, table
-from scissordyn.component.film.film import FIRST, Film, force
-from scissordyn.component.film.impedance import finite_table, padded
+from scissordyn.components.film.film import FIRST, Film, force
+from scissordyn.components.film.impedance import finite_table, padded
 from scissordyn.laws.elastic.liu import Liu
 from scissordyn.laws.elastic.liu import force as foundation
 

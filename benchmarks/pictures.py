@@ -113,7 +113,7 @@ def components() -> Path:
     """Draw each component in the example of its section of the page, under the name of its table."""
     from PIL import Image
 
-    from component.page import PAGE, SECTIONS, heading, parts, snippets
+    from components.page import PAGE, SECTIONS, heading, parts, snippets
 
     base, tiles = snippets(PAGE.read_text(encoding="utf-8"))[0], []
     for section in SECTIONS:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 import scissordyn as sd
-from scissordyn.component.place import GROUND, BodyPoint, Point
+from scissordyn.components.place import GROUND, BodyPoint, Point
 from scissordyn.laws.catalogue import DAMPING, ELASTIC, FRICTION, MATERIALS
 from scissordyn.model.joint import Weld
 

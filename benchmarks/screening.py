@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 import scissordyn as sd
-from scissordyn.study.answer import fidelity
-from scissordyn.study.answer.fidelity import Corrected, estimates
+from scissordyn.studies.answer import fidelity
+from scissordyn.studies.answer.fidelity import Corrected, estimates
 
 STUDIES, SCREENED, VERIFIED, TRUE = 200, 120, 24, 2**14
 BOUND = 40e3

@@ -23,10 +23,10 @@ import scissordyn as sd
 from benchmarks.measure import machine, paragraph, table, write_section
 from scissordyn.model.options import Options
 from scissordyn.run.engine import Engine, Processes, outcomes, workers_of
-from scissordyn.study.ask.description import Study
-from scissordyn.study.ask.design import Design, Factor
-from scissordyn.study.ask.distribution import Interval
-from scissordyn.study.compute.execute import BUSY, TASK_SECONDS, Block, Progress, block_seconds, execute
+from scissordyn.studies.ask.description import Study
+from scissordyn.studies.ask.design import Design, Factor
+from scissordyn.studies.ask.distribution import Interval
+from scissordyn.studies.compute.execute import BUSY, TASK_SECONDS, Block, Progress, block_seconds, execute
 
 __all__ = ["Measured", "measure"]
 

@@ -12,11 +12,11 @@ import numpy as np
 import scissordyn as sd
 from benchmarks.measure import machine, paragraph, table, write_section
 from scissordyn.model.options import Options
-from scissordyn.study.ask.description import Study
-from scissordyn.study.ask.design import Design, Factor
-from scissordyn.study.ask.distribution import Interval
-from scissordyn.study.compute.execute import simulated
-from scissordyn.study.compute.store import COMPLETE, Store
+from scissordyn.studies.ask.description import Study
+from scissordyn.studies.ask.design import Design, Factor
+from scissordyn.studies.ask.distribution import Interval
+from scissordyn.studies.compute.execute import simulated
+from scissordyn.studies.compute.store import COMPLETE, Store
 
 CASES, BLOCK = 1_000_000, 10_000
 

@@ -20,7 +20,7 @@ import numpy as np
 
 from benchmarks.measure import machine, paragraph, table, write_section
 from scissordyn.cli.option import UNPROTECTED
-from scissordyn.study.compute.store import COMPLETE, Store
+from scissordyn.studies.compute.store import COMPLETE, Store
 
 __all__ = ["Kill", "killed_at_random", "measure"]
 
@@ -211,7 +211,7 @@ def measure(kills: int = KILLS) -> str:
         f"{kills} kills with -9 at random moments (seed {SEED}) of a study of {CASES} cases in {CASES // BLOCK} blocks, with a",
         "scheduler and two workers as processes of their own. After each the same command takes the study up; a study that is",
         "complete is compared with an undisturbed one, row by row, and begun anew.",
-        "`tests/study/test_cluster.py` is the same as a test.",
+        "`tests/studies/test_cluster.py` is the same as a test.",
     )
     return f"{about}\n\n{table(head, rows)}"
 

@@ -157,8 +157,8 @@ GROUPS: dict[str, tuple[str, ...]] = {
 
 MODULES: dict[str, dict[str, tuple[str, ...]]] = {
     "Results of studies": {
-        "study.result": ("StudyResult",),
-        "study.answer.report": ("StudyPictures",),
+        "studies.result": ("StudyResult",),
+        "studies.answer.report": ("StudyPictures",),
     },
     "Samples and maps": {
         "analysis.recurrence": ("recurrence",),
@@ -170,7 +170,7 @@ MODULES: dict[str, dict[str, tuple[str, ...]]] = {
         "kernel": ("kernel",),
     },
     "Pictures": {
-        "run.accessor": ("RunAccessor",),
+        "record.accessor": ("RunAccessor",),
         "plot": (
             *("response", "track", "force", "torque", "orbit", "film", "energy"),
             *("structure", "bending", "comparison", "statics"),

@@ -14,8 +14,8 @@ from typing import Any
 from scissordyn.casefile.part import PARTS
 from scissordyn.casefile.quantity import written
 from scissordyn.casefile.table import Table
-from scissordyn.component.catalogue import COMPONENTS
-from scissordyn.component.port import AXIS
+from scissordyn.components.catalogue import COMPONENTS
+from scissordyn.components.port import AXIS
 from scissordyn.laws.catalogue import BY_KIND
 
 sys.path.insert(0, str(Path(__file__).parent))

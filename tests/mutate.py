@@ -38,7 +38,7 @@ for _library in ("scipy.integrate", "scipy.linalg", "scipy.optimize", "scipy.spa
 from mutators import KINDS, Change, Mutator, changed, changes_of, drawn
 from noticing import EQUIVALENT, MOST_ALIVE, NAMED, ROOMS, SAME_ANSWER, SEED, of_runs, tests_of
 
-KERNEL_ROOMS = ("plugin", "laws", "control", "component", "mechanics", "integrate", "plan")
+KERNEL_ROOMS = ("plugin", "laws", "control", "components", "mechanics", "integrate", "plan")
 HERE = Path(__file__).parent
 PACKAGE = HERE.parent / "src" / "scissordyn"
 PAGE = HERE.parent / "docs" / "decisions" / "measured" / "mutations.md"
@@ -56,7 +56,7 @@ class Target:
     compiled: bool = False  # The tests need the compiler
 
 
-COMPONENT_TESTS = ("component/test_closed_forms.py",)
+COMPONENT_TESTS = ("components/test_closed_forms.py",)
 
 TARGETS = (
     Target(("laws/elastic/[!q]*.py",), ("laws/test_elastic.py", "laws/test_energy.py"), by_name=True),
@@ -66,14 +66,17 @@ TARGETS = (
     Target(("laws/friction/*.py",), ("laws/test_bristle.py", "laws/test_friction.py"), by_name=True),
     Target(("control/delayed/*.py", "control/tracking/*.py", "control/signal.py"), ("control/test_torque.py",)),
     # springs, dampers, motors, loads, latches, end stops of angles and of travel
-    Target(("component/[!_abcdptu]*.py", "component/a*_stop.py", "component/bushing.py", "component/c*_*.py"), COMPONENT_TESTS),
     Target(
-        ("component/cable.py", "component/torque.py", "component/torsion_spring.py", "component/travel_stop.py"),
+        ("components/[!_abcdptu]*.py", "components/a*_stop.py", "components/bushing.py", "components/c*_*.py"),
         COMPONENT_TESTS,
     ),
-    Target(("component/tape_spring.py",), (*COMPONENT_TESTS, "component/test_tape_spring.py")),
-    Target(("component/beam.py",), ("component/test_beam.py",)),
-    Target(("component/clutch.py",), ("component/test_clutch.py",), compiled=True),
+    Target(
+        ("components/cable.py", "components/torque.py", "components/torsion_spring.py", "components/travel_stop.py"),
+        COMPONENT_TESTS,
+    ),
+    Target(("components/tape_spring.py",), (*COMPONENT_TESTS, "components/test_tape_spring.py")),
+    Target(("components/beam.py",), ("components/test_beam.py",)),
+    Target(("components/clutch.py",), ("components/test_clutch.py",), compiled=True),
     # the corners of a block in a clearance guide: where they are, and how their gaps and moment arms follow
     Target(
         ("model/clearance.py", "mechanics/plane_contact.py"),
@@ -127,7 +130,7 @@ def above_kernels(file: str) -> bool:
 
 def by_name(file: str) -> bool:
     """Whether the kernels of a file read their parameters by name."""
-    return file.startswith(("component/", "control/", "laws/"))
+    return file.startswith(("components/", "control/", "laws/"))
 
 
 def mutations_of(file: str) -> list[Mutation]:

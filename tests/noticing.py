@@ -6,7 +6,7 @@ __all__ = ["EQUIVALENT", "MOST_ALIVE", "NAMED", "ROOMS", "SAME_ANSWER", "SEED", 
 
 SEED = 22
 
-ROOMS = {"integrate": 16, "mechanics": 16, "component/port": 6, "kinematics": 11, "run": 11}
+ROOMS = {"integrate": 16, "mechanics": 16, "components/port": 6, "kinematics": 11, "run": 11}
 """How many changes are drawn from each room."""
 
 MOST_ALIVE = 3
@@ -16,20 +16,20 @@ NAMED = (
     ("mechanics/guard.py", "impulsive_work", "plus", "total -= W.work[M.timed[i]] * W.value[1, M.timed[i]]"),
     ("plan/bodies.py", "_unknowns", "sign", "-x"),
     ("plan/quadratic_constraints.py", "_moving_guides", "plus", "across[0] * guide.through[0] + across[1] * guide.through[1]"),
-    ("component/port/frame.py", "curvature", "plus", "K[2, 3] -= torque"),
-    ("component/port/line.py", "gradients", "plus", "vx - along * nx"),
+    ("components/port/frame.py", "curvature", "plus", "K[2, 3] -= torque"),
+    ("components/port/line.py", "gradients", "plus", "vx - along * nx"),
     ("integrate/event.py", "all_far", "bound", "max(abs(w.left_rate[k]), abs(w.end_rate[k]))"),
     ("integrate/event.py", "may_rise", "dropped", "cubic(place, a, slope_a, b, slope_b)[0] + bump"),
 )
 """Changes of what no test noticed once, by file, function, kind and expression; each is to be noticed."""
 
 EQUIVALENT: dict[tuple[str | int, ...], str] = {
-    ("component/force.py", "parameters", "float(self.follows)"): "a switch",
-    ("component/beam.py", "force", "damping"): "its sign",
-    ("component/beam.py", "force", "strength"): "its sign",
-    ("component/latch.py", "", "1e-06"): "how near counts as at the angle",
+    ("components/force.py", "parameters", "float(self.follows)"): "a switch",
+    ("components/beam.py", "force", "damping"): "its sign",
+    ("components/beam.py", "force", "strength"): "its sign",
+    ("components/latch.py", "", "1e-06"): "how near counts as at the angle",
     **dict.fromkeys(
-        (("component/tape_spring.py", "_work", end, *which) for end in ("start", "end") for which in ((), (1,), (3,))),
+        (("components/tape_spring.py", "_work", end, *which) for end in ("start", "end") for which in ((), (1,), (3,))),
         "which angles of the table lie between, of which one at an end has no area; and which end is larger",
     ),
     ("control/tracking/pid.py", "", "1.0"): "a scale of the error of a step",
@@ -82,7 +82,7 @@ NOTICING: dict[str, tuple[str, ...]] = {
     "integrate/step.py": ("integrate/test_step.py", *INTEGRATE),
     "integrate/time_stepping.py": HARD,
     "integrate/*": (*INTEGRATE, "test_run.py"),
-    "component/port/*": ("mechanics/test_ports.py", "component/test_symbols.py"),
+    "components/port/*": ("mechanics/test_ports.py", "components/test_symbols.py"),
     "mechanics/band.py": ("mechanics/test_band.py", *MECHANICS),
     "plan/elimination.py": ("mechanics/test_elimination.py",),
     "mechanics/monitored.py": ("mechanics/test_track_deviation.py", "mechanics/test_entries_read.py", *MECHANICS),
@@ -101,17 +101,17 @@ NOTICING: dict[str, tuple[str, ...]] = {
     "kinematics/*": KINEMATICS,
     "plan/*": ("mechanics/test_moving_guides.py",),
     "run/ideal.py": ("plot/test_preview.py", "run/test_closed_limits.py", "kinematics/test_path.py"),
-    "run/engine.py": ("study/test_engine.py",),
+    "run/engine.py": ("studies/test_engine.py",),
     "run/inverse_dynamics.py": ("run/test_rest.py", "mechanics/test_connections.py", "plan/test_shared_plan.py"),
     "record/warn.py": ("run/test_warn.py",),
     "run/ideal_path.py": ("run/test_track.py",),
     "equilibrium/start.py": ("run/test_rest.py", "run/test_warn.py", "mechanics/test_connections.py", "test_run.py"),
     "run/predictability.py": ("run/test_predictability.py",),
     "run/simulate.py": ("run/test_checkpoint.py", "test_run.py"),
-    "run/batch*.py": ("run/test_batch.py", "study/test_part_unit.py"),
+    "run/batch*.py": ("run/test_batch.py", "studies/test_part_unit.py"),
     "run/measure.py": ("run/test_batch.py", "kinematics/test_path.py"),
-    "run/trajectory_warnings.py": ("component/test_state.py",),
-    "run/advance/tolerance.py": ("component/test_state.py", "run/test_warn.py"),
+    "run/trajectory_warnings.py": ("components/test_state.py",),
+    "run/advance/tolerance.py": ("components/test_state.py", "run/test_warn.py"),
     "run/*": ("test_run.py",),
 }
 """By the first pattern that a file has: the test files to ask, one after another."""

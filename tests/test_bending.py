@@ -13,7 +13,7 @@ from tests.library import on_pin
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of
-from scissordyn.component.beam import force
+from scissordyn.components.beam import force
 from scissordyn.config.file import read_case
 from scissordyn.errors import InputError
 from scissordyn.model.section import read_section

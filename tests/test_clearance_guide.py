@@ -8,9 +8,9 @@ import pytest
 from scipy.optimize import brentq
 
 from reference.block import Block
-from scissordyn.component.force import Force
-from scissordyn.component.time_function import Cycloidal
-from scissordyn.component.torque import Torque
+from scissordyn.components.force import Force
+from scissordyn.components.time_function import Cycloidal
+from scissordyn.components.torque import Torque
 from scissordyn.errors import InputError
 from scissordyn.laws import catalogue
 from scissordyn.laws.damping.factors import LankaraniNikravesh

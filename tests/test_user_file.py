@@ -9,10 +9,10 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.casefile.configuration import read_mechanism, write_configuration
-from scissordyn.component.catalogue import component_class
+from scissordyn.components.catalogue import component_class
 from scissordyn.errors import InputError
 from scissordyn.plugin.element import SLOTS, element, element_class
-from scissordyn.study.ask.description import OwnMeasure
+from scissordyn.studies.ask.description import OwnMeasure
 
 NAMED: dict[str, Callable[[str], Any]] = {
     **{base.slot.title: partial(element_class, slot, folder=Path()) for slot, base in SLOTS.items()},

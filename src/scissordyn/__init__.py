@@ -2,71 +2,242 @@
 
 from __future__ import annotations
 
-import sys
 from importlib import import_module
-from types import ModuleType
 from typing import Any
 
 __version__ = "0.1.0"
 
+PUBLIC = {
+    "analysis.agreement": ("Measured",),
+    "analysis.contact": ("contact_statistics",),
+    "analysis.motor": (
+        "MotorCurve",
+        "figures_of_merit",
+        "torque_over_speed",
+    ),
+    "analysis.section": (
+        "section",
+        "stroboscopic",
+    ),
+    "analysis.spectrum": ("spectrum",),
+    "analysis.verdict": (
+        "classify",
+        "consensus",
+    ),
+    "analysis.zero_one": ("zero_one_test",),
+    "casefile.case": ("Case",),
+    "casefile.case_text": ("case_text",),
+    "collection.catalogue": ("zoo",),
+    "components.actuator": ("Actuator",),
+    "components.angle_load": ("AngleLoad",),
+    "components.angle_stop": ("AngleStop",),
+    "components.beam": ("Beam",),
+    "components.bushing": ("Bushing",),
+    "components.cable": ("Cable",),
+    "components.cam": ("Cam",),
+    "components.clutch": ("Clutch",),
+    "components.constant_force_spring": ("ConstantForceSpring",),
+    "components.declaration": ("component",),
+    "components.element": ("element",),
+    "components.flexible_bar": ("FlexibleBar",),
+    "components.force": ("Force",),
+    "components.gas_spring": ("GasSpring",),
+    "components.guide_friction": ("GuideFriction",),
+    "components.latch": ("Latch",),
+    "components.linear_motor": ("LinearMotor",),
+    "components.lugre": (
+        "GuideLuGre",
+        "PinLuGre",
+    ),
+    "components.motor": ("Motor",),
+    "components.nonlinear_spring": ("NonlinearSpring",),
+    "components.pin_friction": ("PinFriction",),
+    "components.port": ("Output",),
+    "components.rod": ("Rod",),
+    "components.roller": ("Roller",),
+    "components.spring": ("Spring",),
+    "components.stroke_load": ("StrokeLoad",),
+    "components.tabulated_motor": ("TabulatedMotor",),
+    "components.tape_spring": ("TapeSpring",),
+    "components.time_function": (
+        "ConstantSpeed",
+        "Cycloidal",
+        "Harmonic",
+        "Polynomial",
+        "Tabulated",
+        "Trapezoidal",
+        "tabulated",
+    ),
+    "components.torque": ("Torque",),
+    "components.torsion_spring": ("TorsionSpring",),
+    "components.travel_stop": ("TravelStop",),
+    "config.file": (
+        "read_case",
+        "write_case",
+    ),
+    "config.fits": (
+        "fit",
+        "least_value",
+    ),
+    "config.studies": (
+        "open_study",
+        "study",
+    ),
+    "control.catalogue": ("controller",),
+    "control.delayed.extended": ("ExtendedDelayedFeedback",),
+    "control.delayed.pyragas": ("Pyragas",),
+    "control.tracking.feed_forward": ("FeedForward",),
+    "control.tracking.none": ("NoControl",),
+    "control.tracking.pid": ("PID",),
+    "equilibrium.buckling": ("buckling",),
+    "equilibrium.modes": ("modes",),
+    "equilibrium.statics": ("statics",),
+    "errors": (
+        "InputError",
+        "ScissordynError",
+    ),
+    "exchange.dxf": ("read_dxf",),
+    "exchange.export": ("export",),
+    "exchange.forces": ("pin_forces",),
+    "exchange.mjcf": ("read_mjcf",),
+    "exchange.pmks": ("read_pmks",),
+    "exchange.read": (
+        "read_drawing",
+        "read_points",
+    ),
+    "identification.prediction": ("prediction",),
+    "kinematics.bending": ("with_bending",),
+    "laws.catalogue": ("law",),
+    "laws.damping.factors": (
+        "Flores",
+        "LankaraniNikravesh",
+    ),
+    "laws.elastic.hertz": ("Hertz",),
+    "laws.elastic.liu": ("Liu",),
+    "laws.friction.ambrosio": ("Ambrosio",),
+    "laws.friction.lugre": ("LuGre",),
+    "laws.friction.none": ("NoFriction",),
+    "laws.material": (
+        "Material",
+        "STEEL",
+    ),
+    "laws.oil": ("Oil",),
+    "model.addition": (
+        "with_backlash",
+        "with_joint_friction",
+        "with_panels",
+        "with_payload",
+    ),
+    "model.body": (
+        "Body",
+        "Track",
+        "bar",
+        "point_mass",
+    ),
+    "model.clearance": (
+        "Clearance",
+        "GuideClearance",
+        "Lubrication",
+    ),
+    "model.coupling": (
+        "CoordinateDrive",
+        "Coupling",
+        "Distance",
+        "Drive",
+        "RelativeAngle",
+        "Slide",
+    ),
+    "model.joint": (
+        "Guide",
+        "Revolute",
+        "Weld",
+    ),
+    "model.linkage": (
+        "common_pin",
+        "four_bar",
+        "n_four_bar",
+        "slider_crank",
+    ),
+    "model.mechanism": ("Mechanism",),
+    "model.options": ("Options",),
+    "model.scissor": (
+        "angulated_bar",
+        "hoberman_ring",
+        "mast",
+        "polar_scissor",
+        "scissor",
+    ),
+    "model.section": (
+        "Section",
+        "StructuralMaterial",
+    ),
+    "periodic.bifurcation": ("bifurcation",),
+    "periodic.cycles": ("cycle",),
+    "periodic.ensemble": ("ensemble",),
+    "periodic.lyapunov": (
+        "separation_exponent",
+        "variational_exponent",
+    ),
+    "plot.animation": ("animate",),
+    "plot.canvas": ("view",),
+    "plot.preview": ("preview",),
+    "plot.style": ("style",),
+    "record.internal_forces": ("internal_forces",),
+    "record.store": (
+        "load",
+        "save",
+    ),
+    "run.advance.checkpoint": ("Checkpoint",),
+    "run.batch": ("simulate_many",),
+    "run.engine": ("Processes",),
+    "run.ideal": ("ideal_kinematics",),
+    "run.inverse_dynamics": (
+        "constrain_contact",
+        "feed_forward",
+        "inverse_dynamics",
+    ),
+    "run.simulate": (
+        "replay",
+        "simulate",
+    ),
+    "studies.ask.distribution": (
+        "Beta",
+        "Empirical",
+        "Fit",
+        "Interval",
+        "Levels",
+        "LogNormal",
+        "Names",
+        "Normal",
+        "Trapezoid",
+        "Triangular",
+        "Uniform",
+        "Weibull",
+    ),
+    "studies.compute.convergence": ("convergence",),
+    "units": (
+        "Pairs",
+        "Quantity",
+        "State",
+        "degrees",
+        "rpm",
+    ),
+}
+"""Public names by module, imported when a name is first used; `__init__.pyi` has the same for type checkers."""
 
-def _homes() -> dict[str, str]:
-    """Where each public name is defined: what `__init__.pyi` imports. It is imported when it is first used."""
-    homes: dict[str, str] = {}
-    with open(f"{__file__}i", encoding="utf-8") as stub:
-        imports = stub.read().split("\nfrom scissordyn.")[1:]
-    for words in map(str.split, imports):
-        homes |= {words[k - 1].strip("("): words[0] for k, word in enumerate(words) if word == "as"}
-    return homes
+HOMES = {name: module for module, names in PUBLIC.items() for name in names}
 
-
-_HOME = _homes()
-
-__all__ = sorted([*_HOME, "plot"], key=lambda name: (not name.isupper(), not name[0].isupper(), name))
-
-
-class _Study(ModuleType):
-    """The room of studies, which can be called: ``sd.study(...)``."""
-
-    def __call__(self, *given: Any, **named: Any) -> Any:
-        return _study()(*given, **named)
-
-    def __dir__(self) -> list[str]:
-        return []
-
-    __doc__ = property(lambda _: _study().__doc__)
-    __signature__ = property(lambda _: import_module("inspect").signature(_study()))
-
-
-def _study() -> Any:
-    from scissordyn.lookup import public
-
-    return public("scissordyn", "study", _HOME)
-
-
-class _Package(ModuleType):
-    """The package. Its function `study` has the name of a room, which Python would put in its place when it loads that."""
-
-    @property
-    def study(self) -> Any:
-        return import_module("scissordyn.study")
-
-    @study.setter
-    def study(self, room: ModuleType) -> None:
-        room.__class__ = _Study
+__all__ = sorted([*HOMES, "plot"], key=lambda name: (not name.isupper(), not name[0].isupper(), name))
 
 
 def __getattr__(name: str) -> Any:
-    if name == "plot":  # a room with names of its own
+    if name == "plot":
         return import_module("scissordyn.plot")
     from scissordyn.lookup import public
 
-    value = globals()[name] = public("scissordyn", name, _HOME)
+    value = globals()[name] = public("scissordyn", name, HOMES)
     return value
 
 
 def __dir__() -> list[str]:
     return ["__version__", *__all__]
-
-
-sys.modules[__name__].__class__ = _Package

@@ -1,4 +1,4 @@
-"""Public names and where they are defined: type checkers read this file, and so does the package when it is imported."""
+"""Public names and their modules, for type checkers; `PUBLIC` in `__init__.py` has the same for the import."""
 
 from scissordyn import plot as plot
 from scissordyn.analysis.agreement import Measured as Measured
@@ -13,36 +13,36 @@ from scissordyn.analysis.spectrum import spectrum as spectrum
 from scissordyn.analysis.verdict import classify as classify, consensus as consensus
 from scissordyn.analysis.zero_one import zero_one_test as zero_one_test
 from scissordyn.collection.catalogue import zoo as zoo
-from scissordyn.component.actuator import Actuator as Actuator
-from scissordyn.component.angle_load import AngleLoad as AngleLoad
-from scissordyn.component.angle_stop import AngleStop as AngleStop
-from scissordyn.component.beam import Beam as Beam
-from scissordyn.component.bushing import Bushing as Bushing
-from scissordyn.component.cable import Cable as Cable
-from scissordyn.component.cam import Cam as Cam
-from scissordyn.component.clutch import Clutch as Clutch
-from scissordyn.component.constant_force_spring import ConstantForceSpring as ConstantForceSpring
-from scissordyn.component.declaration import component as component
-from scissordyn.component.element import element as element
-from scissordyn.component.flexible_bar import FlexibleBar as FlexibleBar
-from scissordyn.component.force import Force as Force
-from scissordyn.component.gas_spring import GasSpring as GasSpring
-from scissordyn.component.guide_friction import GuideFriction as GuideFriction
-from scissordyn.component.latch import Latch as Latch
-from scissordyn.component.linear_motor import LinearMotor as LinearMotor
-from scissordyn.component.lugre import GuideLuGre as GuideLuGre
-from scissordyn.component.lugre import PinLuGre as PinLuGre
-from scissordyn.component.motor import Motor as Motor
-from scissordyn.component.nonlinear_spring import NonlinearSpring as NonlinearSpring
-from scissordyn.component.pin_friction import PinFriction as PinFriction
-from scissordyn.component.port import Output as Output
-from scissordyn.component.rod import Rod as Rod
-from scissordyn.component.roller import Roller as Roller
-from scissordyn.component.spring import Spring as Spring
-from scissordyn.component.stroke_load import StrokeLoad as StrokeLoad
-from scissordyn.component.tabulated_motor import TabulatedMotor as TabulatedMotor
-from scissordyn.component.tape_spring import TapeSpring as TapeSpring
-from scissordyn.component.time_function import (
+from scissordyn.components.actuator import Actuator as Actuator
+from scissordyn.components.angle_load import AngleLoad as AngleLoad
+from scissordyn.components.angle_stop import AngleStop as AngleStop
+from scissordyn.components.beam import Beam as Beam
+from scissordyn.components.bushing import Bushing as Bushing
+from scissordyn.components.cable import Cable as Cable
+from scissordyn.components.cam import Cam as Cam
+from scissordyn.components.clutch import Clutch as Clutch
+from scissordyn.components.constant_force_spring import ConstantForceSpring as ConstantForceSpring
+from scissordyn.components.declaration import component as component
+from scissordyn.components.element import element as element
+from scissordyn.components.flexible_bar import FlexibleBar as FlexibleBar
+from scissordyn.components.force import Force as Force
+from scissordyn.components.gas_spring import GasSpring as GasSpring
+from scissordyn.components.guide_friction import GuideFriction as GuideFriction
+from scissordyn.components.latch import Latch as Latch
+from scissordyn.components.linear_motor import LinearMotor as LinearMotor
+from scissordyn.components.lugre import GuideLuGre as GuideLuGre
+from scissordyn.components.lugre import PinLuGre as PinLuGre
+from scissordyn.components.motor import Motor as Motor
+from scissordyn.components.nonlinear_spring import NonlinearSpring as NonlinearSpring
+from scissordyn.components.pin_friction import PinFriction as PinFriction
+from scissordyn.components.port import Output as Output
+from scissordyn.components.rod import Rod as Rod
+from scissordyn.components.roller import Roller as Roller
+from scissordyn.components.spring import Spring as Spring
+from scissordyn.components.stroke_load import StrokeLoad as StrokeLoad
+from scissordyn.components.tabulated_motor import TabulatedMotor as TabulatedMotor
+from scissordyn.components.tape_spring import TapeSpring as TapeSpring
+from scissordyn.components.time_function import (
     ConstantSpeed as ConstantSpeed,
     Cycloidal as Cycloidal,
     Harmonic as Harmonic,
@@ -51,9 +51,9 @@ from scissordyn.component.time_function import (
     Trapezoidal as Trapezoidal,
     tabulated as tabulated,
 )
-from scissordyn.component.torque import Torque as Torque
-from scissordyn.component.torsion_spring import TorsionSpring as TorsionSpring
-from scissordyn.component.travel_stop import TravelStop as TravelStop
+from scissordyn.components.torque import Torque as Torque
+from scissordyn.components.torsion_spring import TorsionSpring as TorsionSpring
+from scissordyn.components.travel_stop import TravelStop as TravelStop
 from scissordyn.casefile.case import Case as Case
 from scissordyn.casefile.case_text import case_text as case_text
 from scissordyn.config.file import read_case as read_case, write_case as write_case
@@ -142,8 +142,8 @@ from scissordyn.equilibrium.statics import statics as statics
 from scissordyn.model.options import Options as Options
 from scissordyn.run.simulate import replay as replay, simulate as simulate
 from scissordyn.record.store import load as load, save as save
-from scissordyn.study.compute.convergence import convergence as convergence
-from scissordyn.study.ask.distribution import (
+from scissordyn.studies.compute.convergence import convergence as convergence
+from scissordyn.studies.ask.distribution import (
     Beta as Beta,
     Empirical as Empirical,
     Fit as Fit,

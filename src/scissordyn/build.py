@@ -16,16 +16,16 @@ from typing import Any
 
 from scissordyn.compiler.c import compile_library
 from scissordyn.compiler.unit import Unit
-from scissordyn.component.catalogue import COMPONENTS
-from scissordyn.component.declaration import recipes_of
-from scissordyn.component.film.film import Film
+from scissordyn.components.catalogue import COMPONENTS
+from scissordyn.components.declaration import recipes_of
+from scissordyn.components.film.film import Film
 from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.errors import InputError
 from scissordyn.kernel import ENTRIES, PACKAGE, digest_of, library_name
 from scissordyn.laws.catalogue import DAMPING, ELASTIC, FRICTION
 from scissordyn.plugin.element import recipes
 
-ROOMS = ("plugin", "laws", "control", "component", "mechanics", "integrate", "plan")
+ROOMS = ("plugin", "laws", "control", "components", "mechanics", "integrate", "plan")
 LOOPS = "scissordyn.run.advance.system"  # Where entries are
 
 

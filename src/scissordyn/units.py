@@ -18,7 +18,7 @@ from typing import Annotated, Any, Literal, ParamSpec, TypeVar, get_args, get_or
 
 from scissordyn.annotation import MismatchError, accepted, in_words, is_number, members, plain_hint, shown, type_decides
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.lookup import knows_keywords, unexpected
+from scissordyn.lookup import unexpected
 from scissordyn.numeral import PREFIXES, numerals, prefix
 
 RANGES: Mapping[str, tuple[float, float]] = {
@@ -270,7 +270,7 @@ def checked(function: Callable[Arguments, Result]) -> Callable[Arguments, Result
                 bound.arguments[key] = _fitted(owner, key, value, hints[key])
         return function(*bound.args, **bound.kwargs)
 
-    return knows_keywords(compared)
+    return compared
 
 
 @cache

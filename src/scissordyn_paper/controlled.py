@@ -17,8 +17,8 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.analysis.motor import figures_of_merit
-from scissordyn.component.force import Force
-from scissordyn.component.time_function import ConstantSpeed, Cycloidal, Harmonic, TimeFunction, tabulated
+from scissordyn.components.force import Force
+from scissordyn.components.time_function import ConstantSpeed, Cycloidal, Harmonic, TimeFunction, tabulated
 from scissordyn.control.delayed.extended import ExtendedDelayedFeedback
 from scissordyn.control.delayed.pyragas import Pyragas
 from scissordyn.control.tracking.feed_forward import FeedForward

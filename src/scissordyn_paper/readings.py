@@ -14,7 +14,7 @@ import xarray as xr
 
 from scissordyn.errors import ScissordynError
 from scissordyn.run.engine import Engine
-from scissordyn.study.ask.design import sobol_numbers, uniform_numbers
+from scissordyn.studies.ask.design import sobol_numbers, uniform_numbers
 from scissordyn.units import degrees
 from scissordyn_paper.cache import Progress, fetch
 from scissordyn_paper.cases import Choice

@@ -20,8 +20,8 @@ from scissordyn.casefile.part import PARTS
 from scissordyn.compiler.c import FLAGS, compile_library
 from scissordyn.compiler.kind import FLOAT
 from scissordyn.compiler.unit import Unit
-from scissordyn.component.catalogue import COMPONENTS
-from scissordyn.component.declaration import kernels_of
+from scissordyn.components.catalogue import COMPONENTS
+from scissordyn.components.declaration import kernels_of
 from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.errors import InputError
 from scissordyn.exchange.fmu.source import Source

@@ -10,11 +10,11 @@ from tests.compiler.test_c import KERNELS, QUICK
 from tests.compiler.test_dual import elements, inputs_of
 from tests.compiler.test_dual import with_derivatives as slopes_of
 
-import scissordyn.component.time_function as sd_time
+import scissordyn.components.time_function as sd_time
 from scissordyn.compiler.c import loaded
 from scissordyn.compiler.unit import Unit
-from scissordyn.component.catalogue import COMPONENTS
-from scissordyn.component.port import FRAME, HINGE, LINE, POINT, TRAVEL
+from scissordyn.components.catalogue import COMPONENTS
+from scissordyn.components.port import FRAME, HINGE, LINE, POINT, TRAVEL
 from scissordyn.kernel import F1, Entry
 from scissordyn.mechanics.port import add_port_curvature, port_forces, sense_port, write_port_gradients
 from scissordyn.mechanics.time_function import function_at, function_rows

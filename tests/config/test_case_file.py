@@ -12,7 +12,7 @@ import pytest
 
 from scissordyn.casefile.case import Case
 from scissordyn.casefile.structure import STRUCTURES, BuiltTable
-from scissordyn.component.time_function import ConstantSpeed, Tabulated
+from scissordyn.components.time_function import ConstantSpeed, Tabulated
 from scissordyn.config.file import read_case
 from scissordyn.errors import InputError
 from scissordyn.laws.damping.factors import Flores, LankaraniNikravesh

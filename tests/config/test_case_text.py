@@ -24,9 +24,9 @@ from scissordyn.casefile.case import Case, CaseTable
 from scissordyn.casefile.part import PARTS
 from scissordyn.casefile.quantity import exact, read_quantity
 from scissordyn.casefile.table import instance
-from scissordyn.component.catalogue import COMPONENTS
-from scissordyn.component.declaration import Component
-from scissordyn.component.time_function import TimeFunction
+from scissordyn.components.catalogue import COMPONENTS
+from scissordyn.components.declaration import Component
+from scissordyn.components.time_function import TimeFunction
 from scissordyn.config.template import template
 from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.control.controller import Controller

@@ -10,13 +10,13 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.casefile.case import Case
-from scissordyn.component.force import Force
-from scissordyn.component.motor import Motor
-from scissordyn.component.place import GROUND
-from scissordyn.component.spring import Spring
-from scissordyn.component.time_function import ConstantSpeed, Cycloidal, Harmonic, Polynomial, Tabulated, Trapezoidal
-from scissordyn.component.torque import Torque
-from scissordyn.component.torsion_spring import TorsionSpring
+from scissordyn.components.force import Force
+from scissordyn.components.motor import Motor
+from scissordyn.components.place import GROUND
+from scissordyn.components.spring import Spring
+from scissordyn.components.time_function import ConstantSpeed, Cycloidal, Harmonic, Polynomial, Tabulated, Trapezoidal
+from scissordyn.components.torque import Torque
+from scissordyn.components.torsion_spring import TorsionSpring
 from scissordyn.config.file import read_case
 from scissordyn.config.template import template
 from scissordyn.errors import InputError

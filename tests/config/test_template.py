@@ -16,7 +16,7 @@ from scissordyn.casefile.part import PARTS
 from scissordyn.casefile.structure import STRUCTURES, ClearanceTable
 from scissordyn.casefile.table import table_of
 from scissordyn.casefile.time_function import DriveTable
-from scissordyn.component.actuator import Actuator
+from scissordyn.components.actuator import Actuator
 from scissordyn.config.file import read_case
 from scissordyn.config.fitted import DAMPING, FURTHER, OSCILLATIONS, SECTIONS
 from scissordyn.config.template import STARTERS, TURNS, template

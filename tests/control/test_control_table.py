@@ -7,8 +7,8 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of
-from scissordyn.component.actuator import Actuator
-from scissordyn.component.time_function import Cycloidal
+from scissordyn.components.actuator import Actuator
+from scissordyn.components.time_function import Cycloidal
 from scissordyn.config.file import read_case
 from scissordyn.control.delayed.pyragas import Pyragas
 from scissordyn.control.tracking.feed_forward import FeedForward

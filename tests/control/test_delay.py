@@ -11,7 +11,7 @@ import pytest
 from tests.library import hanging
 
 import scissordyn as sd
-from scissordyn.component.time_function import Polynomial
+from scissordyn.components.time_function import Polynomial
 from scissordyn.control.delayed.extended import ExtendedDelayedFeedback
 from scissordyn.control.delayed.pyragas import Pyragas
 from scissordyn.control.tracking.pid import PID

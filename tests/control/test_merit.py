@@ -8,8 +8,8 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.analysis.motor import figures_of_merit
-from scissordyn.component.force import Force
-from scissordyn.component.time_function import Cycloidal, tabulated
+from scissordyn.components.force import Force
+from scissordyn.components.time_function import Cycloidal, tabulated
 from scissordyn.control.tracking.feed_forward import FeedForward
 from scissordyn.run.inverse_dynamics import feed_forward
 

@@ -7,7 +7,7 @@ import pytest
 
 import scissordyn as sd
 from reference.kernels import accepted, at_start, check_step_matrix, check_time_derivative
-from scissordyn.component.time_function import Harmonic, Polynomial
+from scissordyn.components.time_function import Harmonic, Polynomial
 from scissordyn.control.delayed.extended import ExtendedDelayedFeedback
 from scissordyn.control.tracking.feed_forward import FeedForward
 from scissordyn.control.tracking.pid import PID

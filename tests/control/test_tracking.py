@@ -7,9 +7,9 @@ import pytest
 from tests.library import balanced, hanging
 
 import scissordyn as sd
-from scissordyn.component.actuator import Actuator
-from scissordyn.component.time_function import Cycloidal, Harmonic, Polynomial
-from scissordyn.component.torsion_spring import TorsionSpring
+from scissordyn.components.actuator import Actuator
+from scissordyn.components.time_function import Cycloidal, Harmonic, Polynomial
+from scissordyn.components.torsion_spring import TorsionSpring
 from scissordyn.control.catalogue import CONTROLLERS, controller
 from scissordyn.control.controller import Controller
 from scissordyn.control.tracking.feed_forward import FeedForward

@@ -17,7 +17,7 @@ from scissordyn.cli.main import status_of
 pytest.importorskip("tomlkit", reason="the package tomlkit is not installed")
 
 from scissordyn.casefile.code import Code
-from scissordyn.component.flexible_bar import FlexibleBar
+from scissordyn.components.flexible_bar import FlexibleBar
 from scissordyn.errors import InputError
 from scissordyn.explore.answers import differences
 from scissordyn.explore.case import Case, open_case, python_of

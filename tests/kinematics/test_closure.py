@@ -9,7 +9,7 @@ from tests.mechanics.test_moving_guides import lever_angle, quick_return
 from tests.test_couplings import coupled_arms
 
 import scissordyn as sd
-from scissordyn.component.time_function import Polynomial
+from scissordyn.components.time_function import Polynomial
 from scissordyn.kinematics.branching import _closed_along, _passed
 from scissordyn.kinematics.closure import Closure
 from scissordyn.plan.plan import plan

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import scissordyn as sd
-from scissordyn.component.rod import Rod
-from scissordyn.component.time_function import Cycloidal
+from scissordyn.components.rod import Rod
+from scissordyn.components.time_function import Cycloidal
 from scissordyn.kinematics.path import drive_inertia, path_of, smooth_peak
 from scissordyn.model.addition import with_payload
 from scissordyn.model.body import bar

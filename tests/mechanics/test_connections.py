@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import scissordyn as sd
-from scissordyn.component.time_function import Cycloidal, Harmonic, Polynomial
+from scissordyn.components.time_function import Cycloidal, Harmonic, Polynomial
 
 TIGHT = {"rtol": 1e-11, "atol": 1e-11, "samples": 201}
 METHODS = ("dop853", "rodas5p")

@@ -8,12 +8,12 @@ import pytest
 from tests.library import balanced, hanging
 
 import scissordyn as sd
-from scissordyn.component.force import Force
-from scissordyn.component.motor import Motor
-from scissordyn.component.spring import Spring
-from scissordyn.component.time_function import ConstantSpeed, Cycloidal, Harmonic, Polynomial, Tabulated, Trapezoidal
-from scissordyn.component.torque import Torque
-from scissordyn.component.torsion_spring import TorsionSpring
+from scissordyn.components.force import Force
+from scissordyn.components.motor import Motor
+from scissordyn.components.spring import Spring
+from scissordyn.components.time_function import ConstantSpeed, Cycloidal, Harmonic, Polynomial, Tabulated, Trapezoidal
+from scissordyn.components.torque import Torque
+from scissordyn.components.torsion_spring import TorsionSpring
 from scissordyn.mechanics.time_function import function_at, function_rows
 from scissordyn.model.joint import Weld
 from scissordyn.model.mechanism import Mechanism

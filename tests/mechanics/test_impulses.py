@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 from tests.reference.impulse import Chain, plastic_impact
 
 import scissordyn as sd
-from scissordyn.component.time_function import Polynomial
+from scissordyn.components.time_function import Polynomial
 
 TIGHT = {"rtol": 1e-11, "atol": 1e-11}
 METHODS = ("dop853", "rodas5p")

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from reference.kernels import check_step_matrix, check_time_derivative, increments, touching
-from scissordyn.component.clutch import Clutch
-from scissordyn.component.time_function import Harmonic
+from scissordyn.components.clutch import Clutch
+from scissordyn.components.time_function import Harmonic
 from scissordyn.laws.damping.standard_linear_solid import StandardLinearSolid
 from scissordyn.laws.friction.lugre import LuGre
 from scissordyn.laws.friction.none import NoFriction

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from reference.kernels import check_step_matrix, check_time_derivative, increments, touching
-from scissordyn.component.time_function import Harmonic
+from scissordyn.components.time_function import Harmonic
 from scissordyn.laws.elastic.power_law import PowerLaw
 from scissordyn.laws.friction.lugre import LuGre
 from scissordyn.laws.friction.threlfall import Threlfall

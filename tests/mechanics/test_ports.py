@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from scissordyn.component.port import FRAME, HINGE, LINE, POINT, TRAVEL, frame, hinge, line, point, travel
+from scissordyn.components.port import FRAME, HINGE, LINE, POINT, TRAVEL, frame, hinge, line, point, travel
 
 PORTS = {
     "line": (LINE, line),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import scissordyn as sd
-from scissordyn.component.torque import Torque
+from scissordyn.components.torque import Torque
 from scissordyn.errors import InputError
 from scissordyn.plan.plan import plan
 

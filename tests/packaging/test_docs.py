@@ -80,15 +80,15 @@ def used_names(code: str) -> set[tuple[str, str]]:
             case ast.ImportFrom(module=str(module), names=names) if module.startswith("scissordyn"):
                 found |= {(module.removeprefix("scissordyn").lstrip("."), one.name) for one in names if one.name in read}
             case ast.Attribute(value=ast.Name(id="sd"), attr=name):
-                found |= {("", name), *([("study.result", "StudyResult")] if name == "study" else [])}
+                found |= {("", name), *([("studies.result", "StudyResult")] if name == "study" else [])}
             case ast.Attribute(value=ast.Attribute(value=ast.Name(id="sd"), attr="plot"), attr=name):
                 found.add(("plot", name))
             case ast.Attribute(value=ast.Attribute(value=ast.Name(), attr="plot")):
-                found.add(("study.answer.report", "StudyPictures"))
+                found.add(("studies.answer.report", "StudyPictures"))
             case ast.Attribute(value=ast.Name(id="regularity"), attr=name):
                 found.add(("plot.regularity", name))
             case ast.Attribute(value=ast.Attribute(attr="scissordyn"), attr=name):
-                found.add(("run.accessor", "RunAccessor"))
+                found.add(("record.accessor", "RunAccessor"))
     return found
 
 

@@ -1,4 +1,4 @@
-"""What a user is shown of the package: names, completion, the function with the name of a room; constants are bound once."""
+"""What a user is shown of the package: names and completion; constants are bound once."""
 
 import ast
 import importlib
@@ -21,7 +21,7 @@ import json, rlcompleter
 import scissordyn as sd
 before = dir(sd), dir(sd.plot)
 sd.simulate, sd.plot.force, sd.study, sd.Processes
-import scissordyn.study.compute.execute, scissordyn.run.engine as engine, scissordyn.plot.joint
+import scissordyn.studies.compute.execute, scissordyn.run.engine as engine, scissordyn.plot.joint
 completer = rlcompleter.Completer({"sd": sd})
 found = []
 while (name := completer.complete("sd.", len(found))) is not None:
@@ -44,15 +44,12 @@ def test_shown_names() -> None:
         assert getattr(sd, name) is not None
 
 
-def test_a_room_that_is_called() -> None:
-    """Contract: `sd.study` has the signature and the documentation of its function, and stays the room for imports."""
-    import inspect
-
-    from scissordyn.config.studies import study
-
-    assert inspect.signature(sd.study) == inspect.signature(study)
-    assert sd.study.__doc__ == study.__doc__
-    assert sd.study is sys.modules["scissordyn.study"]
+def test_the_two_tables_of_public_names_agree() -> None:
+    """Contract: what type checkers read of public names is what the package imports."""
+    stub = ast.parse((ROOT / "src/scissordyn/__init__.pyi").read_text(encoding="utf-8"))
+    imports = [node for node in stub.body if isinstance(node, ast.ImportFrom) and node.module]
+    read = {name.name: str(node.module).removeprefix("scissordyn.") for node in imports for name in node.names}
+    assert {name: module for name, module in read.items() if name != "plot"} == sd.HOMES
 
 
 @pytest.mark.parametrize("program", PROGRAMS, ids=lambda file: str(file.relative_to(ROOT)))

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from scissordyn.component.time_function import Harmonic
+from scissordyn.components.time_function import Harmonic
 from scissordyn.config.file import read_case
 from scissordyn.errors import InputError
 from scissordyn.laws.damping.factors import Flores

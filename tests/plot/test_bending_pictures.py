@@ -5,8 +5,8 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of
-from scissordyn.component.port.axis import bent_axis
-from scissordyn.component.port.stroke import bent
+from scissordyn.components.port.axis import bent_axis
+from scissordyn.components.port.stroke import bent
 from scissordyn.equilibrium.deflection import magnified_deflection
 from scissordyn.errors import InputError
 from scissordyn.plan.bending import beams_of

@@ -21,7 +21,7 @@ from matplotlib.colors import to_rgba
 from PIL import Image
 
 import scissordyn as sd
-from scissordyn.component.spring import Spring
+from scissordyn.components.spring import Spring
 from scissordyn.errors import InputError
 from scissordyn.laws.elastic.linear import Linear
 from scissordyn.model.body import Body, bar, point_mass

@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 import scissordyn as sd
-from scissordyn.component.port import ACTUATOR, AXIS, FRAME, HINGE, LINE, POINT, TRAVEL
+from scissordyn.components.port import ACTUATOR, AXIS, FRAME, HINGE, LINE, POINT, TRAVEL
 
 BESIDE = 1e-12  # How far from a cross-section its two sides are, in lengths of the bar
 

@@ -11,7 +11,7 @@ from scipy.interpolate import make_interp_spline
 
 import scissordyn as sd
 from reference.balance import Places, rotated
-from scissordyn.component.port import AXIS, FRAME, HINGE, LINE, POINT, TRAVEL
+from scissordyn.components.port import AXIS, FRAME, HINGE, LINE, POINT, TRAVEL
 
 
 class VirtualWork:

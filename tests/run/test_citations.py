@@ -10,7 +10,7 @@ import pytest
 import scissordyn as sd
 from scissordyn.bibliography.reference import bibliography, references
 from scissordyn.cli.main import status_of
-from scissordyn.component.catalogue import COMPONENTS
+from scissordyn.components.catalogue import COMPONENTS
 from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.integrate.tableau import METHODS
 from scissordyn.laws.catalogue import BY_KIND, MATERIALS

@@ -14,7 +14,7 @@ import scissordyn as sd
 from scissordyn.cli.compare import measures
 from scissordyn.cli.show import show_run
 from scissordyn.cli.text_console import TextConsole
-from scissordyn.component.force import Force
+from scissordyn.components.force import Force
 from scissordyn.errors import InputError
 from scissordyn.exchange.fmu.pack import fmu
 from scissordyn.explore.answers import cards, contact_table

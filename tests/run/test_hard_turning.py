@@ -13,7 +13,7 @@ from scipy.linalg import expm
 from tests.library import EXAMPLES, counts_of, in_bearing, warnings_of
 
 import scissordyn as sd
-from scissordyn.component.bushing import Bushing
+from scissordyn.components.bushing import Bushing
 from scissordyn.kernel import kernel
 from scissordyn.laws.damping.factors import LankaraniNikravesh
 from scissordyn.mechanics.hard_rows import open_hard

@@ -16,7 +16,7 @@ import scissordyn as sd
 from scissordyn.cli.main import status_of
 from scissordyn.errors import InputError
 from scissordyn.model.options import Options
-from scissordyn.study.compute.table import column
+from scissordyn.studies.compute.table import column
 
 PLACES = (0.0, 0.1, 0.33, 0.5, 0.97, 1.0)
 RIGIDITY = 100.0

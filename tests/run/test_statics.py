@@ -12,7 +12,7 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of
-from scissordyn.component.catalogue import COMPONENTS
+from scissordyn.components.catalogue import COMPONENTS
 from scissordyn.equilibrium.statics import SENSES as SENSITIVE
 from scissordyn.model.commanded import rigid
 

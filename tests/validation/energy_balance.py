@@ -4,8 +4,8 @@ import numpy as np
 import xarray as xr
 
 from reference.balance import Places
-from scissordyn.component.spring import Spring
-from scissordyn.component.torsion_spring import TorsionSpring
+from scissordyn.components.spring import Spring
+from scissordyn.components.torsion_spring import TorsionSpring
 from scissordyn.model.mechanism import Mechanism
 
 

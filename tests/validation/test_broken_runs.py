@@ -9,8 +9,8 @@ import pytest
 from test_bad_mechanisms import HUNG, PIN, braced_frame, mechanism, part, pin, refused, tripod
 
 import scissordyn as sd
-from scissordyn.component.latch import Latch
-from scissordyn.component.rod import Rod
+from scissordyn.components.latch import Latch
+from scissordyn.components.rod import Rod
 from scissordyn.plan.plan import plan
 
 ROPE = ("u", "b"), ("ground", "P")

@@ -13,7 +13,7 @@ from benchmarks.random_mechanisms import judge
 from energy_balance import closure_error, energy_drift, height_over_drift, masses, momentum_drift
 from mechanisms import BOUNCING, FRICTIONAL, random_mechanism
 
-from scissordyn.component.time_function import Cycloidal, Trapezoidal
+from scissordyn.components.time_function import Cycloidal, Trapezoidal
 from scissordyn.config.file import read_case
 from scissordyn.laws.damping.factors import Flores
 from scissordyn.model.body import bar

@@ -13,8 +13,8 @@ from numba import njit
 from scipy.integrate import quad, solve_ivp
 
 import scissordyn as sd
-from scissordyn.component.film.film import FIRST, Film, force
-from scissordyn.component.film.impedance import finite_table, looked_up
+from scissordyn.components.film.film import FIRST, Film, force
+from scissordyn.components.film.impedance import finite_table, looked_up
 from validation.case import Case, Check, Code, Measured, Model, mechanism, run, timed
 
 __all__ = ["CASE"]

@@ -12,7 +12,7 @@ import xarray as xr
 from scipy.optimize import minimize_scalar
 
 import scissordyn as sd
-from scissordyn.component.time_function import tabulated
+from scissordyn.components.time_function import tabulated
 from scissordyn.laws.damping.none import NoDamping
 from scissordyn.laws.elastic.linear import Linear
 from validation.case import Case, Check

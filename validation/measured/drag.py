@@ -3,7 +3,7 @@
 from typing import Annotated
 
 import scissordyn as sd
-from scissordyn.component.port import HINGE
+from scissordyn.components.port import HINGE
 
 
 def force(angle, speed, factor):

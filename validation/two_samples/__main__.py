@@ -16,7 +16,7 @@ from benchmarks.measure import DECISIONS, machine, table
 from scipy.stats import ks_2samp, wilcoxon
 
 from scissordyn.config.study import read_study, study_of
-from scissordyn.study.result import StudyResult, computed
+from scissordyn.studies.result import StudyResult, computed
 from validation.case import HERE
 from validation.two_samples.tests import energy_test
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from scissordyn.analysis.variable import Variable, described, window
 from scissordyn.casefile.configuration import ATTRIBUTE, read_configuration
-from scissordyn.component.place import GROUND
+from scissordyn.components.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.record.joint_force import largest_force, some_clearance_joints
 from scissordyn.record.sampling import time_mean

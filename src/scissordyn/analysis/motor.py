@@ -11,10 +11,10 @@ import xarray as xr
 
 from scissordyn.analysis.variable import described
 from scissordyn.casefile.configuration import number_attribute, read_configuration
-from scissordyn.component.actuator import Actuator
-from scissordyn.component.motor import Motor
-from scissordyn.component.place import GROUND
-from scissordyn.component.tabulated_motor import TabulatedMotor
+from scissordyn.components.actuator import Actuator
+from scissordyn.components.motor import Motor
+from scissordyn.components.place import GROUND
+from scissordyn.components.tabulated_motor import TabulatedMotor
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.options import AUTO, EQUALLY_SPACED
 from scissordyn.record.joint_force import clearance_joints, largest_force

@@ -15,8 +15,8 @@ from scissordyn.casefile.part import COMPONENT_SECTIONS, ratio_unit
 from scissordyn.casefile.quantity import exact
 from scissordyn.casefile.table import Context, instance, toml_entries
 from scissordyn.casefile.time_function import VALUES, powers, units_of
-from scissordyn.component.place import GROUND, BodyPoint, Point
-from scissordyn.component.time_function import (
+from scissordyn.components.place import GROUND, BodyPoint, Point
+from scissordyn.components.time_function import (
     ConstantSpeed,
     Cycloidal,
     Harmonic,

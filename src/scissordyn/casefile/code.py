@@ -8,7 +8,7 @@ from types import MappingProxyType
 from typing import Any
 
 from scissordyn.casefile.quantity import LEADING_NUMBER, si_value
-from scissordyn.component.catalogue import component_class
+from scissordyn.components.catalogue import component_class
 from scissordyn.errors import InputError, command
 from scissordyn.model.record import code_digest, source_of
 from scissordyn.plugin.element import SLOTS, Element, element_class

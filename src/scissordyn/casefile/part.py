@@ -27,10 +27,10 @@ from scissordyn.casefile.table import (
 )
 from scissordyn.casefile.time_function import time_function
 from scissordyn.casefile.value import BODY_POINT
-from scissordyn.component.catalogue import COMPONENTS, component_class
-from scissordyn.component.declaration import Declaration
-from scissordyn.component.place import GROUND, BodyPoint, Point
-from scissordyn.component.time_function import TimeFunction
+from scissordyn.components.catalogue import COMPONENTS, component_class
+from scissordyn.components.declaration import Declaration
+from scissordyn.components.place import GROUND, BodyPoint, Point
+from scissordyn.components.time_function import TimeFunction
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.addition import closed, with_backlash
 from scissordyn.model.body import Body, Track, bar

@@ -25,9 +25,9 @@ from scissordyn.casefile.table import (
 )
 from scissordyn.casefile.time_function import read_tabulated, table_shape
 from scissordyn.casefile.value import CONTROLLER
-from scissordyn.component.actuator import Actuator
-from scissordyn.component.place import GROUND
-from scissordyn.component.time_function import ConstantSpeed, OverTime, Tabulated, TimeFunction
+from scissordyn.components.actuator import Actuator
+from scissordyn.components.place import GROUND
+from scissordyn.components.time_function import ConstantSpeed, OverTime, Tabulated, TimeFunction
 from scissordyn.control.controller import Controller
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.kinematics.bending import with_bending

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, TypeV
 from scissordyn.annotation import members, plain_hint
 from scissordyn.casefile.quantity import example, read_quantity, written
 from scissordyn.casefile.text import Place, place_text
-from scissordyn.component.declaration import MEANINGS
+from scissordyn.components.declaration import MEANINGS
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.walk import declared, is_described
 from scissordyn.units import Quantity, Sample, help_of

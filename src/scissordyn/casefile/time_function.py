@@ -26,7 +26,7 @@ from scissordyn.casefile.table import (
 )
 from scissordyn.casefile.text import read_text
 from scissordyn.casefile.value import columns_shape
-from scissordyn.component.time_function import (
+from scissordyn.components.time_function import (
     ConstantSpeed,
     Cycloidal,
     Harmonic,

@@ -12,7 +12,7 @@ from scissordyn.annotation import MismatchError, body_point
 from scissordyn.casefile.code import AbsentPart, code_of
 from scissordyn.casefile.quantity import NumbersText, read_numbers
 from scissordyn.casefile.table import Context, Reader, Shape, build, located, plain_table, read_as, reader, toml, with_key
-from scissordyn.component.place import BodyPoint, Point
+from scissordyn.components.place import BodyPoint, Point
 from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.control.controller import Controller
 from scissordyn.errors import InputError, did_you_mean

@@ -15,8 +15,8 @@ import numpy as np
 from scissordyn.casefile.part import coordinate_words, coupling_lines
 from scissordyn.casefile.quantity import written
 from scissordyn.casefile.time_function import units_of
-from scissordyn.component.actuator import Actuator
-from scissordyn.component.time_function import ConstantSpeed, Polynomial, Tabulated, TimeFunction
+from scissordyn.components.actuator import Actuator
+from scissordyn.components.time_function import ConstantSpeed, Polynomial, Tabulated, TimeFunction
 from scissordyn.config.file import read_case
 from scissordyn.equilibrium.statics import rotations, static_peaks
 from scissordyn.errors import InputError, command
@@ -40,9 +40,9 @@ from scissordyn.units import counted, short
 if TYPE_CHECKING:
     import xarray as xr
 
-    from scissordyn.component.declaration import Component
+    from scissordyn.components.declaration import Component
     from scissordyn.run.advance.driver import Driver
-    from scissordyn.study.compute.convergence import Convergence
+    from scissordyn.studies.compute.convergence import Convergence
 
 MOST_NAMES = 20  # All joints of a mechanism that has more than these are not named one by one
 PATIENCE = 2.0  # Time for the motion with ideal joints [s]; where that takes longer, what follows from it is not shown
@@ -91,7 +91,7 @@ def check_lines(case: Path, changes: Sequence[str], converge: str | None, modes:
     lines += [f"Warning: {text}." for text in warnings]
     converged = None
     if converge is not None:
-        from scissordyn.study.compute.convergence import convergence, read_wanted  # with scipy and xarray
+        from scissordyn.studies.compute.convergence import convergence, read_wanted  # with scipy and xarray
 
         response, within = read_wanted(converge)
         converged = convergence(mechanism, read.run, response, within=within, over="modes" if modes else "accuracy")

@@ -89,7 +89,7 @@ class Where:
             with Processes(self.workers) as processes:
                 yield processes
         elif self.scheduler is not None or self.cluster is not None:
-            from scissordyn.study.compute.cluster import cluster
+            from scissordyn.studies.compute.cluster import cluster
 
             with cluster(self.scheduler or self.cluster or "") as workers:
                 if self.scheduler is not None and not self.scheduler.startswith("tls://"):

@@ -30,10 +30,10 @@ from scissordyn.errors import InputError, command, did_you_mean, printable
 from scissordyn.units import Quantity, counted, short
 
 if TYPE_CHECKING:
-    from scissordyn.study.answer.fact import Section
-    from scissordyn.study.ask.description import Study
-    from scissordyn.study.compute.execute import Progress
-    from scissordyn.study.result import StudyResult
+    from scissordyn.studies.answer.fact import Section
+    from scissordyn.studies.ask.description import Study
+    from scissordyn.studies.compute.execute import Progress
+    from scissordyn.studies.result import StudyResult
 
 ACTIONS = ("status", "resume", "retry", "extend", "refine", "report", "export", "replay", "convert")
 
@@ -126,7 +126,7 @@ def study(
         return _report(result, output, plot)
     if what == "replay":
         return _replay(result, case, output)
-    from scissordyn.study.answer.page import damage_section
+    from scissordyn.studies.answer.page import damage_section
 
     print(f"Saved to {result.export(output or 'study.csv')}")
     _show(damage_section(result, result.store.path))
@@ -135,7 +135,7 @@ def study(
 
 def _continue(result: StudyResult, what: str, where: Where, points: int | None) -> int:
     """Resume, retry or extend a study."""
-    from scissordyn.study.compute.store import damage_text
+    from scissordyn.studies.compute.store import damage_text
 
     store = result.store.path
     if damaged := result.store.damage():
@@ -193,7 +193,7 @@ def sweep(
     block: BlockSize = None,
 ) -> int:
     from scissordyn.config.study import StudyText, study_of
-    from scissordyn.study.ask.design import Design, Sampling
+    from scissordyn.studies.ask.design import Design, Sampling
 
     check_store_name(output)
     text = StudyText(
@@ -238,9 +238,9 @@ def compute(
 ) -> int:
     """Do what is missing of a study, and show its answers."""
     from scissordyn.run.engine import EngineError
-    from scissordyn.study.compute.execute import ProgramError
-    from scissordyn.study.compute.store import Store, StoreError
-    from scissordyn.study.result import computed
+    from scissordyn.studies.compute.execute import ProgramError
+    from scissordyn.studies.compute.store import Store, StoreError
+    from scissordyn.studies.result import computed
 
     store, options = Store(file), {"block": block, "retry": retry, "points": points, "budget": budget}
     further = f"to go on: {command('scissordyn', 'study', 'resume', file)}"
@@ -304,7 +304,7 @@ def _rate(rate: float) -> str:
 
 
 def _status(result: StudyResult) -> int:
-    from scissordyn.study.answer.page import cause_sections, damage_section
+    from scissordyn.studies.answer.page import cause_sections, damage_section
 
     counts, study, times, store = result.counts, result.study, result.store.times(), result.store.path
     states = ", ".join(f"{count} {name}" for name, count in counts.items())
@@ -325,8 +325,8 @@ def _status(result: StudyResult) -> int:
 
 def _convert(old: Path, output: str | None) -> int:
     """A study of format 2, a folder, as a file, with the accurate runs beside it."""
-    from scissordyn.study.answer.fidelity import verified_path
-    from scissordyn.study.compute.store import convert
+    from scissordyn.studies.answer.fidelity import verified_path
+    from scissordyn.studies.compute.store import convert
 
     target = output or str(old.with_suffix(".db"))
     beside = old.with_name(f"{old.stem}.verified{old.suffix}")
@@ -342,7 +342,7 @@ def _convert(old: Path, output: str | None) -> int:
 
 
 def _report(result: StudyResult, output: str | None, plot: Path | None) -> int:
-    from scissordyn.study.answer.report import write_figures
+    from scissordyn.studies.answer.report import write_figures
 
     check_folder(plot, "--plot figures")
     files = [result.report(output or "report.html")]
@@ -353,7 +353,7 @@ def _report(result: StudyResult, output: str | None, plot: Path | None) -> int:
 
 
 def _replay(result: StudyResult, case: int | None, output: str | None) -> int:
-    from scissordyn.study.answer.page import replay_command
+    from scissordyn.studies.answer.page import replay_command
 
     file = result.store.path
     if case is None or not 0 <= case < result.store.cases:
@@ -375,7 +375,7 @@ def _replay(result: StudyResult, case: int | None, output: str | None) -> int:
 
 def show_answers(result: StudyResult) -> None:
     """Print what the study answers, section by section."""
-    from scissordyn.study.answer.page import page
+    from scissordyn.studies.answer.page import page
 
     for part in page(result, result.store.path, ROWS):
         _show(part)

@@ -26,7 +26,7 @@ from scissordyn.identification.problem import Free, free_parameter
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.model.parameter_path import number
-from scissordyn.study.ask.distribution import Interval, Levels, Normal
+from scissordyn.studies.ask.distribution import Interval, Levels, Normal
 
 if TYPE_CHECKING:
     import xarray as xr

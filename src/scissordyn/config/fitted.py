@@ -13,9 +13,9 @@ import numpy as np
 from scissordyn.casefile.quantity import read_quantity, written
 from scissordyn.casefile.table import instance
 from scissordyn.casefile.time_function import DriveTable
-from scissordyn.component.catalogue import COMPONENTS
-from scissordyn.component.place import GROUND, BodyPoint
-from scissordyn.component.time_function import Cycloidal
+from scissordyn.components.catalogue import COMPONENTS
+from scissordyn.components.place import GROUND, BodyPoint
+from scissordyn.components.time_function import Cycloidal
 from scissordyn.equilibrium.start import ideal_reactions
 from scissordyn.errors import InputError, command, did_you_mean
 from scissordyn.kinematics.path import Path, drive_inertia, drive_rate, path_of

@@ -20,13 +20,13 @@ from scissordyn.errors import InputError, command, did_you_mean
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.run.engine import Engine
-from scissordyn.study.ask.description import Accurate, OwnMeasure, Study
-from scissordyn.study.ask.design import SAMPLED, Design, Factor, Sampling
-from scissordyn.study.ask.distribution import Interval, Levels, Variation
-from scissordyn.study.ask.requirement import Requirement, read_response
-from scissordyn.study.compute.execute import How, Progress
-from scissordyn.study.compute.store import Store
-from scissordyn.study.result import StudyResult, computed, searching
+from scissordyn.studies.ask.description import Accurate, OwnMeasure, Study
+from scissordyn.studies.ask.design import SAMPLED, Design, Factor, Sampling
+from scissordyn.studies.ask.distribution import Interval, Levels, Variation
+from scissordyn.studies.ask.requirement import Requirement, read_response
+from scissordyn.studies.compute.execute import How, Progress
+from scissordyn.studies.compute.store import Store
+from scissordyn.studies.result import StudyResult, computed, searching
 from scissordyn.units import Quantity
 
 FilePath = str | os.PathLike[str]

@@ -48,10 +48,10 @@ from scissordyn.errors import InputError, command
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.model.parameter_path import EACH_SAMPLE, number, single
-from scissordyn.study.ask.description import Accurate, OwnMeasure, Study
-from scissordyn.study.ask.design import Design, Factor, Sampling
-from scissordyn.study.ask.distribution import Names, Variation
-from scissordyn.study.ask.requirement import (
+from scissordyn.studies.ask.description import Accurate, OwnMeasure, Study
+from scissordyn.studies.ask.design import Design, Factor, Sampling
+from scissordyn.studies.ask.distribution import Names, Variation
+from scissordyn.studies.ask.requirement import (
     BY_COMPONENT,
     KINDS,
     SHORTFALL,

@@ -19,8 +19,8 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.model.parameter_path import changed
-from scissordyn.study.ask.design import Factor
-from scissordyn.study.ask.distribution import (
+from scissordyn.studies.ask.design import Factor
+from scissordyn.studies.ask.distribution import (
     Beta,
     Empirical,
     Interval,

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import numpy as np
 from numpy.polynomial import legendre
 
-from scissordyn.component.actuator import Actuator
-from scissordyn.component.beam import Beam
-from scissordyn.component.flexible_bar import FlexibleBar
-from scissordyn.component.force import Force
-from scissordyn.component.port import FRAME, LINE
-from scissordyn.component.torque import Torque
+from scissordyn.components.actuator import Actuator
+from scissordyn.components.beam import Beam
+from scissordyn.components.flexible_bar import FlexibleBar
+from scissordyn.components.force import Force
+from scissordyn.components.port import FRAME, LINE
+from scissordyn.components.torque import Torque
 from scissordyn.equilibrium.rest import (
     At,
     component_maps,

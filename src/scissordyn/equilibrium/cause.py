@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from scissordyn.component.declaration import at_rest
-from scissordyn.component.port import LINE
+from scissordyn.components.declaration import at_rest
+from scissordyn.components.port import LINE
 from scissordyn.errors import InputError
 from scissordyn.kernel import Handle
 from scissordyn.mechanics.joint_friction import UNDETERMINED

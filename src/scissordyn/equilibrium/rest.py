@@ -8,11 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from scissordyn.component.beam import Beam
-from scissordyn.component.flexible_bar import FlexibleBar
-from scissordyn.component.guide_friction import GuideFriction
-from scissordyn.component.pin_friction import PinFriction
-from scissordyn.component.place import GROUND
+from scissordyn.components.beam import Beam
+from scissordyn.components.flexible_bar import FlexibleBar
+from scissordyn.components.guide_friction import GuideFriction
+from scissordyn.components.pin_friction import PinFriction
+from scissordyn.components.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.integrate.integration import Samples
 from scissordyn.kernel import Handle

@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from scissordyn.component.torque import Torque
+from scissordyn.components.torque import Torque
 from scissordyn.equilibrium.rest import At, count_turns, equilibrium, touch_closed
 from scissordyn.equilibrium.start import assembled_near, prepare_start, rest_with_clearances
 from scissordyn.errors import InputError

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scissordyn.component.place import GROUND
+from scissordyn.components.place import GROUND
 from scissordyn.equilibrium.cause import check_springs, full_coordinates
 from scissordyn.equilibrium.rest import At, Rest, count_turns, equilibrium, turns
 from scissordyn.errors import InputError

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import numpy as np
 
 from scissordyn.casefile.configuration import write_configuration
-from scissordyn.component.time_function import Polynomial
+from scissordyn.components.time_function import Polynomial
 from scissordyn.equilibrium.bar_extremes import bar_extremes
 from scissordyn.equilibrium.cause import jam
 from scissordyn.equilibrium.rest import At, count_turns

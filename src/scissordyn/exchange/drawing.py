@@ -7,9 +7,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
-from scissordyn.component.force import Force
-from scissordyn.component.place import GROUND, BodyPoint, Point
-from scissordyn.component.time_function import TimeFunction
+from scissordyn.components.force import Force
+from scissordyn.components.place import GROUND, BodyPoint, Point
+from scissordyn.components.time_function import TimeFunction
 from scissordyn.errors import InputError
 from scissordyn.model.body import Body, Track, point_mass
 from scissordyn.model.coupling import Drive

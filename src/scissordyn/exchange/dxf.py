@@ -14,7 +14,7 @@ from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
-from scissordyn.component.place import Point
+from scissordyn.components.place import Point
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.exchange.drawing import LINEAR_DENSITY, UNITS, Block, Drawing, DrawnBar, Imported, assembled, uniform
 from scissordyn.lookup import library

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import xarray as xr
 
-from scissordyn.component.place import Point
+from scissordyn.components.place import Point
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.file.export import export as export_table
 from scissordyn.file.output_file import check_target, write_file

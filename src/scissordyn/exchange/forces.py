@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from scissordyn.component.place import GROUND
+from scissordyn.components.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.model.body import Body
 from scissordyn.model.mechanism import Mechanism

@@ -14,12 +14,12 @@ from typing import Any
 
 import numpy as np
 
-from scissordyn.component.angle_stop import AngleStop
-from scissordyn.component.bushing import Bushing
-from scissordyn.component.clutch import Clutch
-from scissordyn.component.place import GROUND, BodyPoint, Point
-from scissordyn.component.torsion_spring import TorsionSpring
-from scissordyn.component.travel_stop import TravelStop
+from scissordyn.components.angle_stop import AngleStop
+from scissordyn.components.bushing import Bushing
+from scissordyn.components.clutch import Clutch
+from scissordyn.components.place import GROUND, BodyPoint, Point
+from scissordyn.components.torsion_spring import TorsionSpring
+from scissordyn.components.travel_stop import TravelStop
 from scissordyn.errors import InputError
 from scissordyn.exchange.drawing import Imported, plain_name
 from scissordyn.lookup import library

@@ -19,8 +19,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from urllib.parse import parse_qs, unquote
 
-from scissordyn.component.place import GROUND, Point
-from scissordyn.component.time_function import ConstantSpeed, Trapezoidal
+from scissordyn.components.place import GROUND, Point
+from scissordyn.components.time_function import ConstantSpeed, Trapezoidal
 from scissordyn.errors import InputError
 from scissordyn.exchange.drawing import (
     LINEAR_DENSITY,

@@ -10,7 +10,7 @@ import io
 import math
 from pathlib import Path
 
-from scissordyn.component.place import Point
+from scissordyn.components.place import Point
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.exchange.drawing import LINEAR_DENSITY, UNITS, Block, Drawing, Imported, assembled, plain_name, uniform
 from scissordyn.units import checked

@@ -33,7 +33,7 @@ from scissordyn.record.store import load
 from scissordyn.run.inverse_dynamics import feed_forward
 
 if TYPE_CHECKING:
-    from scissordyn.study.result import StudyResult
+    from scissordyn.studies.result import StudyResult
 
 
 MOST_FIGURES = 6  # Responses that are drawn, those of requirements first
@@ -257,7 +257,7 @@ class Points:
 def open_study_case(path: Path, allowed: Sequence[Path] = ()) -> Case:
     """The recommended point of a study as a case, with all its points."""
     from scissordyn.config.studies import open_study
-    from scissordyn.study.answer.verdict import recommended_point
+    from scissordyn.studies.answer.verdict import recommended_point
 
     result = open_study(path, allow_code=list(allowed))
     study, points = result.study, result.points
@@ -316,7 +316,7 @@ def open_diagram_case(path: Path, diagram: xr.Dataset, allowed: Sequence[Path] =
 
 def _worst_case(result: StudyResult, point: int) -> int:
     """The case of a point that is farthest beyond a requirement, or nearest to it; the first one without requirements."""
-    from scissordyn.study.answer.verdict import least_margins
+    from scissordyn.studies.answer.verdict import least_margins
 
     study = result.study
     if not 0 <= point < result.points.sizes["point"]:

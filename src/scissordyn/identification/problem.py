@@ -20,7 +20,7 @@ from scissordyn.model.parameter_path import Place, changed_all, find, number
 from scissordyn.plan.plan import plan
 from scissordyn.record.dataset import results
 from scissordyn.run.trajectory import compute, recorded
-from scissordyn.study.ask.distribution import Interval, Normal, Variation
+from scissordyn.studies.ask.distribution import Interval, Normal, Variation
 
 if TYPE_CHECKING:
     from scissordyn.identification.start import Chart

@@ -12,7 +12,7 @@ import xarray as xr
 from scipy.optimize import least_squares
 
 from scissordyn.analysis.agreement import Measured
-from scissordyn.component.port import AXIS
+from scissordyn.components.port import AXIS
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.file.export import TimeColumn
 from scissordyn.identification.problem import TURN, FailedRunError, Problem, Segment, columns_of, curves, motion

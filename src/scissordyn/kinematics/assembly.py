@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from scissordyn.component.beam import Beam
-from scissordyn.component.flexible_bar import FlexibleBar
-from scissordyn.component.place import GROUND, Point
+from scissordyn.components.beam import Beam
+from scissordyn.components.flexible_bar import FlexibleBar
+from scissordyn.components.place import GROUND, Point
 from scissordyn.errors import InputError
 from scissordyn.kinematics.given import Given, change_towards, given_places, given_speeds
 from scissordyn.mechanics.system import System

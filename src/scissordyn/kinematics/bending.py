@@ -10,13 +10,13 @@ from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 
-from scissordyn.component.beam import Beam
-from scissordyn.component.elastic import EXPANSION, Across, Damping, Warmer, node_inertia
-from scissordyn.component.flexible_bar import FlexibleBar
-from scissordyn.component.lugre import PinLuGre
-from scissordyn.component.pin_friction import PinFriction
-from scissordyn.component.place import Point
-from scissordyn.component.time_function import OverTime, TimeFunction
+from scissordyn.components.beam import Beam
+from scissordyn.components.elastic import EXPANSION, Across, Damping, Warmer, node_inertia
+from scissordyn.components.flexible_bar import FlexibleBar
+from scissordyn.components.lugre import PinLuGre
+from scissordyn.components.pin_friction import PinFriction
+from scissordyn.components.place import Point
+from scissordyn.components.time_function import OverTime, TimeFunction
 from scissordyn.errors import InputError
 from scissordyn.kinematics.assembly import assembled_places
 from scissordyn.model.body import Body, uniform_inertia, uniform_legs
@@ -223,8 +223,8 @@ def _placed(mechanism: Mechanism, names: Iterable[str]) -> Mechanism:
         apart = math.dist(position, body.placed_position) + mechanism.size * abs(angle - body.placed_angle)
         if apart <= NEAR * mechanism.size:  # as a bar on its own, which stays at the origin
             return body
-        changes = {"position": position} if body.position is None else {}
-        return dataclasses.replace(body, **changes, **({"angle": angle} if body.angle is None else {}))
+        body = dataclasses.replace(body, position=position) if body.position is None else body
+        return dataclasses.replace(body, angle=angle) if body.angle is None else body
 
     return mechanism.with_parts({"bodies": tuple(map(at, mechanism.bodies))}, check=False)
 

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from scissordyn.component.place import GROUND
+from scissordyn.components.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.kinematics.closure import Closure
 from scissordyn.kinematics.path import Path, instants, path_of, start_of

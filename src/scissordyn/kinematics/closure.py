@@ -9,7 +9,7 @@ import dataclasses
 
 import numpy as np
 
-from scissordyn.component.time_function import Tabulated
+from scissordyn.components.time_function import Tabulated
 from scissordyn.errors import InputError
 from scissordyn.mechanics.constraint_part import ANGLE, HALF_SQUARE, LENGTH, part_curvature
 from scissordyn.mechanics.rotation import TURN

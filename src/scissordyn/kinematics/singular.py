@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scissordyn.component.place import GROUND
+from scissordyn.components.place import GROUND
 from scissordyn.kinematics.closure import Closure
 from scissordyn.plan.elimination import in_words
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scissordyn.component.place import GROUND, BodyPoint
+from scissordyn.components.place import GROUND, BodyPoint
 from scissordyn.plan.plan import Plan
 
 

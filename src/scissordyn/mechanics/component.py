@@ -7,7 +7,7 @@ d q_i'/dm and the second derivatives of q_i, which are written once for each por
 
 from __future__ import annotations
 
-from scissordyn.component.port import ACTUATOR, AXIS, RAIL
+from scissordyn.components.port import ACTUATOR, AXIS, RAIL
 from scissordyn.kernel import call_at, kernel
 from scissordyn.mechanics.actuator import actuator_torque, linearise_actuator
 from scissordyn.mechanics.flexible_bar import add_flexible_bar

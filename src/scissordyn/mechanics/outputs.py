@@ -6,7 +6,7 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from scissordyn.component.port import AXIS
+from scissordyn.components.port import AXIS
 from scissordyn.kernel import F1, F2, F3, I1, I2, ArrayType, Handle, entry, kernel
 from scissordyn.laws.evaluate import elastic_energy
 from scissordyn.mechanics.body_maps import BodyMaps, load_couplings, mapped, push

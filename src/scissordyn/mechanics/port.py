@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from scissordyn.component.port import ACTUATOR, FRAME, HINGE, LINE, POINT, TRAVEL, frame, hinge, line, point, travel
+from scissordyn.components.port import ACTUATOR, FRAME, HINGE, LINE, POINT, TRAVEL, frame, hinge, line, point, travel
 from scissordyn.kernel import kernel
 
 

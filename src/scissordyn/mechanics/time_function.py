@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from scissordyn.component.time_function import (
+from scissordyn.components.time_function import (
     ConstantSpeed,
     Cycloidal,
     Harmonic,

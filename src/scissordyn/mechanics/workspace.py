@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from scissordyn.component.declaration import CONTEXT
+from scissordyn.components.declaration import CONTEXT
 from scissordyn.control.signal import SIGNALS
 from scissordyn.mechanics.band import width
 from scissordyn.mechanics.lanes import LANES, padded

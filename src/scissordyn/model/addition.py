@@ -8,10 +8,10 @@ import re
 from collections.abc import Iterable
 from typing import Annotated, Any
 
-from scissordyn.component.angle_stop import AngleStop
-from scissordyn.component.lugre import PinLuGre
-from scissordyn.component.pin_friction import PinFriction
-from scissordyn.component.place import GROUND, BodyPoint, Point
+from scissordyn.components.angle_stop import AngleStop
+from scissordyn.components.lugre import PinLuGre
+from scissordyn.components.pin_friction import PinFriction
+from scissordyn.components.place import GROUND, BodyPoint, Point
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.laws.friction.bristle import BristleDamping
 from scissordyn.model.body import Body

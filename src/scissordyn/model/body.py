@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Annotated
 
-from scissordyn.component.place import GROUND, Point
+from scissordyn.components.place import GROUND, Point
 from scissordyn.errors import InputError
 from scissordyn.units import Meaning, Quantity, check_quantities, checked, documented
 

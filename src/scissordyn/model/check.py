@@ -8,11 +8,11 @@ from collections.abc import Mapping
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
-from scissordyn.component.actuator import Actuator
-from scissordyn.component.catalogue import COMPONENTS
-from scissordyn.component.declaration import Component
-from scissordyn.component.flexible_bar import FlexibleBar
-from scissordyn.component.place import GROUND, BodyPoint, Point
+from scissordyn.components.actuator import Actuator
+from scissordyn.components.catalogue import COMPONENTS
+from scissordyn.components.declaration import Component
+from scissordyn.components.flexible_bar import FlexibleBar
+from scissordyn.components.place import GROUND, BodyPoint, Point
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.body import check_place
 from scissordyn.model.coupling import CoordinateDrive, Coupling, RelativeAngle, Slide

@@ -7,9 +7,9 @@ import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
-from scissordyn.component.film.film import Film
-from scissordyn.component.place import BodyPoint, Point
-from scissordyn.component.port.declaration import Attachment, Ends, direction, frame, place
+from scissordyn.components.film.film import Film
+from scissordyn.components.place import BodyPoint, Point
+from scissordyn.components.port.declaration import Attachment, Ends, direction, frame, place
 from scissordyn.errors import InputError
 from scissordyn.laws.contact import Damping, Elastic, Friction, JointContact
 from scissordyn.laws.damping.factors import Flores

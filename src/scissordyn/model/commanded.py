@@ -7,12 +7,12 @@ import math
 from collections.abc import Iterator
 from itertools import pairwise
 
-from scissordyn.component.actuator import Actuator
-from scissordyn.component.beam import Beam
-from scissordyn.component.elastic import node_inertia
-from scissordyn.component.flexible_bar import FlexibleBar
-from scissordyn.component.place import GROUND, Point
-from scissordyn.component.time_function import ConstantSpeed
+from scissordyn.components.actuator import Actuator
+from scissordyn.components.beam import Beam
+from scissordyn.components.elastic import node_inertia
+from scissordyn.components.flexible_bar import FlexibleBar
+from scissordyn.components.place import GROUND, Point
+from scissordyn.components.time_function import ConstantSpeed
 from scissordyn.model.body import Body
 from scissordyn.model.coupling import Drive
 from scissordyn.model.joint import Weld

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
-from scissordyn.component.place import GROUND, BodyPoint, Name
-from scissordyn.component.time_function import ConstantSpeed, TimeFunction
+from scissordyn.components.place import GROUND, BodyPoint, Name
+from scissordyn.components.time_function import ConstantSpeed, TimeFunction
 from scissordyn.errors import InputError
 from scissordyn.units import Meaning, Quantity, check_quantities, documented
 

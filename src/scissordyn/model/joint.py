@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
-from scissordyn.component.place import GROUND, BodyPoint, Name, Point, Reference
-from scissordyn.component.port.declaration import Attachment, Ends, direction, place
+from scissordyn.components.place import GROUND, BodyPoint, Name, Point, Reference
+from scissordyn.components.port.declaration import Attachment, Ends, direction, place
 from scissordyn.errors import InputError
 from scissordyn.model.clearance import Clearance, GuideClearance
 from scissordyn.units import Meaning, Quantity, check_quantities, documented

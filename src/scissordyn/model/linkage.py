@@ -6,7 +6,7 @@ import dataclasses
 import math
 from typing import Annotated, Literal
 
-from scissordyn.component.place import GROUND, BodyPoint, Point
+from scissordyn.components.place import GROUND, BodyPoint, Point
 from scissordyn.errors import InputError
 from scissordyn.model.body import Body, bar, point_mass
 from scissordyn.model.joint import Guide, Revolute

@@ -11,12 +11,12 @@ from functools import cached_property
 from typing import Annotated, Any, TypeVar
 
 from scissordyn.annotation import body_point, shown
-from scissordyn.component.actuator import Actuator
-from scissordyn.component.declaration import Component
-from scissordyn.component.latch import Latch
-from scissordyn.component.place import GROUND, BodyPoint, Point
-from scissordyn.component.rod import Rod
-from scissordyn.component.time_function import ConstantSpeed, OverTime, TimeFunction
+from scissordyn.components.actuator import Actuator
+from scissordyn.components.declaration import Component
+from scissordyn.components.latch import Latch
+from scissordyn.components.place import GROUND, BodyPoint, Point
+from scissordyn.components.rod import Rod
+from scissordyn.components.time_function import ConstantSpeed, OverTime, TimeFunction
 from scissordyn.control.controller import Controller
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.body import Body, Track

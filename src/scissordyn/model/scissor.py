@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterable
 from typing import Annotated, Literal
 
-from scissordyn.component.place import GROUND, Point
+from scissordyn.components.place import GROUND, Point
 from scissordyn.errors import InputError
 from scissordyn.model.body import Body, bar, point_mass, uniform_legs
 from scissordyn.model.joint import Guide, Revolute

@@ -9,7 +9,7 @@ from functools import cache
 from types import MappingProxyType
 from typing import Any, get_type_hints
 
-from scissordyn.component.place import Point
+from scissordyn.components.place import Point
 from scissordyn.units import Quantity, extras, quantities
 
 Route = tuple[str | int, ...]  # Fields, keys and indices, from the top of a description

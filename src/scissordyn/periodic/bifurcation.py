@@ -32,7 +32,7 @@ from scissordyn.record.store import load, save
 from scissordyn.run.advance.driver import Snapshot
 from scissordyn.run.demand import CYCLE_TIME, check_cycles, check_memory, count_in_words, machine_memory
 from scissordyn.run.engine import ENGINES, Engine, EngineError, Outcome, outcomes
-from scissordyn.study.answer.grouped import grouped_lines
+from scissordyn.studies.answer.grouped import grouped_lines
 from scissordyn.units import Meaning, checked
 
 VALUE_BYTES = 5000  # Memory of a value beside its cycles: the mechanism that it makes

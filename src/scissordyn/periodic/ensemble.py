@@ -21,7 +21,7 @@ from scissordyn.plan.system import make_system
 from scissordyn.run.advance.driver import Snapshot
 from scissordyn.run.demand import check_cycles
 from scissordyn.run.engine import ENGINES, Engine, outcomes
-from scissordyn.study.answer.grouped import grouped_lines
+from scissordyn.studies.answer.grouped import grouped_lines
 from scissordyn.units import Meaning, checked
 
 LEAST, MOST = 1e-16, 1e-6  # Range of relative perturbations on the scale of round-off

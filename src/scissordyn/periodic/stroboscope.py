@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from scissordyn.component.time_function import ConstantSpeed, Harmonic
+from scissordyn.components.time_function import ConstantSpeed, Harmonic
 from scissordyn.errors import InputError, whole_number
 from scissordyn.integrate.integration import NO_EVENT, RESET_DATA, RISE, Samples
 from scissordyn.kernel import Handle

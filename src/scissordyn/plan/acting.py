@@ -9,10 +9,10 @@ from typing import Any, get_type_hints
 
 import numpy as np
 
-from scissordyn.component.actuator import Actuator
-from scissordyn.component.declaration import Component
-from scissordyn.component.place import GROUND
-from scissordyn.component.time_function import ConstantSpeed
+from scissordyn.components.actuator import Actuator
+from scissordyn.components.declaration import Component
+from scissordyn.components.place import GROUND
+from scissordyn.components.time_function import ConstantSpeed
 from scissordyn.model.clearance import ContactPoint, contact_states
 from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scissordyn.component.beam import Beam
-from scissordyn.component.elastic import node_inertia
-from scissordyn.component.flexible_bar import FlexibleBar
-from scissordyn.component.place import GROUND
+from scissordyn.components.beam import Beam
+from scissordyn.components.elastic import node_inertia
+from scissordyn.components.flexible_bar import FlexibleBar
+from scissordyn.components.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.mechanics.lanes import padded
 from scissordyn.model.mechanism import Mechanism

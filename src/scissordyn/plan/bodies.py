@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from scissordyn.component.place import GROUND, BodyPoint, Point
+from scissordyn.components.place import GROUND, BodyPoint, Point
 from scissordyn.mechanics.body_maps import ANGLE, DISTANCE, SLIDE, BodyMaps
 from scissordyn.mechanics.reactions import Balance
 from scissordyn.model.coupling import Coordinate, Distance, RelativeAngle

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from scissordyn.component.place import GROUND, BodyPoint, Point
-from scissordyn.component.port import AXIS
-from scissordyn.component.time_function import TimeFunction
+from scissordyn.components.place import GROUND, BodyPoint, Point
+from scissordyn.components.port import AXIS
+from scissordyn.components.time_function import TimeFunction
 from scissordyn.model.body import Body, Track
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.elimination import Expression, add, scaled

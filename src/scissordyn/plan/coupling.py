@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from scissordyn.component.place import GROUND
+from scissordyn.components.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.mechanics.constraint_part import ANGLE, HALF_SQUARE, LENGTH
 from scissordyn.mechanics.rotation import TURN

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from scissordyn.component.elastic import node_inertia
-from scissordyn.component.flexible_bar import FlexibleBar
-from scissordyn.component.port import AXIS
+from scissordyn.components.elastic import node_inertia
+from scissordyn.components.flexible_bar import FlexibleBar
+from scissordyn.components.port import AXIS
 from scissordyn.laws.evaluate import elastic_energy
 from scissordyn.model.coupling import RelativeAngle, Slide
 from scissordyn.model.mechanism import Mechanism

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from scissordyn.component.guide_friction import GuideFriction
-from scissordyn.component.lugre import GuideLuGre
+from scissordyn.components.guide_friction import GuideFriction
+from scissordyn.components.lugre import GuideLuGre
 from scissordyn.errors import InputError
 from scissordyn.mechanics.band import width
 from scissordyn.mechanics.bending_loads import BendingLoads

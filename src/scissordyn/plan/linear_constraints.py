@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scissordyn.component.place import GROUND, BodyPoint
+from scissordyn.components.place import GROUND, BodyPoint
 from scissordyn.errors import InputError
 from scissordyn.mechanics.time_function import function_start
 from scissordyn.model.body import Body

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from scissordyn.component.actuator import Actuator
-from scissordyn.component.catalogue import COMPONENTS
-from scissordyn.component.declaration import Component, at_rest, kernels_of
-from scissordyn.component.port import AXIS, TRAVEL, Attachment
+from scissordyn.components.actuator import Actuator
+from scissordyn.components.catalogue import COMPONENTS
+from scissordyn.components.declaration import Component, at_rest, kernels_of
+from scissordyn.components.port import AXIS, TRAVEL, Attachment
 from scissordyn.laws.friction.none import NoFriction
 from scissordyn.mechanics.constraint_part import ANGLE, HALF_SQUARE
 from scissordyn.mechanics.monitored import (

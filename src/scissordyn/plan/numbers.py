@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from scissordyn.component.actuator import Actuator
-from scissordyn.component.declaration import PARAMETERS as COMPONENT_PARAMETERS
-from scissordyn.component.declaration import Component
+from scissordyn.components.actuator import Actuator
+from scissordyn.components.declaration import PARAMETERS as COMPONENT_PARAMETERS
+from scissordyn.components.declaration import Component
 from scissordyn.control.signal import SIGNALS
 from scissordyn.laws.trial import tried
 from scissordyn.mechanics.system import CONTACT, LAW, Parameters

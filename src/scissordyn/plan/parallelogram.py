@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Mapping
 from itertools import combinations
 from typing import NamedTuple
 
-from scissordyn.component.place import GROUND, Point
+from scissordyn.components.place import GROUND, Point
 from scissordyn.model.mechanism import Mechanism
 
 EQUAL = 1e-14

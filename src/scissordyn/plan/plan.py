@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from scissordyn.component.actuator import Actuator
-from scissordyn.component.declaration import Component
-from scissordyn.component.rod import Rod
-from scissordyn.component.time_function import TimeFunction
+from scissordyn.components.actuator import Actuator
+from scissordyn.components.declaration import Component
+from scissordyn.components.rod import Rod
+from scissordyn.components.time_function import TimeFunction
 from scissordyn.mechanics.body_maps import BodyMaps
 from scissordyn.mechanics.reactions import Balance
 from scissordyn.mechanics.system import FrictionWorkspace, Model, Parameters

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from scissordyn.component.place import GROUND
+from scissordyn.components.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.mechanics.time_function import function_start
 from scissordyn.model.check import SAME_PLACE

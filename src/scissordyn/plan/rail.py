@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.polynomial import legendre
 
-from scissordyn.component.port import RAIL
+from scissordyn.components.port import RAIL
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plan.coordinates import Coordinates, PointMap
 from scissordyn.plan.flexible import Axis

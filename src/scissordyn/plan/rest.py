@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from scissordyn.component.lugre import GuideLuGre, PinLuGre
-from scissordyn.component.rod import Rod
-from scissordyn.component.time_function import Polynomial, TimeFunction
+from scissordyn.components.lugre import GuideLuGre, PinLuGre
+from scissordyn.components.rod import Rod
+from scissordyn.components.time_function import Polynomial, TimeFunction
 from scissordyn.errors import InputError
 from scissordyn.laws.friction.none import NoFriction
 from scissordyn.mechanics.time_function import function_at, function_rows, function_start

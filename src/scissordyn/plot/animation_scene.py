@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scissordyn.component.place import GROUND
-from scissordyn.component.port.stroke import AXIS_POINTS
+from scissordyn.components.place import GROUND
+from scissordyn.components.port.stroke import AXIS_POINTS
 from scissordyn.errors import InputError
 from scissordyn.model.addition import panel_ends, payload_points
 from scissordyn.model.body import Body, Track

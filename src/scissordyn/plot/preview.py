@@ -11,8 +11,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from scissordyn.component.actuator import Actuator
-from scissordyn.component.place import GROUND
+from scissordyn.components.actuator import Actuator
+from scissordyn.components.place import GROUND
 from scissordyn.kinematics.closure import Inputs
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import plan

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scissordyn.component.cam import Cam
-from scissordyn.component.place import GROUND
-from scissordyn.component.port import AXIS
-from scissordyn.component.port.stroke import Strokes, turned
+from scissordyn.components.cam import Cam
+from scissordyn.components.place import GROUND
+from scissordyn.components.port import AXIS
+from scissordyn.components.port.stroke import Strokes, turned
 from scissordyn.model.coupling import Coordinate, Coupling, RelativeAngle, Slide
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.record.placement import Placement

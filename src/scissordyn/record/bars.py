@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from scissordyn.component.beam import Beam
-from scissordyn.component.elastic import thermal_loads
-from scissordyn.component.flexible_bar import FlexibleBar
+from scissordyn.components.beam import Beam
+from scissordyn.components.elastic import thermal_loads
+from scissordyn.components.flexible_bar import FlexibleBar
 from scissordyn.mechanics.outputs import Record
 from scissordyn.mechanics.time_function import function_at, function_rows
 from scissordyn.plan.bending import beam_mass, bends

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from scissordyn.bibliography.reference import Reference, bibliography, references
 from scissordyn.casefile.configuration import read_configuration
-from scissordyn.component.film.film import Film
+from scissordyn.components.film.film import Film
 from scissordyn.laws.material import Material
 from scissordyn.laws.oil import Oil
 from scissordyn.model.clearance import Lubrication

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scissordyn.component.angle_stop import AngleStop
-from scissordyn.component.place import GROUND
+from scissordyn.components.angle_stop import AngleStop
+from scissordyn.components.place import GROUND
 from scissordyn.mechanics.monitored import COUPLING_FORCE
 from scissordyn.mechanics.outputs import Record
 from scissordyn.mechanics.rotation import TURN

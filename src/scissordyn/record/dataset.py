@@ -9,9 +9,9 @@ import re
 import numpy as np
 
 from scissordyn.casefile.configuration import TITLE
-from scissordyn.component.declaration import Component
-from scissordyn.component.place import GROUND
-from scissordyn.component.port import AXIS
+from scissordyn.components.declaration import Component
+from scissordyn.components.place import GROUND
+from scissordyn.components.port import AXIS
 from scissordyn.control.signal import MEASURED
 from scissordyn.errors import InputError
 from scissordyn.mechanics.monitored import (

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from scissordyn.casefile.configuration import read_configuration
-from scissordyn.component.beam import Beam
-from scissordyn.component.flexible_bar import FlexibleBar
+from scissordyn.components.beam import Beam
+from scissordyn.components.flexible_bar import FlexibleBar
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.parameter_path import matching

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scissordyn.component.place import GROUND, BodyPoint
+from scissordyn.components.place import GROUND, BodyPoint
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.record.results import along
 

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from scissordyn.casefile.configuration import ATTRIBUTE, Configuration, read_configuration
-from scissordyn.component.actuator import Actuator
-from scissordyn.component.motor import Motor
+from scissordyn.components.actuator import Actuator
+from scissordyn.components.motor import Motor
 from scissordyn.errors import InputError, printable
 from scissordyn.model.options import Options
 from scissordyn.record.joint_force import Answer, ForceAnswer, JointSummary, force_after_start, joint_summaries

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
-from scissordyn.component.declaration import Component
-from scissordyn.component.port import Output
+from scissordyn.components.declaration import Component
+from scissordyn.components.port import Output
 from scissordyn.integrate.integration import RISE
 from scissordyn.laws.contact import Elastic, JointContact
 from scissordyn.laws.elastic.liu import Liu

@@ -10,10 +10,10 @@ from scissordyn.mechanics.monitored import TRACK_DEVIATION
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options, StartKind
 from scissordyn.plan.plan import plan as make_plan
+from scissordyn.record.ideal_path import IdealPath
 from scissordyn.record.results import Run, Variables, along, described, labels
 from scissordyn.record.track import PARTS, SETTLING, settling_times, tracked
 from scissordyn.record.trajectory import Trajectory
-from scissordyn.run.ideal_path import IdealPath
 from scissordyn.run.trajectory import compute
 
 

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 
 from scissordyn.casefile.configuration import write_configuration
-from scissordyn.component.actuator import Actuator
-from scissordyn.component.force import Force
-from scissordyn.component.rod import Rod
-from scissordyn.component.time_function import Polynomial, Tabulated, TimeFunction
+from scissordyn.components.actuator import Actuator
+from scissordyn.components.force import Force
+from scissordyn.components.rod import Rod
+from scissordyn.components.time_function import Polynomial, Tabulated, TimeFunction
 from scissordyn.equilibrium.start import ideal_reactions
 from scissordyn.errors import InputError
 from scissordyn.mechanics.outputs import Record

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from scissordyn.component.actuator import Actuator
+from scissordyn.components.actuator import Actuator
 from scissordyn.equilibrium.bar_extremes import largest_along_bars
 from scissordyn.equilibrium.statics import check_stroke, static_peaks
 from scissordyn.errors import InputError, ScissordynError

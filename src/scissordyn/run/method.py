@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from scissordyn.component.film.film import Film, thinned
+from scissordyn.components.film.film import Film, thinned
 from scissordyn.errors import InputError
 from scissordyn.integrate.advance import ADVANCING
 from scissordyn.kernel import Handle

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from scissordyn.component.declaration import Component
+from scissordyn.components.declaration import Component
 from scissordyn.kernel import Handle
 from scissordyn.laws.friction.none import NoFriction
 from scissordyn.mechanics import functions

@@ -12,7 +12,7 @@ import numpy as np
 
 from scissordyn.compiler.kind import FLOAT, INT, Array, Functions, Struct, Tuple, kind_of, written
 from scissordyn.compiler.unit import Unit
-from scissordyn.component.actuator import Actuator
+from scissordyn.components.actuator import Actuator
 from scissordyn.integrate import advance as loop
 from scissordyn.integrate.integration import make_samples
 from scissordyn.mechanics import functions, outputs

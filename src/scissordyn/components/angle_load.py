@@ -1,0 +1,73 @@
+"""A torque over an angle."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+from scissordyn.components.curve import ACTS, KNOT, Acts, check_covers, check_curve, curve_at, curve_numbers, part_of
+from scissordyn.components.declaration import component
+from scissordyn.components.place import GROUND, Point
+from scissordyn.components.port import HINGE, Output
+from scissordyn.components.time_function import Factor
+from scissordyn.kernel import kernel
+from scissordyn.units import Meaning, Pairs, Quantity
+
+CURVE = Pairs(("angles", "torques"), ("rad", "N m"), help="the torque over the angle against the base, turns counted")
+
+FIRST = 4
+
+
+@kernel
+def force(angle, speed, factor, acts, transition, periodic, count, table):
+    """Torque [N m], and how far the angle is beyond the curve [rad]."""
+    place, knots = angle, int(count)
+    if periodic == 1.0:
+        start, end = table[FIRST], table[FIRST + KNOT * (knots - 1)]
+        place = angle - (end - start) * math.floor((angle - start) / (end - start))
+    value, _, beyond = curve_at(place, table, FIRST, knots)
+    return factor * part_of(speed, acts, transition) * value, beyond
+
+
+@component(
+    port=HINGE,
+    force=force,
+    outputs=(Output("beyond", "rad", "how far the angle is beyond the curve", monitored=True),),
+    context=("factor",),
+    passive=False,
+    symbol="arc",
+    example={
+        "body": "crank",
+        "curve": {"angles": "0, 90, 180, 360 deg", "torques": "0, 1.5, 0, 0 N m"},
+        "periodic": True,
+        "time_function": {"cycloidal": {"start": 0, "end": 1, "duration": "2 s"}},
+    },
+    source="Fritsch and Butland 1984, doi:10.1137/0905021",
+)
+class AngleLoad:
+    """A torque on a body against its base over their angle: cutting, cogging, the gas torque of an engine.
+
+    Between the pairs the curve is a monotone cubic (Fritsch and Butland), beyond them the torque stays, and there is a warning.
+    """
+
+    name: str
+    body: str
+    curve: Annotated[tuple[Point, ...], CURVE]
+    base: str = GROUND
+    periodic: Annotated[bool, Meaning("whether the curve repeats, with the range of its angles as period")] = False
+    acts: Acts = "both"
+    transition: Annotated[
+        float,
+        Quantity("rad/s", above=0.0, maximum=1e4, help="w_0 of a one-way torque, in (1 + tanh(w/w_0))/2"),
+    ] = 1e-2
+    time_function: Factor = None
+
+    def check(self) -> None:
+        check_curve(f"angle load '{self.name}'", self.curve, CURVE, periodic=self.periodic)
+
+    def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
+        """The sense, w_0 [rad/s], whether it repeats, how many knots, and these."""
+        if not self.periodic:
+            check_covers(f"angle load '{self.name}'", self.curve, start[0], "rad")
+        knots = curve_numbers(self.curve, periodic=self.periodic)
+        return float(ACTS.index(self.acts)), self.transition, float(self.periodic), float(len(self.curve)), *knots

@@ -1,0 +1,61 @@
+"""An end stop of a rotation."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+from scissordyn.components.declaration import component
+from scissordyn.components.place import GROUND
+from scissordyn.components.port import HINGE
+from scissordyn.components.stop import push, stop_damping
+from scissordyn.kernel import kernel
+from scissordyn.units import Quantity
+
+
+@kernel
+def gap(angle, speed, stop, side):
+    """How far the stop is passed [rad], and how fast [rad/s]."""
+    return side * (angle - stop), side * speed
+
+
+@kernel
+def force(angle, speed, mode, approach_speed, stiffness, exponent, damping, stop, side):
+    """Torque [N m], elastic energy [J], dissipated power [W]."""
+    depth, rate = gap(angle, speed, stop, side)
+    torque, energy, dissipation = push(mode, approach_speed, depth, rate, stiffness, exponent, damping)
+    return -side * torque, energy, dissipation
+
+
+@component(
+    port=HINGE,
+    force=force,
+    gap=gap,
+    label="end stop",
+    context=("mode", "approach_speed"),
+    symbol="stop",
+    example={"body": "rod", "angle": "80 deg"},
+    source="Flores, Machado, Silva and Martins 2011, doi:10.1007/s11044-010-9237-4",
+)
+class AngleStop:
+    r"""An end stop of a rotation: beyond its angle a torque pushes the body back.
+
+    .. math:: T = K\delta^n\left(1 + \xi\,\dot\delta/\dot\delta^{(-)}\right)
+
+    with delta the angle beyond the stop, its rate at the touch in the denominator, and the damping factor of Flores et al.
+    2011 for the restitution coefficient. The side from which the stop is reached is the one the bodies start on; turns are
+    counted.
+    """
+
+    name: str
+    body: str
+    angle: Annotated[float, Quantity("rad", minimum=-1e4, maximum=1e4, help="angle of the body against its base at the touch")]
+    base: str = GROUND
+    stiffness: Annotated[float, Quantity("1", above=0.0, maximum=1e15, help="K, in N m/rad^n with the n given here")] = 1e6
+    exponent: Annotated[float, Quantity("1", minimum=1.0, maximum=5.0, help="n")] = 1.5
+    restitution: Annotated[float, Quantity("1", minimum=0.01, maximum=1.0, help="restitution coefficient")] = 0.5
+
+    def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
+        """K, n, xi, the angle [rad], and the sense of rotation in which it is reached."""
+        side = math.copysign(1.0, self.angle - start[0])
+        return self.stiffness, self.exponent, stop_damping(self.restitution), self.angle, side

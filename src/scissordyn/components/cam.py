@@ -1,0 +1,164 @@
+"""A cam by its profile against a roller or an edge."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+import numpy as np
+
+from scissordyn.components.curve import check_curve
+from scissordyn.components.declaration import component
+from scissordyn.components.place import BodyPoint, Point
+from scissordyn.components.port import FRAME, Output
+from scissordyn.components.port.stroke import arc
+from scissordyn.components.stop import push, stop_damping
+from scissordyn.errors import InputError
+from scissordyn.kernel import kernel
+from scissordyn.units import Meaning, Pairs, Quantity
+
+PROFILE = Pairs(("angles", "radii"), ("rad", "m"), help="radius of the cam over the angle from its body's x axis, a whole turn")
+
+TURN = 2.0 * math.pi
+
+FIRST = 4
+
+NODES, DENSE = 720, 5760  # Nodes of the pitch curve in the kernels' table, and points of the profile from which they are made
+DEEP = 0.01  # Of the radius: how far a follower may start within the profile
+
+
+@kernel
+def pitch_at(angle, table, count):
+    """Radius of the pitch curve in a direction [m], and its first two derivatives by the angle."""
+    step = TURN / count
+    part = angle / step
+    part = part - count * math.floor(part / count)
+    low = min(int(part), count - 1)
+    high = low + 1 if low + 1 < count else 0
+    t = part - low
+    a, b = FIRST + 2 * low, FIRST + 2 * high
+    # cubic Hermite polynomial through the nodes of a spline, whose second derivative is continuous
+    y, z, p, q = table[a], table[b], step * table[a + 1], step * table[b + 1]
+    c, d = 3.0 * (z - y) - 2.0 * p - q, 2.0 * (y - z) + p + q
+    return y + t * (p + t * (c + t * d)), (p + t * (2.0 * c + 3.0 * t * d)) / step, (2.0 * c + 6.0 * t * d) / (step * step)
+
+
+@kernel
+def depth_at(x, y, table, count):
+    """How deep a point is within the pitch curve [m], and the derivatives of that by its coordinates."""
+    radius = math.sqrt(x * x + y * y)
+    R, slope, bend = pitch_at(math.atan2(y, x), table, count)
+    # (R - r) cos(a) with the pressure angle a of the curve through the point: the distance to first order
+    inside, square = R - radius, radius * radius + slope * slope
+    cos = radius / math.sqrt(square)
+    cubed = square * math.sqrt(square)
+    along = -cos + inside * slope * slope / cubed
+    across = slope * cos / radius - inside * slope * bend / cubed
+    return inside * cos, (along * x - across * y) / radius, (along * y + across * x) / radius
+
+
+@kernel
+def gap(x, y, angle, x_rate, y_rate, speed, mode, approach_speed, stiffness, exponent, damping, count, table):
+    """How deep the follower is in the cam [m], and how fast [m/s]."""
+    depth, gx, gy = depth_at(x, y, table, int(count))
+    return depth, gx * x_rate + gy * y_rate
+
+
+@kernel
+def force(x, y, angle, x_rate, y_rate, speed, mode, approach_speed, stiffness, exponent, damping, count, table):
+    """Force on the follower in the cam's frame [N], no torque, elastic energy [J], dissipated power [W], normal force [N]."""
+    depth, gx, gy = depth_at(x, y, table, int(count))
+    normal, energy, lost = push(mode, approach_speed, depth, gx * x_rate + gy * y_rate, stiffness, exponent, damping)
+    return -normal * gx, -normal * gy, 0.0, energy, lost, normal
+
+
+@component(
+    port=FRAME,
+    force=force,
+    gap=gap,
+    outputs=(Output("normal", "N", "force across the profile"),),
+    context=("mode", "approach_speed"),
+    symbol="cam",
+    example={
+        "start": "crank.start",
+        "end": "rod.end",
+        "profile": {"angles": "0, 90, 180, 270, 360 deg", "radii": "1.2, 1.1, 1, 1.1, 1.2 m"},
+        "roller": "50 mm",
+        "stiffness": 1e5,
+    },
+    events=("left", "reached"),
+    source="Flores, Machado, Silva and Martins 2011, doi:10.1007/s11044-010-9237-4 (the factor xi)",
+)
+class Cam:
+    r"""A disc cam by its profile against a roller or an edge that may lift off.
+
+    .. math:: F = K\delta^n\left(1 + \xi\,\dot\delta/\dot\delta^{(-)}\right)
+
+    Between its pairs the profile is a periodic cubic spline. The roller rolls without friction.
+    """
+
+    name: str
+    start: Annotated[BodyPoint, Meaning("centre of the cam, on the body that turns with it")]
+    end: Annotated[BodyPoint, Meaning("centre of the roller, or the edge")]
+    profile: Annotated[tuple[Point, ...], PROFILE]
+    roller: Annotated[float, Quantity("m", minimum=0.0, maximum=1e3, help="radius of the roller, 0 for an edge")] = 0.0
+    stiffness: Annotated[float, Quantity("1", above=0.0, maximum=1e18, help="K, in N/m^n with the n given here")] = 1e9
+    exponent: Annotated[float, Quantity("1", minimum=1.0, maximum=5.0, help="n")] = 1.5
+    restitution: Annotated[float, Quantity("1", minimum=0.01, maximum=1.0, help="restitution coefficient")] = 0.5
+
+    def check(self) -> None:
+        label = f"cam '{self.name}'"
+        check_curve(label, self.profile, PROFILE, periodic=True)
+        turn = self.profile[-1][0] - self.profile[0][0]
+        if abs(turn - TURN) > 1e-9:
+            raise InputError(f"{label}: a profile over {math.degrees(turn):.6g} deg", "angles over a whole turn, 0 to 360 deg")
+        if not min(radius for _, radius in self.profile) > 0.0 or len(self.profile) < 5:
+            raise InputError(f"{label}: a profile of {len(self.profile)} pairs", "five or more, with radii > 0")
+        self._pitch()
+
+    def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
+        """K, n, xi, how many nodes the pitch curve has, and their radii and slopes."""
+        angle, radius = self._pitch()
+        from scipy.interpolate import CubicSpline
+
+        nodes = np.linspace(0.0, TURN, NODES + 1)
+        at = CubicSpline(np.append(angle, angle[0] + TURN), np.append(radius, radius[0]), bc_type="periodic")(nodes)
+        at[-1] = at[0]
+        slopes = CubicSpline(nodes, at, bc_type="periodic")(nodes, 1)
+        table = np.stack([at, slopes], axis=1)[:-1].ravel()
+        there = float(np.interp(math.atan2(start[1], start[0]) % TURN, nodes, at))
+        here = math.hypot(start[0], start[1])
+        if there - here > DEEP * there:
+            raise InputError(
+                f"cam '{self.name}': its follower starts {here:.6g} m from the centre, within the cam",
+                f"about {there:.6g} m there, where it touches, or more",
+            )
+        return self.stiffness, self.exponent, stop_damping(self.restitution), float(NODES), *table.tolist()
+
+    def _profile(self, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Angles, radii and their two derivatives at points of the profile."""
+        from scipy.interpolate import CubicSpline
+
+        angles, radii = np.array(self.profile, float).T
+        curve = CubicSpline(angles, radii, bc_type="periodic")
+        angle = self.profile[0][0] + np.linspace(0.0, TURN, count, endpoint=False)
+        return angle, curve(angle), curve(angle, 1), curve(angle, 2)
+
+    def _pitch(self) -> tuple[np.ndarray, np.ndarray]:
+        """Angles and radii of the pitch curve, on which the centre of the roller is when it touches."""
+        angle, radius, slope, bend = self._profile(DENSE)
+        square = radius**2 + slope**2
+        curvature = (square + slope**2 - radius * bend) / square**1.5
+        if np.min(radius) <= 0.0 or np.min(1.0 + self.roller * curvature) <= 0.0:
+            hollow = -1.0 / np.min(curvature) if np.min(curvature) < 0.0 else 0.0
+            what = f"a roller of {self.roller:.4g} m in a hollow of {hollow:.4g} m" if np.min(radius) > 0.0 else "radii below 0"
+            raise InputError(f"cam '{self.name}': {what} between the pairs of its profile", "a smaller roller, or more pairs")
+        out, back = radius + self.roller * radius / np.sqrt(square), -self.roller * slope / np.sqrt(square)
+        return angle + np.arctan2(back, out), np.hypot(out, back)
+
+    @property
+    def outline(self) -> tuple[np.ndarray, np.ndarray]:
+        """The cam in its frame, and the roller about its centre, for pictures [m]."""
+        angle, radius, *_ = self._profile(180)
+        ring = np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1)
+        return np.concatenate([ring, ring[:1]]), arc(self.roller, 0.0, 360.0, 37)

@@ -1,0 +1,52 @@
+"""A latch, which locks two bodies at an angle."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+from scissordyn.components.declaration import TEXTBOOK, component
+from scissordyn.components.place import GROUND
+from scissordyn.components.port import HINGE
+from scissordyn.errors import InputError
+from scissordyn.units import Quantity
+
+AT_ANGLE = 1e-6  # A latch nearer than this [rad] to its angle at the start would be locked before it moves
+
+
+def gap(angle, speed, mode, stop, side):
+    """How far the angle is passed [rad], and how fast [rad/s]; a locked latch never opens."""
+    if mode == 1.0:
+        return 1.0, 0.0
+    return side * (angle - stop), side * speed
+
+
+@component(
+    port=HINGE,
+    gap=gap,
+    context=("mode",),
+    passive=False,
+    symbol="latch",
+    events=("opened", "locked"),
+    example={"body": "rod", "angle": "80 deg"},
+    source=TEXTBOOK,
+)
+class Latch:
+    """A lock that engages when two bodies reach an angle; from then on it holds them rigidly at that angle.
+
+    Locking is a plastic impact: the relative angular velocity vanishes at once, and the energy balance contains the loss.
+    """
+
+    name: str
+    body: str
+    angle: Annotated[
+        float,
+        Quantity("rad", minimum=-1e4, maximum=1e4, help="against its base where it locks, turns counted"),
+    ]
+    base: str = GROUND
+
+    def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
+        """The angle [rad], and the sense of rotation in which it is reached."""
+        if abs(self.angle - start[0]) < AT_ANGLE:
+            raise InputError(f"latch '{self.name}' is at its angle at the start", "a weld, or another angle")
+        return self.angle, math.copysign(1.0, self.angle - start[0])

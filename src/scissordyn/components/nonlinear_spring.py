@@ -1,0 +1,58 @@
+"""A spring whose force over its length is a curve."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from scissordyn.components.curve import check_covers, check_curve, curve_at, curve_numbers
+from scissordyn.components.declaration import component
+from scissordyn.components.place import BodyPoint, Point
+from scissordyn.components.port import LINE, Output
+from scissordyn.kernel import kernel
+from scissordyn.units import Pairs, Quantity
+
+CURVE = Pairs(("lengths", "forces"), ("m", "N"), help="tension over length; a spring that pushes has negative forces")
+
+FIRST = 2
+
+
+@kernel
+def force(length, rate, damping, count, table):
+    """Tension [N], stored energy [J], dissipated power [W], how far the length is beyond the curve [m]."""
+    tension, energy, beyond = curve_at(length, table, FIRST, int(count))
+    return tension + damping * rate, energy, damping * rate * rate, beyond
+
+
+@component(
+    port=LINE,
+    force=force,
+    outputs=(Output("beyond", "m", "how far the length is beyond the curve", monitored=True),),
+    symbol="spring",
+    example={
+        "start": "rod.middle",
+        "end": "ground.O",
+        "curve": {"lengths": "0.1, 0.5, 1, 2 m", "forces": "0, 20, 100, 400 N"},
+        "damping": "2 N s/m",
+    },
+    source="Fritsch and Butland 1984, doi:10.1137/0905021",
+)
+class NonlinearSpring:
+    """A spring and damper between two points whose tension is a curve over the length: progressive, degressive, measured.
+
+    Between the pairs the curve is a monotone cubic (Fritsch and Butland), beyond them the force stays, and there is a warning.
+    The stored energy is the integral of the curve from its first length.
+    """
+
+    name: str
+    start: BodyPoint
+    end: BodyPoint
+    curve: Annotated[tuple[Point, ...], CURVE]
+    damping: Annotated[float, Quantity("N s/m", minimum=0.0, maximum=1e12, help="damping d")] = 0.0
+
+    def check(self) -> None:
+        check_curve(f"nonlinear spring '{self.name}'", self.curve, CURVE)
+
+    def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
+        """Damping [N s/m], how many knots, and these."""
+        check_covers(f"nonlinear spring '{self.name}'", self.curve, start[0], "m")
+        return self.damping, float(len(self.curve)), *curve_numbers(self.curve)

@@ -1,0 +1,122 @@
+"""A hinge between two bodies: the angle of one against the other [rad], turns counted, and a torque [N m] on the first."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+from scissordyn.components.port.declaration import Attachment, Output, Port, Turned, Where, direction, frame, place
+from scissordyn.components.port.stroke import SQUARE, Drawn, Scene, Strokes, arc, hatched, spiral, turned
+from scissordyn.kernel import kernel
+
+
+def attachments(component: Any) -> tuple[Attachment, ...]:
+    """The directions of both bodies."""
+    return direction(2, component.body), frame(4, component.base)
+
+
+def start(component: Any, where: Where, turned: Turned) -> tuple[float, ...]:
+    """The angle as placed."""
+    return (turned(component.body) - turned(component.base),)
+
+
+def drawn(component: Any, strokes: Strokes, scene: Scene) -> Drawn:
+    """Around the pivot, turning with the body; a motor's letter stays upright."""
+    where, enlarged = scene.pivot(component.body, component.base)
+    angle = scene.angle(component.body) * (component.declaration.symbol != "motor")
+    return turned(strokes, where, angle, scene.size * enlarged), where
+
+
+_MOTOR = (arc(1.0, 0.0, 360.0, 37), np.array([[-0.4, -0.4], [-0.4, 0.4], [0.0, -0.1], [0.4, 0.4], [0.4, -0.4]]))
+_TAPE = np.concatenate([arc(0.8, -60.0, 60.0), arc(1.15, 60.0, -60.0), arc(0.8, -60.0, -59.0, 2)[:1]])
+_BARB = np.array([[-1.0, 0.85], arc(1.0, 135.0, 135.0, 1)[0], [-0.45, 1.15]])
+_HOOK = np.array([[0.3, -1.3], [1.2, -1.3], [1.2, -0.5], [0.85, -0.5], [0.85, -0.95], [0.3, -0.95], [0.3, -1.3]])
+
+HINGE = Port(
+    name="hinge",
+    code=1,
+    coordinates=("angle",),
+    rates=("speed",),
+    forces=("torque",),
+    turning=("body", "base"),
+    outputs=(
+        Output("torque", "N m", "torque on the body"),
+        Output("angle", "rad", "angle of the body against its base", coordinate=True),
+    ),
+    symbols={
+        "hinge": (SQUARE,),
+        "spiral": (spiral(),),
+        "tape": (_TAPE,),
+        "arc": (arc(1.0, -135.0, 135.0), _BARB),
+        "motor": _MOTOR,
+        "stop": hatched(np.array([0.35, 0.75]), np.array([0.7, 1.5]), np.array([-0.35, -0.1]), 4),
+        "latch": (_HOOK, arc(0.55, -90.0, 0.0, 9)),
+    },
+    attachments=attachments,
+    start=start,
+    drawn=drawn,
+    angle=True,
+)
+
+
+def actuator_attachments(component: Any) -> tuple[Attachment, ...]:
+    """The directions of both bodies, then where the sensor is from its origin."""
+    places = attachments(component)
+    if component.sensor is not None:
+        places = (*places, place(component.sensor))
+        if component.sensor_origin is not None:
+            places = (*places, place(component.sensor_origin, -1.0))
+    return places
+
+
+ACTUATOR = dataclasses.replace(
+    HINGE,
+    name="actuator",
+    code=5,
+    outputs=(Output("torque", "N m", "torque on the body"),),
+    symbols={"motor": _MOTOR},
+    attachments=actuator_attachments,
+)
+"""A hinge whose torque a controller chooses; it may sense a point beside."""
+
+
+@kernel
+def sense(maps, angle, q, v):
+    """Angle and its rate."""
+    _, _, ax, ay, bx, by, _, _, px, py, qx, qy = maps
+    q[0] = angle
+    v[0] = (ax * py - ay * px) - (bx * qy - by * qx)
+
+
+@kernel
+def forces(maps, q, out):
+    """Forces on the maps: a torque is the force torque J d on a unit direction d."""
+    _, _, ax, ay, bx, by, _, _, _, _, _, _ = maps
+    torque, opposite = out[0], -out[0]
+    return 0.0, 0.0, -torque * ay, torque * ax, -opposite * by, opposite * bx
+
+
+@kernel
+def wrench(maps, along, out, fx, fy):
+    """Torques on both bodies."""
+    return 0.0, 0.0, out[0], -out[0]
+
+
+@kernel
+def gradients(maps, G, R):
+    """Of the angle, and of its rate, by the maps."""
+    _, _, ax, ay, bx, by, _, _, px, py, qx, qy = maps
+    G[0, 2], G[0, 3], G[0, 4], G[0, 5] = -ay, ax, by, -bx
+    R[0, 2], R[0, 3], R[0, 4], R[0, 5] = py, -px, -qy, qx
+
+
+@kernel
+def curvature(q, out, G, K):
+    """What the maps' forces change because the gradients turn, while the torque stays."""
+    torque = out[0]
+    K[2, 3] -= torque
+    K[3, 2] += torque
+    K[4, 5] += torque
+    K[5, 4] -= torque

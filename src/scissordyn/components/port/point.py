@@ -1,0 +1,81 @@
+"""A point of a body: its place [m], the direction of the body's x axis, and a force on it [N]."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from scissordyn.components.port.declaration import Attachment, Output, Port, Turned, Where, frame, place
+from scissordyn.components.port.stroke import Drawn, Scene, Strokes
+from scissordyn.kernel import kernel
+
+
+def attachments(component: Any) -> tuple[Attachment, ...]:
+    """The point, and the direction of its body."""
+    return place(component.point), frame(2, component.point[0])
+
+
+def start(component: Any, where: Where, turned: Turned) -> tuple[float, ...]:
+    """Place and direction as placed."""
+    angle = turned(component.point[0])
+    return (*where(component.point), math.cos(angle), math.sin(angle))
+
+
+ARROW = 3.0  # Length of the arrow of the largest force of a run, in sizes
+
+
+def drawn(component: Any, strokes: Strokes, scene: Scene) -> Drawn:
+    """An arrow that ends at the point, in the direction of the force, as long as its part of the run's largest."""
+    vector = ARROW * scene.size * scene.force(component)
+    tip = scene.place(component.point)
+    across = np.stack([-vector[:, 1], vector[:, 0]], axis=-1)
+    tail = tip - vector
+    head = np.stack([tip - 0.3 * vector + 0.12 * across, tip, tip - 0.3 * vector - 0.12 * across], axis=1)
+    return (np.stack([tail, tip], axis=1), head), tail
+
+
+POINT = Port(
+    name="point",
+    code=3,
+    coordinates=("x", "y", "cosine", "sine"),
+    rates=("x_rate", "y_rate", "cosine_rate", "sine_rate"),
+    forces=("force_x", "force_y"),
+    points=("point",),
+    outputs=(Output("force", "N", "force on the point", components=2),),
+    symbols={"arrow": ()},
+    attachments=attachments,
+    start=start,
+    drawn=drawn,
+)
+
+
+@kernel
+def sense(maps, angle, q, v):
+    """Place, direction and their rates."""
+    q[0], q[1], q[2], q[3] = maps[0], maps[1], maps[2], maps[3]
+    v[0], v[1], v[2], v[3] = maps[6], maps[7], maps[8], maps[9]
+
+
+@kernel
+def forces(maps, q, out):
+    """Forces on the maps."""
+    return out[0], out[1], 0.0, 0.0, 0.0, 0.0
+
+
+@kernel
+def wrench(maps, along, out, fx, fy):
+    """Force on the point."""
+    return out[0], out[1], 0.0, 0.0
+
+
+@kernel
+def gradients(maps, G, R):
+    """Of the coordinates, by the maps."""
+    G[0, 0] = G[1, 1] = G[2, 2] = G[3, 3] = 1.0
+
+
+@kernel
+def curvature(q, out, G, K):
+    """None: the coordinates are linear in the maps."""

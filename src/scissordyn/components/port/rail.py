@@ -1,0 +1,49 @@
+"""A point that runs along a bar that bends: its distance from the axis, across it [m], and a force across the axis [N].
+
+How it acts is no matter of six maps: `mechanics.rail` finds the place on the bar, whose shapes share the opposite force.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from scissordyn.components.port.declaration import Attachment, Output, Port, Turned, Where, place
+from scissordyn.components.port.stroke import Drawn, Scene, Strokes, arc, turned
+
+
+def attachments(component: Any) -> tuple[Attachment, ...]:
+    """The point; the bar is added where its shapes are known."""
+    return (place(component.point),)
+
+
+def start(component: Any, where: Where, turned: Turned) -> tuple[float, ...]:
+    """On the axis: no number of such a component depends on where it is placed."""
+    return (0.0,)
+
+
+def drawn(component: Any, strokes: Strokes, scene: Scene) -> Drawn:
+    """A circle at the point."""
+    where = scene.place(component.point)
+    return turned(strokes, where, np.zeros(len(where)), scene.size), where
+
+
+RAIL = Port(
+    name="rail",
+    code=7,
+    coordinates=("gap",),
+    rates=("gap_rate",),
+    forces=("force",),
+    points=("point",),
+    numbers=("rail",),
+    outputs=(
+        Output("force", "N", "force on the point across the bar, towards +y of the bar"),
+        Output("gap", "m", "distance of the point from the bar's axis, towards +y of the bar", coordinate=True),
+        Output("place", "m", "where it is along the bar, from its first cross-section", first=1, coordinate=True),
+    ),
+    symbols={"roller": (arc(0.6, 0.0, 360.0), np.array([[0.0, 0.0], [0.6, 0.0]]))},
+    attachments=attachments,
+    start=start,
+    drawn=drawn,
+)

@@ -1,0 +1,65 @@
+"""A roller, or a block in a guide with clearance, on a bar that bends."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from scissordyn.components.declaration import component
+from scissordyn.components.place import BodyPoint
+from scissordyn.components.port.rail import RAIL
+from scissordyn.components.stop import push, stop_damping
+from scissordyn.kernel import kernel
+from scissordyn.units import Meaning, Quantity
+
+
+@kernel
+def limit(gap, gap_rate, mode, approach_speed, stiffness, damping, clearance, factor):
+    """How far a point presses into the side that it is nearer to [m], and how fast [m/s]."""
+    if clearance == 0.0:
+        return -1.0, 0.0
+    side = 1.0 if gap > 0.0 else -1.0
+    return side * gap - clearance, side * gap_rate
+
+
+@kernel
+def force(gap, gap_rate, mode, approach_speed, stiffness, damping, clearance, factor):
+    """Force across the bar [N], elastic energy [J], dissipated power [W]."""
+    if clearance == 0.0:
+        return -stiffness * gap - damping * gap_rate, 0.5 * stiffness * gap * gap, damping * gap_rate * gap_rate
+    side = 1.0 if gap > 0.0 else -1.0
+    normal, energy, lost = push(mode, approach_speed, side * gap - clearance, side * gap_rate, stiffness, 1.0, factor)
+    return -side * normal, energy, lost
+
+
+@component(
+    port=RAIL,
+    force=force,
+    gap=limit,
+    context=("mode", "approach_speed"),
+    symbol="roller",
+    example={"point": "rod.end", "rail": "crank", "stiffness": "5 MN/m"},
+    events=("left", "reached"),
+    source="Flores, Machado, Silva and Martins 2011, doi:10.1007/s11044-010-9237-4 (the factor xi)",
+)
+class Roller:
+    r"""A point that runs along a bar that bends, without friction: rollers on both sides of the bar, or a guide with clearance.
+
+    .. math:: F = -K g - D \dot g, \qquad\text{or}\quad F = K\delta\,(1 + \xi\,\dot\delta/\dot\delta^{(-)}),\ \delta = |g| - c
+
+    g is the distance of the point from the nearest place of the bar's axis, across it, K the stiffness of the rollers. Two of
+    them hold the direction of a block. Beyond its ends the bar goes on straight.
+    """
+
+    name: str
+    point: BodyPoint
+    rail: Annotated[str, Meaning("the bar, which bends as one part")]
+    stiffness: Annotated[float, Quantity("N/m", above=0.0, maximum=1e12, help="K, of the rollers against the bar")] = 1e7
+    damping: Annotated[float, Quantity("N s/m", minimum=0.0, maximum=1e9, help="D, of the rollers, without clearance")] = 0.0
+    clearance: Annotated[float, Quantity("m", minimum=0.0, maximum=1.0, help="clearance c on either side of the bar")] = 0.0
+    restitution: Annotated[float, Quantity("1", minimum=0.01, maximum=1.0, help="restitution coefficient, with clearance")] = (
+        0.5
+    )
+
+    def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
+        """K, D, c and xi."""
+        return self.stiffness, self.damping, self.clearance, stop_damping(self.restitution)

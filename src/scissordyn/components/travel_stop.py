@@ -1,0 +1,56 @@
+"""An end stop of a point that travels."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from scissordyn.components.declaration import component
+from scissordyn.components.place import BodyPoint
+from scissordyn.components.port import TRAVEL
+from scissordyn.components.stop import push, stop_damping
+from scissordyn.kernel import kernel
+from scissordyn.units import Quantity
+
+
+@kernel
+def gap(travel, speed, limit):
+    """How far the stop is passed [m], and how fast [m/s]."""
+    return travel - limit, speed
+
+
+@kernel
+def force(travel, speed, mode, approach_speed, stiffness, exponent, damping, limit):
+    """Force along the direction of travel [N], elastic energy [J], dissipated power [W]."""
+    normal, energy, dissipation = push(mode, approach_speed, travel - limit, speed, stiffness, exponent, damping)
+    return -normal, energy, dissipation
+
+
+@component(
+    port=TRAVEL,
+    force=force,
+    gap=gap,
+    label="end stop",
+    context=("mode", "approach_speed"),
+    symbol="stop",
+    example={"point": "slider.centre", "direction": "90 deg", "limit": "1.5 m"},
+    source="Flores, Machado, Silva and Martins 2011, doi:10.1007/s11044-010-9237-4",
+)
+class TravelStop:
+    r"""An end stop of a point that travels: beyond a line across its direction a force pushes it back.
+
+    .. math:: F = K\delta^n\left(1 + \xi\,\dot\delta/\dot\delta^{(-)}\right)
+    """
+
+    name: str
+    point: BodyPoint
+    direction: Annotated[
+        float, Quantity("rad", minimum=-1e4, maximum=1e4, help="of travel towards the stop, in the fixed frame")
+    ]
+    limit: Annotated[float, Quantity("m", minimum=-1e4, maximum=1e4, help="coordinate along the direction at the touch")]
+    stiffness: Annotated[float, Quantity("1", above=0.0, maximum=1e18, help="K, in N/m^n with the n given here")] = 1e8
+    exponent: Annotated[float, Quantity("1", minimum=1.0, maximum=5.0, help="n")] = 1.5
+    restitution: Annotated[float, Quantity("1", minimum=0.01, maximum=1.0, help="restitution coefficient")] = 0.5
+
+    def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
+        """K, n, xi and the limit [m]."""
+        return self.stiffness, self.exponent, stop_damping(self.restitution), self.limit

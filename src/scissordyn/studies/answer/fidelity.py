@@ -1,0 +1,392 @@
+"""Studies of cheap runs that accurate ones verify: which are made, how a budget is split, and what both together say.
+
+The accurate runs stand in a store of their own beside that of the study. As every case has its numbers by its place alone, they
+are those of the first points of the same design.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TYPE_CHECKING, Unpack
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.errors import InputError
+from scissordyn.plot.scale import scale_of
+from scissordyn.run.engine import workers_of
+from scissordyn.studies.answer.estimate import (
+    FEWEST,
+    OTHERS,
+    Estimate,
+    Interpolation,
+    Predicted,
+    correlation,
+    fraction_by_margins,
+    fraction_estimate,
+    interpolation,
+    mean_estimate,
+    quantile_estimates,
+    split,
+)
+from scissordyn.studies.answer.fact import Fact, Section
+from scissordyn.studies.answer.verdict import answered
+from scissordyn.studies.ask.description import PILOT, Study
+from scissordyn.studies.ask.design import Design
+from scissordyn.studies.ask.requirement import Requirement, Response, response_unit, response_values
+from scissordyn.studies.compute.execute import How, execute, extend, simulated
+from scissordyn.studies.compute.optimise import candidates, judged, optimise
+from scissordyn.studies.compute.store import COMPLETE, Store
+from scissordyn.studies.compute.table import column
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from scissordyn.studies.result import StudyResult
+
+
+PILOTED = 0.05  # Of the budget, at most, for cheap runs that say how well interpolation between them predicts
+SPLIT = ("random", "sobol")  # Designs whose points are independent enough for intervals, and to which points can be added
+LEAST = 0.1  # Of a correlation with which a budget is split: with fewer pairs than it needs the pilot knows no better
+LEVELS = (0.5, 0.95)  # Of the quantiles
+TINY = 1e-9  # Margin of a case that stands at the bound
+
+
+def verified_path(path: str | os.PathLike[str]) -> str:
+    """Where the accurate runs of a study stand."""
+    stem, end = os.path.splitext(os.fspath(path).rstrip("/"))
+    return f"{stem}.verified{end or '.db'}"
+
+
+def verified_study(study: Study, points: int) -> Study:
+    """The accurate runs of the first points of a study, or of so many points of its front."""
+    accurate = study.accurate
+    assert accurate is not None
+    design, sampling = replace(study.design, points=points), study.sampling
+    if study.optimisation is not None:
+        design = Design("adaptive", points)
+    elif not study.factors:
+        design, sampling = study.design, replace(sampling, samples=min(points, sampling.samples))
+    return replace(
+        study,
+        mechanism=accurate.mechanism,
+        variants=accurate.variants,
+        options=accurate.options,
+        accurate=None,
+        optimisation=None,
+        design=design,
+        sampling=sampling,
+    )
+
+
+def screened(study: Study, path: str | os.PathLike[str], budget: float | None = None, **how: Unpack[How]) -> Store:
+    """Make the cheap runs of a study, then the accurate ones; what the stores hold already is kept."""
+    _check(study, budget)
+    store = Store(path)
+    if study.optimisation is not None:
+        store = optimise(study, path, **how)
+        _confirm(study, store, {**how, "block": None})
+        return store
+    if budget is not None:
+        study = _as_in(study, store) if store.exists() else _split(study, budget * workers_of(how.get("engine")))
+    store = execute(study, path, **how)
+    _verify(study, Store(verified_path(path)), {**how, "block": None})
+    return store
+
+
+def _check(study: Study, budget: float | None) -> None:
+    """Raise `InputError` for what cannot be verified by the first of its cases."""
+    verified_study(study, PILOT)  # whether the accurate mechanism has the parameters and parts
+    if study.optimisation is not None:
+        if budget is not None:
+            raise InputError("a budget of an optimisation", "generations and population", "generations = 20")
+        return
+    kind, allowed = (study.design.kind, "design") if study.factors else (study.sampling.kind, "sampling")
+    if kind not in SPLIT:
+        what = f"cheap runs of a {kind} {allowed}, of which the first points are not a sample"
+        raise InputError(what, f"a {allowed} of kind {' or '.join(SPLIT)}", f'kind = "{SPLIT[1]}"')
+    if budget is not None and not study.factors:
+        raise InputError("a budget of a study of one point", "numbers under [vary], with a design", 'kind = "random"')
+
+
+def _as_in(study: Study, store: Store) -> Study:
+    """The study with as many points of both kinds as its store was begun with."""
+    accurate, there = study.accurate, store.study(reading=True).accurate
+    points = PILOT if there is None else there.points
+    return replace(study, design=store.design(), accurate=None if accurate is None else replace(accurate, points=points))
+
+
+def _verify(study: Study, there: Store, how: How) -> None:
+    """The accurate runs of the first points."""
+    assert study.accurate is not None
+    points = min(study.accurate.points, study.points if study.factors else study.sampling.samples)
+    if there.exists() and study.factors:
+        before = there.design()
+        if before.points < points:
+            extend(replace(verified_study(study, points), design=before), there.path, points, **how)
+        points = max(points, before.points)
+    execute(verified_study(study, points), there.path, **how)
+
+
+def _split(study: Study, budget: float) -> Study:
+    """The study with as many points of both kinds as a budget of work [s] has room for, by a pilot of both."""
+    few, accurate = replace(study, design=replace(study.design, points=PILOT)), verified_study(study, PILOT)
+    cheap_runs, cheap = _piloted(few)
+    accurate_runs, accurate_seconds = _piloted(accurate)
+    correlated = _least_correlation(few, cheap_runs, accurate_runs)
+    left, unpredicted = budget - PILOT * (cheap + accurate_seconds), 1.0
+    if FEWEST * cheap < PILOTED * budget:
+        more = replace(study, design=replace(study.design, points=FEWEST))
+        unpredicted = _unpredicted(more, _piloted(more)[0])
+        left -= FEWEST * cheap
+    verified, screened_points = split(max(left, 0.0), correlated, accurate_seconds, cheap, unpredicted)
+    points = max(PILOT if unpredicted == 1.0 else FEWEST, screened_points)
+    assert study.accurate is not None
+    wanted = replace(study.accurate, points=min(max(PILOT, verified), points))
+    return replace(study, design=replace(study.design, points=points), accurate=wanted)
+
+
+def _piloted(study: Study) -> tuple[xr.Dataset, float]:
+    """All cases of a small study, and the time of a point [s]."""
+    simulated(study, np.array([0]))  # whatever is compiled or read once
+    began = time.perf_counter()
+    runs = simulated(study, np.arange(study.cases))
+    return runs, (time.perf_counter() - began) / study.points
+
+
+def _least_correlation(study: Study, cheap: xr.Dataset, accurate: xr.Dataset) -> float:
+    """The least correlation of what requirements are about between cheap and accurate runs."""
+    both = (cheap["status"].values == "complete") & (accurate["status"].values == "complete")
+    pairs = [(response_values(cheap, some), response_values(accurate, some)) for some in _responses(study)]
+    correlations = [abs(correlation(there[both], here[both])) for here, there in pairs]
+    finite = [some for some in correlations if np.isfinite(some)]
+    return max(LEAST, min(finite, default=LEAST))
+
+
+def _unpredicted(study: Study, runs: xr.Dataset) -> float:
+    """The largest part of the variance of what requirements are about that interpolation between cheap runs leaves."""
+    if not np.all(runs["status"].values == "complete") or study.per_point > 1:
+        return 1.0
+    between = interpolation(study, runs, np.arange(study.cases))
+    return max(between.unpredicted(wanted) for wanted in _responses(study)) if between is not None else 1.0
+
+
+def _responses(study: Study) -> list[Response]:
+    """What requirements are about, or all measures."""
+    return [requirement.response for requirement in study.requirements] or [Response(name) for name in study.measure_names]
+
+
+def _confirm(study: Study, store: Store, how: How) -> None:
+    """Accurate runs of the best points of a search: its front, or the best of one goal."""
+    assert study.accurate is not None
+    there, names = Store(verified_path(store.path)), study.paths
+    wanted = best_tried(study, store.results(), study.accurate.points)
+    points = np.empty((0, len(names)))
+    if there.exists():  # those of an earlier, shorter search stay
+        old = there.results()
+        points = np.stack([old[column(name)].values[:: study.per_point] for name in names], axis=1)
+        points = points[np.isfinite(points).all(axis=1)]
+    new = [row for row in wanted if not (points == row).all(axis=1).any()]
+    points = np.concatenate([points, *(row[None] for row in new)])
+    if not points.size:
+        return
+    confirmed = verified_study(study, points.shape[0])
+    if there.exists() and there.cases < confirmed.cases:
+        there.extend(confirmed)
+    execute(confirmed, there.path, points, **how)
+
+
+def best_tried(study: Study, results: xr.Dataset, most: int) -> np.ndarray:
+    """Numbers of the best points of a search, shape (points, factors): of its front, evenly spread, or the best of one goal."""
+    tried = candidates(study, results).points
+    goals, violation = judged(study, results)
+    rows = np.flatnonzero(tried["front"].values)
+    if goals.shape[1] == 1 or not rows.size:
+        judged_points = np.flatnonzero(np.isfinite(violation))
+        rows = judged_points[np.lexsort((goals[judged_points, 0], violation[judged_points]))][:most]
+    elif rows.size > most:
+        rows = rows[np.argsort(goals[rows, 0], kind="stable")]
+        rows = rows[np.unique(np.linspace(0, rows.size - 1, most).round().astype(int))]
+    numbers = tried[study.paths].to_array().values.T[rows]
+    return np.asarray(numbers[np.sort(np.unique(numbers, axis=0, return_index=True)[1])])
+
+
+@dataclass(frozen=True)
+class Corrected:
+    """A number of a study from cheap and accurate runs."""
+
+    label: str
+    kind: str  # One of "fraction", "mean", "quantile"
+    units: str
+    estimate: Estimate
+
+
+def estimates(study: Study, cheap: xr.Dataset, accurate: xr.Dataset) -> list[Corrected]:
+    """Fractions that meet the requirements, means and quantiles of the responses, each from both kinds of runs."""
+    trials, size = _trials(study, cheap), _trials(study, accurate).shape[0]
+    complete = _complete(cheap, trials)
+    pairs = complete[:size] & _complete(accurate, trials[:size])
+    single = trials.shape[1] == 1
+    between = interpolation(study, cheap, trials[complete, 0]) if single else None
+
+    def by_trial(results: xr.Dataset, values: np.ndarray) -> np.ndarray:
+        rows = trials[: results.sizes["case"] // trials.shape[1]]
+        return np.asarray(values[rows].mean(axis=1), float)
+
+    def both(values: Callable[[xr.Dataset], np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        here, there = by_trial(cheap, values(cheap)), by_trial(accurate, values(accurate))
+        return there[pairs], here[:size][pairs], here[complete]
+
+    def met(requirements: Sequence[Requirement]) -> Estimate:
+        if single:
+            return fraction_by_margins(*both(partial(_margins, requirements)), _predicted_margins(between, requirements))
+        return fraction_estimate(*both(lambda runs: np.all([requirement.met_in(runs) for requirement in requirements], axis=0)))
+
+    numbers = [Corrected(response.label, "fraction", "1", met([response])) for response in study.requirements]
+    if study.requirements:
+        numbers.append(Corrected("all requirements", "fraction", "1", met(study.requirements)))
+    for response in answered(study, cheap):
+        three = both(partial(response_values, response=response))
+        if not all(np.all(np.isfinite(estimate)) for estimate in three):
+            continue
+        units, predicted = response_unit(cheap, response), between.response(response) if between is not None else None
+        numbers.append(Corrected(f"mean {response.name}", "mean", units, mean_estimate(*three, predicted)))
+        for level, estimate in zip(LEVELS, quantile_estimates(*three, LEVELS), strict=True) if single else ():
+            numbers.append(Corrected(f"{level:.0%} quantile of {response.name}", "quantile", units, estimate))
+    return numbers
+
+
+def _predicted_margins(between: Interpolation | None, requirements: Sequence[Requirement]) -> Predicted | None:
+    """The least margins by interpolation; None where one of the responses has none."""
+    of_runs, others = [], []
+    for requirement in requirements:
+        response = between.response(requirement.response) if between is not None else None
+        if response is None:
+            return None
+        of_runs.append(requirement.margin(response.of_runs))
+        others.append(requirement.margin(response.others))
+    return Predicted(np.min(of_runs, axis=0), np.min(others, axis=0))
+
+
+def _margins(requirements: Sequence[Requirement], runs: xr.Dataset) -> np.ndarray:
+    """The least margin of each case, positive where it meets all requirements."""
+    margins = []
+    for requirement in requirements:
+        margin = requirement.margin_in(runs)
+        margins.append(np.where(margin == 0.0, np.where(requirement.met_in(runs), TINY, -TINY), margin))
+    return np.asarray(np.min(margins, axis=0))
+
+
+def _trials(study: Study, results: xr.Dataset) -> np.ndarray:
+    """Cases of each independent trial, shape (trials, cases of a trial)."""
+    width = study.per_point if study.factors else study.members
+    return np.arange(results.sizes["case"] // width * width).reshape(-1, width)
+
+
+def _complete(results: xr.Dataset, trials: np.ndarray) -> np.ndarray:
+    return np.asarray((results["status"].values[trials] == COMPLETE).all(axis=1))
+
+
+def confirmed(study: Study, accurate: xr.Dataset, cheap: xr.Dataset) -> pd.DataFrame:
+    """The points of a search that were run accurately."""
+    import pandas as pd
+
+    tried, there = candidates(study, cheap).points, candidates(study, accurate).points
+    numbers, here = (points[study.paths].to_array().values.T for points in (tried, there))
+    places = [int(np.flatnonzero((numbers == row).all(axis=1))[0]) for row in here]
+    table = {name: there[name].values for name in study.paths}
+    for name in (*(goal.label for goal in study.goals), "violation"):
+        table[name], table[f"accurate {name}"] = tried[name].values[places], there[name].values
+    return pd.DataFrame({**table, "front": there["front"].values}, index=pd.Index(places, name="point"))
+
+
+def fidelity(result: StudyResult, verified: StudyResult) -> Iterator[Section]:
+    """What both kinds of runs say together."""
+    taken = [there.store.times() for there in (result, verified)]
+    times = [(float(spent["cases"].sum()), float(spent["seconds"].sum())) for spent in taken]
+    cost = _cost(result.study, (result.store, verified.store), times)
+    if result.study.goals:
+        points = result.confirmed
+        met, best = int((points["accurate violation"] <= 0.0).sum()), int(points["front"].sum())
+        kind = "confirmed front" if len(result.study.goals) > 1 else "confirmed"
+        yield Section(lines=[Fact(kind, numbers={"tried": len(points), "met": met, "best": best})])
+        yield _confirmed_table(result, cost)
+        return
+    every = [number.estimate for number in result.estimates if number.label == "all requirements"]
+    yield Section(lines=[*(_met_by(estimate, times) for estimate in every), Fact("cheap")])
+    head = ("number", "cheap alone", "accurate alone", "both", "correlation", "accurate runs saved")
+    saved = "The last column says how many times as many accurate runs alone have an interval of the same width."
+    if any(number.estimate.interpolated for number in result.estimates):
+        saved += f" Fractions and means predict {OTHERS} further cases by interpolation between the cheap runs."
+    notes = (f"Intervals of 95 %. {saved}", cost)
+    yield Section(head, [_row(number) for number in result.estimates], "Cheap and accurate runs", notes)
+
+
+def _met_by(both: Estimate, times: Sequence[tuple[float, float]]) -> Fact:
+    """The fraction that meets all requirements, and what accurate runs alone would take for it."""
+    (_, cheap), (cases, accurate) = times
+    timed, spent = bool(np.isfinite(both.saved) and cases), cheap + accurate
+    about = {
+        "fraction": both.value,
+        "low": both.low,
+        "high": both.high,
+        "cheap": both.screened,
+        "accurate": both.verified,
+        "interpolated": "them" if both.interpolated else None,
+        "saved": both.saved if timed else None,
+        "longer": both.saved * accurate / spent if timed and spent > 0.0 else None,
+    }
+    return Fact("both", "all requirements", about)
+
+
+def _row(number: Corrected) -> tuple[str, ...]:
+    """Of the table of both kinds of runs."""
+    estimate, scale = number.estimate, scale_of(xr.DataArray(number.estimate.value, attrs={"units": number.units}))
+
+    def shown(value: float) -> str:
+        if not np.isfinite(value):
+            return "-"
+        return f"{value:.1%}" if number.kind == "fraction" else scale.cells(value)[0]
+
+    return (
+        number.label if number.kind == "fraction" or not scale.unit else f"{number.label} [{scale.unit}]",
+        shown(estimate.cheap),
+        f"{shown(estimate.accurate)} ({shown(estimate.accurate_low)} to {shown(estimate.accurate_high)})",
+        f"{shown(estimate.value)} ({shown(estimate.low)} to {shown(estimate.high)})",
+        "-" if np.isnan(estimate.correlation) else f"{estimate.correlation:.2f}",
+        f"{estimate.saved:.1f}" if np.isfinite(estimate.saved) else "-",
+    )
+
+
+def _confirmed_table(result: StudyResult, cost: str) -> Section:
+    table, names, goals = result.confirmed, result.study.paths, result.study.goals
+    confirmed_points = result.optimum.points.isel(point=table.index.values)
+    scales = {name: scale_of(confirmed_points[name]) for name in (*names, *(goal.label for goal in goals))}
+    head = ["point", *(scales[name].label(name) for name in names)]
+    for goal in goals:
+        head += [f"{scales[goal.label].label(goal.label)}, cheap", "accurate"]
+    rows = []
+    for point, row in table.sort_values(f"accurate {goals[0].label}").iterrows():
+        cells = [str(point), *(scales[name].cells(row[name])[0] for name in names)]
+        for goal in goals:
+            cells += scales[goal.label].cells(*(goal.sign * row[key] for key in (goal.label, f"accurate {goal.label}")))
+        violated = row["accurate violation"]
+        met = "met" if violated <= 0.0 else "failed" if not np.isfinite(violated) else f"violated by {violated:.1%}"
+        rows.append((*cells, met, "yes" if row["front"] else "no"))
+    title = "Search by cheap runs, confirmed by accurate ones"
+    return Section((*head, "requirements, accurate", "best there"), rows, title, (cost,))
+
+
+def _cost(study: Study, stores: tuple[Store, Store], times: Sequence[tuple[float, float]]) -> str:
+    """How many cases of each kind there are, and what those cost whose time is known."""
+    parts = []
+    assert study.accurate is not None
+    kinds = zip(("cheap", "accurate"), stores, times, (study.options, study.accurate.options), strict=True)
+    for name, store, (cases, seconds), options in kinds:
+        cost = f"{seconds / cases:.3g} s each" if cases else "not yet timed"
+        parts.append(f"{store.cases} {name} runs ({cost}, rtol = {options.rtol:g}, atol = {options.atol:g}, {options.method})")
+    return " and ".join(parts) + "."

@@ -1,0 +1,307 @@
+"""A study as pictures (``result.plot``), tables (CSV, Parquet, NetCDF), and a report with both, one HTML file or PDF."""
+
+from __future__ import annotations
+
+import base64
+import io
+import re
+from collections.abc import Callable, Iterable, Iterator
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+from jinja2 import Environment
+from markupsafe import Markup
+from matplotlib.axes import Axes
+
+from scissordyn.errors import InputError, ScissordynError
+from scissordyn.file.output_file import check_target, write_file
+from scissordyn.file.pdf import printed
+from scissordyn.plot.file import figure_of, write
+from scissordyn.plot.study import (
+    Bound,
+    Field,
+    feasibility_map,
+    pareto_front,
+    requirement_bars,
+    response_curves,
+    sensitivity_bars,
+)
+from scissordyn.plot.style import Canvas
+from scissordyn.record.store import save
+from scissordyn.run.engine import STATES
+from scissordyn.studies.answer.fact import Section
+from scissordyn.studies.answer.page import page
+from scissordyn.studies.ask.requirement import units_of_parts
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+    from scissordyn.studies.result import StudyResult
+
+
+CELLS = 48  # Cells of a field along each number
+OTHERS = 16  # Points whose other numbers a field is averaged over
+
+
+class StudyPictures:
+    """Pictures of a study; each is drawn on given Axes or on a new Figure, and returns its Axes.
+
+    Parameters
+    ----------
+    result : StudyResult
+    """
+
+    def __init__(self, result: StudyResult) -> None:
+        self._result = result
+
+    def map(self, colour: str = "met", *, x: str = "", y: str = "", axes: Canvas = None) -> list[Axes]:
+        """A response, or "met", the fraction of cases that meet the requirements, over two numbers; see `feasibility_map`.
+
+        A response with a requirement has a contour at its bound. Between few points that are no grid the response is
+        interpolated by kriging, where points left out are predicted; it is paler where it is uncertain.
+        """
+        points = self._result.points
+        responses = [str(name) for name, variable in points.data_vars.items() if variable.attrs.get("role") == "response"]
+        if colour not in ("met", *points):
+            raise InputError(f"a map of '{colour}'", ", ".join(["met", *responses]), f"result.plot.map('{responses[0]}')")
+        field, bounds = surfaces(self._result, colour, x, y)
+        limit = self._limits().get(colour)
+        return feasibility_map(points, x=x, y=y, colour=colour, limit=limit, field=field, bounds=bounds, axes=axes)
+
+    def curves(self, *, axes: Canvas = None) -> list[Axes]:
+        """Each response over each number that is chosen; see `response_curves`."""
+        return response_curves(self._result.points, limits=self._limits(), axes=axes)
+
+    def requirements(self, *, axes: Canvas = None) -> list[Axes]:
+        """The fraction of the range that meets each requirement, and all of them; see `requirement_bars`."""
+        fractions_met = self._result.fractions
+        intervals = np.array([(fraction.low, fraction.high) for fraction in fractions_met])
+        fractions = np.array([fraction.fraction for fraction in fractions_met])
+        return requirement_bars([fraction.label for fraction in fractions_met], fractions, intervals, axes=axes)
+
+    def sensitivity(self, response: str = "", *, axes: Canvas = None) -> list[Axes]:
+        """What each response depends on, or one of them; see `sensitivity_bars`."""
+        indices = self._result.sensitivity(response)
+        return sensitivity_bars(indices if isinstance(indices, dict) else {response: indices}, axes=axes)
+
+    def front(self, x: int = 0, y: int = 1, *, axes: Canvas = None) -> list[Axes]:
+        """All points that an optimisation has tried, over two of its goals by number, and the front; see `pareto_front`.
+
+        Points of cheap runs that were run accurately too are shown with both values.
+        """
+        tried, goals = self._result.optimum.points, self._result.study.goals
+        if not max(x, y) < len(goals) or min(x, y) < 0:
+            raise InputError(f"the front of goals {x} and {y} of {len(goals)}", "two goals, from 0")
+        there = None if self._result.verified is None else self._result.confirmed
+        return pareto_front(tried, (goals[x].label, goals[y].label), confirmed=there, axes=axes)
+
+    def _limits(self) -> dict[str, float]:
+        return {requirement.response.name: requirement.bound for requirement in self._result.study.requirements}
+
+
+def surfaces(result: StudyResult, colour: str, x: str = "", y: str = "") -> tuple[Field | None, list[Bound]]:
+    """The field under a map and the lines of requirements over it; nothing where nothing can be interpolated."""
+    names = result.study.paths
+    if len(names) < 2:
+        return None, []
+    x = x or names[0]
+    y = y or next(name for name in names if name != x)
+    bounds = [
+        Bound(requirement.label, field, requirement.bound)
+        for requirement in result.study.requirements
+        if colour in ("met", requirement.response.name)
+        and (field := _field(result, requirement.response.name, x, y)) is not None
+    ]
+    return None if colour == "met" else _field(result, colour, x, y), bounds
+
+
+def _field(result: StudyResult, response: str, x: str, y: str) -> Field | None:
+    """The mean of a response over the numbers other than x and y; None where points do not predict each other."""
+    model, names = result.between(response), result.study.paths
+    if model is None:
+        return None
+    table, places = np.stack([result.points[name].values for name in names], axis=1), [names.index(x), names.index(y)]
+
+    def steps(place: int) -> np.ndarray:
+        space = np.geomspace if result.study.factors[place].logarithmic else np.linspace
+        return np.asarray(space(float(table[:, place].min()), float(table[:, place].max()), CELLS))  # nothing is extrapolated
+
+    across, up = map(steps, places)
+    rows = table[np.unique(np.linspace(0, table.shape[0] - 1, OTHERS).astype(int))]
+    rows = rows if len(names) > 2 else rows[:1]
+    total, squared = np.zeros(CELLS**2), np.zeros(CELLS**2)
+    for row in rows:
+        at = np.tile(row, (CELLS**2, 1))
+        at[:, places[0]], at[:, places[1]] = np.tile(across, CELLS), np.repeat(up, CELLS)
+        mean, deviation = model.predict(at)
+        total += mean
+        squared += deviation**2
+    mean, deviation = (values.reshape(CELLS, CELLS) for values in (total / len(rows), np.sqrt(squared / len(rows))))
+    return Field(across, up, mean, deviation, float(np.nanstd(result.points[response].values)), model.error)
+
+
+ENDINGS = (".csv", ".parquet", ".nc")
+
+
+def table(results: xr.Dataset) -> pd.DataFrame:
+    """One row for each case; a measure of several joints has a column for each, ``A.peak_force [N]``."""
+    import pandas as pd
+
+    columns: dict[str, np.ndarray] = {name: results[name].values for name in ("point", "sample", "member")}
+    for role in ("factor", "uncertain", "measure"):
+        for name, variable in results.data_vars.items():
+            if variable.attrs.get("role") != role:
+                continue
+            units = units_of_parts(results, str(name))
+            if "labels" in variable.attrs:
+                labels = np.array([*variable.attrs["labels"], ""])  # of a damaged block the last
+                columns[str(variable.attrs["address"])] = labels[np.nan_to_num(variable.values, nan=-1.0).astype(int)]
+            elif variable.ndim == 1:
+                columns[_headed(str(variable.attrs.get("address", name)), units[0])] = variable.values
+            else:
+                heads = (f"{part}.{name}" for part in variable[variable.dims[1]].values)
+                columns |= dict(zip(map(_headed, heads, units), variable.values.T, strict=True))
+    columns["status"] = np.array([STATES[int(code)] for code in results["status"].values])
+    columns["cause"] = results["cause"].values.astype(object)
+    return pd.DataFrame(columns)
+
+
+def _headed(name: str, unit: str) -> str:
+    return name if unit in ("1", "") else f"{name} [{unit}]"
+
+
+def export(results: xr.Dataset, path: Path) -> Path:
+    """Write all cases to a file whose ending says in which form."""
+    ending = path.suffix.lower()
+    if ending not in ENDINGS:
+        raise InputError(f"'{path}' as a table", f"a name that ends in {', '.join(ENDINGS)}", "-o study.csv")
+    if ending == ".nc":
+        check_target(path, sample="-o study.nc")
+        plain = results.copy()
+        for name, variable in results.variables.items():
+            if variable.dtype.kind not in "fib":
+                plain[name] = variable.copy(data=variable.values.astype(object))
+        plain.attrs = {
+            name: value if isinstance(value, (str, int, float)) else str(value) for name, value in plain.attrs.items()
+        }
+        return save(plain, path)
+    check_target(path, sample=f"-o study{ending}")
+    rows = table(results)
+    try:
+        content = rows.to_csv(index_label="case").encode() if ending == ".csv" else rows.to_parquet()
+    except ImportError:
+        raise InputError("pyarrow is not installed", "the extra 'study', or CSV", "-o study.csv") from None
+    return write_file(path, content, sample=f"-o study{ending}")
+
+
+STYLE = """
+body { font: 16px/1.5 system-ui, sans-serif; max-width: 64rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
+.scroll { overflow-x: auto; margin: 1rem 0; } table { border-collapse: collapse; }
+th, td { text-align: left; vertical-align: top; padding: .25rem .9rem .25rem 0; border-bottom: 1px solid #e4e4e4; }
+th { vertical-align: bottom; } td { white-space: nowrap; } td.long { white-space: normal; min-width: 20rem; }
+code { background: #f4f4f4; padding: .1rem .3rem; } td code { white-space: normal; overflow-wrap: anywhere; }
+img { max-width: 100%; }
+h1, h2 { overflow-wrap: anywhere; }
+@media (max-width: 40rem) { body { font-size: 14px; } th, td { padding-right: .5rem; } td.long { min-width: 12rem; } }
+@page { size: A4; margin: 14mm; }
+@media print {
+  body { font-size: 11px; max-width: none; margin: 0; padding: 0; } .scroll { overflow: visible; }
+  th, td { white-space: normal; padding-right: .5rem; } img { min-width: 0 !important; max-height: 240mm; break-inside: avoid; }
+  h2 { break-after: avoid; } tr, table { break-inside: avoid; }
+}
+"""
+
+HTML, PDF = b"<!doctype html>", b"%pdf-"
+KINDS = {".html": HTML, ".htm": HTML, ".pdf": PDF}  # How a report begins, in lower case, by the end of its name
+
+SECTIONS = """
+{% for part in sections %}
+{% if part.title %}<h2>{{ part.title }}</h2>{% endif %}
+{% for line in part.lines %}
+<p>{% if loop.first and not part.title %}<strong>{{ line }}</strong>{% else %}{{ line }}{% endif %}</p>
+{% endfor %}
+{% if part.rows %}
+<div class="scroll"><table><tr>{% for head in part.head %}<th>{{ (head | e).replace(".", may_break) }}</th>{% endfor %}</tr>
+{% for row in part.rows %}<tr>{% for text in row %}{% set typed = part.head[loop.index0] == "command" %}
+<td{% if text | length > long and not typed %} class="long"{% endif %}>
+{% if typed %}<code>{{ text }}</code>{% else %}{{ text }}{% endif %}</td>
+{% endfor %}</tr>{% endfor %}</table></div>{% for note in part.notes %}<p>{{ note }}</p>{% endfor %}{% endif %}{% endfor %}
+"""
+"""Sections as HTML; the first line of one without a title is an answer, and bold."""
+
+REPORT = """
+<!doctype html><html lang="en"><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
+{# without a viewport a telephone shows the page as wide as a desk screen, and small #}
+<title>Study {{ store }}</title><style>{{ style }}</style><h1>Study {{ store }}</h1>
+{{ answers }}<p>Commands are typed in the folder that has {{ store }}.</p>
+{% for title, least, picture in pictures %}<h2>{{ title }}</h2><div class="scroll">
+<img alt="{{ title }}" style="min-width: {{ least }}px" src="data:image/png;base64,{{ picture }}"></div>{% endfor %}</html>
+"""
+
+LONG = 48  # Characters from which the text of a cell is broken into lines
+
+DPI = 130
+SHRUNK = 0.5  # A picture is shown no smaller than this share of its size, or nobody could read it: narrow pages scroll it
+MOST_RESPONSES = 8  # With more responses there are no maps and curves of them
+
+NOT_IN_NAMES = re.compile(r"[^a-z0-9_.]+")
+
+MOST_ROWS = 40  # Points of a front, causes and warnings that are listed
+
+
+def figures(result: StudyResult) -> Iterator[tuple[str, Figure]]:
+    """All pictures that fit a study, with their titles."""
+    study, points, plot = result.study, result.points, result.plot
+    responses = [str(name) for name, variable in points.data_vars.items() if variable.attrs.get("role") == "response"]
+    drawn: list[tuple[str, Callable[[], list[Axes]]]] = []
+    if len(study.requirements) > 2:
+        drawn.append(("How often each requirement is met", plot.requirements))
+    if study.factors and 0 < len(responses) <= MOST_RESPONSES:
+        for name in (*(("met",) if study.requirements else ()), *responses) if len(study.factors) > 1 else ():
+            title = "Where the requirements are met" if name == "met" else f"Map of {name}"
+            drawn.append((title, partial(plot.map, name)))
+        drawn.append(("Response curves", plot.curves))
+    if result.indices[0]:
+        drawn.append(("Sensitivity", plot.sensitivity))
+    if len(study.goals) >= 2:
+        drawn.append(("Pareto front", plot.front))
+    for title, draw in drawn:
+        yield title, figure_of(draw())
+
+
+def write_figures(result: StudyResult, folder: Path) -> list[Path]:
+    """Write the pictures of the report as PNG files, with their titles as names."""
+    folder.mkdir(parents=True, exist_ok=True)
+    return [write(figure, folder / f"{NOT_IN_NAMES.sub('_', title.lower())}.png") for title, figure in figures(result)]
+
+
+def write_report(result: StudyResult, path: Path) -> Path:
+    start = KINDS.get(path.suffix.lower())
+    if start is None:
+        raise InputError(f"'{path}' as a report", "a name that ends in .html or .pdf", "-o report.html")
+    store, pictures = Path(result.store.path).name, list[tuple[str, int, str]]()
+    for title, figure in figures(result):
+        picture = io.BytesIO()
+        figure.savefig(picture, format="png", dpi=DPI)
+        pictures.append((title, round(SHRUNK * DPI * figure.get_figwidth()), base64.b64encode(picture.getvalue()).decode()))
+    answers = as_html(page(result, store, MOST_ROWS))
+    content = rendered(REPORT, store=store, style=Markup(STYLE), answers=answers, pictures=pictures).encode()
+    try:
+        if path.exists() and not path.read_bytes()[: len(start)].lower().startswith(start):
+            raise InputError(f"'{path}' is something else than a report", "another name", "-o report.html")
+        return write_file(path, printed(content) if start == PDF else content, sample="-o report.html")
+    except OSError as error:
+        raise ScissordynError(f"cannot write '{path}': {error.strerror or error}") from None
+
+
+def as_html(sections: Iterable[Section]) -> Markup:
+    return rendered(SECTIONS, sections=sections, long=LONG, may_break=Markup(".<wbr>"))
+
+
+def rendered(template: str, **names: Any) -> Markup:
+    """A template filled in, without the breaks of its lines."""
+    return Markup(Environment(autoescape=True).from_string(template.replace("\n", "")).render(names))

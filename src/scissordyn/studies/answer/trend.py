@@ -1,0 +1,354 @@
+"""What responses go with: power laws and straight lines, judged by cross-validation, indices by SALib, rank correlations."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from scipy import stats
+
+from scissordyn.errors import InputError
+from scissordyn.lookup import library
+from scissordyn.plot.scale import Scale, scale_of
+from scissordyn.studies.answer.estimate import CONFIDENCE, Kriging
+from scissordyn.studies.answer.fact import Section
+from scissordyn.studies.answer.verdict import answered, by_point, case_values
+from scissordyn.studies.ask.description import Study
+from scissordyn.studies.ask.design import DRAWN_IN, FEWEST, MORRIS_LEVELS, morris_numbers
+from scissordyn.studies.ask.requirement import response_unit
+from scissordyn.studies.compute.table import column
+from scissordyn.units import counted
+
+CLEAR = 0.5  # Predicted share of the variance, each point left out in turn, from which a trend is stated
+EXTRA = 2  # Points more than coefficients from which one is fitted
+ALIKE = 0.05  # Difference of the predicted shares of two forms that fit equally well
+LEAST = 8  # Points from which a response is interpolated
+MOST = 300  # Points up to which it is: the effort grows with their third power
+RESAMPLES = 500  # Resamples of the bootstrap
+SEED = 1  # Of the resamples for indices of Sobol; with 0 the library draws others in each call
+FEWEST_RANKED = 6  # Values of a response below which nothing is ranked
+RANKED = 6  # Numbers that a table has
+RANKED_RESAMPLES = 400  # Of the bootstrap that says how often a number is the first
+
+FAR = 10.0
+"""A trend is followed beyond the data by as much as their range, of the logarithms where these enter, or by this factor."""
+
+
+@dataclass(frozen=True)
+class Trend:
+    """A response as a function of the numbers that vary."""
+
+    response: str
+    units: str  # Of the response
+    # "power", constant times powers of the numbers (those that are not positive enter as an exponential), or "linear", constant
+    # plus multiples
+    form: str
+    # Parameter paths; of a name but the first of a list, "PARAMETER = NAME in place of FIRST", a number that is 1 or 0
+    numbers: tuple[str, ...]
+    constant: float  # Of the logarithm of the response, or of the response
+    slopes: np.ndarray  # Exponents, or change of the response per unit of the number
+    intervals: np.ndarray  # Half of the 95 % intervals of the slopes: jackknife over the points, Student's t
+    logarithmic: tuple[bool, ...]  # Whether a number enters by its logarithm
+    ranges: np.ndarray  # Smallest and largest value in the data
+    r2: float  # Coefficient of determination of the fit, of the logarithms for a power law
+    predicted: float  # The same with each point predicted by the others, of the response itself; below 0 for a useless fit
+    error: float  # Root mean square of these predictions' errors, as a fraction of the mean response
+    points: int
+
+    @property
+    def clear(self) -> bool:
+        """Whether the trend predicts points that it has not seen."""
+        return self.predicted >= CLEAR
+
+    @property
+    def effects(self) -> np.ndarray:
+        """Change of the response over the range of each number: of its logarithm for a power law."""
+        terms = [self.term(k, high) - self.term(k, low) for k, (low, high) in enumerate(self.ranges)]
+        return np.asarray(self.slopes * np.array(terms))
+
+    @property
+    def significant(self) -> np.ndarray:
+        """Whether the interval of each slope excludes 0."""
+        return np.asarray(np.abs(self.slopes) > self.intervals)
+
+    def term(self, k: int, value: float) -> float:
+        """How a number enters: its logarithm or itself."""
+        return math.log(value) if self.logarithmic[k] else float(value)
+
+    def value(self, numbers: dict[str, float]) -> float:
+        """The response at given numbers in SI."""
+        total = self._total(numbers)
+        return math.exp(total) if self.form == "power" else total
+
+    def _total(self, numbers: dict[str, float], without: int = -1) -> float:
+        terms = enumerate(zip(self.numbers, self.slopes, strict=True))
+        return self.constant + sum(float(slope) * self.term(k, numbers[name]) for k, (name, slope) in terms if k != without)
+
+    def inverse(self, name: str, response: float, numbers: dict[str, float]) -> float:
+        """The value of a number at which the response is a given one, the others as they are; NaN if there is none."""
+        k = self.numbers.index(name)
+        wanted = response if self.form == "linear" else (math.log(response) if response > 0.0 else math.nan)
+        with np.errstate(all="ignore"):
+            term = float(np.float64(wanted - self._total(numbers, k)) / self.slopes[k])
+            return float(np.exp(np.float64(term))) if self.logarithmic[k] else term
+
+    def reached(self, name: str, bound: float, numbers: dict[str, float]) -> float:
+        """Where the trend reaches a bound; NaN where not near the data, or only beyond 0, where positive numbers end."""
+        value, k = self.inverse(name, bound, numbers), self.numbers.index(name)
+        if not math.isfinite(value) or (self.ranges[k, 0] > 0.0 >= value):
+            return math.nan
+        place, (low, high) = self.term(k, value), (self.term(k, end) for end in self.ranges[k])
+        reach = max(high - low, math.log(FAR) if self.logarithmic[k] else 0.0)
+        return value if low - reach <= place <= high + reach else math.nan
+
+
+def between_points(study: Study, points: xr.Dataset, response: str) -> Kriging | None:
+    """A response between the points of a study; None where they do not predict each other, or names vary."""
+    names = study.paths
+    if not names or any(factor.labels for factor in study.factors):
+        return None
+    x, values = np.stack([points[name].values for name in names], axis=1), points[response].values
+    if np.isinf(values).any():  # points without a number would read as if the others went on there
+        return None
+    there = np.isfinite(values) & np.all(np.isfinite(x), axis=1)
+    sizes = [np.unique(column_of[there]).size for column_of in x.T]
+    if not max(LEAST, 2 * len(names) + 2) <= there.sum() <= MOST or min(sizes) < 2 or np.ptp(values[there]) == 0.0:
+        return None
+    model = Kriging(x[there], values[there], np.array([factor.logarithmic for factor in study.factors]))
+    return model if model.predicted >= CLEAR else None
+
+
+def trends(study: Study, results: xr.Dataset) -> dict[str, tuple[Trend, ...]]:
+    """Both forms of trend of each response as `fitted` orders them; not of too few points, nor of shares that are 0 or 1."""
+    numbers = with_indicators(
+        study, {name: study.cells(results[column(name)].values)[..., 0].ravel() for name in study.factor_names}
+    )
+    x = np.stack(list(numbers.values()), axis=1)
+    groups = np.arange(x.shape[0]) // study.sampling.samples if study.factors else np.arange(x.shape[0])
+    by_response = {}
+    for response in answered(study, results):
+        cells = study.cells(case_values(study, results, response)).reshape(-1, study.members)
+        there = np.isfinite(cells)
+        if np.isinf(cells).any():  # a trend of the cases that have a number would hide those that fail for want of one
+            continue
+        if np.isin(cells[there], (0.0, 1.0)).all():  # through yes and no goes neither a power nor a line
+            continue
+        values = np.where(there, cells, 0.0).sum(axis=1) / np.where(there.any(axis=1), there.sum(axis=1), np.nan)
+        both = fitted(x, values, groups, tuple(numbers), response.name, response_unit(results, response))
+        if both:
+            by_response[response.name] = both
+    return by_response
+
+
+def with_indicators(study: Study, numbers: Mapping[str, Any]) -> dict[str, Any]:
+    """The same numbers, with 1 or 0 for each name but the first in place of where it stands."""
+    named = [factor for factor in study.apart if factor.labels]
+    numbers_of_cases = {name: value for name, value in numbers.items() if name not in {factor.name for factor in named}}
+    for factor in named:
+        first, *others = factor.labels
+        for place, label in enumerate(others, 1):
+            numbers_of_cases[f"{factor.name} = {label} in place of {first}"] = 1.0 * (numbers[factor.name] == place)
+    return numbers_of_cases
+
+
+def fitted(
+    x: np.ndarray, values: np.ndarray, groups: np.ndarray, names: tuple[str, ...], response: str = "", units: str = "1"
+) -> tuple[Trend, ...]:
+    """Power law and straight line through values of a response: the power law first unless the line predicts better.
+
+    Shapes: `x` (n, numbers), `values` (n,), `groups` (n,).
+    """
+    there = np.isfinite(values) & np.all(np.isfinite(x), axis=1)
+    x, values, groups = x[there], values[there], np.unique(groups[there], return_inverse=True)[1]
+    varies = [k for k in range(x.shape[1]) if values.size and np.ptp(x[:, k]) > 0.0]
+    x, names = x[:, varies], tuple(names[k] for k in varies)
+    count = int(groups.max(initial=-1)) + 1
+    if not names or count < len(names) + 1 + EXTRA or np.ptp(values) <= 1e-12 * np.max(np.abs(values)):
+        return ()
+    ranges = np.stack([x.min(axis=0), x.max(axis=0)], axis=1)
+    forms = (["power"] if values.min() > 0.0 and (ranges[:, 0] > 0.0).any() else []) + ["linear"]
+    both = []
+    for form in forms:
+        logarithmic = tuple(form == "power" and bool(low > 0.0) for low in ranges[:, 0])
+        terms = np.where(logarithmic, np.log(np.where(logarithmic, x, 1.0)), x)
+        y = np.log(values) if form == "power" else values
+        slopes, constant, intervals, inner, outer = _jackknife(terms, y, groups, count)
+        predictions = np.exp(np.clip(outer, -700.0, 700.0)) if form == "power" else outer
+        errors = values - predictions
+        r2 = 1.0 - float(np.sum((y - inner) ** 2) / np.sum((y - y.mean()) ** 2))
+        predicted = 1.0 - float(np.sum(errors**2) / np.sum((values - values.mean()) ** 2))
+        error = float(np.sqrt(np.mean(errors**2)) / np.mean(np.abs(values)))
+        both.append(
+            Trend(response, units, form, names, constant, slopes, intervals, logarithmic, ranges, r2, predicted, error, count)
+        )
+    return tuple(sorted(both, key=lambda trend: -trend.predicted - ALIKE * (trend.form == "power")))
+
+
+def _jackknife(
+    terms: np.ndarray, y: np.ndarray, groups: np.ndarray, count: int
+) -> tuple[np.ndarray, float, np.ndarray, np.ndarray, np.ndarray]:
+    """Slopes, constant, half intervals of the slopes, fitted values, and those with the group of each row left out."""
+    middle, width = terms.mean(axis=0), np.ptp(terms, axis=0)
+    design = np.column_stack([np.ones(y.size), (terms - middle) / width])  # well conditioned whatever the units are
+    products, sums = design[:, :, None] * design[:, None, :], design * y[:, None]
+    of_group = np.zeros((count, *products.shape[1:])), np.zeros((count, sums.shape[1]))
+    np.add.at(of_group[0], groups, products)
+    np.add.at(of_group[1], groups, sums)
+    whole = np.linalg.pinv(products.sum(axis=0), hermitian=True) @ sums.sum(axis=0)
+    inverses = np.linalg.pinv(products.sum(axis=0) - of_group[0], hermitian=True)
+    without = np.einsum("gij,gj->gi", inverses, sums.sum(axis=0) - of_group[1])
+    variance = (count - 1) / count * np.sum((without - without.mean(axis=0)) ** 2, axis=0)
+    wide = stats.t.ppf(0.5 + 0.5 * CONFIDENCE, max(count - design.shape[1], 1)) * np.sqrt(variance)
+    slopes = whole[1:] / width
+    outer = np.einsum("ij,ij->i", design, without[groups])
+    return slopes, float(whole[0] - slopes @ middle), wide[1:] / width, design @ whole, outer
+
+
+def sobol_indices(values: np.ndarray, names: list[str]) -> xr.Dataset:
+    """First-order and total Sobol indices with bootstrap intervals.
+
+    Shapes: `values` (base points (factors + 2),).
+    """
+    sobol = library("SALib.analyze.sobol", "study", "an index of Sobol")
+    rows, whole, problem = _whole_rows(values, names, 2, "base points")
+    used = rows[whole].ravel()
+    if not np.ptp(used) > 0.0:
+        raise InputError("a response that is the same at all points", "one that varies")
+    analysed = sobol.analyze(problem, used, calc_second_order=False, num_resamples=RESAMPLES, seed=SEED)
+    keys = {"first": "S1", "first_interval": "S1_conf", "total": "ST", "total_interval": "ST_conf"}
+    indices = {name: ("factor", np.asarray(analysed[key], float), {"units": "1"}) for name, key in keys.items()}
+    return xr.Dataset(indices, {"factor": names}, {"left_out": int(np.sum(~whole)), "method": "sobol"})
+
+
+def morris_indices(points: np.ndarray, values: np.ndarray, names: list[str]) -> xr.Dataset:
+    """Mean absolute elementary effects of Morris with bootstrap intervals.
+
+    Shapes: `points` (trajectories (factors + 1), factors).
+    """
+    morris = library("SALib.analyze.morris", "study", "an elementary effect")
+    rows, whole, problem = _whole_rows(values, names, 1, "trajectories")
+    used = points.reshape(*rows.shape, len(names))[whole].reshape(-1, len(names))
+    analysed = morris.analyze(problem, used, rows[whole].ravel(), num_levels=MORRIS_LEVELS, num_resamples=RESAMPLES, seed=0)
+    keys = {"effect": "mu_star", "effect_interval": "mu_star_conf", "deviation": "sigma"}
+    effects: dict[str, Any] = {name: ("factor", np.asarray(analysed[key], float) / DRAWN_IN, {}) for name, key in keys.items()}
+    return xr.Dataset(effects, {"factor": names}, {"left_out": int(np.sum(~whole)), "method": "morris"})
+
+
+def _whole_rows(values: np.ndarray, names: list[str], further: int, what: str) -> tuple[np.ndarray, np.ndarray, dict[str, Any]]:
+    """A row for each base point or trajectory, which rows are complete, and what SALib has to know of the numbers."""
+    rows = values.reshape(-1, len(names) + further)
+    whole = np.all(np.isfinite(rows), axis=1)
+    if whole.sum() < FEWEST:
+        raise InputError(f"{whole.sum()} complete {what}", f"at least {FEWEST}")
+    return rows, whole, {"num_vars": len(names), "names": names, "bounds": [[0.0, 1.0]] * len(names)}
+
+
+def sensitivity(study: Study, results: xr.Dataset) -> tuple[dict[str, xr.Dataset], dict[str, str]]:
+    """Indices of each response, if the design is one for indices."""
+    if study.design.kind not in ("saltelli", "morris"):
+        return {}, {}
+    points = by_point(study, results)
+    names = study.paths
+    indices, left_out = dict[str, xr.Dataset](), dict[str, str]()
+    for name in (response.name for response in answered(study, results)):
+        values = np.asarray(points[name].values)
+        try:
+            if study.design.kind == "saltelli":
+                table = sobol_indices(values, names)
+            else:
+                table = morris_indices(morris_numbers(study.design, len(names)), values, names)
+            indices[name] = table.assign_attrs(units=points[name].attrs["units"])
+        except InputError as error:
+            left_out[name] = str(error)
+    return indices, left_out
+
+
+def sensitivities(indices: dict[str, xr.Dataset]) -> list[Section]:
+    """A table for each response of what it depends on."""
+    tables = []
+    for name, table in indices.items():
+        factors = [table.sel(factor=factor) for factor in table["factor"].values]
+        if table.attrs["method"] == "morris":
+            scale = scale_of(table["effect"].assign_attrs(units=table.attrs["units"]))
+            head = (scale.label("mean effect"), scale.label("deviation"))
+            cells = [[_within(row, "effect", scale), *scale.cells(float(row["deviation"]))] for row in factors]
+        else:
+            head = ("first order", "total")
+            cells = [[_within(row, key, Scale(1.0, "")) for key in ("first", "total")] for row in factors]
+        rows = [(str(row["factor"].item()), *texts) for row, texts in zip(factors, cells, strict=True)]
+        left_out = table.attrs["left_out"]
+        notes = (f"{counted(left_out, 'base point')} with failed cases left out.",) if left_out else ()
+        tables.append(Section((f"{name} depends on", *head), rows, f"What {name} depends on", notes))
+    return tables
+
+
+def _within(row: xr.Dataset, key: str, scale: Scale) -> str:
+    """An index with half of its interval."""
+    value, half = scale.cells(float(row[key]), float(row[f"{key}_interval"]))
+    return f"{value} ± {half}"
+
+
+def rankings(study: Study, results: xr.Dataset, fitted: Mapping[str, tuple[Trend, ...]]) -> list[Section]:
+    """A table for each response without a clear trend: the numbers by their rank correlation with it, and how sure that is."""
+    names = [factor.name for factor in study.varied if not factor.labels]
+    if len(names) < 2 or study.design.kind in ("saltelli", "morris"):
+        return []
+    numbers = np.stack([results[column(name)].values[:: study.members] for name in names], axis=1)
+    tables = list[Section]()
+    for response in answered(study, results):
+        values = case_values(study, results, response)[:: study.members]
+        rows = ~np.isnan(values) & np.all(np.isfinite(numbers), axis=1)
+        clear = any(trend.clear for trend in fitted.get(response.name, ())[:1])
+        if clear or rows.sum() < FEWEST_RANKED or np.unique(values[rows]).size < 3:
+            continue
+        tables.append(_table(response.name, names, numbers[rows], values[rows]))
+    return tables
+
+
+def _table(response: str, names: list[str], numbers: np.ndarray, values: np.ndarray) -> Section:
+    correlations, order, first, chance = ranked(numbers, values)
+    count = np.array([np.unique(numbers[:, k]).size for k in range(len(names))])
+    # half of the interval of the inverse hyperbolic tangent (Bonett and Wright 2000, doi:10.1007/BF02294183)
+    normal = stats.norm.ppf(0.5 + 0.5 * CONFIDENCE)
+    half = normal * np.sqrt((1.0 + 0.5 * correlations**2) / np.maximum(count - 3, 1))
+    rows = []
+    for k in order[:RANKED]:
+        middle = math.atanh(max(-0.9999, min(0.9999, correlations[k])))
+        low, high = (math.tanh(middle + sign * half[k]) for sign in (-1.0, 1.0))
+        beyond = "yes" if abs(correlations[k]) > chance[k] else "no"
+        rows.append((names[k], f"{correlations[k]:+.2f}", f"{low:+.2f} to {high:+.2f}", beyond, f"{first[k]:.0%}"))
+    head = (f"{response} goes with", "rank correlation", "95 % interval", "beyond chance", "first in resamples")
+    note = (
+        f"{values.size} samples of {len(names)} numbers: among so many, chance alone reaches {float(chance.max()):.2f} in size "
+        "in 5 % of samples."
+    )
+    return Section(head, rows, f"What {response} goes with", (note,))
+
+
+def ranked(numbers: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Rank correlations, the order of their sizes, how often each is the first, and what chance reaches (5 % over all).
+
+    A number that has fewer values than there are samples, as one that is the same at several points, counts as so many samples.
+    """
+    correlations = _correlations(numbers, values)
+    order = np.argsort(-np.abs(correlations), kind="stable")
+    draw = np.random.default_rng(0).integers(values.size, size=(RANKED_RESAMPLES, values.size))
+    winners = [int(np.argmax(np.abs(_correlations(numbers[rows], values[rows])))) for rows in draw]
+    first = np.bincount(winners, minlength=numbers.shape[1]) / RANKED_RESAMPLES
+    count = np.array([max(np.unique(column).size, 4) for column in numbers.T])
+    level = CONFIDENCE ** (1.0 / numbers.shape[1])
+    t = stats.t.ppf(0.5 + 0.5 * level, count - 2)
+    return correlations, order, first, t / np.sqrt(count - 2 + t**2)
+
+
+def _correlations(numbers: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Spearman's, of each column with the values; 0 for what does not vary."""
+    x = stats.rankdata(numbers, axis=0)
+    x, y = x - x.mean(axis=0), stats.rankdata(values)
+    y = y - y.mean()
+    spread = np.sqrt(np.sum(x**2, axis=0) * np.sum(y**2))
+    return np.asarray(np.divide(x.T @ y, spread, out=np.zeros_like(spread), where=spread > 0.0))

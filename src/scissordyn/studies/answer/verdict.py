@@ -1,0 +1,241 @@
+"""Which points of a study meet its requirements, how surely, which one to build, where members disagree, what is worst."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.studies.answer.estimate import fraction_interval
+from scissordyn.studies.ask.description import Study
+from scissordyn.studies.ask.design import INDEPENDENT
+from scissordyn.studies.ask.requirement import Response, response_unit, response_values, value_text, whole_responses
+from scissordyn.studies.compute.optimise import candidates
+from scissordyn.studies.compute.store import COMPLETE, PENDING
+from scissordyn.studies.compute.table import chosen_numbers, column
+
+AGREEMENT = 1e-3
+"""Members agree whose responses differ by no more than this fraction of the largest; round-off alone is far below it, chaos
+far above."""
+
+
+@dataclass(frozen=True)
+class FeasibleFraction:
+    """A fraction of a study's range with its confidence interval."""
+
+    label: str
+    fraction: float
+    low: float  # 95 % interval of Clopper and Pearson; NaN for designs that are no samples
+    high: float
+    trials: int  # Points or samples that count as independent
+
+    def __str__(self) -> str:
+        interval = "" if np.isnan(self.low) else f" ({self.low:.0%} to {self.high:.0%})"
+        return f"{self.label}: {self.fraction:.0%} of the range{interval}"
+
+
+@dataclass(frozen=True)
+class Margin:
+    """How far a point is from a requirement in the worst of its cases."""
+
+    requirement: str
+    value: float  # Of the worst case; NaN if a case has none
+    text: str  # The value with its unit, or why there is none
+    margin: float  # As a fraction of the bound; negative where the requirement is not met
+
+
+@dataclass(frozen=True)
+class Worst(Margin):
+    """A case far from what is required."""
+
+    case: int
+    # The chosen and the uncertain numbers and names of the case, in SI, by parameter
+    numbers: dict[str, Any] = field(default_factory=dict)
+
+
+def answered(study: Study, results: xr.Dataset) -> list[Response]:
+    """The responses that requirements and goals are about, and those of the other measures."""
+    chosen: list[Response] = [requirement.response for requirement in study.requirements]
+    chosen += [goal.response for goal in study.goals if goal.measure not in study.factor_names]
+    chosen += [response for response in study.responses if response.name not in {other.name for other in chosen}]
+    covered = {(response.measure, response_unit(results, response)) for response in chosen}
+    there = (name for name in study.measure_names if results[name].size)  # no forces of contacts without clearance
+    every = (response for name in there for response in whole_responses(results, name))
+    return chosen + [response for response in every if (response.measure, response_unit(results, response)) not in covered]
+
+
+def case_values(study: Study, results: xr.Dataset, response: Response) -> np.ndarray:
+    """A response of all cases, NaN for those that are not complete.
+
+    A complete case without a number of what is required does not meet it: the number counts as infinite, on the wrong side.
+    """
+    values = response_values(results, response)
+    if response in [requirement.response for requirement in study.requirements]:
+        values = np.where(np.isnan(values), -np.inf if response.smallest else np.inf, values)
+    return np.where(results["status"].values == COMPLETE, values, np.nan)
+
+
+def by_point(study: Study, results: xr.Dataset) -> xr.Dataset:
+    """What is known of each point of the design."""
+    complete = study.cells(results["status"].values == COMPLETE)
+    count = len(complete)
+    variables = chosen_numbers(study, results)
+    differs = np.zeros(count, bool)
+    for response in answered(study, results):
+        name = response.name
+        cells = study.cells(case_values(study, results, response))
+        together, about = cells.reshape(count, -1), {"units": response_unit(results, response), "role": "response"}
+        variables[name] = ("point", _mean(together), {**about, "long_name": f"mean {name}"})
+        extreme = np.fmin if response.smallest else np.fmax
+        variables[f"worst {name}"] = ("point", extreme.reduce(together, axis=1), {**about, "role": "worst"})
+        spread = _spread(cells)
+        variables[f"spread {name}"] = ("point", spread, {"units": "1", "role": "spread"})
+        differs |= spread > AGREEMENT
+    for response in (response for name in study.measure_names for response in whole_responses(results, name)):
+        differs |= _spread(np.where(complete, study.cells(response_values(results, response)), np.nan)) > AGREEMENT
+    met = study.cells(meets_all(study, results))
+    with np.errstate(invalid="ignore"):
+        fraction = np.where(complete.any(axis=(1, 2)), met.sum(axis=(1, 2)) / np.maximum(complete.sum(axis=(1, 2)), 1), np.nan)
+    mixed = np.any((met & complete).any(axis=2) & (~met & complete).any(axis=2), axis=1)
+    variables["met"] = ("point", fraction, {"units": "1", "long_name": "fraction of cases that meet the requirements"})
+    variables["complete"] = ("point", complete.mean(axis=(1, 2)), {"units": "1", "long_name": "fraction of cases complete"})
+    variables["disagrees"] = ("point", differs, {"long_name": "members disagree"})
+    variables["undecided"] = ("point", mixed & (study.members > 1), {"long_name": "members disagree on the requirements"})
+    return xr.Dataset(variables)
+
+
+def _spread(cells: np.ndarray) -> np.ndarray:
+    """Largest relative difference between members of a sample, shape (points, samples, members) to (points,)."""
+    with np.errstate(invalid="ignore"):  # of numbers that are infinite
+        apart = np.fmax.reduce(cells, axis=-1) - np.fmin.reduce(cells, axis=-1)
+        spread = apart / np.maximum(np.fmax.reduce(np.abs(cells), axis=-1), 1e-300)
+    return np.asarray(np.where(np.isnan(spread), 0.0, spread).max(axis=-1))
+
+
+def _mean(values: np.ndarray) -> np.ndarray:
+    there = ~np.isnan(values)
+    with np.errstate(invalid="ignore"):
+        return np.asarray(np.where(there, values, 0.0).sum(axis=-1) / there.sum(axis=-1))
+
+
+def meets_all(study: Study, results: xr.Dataset) -> np.ndarray:
+    """Whether each case is complete and meets all requirements.
+
+    Shapes: returns (cases,).
+    """
+    met = results["status"].values == COMPLETE
+    for requirement in study.requirements:
+        met = met & requirement.met_in(results)
+    return np.asarray(met)
+
+
+def feasible_fraction(study: Study, results: xr.Dataset) -> list[FeasibleFraction]:
+    """Fractions of the range that meet each requirement, and all of them; cases that failed are left out."""
+    labelled = [(requirement.label, requirement.met_in(results)) for requirement in study.requirements]
+    every = [*labelled, ("all requirements", meets_all(study, results))] if labelled else []
+    complete, fractions_met = study.cells(results["status"].values == COMPLETE), []
+    by_samples = len(complete) == 1  # one point with uncertain numbers: its samples are the trials
+    kind, axis = (study.sampling.kind, (0, 2)) if by_samples else (study.design.kind, (1, 2))
+    completed = complete.sum(axis=axis)
+    for label, met in every:
+        fractions = (study.cells(met) & complete).sum(axis=axis)[completed > 0] / completed[completed > 0]
+        fraction = float(np.mean(fractions)) if fractions.size else np.nan
+        sampled = fractions.size and kind in INDEPENDENT and (by_samples or study.factors)
+        low, high = fraction_interval(fraction * fractions.size, fractions.size) if sampled else (np.nan, np.nan)
+        fractions_met.append(FeasibleFraction(label, fraction, low, high, int(fractions.size)))
+    return fractions_met
+
+
+def worst_cases(study: Study, results: xr.Dataset, count: int = 5) -> list[Worst]:
+    """The cases that are farthest beyond a requirement, or nearest to it: one of each point, or of each sample of one point."""
+    place = np.arange(results.sizes["case"]) // (study.per_point if study.factors else study.members)
+    complete = results["status"].values == COMPLETE
+    worst: dict[int, Worst] = {}
+    for requirement in study.requirements:
+        values = response_values(results, requirement.response)
+        margins = np.where(complete, requirement.margin(values), np.inf)
+        order = np.argsort(margins, kind="stable")
+        _, first = np.unique(place[order], return_index=True)  # of each place the case with the least margin
+        for case in order[np.sort(first)[:count]].tolist():
+            at, margin = int(place[case]), float(margins[case])
+            if margin < (worst[at].margin if at in worst else np.inf):
+                text = value_text(results, requirement.response, case)
+                numbers = {name: float(results[column(name)][case]) for name in study.factor_names}
+                worst[at] = Worst(requirement.label, float(values[case]), text, margin, case, numbers)
+    return sorted(worst.values(), key=lambda case: case.margin)[:count]
+
+
+@dataclass(frozen=True)
+class Recommendation:
+    """The point of a study that meets the requirements most often or, where none does, is nearest to meeting them."""
+
+    point: int
+    numbers: dict[str, Any]  # The numbers and names that are chosen, in SI
+    feasible: bool  # Whether all its cases meet all requirements
+    margins: tuple[Margin, ...]  # The least first: it is of the requirement that binds
+    # Fraction of its samples of the uncertain numbers that meet all requirements, with all members; failed cases do not
+    probability: float
+    # 95 % interval of Clopper and Pearson of the probability; NaN without samples. The point was chosen by the same samples,
+    # so that the probability is rather too large: samples drawn anew decide
+    low: float
+    high: float
+    samples: int  # Samples of the point that are computed
+
+    @property
+    def binding(self) -> str:
+        """The requirement with the least margin."""
+        return self.margins[0].requirement
+
+
+def recommended(study: Study, results: xr.Dataset) -> Recommendation | None:
+    """The recommended point of a study with requirements; None while no point is computed."""
+    place = recommended_point(study, results)
+    if place < 0:
+        return None
+    here = results.isel(case=slice(place * study.per_point, (place + 1) * study.per_point))
+    done = here["status"].values.reshape(-1, study.members) != PENDING
+    count = int(done.all(axis=1).sum())
+    successes = int(meets_all(study, here).reshape(-1, study.members).all(axis=1).sum())
+    probability = successes / count if count else np.nan
+    low, high = fraction_interval(successes, count) if study.uncertain and count else (np.nan, np.nan)
+    rows, margins = np.flatnonzero(done), list[Margin]()
+    for requirement in study.requirements:
+        values = response_values(here, requirement.response)
+        worst = int(rows[np.argmin(requirement.margin(values[rows]))])
+        value, text = values[worst], value_text(here, requirement.response, worst)
+        margins.append(Margin(requirement.label, float(value), text, float(requirement.margin(value))))
+    return Recommendation(
+        place,
+        {factor.path: float(here[column(factor.path)][0]) for factor in study.factors},
+        bool(count) and successes == count,
+        tuple(sorted(margins, key=lambda requirement: requirement.margin)),
+        probability,
+        low,
+        high,
+        count,
+    )
+
+
+def least_margins(study: Study, results: xr.Dataset) -> np.ndarray:
+    """Margin of each case from the requirement that it is farthest beyond, or nearest to, shape (cases,)."""
+    return np.asarray(np.min([requirement.margin_in(results) for requirement in study.requirements], axis=0))
+
+
+def recommended_point(study: Study, results: xr.Dataset) -> int:
+    """The point most of whose cases meet the requirements, of several that whose worst case has the largest margin.
+
+    Of a search for one goal it is the best point. Failed cases meet nothing.
+    """
+    if len(study.goals) == 1:
+        return candidates(study, results).best
+    status = study.cells(results["status"].values)
+    done = (status != PENDING).sum(axis=(1, 2))
+    if not (status == COMPLETE).any():
+        return -1
+    met = study.cells(meets_all(study, results)).sum(axis=(1, 2)) / np.maximum(done, 1)
+    least = np.where(status == PENDING, np.inf, study.cells(least_margins(study, results))).min(axis=(1, 2))
+    least = np.where((status == COMPLETE).any(axis=(1, 2)), least, -np.inf)
+    first = np.flatnonzero((met == met.max()) & (done > 0))
+    return int(first[np.argmax(least[first])])

@@ -1,0 +1,471 @@
+"""What a study computes: what varies, the design, what is uncertain, members, measures and requirements."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, fields, is_dataclass, replace
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, get_args, get_origin, get_type_hints
+
+import numpy as np
+
+from scissordyn.analysis.motor import MotorCurve
+from scissordyn.annotation import members
+from scissordyn.casefile.configuration import read_mechanism, write_configuration
+from scissordyn.errors import InputError, command, did_you_mean, whole_number
+from scissordyn.file.provenance import provenance
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.options import Options
+from scissordyn.model.parameter_path import changed_all, number
+from scissordyn.model.record import source_of
+from scissordyn.plugin.user_file import file_digest, load_function, split_reference
+from scissordyn.run.demand import check_cases
+from scissordyn.run.measure import MEASURES, parts_of
+from scissordyn.studies.ask.design import Design, Factor, Sampling, design_size, design_values
+from scissordyn.studies.ask.distribution import Variation
+from scissordyn.studies.ask.distribution import from_plain as read_variation
+from scissordyn.studies.ask.requirement import Goal, Optimisation, Requirement, Response, check_part, check_unit
+
+NUMERICS = ("cli", "plot", "config", "study", "periodic", "analysis")  # Rooms that no measure of a case depends on
+PILOT = 8  # Points of both kinds of runs that a budget is split by, and the least number of points that are verified
+UNCERTAIN_SEEDS = 2**32  # Added to the seed of the uncertain numbers, which are to be independent of those of the design
+
+Read = Mapping[Any, Callable[[Any], Any]]  # How values of some types are read
+EARLIER = {"address": "path"}  # What fields were called in earlier files
+
+
+@dataclass(frozen=True)
+class Accurate:
+    """The accurate runs of a study whose own runs are cheap."""
+
+    mechanism: Mechanism  # With the same numbers at the parameter paths that vary
+    options: Options
+    points: int = 32  # First points of the design that are run accurately too; of an optimisation, the most points of its front
+    variants: tuple[Mechanism, ...] = ()  # With each combination of names, as those of the study
+
+    def __post_init__(self) -> None:
+        whole_number("verify", self.points, PILOT)
+
+
+@dataclass(frozen=True)
+class OwnMeasure:
+    """A measure that is a Python function of the user's."""
+
+    name: str
+    function: Callable[..., float] | str  # Or ``"file.py:function"``. Returns a number
+    # What it gets: the Dataset that `simulate` returns (each case is then simulated once more, with samples), or the
+    # `Ended` of the batch
+    of: str = "dataset"
+    units: str = "1"
+    digest: str = ""  # Of its file
+
+    def __post_init__(self) -> None:
+        if self.of not in ("dataset", "accumulators"):
+            raise InputError(f"a measure of '{self.of}'", "dataset, accumulators")
+        if not self.name.isidentifier() or self.name in MEASURES:
+            raise InputError(
+                f"'{self.name}' as the name of your own measure", "a name that is not taken, of letters and digits"
+            )
+        if isinstance(self.function, str):
+            self._check_reference(self.function)
+            path, name = split_reference("measure", self.function)
+            object.__setattr__(self, "function", f"{path}:{name}")
+            object.__setattr__(self, "digest", self.digest or file_digest(path))
+
+    def _check_reference(self, reference: str) -> None:
+        file, _, name = reference.rpartition(":")
+        sample = f"'{self.name} = mine.py:{name if name.isidentifier() else 'late'}'"
+        if not file.endswith(".py") or not name.isidentifier():
+            raise InputError(f"measure '{self.name}' from '{reference}'", "a Python file and a function in it", sample)
+        if not Path(file).expanduser().is_file():
+            raise InputError(f"measure '{self.name}': no file '{file}'", "a Python file that exists", sample)
+
+    def callable(self) -> Callable[..., float]:
+        """The function itself."""
+        return load_function("measure", self.function, self.digest) if isinstance(self.function, str) else self.function
+
+    def to_plain(self) -> dict[str, Any]:
+        """As plain data; a function that is no file's as its source, to compare with."""
+        function = self.function if isinstance(self.function, str) else ""
+        plain = {"name": self.name, "function": function, "of": self.of, "units": self.units}
+        if isinstance(self.function, str):
+            return {**plain, "digest": self.digest}
+        if isinstance(self.function, MotorCurve):
+            return {**plain, "motor": asdict(self.function)}
+        # of a function in no file, or in one that has other lines by now, the code stands for the source
+        source = source_of(self.function) or repr(getattr(self.function, "__code__", self.function))
+        return {**plain, "digest": hashlib.sha256(source.encode()).hexdigest()[:16]}
+
+
+@dataclass(frozen=True)
+class Study:
+    """A study of a mechanism.
+
+    Case number = (point x samples + sample) x members + member, so that a point's cases are neighbours.
+    """
+
+    mechanism: Mechanism  # Of a study that is only read, the text of its case file: nothing is executed
+    options: Options
+    factors: tuple[Factor, ...]
+    design: Design = field(default_factory=Design)
+    measures: tuple[str, ...] = ("peak_force", "peak_drive_torque")
+    own_measures: tuple[OwnMeasure, ...] = ()
+    uncertain: tuple[Factor, ...] = ()  # Numbers that nobody chooses
+    sampling: Sampling = field(default_factory=Sampling)
+    members: int = 1  # Runs of each sample, from starts that differ by round-off
+    perturbation: float = 1e-14  # Of the starts
+    requirements: tuple[Requirement, ...] = ()
+    optimisation: Optimisation | None = None  # Proposes the points of an adaptive design
+    # Of single joints, drives, components or tracked points: answers in place of the largest value of all of them
+    responses: tuple[Response, ...] = ()
+    accurate: Accurate | None = None  # The runs that verify those of this study, which are cheap
+    # The mechanism with each combination of the factors `apart`, those of the last one fastest; empty if there are none
+    variants: tuple[Mechanism, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.factors and not self.uncertain:
+            raise InputError(
+                "a study in which nothing varies", "parameters and what they vary over", "--vary A.clearance='0.1..0.4 mm'"
+            )
+        if self.sampling.samples > 1 and not self.uncertain:
+            raise InputError(
+                f"{self.sampling.samples} samples of no uncertain number",
+                "a number that nobody chooses, with its distribution",
+                "--uncertain A.damping.restitution='uniform(0.5, 0.9)', or the same in [uncertain]",
+            )
+        whole_number("members", self.members)
+        for name in self.measures:
+            if name not in MEASURES:
+                raise InputError(f"measure '{name}'{did_you_mean(name, MEASURES)}", ", ".join(MEASURES))
+        names = self.measure_names
+        twice = next((name for name in names if names.count(name) > 1), None)
+        if twice is not None:
+            raise InputError(f"two measures named '{twice}'", "a name for each measure", f"'{twice}2 = mine.py:function'")
+        for requirement in self.requirements:
+            if requirement.measure not in names:
+                raise InputError(
+                    f"'{requirement.label}': the study has no measure '{requirement.measure}'"
+                    f"{did_you_mean(requirement.measure, names)}",
+                    ", ".join(names),
+                )
+        if isinstance(self.mechanism, Mechanism):
+            for mechanism in self.variants or (self.mechanism,):
+                self._check_mechanism(mechanism)
+            self._check_variants()
+        self._check_size()
+
+    def _check_mechanism(self, mechanism: Mechanism) -> None:
+        """Raise `InputError` for what a mechanism does not have, or not in that range."""
+        chosen = {factor.path: factor.variation for factor in self.factors}
+        for factor in (varied for varied in self.varied if not varied.texts):
+            quantity = number(mechanism, factor.path).quantity
+            assert quantity is not None
+            if factor.of and factor.of not in chosen:
+                raise InputError(
+                    f"'{factor.path}' deviates from a value that is not chosen",
+                    "a range of the number under [vary], or a nominal value before the tolerance",
+                    "'0.3 mm +- 0.02 mm'",
+                )
+            ends = factor.deviating(chosen[factor.of]) if factor.of else factor.variation.ends
+            for end in ends:
+                if np.isfinite(end) and not quantity.admits(end) and factor.variation.kind not in ("lognormal",):
+                    raise InputError(f"'{factor.path}' up to {end:g} [{quantity.unit}]", quantity.allowed)
+            if self.factor_names.count(factor.name) > 1:
+                raise InputError(
+                    f"'{factor.path}' varies twice", "each parameter once, or a tolerance of the chosen value", "'+- 20 %'"
+                )
+        judged = [*(requirement.response for requirement in self.requirements), *(goal.response for goal in self.goals)]
+        for response in (*judged, *self.responses):
+            check_part(mechanism, response)
+        for response in judged:
+            check_unit(mechanism, response)
+
+    def _check_variants(self) -> None:
+        """Raise `InputError` for a design that needs an order of names, or variants that measures cannot be compared of."""
+        if not self.apart:
+            return
+        named = [factor.path for factor in self.apart if factor.labels]
+        if named and self.design.kind == "morris":
+            what = f"'{named[0]}': names, which have no order, in a Morris design"
+            raise InputError(what, "a design for Sobol indices", 'kind = "saltelli"')
+        if any(goal.measure in named for goal in self.goals):
+            raise InputError(f"a goal about names, '{named[0]}'", "a goal about a measure or a number", "'minimise mass'")
+        if self.design.kind == "one-at-a-time" and self.mechanism not in self.variants:
+            what = f"'{self.apart[0].path}' in a one-at-a-time design, without what the case has"
+            raise InputError(what, "the names and levels of the case among them")
+        for factor in (varied for varied in self.varied if not varied.texts):
+            quantities = (number(variant, factor.path).quantity for variant in self.variants)
+            units = {quantity.unit for quantity in quantities if quantity is not None}
+            if len(units) > 1:
+                raise InputError(f"'{factor.path}' in [{'] and ['.join(sorted(units))}], by name", "a number of one unit")
+        dims = {dim for name in self.measures for dim in MEASURES[name].dims}
+        first, *others = (parts_of(variant) for variant in self.variants)
+        differs = next((dim for parts in others for dim in dims if parts[dim] != first[dim]), None)
+        if differs is not None:
+            what = f"measures of each {differs}, of which the mechanisms have different ones"
+            raise InputError(what, f"names and dimensions with which each {differs} stays, or other measures")
+
+    def _check_size(self) -> None:
+        """Raise `InputError` if not all cases can be held in memory, where answers are computed from them."""
+        points, search = self.points, self.optimisation
+        if search is not None:
+            points = max(points, search.generations * search.size(len(self.factors)))
+        check_cases(points, self.sampling.samples, self.members, len(self.factor_names) + len(self.measure_names))
+
+    @property
+    def measure_names(self) -> tuple[str, ...]:
+        return (*self.measures, *(measure.name for measure in self.own_measures))
+
+    @property
+    def factor_names(self) -> tuple[str, ...]:
+        """Names of all numbers that vary, chosen and uncertain: their parameter paths, or those of deviations."""
+        return tuple(factor.name for factor in self.varied)
+
+    @property
+    def varied(self) -> tuple[Factor, ...]:
+        """All numbers and names that vary, chosen and uncertain."""
+        return (*self.factors, *self.uncertain)
+
+    @property
+    def goals(self) -> tuple[Goal, ...]:
+        """Of the search; none without one."""
+        return self.optimisation.goals if self.optimisation is not None else ()
+
+    @property
+    def paths(self) -> list[str]:
+        """The parameter paths of the numbers and names that are chosen."""
+        return [factor.path for factor in self.factors]
+
+    @property
+    def per_point(self) -> int:
+        return self.sampling.samples * self.members
+
+    @property
+    def points(self) -> int:
+        return design_size(self.design, [factor.variation for factor in self.factors]) if self.factors else 1
+
+    @property
+    def cases(self) -> int:
+        return self.points * self.per_point
+
+    @property
+    def apart(self) -> tuple[Factor, ...]:
+        """The factors each of whose names or levels makes a mechanism of its own, chosen and uncertain."""
+        return tuple(factor for factor in self.varied if factor.texts)
+
+    def cells(self, values: np.ndarray) -> np.ndarray:
+        """Values of all cases by point, sample and member; a point that is not whole is left out."""
+        return values[: len(values) // self.per_point * self.per_point].reshape(-1, self.sampling.samples, self.members)
+
+    def base(self) -> np.ndarray:
+        """The numbers of the mechanism at the parameters of the factors, and of its case file; places of its names."""
+        places = self.own_values()
+        return np.array(
+            [places[factor.name] if factor.texts else number(self.mechanism, factor.path).value for factor in self.factors],
+            float,
+        )
+
+    def numbers(self, cases: np.ndarray, points: np.ndarray | None = None) -> dict[str, np.ndarray]:
+        """The numbers of some cases by parameter, in SI; each depends on the number of its case only.
+
+        Points are those of an adaptive design.
+        """
+        point, rest = np.divmod(cases, self.per_point)
+        sample = rest // self.members
+        values: dict[str, np.ndarray] = {}
+        if self.factors:
+            places, back = np.unique(point, return_inverse=True)
+            if self.design.kind == "adaptive":
+                assert points is not None
+                chosen = points[places]
+            else:
+                base = self.base() if self.design.kind == "one-at-a-time" else np.zeros(len(self.factors))
+                chosen = design_values(self.design, [factor.variation for factor in self.factors], base, places)
+            values |= {factor.path: chosen[back, k] for k, factor in enumerate(self.factors)}
+        if self.uncertain:
+            size = self.sampling.samples if self.sampling.common else self.sampling.samples * self.points
+            design = Design(self.sampling.kind, size, seed=self.sampling.seed + UNCERTAIN_SEEDS)
+            at = sample if self.sampling.common else point * self.sampling.samples + sample
+            places, back = np.unique(at, return_inverse=True)
+            variations = [factor.variation for factor in self.uncertain]
+            # the same dimension of two Sobol sequences is one number twice: those of the chosen numbers are left out
+            taken = {"sobol": 1, "saltelli": 2}.get(self.design.kind, 0) * len(self.factors)
+            left_out = [variations[0]] * (taken if self.sampling.kind == "sobol" and not self.sampling.common else 0)
+            drawn = design_values(design, [*left_out, *variations], np.zeros(0), places)[:, len(left_out) :]
+            values |= {factor.name: drawn[back, k] for k, factor in enumerate(self.uncertain)}
+        return values
+
+    def applied(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """The numbers that a mechanism gets, by parameter: chosen values with their deviations, which are by `factor_names`."""
+        deviations = [factor for factor in self.uncertain if factor.of]
+        left_out = {factor.name for factor in (*deviations, *self.apart)} | {factor.of for factor in deviations}
+        numbers = {name: value for name, value in values.items() if name not in left_out}
+        for factor in deviations:
+            chosen, deviation = values[factor.of], values[factor.name]
+            numbers[factor.path] = chosen * (1.0 + deviation) if factor.relative else chosen + deviation
+        return numbers
+
+    def by_variant(self, values: Mapping[str, np.ndarray]) -> Iterator[tuple[Mechanism, np.ndarray]]:
+        count = len(next(iter(values.values())))
+        every: dict[str, Any] = {**self.own_values(), **values}
+        chosen = [factor.places(np.broadcast_to(every[factor.name], count)) for factor in self.apart]
+        which = np.ravel_multi_index(chosen, self._counts) if chosen else np.zeros(count, int)
+        for place in np.unique(which):
+            yield self.variants[place] if chosen else self.mechanism, np.flatnonzero(which == place)
+
+    def mechanism_of(self, values: Mapping[str, float], *, nominal: bool = False) -> Mechanism:
+        ((mechanism, _),) = self.by_variant({name: np.array([value]) for name, value in values.items()})
+        apart = {factor.name for factor in self.apart}
+        numbers = {name: value for name, value in values.items() if name not in apart} if nominal else self.applied(values)
+        return changed_all(mechanism, numbers)
+
+    def labelled(self, values: Mapping[str, float]) -> dict[str, float | str]:
+        """Numbers by parameter, with the names in place of what stands for them."""
+        labels = {factor.name: factor.labels for factor in self.apart if factor.labels}
+        return {name: labels[name][int(value)] if name in labels else value for name, value in values.items()}
+
+    def own_values(self) -> dict[str, float]:
+        """Values of the factors apart in the mechanism itself, the first ones if it is none of the variants."""
+        variant = self.variants.index(self.mechanism) if self.mechanism in self.variants else 0
+        places = np.unravel_index(variant, self._counts)
+        return {factor.name: float(factor.variation.levels()[place]) for factor, place in zip(self.apart, places, strict=True)}
+
+    def with_places(self, places: Mapping[str, Sequence[int]]) -> Study:
+        """The study with some names and levels of its factors apart only."""
+        if not places:
+            return self
+        kept = np.ix_(*(places.get(factor.name, range(factor.variation.count)) for factor in self.apart))
+
+        def fewer(factor: Factor) -> Factor:
+            if factor.name not in places:
+                return factor
+            every: Any = factor.variation
+            return replace(factor, variation=type(every)(tuple(every.values[place] for place in places[factor.name])))
+
+        return replace(
+            self,
+            factors=tuple(map(fewer, self.factors)),
+            uncertain=tuple(map(fewer, self.uncertain)),
+            variants=tuple(self.variants[k] for k in np.arange(len(self.variants)).reshape(self._counts)[kept].ravel()),
+        )
+
+    @property
+    def _counts(self) -> list[int]:
+        return [factor.variation.count for factor in self.apart]
+
+    def to_plain(self) -> dict[str, Any]:
+        """The study as plain data for JSON."""
+        return {field.name: to_plain(getattr(self, field.name)) for field in fields(self)}
+
+    @classmethod
+    def from_plain(
+        cls,
+        plain: Mapping[str, Any],
+        *,
+        allow_code: Sequence[Path] = (),
+        own_measures: Sequence[OwnMeasure] = (),
+        reading: bool = False,
+    ) -> Study:
+        """The study that `to_plain` wrote.
+
+        Functions of the user are in allowed files, which must not have changed, or given as measures. One that is only read
+        keeps its mechanism as the text of its case file, and executes nothing of the user's.
+        """
+        functions = {measure.name: measure for measure in own_measures}
+
+        def measure(entry: Mapping[str, Any]) -> OwnMeasure:
+            return functions.get(entry["name"]) or _read_measure(entry, allow_code, reading)
+
+        study: Study = from_plain(
+            cls,
+            plain,
+            {
+                Mechanism: (lambda text: text) if reading else (lambda text: read_mechanism(text, allow_code)),
+                Options: lambda options: Options(**{name: value for name, value in options.items() if name != "kind"}),
+                OwnMeasure: measure,
+                Variation: read_variation,
+            },
+        )
+        return study
+
+    def fingerprint(self) -> dict[str, str]:
+        """Digests of all that the numbers depend on, by what they are of; equal digests mean equal numbers."""
+        plain = self.to_plain()
+        for factor in (*plain["factors"], *plain["uncertain"]):
+            del factor["unit"], factor["scale"]  # no number depends on them
+        if self.design.extendable:
+            plain["design"] = {**plain["design"], "points": 0}
+        search = plain["optimisation"]
+        if search is not None:  # these decide which points there are
+            search["requirements"] = plain["requirements"]
+        parts = {
+            "mechanism": [plain["mechanism"], plain["variants"]] if self.variants else plain["mechanism"],
+            "options": plain["options"],
+            "design": [plain[key] for key in ("factors", "design", "uncertain", "sampling", "members", "perturbation")],
+            "measures": [plain["measures"], plain["own_measures"]],
+            "optimisation": None if search is None else {**search, "generations": 0},
+            "program": provenance(NUMERICS),
+        }
+        return {
+            name: hashlib.sha256(json.dumps(part, sort_keys=True).encode()).hexdigest()[:16] for name, part in parts.items()
+        }
+
+
+def _read_measure(entry: Mapping[str, Any], allow_code: Sequence[Path], reading: bool) -> OwnMeasure:
+    if "motor" in entry:
+        return OwnMeasure(entry["name"], MotorCurve(**entry["motor"]), entry["of"], entry["units"])
+    if reading:
+        return OwnMeasure(**{**entry, "function": _not_read})
+    what = f"the study's measure '{entry['name']}'"
+    if not entry["function"]:
+        sample = f"sd.open_study('study.db', measures={{'{entry['name']}': function}})"
+        raise InputError(f"{what} is a Python function of no file", "the function, from Python", sample)
+    path = Path(entry["function"].rpartition(":")[0])
+    if path.resolve() not in {Path(file).resolve() for file in allow_code}:
+        raise InputError(f"{what} is a function of yours", "its file, allowed", command("--allow-code", path))
+    if path.is_file() and file_digest(path) != entry["digest"]:
+        raise InputError(f"'{path}' has changed since the study was begun", "the same file, or a new study", "-o another.db")
+    return OwnMeasure(**entry)
+
+
+def _not_read(_: Any) -> float:
+    raise InputError("a measure of yours in a study that is only read", "its file, allowed", "--allow-code mine.py")
+
+
+def to_plain(value: Any) -> Any:
+    if isinstance(value, Mechanism):
+        return write_configuration(value)
+    if isinstance(value, Options):
+        return value.keywords
+    if hasattr(value, "to_plain"):
+        return value.to_plain()
+    if isinstance(value, Mapping):
+        return {key: to_plain(entry) for key, entry in value.items()}
+    if isinstance(value, tuple | list):
+        return [to_plain(entry) for entry in value]
+    if is_dataclass(value) and not isinstance(value, type):
+        named = {field.name: to_plain(getattr(value, field.name)) for field in fields(value)}
+        return {"kind": value.kind, **named} if hasattr(value, "kind") else named
+    return value
+
+
+def from_plain(hint: Any, plain: Any, read: Read = MappingProxyType({})) -> Any:
+    """What `to_plain` wrote of a value with this annotation."""
+    kind: Any = next((member for member in members(hint) if member is not type(None)), Any)
+    if kind in read:
+        return None if plain is None else read[kind](plain)
+    arguments = get_args(kind)
+    if get_origin(kind) is tuple:
+        kinds = [arguments[0]] * len(plain) if arguments[-1] is ... else arguments
+        return tuple(from_plain(inner, entry, read) for inner, entry in zip(kinds, plain, strict=True))
+    if get_origin(kind) is dict:
+        return {key: from_plain(arguments[1], entry, read) for key, entry in plain.items()}
+    if is_dataclass(kind) and isinstance(plain, Mapping):
+        hints = get_type_hints(kind)
+        named: dict[Any, Any] = {EARLIER.get(name, name): entry for name, entry in plain.items()}
+        built: Any = kind
+        return built(**{name: from_plain(hints[name], entry, read) for name, entry in named.items()})
+    return plain

@@ -1,0 +1,272 @@
+"""What varies in a study, and designs of experiments: its points and samples, each computable from its number alone."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from scissordyn.errors import InputError, did_you_mean, whole_number
+from scissordyn.lookup import library
+from scissordyn.studies.ask.distribution import Interval, Names, Variation
+
+WORDS = 4  # Numbers that one count of the Philox generator gives
+LARGEST_SEED = 2**62  # Generators take 64 bits; the seed of the uncertain numbers is larger than the one that is given
+SEED_SAMPLE = "--seed 1, or seed = 1"
+DRAWN_IN = 0.99  # Morris's trajectories touch the sides of the unit cube; drawn in by this factor, no quantile is infinite
+MORRIS_LEVELS = 4  # Levels of Morris's trajectories, as usual: Campolongo et al., Environ. Model. Softw. 22, 1509 (2007).
+FEWEST = 8  # Base points or trajectories of a design for indices below which no index is worth its interval
+
+
+@dataclass(frozen=True)
+class Factor:
+    """A number that varies, or a name."""
+
+    # A pattern (``clearance.all.clearance``) gives all its places the same value; of a name, of what it is
+    path: str
+    variation: Variation  # Values in SI; of names, their places in `Names`
+    unit: str = ""  # In which pictures and tables show it; empty for SI
+    scale: float = 1.0  # One such unit in SI
+    # The chosen number from which this one deviates by its variation; a pattern where it is one of several places
+    of: str = ""
+    relative: bool = False  # Whether the deviation is a fraction of the chosen value
+    si: str = ""  # SI unit of a number that only the case file has, each of whose levels makes a mechanism of its own
+
+    @property
+    def name(self) -> str:
+        """Of its column: the parameter path, or that of the deviation from a chosen value."""
+        return f"{self.path} deviation" if self.of else self.path
+
+    def deviating(self, chosen: Variation) -> list[float]:
+        """The outermost values of a number that is chosen, with this deviation; none of a lognormal one, which has no ends."""
+        if chosen.kind == "lognormal":
+            return []
+        deviations = [end for end in self.variation.ends if np.isfinite(end)]
+        return [end * (1.0 + by) if self.relative else end + by for end in chosen.ends for by in deviations]
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """The names, by their places; empty for a number."""
+        return self.variation.values if isinstance(self.variation, Names) else ()
+
+    @property
+    def texts(self) -> tuple[str, ...]:
+        """What the case file has there, of each name or level; empty if mechanisms themselves have the number."""
+        if not self.si:
+            return self.labels
+        return tuple(f"{value / self.scale:.12g} {self.unit}".rstrip() for value in self.variation.levels())
+
+    def places(self, values: Any) -> np.ndarray:
+        """Places of values in the list of names or levels."""
+        return np.asarray(np.abs(np.subtract.outer(values, self.variation.levels())).argmin(axis=-1))
+
+    @property
+    def logarithmic(self) -> bool:
+        """Whether the range is one of the logarithm."""
+        return isinstance(self.variation, Interval) and self.variation.logarithmic
+
+    @property
+    def shown(self) -> dict[str, Any]:
+        """Attributes that tell pictures the unit, or the names."""
+        if self.labels:
+            return {"labels": list(self.labels)}
+        return {"shown_unit": self.unit, "shown_scale": self.scale} if self.unit else {}
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """How the uncertain numbers are sampled at every point of the design."""
+
+    samples: int = 1
+    kind: str = "sobol"
+    seed: int = 0
+    # Whether all points have the same samples (common random numbers), so that differences between points are not noise
+    common: bool = True
+
+    def __post_init__(self) -> None:
+        if self.kind not in INDEPENDENT:
+            near = did_you_mean(self.kind, INDEPENDENT)
+            raise InputError(f"sampling '{self.kind}'{near}", ", ".join(INDEPENDENT), 'kind = "sobol"')
+        whole_number("samples", self.samples)
+        whole_number("seed", self.seed, 0, LARGEST_SEED, sample=SEED_SAMPLE)
+        if not self.common and self.kind == "latin-hypercube":
+            raise InputError("a Latin hypercube of its own for each point", "common = true, or random, or sobol")
+
+
+@dataclass(frozen=True)
+class Design:
+    """How the points of a study are chosen."""
+
+    # "grid", "zip", "random", "latin-hypercube", "sobol", "one-at-a-time", "saltelli" (for Sobol indices), "morris", or
+    # "adaptive" (points that an optimiser proposes)
+    kind: str = "grid"
+    # Number of points of a random, Latin hypercube or Sobol design; of base points of a Saltelli design; of trajectories of a
+    # Morris design
+    points: int = 0
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if self.kind not in DESIGNS:
+            raise InputError(f"design '{self.kind}'{did_you_mean(self.kind, DESIGNS)}", ", ".join(DESIGNS))
+        points, least = self.points, 1 if self.kind in SAMPLED else 0
+        if isinstance(points, bool) or not isinstance(points, int) or points < least:
+            sample = "--points 32, or points = 32"
+            raise InputError(f"points = {points!r} of a {self.kind} design", f"a whole number >= {least}", sample)
+        if self.kind in ("saltelli", "morris") and self.points < FEWEST:
+            what = "trajectories" if self.kind == "morris" else "base points"
+            raise InputError(f"{self.points} {what} of a {self.kind} design", f"at least {FEWEST}", f"--points {FEWEST}")
+        whole_number("seed", self.seed, 0, LARGEST_SEED, sample=SEED_SAMPLE)
+
+    @property
+    def extendable(self) -> bool:
+        """Whether points can be added and those before stay the same."""
+        return self.kind in EXTENDABLE
+
+
+def uniform_numbers(seed: int, stream: int, dimensions: int, at: np.ndarray) -> np.ndarray:
+    """Uniform random numbers that depend on their place only.
+
+    Philox numbers its outputs (Salmon et al., SC11, 2011): point k takes a fixed range of counts, whatever else is computed.
+
+    Shapes: `at` (n,); returns (n, dimensions).
+    """
+    width = -(-dimensions // WORDS)
+    drawn = np.empty((at.size, dimensions))
+    starts = np.flatnonzero(np.diff(at, prepend=at[:1] - 2) != 1)  # runs of consecutive points are drawn at once
+    for first, last in zip(starts, np.append(starts[1:], at.size), strict=True):
+        bits = np.random.Philox(key=[seed, stream], counter=[int(at[first]) * width, 0, 0, 0])
+        numbers = np.random.Generator(bits).random((last - first) * width * WORDS)
+        drawn[first:last] = numbers.reshape(last - first, width * WORDS)[:, :dimensions]
+    return drawn
+
+
+def design_size(design: Design, variations: Sequence[Variation]) -> int:
+    match design.kind:
+        case "grid":
+            return math.prod(variation.count for variation in variations)
+        case "zip":
+            sizes = {variation.count for variation in variations} - {1}
+            if len(sizes) > 1:
+                raise InputError(
+                    f"lists of {' and '.join(map(str, sorted(sizes)))} values to zip",
+                    "lists of one length",
+                    "'0.05..0.4 mm, 3 values' beside '50, 100, 200 N m'",
+                )
+            return max(sizes, default=1)
+        case "one-at-a-time":
+            return 1 + sum(variation.count for variation in variations)
+        case _:
+            return design.points * {"saltelli": len(variations) + 2, "morris": len(variations) + 1}.get(design.kind, 1)
+
+
+def design_values(design: Design, variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Values of the factors at some points.
+
+    Shapes: `base` (factors,), `at` (n,); returns (n, factors).
+    """
+    if design.kind in OF_LEVELS:
+        return OF_LEVELS[design.kind](variations, base, at)
+    if design.kind not in OF_NUMBERS:
+        raise InputError("points of an adaptive design by their numbers", "the points that an optimiser has proposed")
+    return quantiles(variations, OF_NUMBERS[design.kind](design, len(variations), at))
+
+
+def _grid(variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> np.ndarray:
+    levels = [variation.levels() for variation in variations]
+    if not levels:
+        return np.empty((at.size, 0))
+    places = np.unravel_index(at, [values.size for values in levels])
+    return np.stack([values[place] for values, place in zip(levels, places, strict=True)], axis=1)
+
+
+def _zip(variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> np.ndarray:
+    size = design_size(Design("zip"), variations)
+    return np.stack([np.broadcast_to(variation.levels(), size)[at] for variation in variations], axis=1)
+
+
+def _one_at_a_time(variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Point 0 is the mechanism as it is; then the levels of each factor, all others as they are."""
+    rows, first = np.tile(base, (at.size, 1)), 1
+    for place, variation in enumerate(variations):
+        here = (at >= first) & (at < first + variation.count)
+        rows[here, place] = variation.levels()[at[here] - first]
+        first += variation.count
+    return rows
+
+
+@lru_cache(maxsize=4)
+def _hypercube(points: int, dimensions: int, seed: int) -> np.ndarray:
+    from scipy.stats import qmc
+
+    return np.asarray(qmc.LatinHypercube(dimensions, rng=np.random.default_rng(seed)).random(points))
+
+
+def sobol_numbers(seed: int, dimensions: int, at: np.ndarray) -> np.ndarray:
+    """Points of a scrambled Sobol sequence by their numbers."""
+    from scipy.stats import qmc
+
+    low, high = int(at.min()), int(at.max()) + 1
+    sequence = qmc.Sobol(dimensions, scramble=True, rng=np.random.default_rng(seed))
+    if low:
+        sequence.fast_forward(low)
+        drawn = sequence.random(high - low)
+    else:  # the first point apart: scipy warns of a first draw that is no power of two, but here a block is drawn
+        drawn = np.concatenate([sequence.random(1), sequence.random(high - 1)]) if high > 1 else sequence.random(1)
+    return np.asarray(drawn[at - low])
+
+
+def _saltelli_numbers(seed: int, d: int, at: np.ndarray) -> np.ndarray:
+    """Rows A, A with one column of B for each factor, B: the order that SALib takes (Saltelli et al. 2010)."""
+    row, part = np.divmod(at, d + 2)
+    both = sobol_numbers(seed, 2 * d, row)
+    u = np.where((part == d + 1)[:, None], both[:, d:], both[:, :d])
+    for k in range(d):
+        u[part == k + 1, k] = both[part == k + 1, d + k]
+    return u
+
+
+@lru_cache(maxsize=4)
+def _trajectories(count: int, dimensions: int, seed: int) -> np.ndarray:
+    morris = library("SALib.sample.morris", "study", "a design by trajectories")
+    problem = {"num_vars": dimensions, "names": [str(k) for k in range(dimensions)], "bounds": [[0.0, 1.0]] * dimensions}
+    return np.asarray(morris.sample(problem, count, num_levels=MORRIS_LEVELS, seed=seed))
+
+
+def morris_numbers(design: Design, dimensions: int) -> np.ndarray:
+    """Points of the trajectories in the unit cube, drawn in by `DRAWN_IN`."""
+    return 0.5 * (1.0 - DRAWN_IN) + DRAWN_IN * _trajectories(design.points, dimensions, design.seed)
+
+
+def quantiles(variations: Sequence[Variation], u: np.ndarray) -> np.ndarray:
+    """Values of each factor at probabilities.
+
+    Shapes: `u` (n, factors); returns (n, factors).
+    """
+    return np.stack([variation.quantile(u[:, place]) for place, variation in enumerate(variations)], axis=1)
+
+
+OF_LEVELS: Mapping[str, Callable[[Sequence[Variation], np.ndarray, np.ndarray], np.ndarray]] = MappingProxyType(
+    {"grid": _grid, "zip": _zip, "one-at-a-time": _one_at_a_time}
+)
+"""Designs by kind: the values of points at levels."""
+
+OF_NUMBERS: Mapping[str, Callable[[Design, int, np.ndarray], np.ndarray]] = MappingProxyType(
+    {
+        "random": lambda design, d, at: uniform_numbers(design.seed, 0, d, at),
+        "latin-hypercube": lambda design, d, at: _hypercube(design.points, d, design.seed)[at],
+        "sobol": lambda design, d, at: sobol_numbers(design.seed, d, at),
+        "saltelli": lambda design, d, at: _saltelli_numbers(design.seed, d, at),
+        "morris": lambda design, d, at: morris_numbers(design, d)[at],
+    }
+)
+"""Designs by kind: the numbers of points in the unit cube, of which the quantile functions make values."""
+
+DESIGNS = (*OF_LEVELS, *OF_NUMBERS, "adaptive")
+INDEPENDENT = ("random", "latin-hypercube", "sobol")  # Of which the points are a sample of the range
+SAMPLED = tuple(OF_NUMBERS)
+EXTENDABLE = ("random", "sobol", "saltelli", "adaptive")

@@ -1,0 +1,319 @@
+"""Responses of the cases of a study, requirements on them such as ``peak_force < 500 N``, and goals of a search."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import operator
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.errors import InputError, did_you_mean, whole_number
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.plot.scale import engineering, scale_of
+from scissordyn.run.measure import COMPONENT_UNIT, MEASURES, component_units, parts_of
+from scissordyn.studies.ask.design import Design
+from scissordyn.studies.ask.distribution import Levels, Names, Variation
+
+SIGNS = {"<=": operator.le, ">=": operator.ge, "<": operator.lt, ">": operator.gt}
+
+BY_COMPONENT = frozenset(name for name, measure in MEASURES.items() if measure.dims == ("component",))
+"""Measures whose unit is that of what a component exerts."""
+
+KINDS: Mapping[str, str] = MappingProxyType({"N": "force", "N m": "torque"})  # What a component exerts, by its unit
+
+ALIASES = {"error": "peak_track_deviation", "end_error": "end_track_deviation"}
+"""Measures that are called otherwise behind the name of a tracked point: ``tip.error``."""
+
+SHORTFALL = {"settling_time": ("end_track_deviation", "not settled: off by {} at the end")}
+"""Measures of what may not happen, with the measure that says how far it is from happening, and how that is printed."""
+
+
+@dataclass(frozen=True)
+class Response:
+    """One number of each case: a measure, or that of one of its joints, drives or components."""
+
+    measure: str
+    part: str = ""  # Name of the joint, drive or component; empty for the largest of all
+    smallest: bool = False  # The smallest of all instead
+    unit: str = ""  # Of what components exert, "N" or "N m": those with another one do not count. Empty for all
+
+    @property
+    def name(self) -> str:
+        """As in a study file; with what components exert if not all of them count."""
+        if self.part:
+            return f"{self.part}.{self.measure}"
+        return f"{self.measure} ({KINDS[self.unit]})" if self.unit else self.measure
+
+
+@dataclass(frozen=True)
+class Requirement:
+    """A bound on a response; without a part, all joints, drives or components have to meet it."""
+
+    measure: str
+    sign: str
+    bound: float  # In SI
+    part: str = ""  # Name of a joint, drive or component; empty for all
+    text: str = ""  # As the user wrote it
+    unit: str = ""  # Of a bound on what components exert, "N" or "N m"; not needed where all exert the same
+
+    def __post_init__(self) -> None:
+        if self.unit and self.unit not in KINDS:
+            raise InputError(f"unit '{self.unit}' of a requirement on what components exert", ", ".join(KINDS))
+        if self.sign not in SIGNS:
+            raise InputError(f"sign '{self.sign}' of a requirement", ", ".join(SIGNS))
+
+    @property
+    def response(self) -> Response:
+        """The number that decides: the largest where an upper bound is given, the smallest where a lower one."""
+        return Response(self.measure, self.part, self.sign.startswith(">"), self.unit)
+
+    @property
+    def label(self) -> str:
+        if self.text:
+            return self.text
+        unit = self.unit or (MEASURES[self.measure].units if self.measure in MEASURES else "1")
+        scale = engineering(unit if unit in KINDS or self.measure not in BY_COMPONENT else "1", self.bound)
+        return f"{self.response.name} {self.sign} {scale.with_unit(self.bound, 6)}"
+
+    def margin(self, values: np.ndarray) -> np.ndarray:
+        """How far values are on the right side of the bound, as a fraction of it; negative on the wrong one, and for NaN."""
+        distance = self.bound - values if self.sign.startswith("<") else values - self.bound
+        return np.asarray(np.where(np.isnan(values), -np.inf, distance / (abs(self.bound) or 1.0)))
+
+    def met(self, values: np.ndarray) -> np.ndarray:
+        """Whether values meet it; not where they are NaN."""
+        with np.errstate(invalid="ignore"):
+            return np.asarray(SIGNS[self.sign](values, self.bound))
+
+    def margin_in(self, results: xr.Dataset) -> np.ndarray:
+        return self.margin(response_values(results, self.response))
+
+    def met_in(self, results: xr.Dataset) -> np.ndarray:
+        return self.met(response_values(results, self.response))
+
+
+def read_response(text: str, own_units: Mapping[str, str] | None = None) -> tuple[str, str, str]:
+    """Part, measure and unit of what a requirement or a goal is about."""
+    units = {name: measure.units for name, measure in MEASURES.items()} | dict(own_units or {})
+    if text in units:
+        return "", text, units[text]
+    part, dot, measure = text.rpartition(".")
+    measure = ALIASES.get(measure, measure) if dot and measure not in units else measure
+    if measure not in units:
+        names = [*units, *ALIASES] if dot else [*units]
+        raise InputError(f"unknown measure '{measure}'{did_you_mean(measure, names)}", ", ".join(names))
+    return part, measure, units[measure]
+
+
+def response_values(results: xr.Dataset, response: Response) -> np.ndarray:
+    """A response of all cases.
+
+    Shapes: returns (cases,).
+    """
+    if response.measure not in results:
+        names = [str(name) for name in results.data_vars if results[name].attrs.get("role") == "measure"]
+        raise InputError(
+            f"measure '{response.measure}'{did_you_mean(response.measure, names)}", ", ".join(names) or "no measure"
+        )
+    variable = results[response.measure]
+    if response.unit and not response.part:
+        units = np.array(units_of_parts(results, response.measure))
+        variable = variable.isel({variable.dims[1]: np.flatnonzero(units == response.unit)})
+    dims, values = variable.dims[1:], np.asarray(variable.values, float)
+    if response.part:
+        parts = [str(part) for dim in dims for part in variable[dim].values]
+        if response.part not in parts:
+            raise InputError(
+                f"no part '{response.part}' with a {response.measure}{did_you_mean(response.part, parts)}", ", ".join(parts)
+            )
+        return np.asarray(values[:, parts.index(response.part)])
+    if not dims:
+        return values
+    if not values.size:  # nothing has it, as no joint has clearance
+        return np.full(len(values), np.nan)
+    # a measure that some parts do not have is NaN there
+    return np.asarray((np.fmin if response.smallest else np.fmax).reduce(values, axis=1))
+
+
+def value_text(results: xr.Dataset, response: Response, case: int) -> str:
+    """A response of a case with its unit; where it has no number, why and how far it is from one."""
+    value = float(response_values(results.isel(case=[case]), response)[0])
+    if math.isfinite(value):
+        return scale_of(xr.DataArray(value, attrs={"units": response_unit(results, response)})).cell(value)
+    measure, words = SHORTFALL.get(response.measure, ("", ""))
+    if measure not in results or not math.isinf(value):
+        return "not reached" if math.isinf(value) else "no value"
+    off = float(response_values(results.isel(case=[case]), Response(measure, response.part))[0])
+    return words.format(engineering(MEASURES[measure].units, off).cell(off))
+
+
+def meaning(results: xr.Dataset, requirement: Requirement) -> str:
+    """What the function of the user that a requirement is about says of itself; empty for a measure of the package."""
+    if requirement.measure in MEASURES:
+        return ""
+    text = str(results[requirement.measure].attrs.get("long_name", ""))
+    return "" if text.startswith("measure '") else text
+
+
+def units_of_parts(results: xr.Dataset, measure: str) -> list[str]:
+    """The units of a measure's parts, which differ only between components."""
+    variable = results[measure]
+    if COMPONENT_UNIT in variable.coords:
+        return [str(unit) for unit in variable[COMPONENT_UNIT].values]
+    return [str(variable.attrs.get("units", "1"))] * int(np.prod(variable.shape[1:], dtype=int))
+
+
+def response_unit(results: xr.Dataset, response: Response) -> str:
+    variable = results[response.measure]
+    if response.part and COMPONENT_UNIT in variable.coords:
+        return str(variable[COMPONENT_UNIT].sel({variable.dims[1]: response.part}).item())
+    return response.unit or str(variable.attrs.get("units", "1"))
+
+
+def check_part(mechanism: Mechanism, response: Response) -> None:
+    """Raise `InputError` if a response is about a joint, drive, component or tracked point that its measure does not have."""
+    for joint in mechanism.contacts if response.measure == "peak_force" else ():
+        if joint.clearance is not None and joint.clearance.contact == "hard" and response.part in ("", joint.name):
+            raise InputError(
+                f"'{response.name}' of joint '{joint.name}', whose contact is hard: its impacts have no largest force",
+                "peak_force_estimate, or compliant contact",
+                'contact = "compliant"',
+            )
+    dims = MEASURES[response.measure].dims if response.measure in MEASURES else ()
+    parts = [name for dim in dims for name in parts_of(mechanism)[dim]]
+    if response.part and response.part not in parts:
+        raise InputError(
+            f"'{response.name}': no {dims[0] if dims else 'part'} '{response.part}' with a {response.measure}"
+            f"{did_you_mean(response.part, parts)}",
+            ", ".join(parts) or (f"a case with a {dims[0]}" if dims else response.measure),
+        )
+
+
+def check_unit(mechanism: Mechanism, response: Response) -> None:
+    """Raise `InputError` for a response that no component has, or that would compare forces with torques."""
+    if response.measure not in BY_COMPONENT:
+        return
+    units = component_units(mechanism)
+    possible = {units[response.part]} if response.part in units else set(units.values())
+    allowed = ", ".join(f"{name}.{response.measure} [{unit}]" for name, unit in units.items()) or "a case with a component"
+    if response.unit and response.unit not in possible:
+        raise InputError(f"'{response.name}' in {response.unit}: no such component", allowed)
+    if not possible:
+        raise InputError(f"'{response.name}': the case has no component", allowed)
+    if not response.unit and len(possible) > 1:
+        raise InputError(f"'{response.name}' of forces and of torques", allowed)
+
+
+def whole_responses(results: xr.Dataset, measure: str) -> list[Response]:
+    """The responses of a measure without a part: one, or one of the forces and one of the torques."""
+    units = list(dict.fromkeys(units_of_parts(results, measure)))
+    return [Response(measure, unit=unit) for unit in units] if len(units) > 1 else [Response(measure)]
+
+
+RISK = re.compile(r"(mean|worst)|(quantile|cvar)\s+(\d+(?:\.\d+)?)\s*%")
+
+
+@dataclass(frozen=True)
+class Goal:
+    """A response to be made small, or large."""
+
+    measure: str  # Or the parameter path of a number that is chosen
+    part: str = ""
+    maximise: bool = False
+
+    @property
+    def response(self) -> Response:
+        """The number that counts: of several joints the worst."""
+        return Response(self.measure, self.part, self.maximise)
+
+    @property
+    def sign(self) -> float:
+        """By which the response is multiplied to be made small."""
+        return -1.0 if self.maximise else 1.0
+
+    @property
+    def label(self) -> str:
+        """As the user writes it."""
+        return f"{'maximise' if self.maximise else 'minimise'} {self.response.name}"
+
+
+@dataclass(frozen=True)
+class Optimisation:
+    """How the best point is searched for: CMA-ES for one goal, NSGA-II for several, all combinations where names are chosen."""
+
+    goals: tuple[Goal, ...]
+    # What counts of a goal over the uncertain numbers and members: "mean", "worst", "quantile 95 %" or "cvar 95 %", the mean
+    # of the worst 5 %
+    risk: str = "mean"
+    population: int = 0  # Candidates of a generation; 0 for the method's own choice
+    generations: int = 20
+    seed: int = 0
+    every: bool = False  # Whether all combinations of what is listed are tried, as one generation
+
+    def __post_init__(self) -> None:
+        if not self.goals:
+            raise InputError("an optimisation without a goal", "at least one", "'minimise peak_force'")
+        risk_value(np.zeros((1, 1)), self.risk)
+        for name, least in (("population", 0), ("generations", 1), ("seed", 0)):
+            whole_number(name, getattr(self, name), least)
+        if self.every and self.generations > 1:
+            raise InputError("more generations of a search that tries all combinations", "generations = 1")
+
+    def over(self, variations: Sequence[Variation]) -> Optimisation:
+        """The same search; where names are chosen, the one that tries all combinations."""
+        if not any(isinstance(variation, Names) for variation in variations):
+            return self
+        if not all(isinstance(variation, Names | Levels) for variation in variations):
+            what = "a search over names, which tries all combinations, and over a range"
+            raise InputError(what, "lists of all that is chosen", '"A.clearance" = "0.1, 0.2, 0.3 mm"')
+        return dataclasses.replace(
+            self, population=math.prod(variation.count for variation in variations), generations=1, every=True
+        )
+
+    def size(self, factors: int) -> int:
+        """Candidates of a generation: by default 4 + 3 ln n (Hansen 2016), or 40 with several goals."""
+        if self.every:
+            return self.population
+        if self.population:
+            return max(self.population, 4)
+        return 4 + int(3 * np.log(max(factors, 2))) if len(self.goals) == 1 else 40
+
+    def design(self, generations: int, factors: int) -> Design:
+        return Design("adaptive", generations * self.size(factors))
+
+
+def read_goal(text: str, units: Mapping[str, str] | None = None, parameters: Sequence[str] = ()) -> Goal:
+    """A goal such as ``minimise peak_force``."""
+    direction, _, rest = text.strip().partition(" ")
+    if direction not in ("minimise", "maximise") or not rest:
+        raise InputError(f"goal '{text}'", "minimise or maximise, and a measure", "'minimise peak_force'")
+    if rest.strip() in parameters:
+        return Goal(rest.strip(), "", direction == "maximise")
+    part, measure, _ = read_response(rest.strip(), units)
+    return Goal(measure, part, direction == "maximise")
+
+
+def risk_value(values: np.ndarray, risk: str) -> np.ndarray:
+    """A measure of risk of values of which large ones are bad.
+
+    Shapes: `values` (points, cases); returns (points,).
+    """
+    match = RISK.fullmatch(risk.strip())
+    if match is None or (match[3] and not 0.0 < float(match[3]) < 100.0):
+        raise InputError(f"risk '{risk}'", "mean, worst, quantile 95 %, cvar 95 %", "'cvar 95 %'")
+    if match[1] == "mean":
+        return np.asarray(np.mean(values, axis=1))
+    if match[1] == "worst":
+        return np.asarray(np.max(values, axis=1))
+    fraction = float(match[3]) / 100.0
+    threshold = np.asarray(np.quantile(values, fraction, axis=1, method="inverted_cdf"))
+    if match[2] == "quantile":
+        return threshold
+    beyond = np.maximum(values - threshold[:, None], 0.0)
+    return np.asarray(threshold + np.mean(beyond, axis=1) / (1.0 - fraction))

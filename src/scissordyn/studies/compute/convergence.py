@@ -1,0 +1,175 @@
+"""Which tolerance, step or number of bending modes is enough for a number of a run: from coarse to fine until it stays."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from scissordyn.errors import InputError, whole_number
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.options import TIME_STEPPING, Options
+from scissordyn.plan.flexible import flexible_bars, with_mode_counts
+from scissordyn.plan.plan import plan
+from scissordyn.run.advance.interrupt import pass_on
+from scissordyn.run.batch import Perturbed, simulate_cases
+from scissordyn.run.measure import MEASURES
+from scissordyn.run.trajectory import make_driver
+from scissordyn.studies.ask.requirement import Response, check_part, read_response, response_values
+
+TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)  # From coarse to fine; each is compared with the next two
+
+STEPS = tuple(2.0**k for k in range(4, -4, -1))
+"""The same of hard contacts, in units of the step that is chosen without one, or of a shorter one that was asked for."""
+
+MODES = (2, 4, 6, 8, 12, 16, 20, 24, 32)  # Of each bar that bends, from coarse to fine
+PERTURBATION = 1e-14  # Of the starts of members, relative: round-off
+AGREEING = 2  # Finer levels that a level has to agree with: with one alone two wrong numbers may agree by chance
+NOISE = 2.0  # Means over members that differ by less than so many standard errors of their difference count as equal
+
+WANTED = re.compile(r"\s*((?:[^\s.](?:(?!\swithin\s)[^.])*\.)?\S+)(?:\s+within\s+(\d+(?:\.\d*)?(?:[eE]-?\d+)?)\s*%)?\s*")
+
+
+@dataclass(frozen=True)
+class Level:
+    """Runs at one tolerance, with one step or with one number of modes."""
+
+    setting: float  # Of rtol and atol [1], the step [s], or modes of each bar [1]
+    value: float  # Mean over the members; NaN if one failed
+    spread: float  # Largest less smallest member, as a fraction of the value
+    error: float  # Standard error of the mean
+    seconds: float  # Of a run [s]
+    cause: str = ""  # Why a member failed
+
+
+@dataclass(frozen=True)
+class Convergence:
+    """From which tolerance, step or number of modes on a number stays."""
+
+    response: str  # What was asked for
+    units: str
+    within: float  # As a fraction
+    levels: tuple[Level, ...]  # From coarse to fine
+    varied: str  # One of "tolerance", "step", "modes" The step where contacts are hard
+    setting: float  # The coarsest one with which the number agrees with those of the next two; NaN if none does
+    # Whether members that differ by round-off spread by more than `within`: the number is then a distribution, and it is its
+    # mean that agrees within its standard error
+    chaotic: bool
+
+    @property
+    def options(self) -> dict[str, float]:
+        """What to change of the options of a run; numbers of modes are none of them."""
+        if math.isnan(self.setting) or self.varied == "modes":
+            return {}
+        return {"step": self.setting} if self.varied == "step" else {"rtol": self.setting, "atol": self.setting}
+
+    @property
+    def value(self) -> float:
+        """At the finest level."""
+        return self.levels[-1].value
+
+
+def read_wanted(text: str) -> tuple[str, float]:
+    """A response and how well it is to be known: ``tip.error within 1 %``."""
+    match = WANTED.fullmatch(text)
+    if match is None or (match[2] and not 0.0 < float(match[2]) < 100.0):
+        raise InputError(f"'{text}' to converge", "a measure, and a percentage", "'tip.error within 1 %'")
+    return match[1], float(match[2] or 1.0) / 100.0
+
+
+def convergence(
+    mechanism: Mechanism,
+    options: Options,
+    response: str,
+    *,
+    within: float = 0.01,
+    members: int = 2,
+    threads: int | None = None,
+    over: Literal["accuracy", "modes"] = "accuracy",
+) -> Convergence:
+    """Which tolerance, step of hard contacts or number of bending modes is enough for a number of a run.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    options : Options
+        Of the runs; rtol and atol, or with hard contacts the step, are those that are tried.
+    response : str
+        A measure of `simulate_many`, or that of a part: ``peak_force``, ``tip.error``.
+    within : float
+        How well it is to be known, as a fraction of it.
+    members : int
+        Runs at each level from starts that differ by round-off.
+    threads : int, optional
+    over : {"accuracy", "modes"}
+        What is tried: tolerances or steps, or with these as they are, numbers of modes of all bars that bend.
+
+    Returns
+    -------
+    Convergence
+
+    Raises
+    ------
+    InputError
+        If there is no such measure or part, or no bar that bends by modes.
+    """
+    if not 0.0 < within < 1.0:
+        raise InputError(f"within = {within!r}", "a fraction above 0 and below 1", "within=0.01")
+    whole_number("members", members, 2)
+    part, measure, _ = read_response(response)
+    wanted = Response(measure, part)
+    check_part(mechanism, wanted)
+    varied, tried = _tried(mechanism, options, over)
+    levels, enough = list[Level](), math.nan
+    for setting, variant, changed in tried:
+        levels.append(_level(variant, changed, setting, wanted, members, threads))
+        at = len(levels) - 1 - AGREEING
+        if at >= 0 and _agrees(levels[at], levels[at + 1 :], within):
+            enough = levels[at].setting
+            break
+    chaotic = any(not level.cause and level.spread > within for level in levels[-AGREEING:])
+    return Convergence(wanted.name, MEASURES[measure].units, within, tuple(levels), varied, enough, chaotic)
+
+
+def _tried(mechanism: Mechanism, options: Options, over: str) -> tuple[str, list[tuple[float, Mechanism, Options]]]:
+    """What is varied, and from coarse to fine its settings with mechanism and options."""
+    once = replace(options, trust=False)
+    if over == "modes":
+        if not flexible_bars(mechanism):
+            allowed = "sd.with_bending(mechanism, ...)"
+            raise InputError("over = 'modes' with no bar that bends by modes", allowed, "over='accuracy'")
+        return "modes", [(float(count), with_mode_counts(mechanism, count), once) for count in MODES]
+    _, _, choice = make_driver(plan(mechanism), replace(once, step=None))
+    if choice.method == TIME_STEPPING:
+        steps = [factor * min(choice.step, options.step or math.inf) for factor in STEPS]
+        return "step", [(step, mechanism, replace(once, step=step)) for step in steps]
+    return "tolerance", [(tolerance, mechanism, replace(once, rtol=tolerance, atol=tolerance)) for tolerance in TOLERANCES]
+
+
+def _level(
+    mechanism: Mechanism, options: Options, setting: float, wanted: Response, members: int, threads: int | None
+) -> Level:
+    starts, over = Perturbed(np.arange(members), PERTURBATION), {"gravity": np.full(members, mechanism.gravity)}
+    runs = pass_on(simulate_cases(mechanism, over, options, [wanted.measure], starts, threads=threads))
+    values = response_values(runs, wanted)
+    failed = runs["status"].values != "complete"
+    cause = str(runs["cause"].values[np.argmax(failed)]) if failed.any() else ""
+    mean = math.nan if failed.any() else float(values.mean())
+    spread = float(np.ptp(values)) / (abs(mean) or 1.0)
+    error = float(np.std(values, ddof=1)) / math.sqrt(members)
+    return Level(setting, mean, spread, error, float(runs.attrs["integration_seconds"]) / members, cause)
+
+
+def _agrees(coarse: Level, finer: Sequence[Level], within: float) -> bool:
+    """Whether a level has the number of finer ones: within what is asked for, or within the noise of members."""
+    if any(level.cause for level in (coarse, *finer)):
+        return False
+    reference = finer[-1]
+    return all(
+        abs(coarse.value - level.value) <= max(within * abs(reference.value), NOISE * math.hypot(coarse.error, level.error))
+        for level in finer
+    )

@@ -1,0 +1,303 @@
+"""Do what is missing of a study, block by block: the cases of each are one batch, whose rows go to the store."""
+
+from __future__ import annotations
+
+import inspect
+import os
+import platform
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, TypedDict, Unpack
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.analysis.motor import MotorCurve
+from scissordyn.errors import InputError, ScissordynError, whole_number
+from scissordyn.model.parameter_path import number
+from scissordyn.run.advance.interrupt import look, pass_on
+from scissordyn.run.batch import Perturbed, simulate_cases
+from scissordyn.run.engine import Engine, error_text, outcomes, workers_of
+from scissordyn.run.measure import MEASURES, Ended, Measure
+from scissordyn.run.simulate import simulate
+from scissordyn.studies.ask.description import OwnMeasure, Study
+from scissordyn.studies.compute.store import COMPLETE, FAILED, PENDING, BlockResult, Store
+from scissordyn.studies.compute.table import column
+
+BLOCK_SECONDS = 3.0  # Work of a block [s]: much more than a task costs, and little to lose
+
+TASK_SECONDS = 1e-2
+"""Processor time of a task in the scheduler and the coordinator [s]: docs/decisions/measured/studies.md, with a margin for slow
+or busy machines."""
+
+BUSY = 0.5  # Fraction of the time that they may be busy, which makes blocks for very many workers longer
+SHARES = 4  # At least as many blocks for each worker, so that none waits long for the last
+LARGEST_BLOCK = 100_000  # Cases; what a worker holds in memory
+TIMED = 8  # Cases whose time is taken to choose a block
+QUICK = 0.1  # A case longer than that [s] is timed alone
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a study is."""
+
+    complete: int
+    failed: int
+    cases: int
+    seconds: float  # Since it was begun or taken up [s]
+    done_here: int  # Cases since then
+    generation: int = 0  # Of an optimisation, from 1
+
+    @property
+    def rate(self) -> float:
+        """Cases per second."""
+        return self.done_here / self.seconds if self.seconds > 0.0 else 0.0
+
+    @property
+    def left(self) -> float:
+        """Seconds to go, at this rate."""
+        return (self.cases - self.complete - self.failed) / self.rate if self.rate > 0.0 else float("inf")
+
+
+class How(TypedDict, total=False):
+    """How cases are computed."""
+
+    engine: Engine
+    block: int | None  # Cases of a block of a new store
+    retry: bool  # Do cases that failed again
+    progress: Callable[[Progress], None] | None
+    generation: int  # Of an optimisation, from 1
+
+
+def _begin(study: Study, store: Store, block: int | None, workers: int, points: np.ndarray | None) -> None:
+    """Make the store of a study."""
+    store.check_place()
+    if block is not None:
+        whole_number("block", block)
+    if any(measure.of == "dataset" for measure in study.own_measures) and study.members > 1:
+        raise InputError(
+            "a measure of the dataset with several members", "a measure of 'accumulators', or members = 1", "members = 1"
+        )
+    first = simulated(study, np.array([0]), points)
+    chosen = block or min(_block_size(study, workers, points), -(-study.cases // (SHARES * workers)))
+    store.create(study, first, min(chosen, study.cases))
+
+
+def block_seconds(workers: int) -> float:
+    """Work of a block [s], by the number of workers that ask for one."""
+    return max(BLOCK_SECONDS, TASK_SECONDS * workers / BUSY)
+
+
+def _block_size(study: Study, workers: int, points: np.ndarray | None) -> int:
+    """Cases that take some seconds; everything is compiled by now."""
+
+    def seconds_of(cases: np.ndarray) -> float:
+        began = time.perf_counter()
+        simulated(study, cases, points)
+        return (time.perf_counter() - began) / cases.size
+
+    seconds = seconds_of(np.array([0]))
+    if seconds < QUICK:
+        seconds = seconds_of(np.unique(np.linspace(0, study.cases - 1, TIMED).astype(int)))
+    size = int(np.clip(block_seconds(workers) / max(seconds, 1e-6), 1, LARGEST_BLOCK))
+    whole = study.per_point * max(1, size // study.per_point)
+    return whole if whole <= 2 * size else size
+
+
+def execute(
+    study: Study,
+    path: str | os.PathLike[str],
+    points: np.ndarray | None = None,
+    **how: Unpack[How],
+) -> Store:
+    """Do the missing cases of a study; what is in the store already is kept.
+
+    Shapes: `points` (points, factors).
+    """
+    store = Store(path)
+    if store.exists():
+        store.check(study)  # before workers are started for nothing
+    else:
+        _begin(study, store, how.get("block"), workers_of(how.get("engine")), points)
+    with store.alone():
+        if study.cases > store.cases or (study.cases < store.cases and points is None):
+            raise InputError(
+                f"'{store.path}' has {store.cases} cases and the study {study.cases}",
+                "the same number of points",
+                "scissordyn study extend, with --points",
+            )
+        _missing_blocks(study, store, points, how)
+    return store
+
+
+def _missing_blocks(study: Study, store: Store, points: np.ndarray | None, how: How) -> None:
+    status, progress, fingerprint = store.status()[: study.cases], how.get("progress"), study.fingerprint()
+    missing = (status == PENDING) | (how.get("retry", False) & (status == FAILED))
+    cases = np.flatnonzero(missing)
+    _, first = np.unique(cases // store.block, return_index=True)
+    parts = np.split(cases, first[1:]) if cases.size else ()
+    blocks = (Block(study, part, points, fingerprint) for part in parts)
+    began, now, done_here = time.perf_counter(), np.where(missing, PENDING, status), 0
+    for outcome in outcomes(how.get("engine"), run_block, blocks):
+        if isinstance(outcome.error, ProgramError):
+            raise outcome.error
+        result = outcome.value if outcome.error is None else _failed(outcome.task, error_text(outcome.error))
+        assert result is not None
+        store.write(result)
+        now[result.cases] = result.status
+        done_here += result.cases.size
+        if progress is not None:
+            complete, failures = int(np.sum(now == COMPLETE)), int(np.sum(now == FAILED))
+            seconds, generation = time.perf_counter() - began, how.get("generation", 0)
+            progress(Progress(complete, failures, now.size, seconds, done_here, generation))
+
+
+def extend(study: Study, path: str | os.PathLike[str], points: int, **how: Unpack[How]) -> Store:
+    """Add points to a random, Sobol or Saltelli design, and do them."""
+    if not study.design.extendable:
+        raise InputError(f"more points of a {study.design.kind} design", "a random, sobol or saltelli design")
+    if points < study.design.points:
+        raise InputError(
+            f"{points} points of a study that has {study.design.points}", "more", f"--points {2 * study.design.points}"
+        )
+    if study.uncertain and not study.sampling.common and study.sampling.kind == "latin-hypercube":
+        raise InputError("more points of a study with a Latin hypercube for each", "common random numbers")
+    larger = replace(study, design=replace(study.design, points=points))
+    store = Store(path)
+    store.check(study)
+    store.extend(larger)
+    return execute(larger, path, **how)
+
+
+class ProgramError(ScissordynError):
+    """A worker whose program gives other numbers than the one that hands out the blocks."""
+
+
+@dataclass(frozen=True)
+class Block:
+    """What a worker needs to compute cases of a block.
+
+    The fingerprint is that of the study in the process that hands out the blocks: a worker that finds another one computes
+    nothing. Points are those of an adaptive design.
+    """
+
+    study: Study
+    cases: np.ndarray
+    points: np.ndarray | None = None
+    fingerprint: Mapping[str, str] | None = None
+
+
+def run_block(block: Block) -> BlockResult:
+    """Compute the cases of a block.
+
+    Raises `ProgramError` if the program here is another one than where the block was handed out, and `KeyboardInterrupt` if
+    the user stopped it.
+    """
+    began = time.perf_counter()
+    _check_program(block)
+    runs = simulated(block.study, block.cases, block.points)
+    status = np.where(runs["status"].values == "complete", COMPLETE, FAILED).astype(np.int8)
+    values = _numbers(block) | {name: runs[name].values for name in block.study.measure_names}
+    texts = [(str(cause), str(warned)) for cause, warned in zip(runs["cause"].values, runs["warnings"].values, strict=True)]
+    times = time.perf_counter() - began, float(runs.attrs["integration_seconds"]), float(block.cases.size)
+    return BlockResult(block.cases, values, status, texts, times)
+
+
+def _numbers(block: Block) -> dict[str, np.ndarray]:
+    """The numbers that vary of the cases of a block, by array."""
+    return {column(parameter): values for parameter, values in block.study.numbers(block.cases, block.points).items()}
+
+
+def _check_program(block: Block) -> None:
+    """Raise `ProgramError` unless the fingerprint of the study here is that of whoever handed out the block."""
+    expected = block.fingerprint or {}
+    differs = [name for name, digest in block.study.fingerprint().items() if expected.get(name, digest) != digest]
+    if differs:
+        raise ProgramError(
+            f"the worker at '{platform.node()}' with '{Path(__file__).parents[2]}' would compute other numbers (differs in "
+            f"{', '.join(differs)}); allowed: the same sources, libraries and files of yours for all workers"
+        )
+
+
+def _failed(block: Block, cause: str) -> BlockResult:
+    """The rows of a block that could not be computed."""
+    count = block.cases.size
+    return BlockResult(block.cases, _numbers(block), np.full(count, FAILED, np.int8), [(cause, "")] * count)
+
+
+def simulated(study: Study, cases: np.ndarray, points: np.ndarray | None = None) -> xr.Dataset:
+    """Some cases as one batch on one thread, or a batch of each mechanism: engines run several blocks beside each other."""
+    numbers = study.numbers(cases, points)
+    measures = {name: MEASURES[name] for name in study.measures}
+    measures |= {measure.name: _accumulated(measure) for measure in study.own_measures if measure.of == "accumulators"}
+    batches, order = [], []
+    for mechanism, places in study.by_variant(numbers):
+        perturbed = Perturbed(cases[places] % study.members, study.perturbation)
+        applied = {parameter: values[places] for parameter, values in study.applied(numbers).items()}
+        batches.append(pass_on(simulate_cases(mechanism, applied, study.options, measures, perturbed, threads=1)))
+        order.append(places)
+    runs = xr.concat(batches, "case", coords="minimal", compat="override", combine_attrs="override")
+    runs = runs.isel(case=np.argsort(np.concatenate(order)))
+    runs = runs.assign({name: ("case", numbers[name], about) for name, about in _described(study).items()})
+    runs.attrs["integration_seconds"] = sum(batch.attrs["integration_seconds"] for batch in batches)
+    of_dataset = [measure for measure in study.own_measures if measure.of == "dataset"]
+    return _of_datasets(study, numbers, runs, of_dataset) if of_dataset else runs
+
+
+def _described(study: Study) -> dict[str, dict[str, Any]]:
+    """Attributes of what makes other mechanisms, of deviations, and of chosen values from which single places deviate."""
+    attributes: dict[str, dict[str, Any]] = {varied.name: {"units": varied.si or "1", **varied.shown} for varied in study.apart}
+    for factor in study.uncertain:
+        if factor.of:
+            quantity = number(study.mechanism, factor.of).quantity
+            unit = "1" if quantity is None else quantity.unit
+            attributes[factor.of] = {"units": unit}
+            attributes[factor.name] = {"units": "1" if factor.relative else unit, "long_name": f"deviation of {factor.path}"}
+    return attributes
+
+
+def _accumulated(measure: OwnMeasure) -> Measure:
+    function = measure.callable()
+
+    def value(ended: Ended) -> float:
+        try:
+            return float(function(ended))
+        except Exception as error:
+            raise ScissordynError(f"measure '{measure.name}': {type(error).__name__}: {error}") from error
+
+    return Measure(measure.units, _meaning(measure.name, function), (), value)
+
+
+def _of_datasets(
+    study: Study, numbers: Mapping[str, np.ndarray], runs: xr.Dataset, measures: Sequence[OwnMeasure]
+) -> xr.Dataset:
+    """Measures of the user's that want the Dataset of each case, which is simulated once for all of them."""
+    functions = {measure.name: measure.callable() for measure in measures}
+    values = {name: np.full(runs.sizes["case"], np.nan) for name in functions}
+    status, cause = runs["status"].values.astype(object), runs["cause"].values.astype(object)
+    # the largest torque is located between samples: a motor's curve needs no further ones, which take a second run
+    only_motors = all(isinstance(function, MotorCurve) for function in functions.values())
+    options = {**(study.options.equally_spaced if only_motors else study.options).keywords, "trust": False}
+    for case in np.flatnonzero(status == "complete"):
+        look()
+        name = ""
+        try:
+            mechanism = study.mechanism_of({parameter: float(values_of[case]) for parameter, values_of in numbers.items()})
+            run = pass_on(simulate(mechanism, **options))
+            for name, function in functions.items():
+                values[name][case] = float(function(run))
+        except Exception as error:
+            of_run = isinstance(error, InputError) and not name
+            reason = str(error) if of_run else f"{type(error).__name__}: {error}"
+            status[case], cause[case] = "failed", f"measure '{name}': {reason}" if name else reason
+    for measure in measures:
+        about = {"units": measure.units, "long_name": _meaning(measure.name, functions[measure.name])}
+        runs[measure.name] = "case", values[measure.name], about
+    return runs.assign(status=("case", status.astype(str)), cause=("case", cause.astype(str)))
+
+
+def _meaning(name: str, function: Callable[..., float]) -> str:
+    """What a measure of the user's is: the first line of what its function says of itself."""
+    return (inspect.getdoc(function) or f"measure '{name}' of the user").partition("\n")[0]

@@ -1,0 +1,480 @@
+"""The store of a study, one SQLite file with a row for each case, written by one process; earlier ones are converted."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import secrets
+import sqlite3
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.errors import InputError, ScissordynError, command
+from scissordyn.lookup import library
+from scissordyn.run.engine import STATES
+from scissordyn.studies.ask.description import OwnMeasure, Study, from_plain, to_plain
+from scissordyn.studies.ask.design import Design
+from scissordyn.studies.compute import table
+
+PENDING, COMPLETE, FAILED = range(len(STATES))  # Status of a case; one without a row is pending
+FORMAT = 3  # `user_version` of the file; stores of formats 1 and 2 were folders
+APPLICATION = 0x73636973  # `application_id` of the file, "scis"
+
+NOTES = ("study", "fingerprint", "columns", "block", "cases")
+TIMES = ("seconds", "integration_seconds", "cases", "attempts")
+TEXTS = {"cause": "why a case failed", "warnings": "of a complete case, one a line"}  # What they are
+
+SHOWN = 8  # Damaged cases that are named
+PATIENCE = 60.0  # How long a writer waits for those who read [s]
+
+
+class StoreError(ScissordynError):
+    """A store that could be read or written before and cannot now: a full disk, a disk that is gone."""
+
+
+@dataclass(frozen=True)
+class BlockResult:
+    """The rows of a block: values by array, status, cause and warnings of each case, and what they took."""
+
+    cases: np.ndarray
+    values: Mapping[str, np.ndarray]
+    status: np.ndarray
+    texts: list[tuple[str, str]]
+    times: Sequence[float] = (0.0, 0.0, 0.0)  # Seconds, those of integration, and how many cases took them
+
+
+class Store:
+    """The store of one study, in a file.
+
+    Every row has a digest, by which a changed byte is noticed: its case is pending again. A block of cases is written in one
+    transaction: after a kill or on a full disk it is there or not.
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        text = os.fspath(path)
+        if "://" in text:
+            raise InputError(f"'{text}' as a store", "a file on a disk", "-o study.db")
+        self.path = str(Path(text).expanduser().absolute())
+        self._writer: sqlite3.Connection | None = None
+
+    # --- beginning ------------------------------------------------------------------------------------------------------
+
+    def exists(self) -> bool:
+        """Whether there is a study; an `InputError` if there is anything else."""
+        path = Path(self.path)
+        with _one_line(self.path):
+            if path.is_dir():
+                raise self._no_study(path)
+            if not path.exists() or not path.stat().st_size:
+                return False
+        try:
+            with self._open() as connection:
+                pragmas = [connection.execute(f"PRAGMA {name}").fetchone()[0] for name in ("application_id", "user_version")]
+        except sqlite3.OperationalError as error:
+            raise StoreError(f"'{self.path}' cannot be read: {error}") from None
+        except table.BROKEN:
+            pragmas = [0, 0]
+        application, version = pragmas
+        if application != APPLICATION:
+            raise self._no_study(path)
+        if version != FORMAT:
+            what = f"'{path}' is a study of format {version}, and not of format {FORMAT}"
+            raise InputError(what, "the version of scissordyn that made it", "-o another.db")
+        return True
+
+    def check_place(self) -> None:
+        """Raise `InputError` if there is no folder for the store to be in."""
+        parent = Path(os.path.realpath(self.path)).parent
+        if not parent.is_dir():
+            raise InputError(f"'{self.path}' as a store: no folder '{parent}'", "a folder that exists", "-o study.db")
+
+    def begun(self) -> bool:
+        """Whether there is anything to resume."""
+        return Path(self.path).is_file() and Path(self.path).stat().st_size > 0
+
+    def _no_study(self, path: Path) -> InputError:
+        if (path / "zarr.json").exists() and (path / "record").is_dir():
+            what = f"'{path}' is a study of an earlier version, a folder"
+            new = path.with_suffix(".db")
+            return InputError(what, "a study in one file", command("scissordyn", "study", "convert", path, "-o", new))
+        return InputError(f"'{path}' is no study, or its first page is damaged", "the file of a study", "-o study.db")
+
+    def create(self, study: Study, pilot: xr.Dataset, block: int) -> None:
+        """Make the file; the pilot is of at least one case, with all measures."""
+        self.create_with(table.columns_of(study, pilot), study.to_plain(), study.fingerprint(), block, study.cases)
+
+    def create_with(self, columns: table.Columns, study: Any, fingerprint: Mapping[str, str], block: int, cases: int) -> None:
+        """Make the file with these notes, whole or not at all."""
+        values = (study, fingerprint, to_plain(columns), block, cases)
+        with self._made_anew(columns, dict(zip(NOTES, values, strict=True)), instead=False):
+            pass
+
+    @contextmanager
+    def _made_anew(self, columns: table.Columns, notes: Mapping[str, Any], *, instead: bool) -> Iterator[sqlite3.Connection]:
+        """A new file without rows, in the place of the store or of none, once everything is written."""
+        target = os.path.realpath(self.path)
+        # a process that is killed here leaves no half of a store; nobody else has a file of this name
+        beside = f"{target}.{secrets.token_hex(8)}.part"
+        try:
+            with _one_line(self.path), closing(sqlite3.connect(beside, isolation_level=None)) as connection:
+                connection.execute("BEGIN")
+                table.create(connection, columns)
+                for name, value in notes.items():
+                    _note(connection, name, value)
+                yield connection
+                connection.execute("COMMIT")
+                connection.execute(f"PRAGMA application_id = {APPLICATION}")
+                connection.execute(f"PRAGMA user_version = {FORMAT}")
+            with _one_line(self.path):
+                if instead:
+                    os.replace(beside, target)
+                else:
+                    self._name(beside, target)
+        except BaseException:
+            for end in ("", "-journal"):
+                Path(f"{beside}{end}").unlink(missing_ok=True)
+            raise
+
+    def _name(self, beside: str, target: str) -> None:
+        """Give a new file its name, unless another process has made one meanwhile."""
+        if not self.begun():
+            Path(target).unlink(missing_ok=True)  # an empty file
+        try:
+            os.link(beside, target)
+        except FileExistsError:
+            raise InputError(f"'{self.path}' was made by another process meanwhile", "the same command again") from None
+        except OSError:  # a file system without links
+            os.rename(beside, target)
+            return
+        os.unlink(beside)
+
+    # --- notes ----------------------------------------------------------------------------------------------------------
+
+    @contextmanager
+    def _open(self) -> Iterator[sqlite3.Connection]:
+        """The connection of the writer, or one to read."""
+        if self._writer is not None:
+            yield self._writer
+            return
+        with closing(self._connect()) as connection:
+            yield connection
+
+    def _connect(self) -> sqlite3.Connection:
+        uri = f"{Path(os.path.realpath(self.path)).as_uri()}?mode=rw"
+        connection = sqlite3.connect(uri, PATIENCE, uri=True, isolation_level=None, check_same_thread=False)
+        connection.text_factory = bytes  # a changed byte may be no text
+        connection.execute("PRAGMA cell_size_check = 1")
+        return connection
+
+    def _value(self, name: str) -> Any:
+        """What a note says."""
+        with self._reading() as connection:
+            row = connection.execute("SELECT value, digest FROM notes WHERE name = ?", (name,)).fetchone()
+        if row is None or not isinstance(row[0], bytes) or row[1] != table.digest(name, row[0].decode(errors="replace")):
+            what = f"the note '{name}' in '{self.path}' is damaged"
+            raise InputError(what, "a copy that is whole; any tool for SQLite reads the rows", "-o another.db")
+        return json.loads(row[0])
+
+    @contextmanager
+    def _reading(self) -> Iterator[sqlite3.Connection]:
+        if self._writer is None and not self.begun():
+            raise InputError(f"no study at '{self.path}'", "the store of a study")
+        with _one_line(self.path), self._open() as connection:
+            yield connection
+
+    def study(
+        self, *, allow_code: Sequence[Path] = (), own_measures: Sequence[OwnMeasure] = (), reading: bool = False
+    ) -> Study:
+        """The study that the store is of; only read, it needs none of the user's functions."""
+        return Study.from_plain(self._value("study"), allow_code=allow_code, own_measures=own_measures, reading=reading)
+
+    def design(self) -> Design:
+        """The design, with the number of points that it has by now."""
+        return Design(**self._value("study")["design"])
+
+    def check(self, study: Study) -> None:
+        """Raise `InputError` if the store is of another study, or of the same with another version of the program."""
+        there = self._value("fingerprint")
+        differs = [name for name, digest in study.fingerprint().items() if there.get(name) != digest]
+        if differs:
+            raise InputError(
+                f"'{self.path}' holds another study (differs in {', '.join(differs)})",
+                "the store of the same study, or a name that is not taken",
+                "-o another.db",
+            )
+
+    @property
+    def _columns(self) -> table.Columns:
+        columns: table.Columns = from_plain(table.Columns, self._value("columns"))
+        return columns
+
+    @property
+    def block(self) -> int:
+        return int(self._value("block"))
+
+    @property
+    def cases(self) -> int:
+        return int(self._value("cases"))
+
+    # --- rows -----------------------------------------------------------------------------------------------------------
+
+    def _rows(self) -> table.Rows:
+        """The rows of all cases that are as they were written; those that are missing from a block are damaged, too."""
+        cases, block, columns = self.cases, self.block, self._columns
+        with self._reading() as connection:
+            rows = table.read(connection, columns, cases)
+            written = _blocks(connection)
+        there = np.zeros(cases, bool)
+        there[rows.cases] = True
+        for number, (size, _) in written.items():
+            first = number * block
+            for case in first + np.flatnonzero(~there[first : min(first + min(size, block), cases)]):
+                rows.damaged.setdefault(int(case), "missing")
+        return rows
+
+    def status(self) -> np.ndarray:
+        """Status of every case, shape (cases,); those of damaged rows are pending."""
+        rows = self._rows()
+        return rows.filled(self.cases, rows.status, PENDING)
+
+    def damage(self) -> dict[int, str]:
+        """Cases whose rows were written and are not as they were, and why; they count as pending."""
+        return dict(sorted(self._rows().damaged.items()))
+
+    def times(self) -> dict[str, np.ndarray]:
+        """Seconds, seconds of integration, cases and attempts of every block; zero where they cannot be read."""
+        with self._reading() as connection:
+            written = _blocks(connection)
+        noted = np.zeros((-(-self.cases // self.block), len(TIMES)))
+        for number, (_, times) in written.items():
+            if 0 <= number < len(noted):
+                noted[number] = times
+        return dict(zip(TIMES, noted.T, strict=True))
+
+    def write(self, result: BlockResult) -> None:
+        """Write the rows of cases of one block, all or none; its times are added to what is noted."""
+        cases, columns = result.cases, self._columns
+        block = int(cases[0]) // self.block
+        ends = block * self.block, (block + 1) * self.block - 1
+        with self.alone(), self._transaction() as connection:
+            matrix = columns.matrix(result.values, cases.size)
+            table.insert(connection, columns, table.Rows(cases, result.status, result.texts, matrix))
+            size = connection.execute("SELECT count(*) FROM cases WHERE number BETWEEN ? AND ?", ends).fetchone()[0]
+            before = _blocks(connection, f"WHERE number = {block}").get(block, (0, (0.0,) * 4))[1]
+            added = [float(old + new) for old, new in zip(before, (*result.times, 1.0), strict=True)]
+            _write_block(connection, block, size, added)
+
+    def extend(self, study: Study) -> None:
+        """Make room for more points of the same design."""
+        with self.alone(), self._transaction() as connection:
+            _note(connection, "study", study.to_plain())
+            _note(connection, "cases", study.cases)
+
+    def conclude(self, facts: Sequence[Mapping[str, Any]]) -> None:
+        """Note what the study has found, as plain data, for other tools."""
+        with self.alone(), self._transaction() as connection:
+            _note(connection, "conclusions", facts)
+
+    @contextmanager
+    def _transaction(self) -> Iterator[sqlite3.Connection]:
+        """Changes that are on the disk at the end of the block, or undone."""
+        assert self._writer is not None
+        with _one_line(self.path):
+            try:
+                yield self._writer
+                self._writer.execute("COMMIT")
+            except BaseException:
+                with suppress(sqlite3.Error):
+                    self._writer.execute("ROLLBACK")
+                raise
+            finally:
+                with suppress(sqlite3.Error):
+                    self._writer.execute("BEGIN IMMEDIATE")
+
+    @contextmanager
+    def alone(self) -> Iterator[None]:
+        """No other process writes meanwhile; rows that are damaged are left out of the file first."""
+        if self._writer is not None:
+            yield
+            return
+        try:
+            self._writer = self._locked()
+            damaged = self._rows()
+            if damaged.damaged:
+                self._leave_out(damaged)
+            yield
+        finally:
+            if self._writer is not None:
+                self._writer.close()
+                self._writer = None
+
+    def _locked(self) -> sqlite3.Connection:
+        """A connection that holds the lock on writing, which those who read do not notice."""
+        with _one_line(self.path):
+            number = os.stat(self.path).st_ino
+            connection = self._connect()
+            try:
+                connection.execute("PRAGMA busy_timeout = 0")
+                connection.execute("BEGIN IMMEDIATE")
+                connection.execute(f"PRAGMA busy_timeout = {int(1e3 * PATIENCE)}")
+                if os.stat(self.path).st_ino == number:
+                    return connection
+            except BaseException as error:
+                connection.close()
+                if not isinstance(error, sqlite3.OperationalError) or "locked" not in str(error):
+                    raise
+            connection.close()
+        raise InputError(f"'{self.path}' is being computed by another process", "one at a time")
+
+    def _leave_out(self, rows: table.Rows) -> None:
+        """Replace the file by one with the good rows alone: pages that cannot be read cannot be written either."""
+        notes = {name: self._value(name) for name in NOTES}
+        with self._reading() as connection:
+            written = _blocks(connection)
+        columns = from_plain(table.Columns, notes["columns"])
+        with self._made_anew(columns, notes, instead=True) as connection:
+            table.insert(connection, columns, rows)
+            damaged = {case // notes["block"] for case in rows.damaged}
+            for number, (size, times) in written.items():
+                _write_block(connection, number, 0 if number in damaged else size, times)
+        assert self._writer is not None
+        self._writer.close()
+        self._writer = None
+        self._writer = self._locked()
+
+    def results(self) -> xr.Dataset:
+        """All arrays, in memory, with the point, sample and member of each case.
+
+        Cases of damaged rows are pending and without values; the attribute `damage` says which, if there are any.
+        """
+        rows, cases, plain, columns = self._rows(), self.cases, self._value("study"), self._columns
+        variables: dict[str, Any] = {}
+        for array, values in columns.split(rows.matrix):
+            variables[array.name] = (("case", *array.dims), rows.filled(cases, values, np.nan), array.attrs)
+        texts = rows.filled(cases, np.array(rows.texts, object).reshape(-1, len(TEXTS)), "")
+        for k, (name, meaning) in enumerate(TEXTS.items()):
+            variables[name] = ("case", texts[:, k], {"long_name": meaning})
+        about = {"long_name": "status", "flag_values": list(range(len(STATES))), "flag_meanings": " ".join(STATES)}
+        variables["status"] = ("case", rows.filled(cases, rows.status, PENDING), about)
+        labels = {name: (dims, np.array(texts, object)) for name, (dims, texts) in columns.labels.items()}
+        samples, members = int(plain["sampling"]["samples"]), int(plain["members"])
+        point, rest = np.divmod(np.arange(cases), samples * members)
+        sample, member = np.divmod(rest, members)
+        places = {"point": ("case", point), "sample": ("case", sample), "member": ("case", member)}
+        attrs = {"title": "scissordyn study", "samples": samples, "members": members}
+        if rows.damaged:
+            attrs["damage"] = damage_text(rows.damaged)
+        return xr.Dataset(variables, {**labels, **places}, attrs)
+
+
+def damage_text(damaged: Mapping[int, str]) -> str:
+    """Cases of damaged rows, in words."""
+    shown = [f"{number} ({why})" for number, why in sorted(damaged.items())[:SHOWN]]
+    more = [f"{len(damaged) - SHOWN} more"] if len(damaged) > SHOWN else []
+    what = "row is damaged and its case" if len(damaged) == 1 else "rows are damaged and their cases"
+    return f"{len(damaged)} {what} pending: {', '.join(shown + more)}"
+
+
+def _note(connection: sqlite3.Connection, name: str, value: Any) -> None:
+    text = json.dumps(value)
+    row = (name, text, table.digest(name, text))
+    connection.execute("INSERT OR REPLACE INTO notes (name, value, digest) VALUES (?, ?, ?)", row)
+
+
+def _write_block(connection: sqlite3.Connection, number: int, size: int, times: Sequence[float]) -> None:
+    row = (number, size, *times[:2], *map(int, times[2:]))
+    connection.execute("INSERT OR REPLACE INTO blocks VALUES (?, ?, ?, ?, ?, ?, ?)", (*row, table.digest(*row)))
+
+
+def _blocks(connection: sqlite3.Connection, where: str = "") -> dict[int, tuple[int, tuple[float, ...]]]:
+    """Rows that were written of each block, and its times; without what cannot be read."""
+    try:
+        rows = connection.execute(f"SELECT * FROM blocks {where}").fetchall()
+    except table.BROKEN as error:
+        if isinstance(error, sqlite3.OperationalError) and "locked" in str(error):
+            raise
+        return {}
+    return {row[0]: (row[1], row[2:6]) for row in rows if _is_whole(row)}
+
+
+def _is_whole(row: tuple[Any, ...]) -> bool:
+    return all(isinstance(cell, (int, float)) for cell in row[:6]) and row[6] == table.digest(*row[:6])
+
+
+@contextmanager
+def _one_line(path: str) -> Iterator[None]:
+    """Errors of the disk and of the database as one line."""
+    try:
+        yield
+    except OSError as error:
+        reason = error.strerror or str(error) or type(error).__name__
+        raise StoreError(f"'{path}' cannot be read or written: {reason}; what is complete is kept") from error
+    except table.BROKEN as error:
+        raise StoreError(f"'{path}' cannot be read or written: {error}; what is complete is kept") from error
+
+
+def convert(folder: Path, target: Path) -> tuple[Store, list[int]]:
+    """Write a study of format 2 to one file; blocks that are not as they were written are left out, and returned."""
+    library("zarr", "convert", "a study of format 2")
+    try:
+        old = xr.open_zarr(folder, chunks=None, consolidated=True)
+        attrs, names = old.attrs, list(old.attrs["arrays"])
+        plain, block = json.loads(attrs["study"]), int(attrs["block"])
+    except (OSError, KeyError, TypeError, ValueError):
+        raise InputError(f"'{folder}' is no study of format 2", "the folder of one", "old.zarr") from None
+    if (store := Store(target)).begun():
+        raise InputError(f"'{target}' exists", "a name that is not taken", "-o another.db")
+    of_role = sorted(set(names) - {*TEXTS, "status"}, key=lambda name: old[name].attrs["role"])
+    columns, cases = table.Columns.of({name: old[name] for name in of_role}), old.sizes["case"]
+    store.create_with(columns, plain, attrs["fingerprint"], block, cases)
+    times, damaged = _times(folder), []
+    with store.alone():
+        for number in range(-(-cases // block)):
+            seal = folder / "record" / "seals" / f"{number}.json"
+            if not seal.exists():
+                continue
+            if not _is_sealed(folder, number, attrs["arrays"], seal):
+                damaged.append(number)
+                continue
+            part = old[names].isel(case=slice(number * block, (number + 1) * block)).load()
+            rows = np.flatnonzero(part["status"].values != PENDING)
+            values = {array.name: part[array.name].values[rows] for array in columns.arrays}
+            texts = list(zip(*(map(str, part[name].values[rows]) for name in TEXTS), strict=True))
+            if rows.size:
+                status = part["status"].values[rows].astype(np.int8)
+                store.write(BlockResult(number * block + rows, values, status, texts, times[number]))
+    return store, damaged
+
+
+def _times(folder: Path) -> np.ndarray:
+    """Seconds, seconds of integration and cases of each block; zero where they cannot be read."""
+    zarr = library("zarr", "convert", "a study of format 2")
+    array = zarr.open_array(str(folder / "timing" / "blocks"), mode="r")
+    noted = np.zeros((array.shape[0], len(TIMES) - 1))
+    for number in range(array.shape[0]):
+        try:
+            noted[number] = array[number, : len(TIMES) - 1]
+        except Exception:  # a broken chunk: the libraries of codecs raise whatever they like
+            continue
+    return noted
+
+
+def _is_sealed(folder: Path, block: int, arrays: Mapping[str, int], seal: Path) -> bool:
+    """Whether the files of a block are those that its seal names."""
+    try:
+        digests: Any = json.loads(seal.read_bytes())["files"]
+        for name, dimensions in arrays.items():
+            path = folder.joinpath(name, "c", str(block), *["0"] * (dimensions - 1))
+            right = hashlib.sha256(path.read_bytes()).hexdigest()[:16] if path.exists() else ""
+            if digests[name] != right:
+                return False
+    except (OSError, ValueError, TypeError, KeyError):
+        return False
+    return True

@@ -1,0 +1,243 @@
+"""The tables of a study's file: which columns there are, and rows that are checked by their digests."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from hashlib import blake2b
+from itertools import pairwise, product
+from struct import Struct, error, pack
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.plot.scale import Scale, scale_of
+from scissordyn.run.measure import COMPONENT_UNIT
+from scissordyn.studies.ask.description import Study
+
+MOST_COLUMNS = 1900  # SQLite has at most 2000 columns in a table; the numbers of wider cases are the bytes of one column
+PART = 100_000  # Rows that are read at once
+FIRST = ("number", "status", "cause", "warnings", "digest")  # Columns of the table of cases before those of its numbers
+BROKEN = (sqlite3.Error, UnicodeError, OverflowError, MemoryError)  # What reading a file may raise in which bytes are changed
+ROW = Struct("<qb")  # Number and status of a case, as they enter its digest
+
+NAN = float("nan")
+
+CHANGED = "not what was written"
+UNREADABLE = "cannot be read"
+
+
+@dataclass(frozen=True)
+class Array:
+    """Numbers of each case: dimensions beside the case, attributes, and the column of each number."""
+
+    name: str
+    dims: tuple[str, ...]
+    shape: tuple[int, ...]
+    attrs: dict[str, Any]
+    columns: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Columns:
+    """What the numbers of a case are, and the names along the dimensions of its arrays."""
+
+    arrays: tuple[Array, ...]
+    labels: dict[str, tuple[tuple[str, ...], tuple[str, ...]]]
+
+    @classmethod
+    def of(cls, variables: Mapping[str, xr.DataArray]) -> Columns:
+        """The columns of variables along the cases, by the names of their arrays."""
+        arrays, taken = list[Array](), set[str]()
+        labels: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {}
+        for name, variable in variables.items():
+            dims = tuple(map(str, variable.dims[1:]))
+            for label in (*dims, *([COMPONENT_UNIT] if dims and COMPONENT_UNIT in variable.coords else [])):
+                labels[label] = tuple(map(str, variable[label].dims)), tuple(map(str, variable[label].values.tolist()))
+            address = str(variable.attrs.get("address", name))
+            places = product(*(labels[dim][1] for dim in dims))
+            titles = tuple(_title(".".join([*place, address]), taken) for place in places)
+            arrays.append(Array(name, dims, variable.shape[1:], dict(variable.attrs), titles))
+        return cls(tuple(arrays), labels)
+
+    @property
+    def width(self) -> int:
+        return sum(len(array.columns) for array in self.arrays)
+
+    @property
+    def names(self) -> list[str]:
+        numbers = [name for array in self.arrays for name in array.columns]
+        return [*FIRST, *(["numbers"] if self.width > MOST_COLUMNS else numbers)]
+
+    def matrix(self, values: Mapping[str, np.ndarray], count: int) -> np.ndarray:
+        """The numbers of some cases, a row each; NaN where there are none."""
+        filled = [
+            np.reshape(values[array.name], (count, -1))
+            if array.name in values
+            else np.full((count, len(array.columns)), np.nan)
+            for array in self.arrays
+        ]
+        numbers = np.hstack(filled).astype(float) + 0.0  # SQLite has no negative zero
+        numbers[np.isnan(numbers)] = np.nan  # and no NaN, which is NULL there
+        return numbers
+
+    def split(self, matrix: np.ndarray) -> Iterator[tuple[Array, np.ndarray]]:
+        """The array of each kind of numbers along the cases."""
+        first = 0
+        for array in self.arrays:
+            part = matrix[:, first : first + len(array.columns)]
+            yield array, np.ascontiguousarray(part).reshape(len(matrix), *array.shape)
+            first += len(array.columns)
+
+
+def column(parameter: str) -> str:
+    """Name of the array of a parameter path; NetCDF would make a group of a slash."""
+    return parameter.replace("/", "_")
+
+
+def about_number(study: Study, results: xr.Dataset, name: str) -> dict[str, Any]:
+    """Attributes of a number that varies: its unit, and the one in which the user wrote it, or the names."""
+    shown = next((factor.shown for factor in study.varied if factor.name == name), {})
+    return {"units": results[column(name)].attrs.get("units", "1"), **shown}
+
+
+def number_scale(study: Study, results: xr.Dataset, name: str, *values: float) -> Scale:
+    """In which values of a number that varies are shown."""
+    return scale_of(xr.DataArray(list(values), attrs=about_number(study, results, name)))
+
+
+def chosen_numbers(study: Study, results: xr.Dataset) -> dict[str, Any]:
+    """The numbers that are chosen at each point, as variables along `point`."""
+    variables: dict[str, Any] = {}
+    for factor in study.factors:
+        variable = results[column(factor.path)]
+        variables[factor.path] = ("point", study.cells(variable.values)[:, 0, 0], {**variable.attrs, **factor.shown})
+    return variables
+
+
+def _title(first: str, taken: set[str]) -> str:
+    """The column of a number, ``A.peak_force``, which is then taken; SQLite does not tell A from a."""
+    title, count = first, 1
+    while title.lower() in taken.union(FIRST, ("numbers",)):
+        count += 1
+        title = f"{first} {count}"
+    taken.add(title.lower())
+    return title
+
+
+def columns_of(study: Study, runs: xr.Dataset) -> Columns:
+    """The columns of a study, by the dimensions and units of a few of its cases."""
+    chosen = {factor.path for factor in study.factors}
+    variables = {
+        column(name): runs[name].assign_attrs(role="factor" if name in chosen else "uncertain", address=name)
+        for name in study.factor_names
+    }
+    return Columns.of(variables | {name: runs[name].assign_attrs(role="measure") for name in study.measure_names})
+
+
+def quoted(name: str) -> str:
+    """A name in a command of SQL."""
+    return '"' + name.replace('"', '""') + '"'
+
+
+def create(connection: sqlite3.Connection, columns: Columns) -> None:
+    """Make the tables of cases, blocks and notes."""
+    numbers = columns.names[len(FIRST) :]
+    kind = "BLOB" if columns.width > MOST_COLUMNS else "REAL"
+    texts = "number INTEGER PRIMARY KEY, status INTEGER, cause TEXT, warnings TEXT, digest BLOB"
+    connection.execute(f"CREATE TABLE cases ({', '.join([texts, *(f'{quoted(name)} {kind}' for name in numbers)])})")
+    connection.execute(
+        "CREATE TABLE blocks (number INTEGER PRIMARY KEY, rows INTEGER, seconds REAL, integration_seconds REAL, "
+        "cases INTEGER, attempts INTEGER, digest BLOB)"
+    )
+    connection.execute("CREATE TABLE notes (name TEXT PRIMARY KEY, value TEXT, digest BLOB)")
+
+
+def digest(*parts: object) -> bytes:
+    """Of a note or of a block."""
+    return blake2b(json.dumps(parts).encode(), digest_size=8).digest()
+
+
+def _row_digest(number: int, status: int, numbers: bytes, cause: bytes, warned: bytes) -> bytes:
+    return blake2b(ROW.pack(number, status) + numbers + cause + b"\0" + warned, digest_size=8).digest()
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Rows of cases that are as they were written, in the order of their numbers, and what is wrong with others."""
+
+    cases: np.ndarray
+    status: np.ndarray
+    texts: list[tuple[str, str]]  # Cause and warnings
+    matrix: np.ndarray
+    damaged: dict[int, str] = field(default_factory=dict)
+
+    def filled(self, cases: int, values: np.ndarray, nothing: object) -> np.ndarray:
+        """Values of these rows among so many cases, of which the others have nothing."""
+        every = np.full((cases, *values.shape[1:]), nothing, values.dtype)
+        every[self.cases] = values
+        return every
+
+
+def insert(connection: sqlite3.Connection, columns: Columns, rows: Rows) -> None:
+    """Write rows of the table of cases."""
+    wide, cells = columns.width > MOST_COLUMNS, []
+    for number, code, text, numbers in zip(rows.cases.tolist(), rows.status.tolist(), rows.texts, rows.matrix, strict=True):
+        content = numbers.tobytes()
+        digest = _row_digest(number, code, content, *(part.encode() for part in text))
+        cells.append((number, code, *text, digest, *([content] if wide else numbers.tolist())))
+    names = ", ".join(map(quoted, columns.names))
+    places = ", ".join("?" * len(columns.names))
+    connection.executemany(f"INSERT OR REPLACE INTO cases ({names}) VALUES ({places})", cells)
+
+
+def read(connection: sqlite3.Connection, columns: Columns, cases: int) -> Rows:
+    """All rows, each checked by its digest."""
+    query = f"SELECT {', '.join(map(quoted, columns.names))} FROM cases WHERE number BETWEEN ? AND ?"
+    numbers, status, texts = list[int](), list[int](), list[tuple[str, str]]()
+    content, damaged = bytearray(), dict[int, str]()
+    for first in range(0, cases, PART):
+        rows, unreadable = _readable(connection, query, first, min(first + PART, cases) - 1)
+        damaged |= dict.fromkeys(unreadable, UNREADABLE)
+        for row in rows:
+            if (whole := _whole_numbers(row, columns.width)) is None:
+                damaged[row[0]] = CHANGED
+                continue
+            numbers.append(row[0])
+            status.append(row[1])
+            texts.append((row[2].decode(), row[3].decode()))
+            content += whole
+    matrix = np.frombuffer(bytes(content)).reshape(len(numbers), columns.width)
+    return Rows(np.array(numbers, int), np.array(status, np.int8), texts, matrix, damaged)
+
+
+def _whole_numbers(row: Sequence[Any], width: int) -> bytes | None:
+    """The numbers of a row as bytes, in which NULL is NaN; None unless all of the row is what was written."""
+    number, status, cause, warned, right, *values = row
+    try:
+        content = values[0] if width > MOST_COLUMNS else pack(f"{width}d", *(NAN if v is None else v for v in values))
+        same = len(content) == 8 * width and right == _row_digest(number, status, content, cause, warned)
+    except (TypeError, error):
+        return None
+    return content if same else None
+
+
+def _readable(connection: sqlite3.Connection, query: str, first: int, last: int) -> tuple[list[Any], list[int]]:
+    """Rows between two numbers, and the numbers of those on pages of the file that cannot be read."""
+    try:
+        rows = connection.execute(query, (first, last)).fetchall()
+        numbers = [row[0] for row in rows]
+        whole = all(isinstance(number, int) and first <= number <= last for number in numbers)
+        if whole and all(below < above for below, above in pairwise(numbers)):
+            return rows, []
+    except BROKEN as failure:
+        if isinstance(failure, sqlite3.OperationalError) and "locked" in str(failure):
+            raise
+    if first == last:
+        return [], [first]
+    middle = (first + last) // 2
+    below, above = _readable(connection, query, first, middle), _readable(connection, query, middle + 1, last)
+    return [*below[0], *above[0]], [*below[1], *above[1]]

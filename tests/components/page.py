@@ -1,0 +1,33 @@
+"""The parts of docs/components.md."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from scissordyn.components.catalogue import COMPONENTS
+
+PAGE = Path(__file__).parents[2] / "docs" / "components.md"
+SECTIONS = tuple(section for section in COMPONENTS if section not in ("actuator", "flexible_bar"))
+"""Components that a short case can hold alone; [control] describes an actuator, [[bending]] makes flexible bars."""
+
+
+def outputs(section: str) -> str:
+    """What the page says of the variables of a run that a component makes."""
+    return next(line for line in parts()[heading(section)].splitlines() if line.startswith("Outputs: "))
+
+
+def parts() -> dict[str, str]:
+    """The sections of the page by their headings."""
+    pieces = re.split(r"^## (.*)$", PAGE.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    return dict(zip(pieces[1::2], pieces[2::2], strict=True))
+
+
+def snippets(text: str, language: str = "toml") -> list[str]:
+    """The blocks of code of a text in a language."""
+    return re.findall(rf"^```{language}\n(.*?)^```", text, flags=re.MULTILINE | re.DOTALL)
+
+
+def heading(section: str) -> str:
+    """The heading of a component."""
+    return f"`[[{section}]]`"

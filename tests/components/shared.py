@@ -1,0 +1,124 @@
+"""Models, bounds and case files that the tests of components share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.integrate import solve_ivp
+
+import scissordyn as sd
+from scissordyn.cli.main import status_of
+from scissordyn.components.place import Point
+from scissordyn.config.file import read_case
+from scissordyn.model.mechanism import Mechanism
+
+METHODS = ("dop853", "rodas5p")  # An explicit method and a stiff one
+
+TIGHT = {"rtol": 1e-11, "atol": 1e-11}
+
+ENERGIES = ("kinetic_energy", "potential_energy", "stored_energy", "dissipated_energy", "drive_work", "load_work")
+
+
+ENDS = ("ground", "O"), ("ball", "centre")  # Of a component on the ball
+
+
+def ball_on(
+    *components: Any, mass: float = 2.0, place: Point = (0.5, 0.0), velocity: Point = (0.0, 0.0), gravity: float = 0.0
+) -> Mechanism:
+    """A point mass and a point of the ground, with some components between them."""
+    ball = replace(sd.point_mass("ball", mass=mass, position=place), velocity=velocity)
+    return Mechanism((ball,), components=components, ground=(("O", (0.0, 0.0)),), gravity=gravity)
+
+
+def assert_balance(run: xr.Dataset, bound: float = 1e-8) -> None:
+    """The energy balance closes within a fraction of the energy that is converted."""
+    assert run.attrs["status"] == "complete", run.attrs["cause"]
+    turnover = max(float(np.ptp(run[name].values)) for name in ENERGIES)
+    assert float(np.max(np.abs(run["energy_residual"].values))) < bound * turnover
+
+
+def events_of(run: xr.Dataset, kind: str) -> np.ndarray:
+    """Instants of the events of one kind [s]."""
+    return np.asarray(run["event_time"].values[run["event_kind"].values == kind])
+
+
+Event = Callable[[float, np.ndarray], float]
+
+
+def phases(
+    rate: Callable[[int, float, np.ndarray], Sequence[float]],
+    events: Sequence[Callable[[float, np.ndarray], float]],
+    start: Sequence[float],
+    until: float,
+    *,
+    mode: int = 0,
+    limit: int = 50,
+) -> tuple[list[float], list[int], Callable[[np.ndarray], np.ndarray]]:
+    """An independent integration by scipy that stops at the event of its mode, changes the mode and goes on.
+
+    Returns instants of the changes, modes after them, and the solution at any instants.
+    """
+    begin, state = 0.0, np.array(start, float)
+    parts, instants, modes = [], [], []
+    for _ in range(limit):
+        event = _terminal(events[mode])
+        found = solve_ivp(
+            lambda t, y, mode=mode: rate(mode, t, y),
+            (begin, until),
+            state,
+            method="DOP853",
+            rtol=1e-13,
+            atol=1e-13,
+            events=event,
+            dense_output=True,
+        )
+        parts.append((begin, found.sol))
+        if found.status != 1:
+            break
+        begin, state = float(found.t[-1]), found.y[:, -1]
+        mode = 1 - mode
+        instants.append(begin)
+        modes.append(mode)
+
+    def at(time: np.ndarray) -> np.ndarray:
+        chosen = np.searchsorted([start for start, _ in parts], time, side="right") - 1
+        return np.array([parts[k][1](t) for k, t in zip(chosen, time, strict=True)])
+
+    return instants, modes, at
+
+
+def _terminal(event: Event) -> Event:
+    def falling(t: float, y: np.ndarray) -> float:
+        return event(t, y)
+
+    falling.terminal, falling.direction = True, -1.0  # type: ignore[attr-defined]
+    return falling
+
+
+def read(folder: Path, text: str) -> Mechanism:
+    """The mechanism of a case file."""
+    path = folder / "case.toml"
+    path.write_text(text, encoding="utf-8")
+    return read_case(path).mechanism
+
+
+def checked(folder: Path, text: str, capsys: pytest.CaptureFixture[str]) -> str:
+    """What ``scissordyn check`` says of a case file."""
+    path = folder / "case.toml"
+    path.write_text(text, encoding="utf-8")
+    assert status_of(["check", str(path)]) == 0
+    return capsys.readouterr().out
+
+
+def assert_documented(run: xr.Dataset, units: dict[str, str]) -> None:
+    """Variables of a component: along time and its section, with these units and a long name."""
+    for name, unit in units.items():
+        assert run[name].attrs["units"] == unit, name
+        assert run[name].attrs["long_name"], name
+        assert np.all(np.isfinite(run[name].values)), name

@@ -1,0 +1,29 @@
+"""The paper's array driven to and fro at 8 Hz."""
+
+import math
+
+import pytest
+
+from scissordyn.components.time_function import Harmonic
+from scissordyn.laws.friction.lugre import LuGre
+from scissordyn.model.clearance import Clearance
+from scissordyn.model.scissor import scissor
+
+
+@pytest.fixture(scope="session")
+def periodic():
+    """The ideal array."""
+    drive = Harmonic(math.radians(45.0), math.radians(10.0), 2.0 * math.pi * 8.0)
+    return scissor(units=2, angle=math.radians(45.0)).driven(drive)
+
+
+@pytest.fixture(scope="session")
+def frictional(periodic):
+    """With friction and little clearance it soon repeats itself in every cycle."""
+    return periodic.with_clearance("A", Clearance(0.1e-3, friction=LuGre(kinetic=0.05)))
+
+
+@pytest.fixture(scope="session")
+def impacting(periodic):
+    """Without friction it does not."""
+    return periodic.with_clearance("A", Clearance(0.5e-3))

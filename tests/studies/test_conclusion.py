@@ -1,0 +1,443 @@
+"""What a study says: trends, recommendation and next steps of responses with known laws, in the units of the reader."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import shlex
+import string
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy import stats
+
+from scissordyn.cli.study import show_answers
+from scissordyn.plot.scale import Scale
+from scissordyn.plot.study import response_curves
+from scissordyn.studies.answer.conclusion import conclude, needs, trend_table
+from scissordyn.studies.answer.fact import WORDS, Fact
+from scissordyn.studies.answer.page import agreement, best_points, response_ranges, varied_numbers
+from scissordyn.studies.answer.trend import between_points, fitted, morris_indices, ranked, rankings, sensitivities, trends
+from scissordyn.studies.answer.verdict import by_point, feasible_fraction, recommended, worst_cases
+from scissordyn.studies.ask.description import OwnMeasure, Study
+from scissordyn.studies.ask.design import Design, Factor, Sampling
+from scissordyn.studies.ask.distribution import Interval, Levels, LogNormal, Normal, Uniform, Variation
+from scissordyn.studies.ask.requirement import Goal, Optimisation, Requirement
+from scissordyn.studies.compute.store import FAILED
+from studies.test_answer import made_up, result_of, study
+
+FORCE = Requirement("peak_force", "<", 500.0, text="peak_force < 500 N")
+
+
+def test_exponents_are_recovered() -> None:
+    """Closed form: 3e5 c^1.02 v^-0.5 without noise; the value that meets a bound is the inverse."""
+    rng = np.random.default_rng(1)
+    x = np.stack([rng.uniform(1e-5, 4e-4, 20), rng.uniform(10.0, 20.0, 20)], axis=1)
+    law = fitted(x, 3e5 * x[:, 0] ** 1.02 * x[:, 1] ** -0.5, np.arange(20), ("c", "v"))[0]
+    assert law.form == "power"
+    np.testing.assert_allclose(law.slopes, [1.02, -0.5], atol=1e-10)
+    assert (law.r2, law.predicted, law.error) == pytest.approx((1.0, 1.0, 0.0), abs=1e-9)
+    needed_value = (500.0 / 3e5 * 15.0**0.5) ** (1.0 / 1.02)
+    assert law.inverse("c", 500.0, {"v": 15.0}) == pytest.approx(needed_value, rel=1e-9)
+    assert law.value({"c": needed_value, "v": 15.0}) == pytest.approx(500.0, rel=1e-9)
+
+
+def test_a_line_with_an_offset_is_a_line() -> None:
+    """Closed form: 4 + 3 x predicts better than a power law, and no x > 0 gives 2."""
+    x = np.linspace(0.1, 3.0, 12)[:, None]
+    line = fitted(x, 4.0 + 3.0 * x[:, 0], np.arange(12), ("x",))[0]
+    assert line.form == "linear"
+    assert (line.constant, float(line.slopes[0])) == pytest.approx((4.0, 3.0))
+    assert line.inverse("x", 2.0, {}) == pytest.approx(-2.0 / 3.0)
+
+
+def test_intervals_of_exponents_cover() -> None:
+    """Closed form: of 400 samples of a law with noise, about 95 % of the intervals hold the exponent."""
+    rng, hits = np.random.default_rng(2), 0
+    for _ in range(400):
+        x = np.stack([rng.uniform(1.0, 8.0, 24), rng.uniform(1.0, 5.0, 24)], axis=1)
+        values = 7.0 * x[:, 0] ** 1.5 * np.exp(0.2 * rng.standard_normal(24))
+        law = next(one for one in fitted(x, values, np.arange(24), ("a", "b")) if one.form == "power")
+        hits += bool(abs(law.slopes[0] - 1.5) < law.intervals[0])
+    assert 0.92 * 400 <= hits <= 0.98 * 400
+
+
+def test_cross_validation_finds_no_trend_in_noise() -> None:
+    """Closed form: pure noise is predicted worse than by its mean; samples of a point are left out together."""
+    rng = np.random.default_rng(3)
+    x = np.repeat(rng.uniform(1.0, 2.0, (15, 3)), 4, axis=0)
+    values = np.repeat(rng.uniform(1.0, 2.0, 15), 4)  # the same in all samples: a fit by rows would seem to predict it
+    assert all(not one.clear and one.points == 15 for one in fitted(x, values, np.arange(60) // 4, ("a", "b", "c")))
+
+
+def test_too_few_points_have_no_trend() -> None:
+    """Identity: nothing is fitted to three points, to constants, or to failed cases."""
+    x = np.array([[1.0], [2.0], [3.0]])
+    assert fitted(x, x[:, 0], np.arange(3), ("x",)) == ()
+    x = np.linspace(1.0, 2.0, 9)[:, None]
+    assert fitted(x, np.ones(9), np.arange(9), ("x",)) == ()
+    assert fitted(x, np.full(9, np.nan), np.arange(9), ("x",)) == ()
+
+
+def proportional(bound: float, points: int = 24) -> tuple:
+    """Peak force = 4e6 N/m times the clearance of 0.1 to 0.5 mm: 400 to 2000 N; the speed has no effect."""
+    described = study(
+        factors=(Factor("A.clearance", Interval(1e-4, 5e-4), "mm", 1e-3), Factor("drive.speed", Interval(10.0, 20.0))),
+        design=Design("sobol", points, 1),
+        requirements=(dataclasses.replace(FORCE, bound=bound),),
+    )
+    found = made_up(described, 4e6 * described.numbers(np.arange(points))["A.clearance"])
+    return described, found
+
+
+def test_nowhere_met_is_said_with_what_is_missing() -> None:
+    """Closed form: 100 N needs 25 um, which is beyond 0.1 mm; the nearest point is that of the least clearance."""
+    described, found = proportional(100.0)
+    one = recommended(described, found)
+    assert one is not None
+    least = float(found["A.clearance"].min())
+    assert one.numbers["A.clearance"] == least
+    assert (one.feasible, one.binding) == (False, FORCE.label)
+    assert one.margins[0].margin == pytest.approx(1.0 - 4e6 * least / 100.0)
+    (need,) = needs(described, found, trends(described, found), one.numbers)
+    assert (need.kind, need.numbers["number"]) == ("need beyond", "A.clearance")
+    assert need.numbers["value"] == pytest.approx(25e-6, rel=1e-6)
+    said = conclude(result_of(described, found), "a.db")
+    assert str(said.verdict[0]).startswith("All requirements together are met nowhere: at none of 24 points; the fraction")
+    fact, *_ = said.trends
+    assert (fact.kind, fact.part, fact.numbers["little"]) == ("trend", "peak_force", "drive.speed")
+    assert fact.numbers["how"][0].numbers["slope"] == pytest.approx(1.0)
+    assert json.loads(json.dumps(said.to_plain()))[0]["numbers"]["tried"] == 24
+    text = " ".join(map(str, said.trends))
+    assert "about proportional to A.clearance (exponent 1.00 ± 0.00); hardly depends on drive.speed (R2 1.00, 0.0% err" in text
+    assert "extrapolated: the data reach from" in text
+    moved = shlex.split(said.next[0][1])
+    low, high = moved[moved.index("--vary") + 1].removeprefix("A.clearance=").removesuffix(" mm").split("..")
+    assert float(low) < 25e-3 < float(high) == pytest.approx(1e3 * least, rel=1e-3)
+    assert said.next[1][1] == "scissordyn study refine a.db --goal 'minimise peak_force' -o next.db"
+
+
+def test_what_holds_or_not_has_no_trend() -> None:
+    """Limit: a response that is 0 or 1 has no power and no line; beside its requirement stands what its function says."""
+    described, _ = proportional(1000.0)
+    held = Requirement("holds", ">", 0.5, text="holds > 0.5")
+    described = dataclasses.replace(described, requirements=(held,), own_measures=(OwnMeasure("holds", float),))
+    found = made_up(described, 4e6 * described.numbers(np.arange(24))["A.clearance"])
+    yes = (np.arange(24) % 3 == 0).astype(float)
+    found = found.assign(holds=("case", yes, {"units": "1", "role": "measure", "long_name": "the slider stays"}))
+    assert "holds" not in trends(described, found)
+    said = conclude(result_of(described, found), "a.db")
+    assert said.margins is not None
+    assert said.margins.head[:2] == ("requirement", "meaning")
+    assert [row[:2] for row in said.margins.rows] == [("holds > 0.5", "the slider stays")]
+
+
+def test_cases_that_never_settle_are_failures() -> None:
+    """Closed form: above 0.3 mm nothing settles; no trend is stated from the others, and the worst case is not one of those."""
+    described, found = proportional(1000.0)
+    clearance = found["A.clearance"].values
+    settled = Requirement("settling_time", "<", 2.0, text="settling_time < 2 s")
+    measures = ("settling_time", "end_track_deviation")
+    described = dataclasses.replace(described, measures=measures, requirements=(settled,))
+    about = {"role": "measure", "units": "s"}
+    times = np.where(clearance > 3e-4, np.inf, 1.0 + 1e3 * clearance)[:, None]
+    off = (2.0 * clearance)[:, None]
+    found = found.assign(settling_time=(("case", "track"), times, about))
+    found = found.assign(end_track_deviation=(("case", "track"), off, about | {"units": "m"})).assign_coords(track=["tip"])
+    never = int(np.isinf(times).sum())
+    assert feasible_fraction(described, found)[-1].fraction == 1.0 - never / 24
+    worst = worst_cases(described, found)[0]
+    assert clearance[worst.case] > 3e-4
+    assert worst.text.startswith("not settled: off by ")
+    assert worst.text.endswith(" mm at the end")
+    assert float(worst.text.split()[4]) == pytest.approx(2e3 * clearance[worst.case], rel=1e-3)
+    said = conclude(result_of(described, found), "a.db")
+    text = " ".join(map(str, said.trends))
+    assert f"settling_time: no number in {never} of 24 cases, which count as not met" in text
+    assert "needs A.clearance" not in text
+    points = by_point(described, found)
+    assert np.isinf(points["settling_time"].values).sum() == never
+    assert between_points(described, points, "settling_time") is None
+    rows = {row[0]: row for row in response_ranges(described, found, points).rows}
+    assert rows["settling_time"][3] == "none"
+
+
+def test_words_of_facts() -> None:
+    """Identity: what is not known is not said, and every fact has words in which all fields have names."""
+    about = {"tried": 8, "high": None}
+    assert str(Fact("met nowhere", numbers=about)) == "All requirements together are met nowhere: at none of 8 points."
+    assert "at most 12.0%" in str(Fact("met nowhere", numbers={**about, "high": 0.12}))
+    millimetres = Scale(1e3, "mm")
+    assert str(Fact("value", "A.clearance", {"value": 1.234567e-3}, millimetres)) == "A.clearance = 1.235 mm"
+    for words in WORDS.values():
+        assert all(name is None or name.isidentifier() for _, name, _, _ in string.Formatter().parse(words))
+
+
+def test_ranges_are_of_cases_and_not_of_means_over_samples() -> None:
+    """Closed form: samples of 100 to 432 N at one point have these ends, not their mean three times."""
+    described = study(factors=(), uncertain=(Factor("A.clearance", Uniform(1e-4, 5e-4)),), sampling=Sampling(12, "random"))
+    peak = np.linspace(100.0, 432.0, 12)
+    found = made_up(described, peak)
+    row = response_ranges(described, found, by_point(described, found)).rows[0]
+    assert [float(cell) for cell in row[1:4]] == pytest.approx([100.0, np.sort(peak)[5], 432.0], rel=1e-3)
+
+
+def test_extrapolations_without_sense_are_not_said() -> None:
+    """Closed form: 1e12 N needs 250 km: the trend meets it over the whole range; 1 N needs 0.25 um: not near it."""
+    for bound, words in (
+        (1e12, "by this trend met at every A.clearance of the range"),
+        (1.0, "no A.clearance in or near the range"),
+    ):
+        described, found = proportional(bound)
+        text = " ".join(map(str, conclude(result_of(described, found), "a.db").trends))
+        assert words in text
+        assert "about 2.5e" not in text
+
+
+def test_joints_are_ranked_from_any_sampling() -> None:
+    """Closed form: of 19 numbers in 16 samples the one that acts is first and beyond chance; in noise 5 % have any."""
+    rng = np.random.default_rng(5)
+    numbers = rng.random((16, 19))
+    known, order, first, chance = ranked(numbers, np.where(numbers[:, 7] > 0.9, np.inf, numbers[:, 7]))
+    assert order[0] == 7
+    assert known[7] == pytest.approx(1.0, abs=0.05)
+    assert first[7] > 0.9
+    assert np.all(np.abs(known[order[1:]]) < known[7])
+    # independent: Student's t of a correlation at the level of one among 19
+    t = chance[0] * math.sqrt(14.0 / (1.0 - chance[0] ** 2))
+    assert 2.0 * stats.t.sf(t, 14) == pytest.approx(1.0 - 0.95 ** (1.0 / 19.0), rel=1e-9)
+    beyond = 0
+    for _ in range(400):
+        x, y = stats.rankdata(rng.random((16, 19)), axis=0), np.arange(16.0)
+        beyond += bool(np.max(np.abs(np.corrcoef(x.T, y)[-1, :-1])) > chance[0])
+    assert 0.02 * 400 <= beyond <= 0.09 * 400
+    uncertain = tuple(Factor(name, Uniform(0.1, 0.9)) for name in ("gravity", "body.slider.mass"))
+    described = study(
+        uncertain=uncertain, sampling=Sampling(1, "random", common=False), design=Design("random", 6), measures=("peak_force",)
+    )
+    found = made_up(described, described.numbers(np.arange(6))["A.clearance"])
+    table = rankings(described, found, trends(described, found))[0]
+    assert table.rows[0][:2] == ("A.clearance", "+1.00")
+    assert "6 samples of 4 numbers" in table.notes[0]
+
+
+def test_numbers_of_an_unclear_trend_are_ranked() -> None:
+    """Contract: a fit that predicts no point that it has not seen leaves the ranks; one that does is the answer itself."""
+    described = study(design=Design("random", 20), measures=("peak_force",))
+    numbers = described.numbers(np.arange(20))["A.clearance"]
+    noise = np.random.default_rng(3).lognormal(size=20)
+    for values, tables in ((1.0 + 0.0 * numbers + noise, 1), (numbers, 0)):
+        found = made_up(described, values)
+        assert [trend.clear for trend, *_ in trends(described, found).values()] == [not tables]
+        assert len(rankings(described, found, trends(described, found))) == tables
+
+
+def test_where_they_are_met_is_said() -> None:
+    """Closed form: below 1000 N where the clearance is below 0.25 mm; 0.25 mm is within the data."""
+    described, found = proportional(1000.0)
+    clearance = found["A.clearance"].values
+    said = conclude(result_of(described, found), "a.db")
+    low = clearance < 0.25e-3
+    assert str(said.verdict[0]).startswith(
+        f"All requirements are met at {low.sum()} of 24 points; by {low.mean():.1%} of the range"
+    )
+    assert f"A.clearance {clearance.min() * 1e3:.4g} to {clearance[low].max() * 1e3:.4g} mm" in str(said.verdict[0])
+    assert str(said.verdict[1]).startswith("Recommended: point ")
+    assert any(fact.kind == "need" and "needs A.clearance of at most about 0.25 mm" in str(fact) for fact in said.trends)
+    assert "--uncertain" in said.next[0][1]
+    table = trend_table(described, trends(described, found))
+    assert table.rows[0][:2] == ("peak_force", "1.00 ± 0.00")
+
+
+def test_many_numbers_make_no_wall_of_text() -> None:
+    """Limit: of eight numbers six are in a sentence, those of the narrowest ranges; the exponents have a row for each."""
+    bars = [f"body.unit {unit}/bar {bar}.mass" for unit in (1, 2) for bar in (1, 2)]
+    numbers = [*bars, "body.slider.mass", "drive.speed", "gravity", "A.clearance"]
+    described = study(
+        factors=tuple(Factor(name, Interval(1e-4, 5e-4)) for name in numbers),
+        uncertain=(),
+        sampling=Sampling(1),
+        design=Design("sobol", 64, 1),
+    )
+    values = described.numbers(np.arange(64))
+    found = made_up(described, 4e6 * values["A.clearance"])
+    conclusion = conclude(result_of(described, found), "a.db")
+    said = str(conclusion.verdict[0])
+    assert (said.count("(of "), said.count("A.clearance")) == (6, 1)
+    assert said.endswith(", and wider parts of the range of 2 numbers more.")
+    table = trend_table(described, trends(described, found))
+    assert table.head == ("response", "peak_force")
+    assert [row[0] for row in table.rows] == [*numbers, "R2", "error at points left out"]
+
+
+def test_probability_of_the_recommended_point() -> None:
+    """Cross-check: point 1 meets the bound in 7 of 8 samples, with scipy's interval; a failed case meets nothing."""
+    drawn = Factor("A.damping.restitution", Uniform(0.5, 0.9))
+    described = study(
+        factors=(Factor("A.clearance", Interval(1e-4, 5e-4)),),
+        design=Design("random", 3),
+        uncertain=(drawn,),
+        sampling=Sampling(8),
+    )
+    peak = np.array([400.0] * 6 + [600.0] * 2 + [450.0] * 7 + [600.0] + [900.0] * 8)
+    one = recommended(described, made_up(described, peak))
+    assert one is not None
+    interval = stats.binomtest(7, 8).proportion_ci(0.95, method="exact")
+    assert (one.point, one.probability, one.samples) == (1, 7 / 8, 8)
+    assert (one.low, one.high) == pytest.approx((interval.low, interval.high), rel=1e-12)
+    status = np.ones(24, int)
+    status[8:11] = FAILED
+    again = recommended(described, made_up(described, peak, status))
+    assert again is not None
+    assert (again.point, again.probability) == (0, 6 / 8)
+    all_failed = made_up(described, np.full(24, np.nan), np.full(24, FAILED))
+    assert recommended(described, all_failed) is None
+    assert conclude(result_of(described, all_failed), "a.db").verdict == (Fact("unknown"),)
+
+
+def test_the_report_begins_with_the_answer(tmp_path: Path) -> None:
+    """Contract: verdict, margins, trends and commands, by the store's name alone, come before tables of what was computed."""
+    described, found = proportional(100.0)
+    far = result_of(described, found, str(tmp_path / "far" / "a.db"))
+    page = far.report(tmp_path / "r.html").read_text(encoding="utf-8")
+    order = [
+        "met nowhere",
+        "Nearest to meeting them",
+        "What the responses go with",
+        "What to try next",
+        "24 points (sobol)",
+    ]
+    places = [page.index(text) for text in order]
+    assert places == sorted(places)
+    assert "<th>numbers</th>" in page
+    assert str(tmp_path) not in page
+    assert "scissordyn study refine a.db" in page
+    assert "in the folder that has a.db" in page
+
+
+def test_a_point_that_meets_them_by_interpolation_is_proposed() -> None:
+    """Closed form: 1000 N (1 + 3 r^2), above 1004 N at all points; the bottom of the valley is proposed."""
+    described = study(
+        factors=(Factor("A.clearance", Interval(1e-4, 5e-4), "mm", 1e-3), Factor("drive.speed", Interval(10.0, 20.0))),
+        design=Design("sobol", 32, 1),
+        requirements=(dataclasses.replace(FORCE, bound=1004.0),),
+    )
+    numbers = described.numbers(np.arange(32))
+    u, v = (numbers["A.clearance"] - 2.6e-4) / 4e-4, (numbers["drive.speed"] - 14.0) / 10.0
+    force = 1000.0 * (1.0 + 3.0 * (u**2 + v**2))
+    assert force.min() > 1004.0
+    said = conclude(result_of(described, made_up(described, force)), "a.db")
+    assert said.next[0][0] == Fact("interpolated")
+    words = [word for word in shlex.split(said.next[0][1]) if "=" in word]
+    clearance, speed = (float(word.split("=")[1].split()[0]) for word in words)
+    assert clearance == pytest.approx(0.26, abs=0.02)
+    assert speed == pytest.approx(14.0, abs=0.5)
+
+
+CLEARANCE = Factor("A.clearance", Interval(1e-4, 5e-4, 5), "mm", 1e-3)
+
+
+def of_two_members(**changes: Any) -> Study:
+    """The clearance of the paper's array on a grid, the peak force required, two members."""
+    bound = Requirement("peak_force", "<", 60e3, text="peak_force < 60 kN")
+    fields = {"factors": (CLEARANCE,), "design": Design(), "measures": ("peak_force",), "members": 2, "requirements": (bound,)}
+    return study(**(fields | changes))
+
+
+def with_peaks(described: Study, peak: np.ndarray, warnings: str = "") -> xr.Dataset:
+    """Results with given peaks [N], each for both members."""
+    return made_up(described, np.repeat(peak, described.members), warnings=warnings)
+
+
+@pytest.mark.parametrize(
+    ("variation", "said"),
+    [
+        (Interval(1e-4, 5e-4), "interval: 0.1 to 0.5 mm"),
+        (Interval(1e-4, 5e-4, logarithmic=True), "interval: 0.1 to 0.5 mm, logarithmic"),
+        (Levels((1e-4, 2e-4)), "0.1, 0.2 mm"),
+        (Levels(tuple(np.arange(1, 9) * 1e-4)), "0.1, 0.2, 0.3, 0.4, 0.5, 0.6, ... 0.8 mm"),
+        (Uniform(1e-4, 5e-4), "uniform: 0.1 to 0.5 mm"),
+        (Normal(3e-4, 5e-5), "normal: 0.3 ± 0.05 mm"),
+        (Normal(3e-4, 5e-5, 2e-4, 4e-4), "normal: 0.3 ± 0.05 mm, truncated to 0.2 to 0.4 mm"),
+        (LogNormal(3e-4, 0.1), "lognormal: median 0.3 mm, deviation 0.1 of the logarithm"),
+    ],
+)
+@pytest.mark.parametrize("unit", [("mm", 1e-3), ("", 1.0)])
+def test_ranges_have_units(variation: Variation, said: str, unit: tuple[str, float]) -> None:
+    """Contract: in the unit of the user, or with an engineering prefix."""
+    described = of_two_members(factors=(Factor("A.clearance", variation, *unit),))
+    found = xr.Dataset({"A.clearance": ("case", np.zeros(1), {"units": "m"})})
+    assert varied_numbers(described, found).rows == [("A.clearance", "chosen", said)]
+
+
+def test_terminal_and_report_have_units(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Identity: the same numbers with the same prefixes, and warnings with the number of their cases and a command."""
+    described = of_two_members()
+    found = with_peaks(described, np.array([20e3, 30e3, 40e3, 50e3, 84.07e3]), "limit 5\nother")
+    result = result_of(described, found)
+    show_answers(result)
+    shown = " ".join(capsys.readouterr().out.split())
+    page = result.report(tmp_path / "r.html", figures=tmp_path / "figures").read_text(encoding="utf-8")
+    for text in (
+        "peak_force 20.00 40.00 84.07 kN 0.0%",
+        "requirement peak_force < 60 kN; value 84.07 kN; margin -40.1%; numbers A.clearance = 0.5 mm scissordyn study replay",
+        "cases 10; warning limit 5 scissordyn study replay",
+    ):
+        assert text in shown
+    for text in (
+        "<td>20.00</td><td>40.00</td><td>84.07</td><td>kN</td>",
+        "<td>84.07 kN</td><td>-40.1%</td><td>A.clearance = 0.5 mm</td><td><code>scissordyn study replay a.db 8</code></td>",
+        "<td>10</td><td>limit 5</td><td><code>scissordyn study replay a.db 0</code></td>",
+        "<td>interval: 0.1 to 0.5 mm</td>",
+        "width=device-width",
+        '<div class="scroll"><img alt="Response curves" style="min-width:',
+        "The points of the design &#39;grid&#39; are no sample. Failed cases are left out.",
+    ):
+        assert text in page
+    (picture,) = (tmp_path / "figures").iterdir()
+    assert picture.name == "response_curves.png"
+    assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_fronts_and_effects_have_units() -> None:
+    """Closed form: the best of five points; the effect of a linear function is its slope."""
+    best = dataclasses.replace(of_two_members(), design=Design("adaptive", 5), optimisation=Optimisation((Goal("peak_force"),)))
+    points = np.linspace(1e-4, 5e-4, 5)[:, None]
+    found = with_peaks(dataclasses.replace(best, design=Design("grid")), np.array([50e3, 40e3, 30e3, 45e3, 84e3]))
+    found = found.assign({"A.clearance": found["A.clearance"].copy(data=np.repeat(points, 2))})
+    part = best_points(result_of(best, found), 5)
+    assert part.head == ("point", "A.clearance [mm]", "minimise peak_force [kN]")
+    assert part.rows == [("2", "0.3000", "30.000")]
+    steps = np.array([[0.0], [2.0 / 3.0]] * 8)
+    effects = morris_indices(steps, 3e3 * steps[:, 0], ["A.clearance"])
+    effects.attrs["units"] = "N"
+    (table,) = sensitivities({"peak_force": effects})
+    assert table.head[1:] == ("mean effect [kN]", "deviation [kN]")
+    assert float(table.rows[0][1].split()[0]) == pytest.approx(3.0 / 0.99, rel=1e-2)
+
+
+def test_agreement_is_counted() -> None:
+    """Contract: one point of five is not called none."""
+    described = of_two_members()
+    found = with_peaks(described, np.full(5, 30e3))
+    assert "at all points" in str(agreement(described, by_point(described, found)))
+    found["peak_force"][3] = 30.1e3
+    assert "at 1 of 5 points (20.0%)" in str(agreement(described, by_point(described, found)))
+    assert "at none of them" in str(agreement(described, by_point(described, found)))
+
+
+def test_no_median_of_a_few_points() -> None:
+    """Contract: points of a single factor are joined; a dozen of two factors have two medians, not twelve."""
+    described = of_two_members()
+    (one,) = response_curves(by_point(described, with_peaks(described, np.linspace(20e3, 84e3, 5))))
+    assert next(line.get_label() for line in one.lines if line.get_linestyle() == "-").startswith("_")
+    points = by_point(described, with_peaks(described, np.linspace(20e3, 84e3, 5)))
+    twelve = xr.concat([points, points, points.isel(point=[0, 1])], "point")
+    twelve = twelve.assign(other=("point", np.random.default_rng(1).random(12), {"role": "factor", "units": "1"}))
+    for axes in response_curves(twelve):
+        (median,) = (line for line in axes.lines if line.get_label() == "median")
+        assert median.get_xdata().size == 2

@@ -1,0 +1,123 @@
+"""Which tolerance a number of a run needs."""
+
+import itertools
+import json
+import math
+
+import numpy as np
+import pytest
+
+import scissordyn as sd
+from scissordyn.cli.main import status_of
+from scissordyn.errors import InputError
+from scissordyn.model.options import Options
+from scissordyn.studies.compute.convergence import Level, _agrees, _tried, read_wanted
+
+
+@pytest.fixture(scope="module")
+def arm():
+    """The paper's array."""
+    return sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=sd.rpm(150))
+
+
+def test_the_tolerance_is_enough(arm):
+    """Limit: the number with the tolerance found is within what was asked for of a run at 1e-11; less needs a tighter one."""
+    options = Options(0.01)
+    exact = float(sd.simulate(arm, until=0.01, rtol=1e-11, atol=1e-11)["peak_force"].max())
+    found = {within: sd.convergence(arm, options, "peak_force", within=within) for within in (1e-2, 1e-6)}
+    for within, one in found.items():
+        level = next(level for level in one.levels if level.setting == one.setting)
+        assert abs(level.value / exact - 1.0) < within
+        assert not one.chaotic
+    assert found[1e-6].setting < found[1e-2].setting
+    assert [level.setting for level in found[1e-2].levels] == [
+        level.setting for level in found[1e-6].levels[: len(found[1e-2].levels)]
+    ]
+
+
+def test_agreement():
+    """Closed form: two finer levels have to agree, within the wish or within the noise of members; failed ones never do."""
+
+    def level(value, error=0.0, cause=""):
+        return Level(1e-3, value, 0.0, error, 1.0, cause)
+
+    assert _agrees(level(1.0), [level(1.009), level(1.005)], 0.01)
+    assert not _agrees(level(1.0), [level(1.0), level(1.02)], 0.01)
+    assert not _agrees(level(1.0), [level(1.02), level(1.0)], 0.01)
+    assert _agrees(level(1.0, 0.05), [level(1.1, 0.05), level(1.0, 0.05)], 0.01)
+    assert not _agrees(level(1.0), [level(1.0, cause="stuck"), level(1.0)], 0.01)
+    assert not _agrees(level(math.nan), [level(1.0), level(1.0)], 0.01)
+
+
+def test_chaos_is_said():
+    """Limit: a ball in a wide clearance forgets its start; members at one tolerance differ, and the result says so."""
+    arm = sd.scissor(units=2).with_clearance("all", sd.Clearance(0.5e-3)).driven(speed=sd.rpm(150))
+    found = sd.convergence(arm, Options(0.12), "contact_count", within=0.001, members=3)
+    assert found.chaotic
+    assert max(level.spread for level in found.levels) > 0.001
+
+
+def test_steps_of_hard_contact(arm):
+    """Limit: with hard contact steps are halved; the error of the number at the step found is within the wish of the finest."""
+    hard = arm.replace("A.contact", "hard")
+    found = sd.convergence(hard, Options(0.01), "peak_drive_torque", within=0.05)
+    assert found.varied == "step"
+    settings = [level.setting for level in found.levels]
+    assert all(coarse == 2.0 * fine for coarse, fine in itertools.pairwise(settings))
+    if found.options:
+        assert found.options == {"step": found.setting}
+
+
+def test_steps_around_the_one_that_was_asked_for(arm):
+    """Limit: a shorter step than the chosen one is in the middle of those that are tried, a longer one changes nothing."""
+    hard = arm.replace("A.contact", "hard")
+    steps = {
+        asked: [each[0] for each in _tried(hard, Options(0.01, step=asked), "accuracy")[1]] for asked in (None, 1e-8, 1e-2)
+    }
+    assert steps[1e-8] == [1e-8 * 2.0**k for k in range(4, -4, -1)]
+    assert steps[None] == steps[1e-2] != steps[1e-8]
+
+
+@pytest.mark.parametrize(
+    ("text", "wanted"),
+    [
+        ("tip.error within 1 %", ("tip.error", 0.01)),
+        ("peak_force within 0.5%", ("peak_force", 0.005)),
+        (" unit 1/pivot.peak_force within 2 %", ("unit 1/pivot.peak_force", 0.02)),
+    ],
+)
+def test_what_is_asked(text, wanted):
+    """Contract: a measure and a percentage; 1 % without one."""
+    assert read_wanted(text)[0] == wanted[0]
+    assert read_wanted(text)[1] == pytest.approx(wanted[1])
+    assert read_wanted(wanted[0])[1] == 0.01
+
+
+@pytest.mark.parametrize("text", ["", "tip.error within", "tip.error within 0 %", "tip.error within 3 mm", "two words"])
+def test_what_cannot_be_asked(text):
+    """Limit: anything else is refused in one line."""
+    with pytest.raises(InputError, match="to converge"):
+        read_wanted(text)
+
+
+def test_unknown_measures(arm):
+    """Limit: a measure or a joint that there is not is refused before anything runs."""
+    with pytest.raises(InputError, match="unknown measure"):
+        sd.convergence(arm, Options(0.01), "peak_forces")
+    with pytest.raises(InputError, match="no joint"):
+        sd.convergence(arm, Options(0.01), "Q.peak_force")
+
+
+def test_command(arm, tmp_path, capsys):
+    """Contract: `check --converge` says what Python finds, and the command to run it so."""
+    sd.write_case(arm, tmp_path / "case.toml", run=Options(0.005))
+    case = str(tmp_path / "case.toml")
+    assert status_of(["check", case, "--converge", "peak_force within 2 %", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)["convergence"]
+    found = sd.convergence(arm, Options(0.005), "peak_force", within=0.02)
+    assert told["setting"] == found.setting
+    assert np.array([level["value"] for level in told["levels"]]) == pytest.approx([level.value for level in found.levels])
+    assert status_of(["check", case, "--converge", "peak_force within 2 %"]) == 0
+    assert f"--set run.rtol={found.setting:g}" in " ".join(capsys.readouterr().out.split())
+    assert status_of(["check", case, "--set", "A.clearance=0.2 mm", "--converge", "peak_force within 20 %"]) == 0
+    assert "--set 'A.clearance=0.2 mm' --set run.rtol=" in " ".join(capsys.readouterr().out.split())

@@ -1,0 +1,349 @@
+"""Damaged stores: nothing wrong is shown, what is whole is kept, the rest is computed anew."""
+
+from __future__ import annotations
+
+import dataclasses
+import multiprocessing
+import random
+import resource
+import shutil
+import sqlite3
+import sys
+import tarfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+
+import scissordyn as sd
+from scissordyn.cli.main import status_of
+from scissordyn.model.options import Options
+from scissordyn.studies.ask.description import Study
+from scissordyn.studies.ask.design import Factor
+from scissordyn.studies.ask.distribution import Interval, Levels
+from scissordyn.studies.ask.requirement import Goal, Optimisation, Requirement
+from scissordyn.studies.compute.execute import Block, ProgramError, execute, run_block, simulated
+from scissordyn.studies.compute.optimise import optimise
+from scissordyn.studies.compute.store import COMPLETE, PENDING, Store, StoreError
+from studies.test_study import arm, rows
+
+CASES, BLOCK = 8, 2
+
+FLIPS, ALL_FLIPS = 60, 2000  # Bits of a file that are flipped, one at a time
+
+
+def study() -> Study:
+    """Eight clearances, of which all meet the requirement."""
+    return Study(
+        arm(),
+        Options(0.005),
+        (Factor("A.clearance", Levels(tuple(np.linspace(1e-4, 5e-4, CASES).tolist()))),),
+        measures=("peak_force", "contact_count"),
+        requirements=(Requirement("peak_force", "<", 1e9),),
+    )
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A store that is complete."""
+    path = tmp_path_factory.mktemp("whole") / "a.db"
+    execute(study(), path, block=BLOCK, engine=1)
+    return path
+
+
+@pytest.fixture
+def store(whole: Path, tmp_path: Path) -> Path:
+    """A copy of it."""
+    return Path(shutil.copy(whole, tmp_path / "a.db"))
+
+
+def change(path: Path, *commands: str) -> None:
+    """Change a store behind the back of the program."""
+    with sqlite3.connect(path) as connection:
+        for text in commands:
+            connection.execute(text)
+    connection.close()
+
+
+def resumed(store: Path, whole: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """After one `resume` the store has the rows of the undisturbed one."""
+    assert status_of(["study", "resume", str(store), "--threads", "1"]) == 0, capfd.readouterr().err
+    assert rows(store) == rows(whole)
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("""UPDATE cases SET "A.peak_force" = "A.peak_force" * 1.0000000000001 WHERE number = 5""", "not what was written"),
+        ("""UPDATE cases SET "A.peak_force" = x'00' WHERE number = 5""", "not what was written"),
+        ("UPDATE cases SET warnings = 'other' WHERE number = 5", "not what was written"),
+        ("UPDATE cases SET status = 'complete' WHERE number = 5", "not what was written"),
+        ("UPDATE cases SET number = 99 WHERE number = 5", "missing"),
+        ("DELETE FROM cases WHERE number = 5", "missing"),
+    ],
+)
+def test_a_changed_row_is_named_and_computed_anew(
+    text: str, why: str, whole: Path, store: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Contract: whatever of a row is changed, its case alone is pending, and said to be."""
+    change(store, text)
+    assert status_of(["study", "status", str(store)]) == 0
+    said = capfd.readouterr().out
+    assert "7 complete, 0 failed, 1 pending" in said
+    assert f"1 row is damaged and its case pending: 5 ({why})" in said
+    assert f"scissordyn study resume {store}" in said
+    broken = sd.open_study(store)
+    assert f"5 ({why})" in repr(broken)
+    assert "damaged" in broken._repr_html_()
+    assert broken.counts == {"complete": 7, "failed": 0, "pending": 1}
+    assert why in broken.report(store.parent / "r.html").read_text()
+    resumed(store, whole, capfd)
+    assert f"5 ({why})" in capfd.readouterr().err
+    assert Store(store).damage() == {}
+    assert sd.open_study(store).damage == ""
+
+
+@pytest.mark.parametrize(("flips", "costs"), [(FLIPS, {0}), pytest.param(ALL_FLIPS, {0, 1}, marks=pytest.mark.slow)])
+def test_no_flipped_bit_is_shown_as_a_number(
+    flips: int, costs: set[int], whole: Path, store: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Contract: whichever bit of the file is flipped, no other number is read, and what is lost is said and computed anew."""
+    expected, content, lost = Store(whole).results(), whole.read_bytes(), set[int]()
+    chance = random.Random(1)
+    for bit in chance.sample(range(8 * len(content)), flips):
+        changed = bytearray(content)
+        changed[bit // 8] ^= 1 << bit % 8
+        store.write_bytes(changed)
+        try:
+            results = Store(store).results() if Store(store).exists() else None
+        except (sd.InputError, StoreError) as error:  # of the description, or of the first page
+            refused = str(error)
+            status = status_of(["study", "status", str(store)])
+            assert (status in (2, 3), "\n" in refused, capfd.readouterr().err.count("\n")) == (True, False, 1)
+            continue
+        assert results is not None
+        good = results["status"].values == COMPLETE
+        xr.testing.assert_equal(results.isel(case=good).drop_attrs(), expected.isel(case=good).drop_attrs())
+        assert good.all() or "damage" in results.attrs, bit
+        lost.add(int(np.sum(~good)))
+        if not good.all():
+            assert (execute(study(), store, engine=1).status() == COMPLETE).all(), bit
+            assert rows(store) == rows(whole), bit
+    assert lost >= costs
+
+
+@pytest.mark.parametrize("size", [0.1, 0.5, 0.9])
+def test_a_file_that_was_cut(size: float, whole: Path, store: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """Contract: as of an interrupted copy: one line, or the rows that are there."""
+    store.write_bytes(whole.read_bytes()[: int(size * whole.stat().st_size)])
+    status = status_of(["study", "status", str(store)])
+    shown = capfd.readouterr()
+    assert status in (0, 2, 3)
+    assert status == 0 or shown.err.count("\n") == 1
+
+
+def test_a_page_that_cannot_be_read_costs_its_rows_alone(tmp_path: Path) -> None:
+    """Contract: of a thousand rows on many pages, those on the broken page are pending, the others keep their values."""
+    path = tmp_path / "a.db"
+    long = dataclasses.replace(study(), factors=(Factor("A.clearance", Interval(1e-4, 5e-4, 1000)),), options=Options(1e-5))
+    execute(long, path, engine=1, block=100)
+    content, expected = bytearray(path.read_bytes()), Store(path).results()
+    page = next(k for k in range(4096, len(content), 4096) if content[k] == 13 and b"\x01\xf4" in content[k : k + 4096])
+    content[page] ^= 0xFF  # the kind of the page
+    path.write_bytes(content)
+    results = Store(path).results()
+    good = results["status"].values == COMPLETE
+    assert 800 < good.sum() < 1000
+    xr.testing.assert_equal(results.isel(case=good).drop_attrs(), expected.isel(case=good).drop_attrs())
+    assert "cannot be read" in results.attrs["damage"]
+    xr.testing.assert_equal(execute(long, path, engine=1).results(), expected)
+
+
+def test_the_description_is_checked(store: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """Contract: a changed note is refused in one line, not read as another study."""
+    change(store, "UPDATE notes SET value = replace(value, '0.005', '0.006') WHERE name = 'study'")
+    assert status_of(["study", "status", str(store)]) == 2
+    said = capfd.readouterr().err
+    assert said.count("\n") == 1
+    assert "the note 'study' in" in said
+
+
+def test_other_files_are_refused(tmp_path: Path) -> None:
+    """Contract: a text, a database of somebody else and a folder stay, byte for byte."""
+    (tmp_path / "text.db").write_text("of the user" * 100)
+    change(tmp_path / "other.db", "CREATE TABLE cases (number INTEGER)")
+    (tmp_path / "folder.db").mkdir()
+    for name in ("text.db", "other.db", "folder.db"):
+        before = (tmp_path / name).read_bytes() if name != "folder.db" else b""
+        with pytest.raises(sd.InputError, match="is no study"):
+            execute(study(), tmp_path / name, block=BLOCK, engine=1)
+        assert name == "folder.db" or (tmp_path / name).read_bytes() == before
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["folder.db", "other.db", "text.db"]
+
+
+def test_a_store_behind_a_link(tmp_path: Path) -> None:
+    """Contract: the store is where the link leads, and goes on through it."""
+    (tmp_path / "a.db").symlink_to(tmp_path / "b.db")
+    execute(study(), tmp_path / "a.db", block=BLOCK, engine=1)
+    assert (tmp_path / "a.db").is_symlink()
+    assert Store(tmp_path / "b.db").exists()
+    assert (execute(study(), tmp_path / "a.db", engine=1).status() == COMPLETE).all()
+
+
+def test_ctrl_c_before_there_is_a_store_promises_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Contract: what is typed after it works."""
+    import scissordyn.studies.compute.execute as module
+
+    def stop(*_: Any) -> None:
+        raise KeyboardInterrupt
+
+    (tmp_path / "case.toml").write_text(
+        '[structure]\nkind = "scissor"\n[drive]\nspeed = "100 rpm"\n[[clearance]]\njoint = "A"\nclearance = "0.5 mm"\n'
+        '[run]\nuntil = "1 ms"\n'
+    )
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(module, "simulated", stop)
+    sweep = ["sweep", "case.toml", "--vary", "A.clearance=0.1..0.4 mm, 2 values", "-o", "a.db", "--threads", "1"]
+    assert status_of(sweep) == 130
+    said = capfd.readouterr().err
+    assert "nothing was computed yet; the same command begins anew" in said
+    assert "resume" not in said
+    monkeypatch.undo()
+    monkeypatch.chdir(tmp_path)
+    assert status_of(sweep) == 0
+
+
+def test_a_worker_with_another_program_computes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Contract: one line that names the worker."""
+    ours = study().fingerprint()
+    monkeypatch.setattr(Study, "fingerprint", lambda _: {**ours, "program": "another"})
+    with pytest.raises(ProgramError, match=r"would compute other numbers \(differs in program\); allowed: the same sources"):
+        run_block(Block(study(), np.arange(2), fingerprint=ours))
+
+
+def _hold(address: str, held: Any, release: Any) -> None:
+    with Store(address).alone():
+        held.set()
+        release.wait(60)
+
+
+def test_one_writer_at_a_time(whole: Path, store: Path) -> None:
+    """Contract: another process is refused while one writes; those who read do not notice."""
+    context = multiprocessing.get_context("spawn")
+    held, release = context.Event(), context.Event()
+    process = context.Process(target=_hold, args=(str(store), held, release))
+    process.start()
+    assert held.wait(120)
+    with pytest.raises(sd.InputError, match="is being computed by another process"), Store(store).alone():
+        pass
+    xr.testing.assert_equal(Store(store).results(), Store(whole).results())
+    release.set()
+    process.join()
+    with Store(store).alone():
+        pass
+
+
+def test_a_store_is_made_by_one(whole: Path, tmp_path: Path) -> None:
+    """Contract: of two processes that find no store the second does not replace what the first has made and computes."""
+    described, path = study(), tmp_path / "a.db"
+    first, second = Store(path), Store(path)
+    runs = simulated(described, np.array([0]))
+    first.create(described, runs, BLOCK)
+    with first.alone(), pytest.raises(sd.InputError, match="was made by another process meanwhile"):
+        second.create(described, runs, BLOCK)
+    assert [one.name for one in tmp_path.iterdir()] == ["a.db"]
+    execute(described, path, engine=1)
+    assert rows(path) == rows(whole)
+
+
+def test_a_writer_that_dies_between_rows_leaves_none_of_them(whole: Path, store: Path) -> None:
+    """Contract: a block is there or not, whatever instant its process is killed at."""
+    change(store, "DELETE FROM cases WHERE number >= 4", "DELETE FROM blocks WHERE number >= 2")
+    before = rows(store)
+    other = multiprocessing.get_context("spawn").Process(target=_die, args=(str(store),))
+    other.start()
+    other.join(120)
+    assert other.exitcode == 9
+    assert (store.parent / "a.db-journal").exists()
+    assert (Store(store).status() == COMPLETE).tolist() == [True] * 4 + [False] * 4
+    assert rows(store) == before
+    execute(study(), store, engine=1)
+    assert rows(store) == rows(whole)
+
+
+def _die(address: str) -> None:
+    import os
+
+    store = Store(address)
+    with store.alone(), store._transaction() as connection:
+        connection.execute("PRAGMA cache_size = 1")
+        for number in range(4, 4000):  # more than are kept in memory
+            connection.execute("INSERT INTO cases (number, cause) VALUES (?, ?)", (number, "x" * 100))
+        os._exit(9)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no limit of the size of a file")
+def test_a_full_disk_stops_with_what_is_done_kept(whole: Path, tmp_path: Path) -> None:
+    """Contract: one line that names the store; afterwards the study goes on."""
+    path, soft = tmp_path / "a.db", resource.getrlimit(resource.RLIMIT_FSIZE)
+    many = dataclasses.replace(study(), factors=(Factor("A.clearance", Interval(1e-4, 5e-4, 1000)),), options=Options(1e-5))
+
+    def full(progress: Any) -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (path.stat().st_size, soft[1]))
+
+    try:
+        with pytest.raises(StoreError, match=r"cannot be read or written: .*; what is complete is kept"):
+            execute(many, path, block=100, engine=1, progress=full)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, soft)
+    done = (Store(path).status() == COMPLETE).sum()
+    assert 100 <= done < 1000
+    assert done % 100 == 0
+    assert not (execute(many, path).status() == PENDING).any()
+
+
+def test_an_optimisation_with_a_damaged_early_row_goes_on(tmp_path: Path) -> None:
+    """Contract: the row is computed anew and the search ends with the same rows."""
+    plain = dataclasses.replace(study(), factors=(Factor("A.clearance", Interval(1e-4, 5e-4)),))
+    plan = Optimisation((Goal("peak_force"),), generations=3, population=4)
+    searched = dataclasses.replace(plain, optimisation=plan, design=plan.design(1, 1))
+    path = tmp_path / "a.db"
+    optimise(searched, path, engine=1, block=3)
+    expected = rows(path)
+    change(path, "DELETE FROM cases WHERE number = 4")
+    assert list(Store(path).damage()) == [4]
+    optimise(searched, path, engine=1, block=3)
+    assert rows(path) == expected
+
+
+def test_more_numbers_than_a_table_has_columns(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Cross-check: the bytes of one column give the numbers of a column each."""
+    narrow = execute(study(), tmp_path / "a.db", engine=1).results()
+    monkeypatch.setattr("scissordyn.studies.compute.table.MOST_COLUMNS", 1)
+    wide = execute(study(), tmp_path / "b.db", engine=1).results()
+    xr.testing.assert_identical(wide, narrow)
+
+
+def test_a_study_of_format_2_is_converted(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """Cross-check: the rows of the file are those of the table that the earlier version wrote of its folder."""
+    pytest.importorskip("zarr")
+    with tarfile.open(Path(__file__).parent / "data" / "format2.tar.gz") as archive:
+        archive.extractall(tmp_path, **({"filter": "data"} if hasattr(tarfile, "data_filter") else {}))
+    old, new = tmp_path / "old.zarr", tmp_path / "new.db"
+    assert status_of(["study", "status", str(old)]) == 2
+    assert f"type: scissordyn study convert {old} -o {old.with_suffix('.db')}" in capfd.readouterr().err
+    assert status_of(["study", "convert", str(old), "-o", str(new)]) == 0
+    expected = pd.read_csv(tmp_path / "old.csv", keep_default_na=False)
+    sd.open_study(new).export(tmp_path / "new.csv")
+    pd.testing.assert_frame_equal(pd.read_csv(tmp_path / "new.csv", keep_default_na=False)[expected.columns], expected)
+    chunk = old / "peak_force" / "c" / "1" / "0"
+    chunk.write_bytes(chunk.read_bytes()[:-1])
+    capfd.readouterr()
+    assert status_of(["study", "convert", str(old), "-o", str(tmp_path / "cut.db")]) == 0
+    assert "1 damaged block left out" in capfd.readouterr().err
+    assert sd.open_study(tmp_path / "cut.db").counts == {"complete": 4, "failed": 0, "pending": 2}

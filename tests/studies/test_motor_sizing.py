@@ -1,0 +1,178 @@
+"""Torque over speed against the curve of a motor, in a run, in a study, and the least limit that is enough."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import scissordyn as sd
+from scissordyn.cli.response import motor as command
+from scissordyn.config.study import read_motor, read_study
+from studies.test_study import UNTIL, arm
+
+CURVE = sd.MotorCurve((0.0, 10.0, 30.0), (60.0, 60.0, 0.0))
+
+CASE = """
+[structure]
+kind = "scissor"
+[drive]
+speed = "150 rpm"
+[[clearance]]
+joint = "A"
+clearance = "0.2 mm"
+[run]
+until = "5 ms"
+"""
+
+
+CONTROL = """
+[[control]]
+name = "servo"
+controller = { name = "feed-forward", proportional = "37000 N m/rad", derivative = "2700 N m s/rad" }
+feed_forward = "ideal"
+reference = { harmonic = { mean = "30 deg", amplitude = "2 deg", angular_frequency = "20 Hz" } }
+"""
+
+
+def needed(torque: list[float], speed: list[float]) -> xr.Dataset:
+    """Torques at speeds."""
+    return xr.Dataset({"torque": ("time", torque), "speed": ("time", speed)})
+
+
+def test_a_curve_is_linear_between_its_points() -> None:
+    """Closed form: 60 N m up to 10 rad/s, 30 N m at 20 rad/s, nothing beyond 30 rad/s, in both senses."""
+    np.testing.assert_allclose(CURVE.available(np.array([0.0, 10.0, -20.0, 30.0, 40.0])), [60.0, 60.0, 30.0, 0.0, 0.0])
+    share = CURVE.fraction(needed([30.0, -30.0, 15.0, 0.0, 0.0, 1.0], [0.0, 20.0, -20.0, 30.0, 31.0, 30.0]))
+    np.testing.assert_allclose(share, [0.5, 1.0, 0.5, 0.0, np.inf, np.inf])
+
+
+def test_a_gear_multiplies_torque_and_divides_speed() -> None:
+    """Closed form: with 5 turns of the motor for one of the joint 300 N m up to 2 rad/s, and none beyond 6 rad/s."""
+    geared = sd.MotorCurve(CURVE.speeds, CURVE.torques, ratio=5.0)
+    np.testing.assert_allclose(geared.available(np.array([0.0, 2.0, 4.0, 6.5])), [300.0, 300.0, 150.0, 0.0])
+    assert geared.fraction(needed([75.0], [4.0]))[0] == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize(
+    ("speeds", "torques", "ratio", "what"),
+    [
+        ((0.0,), (1.0,), 1.0, "1 speeds"),
+        ((0.0, 1.0), (1.0,), 1.0, "2 speeds and 1 torques"),
+        ((1.0, 2.0), (1.0, 1.0), 1.0, "speeds of a motor: 1, 2"),
+        ((0.0, 2.0, 2.0), (1.0, 1.0, 0.0), 1.0, "speeds of a motor: 0, 2, 2"),
+        ((0.0, 1.0), (1.0, -1.0), 1.0, "torques of a motor"),
+        ((0.0, 1.0), (0.0, 0.0), 1.0, "torques of a motor"),
+        ((0.0, 1.0), (1.0, 0.0), 0.0, "a gear ratio of 0"),
+    ],
+)
+def test_wrong_curves_are_refused(speeds: tuple[float, ...], torques: tuple[float, ...], ratio: float, what: str) -> None:
+    """Contract: one line says what came."""
+    with pytest.raises(sd.InputError, match=what):
+        sd.MotorCurve(speeds, torques, ratio=ratio)
+
+
+def test_texts_of_a_curve() -> None:
+    """Contract: units of speed and torque; a point without a comma or with a wrong unit is refused."""
+    found = read_motor(["0 rpm, 60 N m", "300 rpm, 0.04 kN m", "600 rpm, 0 N m"], "servo", 2.0)
+    np.testing.assert_allclose(found.speeds, np.array([0.0, 10.0, 20.0]) * np.pi)
+    assert (found.torques, found.of, found.ratio) == (pytest.approx((60.0, 40.0, 0.0)), "servo", 2.0)
+    for text, words in (("0 rpm 60 N m", "a comma"), ("0 rpm, 60 N", "wrong dimension"), ("-1 rpm, 60 N m", "out of bounds")):
+        with pytest.raises(sd.InputError, match=words):
+            read_motor([text, "300 rpm, 0 N m"])
+
+
+def test_torque_and_speed_of_a_drive() -> None:
+    """Contract: the driving torque at every sample, its located maximum between them, and the prescribed speed."""
+    run = sd.simulate(arm(), until=UNTIL)
+    found = sd.torque_over_speed(run)
+    assert found.attrs == {"of": "drive", "body": str(arm().drives[0].body)}
+    assert found.sizes["time"] == run.sizes["time"] + 1
+    assert np.abs(found["torque"]).max() == float(run["peak_drive_torque"][0])
+    at_samples = found.sel(time=np.setdiff1d(found["time"], [float(run["peak_drive_torque_time"][0])]))
+    np.testing.assert_array_equal(np.isin(run["drive_torque"], found["torque"]), True)
+    np.testing.assert_allclose(at_samples["speed"], sd.rpm(150), rtol=1e-9)
+    peak = float(run["peak_drive_torque"][0])
+    assert sd.MotorCurve((0.0, 100.0), (peak, peak))(run) == pytest.approx(1.0)
+    assert sd.MotorCurve((0.0, 10.0), (peak, peak))(run) == np.inf  # 150 rpm are 15.7 rad/s
+    with pytest.raises(sd.InputError, match="torque of 'servo'"):
+        sd.torque_over_speed(run, "servo")
+
+
+def test_a_motor_in_a_study(tmp_path: Path) -> None:
+    """Contract: the measure is the fraction of each case's run; a store keeps the curve, and goes on with it."""
+    (tmp_path / "case.toml").write_text(CASE)
+    file = tmp_path / "study.toml"
+    file.write_text(
+        'case = "case.toml"\nrequire = ["motor_fraction < 1"]\n[vary]\n"A.clearance" = "0.1, 0.4 mm"\n'
+        '[motor]\npoints = ["0 rpm, 2 kN m", "200 rpm, 1.8 kN m"]\nof = "drive"\n'
+    )
+    found = sd.study(file, store=tmp_path / "motor.db")
+    assert found.counts["complete"] == 2
+    again = sd.open_study(tmp_path / "motor.db")
+    assert again.recommend().margins == found.recommend().margins
+    assert again.built().own_measures[0].function == read_study(file).motor
+    assert again.resume().counts["complete"] == 2
+    for wrong, words in (
+        ('points = "0 rpm"', "texts, a name"),
+        ('of = "drive"', "points"),
+        ("points = []\ntorque = 1", "'torque'"),
+    ):
+        file.write_text(f'case = "case.toml"\n[vary]\n"A.clearance" = "0.1, 0.4 mm"\n[motor]\n{wrong}\n')
+        with pytest.raises(sd.InputError, match=words):
+            read_study(file)
+
+
+def test_a_motor_in_a_study_is_that_of_the_replayed_case(tmp_path: Path) -> None:
+    """Identity: with samples = "auto" a fraction is that of equally spaced samples and of the replayed case, bit for bit."""
+    text = CASE.replace('until = "5 ms"', 'until = "20 ms"\nsamples = SAMPLES').replace('[drive]\nspeed = "150 rpm"\n', CONTROL)
+    values: list[list[float]] = []
+    for samples in ('"auto"', "2001"):
+        (tmp_path / "case.toml").write_text(text.replace("SAMPLES", samples))
+        file = tmp_path / "study.toml"
+        file.write_text(
+            'case = "case.toml"\nrequire = ["motor_fraction < 1"]\n[vary]\n"A.clearance" = "0.1, 0.4 mm"\n'
+            '[motor]\npoints = ["0 rpm, 2 kN m", "200 rpm, 0.1 kN m"]\nof = "servo"\n'
+        )
+        found = sd.study(file, store=tmp_path / f"{len(values)}.db")
+        values.append(found.dataset["motor_fraction"].values.tolist())
+        curve = read_study(file).motor
+        assert curve is not None
+        assert [curve(found.replay(case)) for case in (0, 1)] == values[-1]
+    assert values[0] == values[1]
+
+
+def test_least_value() -> None:
+    """Cross-check: runs at the value and at the one that fails are on the two sides of the requirement, 1 % apart."""
+    case = sd.Case(arm(), sd.Options(UNTIL))
+    forces = sd.simulate_many(arm(), {"A.clearance": np.array([0.05e-3, 0.4e-3])}, until=UNTIL)["peak_force"].values.ravel()
+    bound = float(forces.mean())
+    found = sd.least_value(case, "A.clearance", 0.05e-3, 0.4e-3, [f"peak_force > {bound!r} N"])
+    assert found.fails_at < found.value <= 1.0101 * found.fails_at
+    ends = sd.simulate_many(arm(), {"A.clearance": np.array([found.fails_at, found.value])}, until=UNTIL)["peak_force"]
+    assert ends.values.ravel()[0] <= bound < ends.values.ravel()[1]
+    assert all(met == (value >= found.value) for value, met in found.tried.items())
+    with pytest.raises(sd.InputError, match=r"not met at 'A\.clearance' = 0.0001 m"):
+        sd.least_value(case, "A.clearance", 0.05e-3, 0.1e-3, ["peak_force > 1e9 N"])
+    with pytest.raises(sd.InputError, match="already"):
+        sd.least_value(case, "A.clearance", 0.05e-3, 0.1e-3, ["peak_force > 1 N"])
+
+
+def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Contract: what is needed, whether the motor is enough, the picture, and the least value with its unit."""
+    case = tmp_path / "case.toml"
+    case.write_text(CASE)
+    weak = ["0 rpm, 1 N m", "200 rpm, 1 N m"]
+    assert command(case, point=weak, plot=tmp_path / "motor.png") == 0
+    said = capsys.readouterr().out
+    assert "at 150 rpm" in said
+    assert "The motor is too weak" in said
+    assert (tmp_path / "motor.png").stat().st_size > 5000
+    assert command(case, point=["0 rpm, 1 N m", "100 rpm, 1 N m"]) == 0
+    assert "its curve ends at 100 rpm" in capsys.readouterr().out
+    with pytest.raises(sd.InputError, match="--least, --from, --to and --require together"):
+        command(case, least="A.clearance")
+    assert command(case, least="A.clearance", first="0.05 mm", last="0.4 mm", require=["peak_force > 60 kN"]) == 0
+    assert "Least A.clearance: 0." in capsys.readouterr().out

@@ -1,0 +1,128 @@
+"""Units of what components exert: a force or a torque, in requirements, tables, reports, pictures and exports."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import scissordyn as sd
+from scissordyn.cli.study import show_answers
+from scissordyn.config.study import read_requirement
+from scissordyn.model.options import Options
+from scissordyn.plot.study import response_curves
+from scissordyn.run.measure import COMPONENT_UNIT, component_units
+from scissordyn.studies.answer.report import table
+from scissordyn.studies.answer.verdict import by_point, worst_cases
+from scissordyn.studies.ask.description import Study
+from scissordyn.studies.ask.design import Factor
+from scissordyn.studies.ask.distribution import Interval
+from scissordyn.studies.ask.requirement import Goal, Optimisation, Requirement
+from scissordyn.studies.compute.execute import simulated
+from studies.test_answer import made_up, result_of
+from studies.test_study import arm
+
+MEASURE = "peak_component_force"
+SPRING = sd.Spring("tie", ("unit 1/bar 1", "end"), ("unit 1/bar 2", "end"), stiffness=100.0, free_length=1.0)
+HINGE = sd.TorsionSpring("hinge", "unit 1/bar 1", stiffness=10.0)
+
+
+def study(*components: Any, **changes: Any) -> Study:
+    """The paper's array with components, over its clearance."""
+    fields: dict[str, Any] = {"factors": (Factor("A.clearance", Interval(1e-4, 3e-4, 3)),), "measures": (MEASURE,)}
+    return Study(replace(arm(), components=components), Options(0.001), **(fields | changes))
+
+
+def results(described: Study) -> xr.Dataset:
+    """Made-up results: the first component 1, 2, 3; the second ten times as much."""
+    units = component_units(described.mechanism)
+    about = {"units": " or ".join(dict.fromkeys(units.values())), "role": "measure"}
+    exerted = (("case", "component"), np.outer([1.0, 2.0, 3.0], 10.0 ** np.arange(len(units))), about)
+    others = made_up(described, np.ones(3)).drop_vars(["peak_force", "contact_count"])
+    coordinates = {"component": list(units), COMPONENT_UNIT: ("component", list(units.values()))}
+    return others.assign({MEASURE: exerted}).assign_coords(coordinates)
+
+
+@pytest.mark.parametrize(("component", "unit"), [(SPRING, "N"), (HINGE, "N m")])
+def test_the_unit_is_the_declared_one(component: Any, unit: str) -> None:
+    """Contract: of one component, that of its port's output."""
+    described = study(component)
+    found = results(described)
+    assert found[MEASURE].attrs["units"] == unit
+    assert by_point(described, found)[MEASURE].attrs["units"] == unit
+    assert f"{component.name}.{MEASURE} [{unit}]" in table(found).columns
+
+
+def test_a_batch_and_its_store_have_the_unit() -> None:
+    """Contract: simulated, not made up."""
+    described = study(SPRING, HINGE)
+    found = simulated(described, np.array([0]))
+    assert found["component_unit"].values.tolist() == ["N", "N m"]
+    assert found[MEASURE].attrs["units"] == "N or N m"
+    many = sd.simulate_many(described.mechanism, {"A.clearance": [1e-4]}, until=1e-3, measures=[MEASURE, "peak_force"])
+    assert [many[name].attrs["units"] for name in (MEASURE, "peak_force")] == ["N or N m", "N"]
+
+
+def test_forces_and_torques_are_kept_apart(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Contract: no table, picture or export compares a force with a torque, or has no unit."""
+    described = study(SPRING, HINGE, requirements=(read_requirement(f"{MEASURE} < 25 N m"),))
+    found = results(described)
+    points = by_point(described, found)
+    assert points[f"{MEASURE} (torque)"].values.tolist() == [10.0, 20.0, 30.0]
+    assert points[f"{MEASURE} (force)"].values.tolist() == [1.0, 2.0, 3.0]
+    assert worst_cases(described, found)[0].text == "30.00 N·m"
+    result = result_of(described, found)
+    show_answers(result)
+    shown = " ".join(capsys.readouterr().out.split())
+    page = result.report(tmp_path / "r.html").read_text(encoding="utf-8")
+    assert f"{MEASURE} (torque) 10.00 20.00 30.00 N·m {MEASURE} (force) 1.000 2.000 3.000 N" in shown
+    assert "value 30.00 N·m; margin -20.0%" in shown
+    assert "<td>30.00 N·m</td>" in page
+    assert "SI" not in page.partition("<img")[0]
+    labels = [axes.get_ylabel() for axes in response_curves(points)]
+    assert labels == [f"{MEASURE} (torque) [N·m]", f"{MEASURE} (force) [N]"]
+    assert list(table(found).columns)[3:6] == ["A.clearance [m]", f"tie.{MEASURE} [N]", f"hinge.{MEASURE} [N m]"]
+
+
+@pytest.mark.parametrize(
+    ("text", "bound", "unit"),
+    [("< 0.5 kN", 500.0, "N"), ("< 500 N mm", 0.5, "N m"), ("< 2 J/rad", None, None), ("< 5", None, None)],
+)
+def test_a_bound_has_the_unit_of_a_force_or_of_a_torque(text: str, bound: float | None, unit: str | None) -> None:
+    """Contract: in SI, and which of both it is; neither is an error."""
+    if bound is None:
+        with pytest.raises(sd.InputError, match=r"N or|N\] or"):
+            read_requirement(f"{MEASURE} {text}")
+        return
+    read = read_requirement(f"{MEASURE} {text}")
+    assert (read.bound, read.unit) == (bound, unit)
+
+
+def test_a_bound_in_python_is_shown_with_its_unit() -> None:
+    """Contract: with a prefix, as numbers from texts are."""
+    labels = [one.label for one in (Requirement("peak_force", "<", 500.0), Requirement("peak_track_deviation", "<", 6e-4))]
+    assert labels == ["peak_force < 500 N", "peak_track_deviation < 0.6 mm"]
+    assert Requirement("contact_count", "<", 5.0).label == "contact_count < 5"
+    assert Requirement(MEASURE, "<", 5.0, "hinge", unit="N m").label == f"hinge.{MEASURE} < 5 N·m"
+    assert Requirement("own", ">", 0.5).label == "own > 0.5"
+
+
+@pytest.mark.parametrize(
+    ("components", "changes", "says"),
+    [
+        ((SPRING,), {"requirements": (Requirement(MEASURE, "<", 5.0, unit="N m"),)}, "in N m: no such component"),
+        ((SPRING, HINGE), {"requirements": (Requirement(MEASURE, "<", 5.0, "tie", unit="N m"),)}, "'tie.* in N m"),
+        ((SPRING, HINGE), {"requirements": (Requirement(MEASURE, "<", 5.0),)}, "of forces and of torques"),
+        ((), {"requirements": (Requirement(MEASURE, "<", 5.0),)}, "the case has no component"),
+        ((SPRING, HINGE), {"optimisation": Optimisation((Goal(MEASURE),))}, "of forces and of torques"),
+    ],
+)
+def test_bounds_that_fit_no_component(components: Any, changes: Any, says: str) -> None:
+    """Contract: one line before anything is computed, which lists the components with their units."""
+    with pytest.raises(sd.InputError, match=says) as error:
+        study(*components, **changes)
+    assert "[N" in str(error.value) or not components

@@ -1,0 +1,388 @@
+"""Studies of cheap runs that accurate ones verify: estimates from both, pairing, budget, searches, resuming, reports."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy import stats
+
+import scissordyn as sd
+from scissordyn.errors import InputError
+from scissordyn.studies.answer.estimate import (
+    correlation,
+    cost_ratio,
+    fraction_by_margins,
+    fraction_estimate,
+    mean_estimate,
+    quantile_estimates,
+    split,
+    unseen_outliers,
+)
+from scissordyn.studies.answer.fidelity import verified_path
+from studies.test_study import arm
+
+MEDIAN, SPREAD = 1.0, 0.5
+
+
+def pairs(numbers: np.random.Generator, count: int, correlated: float) -> tuple[np.ndarray, np.ndarray]:
+    """Lognormal responses of accurate and cheap runs."""
+    z, noise = numbers.standard_normal((2, count))
+    other = correlated * z + math.sqrt(1.0 - correlated**2) * noise
+    return MEDIAN * np.exp(SPREAD * z), 1.3 * MEDIAN * np.exp(SPREAD * other)
+
+
+def least_held(repetitions: int, less: float = 0.0) -> float:
+    """How many 95 % intervals hold the truth at least: within 3 standard deviations, and less for small samples."""
+    return repetitions * (0.95 - 3.0 * math.sqrt(0.95 * 0.05 / repetitions) - less)
+
+
+def test_equal_runs_are_the_cheap_ones():
+    """Limit: where cheap runs are accurate, the mean and the fraction are those of all cheap runs."""
+    _, cheap = pairs(np.random.default_rng(1), 400, 0.9)
+    found = mean_estimate(cheap[:20], cheap[:20], cheap)
+    assert found.value == pytest.approx(cheap.mean(), rel=1e-12)
+    assert found.correlation == pytest.approx(1.0)
+    unseen = math.sqrt(unseen_outliers(20)) * cheap[:20].std(ddof=1)
+    half = stats.t.ppf(0.975, 18) * math.hypot(cheap.std(ddof=1) / 20.0, unseen)
+    assert found.high - found.value == pytest.approx(half, rel=1e-9)
+    met, margins = cheap < 1.5, 1.5 - cheap
+    assert fraction_estimate(met[:20], met[:20], met).value == pytest.approx(met.mean(), rel=1e-12)
+    assert fraction_by_margins(margins[:20], margins[:20], margins).value == pytest.approx(met.mean(), rel=1e-12)
+
+
+def test_a_linear_relation_is_removed():
+    """Contract: of accurate = 2 + 3 cheap the mean is 2 + 3 times that of all cheap runs, whatever the pairs."""
+    _, cheap = pairs(np.random.default_rng(2), 300, 0.9)
+    found = mean_estimate(2.0 + 3.0 * cheap[:10], cheap[:10], cheap)
+    assert found.value == pytest.approx(2.0 + 3.0 * cheap.mean(), rel=1e-12)
+
+
+def test_useless_cheap_runs_do_no_harm():
+    """Limit: with cheap runs that say nothing, or the same of all, the answer is that of the accurate runs."""
+    accurate, _ = pairs(np.random.default_rng(3), 30, 0.9)
+    alone = stats.t.interval(0.95, 29, accurate.mean(), stats.sem(accurate))
+    found = mean_estimate(accurate, np.ones(30), np.ones(500))
+    assert (found.low, found.high) == pytest.approx(alone)
+    assert math.isnan(found.correlation)
+    met = accurate < 1.0
+    found = fraction_estimate(met, np.ones(30, bool), np.ones(500, bool))
+    assert found.value == pytest.approx(met.mean())
+    assert found.width == pytest.approx(found.accurate_high - found.accurate_low, rel=0.05)
+    assert found.saved == pytest.approx(1.0, abs=0.1)
+
+
+def test_strata():
+    """Closed form: the fraction is the sum over the strata of the cheap runs."""
+    paired = np.array([1, 1, 1, 1, 0, 0, 0, 0, 0, 0], bool)
+    accurate = np.array([1, 1, 1, 0, 1, 0, 0, 0, 0, 0], bool)
+    cheap = np.concatenate([paired, np.ones(60, bool), np.zeros(30, bool)])
+    found = fraction_estimate(accurate, paired, cheap)
+    assert found.value == pytest.approx(0.64 * 3 / 4 + 0.36 * 1 / 6)
+    assert (found.screened, found.verified) == (100, 10)
+    assert found.low < found.value < found.high
+
+
+@pytest.mark.parametrize("met", [False, True])
+def test_ends_of_fractions(met):
+    """Limit: where no accurate run is, or every one is, the interval ends at 0 or 1."""
+    met = np.full(20, met)
+    found = fraction_estimate(met, met, np.full(200, met[0]))
+    assert (found.high if met[0] else found.low) == float(met[0])
+    assert 0.0 < found.width < 0.2
+
+
+@pytest.mark.parametrize("correlated", [0.6, 0.95])
+def test_intervals_cover(correlated):
+    """Limit: of 200 repetitions 95 % hold the truth (within 3 standard deviations, and 2 % for small samples)."""
+    numbers = np.random.default_rng(5)
+    mean, below = MEDIAN * math.exp(0.5 * SPREAD**2), float(stats.norm.cdf(math.log(1.5) / SPREAD))
+    held = {"mean": 0, "fraction": 0, "median": 0}
+    narrower = []
+    for _ in range(200):
+        accurate, cheap = pairs(numbers, 300, correlated)
+        some, paired = accurate[:24], cheap[:24]
+        by_mean = mean_estimate(some, paired, cheap)
+        by_fraction = fraction_estimate(some < 1.5, paired < 1.95, cheap < 1.95)
+        held["mean"] += by_mean.low <= mean <= by_mean.high
+        held["fraction"] += by_fraction.low <= below <= by_fraction.high
+        narrower.append(by_fraction.width / (by_fraction.accurate_high - by_fraction.accurate_low))
+    for _ in range(30):
+        accurate, cheap = pairs(numbers, 300, correlated)
+        (found,) = quantile_estimates(accurate[:24], cheap[:24], cheap, [0.5])
+        held["median"] += found.low <= MEDIAN <= found.high
+    assert min(held["mean"], held["fraction"]) >= least_held(200, 0.02)
+    assert held["median"] >= least_held(30, 0.02)
+    assert np.mean(narrower) < (0.95 if correlated < 0.9 else 0.8)
+
+
+def test_quantiles_need_enough_runs():
+    """Limit: a 95 % quantile of ten accurate runs has no upper end; its lower end is one of them."""
+    accurate, cheap = pairs(np.random.default_rng(6), 200, 0.9)
+    (found,) = quantile_estimates(accurate[:10], cheap[:10], cheap, [0.95])
+    assert found.high == math.inf
+    assert found.low in accurate[:10]
+
+
+def test_the_split_of_a_budget():
+    """Closed form: sqrt(rho^2/(1 - rho^2) w/w_cheap) cheap runs for each accurate one, and the variance is least there."""
+    rho, accurate, cheap, budget = 0.9, 2.0, 0.02, 1000.0
+    ratio = cost_ratio(rho, accurate, cheap)
+    assert ratio == pytest.approx(math.sqrt(0.81 / 0.19 * 100.0))
+    verified, screened = split(budget, rho, accurate, cheap)
+    assert verified * accurate + screened * cheap <= budget
+    assert screened / verified == pytest.approx(ratio, rel=0.02)
+
+    def variance(m: float) -> float:
+        n = (budget - m * accurate) / cheap
+        return (1.0 - rho**2) / m + rho**2 / n
+
+    assert variance(verified) <= min(variance(0.8 * verified), variance(1.2 * verified))
+    assert cost_ratio(0.0, accurate, cheap) == cost_ratio(math.nan, accurate, cheap) == 1.0
+    assert math.isnan(correlation(np.ones(5), np.arange(5.0)))
+
+
+def _blurred(z, numbers):
+    return z, z + 0.02 * numbers.standard_normal(z.size)
+
+
+def _biased(z, numbers):
+    return z, 1.4 * z - 0.3 + 0.05 * numbers.standard_normal(z.size)
+
+
+def _with_strangers(z, numbers):
+    cheap = z + 0.02 * numbers.standard_normal(z.size)
+    return z, np.where(numbers.random(z.size) < 0.02, numbers.standard_normal(z.size) - 0.4, cheap)
+
+
+def _worse_far_away(z, numbers):
+    return z, z + (0.01 + 0.3 * np.abs(z)) * numbers.standard_normal(z.size)
+
+
+def _whole_numbers(z, numbers):
+    cheap = np.round(3.0 * z)
+    return cheap + numbers.integers(-1, 2, z.size) + 0.5, cheap + 0.5
+
+
+WORLDS = [_blurred, _biased, _with_strangers, _worse_far_away, _whole_numbers]
+
+
+@pytest.mark.parametrize("world", WORLDS)
+@pytest.mark.parametrize(("pairs", "screened"), [(16, 200), (48, 800)])
+def test_intervals_of_margins_cover(world, pairs, screened):
+    """Limit: of 120 repetitions 95 % hold the truth (within 3 standard deviations, and 1 % for small samples)."""
+    numbers = np.random.default_rng(3)
+    truth = float(np.mean(world(numbers.standard_normal(400_000) - 0.4, numbers)[0] > 0.0))
+    held, repetitions = 0, 120
+    for _ in range(repetitions):
+        accurate, cheap = world(numbers.standard_normal(screened) - 0.4, numbers)
+        found = fraction_by_margins(accurate[:pairs], cheap[:pairs], cheap)
+        held += found.low <= truth <= found.high
+    assert held >= least_held(repetitions, 0.01)
+
+
+def test_margins_say_more_than_yes_and_no():
+    """Limit: where runs differ little, the interval is hardly wider than that of the cheap runs alone."""
+    numbers = np.random.default_rng(4)
+    accurate, cheap = _blurred(numbers.standard_normal(6000) - 0.4, numbers)
+    by_margins = fraction_by_margins(accurate[:96], cheap[:96], cheap)
+    by_strata = fraction_estimate(accurate[:96] > 0.0, cheap[:96] > 0.0, cheap > 0.0)
+    alone = 2.0 * 1.96 * math.sqrt(by_margins.value * (1.0 - by_margins.value) / 6000)
+    assert alone < by_margins.width < 1.25 * alone
+    assert by_margins.width < 0.6 * by_strata.width
+    assert by_margins.saved > 2.5 * by_strata.saved
+
+
+@pytest.mark.parametrize(
+    "spoilt",
+    [
+        lambda accurate, cheap: (accurate[:15], cheap[:15]),
+        lambda accurate, cheap: (np.append(accurate[:40], np.inf), np.append(cheap[:40], 1.0)),
+        lambda accurate, cheap: (cheap[40:80], cheap[:40]),
+        lambda accurate, cheap: (np.where(np.arange(40) % 2 == 0, -1e-3, 1e-1 * cheap[:40]), cheap[:40]),
+    ],
+    ids=["few", "infinite", "unlike", "contradicted"],
+)
+def test_where_margins_say_nothing(spoilt):
+    """Limit: few pairs, infinite margins, weak correlation or pairs that contradict leave the estimate of yes and no."""
+    numbers = np.random.default_rng(5)
+    accurate, paired = spoilt(*_blurred(np.abs(numbers.standard_normal(400)), numbers))
+    cheap = np.append(paired, np.abs(numbers.standard_normal(300)))
+    found = fraction_by_margins(accurate, paired, cheap)
+    assert found == fraction_estimate(accurate > 0.0, paired > 0.0, cheap > 0.0)
+
+
+RANGES = {"A.clearance": (0.05e-3, 0.4e-3), "drive.speed": "100..200 rpm"}
+CHEAP = {"rtol": 1e-3, "atol": 1e-3}
+
+
+def study(tmp_path, **options):
+    """A study of the first contacts of an array."""
+    given = {"until": 0.003, "seed": 1, "requirements": {"peak_force": 30e3}, "screen": CHEAP, "engine": 1, **options}
+    return sd.study(arm(), RANGES, store=tmp_path / "study.db", **given)
+
+
+def test_pairs(tmp_path):
+    """Identity: accurate runs have the numbers of the first points bit for bit, and the options of the case."""
+    found = study(tmp_path, points=40, verify=10, design="random")
+    accurate = found.verified
+    assert found.study.options.rtol == 1e-3
+    assert accurate.study.options.rtol == 1e-8
+    assert (found.dataset.sizes["case"], accurate.dataset.sizes["case"]) == (40, 10)
+    for address in RANGES:
+        name = next(each for each in found.dataset if found.dataset[each].attrs.get("address") == address)
+        np.testing.assert_array_equal(found.dataset[name][:10], accurate.dataset[name])
+    peak, cheap = accurate.dataset["peak_force"].values.max(axis=1), found.dataset["peak_force"].values[:10].max(axis=1)
+    assert 1e-9 < np.max(np.abs(peak / cheap - 1.0)) < 0.1
+
+
+def test_estimates_and_report(tmp_path):
+    """Contract: cheap and accurate columns are those of both stores; terminal, report and a reopened store say the same."""
+    found = study(tmp_path, points=64, verify=16, design="random")
+    fraction, every, mean, median, _ = found.estimates
+    assert fraction.estimate.cheap == found.requirements[0].fraction
+    assert every.estimate.accurate == found.verified.feasible.fraction
+    assert mean.estimate.cheap == pytest.approx(found.dataset["peak_force"].values.max(axis=1).mean())
+    assert mean.estimate.correlation > 0.99
+    assert mean.estimate.width < 0.7 * (mean.estimate.accurate_high - mean.estimate.accurate_low)
+    assert median.kind == "quantile"
+    again = sd.open_study(tmp_path / "study.db")
+    assert again.estimates == found.estimates
+    text = found.report(tmp_path / "study.html").read_text()
+    assert "Cheap and accurate runs" in text
+    assert "64 points with cheap runs, an interpolation between them and 16 accurate runs" in text
+    more = again.extend(80, engine=1)
+    assert more.estimates[0].estimate.screened == 80
+    assert more.resume(engine=1).estimates[0].estimate.verified == 16
+
+
+def test_uncertain_samples(tmp_path):
+    """Contract: of one point with uncertain numbers the trials are its samples."""
+    found = sd.study(
+        arm(),
+        uncertain={"A.clearance": sd.Uniform(0.05e-3, 0.4e-3)},
+        until=0.002,
+        samples=24,
+        sampling="random",
+        requirements={"peak_force": 30e3},
+        screen=CHEAP,
+        verify=8,
+        store=tmp_path / "one.db",
+        engine=1,
+    )
+    assert (found.estimates[0].estimate.screened, found.estimates[0].estimate.verified) == (24, 8)
+
+
+def test_a_budget(tmp_path):
+    """Limit: a budget decides both numbers of points; the same call again computes nothing, and keeps to them."""
+    found = study(tmp_path, points=1, design="random", budget=1.5)
+    sizes = found.dataset.sizes["case"], found.verified.dataset.sizes["case"]
+    assert sizes[0] >= sizes[1] >= 8
+    times = found.store.times()["seconds"].copy()
+    again = study(tmp_path, points=1, design="random", budget=1.5)
+    assert (again.dataset.sizes["case"], again.verified.dataset.sizes["case"]) == sizes
+    np.testing.assert_array_equal(again.store.times()["seconds"], times)
+
+
+def test_a_search(tmp_path):
+    """Contract: the front of a search by cheap runs is run accurately; further generations keep what was."""
+    goals = ["minimise peak_force", "maximise drive.speed"]
+    found = study(tmp_path, goals=goals, population=8, generations=2, verify=8)
+    table = found.confirmed
+    assert 1 <= len(table) <= 8
+    assert set(table.index) <= set(found.front.index)
+    peak = found.verified.dataset["peak_force"].values.max(axis=1)
+    np.testing.assert_array_equal(table["accurate minimise peak_force"], peak)
+    assert (table["accurate violation"] <= 0.0)[table["front"]].all()
+    more = study(tmp_path, goals=goals, population=8, generations=3, verify=8)
+    assert set(table["A.clearance"]) <= set(more.confirmed["A.clearance"])
+    assert "confirmed by accurate" in more.report(tmp_path / "search.html").read_text()
+
+
+def test_the_best_of_one_goal_is_an_accurate_one(tmp_path):
+    """Contract: with one goal the best point is the best of the accurate runs."""
+    found = study(tmp_path, goals="minimise peak_force", population=6, generations=2, verify=8)
+    table = found.confirmed.sort_values(["accurate violation", "accurate minimise peak_force"])
+    assert found.best["A.clearance"] == table["A.clearance"].iloc[0]
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"points": 16, "design": "latin-hypercube"}, "not a sample"),
+        ({"design": "grid"}, "not a sample"),
+        ({"points": 16, "screen": {"tolerance": 1e-3}}, "options of its runs"),
+        ({"points": 16, "verify": 2}, "verify"),
+        ({"points": 16, "screen": None, "budget": 60.0}, "without cheap and accurate"),
+        ({"goals": "minimise peak_force", "budget": 60.0}, "budget of an optimisation"),
+    ],
+)
+def test_what_cannot_be(tmp_path, options, said):
+    """Limit: designs whose first points are no sample, unknown options and budgets without a split are refused in one line."""
+    with pytest.raises(InputError, match=said) as error:
+        study(tmp_path, **options)
+    assert "\n" not in str(error.value)
+    assert not (tmp_path / "study.db").exists()
+
+
+def test_without_accurate_runs(tmp_path):
+    """Limit: a study of one kind of runs has no estimates of both, and says what it lacks."""
+    found = study(tmp_path, points=8, design="random", screen=None)
+    assert found.verified is None
+    with pytest.raises(InputError, match="without accurate runs"):
+        found.estimates  # noqa: B018
+    assert verified_path("a/b.db") == "a/b.verified.db"
+
+
+def test_a_study_file(tmp_path):
+    """Contract: the table [screen] gives the same study as Python does, and --budget is a time."""
+    sd.write_case(arm(), tmp_path / "case.toml")
+    text = """
+case = "case.toml"
+set = ["run.until=3 ms"]
+require = ["peak_force < 30 kN"]
+[vary]
+"A.clearance" = "0.05..0.4 mm"
+"drive.speed" = "100..200 rpm"
+[design]
+kind = "random"
+points = 12
+seed = 1
+[screen]
+set = ["run.rtol=1e-3", "run.atol=1e-3"]
+verify = 8
+"""
+    (tmp_path / "study.toml").write_text(text)
+    by_file = sd.study(tmp_path / "study.toml", store=tmp_path / "file.db", engine=1)
+    by_call = study(tmp_path, points=12, verify=8, design="random")
+    np.testing.assert_array_equal(by_file.dataset["peak_force"], by_call.dataset["peak_force"])
+    np.testing.assert_array_equal(by_file.verified.dataset["peak_force"], by_call.verified.dataset["peak_force"])
+
+
+@pytest.mark.slow
+def test_two_hundred_studies_cover():
+    """Limit: of 200 studies of an array, 120 cheap and 24 accurate runs each, 95 % hold what all accurate runs give."""
+    studies, cheap_runs, accurate_runs = 200, 120, 24
+    numbers = np.random.default_rng(7)
+    count = studies * cheap_runs
+    over = {"A.clearance": numbers.uniform(0.05e-3, 0.4e-3, count), "drive.speed": numbers.uniform(10.0, 21.0, count)}
+    force = {}
+    for tolerance in (1e-3, 1e-8):
+        runs = sd.simulate_many(arm(), over, until=0.003, measures=["peak_force"], rtol=tolerance, atol=tolerance)
+        assert (runs["status"] == "complete").all()
+        force[tolerance] = runs["peak_force"].values.max(axis=1).reshape(studies, cheap_runs)
+    cheap, accurate = force[1e-3], force[1e-8]
+    assert 0.9 < np.corrcoef(cheap.ravel(), accurate.ravel())[0, 1] < 1.0 - 1e-9
+    bound = 40e3
+    held = {"mean": 0, "fraction": 0, "margins": 0}
+    widths = []
+    for here, there in zip(cheap, accurate[:, :accurate_runs], strict=True):
+        pairs = here[:accurate_runs]
+        mean = mean_estimate(there, pairs, here)
+        fraction = fraction_estimate(there < bound, pairs < bound, here < bound)
+        margins = fraction_by_margins(1.0 - there / bound, 1.0 - pairs / bound, 1.0 - here / bound)
+        held["mean"] += mean.low <= accurate.mean() <= mean.high
+        for name, found in (("fraction", fraction), ("margins", margins)):
+            held[name] += found.low <= (accurate < bound).mean() <= found.high
+        widths.append(margins.width / fraction.width)
+    assert np.median(widths) < 0.95
+    assert min(held.values()) >= least_held(studies)

@@ -1,0 +1,240 @@
+"""Tolerances, fits of ISO 286-1 and further distributions: texts, tables of the standard, closed forms and whole studies."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy import stats
+
+import scissordyn as sd
+from scissordyn.config.study import Given, described_study, read_study
+from scissordyn.config.variation import read_deviation, read_variation
+from scissordyn.model.parameter_path import single
+from scissordyn.studies.answer.page import varied_numbers
+from scissordyn.studies.answer.verdict import by_point
+from scissordyn.studies.ask.description import to_plain
+from scissordyn.studies.ask.distribution import DEVIATIONS, DIAMETERS, GRADES, Normal, Trapezoid, Triangular, Uniform, read_fit
+from scissordyn.studies.compute.table import column
+from scissordyn.units import Quantity
+from studies.test_study import UNTIL, arm
+
+LENGTH = Quantity("m", minimum=0.0)
+NUMBER = Quantity("1", minimum=0.0, maximum=1.0)
+
+
+@pytest.mark.parametrize(
+    ("fit", "diameter", "hole", "shaft"),
+    [
+        ("H7/g6", 10.0, (0, 15), (-14, -5)),
+        ("H8/f7", 25.0, (0, 33), (-41, -20)),
+        ("H7/h6", 50.0, (0, 25), (-16, 0)),
+        ("H9/e8", 3.0, (0, 25), (-28, -14)),
+        ("H11/h11", 3.001, (0, 75), (-75, 0)),
+        ("H5/g5", 500.0, (0, 27), (-47, -20)),
+    ],
+)
+def test_limits_of_known_fits(fit: str, diameter: float, hole: tuple[int, int], shaft: tuple[int, int]) -> None:
+    """Known values: limit deviations [um] of the standard's tables; a diameter at the end of a range belongs to it."""
+    found = read_fit(fit, diameter * 1e-3)
+    np.testing.assert_allclose(np.array([found.hole, found.pin]) * 1e6, [hole, shaft], atol=1e-9)
+    clearance = found.clearance()
+    np.testing.assert_allclose(clearance.ends, np.array([-shaft[1], hole[1] - shaft[0]]) * 0.5e-6, atol=1e-15)
+
+
+def test_tables_are_the_formula_of_the_standard_rounded() -> None:
+    """Cross-check: 7, 10, 16, ... 100 tolerance units, and 2.5 to 11 D^0.34..0.41, within the rounding of the tables."""
+    low = np.array([1.0, *DIAMETERS[:-1]])
+    middle = np.sqrt(low * np.array(DIAMETERS))
+    rounding = np.where(low < 3.0, 0.16, 0.08)  # the standard rounds up, most of all for the smallest diameters
+    unit = 0.45 * np.cbrt(middle) + 0.001 * middle
+    for grade, units in {5: 7, 6: 10, 7: 16, 8: 25, 9: 40, 10: 64, 11: 100}.items():
+        assert np.all(np.abs(np.array(GRADES[grade]) - units * unit) <= np.maximum(0.75, rounding * units * unit)), grade
+    for shaft, factor, power in (("e", 11.0, 0.41), ("f", 5.5, 0.41), ("g", 2.5, 0.34)):
+        assert np.all(
+            np.abs(np.array(DEVIATIONS[shaft]) - factor * middle**power) <= np.maximum(1.1, 0.05 * factor * middle**power)
+        )
+
+
+def test_clearance_is_half_of_the_difference_of_the_diameters() -> None:
+    """Cross-check: quantiles of the trapezoid are those of a million uniform holes and shafts, and of scipy's."""
+    fit, rng = read_fit("H7/g6", 10e-3), np.random.default_rng(1)
+    drawn = 0.5 * (rng.uniform(*fit.hole, 1_000_000) - rng.uniform(*fit.pin, 1_000_000))
+    u = np.linspace(0.01, 0.99, 33)
+    np.testing.assert_allclose(fit.clearance().quantile(u), np.quantile(drawn, u), rtol=3e-3)
+    low, high = fit.clearance().ends
+    whole = fit.clearance()
+    assert isinstance(whole, Trapezoid)
+    theirs = stats.trapezoid((whole.first - low) / (high - low), (whole.last - low) / (high - low), low, high - low)
+    np.testing.assert_allclose(whole.quantile(u), theirs.ppf(u), rtol=1e-9)
+    normal = fit.clearance(normal=True)
+    assert isinstance(normal, Normal)
+    assert (normal.mean, normal.ends) == (pytest.approx(0.5 * (low + high)), pytest.approx((low, high)))
+    assert normal.deviation == pytest.approx(0.5 * np.hypot(15e-6, 9e-6) / 6.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("0.3 mm +- 0.02 mm", Uniform(0.28e-3, 0.32e-3)),
+        ("0.3 ± 0.02 mm", Uniform(0.28e-3, 0.32e-3)),
+        ("0.3 mm +/- 20 um", Uniform(0.28e-3, 0.32e-3)),
+        ("0.3 mm +- 20 %", Uniform(0.24e-3, 0.36e-3)),
+        ("0.3 mm +- 0.03 mm, normal", Normal(0.3e-3, 0.01e-3, 0.27e-3, 0.33e-3)),
+        ("0.3 mm +- 10 %, triangular", Triangular(0.27e-3, 0.3e-3, 0.33e-3)),
+        ("triangular(0.1, 0.2, 0.4) mm", Triangular(0.1e-3, 0.2e-3, 0.4e-3)),
+        ("beta(2, 5, 0.1, 0.3) mm", sd.Beta(2.0, 5.0, 0.1e-3, 0.3e-3)),
+        ("weibull(2, 0.1) mm", sd.Weibull(2.0, 0.1e-3)),
+        ("weibull(2, 0.1, 0.05) mm", sd.Weibull(2.0, 0.1e-3, 0.05e-3)),
+        ("H7/g6 at 10 mm", Trapezoid(2.5e-6, 7e-6, 10e-6, 14.5e-6)),
+        ("H7/g6 at 1 cm, normal", Normal(8.5e-6, np.hypot(15e-6, 9e-6) / 12.0, 2.5e-6, 14.5e-6)),
+    ],
+)
+def test_texts_of_tolerances(text: str, found: Uniform) -> None:
+    """Contract: nominal values, tolerances, fits and distributions in SI."""
+    read = read_variation(text, LENGTH, parameter="A.clearance")
+    assert type(read) is type(found)
+    ours, theirs = to_plain(read), to_plain(found)
+    assert all(ours[key] == pytest.approx(theirs[key], rel=1e-9) for key in ours if key != "kind")
+
+
+@pytest.mark.parametrize(
+    ("text", "what"),
+    [
+        ("+- 20 %", "a tolerance without a nominal value"),
+        ("0.3 mm +- 0.02 mm, gauss", "'gauss' behind a tolerance"),
+        ("0.3 mm +- 0 mm", "a tolerance of 0 mm"),
+        ("0.3 mm +- -1 mm", "a tolerance of -1 mm"),
+        ("0.3 +- 0.02", "missing unit"),
+        ("0.3 mm +- x", "'x' is no number"),
+        ("0.3 mm +- 1 N", "wrong dimension"),
+        ("K7/g6 at 10 mm", "hole 'K'"),
+        ("H7/p6 at 10 mm", "shaft 'p'"),
+        ("H4/g6 at 10 mm", "tolerance grade 4"),
+        ("H7/g6 at 600 mm", "a fit at 600 mm"),
+        ("H7/g6 at 0.5 mm", "a fit at 0.5 mm"),
+        ("H7/g6 at 10", "missing unit of the diameter"),
+        ("H7/g6 at 10 mm, beta", "'beta' behind a fit"),
+        ("triangular(0.3, 0.2, 0.4) mm", "a triangular distribution"),
+        ("weibull(2) mm", "1 numbers of a weibull"),
+        ("beta(0, 2, 0.1, 0.2) mm", "shapes 0, 2"),
+    ],
+)
+def test_wrong_texts_are_one_line(text: str, what: str) -> None:
+    """Contract: what came, what is allowed, what to type."""
+    with pytest.raises(sd.InputError) as error:
+        read_variation(text, LENGTH, parameter="A.clearance")
+    assert what in str(error.value)
+    assert "\n" not in str(error.value)
+    assert error.value.allowed
+
+
+def test_deviations_from_a_chosen_value() -> None:
+    """Contract: a fraction, or a number with a unit; a pure number has none."""
+    assert read_deviation("+- 20 %", LENGTH) == (Uniform(-0.2, 0.2), True)
+    assert read_deviation("± 0.02 mm, normal", LENGTH) == (Normal(0.0, 0.02e-3 / 3.0, -0.02e-3, 0.02e-3), False)
+    assert read_deviation("+- 0.05", NUMBER) == (Uniform(-0.05, 0.05), False)
+    with pytest.raises(sd.InputError, match="missing unit"):
+        read_deviation("+- 0.02", LENGTH, parameter="A.clearance")
+    with pytest.raises(sd.InputError, match="pure number"):
+        read_deviation("+- 0.02 mm", NUMBER, parameter="A.damping.restitution")
+
+
+def test_a_number_is_chosen_and_uncertain(tmp_path: Path) -> None:
+    """Contract: the store has the chosen value and the deviation, the mechanism their product; runs are those of that value."""
+    asked = {
+        "until": UNTIL,
+        "uncertain": {"A.clearance": "+- 10 %"},
+        "samples": 3,
+        "requirements": {"peak_force": 60e3},
+        "store": tmp_path / "tolerance.db",
+    }
+    found = sd.study(arm(), {"A.clearance": "0.1, 0.2 mm"}, **asked)
+    results = found.dataset
+    np.testing.assert_allclose(results["A.clearance"], np.repeat([0.1e-3, 0.2e-3], 3))
+    deviations = results["A.clearance deviation"].values
+    assert np.abs(deviations).max() <= 0.1
+    assert np.unique(deviations).size == 3
+    np.testing.assert_array_equal(deviations[:3], deviations[3:])  # common random numbers
+    for case in range(6):
+        expected = results["A.clearance"].values[case] * (1.0 + deviations[case])
+        assert found.mechanism(case).joint("A").clearance.clearance == expected
+    alone = sd.simulate_many(arm(), {"A.clearance": results["A.clearance"].values * (1.0 + deviations)}, until=UNTIL)
+    np.testing.assert_array_equal(results["peak_force"].values, alone["peak_force"].values)
+    assert by_point(found.study, results)["A.clearance"].values.tolist() == pytest.approx([0.1e-3, 0.2e-3])
+    rows = {row[0]: row[2] for row in varied_numbers(found.study, results).rows}
+    assert rows == {"A.clearance": "0.1, 0.2 mm", "A.clearance deviation": "uniform: -10 to 10 %"}
+    assert sd.open_study(tmp_path / "tolerance.db").study.uncertain == found.study.uncertain
+    again = sd.study(arm(), {"A.clearance": "0.1, 0.2 mm"}, **asked, compute=False)
+    assert again.counts["complete"] == 6
+
+
+def two_joints() -> sd.Mechanism:
+    """The paper's array with clearance at two joints."""
+    return sd.scissor(units=2).with_clearance("A", sd.Clearance(0.2e-3)).with_clearance("unit 1/pivot", sd.Clearance(0.3e-3))
+
+
+def described(vary: dict[str, str], uncertain: dict[str, str]) -> sd.study:
+    """A study of two joints by texts, not computed."""
+    from scissordyn.config.study import StudyText
+    from scissordyn.studies.ask.design import Sampling
+
+    text = StudyText(case="case", vary=vary, uncertain=uncertain, sampling=Sampling(4))
+    return described_study(Given(two_joints().driven(speed=10.0), sd.Options(UNTIL)), text)
+
+
+def test_each_joint_has_its_own_tolerance() -> None:
+    """Identity: with `each` the joints of a pattern are drawn independently, without it they have the same value."""
+    joints = single(two_joints(), "clearance.all.clearance")
+    assert joints == ["clearance.A.clearance", "clearance.unit 1/pivot.clearance"]
+    apart = described({"drive.speed": "10, 20 rad/s"}, {"clearance.all.clearance": "0.3 mm +- 20 %, each"})
+    assert [one.path for one in apart.uncertain] == joints
+    drawn = apart.numbers(np.arange(8))
+    assert not np.any(drawn[joints[0]] == drawn[joints[1]])
+    about = described({"clearance.all.clearance": "0.1..0.4 mm"}, {"clearance.all.clearance": "+- 20 %, each"})
+    numbers = about.numbers(np.arange(8))
+    applied = about.applied(numbers)
+    assert sorted(applied) == joints
+    for name in joints:
+        np.testing.assert_array_equal(applied[name], numbers["clearance.all.clearance"] * (1.0 + numbers[f"{name} deviation"]))
+    together = described({"clearance.all.clearance": "0.1..0.4 mm"}, {"clearance.all.clearance": "+- 0.01 mm"})
+    assert list(together.applied(together.numbers(np.arange(4)))) == ["clearance.all.clearance"]
+
+
+def test_deviations_that_fit_nothing_are_refused() -> None:
+    """Contract: a deviation of what is not chosen, and one that leads out of bounds."""
+    with pytest.raises(sd.InputError, match="deviates from a value that is not chosen"):
+        described({"drive.speed": "10, 20 rad/s"}, {"A.clearance": "+- 20 %"})
+    with pytest.raises(sd.InputError, match=r"'A.clearance' up to -"):
+        described({"A.clearance": "0.1..0.4 mm"}, {"A.clearance": "+- 0.2 mm"})
+
+
+def test_each_in_a_study_file(tmp_path: Path) -> None:
+    """Contract: `each = true` in a table is the word in a text."""
+    file = tmp_path / "study.toml"
+    file.write_text('case = "case.toml"\n[uncertain]\n"clearance.all.clearance" = { values = "0.3 mm +- 20 %", each = true }\n')
+    assert read_study(file).uncertain == {"clearance.all.clearance": "0.3 mm +- 20 %, each"}
+    file.write_text('case = "case.toml"\n[uncertain]\n"clearance.all.clearance" = { values = "0.3 mm +- 20 %", each = 1 }\n')
+    with pytest.raises(sd.InputError, match="each = true or false"):
+        read_study(file)
+
+
+def test_a_chosen_pattern_with_own_tolerances_is_computed(tmp_path: Path) -> None:
+    """Identity: each case is the run of its own clearances, and the replay has them."""
+    found = sd.study(
+        two_joints().driven(speed=sd.rpm(150)),
+        {"clearance.all.clearance": "0.1, 0.2 mm"},
+        until=UNTIL,
+        uncertain={"clearance.all.clearance": "+- 10 %, each"},
+        samples=2,
+        requirements={"peak_force": 60e3},
+        store=tmp_path / "each.db",
+    )
+    assert found.counts["complete"] == 4
+    for case in range(4):
+        mechanism = found.mechanism(case)
+        for name in ("A", "unit 1/pivot"):
+            by = float(found.dataset[column(f"clearance.{name}.clearance deviation")][case])
+            chosen = float(found.dataset["clearance.all.clearance"][case])
+            assert mechanism.joint(name).clearance.clearance == chosen * (1.0 + by)

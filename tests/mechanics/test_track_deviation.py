@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from scissordyn.mechanics.monitored import track_deviation
-from scissordyn.run.ideal_path import _quintic
+from scissordyn.record.ideal_path import quintic
 
 STEP, NODES = 0.2, 4
 POLYNOMIALS = (
@@ -43,7 +43,7 @@ def test_the_deviation_from_a_path_of_degree_five(t: float) -> None:
     assert deviation(t, x + 3e-3, y - 4e-3) == pytest.approx(5e-3, rel=1e-9)
     node = min(int(t / STEP), NODES - 2)
     a, b = (table()[k, 6:].reshape(3, 2) for k in (node, node + 1))
-    np.testing.assert_allclose(_quintic(t / STEP - node, STEP, a, b), [x, y], atol=1e-13)
+    np.testing.assert_allclose(quintic(t / STEP - node, STEP, a, b), [x, y], atol=1e-13)
 
 
 def test_there_is_none_beyond_the_path() -> None:

@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from scissordyn.run.answer import dataset, events
 
 import scissordyn as sd
 from scissordyn.casefile.configuration import write_configuration
@@ -18,6 +17,7 @@ from scissordyn.cli.main import status_of
 from scissordyn.file import export, netcdf, output_file
 from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
+from scissordyn.record import dataset, events
 from scissordyn.run import configuration, store
 from scissordyn.run.advance import driver, trajectory
 from scissordyn.run.advance.loop import next_slice
@@ -173,7 +173,7 @@ def test_slices_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     driven, swung = arm.driven(speed=sd.rpm(150)), arm.driven(sd.Harmonic(0.8, 0.2, 60.0))
     whole = [sd.simulate(driven, until=0.01, samples=51), sd.cycle(swung, cycles=2)]
     monkeypatch.setattr("scissordyn.run.advance.loop.next_slice", lambda *_: 1)
-    monkeypatch.setattr("scissordyn.run.advance.driver.FIRST", 1)
+    monkeypatch.setattr("scissordyn.run.advance.driver.FIRST_STEPS", 1)
     cut = [sd.simulate(driven, until=0.01, samples=51), sd.cycle(swung, cycles=2)]
     for one, other in zip(whole, cut, strict=True):
         assert one.equals(other)

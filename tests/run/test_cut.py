@@ -12,14 +12,15 @@ import pytest
 import xarray as xr
 
 import scissordyn as sd
+from scissordyn.casefile import configuration
 from scissordyn.casefile.configuration import write_configuration
 from scissordyn.cli.main import status_of
 from scissordyn.file import export, netcdf, output_file
 from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
-from scissordyn.record import dataset, events
-from scissordyn.run import configuration, store
-from scissordyn.run.advance import driver, trajectory
+from scissordyn.record import dataset, events, store
+from scissordyn.run import trajectory
+from scissordyn.run.advance import driver
 from scissordyn.run.advance.loop import next_slice
 from scissordyn_paper import controlled, periodic, runs
 from scissordyn_paper.cases import PaperCase

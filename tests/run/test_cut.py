@@ -19,8 +19,9 @@ from scissordyn.file import export, netcdf, output_file
 from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
 from scissordyn.record import dataset, events, store
+from scissordyn.record import trajectory as motion
 from scissordyn.run import trajectory
-from scissordyn.run.advance import driver
+from scissordyn.run.advance import loop
 from scissordyn.run.advance.loop import next_slice
 from scissordyn_paper import controlled, periodic, runs
 from scissordyn_paper.cases import PaperCase
@@ -59,14 +60,14 @@ DEVIATIONS = ("peak_track_deviation", "peak_track_deviation_time", "rms_track_de
 
 def undefined_from(whole: xr.Dataset, last: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Let accelerations be undefined after a sample."""
-    evaluate = trajectory.record
+    evaluate = motion.record
 
     def undefined_after(maps, system, samples):
         found = evaluate(maps, system, samples)
         found.A[samples.time > whole["time"].values[last]] = np.nan
         return found
 
-    monkeypatch.setattr(trajectory, "record", undefined_after)
+    monkeypatch.setattr(motion, "record", undefined_after)
 
 
 def test_cut_run_is_the_run_up_to_there(arm: sd.Mechanism, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -104,7 +105,7 @@ def test_writers_do_not_simulate(arm: sd.Mechanism, monkeypatch: pytest.MonkeyPa
     def refuse(*arguments: object, **named: object) -> None:
         raise AssertionError("simulated")
 
-    monkeypatch.setattr(driver.Driver, "advance", refuse)
+    monkeypatch.setattr(loop, "advance", refuse)
     made = dataset.results(path.plan, write_configuration(arm, options), path, record).dataset()
     assert made.sizes["time"] == 11
     modules = (dataset, events, configuration, store, netcdf, export, output_file)

@@ -38,6 +38,7 @@ from scissordyn.model.clearance import Clearance, GuideClearance
 from scissordyn.model.linkage import four_bar, n_four_bar, slider_crank
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.scissor import hoberman_ring, mast, polar_scissor, scissor
+from scissordyn.model.walk import declared
 from scissordyn.units import quantities
 
 BARS_SAMPLE: dict[str, Any] = {"section": "tube 60x60x1.56 mm", "material": "steel"}
@@ -234,7 +235,7 @@ class BuiltTable(Call, StructureTable):
 
     def fields(self) -> dict[str, Any]:
         mechanism = self.result()
-        built = {field.name: getattr(mechanism, field.name) for field in dataclasses.fields(mechanism)}
+        built = {name: getattr(mechanism, name) for name in declared(Mechanism)}
         return {**built, "source": self.source or ""}
 
 

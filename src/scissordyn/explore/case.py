@@ -103,10 +103,8 @@ class Case:
         return self._with({**self.tree, "run": {**self.tree.get("run", {}), "trust": wanted}})
 
     def _with(self, tree: dict[str, Any]) -> Case:
-        """The case with other tables; of a changed speed or clearance the plan is not made anew."""
-        case = Case(self.name, self.source, self.code, tree)
-        case.mechanism.borrow_plan(self.mechanism)
-        return case
+        """The case with other tables."""
+        return Case(self.name, self.source, self.code, tree)
 
     def text(self) -> str:
         """The case file with the changed values in it; its comments and its order stay."""

@@ -27,9 +27,6 @@ from scissordyn.model.joint import Guide, Revolute, Weld
 from scissordyn.model.parameter_path import changed, matching
 from scissordyn.units import Meaning, Quantity, check_quantities, checked, documented
 
-PLAN, LENT, LOOSE = "_plan", "_lent", "_loose"
-"""Where the plan of a mechanism is kept, that of the one that it was made from (plan/plan.py), and whether that was loose."""
-
 Gravity = Annotated[float, Quantity("m/s^2", minimum=0.0, help="gravitational acceleration")]
 GravityDirection = Annotated[float, Quantity("rad", help="direction of gravity; -pi/2 is along -y")]
 
@@ -66,6 +63,8 @@ class Mechanism:
     couplings: tuple[Coupling, ...] = ()
     coordinate_drives: tuple[CoordinateDrive, ...] = ()
     source: Annotated[str, Meaning("who describes it, for `citations`; several apart by semicolons")] = ""
+    clearances_closed: bool = dataclasses.field(default=False, init=False, compare=False, repr=False)
+    """Whether `ideal` closed clearances of it: joints may then be redundant that were not, and are no error."""
 
     def __post_init__(self) -> None:
         for source, field, kind in LISTED:
@@ -79,7 +78,7 @@ class Mechanism:
         check_parts(self)
 
     def __getstate__(self) -> dict[str, Any]:
-        return {name: self.__dict__[name] for name in Mechanism.__dataclass_fields__}  # nothing that follows from them
+        return {name: getattr(self, name) for name in Mechanism.__dataclass_fields__}  # without cached properties
 
     def body(self, name: str) -> Body:
         """The body of that name."""
@@ -99,7 +98,7 @@ class Mechanism:
         if not self.clearance_joints and len(self.ideal_guides) == len(self.guides):
             return self
         ideal = self.with_parts({name: tuple(map(_tight, getattr(self, name))) for name in ("joints", "guides")}, check=False)
-        ideal.__dict__[LOOSE] = True
+        object.__setattr__(ideal, "clearances_closed", True)
         return ideal
 
     @cached_property
@@ -352,7 +351,7 @@ class Mechanism:
         return changed(self, parameter, value)
 
     def with_parts(self, parts: Mapping[str, Any], *, check: bool = True) -> Mechanism:
-        """The same mechanism with other parts. What has been made of this one may serve it too: see `plan`.
+        """The same mechanism with other parts.
 
         Parameters
         ----------
@@ -366,18 +365,10 @@ class Mechanism:
         Mechanism
         """
         if check:
-            changed_mechanism = dataclasses.replace(self, **parts)
-        else:
-            changed_mechanism = copy.copy(self)
-            changed_mechanism.__dict__.update(parts)
-        changed_mechanism.borrow_plan(self)
+            return dataclasses.replace(self, **parts)
+        changed_mechanism = copy.copy(self)
+        changed_mechanism.__dict__.update(parts)
         return changed_mechanism
-
-    def borrow_plan(self, other: Mechanism) -> None:
-        """Use the tables of the plan of another mechanism where they fit; `plan` compares."""
-        plan = other.__dict__.get(PLAN) or other.__dict__.get(LENT)
-        if plan is not None:
-            self.__dict__[LENT] = plan
 
     def _with_joints(self, changed: Iterable[Revolute]) -> Mechanism:
         new = {joint.name: joint for joint in changed}

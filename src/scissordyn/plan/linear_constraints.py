@@ -19,7 +19,7 @@ from scissordyn.components.place import GROUND, BodyPoint
 from scissordyn.errors import InputError
 from scissordyn.mechanics.time_function import function_start
 from scissordyn.model.body import Body
-from scissordyn.model.mechanism import LOOSE, Mechanism
+from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.bending import beam_mass, bends, dissected
 from scissordyn.plan.coordinates import Coordinates, Natural, natural_coordinates
 from scissordyn.plan.coupling import coupling_constraints
@@ -88,7 +88,7 @@ def _reduced(mechanism: Mechanism, parallel: list[tuple[str, str, float]]) -> Co
     constraints, angles = quadratic_constraints(mechanism, bare, elimination), _angles_of_drives(mechanism, natural)
     constraints += coupling_constraints(mechanism, bare.with_constraints(tuple(constraints)), angles)
     coordinates = independent(
-        bare.with_constraints(order_constraints(free, constraints)), angles, lenient=LOOSE in mechanism.__dict__
+        bare.with_constraints(order_constraints(free, constraints)), angles, lenient=mechanism.clearances_closed
     )
     if elimination.nothing_left == NOTHING_LEFT:
         return coordinates

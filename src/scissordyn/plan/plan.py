@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -21,7 +22,7 @@ from scissordyn.model.body import Body
 from scissordyn.model.clearance import Clearance, ContactKind, ContactPoint, GuideClearance, Lubrication, contact_states
 from scissordyn.model.coupling import Drive
 from scissordyn.model.joint import Revolute
-from scissordyn.model.mechanism import LENT, PLAN, Mechanism
+from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.acting import acting, start_coordinates
 from scissordyn.plan.bodies import balance, body_maps
 from scissordyn.plan.branches import Branches, every_branch
@@ -59,7 +60,7 @@ class Plan:
 
     def fits(self, other: Mechanism) -> bool:
         """Whether another mechanism has the same tables: it differs only in clearances, laws, motions of drives and gravity."""
-        return _entering(self.mechanism) == _entering(other)
+        return all(map(_is_same, _entering(self.mechanism), _entering(other)))
 
     def case(self, other: Mechanism) -> Plan:
         """The plan of another case that fits: the same tables, its own parts and numbers."""
@@ -189,19 +190,26 @@ class Plan:
 def plan(mechanism: Mechanism) -> Plan:
     """The plan of a mechanism.
 
-    It takes a fifth of the time of a short run: it is kept with the mechanism, which never changes, and a mechanism that was
-    made from another one by a change has the tables of that one's plan if it fits.
+    Compiling it takes a fifth of the time of a short run. The last plans are kept: a mechanism that differs from one of
+    theirs in numbers of the case alone shares its tables.
     """
-    stored: Plan | None = mechanism.__dict__.get(PLAN)
-    if stored is None:
-        lent: Plan | None = mechanism.__dict__.pop(LENT, None)
-        whole = with_mode_counts(mechanism)
-        stored = lent.case(whole) if lent is not None and lent.fits(whole) else _compiled(whole)
-        mechanism.__dict__[PLAN] = stored
-    return stored
+    kept = list(RECENT)
+    for known, made in kept:
+        if known is mechanism:
+            return made
+    whole = with_mode_counts(mechanism)
+    shared = next((made for _, made in kept if made.fits(whole)), None)
+    made = compiled(whole) if shared is None else shared.case(whole)
+    RECENT.appendleft((mechanism, made))
+    return made
 
 
-def _compiled(mechanism: Mechanism) -> Plan:
+RECENT: deque[tuple[Mechanism, Plan]] = deque(maxlen=8)
+"""The mechanisms that were compiled last and their plans: a run has up to five, with ideal joints, rigid bars and so on."""
+
+
+def compiled(mechanism: Mechanism) -> Plan:
+    """The plan of a mechanism with tables of its own."""
     coordinates = reduced(mechanism)
     model = make_model(mechanism, coordinates)
     return Plan(
@@ -232,7 +240,13 @@ def _entering(mechanism: Mechanism) -> list[Any]:
     entire = [getattr(mechanism, name) for name in ENTIRE]
     driven, tracked = [drive.body for drive in mechanism.drives], [(track.body, track.point) for track in mechanism.tracks]
     joints = [(joint.name, joint.journal, joint.bearing, _of_gap(joint.clearance)) for joint in mechanism.joints]
-    return [*entire, driven, tracked, joints, [_of_component(part) for part in mechanism.components]]
+    components = [_of_component(part) for part in mechanism.components]
+    return [*entire, driven, tracked, joints, components, mechanism.clearances_closed]
+
+
+def _is_same(one: Any, other: Any) -> bool:
+    """Whether two values are equal to the last bit: 0.0 and -0.0 are equal and compile to other tables."""
+    return one is other or (one == other and repr(one) == repr(other))
 
 
 def _of_gap(gap: Clearance | None) -> Any:

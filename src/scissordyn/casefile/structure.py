@@ -105,10 +105,10 @@ _LAWS: Hints = (
 def _table(kind: type, which: str, joints: str, **examples: Any) -> type[Call]:
     """The table of a kind of clearance: its keys, those of which joints or guides, and the restitution of its damping law."""
     keys: dict[str, Any] = {which: (Annotated[str, About(joints, [examples.pop(which)])], MISSING)}
-    for key, declared in keys_of(kind, _LAWS, material="steel", **examples).items():
+    for key, hint in keys_of(kind, _LAWS, material="steel", **examples).items():
         if key == "stiffness":  # the damping law, which is read later, takes it
             keys["restitution"] = (_RESTITUTION, None)
-        keys[key] = declared
+        keys[key] = hint
     return call_table(kind, keys, base=Call)
 
 

@@ -76,8 +76,8 @@ class _Bodies:
         self.rotating = {GROUND, *(body.name for body in mechanism.bodies if body.rotates)}
 
     def check_body(self, label: str, name: str, *, ground: bool = True) -> None:
-        names = [body for body in self.points if ground or body != GROUND]
-        if name not in names:
+        if name not in self.points or (name == GROUND and not ground):
+            names = [body for body in self.points if ground or body != GROUND]
             raise InputError(f"{label} refers to body '{name}'{did_you_mean(name, names)}", "one of " + ", ".join(names))
 
     def check_points(self, label: str, *references: BodyPoint) -> None:

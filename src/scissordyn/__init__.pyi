@@ -71,7 +71,8 @@ from scissordyn.exchange.export import export as export
 from scissordyn.exchange.forces import pin_forces as pin_forces
 from scissordyn.exchange.mjcf import read_mjcf as read_mjcf
 from scissordyn.exchange.pmks import read_pmks as read_pmks
-from scissordyn.exchange.read import read_drawing as read_drawing, read_points as read_points
+from scissordyn.exchange.points import read_points as read_points
+from scissordyn.exchange.read import read_drawing as read_drawing
 from scissordyn.identification.prediction import prediction as prediction
 from scissordyn.laws.catalogue import law as law
 from scissordyn.laws.damping.factors import Flores as Flores, LankaraniNikravesh as LankaraniNikravesh

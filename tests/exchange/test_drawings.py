@@ -1,14 +1,12 @@
-"""Drawings in DXF, and tables of points."""
+"""Drawings in DXF."""
 
 import io
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import scissordyn as sd
-from scissordyn.cli.main import status_of
 from scissordyn.errors import InputError
 
 ezdxf = pytest.importorskip("ezdxf")
@@ -45,7 +43,7 @@ def test_a_four_bar_moves_as_the_one_that_is_described():
     other = sd.four_bar(**lengths, angle=math.atan2(40, 30))
     exact = sd.simulate(other.driven(speed=sd.rpm(60)), until=1.0, samples=50)
     assert run["angle"].sel(body="bar 2").values == pytest.approx(exact["angle"].sel(body="coupler").values, abs=1e-9)
-    assert any("1 TEXT left out" in note for note in notes)
+    assert any("1 TEXT left out, because it is no bar" in note for note in notes)
     assert any("kg/m along each bar is assumed" in note for note in notes)
 
 
@@ -61,14 +59,8 @@ def test_bars_that_cross_are_joined_where_a_point_is_drawn():
     space.add_circle((0.4, 0.3), 0.01)
     mechanism, _ = sd.read_dxf(text(document))
     assert len(mechanism.joints) == 2
-    assert {guide.follower for guide in mechanism.guides} == {("bar 1", "pin 1"), ("bar 2", "pin 4")}
-    kept = sd.Mechanism(
-        mechanism.bodies,
-        mechanism.joints,
-        tuple(g for g in mechanism.guides if g.follower[0] == "bar 2"),
-        ground=mechanism.ground,
-    )
-    run = sd.simulate(kept.driven(speed=0.5, body="bar 1"), until=0.5, samples=20)
+    assert [guide.follower for guide in mechanism.guides] == [("bar 2", "pin 4")]  # the other pin on the line is fixed
+    run = sd.simulate(mechanism.driven(speed=0.5, body="bar 1"), until=0.5, samples=20)
     angle = run["angle"].sel(body="bar 1").values
     x, y = run["position"].sel(body="bar 2").values.T
     assert x == pytest.approx(0.5 * np.cos(angle), abs=1e-9)
@@ -82,28 +74,38 @@ def test_ends_that_nearly_meet_or_touch_a_bar_are_named():
     space.add_line((100.02, 0), (100, 80))
     space.add_line((50, 0), (50, 70))
     _, notes = sd.read_dxf(text(document))
-    assert any("'pin 2' and 'pin 3' are 2e-05 m apart" in note for note in notes)
-    assert any("'pin 5' ends on 'bar 1'" in note for note in notes)
+    assert any("'pin 2' and 'pin 3' at (100, 0) mm are not joined: they are 0.02 mm apart" in note for note in notes)
+    assert any("'pin 5' at (50, 0) mm ends on 'bar 1'" in note for note in notes)
 
 
-def test_polylines_are_plates_and_inches_are_metres():
-    """Closed form: two thin rods of 1 in at right angles; mass centre at a quarter of both, inertia by Steiner."""
+@pytest.mark.parametrize(
+    ("corners", "closed", "sides"),
+    [
+        ([(0, 0), (1, 0), (1, 1)], False, [(0, 1), (1, 2)]),
+        ([(0, 0), (1, 0), (1, 1)], True, [(0, 1), (1, 2), (2, 0)]),
+        ([(0, 0), (1, 0), (1, 1), (0, 0)], False, [(0, 1), (1, 2), (2, 0)]),
+        ([(0, 0), (2, 2), (1, 1)], False, [(0, 1)]),
+        ([(0, 0), (1, 1), (2, 2)], True, [(0, 2)]),
+        ([(0, 0), (2, 0), (1, 0), (1, 1), (1, 0)], False, [(0, 1), (2, 3)]),
+    ],
+)
+def test_the_mass_of_a_polyline_is_that_of_its_sides_without_overlaps(corners, closed, sides):
+    """Closed form: thin rods, mass centre and inertia by Steiner; an inch is 0.0254 m."""
     document, space = drawing(1)
-    space.add_lwpolyline([(0, 0), (1, 0), (1, 1)])
+    space.add_lwpolyline(corners, close=closed)
     space.add_lwpolyline([(0, 0, 0.5), (1, 0, 0.5)], format="xyb")
     mechanism, notes = sd.read_dxf(text(document), linear_density=2.0)
-    plate = mechanism.body("bar 1")
-    inch = 0.0254
-    sides = np.array([[0, 0], [1, 0], [1, 1]]) * inch
-    lengths = [inch, inch, math.sqrt(2) * inch]
-    middles = [(sides[0] + sides[1]) / 2, (sides[1] + sides[2]) / 2, (sides[2] + sides[0]) / 2]
-    centre = sum(n * m for n, m in zip(lengths, middles, strict=True)) / sum(lengths)
-    assert plate.mass == pytest.approx(2.0 * sum(lengths))
-    assert plate.centre == pytest.approx(centre)
-    assert plate.inertia == pytest.approx(
-        sum(2.0 * n * (n * n / 12 + (m - centre) @ (m - centre)) for n, m in zip(lengths, middles, strict=True))
+    body = mechanism.body("bar 1")
+    rods = [(0.0254 * np.array(corners[a]), 0.0254 * np.array(corners[b])) for a, b in sides]
+    masses = [2.0 * np.linalg.norm(a - b) for a, b in rods]
+    centre = sum(m * (a + b) / 2 for m, (a, b) in zip(masses, rods, strict=True)) / sum(masses)
+    arms = [(a + b) / 2 - centre for a, b in rods]
+    assert body.mass == pytest.approx(sum(masses))
+    assert np.add(body.position, body.turned(body.centre)) == pytest.approx(centre)
+    assert body.inertia == pytest.approx(
+        sum(m * ((a - b) @ (a - b) / 12 + r @ r) for m, (a, b), r in zip(masses, rods, arms, strict=True))
     )
-    assert any("1 LWPOLYLINE left out" in note for note in notes)
+    assert any(note.startswith("1 LWPOLYLINE left out, because it is curved") for note in notes)
 
 
 def arcs_only():
@@ -148,61 +150,3 @@ def test_blocks_are_expanded():
     body = sd.read_dxf(text(document)).mechanism.bodies[0]
     assert body.position == pytest.approx((0.05, 0.02))
     assert (body.angle, body.extent) == pytest.approx((math.pi / 2, 0.1))
-
-
-TABLE = """name,x,y,bars,support
-O,0,0,left,fixed
-P,900,500,left right,
-Q,1800,0,right,slide 0
-"""
-
-
-def test_two_bars_and_a_slide() -> None:
-    """Closed form: the slide of a slider-crank."""
-    mechanism = sd.read_points(TABLE, unit="mm", linear_density=2.0).mechanism
-    length = math.hypot(0.9, 0.5)
-    assert mechanism.body("left").mass == pytest.approx(2.0 * length)
-    assert mechanism.body("right").inertia == pytest.approx(2.0 * length**3 / 12.0)
-    run = sd.simulate(mechanism.driven(speed=0.5, body="left"), until=0.5, samples=3)
-    angle = run["angle"].sel(body="left").values
-    place = run["position"].sel(body="block Q", axis="x").values
-    assert place == pytest.approx(2.0 * length * np.cos(angle))
-
-
-@pytest.mark.parametrize("delimiter", [";", "\t"])
-def test_other_columns(delimiter: str) -> None:
-    """Identity: semicolons and tabs separate as commas do; the order of columns is free."""
-    lines = [line.split(",") for line in TABLE.splitlines()]
-    turned = "\ufeff" + "\n".join(delimiter.join(cells[::-1]) for cells in lines)
-    assert sd.read_points(turned, unit="mm").mechanism == sd.read_points(TABLE, unit="mm").mechanism
-
-
-@pytest.mark.parametrize(
-    ("text", "line"),
-    [
-        (
-            "x,y\n0,1\n",
-            "a table of points without the column 'name'; allowed: name, x, y, bars, support; type: name,x,y,bars,support",
-        ),
-        (TABLE.replace("900", "wide"), r"x = 'wide' \(line 3\); allowed: a number"),
-        (
-            TABLE.replace("fixed", "welded"),
-            r"support 'welded' of point 'O' \(line 2\); allowed: fixed, slide ANGLE, or nothing",
-        ),
-        (TABLE.replace("left right", "left"), "bar 'right' has one point only, 'Q'; allowed: two points or more of each bar"),
-        (TABLE + "O,1,1,,\n", r"point 'O' given twice \(line 5\); allowed: each point once"),
-    ],
-)
-def test_refused(text: str, line: str) -> None:
-    with pytest.raises(sd.InputError, match=line):
-        sd.read_points(text)
-
-
-def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path, case = tmp_path / "points.csv", tmp_path / "case.toml"
-    path.write_text(TABLE, encoding="utf-8")
-    assert status_of(["import", str(path), "--unit", "mm", "-o", str(case)]) == 0
-    assert "note: no gravity and no drive" in capsys.readouterr().out
-    assert sd.read_case(case).mechanism.bodies == sd.read_points(TABLE, unit="mm").mechanism.bodies
-    assert status_of(["import", str(path), "--unit", "furlong", "-o", str(case)]) == 2
-    assert "unit 'furlong' of a table; allowed: mm, cm, dm, m, um, in, ft" in capsys.readouterr().err

@@ -126,6 +126,7 @@ def export(
     notes: tuple[str, ...] = ()
     if source.suffix.lower() == ".toml":
         from scissordyn.config.file import read_case
+        from scissordyn.exchange.assembly import left_out
         from scissordyn.exchange.mjcf_text import mjcf
 
         check_ending(target, MECHANISMS, "a mechanism", "bars.dxf")
@@ -133,7 +134,8 @@ def export(
         case = read_case(source, change or ())
         radius, broad = typed(pin, "--pin", "m"), typed(width, "--width", "m")
         written = write(case, target, pin_radius=radius, width=broad, sources_only=sources)
-        notes = mjcf(case.mechanism).notes if target.suffix.lower() == ".xml" else ()
+        ending = target.suffix.lower()
+        notes = mjcf(case.mechanism).notes if ending == ".xml" else tuple(left_out(case.mechanism)) if ending == ".dxf" else ()
     else:
         loads = forces or envelope
         if loads:

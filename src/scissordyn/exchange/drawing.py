@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from scissordyn.components.force import Force
 from scissordyn.components.place import GROUND, BodyPoint, Point
 from scissordyn.components.time_function import TimeFunction
-from scissordyn.errors import InputError
-from scissordyn.model.body import Body, Track, point_mass
+from scissordyn.errors import InputError, printable
+from scissordyn.model.body import Body, Track, point_mass, uniform_legs
 from scissordyn.model.coupling import Drive
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.linkage import common_pin
@@ -37,12 +39,17 @@ class Imported(NamedTuple):
     notes: tuple[str, ...]
 
 
+def imported(mechanism: Mechanism, notes: Iterable[str]) -> Imported:
+    """The mechanism with notes of one line each."""
+    return Imported(mechanism, tuple(map(printable, notes)))
+
+
 @dataclass(frozen=True)
 class DrawnBar:
     """A rigid bar or plate between pins."""
 
     name: str
-    pins: tuple[str, ...]  # Two or more
+    pins: tuple[str, ...]  # One or more; the second one gives its direction
     mass: float  # [kg]
     inertia: float  # About the mass centre [kg m^2]
     centre: Point  # Mass centre, in the plane of the drawing [m]
@@ -59,6 +66,7 @@ class Block:
     carrier: str = GROUND  # The bar that carries the line, or the ground
     follower: str = ""  # The bar that slides there itself, without a block
     aligned: bool = False  # Whether that bar keeps its angle against the line
+    guide: str = ""  # Name of the line; "guide of NAME" if empty
 
 
 @dataclass(frozen=True)
@@ -72,6 +80,15 @@ class Load:
     follows: bool
 
 
+class Pair(NamedTuple):
+    """A joint of two bodies on a pin, for a source that says who carries whom."""
+
+    name: str
+    pin: str
+    journal: str
+    bearing: str
+
+
 @dataclass(frozen=True)
 class Drawing:
     """Pins, bars and blocks in a plane."""
@@ -83,6 +100,7 @@ class Drawing:
     drives: Mapping[str, TimeFunction] = field(default_factory=dict)  # Prescribed angles of bars
     loads: tuple[Load, ...] = ()
     gravity: float = 0.0  # Along -y [m/s^2]
+    pairs: tuple[Pair, ...] = ()  # On their pins these are the joints
 
 
 def plain_name(name: str, taken: Iterable[str]) -> str:
@@ -97,21 +115,43 @@ def plain_name(name: str, taken: Iterable[str]) -> str:
     return name_so_far
 
 
-def uniform(name: str, pins: tuple[str, ...], places: Mapping[str, Point], density: float) -> DrawnBar:
-    """A bar with the mass of thin rods from its first pin to the others, or around a plate of three and more pins."""
-    corners = [places[pin] for pin in pins]
-    sides = list(zip(corners, corners[1:] + corners[:1], strict=True))[: 1 if len(corners) == 2 else None]
-    lengths = [math.dist(a, b) for a, b in sides]
-    total = sum(lengths)
-    if not total > 0.0:
+def uniform(
+    name: str,
+    pins: tuple[str, ...],
+    places: Mapping[str, Point],
+    density: float,
+    sides: Collection[tuple[str, str]] = (),
+) -> DrawnBar:
+    """A body made of thin straight rods along its sides, or along the shortest lines that join its pins."""
+    legs = [(places[a], places[b]) for a, b in sides or shortest_tree(pins, places)]
+    lengths = [math.dist(a, b) for a, b in legs]
+    mass = density * sum(lengths)
+    if not mass > 0.0:
         raise InputError(f"bar '{name}' without length", "pins at different places")
-    middles = [(0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])) for a, b in sides]
-    centre = tuple(sum(part * middle[k] for part, middle in zip(lengths, middles, strict=True)) / total for k in (0, 1))
-    inertia = sum(
-        density * part * (part**2 / 12.0 + math.dist(middle, centre) ** 2)
-        for part, middle in zip(lengths, middles, strict=True)
-    )
-    return DrawnBar(name, pins, density * total, inertia, (centre[0], centre[1]))
+    middles = [(0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])) for a, b in legs]
+    centre, inertia = uniform_legs(mass, lengths, middles)
+    return DrawnBar(name, pins, mass, inertia, centre)
+
+
+def shortest_tree(pins: Iterable[str], places: Mapping[str, Point]) -> list[tuple[str, str]]:
+    """The lines of least total length that join pins (Prim), whatever the order of the pins.
+
+    For pins on one line these are the parts of that line.
+    """
+    names = sorted(set(pins), key=lambda pin: (places[pin], pin))
+    xy = np.array([places[pin] for pin in names], float)
+    nearest, gap = np.zeros(len(names), int), np.hypot(*(xy - xy[0]).T)
+    gap[0] = math.inf
+    lines = []
+    for _ in names[1:]:
+        new = int(np.argmin(gap))
+        lines.append((names[nearest[new]], names[new]))
+        further = np.hypot(*(xy - xy[new]).T)
+        closer = further < gap
+        closer &= np.isfinite(gap)
+        nearest[closer], gap[closer] = new, further[closer]
+        gap[new] = math.inf
+    return lines
 
 
 def assembled(drawing: Drawing) -> Mechanism:
@@ -120,15 +160,21 @@ def assembled(drawing: Drawing) -> Mechanism:
     blocks = [block for block in drawing.blocks if not block.follower]
     for block in blocks:
         bodies[block.name] = point_mass(block.name, mass=block.mass, position=drawing.pins[block.pin])
-    bars = {bar.name for bar in drawing.bars}
+    on, bars = _bodies_on_pins(drawing), {bar.name for bar in drawing.bars}
+    loaded = {load.place for load in drawing.loads}
     joints: list[Revolute] = []
     tracks: list[Track] = []
-    for pin in drawing.pins:
-        on = _on(pin, drawing)
-        if len(on) > 1:
-            joints += common_pin(pin, on[0], *on[1:])
-        elif on and on[0][0] in bars and drawing.pins[pin] not in [load.place for load in drawing.loads]:
-            tracks.append(Track(pin, *on[0]))
+    paired = {pair.pin for pair in drawing.pairs}
+    for name, pin, journal, bearing in drawing.pairs:
+        points = dict(on[pin])
+        joints.append(Revolute(name, (journal, points[journal]), (bearing, points[bearing])))
+    for pin, place in drawing.pins.items():
+        if pin in paired:
+            continue
+        if len(on[pin]) > 1:
+            joints += common_pin(pin, *on[pin])
+        elif on[pin] and on[pin][0][0] in bars and place not in loaded:
+            tracks.append(Track(pin, *on[pin][0]))
     inputs = [bar for bar in drawing.drives if bar in bodies]
     return Mechanism(
         bodies=tuple(bodies.values()),
@@ -152,15 +198,22 @@ def with_point_mass(bar: DrawnBar, place: Point, mass: float) -> DrawnBar:
     return replace(bar, mass=total, inertia=inertia, centre=centre)
 
 
-def _on(pin: str, drawing: Drawing) -> list[BodyPoint]:
-    """The bodies on a pin and their points: bars, then blocks, then the ground."""
-    on = [(bar.name, pin) for bar in drawing.bars if pin in bar.pins]
-    on += [(block.name, "centre") for block in drawing.blocks if block.pin == pin and not block.follower]
-    return on + ([(GROUND, pin)] if pin in drawing.fixed else [])
+def _bodies_on_pins(drawing: Drawing) -> dict[str, list[BodyPoint]]:
+    """The bodies on each pin and their points: bars, then blocks, then the ground."""
+    on: dict[str, list[BodyPoint]] = {pin: [] for pin in drawing.pins}
+    for bar in drawing.bars:
+        for pin in bar.pins:
+            on[pin].append((bar.name, pin))
+    for block in drawing.blocks:
+        if not block.follower:
+            on[block.pin].append((block.name, "centre"))
+    for pin in drawing.fixed:
+        on[pin].append((GROUND, pin))
+    return on
 
 
 def _body(bar: DrawnBar, places: Mapping[str, Point]) -> Body:
-    origin, other = places[bar.pins[0]], places[bar.pins[1]]
+    origin, other = places[bar.pins[0]], places[bar.pins[:2][-1]]
     angle = math.atan2(other[1] - origin[1], other[0] - origin[0])
     return Body(
         bar.name,
@@ -184,7 +237,7 @@ def _guide(block: Block, drawing: Drawing, bodies: Mapping[str, Body]) -> Guide:
         carrier = bodies[block.carrier]
         through, direction = _turned(through, carrier.placed_position, -carrier.placed_angle), direction - carrier.placed_angle
     follower = (block.follower, block.pin) if block.follower else (block.name, "centre")
-    return Guide(f"guide of {block.name}", follower, through, direction, block.carrier, block.aligned)
+    return Guide(block.guide or f"guide of {block.name}", follower, through, direction, block.carrier, block.aligned)
 
 
 def _force(load: Load, body: Body) -> Any:

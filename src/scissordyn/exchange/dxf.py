@@ -8,24 +8,43 @@ from __future__ import annotations
 
 import io
 import math
+import re
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from scissordyn.components.place import Point
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.exchange.drawing import LINEAR_DENSITY, UNITS, Block, Drawing, DrawnBar, Imported, assembled, uniform
+from scissordyn.exchange.assembly import assembly_of, read_assembly
+from scissordyn.exchange.drawing import (
+    LINEAR_DENSITY,
+    UNITS,
+    Block,
+    Drawing,
+    DrawnBar,
+    Imported,
+    assembled,
+    imported,
+    plain_name,
+    uniform,
+)
+from scissordyn.exchange.dxf_entity import Entities, Shape, listed, notes_of
 from scissordyn.lookup import library
-
-MARKS = {"POINT": "location", "CIRCLE": "center"}  # Entities that are pins, and what their places are called
 
 GROUND_LAYER, GUIDE_LAYER, INPUT_LAYER = "ground", "guide", "input"
 
 TOLERANCE = 1e-6  # Ends nearer than this fraction of the drawing are one pin
 NEAR = 1e-3  # Ends nearer than this fraction that are not one pin are named
 NUMBERED = {1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m", 13: "um", 14: "dm"}  # Units of length by the number of $INSUNITS
+
+PLACES_MAX = 20_000  # Corners and points of a drawing; a structure of this size takes minutes to simulate
+LINES_MAX = 20  # Notes of one kind
+
+END = re.compile(r"^[ \t]*0[ \t]*\r?\n[ \t]*EOF[\s\x1a]*\Z", re.MULTILINE)
 
 SAMPLE = "scissordyn import linkage.dxf --unit mm -o case.toml"
 
@@ -55,40 +74,37 @@ def read_dxf(text: str, *, unit: str = "", linear_density: float = LINEAR_DENSIT
         If it is no DXF, has no lines, or no unit or another one than is given.
     """
     document = _document(text)
-    factor = _unit(document, text, unit)
+    named = _unit(document, text, unit)
+    space, factor = document.modelspace(), UNITS[named]
     notes: list[str] = []
-    entities = list(_expanded(document.modelspace(), notes))
-    read = [(_places(entity, factor), entity.dxf.layer.lower()) for entity in entities]
-    bars, marks = ([part for part in read if (len(part[0]) > 1) is several and part[0]] for several in (True, False))
-    guides = [corners for corners, layer in bars if layer == GUIDE_LAYER]
-    fixed = [place for places, layer in (*bars, *marks) if layer == GROUND_LAYER for place in places]
-    drawn = [(corners, layer) for corners, layer in bars if layer not in (GROUND_LAYER, GUIDE_LAYER)]
-    unknown = Counter(entity.dxftype() for entity, (places, _) in zip(entities, read, strict=True) if not places)
-    if not drawn:
-        listed = ", ".join(f"{count} {kind}" for kind, count in sorted(unknown.items())) or "nothing"
-        raise InputError(f"a DXF without lines that are bars; it has {listed}", "LINE or straight LWPOLYLINE, one for each bar")
-    notes += [f"{count} {kind} left out: it is no bar, pin or guide" for kind, count in sorted(unknown.items())]
-    drawing = _drawing(drawn, [place for (place,), _ in marks], fixed, guides, linear_density, tolerance, notes)
+    if assembly := assembly_of(document):
+        return imported(read_assembly(assembly, factor, notes), notes)
+    found = Entities(factor, document.layers, document.dxfversion != "AC1009" or bool(document.header.get("$HANDLING", 0)))
+    found.read(space)
+    linkage = _Linkage(found, named, tolerance, linear_density)
+    notes += [*notes_of(found.left_out), *found.notes, *_other_layouts(document), *linkage.notes]
     notes += [
         f"masses: a DXF has none; {linear_density:g} kg/m along each bar is assumed",
         "drive: a DXF has none; add [drive], or driven(speed=...)",
         "gravity: a DXF has none, and it is 0; set structure.gravity",
     ]
-    mechanism = assembled(drawing)
-    driven = [name.name for name, (_, layer) in zip(drawing.bars, drawn, strict=True) if layer == INPUT_LAYER]
-    return Imported(replace(mechanism, input_body=driven[0]) if driven else mechanism, tuple(notes))
+    mechanism = assembled(linkage.drawing)
+    return imported(replace(mechanism, input_body=linkage.driven[0]) if linkage.driven else mechanism, notes)
 
 
 def _document(text: str) -> Any:
     ezdxf = library("ezdxf", "exchange", "DXF")
     try:
-        return ezdxf.read(io.StringIO(text))
-    except (ezdxf.DXFError, OSError, ValueError, IndexError) as error:
+        document = ezdxf.read(io.StringIO(text))
+    except (ezdxf.DXFError, ArithmeticError, AttributeError, LookupError, OSError, TypeError, ValueError) as error:
         raise InputError(f"no DXF: {str(error) or 'it is cut off'}", "a drawing in DXF", SAMPLE) from None
+    if not END.search(text):
+        raise InputError("the DXF does not end with EOF: it is cut off", "the whole file", SAMPLE)
+    return document
 
 
-def _unit(document: Any, text: str, unit: str) -> float:
-    """Metres in the drawing's unit."""
+def _unit(document: Any, text: str, unit: str) -> str:
+    """The drawing's unit of length."""
     # a document of the library has units of its own where the file has none
     code = int(document.header.get("$INSUNITS", 0)) if "$INSUNITS" in text else 0
     named = NUMBERED.get(code, "")
@@ -100,119 +116,292 @@ def _unit(document: Any, text: str, unit: str) -> float:
         raise InputError(f"unit '{unit}', but the DXF says '{named}'", f"'{named}', or a DXF with another $INSUNITS")
     if not unit and not named:
         raise InputError("a DXF without a unit of length ($INSUNITS)", "one of " + ", ".join(UNITS), SAMPLE)
-    return UNITS[unit or named]
+    return unit or named
 
 
-def _expanded(entities: Iterable[Any], notes: list[str]) -> Iterator[Any]:
-    """The entities with blocks in place of their inserts, nested ones too."""
-    for entity in entities:
-        if entity.dxftype() != "INSERT":
-            yield entity
-            continue
-        for insert in entity.multi_insert() if entity.mcount > 1 else [entity]:
-            skipped: list[str] = []
-            parts = insert.virtual_entities(
-                skipped_entity_callback=lambda part, reason, skipped=skipped: skipped.append(f"{part.dxftype()} ({reason})")
+def _other_layouts(document: Any) -> Iterator[str]:
+    """Yield a line for each layout of paper that has entities."""
+    for layout in document.layouts:
+        count = 0 if layout.is_modelspace else sum(entity.dxftype() != "VIEWPORT" for entity in layout)
+        if count:
+            yield f"{count} entities of layout '{layout.name}' left out: only the model space is read"
+
+
+class _Pins:
+    """Places that differ by more than a tolerance, by name."""
+
+    def __init__(self, near: float) -> None:
+        self.near = near
+        self.places: dict[str, Point] = {}
+        self._cells: dict[tuple[int, int], list[str]] = {}
+
+    def add(self, place: Point) -> None:
+        if not self.find(place):
+            name = f"pin {len(self.places) + 1}"
+            self.places[name] = place
+            self._cells.setdefault(self._cell(place), []).append(name)
+
+    def find(self, place: Point) -> str:
+        """Return the pin at a place; empty if there is none."""
+        i, j = self._cell(place)
+        for cell in ((i + k, j + m) for k in (-1, 0, 1) for m in (-1, 0, 1)):
+            for name in self._cells.get(cell, ()):
+                if math.dist(self.places[name], place) <= self.near:
+                    return name
+        return ""
+
+    def _cell(self, place: Point) -> tuple[int, int]:
+        return math.floor(place[0] / self.near), math.floor(place[1] / self.near)
+
+
+class _Bar(NamedTuple):
+    """A bar as it is drawn."""
+
+    name: str
+    shape: Shape
+    corners: tuple[str, ...]  # Its pins in the order of the drawing, the first one again at the end of a closed outline
+    sides: tuple[tuple[str, str], ...]  # Without overlaps
+
+    @property
+    def label(self) -> str:
+        return f"'{self.name}' ({self.shape.label})"
+
+
+class _Linkage:
+    """The pins, bars and guides among the shapes of a drawing."""
+
+    def __init__(self, found: Entities, unit: str, tolerance: float | None, density: float) -> None:
+        self.unit, self.factor, self.density = unit, UNITS[unit], density
+        self.notes: list[str] = []
+        lines = [shape for shape in found.shapes if len(shape.places) > 1]
+        self.marks = [shape for shape in found.shapes if len(shape.places) == 1]
+        drawn = [shape for shape in lines if shape.layer not in (GROUND_LAYER, GUIDE_LAYER)]
+        if not drawn:
+            raise _no_bars(found)
+        if sum(len(shape.places) for shape in found.shapes) > PLACES_MAX:
+            raise InputError(f"a DXF with more than {PLACES_MAX} corners and points", "the lines of the linkage alone", SAMPLE)
+        x, y = np.array([corner for shape in drawn for corner in shape.places]).T
+        self.size = math.hypot(np.ptp(x), np.ptp(y))
+        self.near = TOLERANCE * self.size if tolerance is None else tolerance
+        if not self.near > 0.0:
+            raise InputError("a DXF whose lines have no length", "lines between two places", SAMPLE)
+        self._name_heights(found.shapes)
+        self.pins = _Pins(self.near)
+        self.bars = self._bars(drawn)
+        for mark in self.marks:
+            self.pins.add(mark.places[0])
+        self.names = list(self.pins.places)
+        self.xy = np.array([self.pins.places[name] for name in self.names])
+        bars = self._joined()
+        self.used = {pin for bar in bars for pin in bar.pins}
+        fixed = self._fixed([shape for shape in found.shapes if shape.layer == GROUND_LAYER])
+        self._name_unused()
+        self._name_near()
+        guides = [shape for shape in lines if shape.layer == GUIDE_LAYER]
+        blocks = self._guided(guides, bars, fixed)
+        if not fixed and not blocks:
+            self.notes.append(f"nothing is grounded: draw a point or a circle at each fixed pin on the layer '{GROUND_LAYER}'")
+        self.driven = [bar.name for bar in self.bars if bar.shape.layer == INPUT_LAYER]
+        if len(self.driven) > 1:
+            self.notes.append(f"{listed(self.driven)} on layer '{INPUT_LAYER}': only the first one is driven")
+        self.drawing = Drawing(
+            {pin: place for pin, place in self.pins.places.items() if pin in self.used}, fixed, bars, tuple(blocks)
+        )
+
+    def _note(self, lines: Iterable[str]) -> None:
+        """Add notes of one kind."""
+        lines = list(lines)
+        self.notes += lines[:LINES_MAX]
+        if len(lines) > LINES_MAX:
+            self.notes.append(f"{len(lines) - LINES_MAX} more notes of this kind")
+
+    def _at(self, place: Point) -> str:
+        return f"({place[0] / self.factor:g}, {place[1] / self.factor:g}) {self.unit}"
+
+    def _length(self, length: float) -> str:
+        return f"{length / self.factor:.3g} {self.unit}"
+
+    def _name_heights(self, shapes: Iterable[Shape]) -> None:
+        """Name the entities that are not at the height of most."""
+        shapes = list(shapes)
+        middle = float(np.median([z for shape in shapes for z in shape.heights]))
+        heights = [(max(abs(z - middle) for z in shape.heights), shape.label) for shape in shapes]
+        away = [label for height, label in heights if height > self.near]
+        if away:
+            self.notes.append(
+                f"z of {len(away)} entities left out, up to {self._length(max(heights)[0])} above or below the others; "
+                f"the drawing is read as seen along z: {listed(away)}"
             )
-            # what is on layer "0" of a block is on the layer of its insert
-            for part in _expanded(parts, notes):
-                if part.dxf.layer == "0":
-                    part.dxf.layer = insert.dxf.layer
-                yield part
-            notes += [f"{what} of block '{insert.dxf.name}' left out" for what in skipped]
+
+    def _bars(self, drawn: list[Shape]) -> list[_Bar]:
+        bars, short = list[_Bar](), list[str]()
+        for shape in drawn:
+            if max(math.dist(shape.places[0], place) for place in shape.places) <= self.near:
+                short.append(f"{shape.label} at {self._at(shape.places[0])}")
+                continue
+            for place in shape.places:
+                self.pins.add(place)
+            path = [self.pins.find(place) for place in (*shape.places, *shape.places[: shape.closed])]
+            corners = tuple(pin for k, pin in enumerate(path) if k == 0 or pin != path[k - 1])
+            bars.append(_Bar(f"bar {len(bars) + 1}", shape, corners, _sides(corners, self.pins.places, self.near)))
+        if short:
+            self.notes.append(f"{len(short)} lines without length left out: {listed(short)}")
+        if not bars:
+            raise InputError("a DXF whose lines have no length", "lines between two places", SAMPLE)
+        return bars
+
+    def _joined(self) -> tuple[DrawnBar, ...]:
+        """The bars with the marks on them; name the ends of other bars that are on a bar without a mark."""
+        marked = np.zeros(len(self.names), bool)
+        number = {name: k for k, name in enumerate(self.names)}
+        marked[[number[self.pins.find(mark.places[0])] for mark in self.marks]] = True
+        joined, same = [], dict[frozenset[str], _Bar]()
+        ends, twins = list[str](), list[str]()
+        for bar in self.bars:
+            touched = np.zeros(len(self.names), bool)
+            for a, b in bar.sides:
+                touched |= _distances(self.xy, self.xy[number[a]], self.xy[number[b]])[0] <= self.near
+            own = dict.fromkeys(bar.corners)
+            if bar.corners[0] == bar.corners[-1]:
+                inside = marked & _inside(self.xy, self.xy[[number[pin] for pin in bar.corners]])
+            else:
+                inside = np.zeros_like(marked)
+            on = [self.names[k] for k in np.flatnonzero((touched & marked) | inside)]
+            pins = tuple(dict.fromkeys((*own, *on)))
+            joined.append(uniform(bar.name, pins, self.pins.places, self.density, bar.sides))
+            ends += [
+                f"{self._pin(k)} ends on {bar.label} and is not joined to it: draw a point there to join them"
+                for k in np.flatnonzero(touched & ~marked).tolist()
+                if self.names[k] not in own
+            ]
+            twin = same.setdefault(frozenset(own), bar)
+            if twin is not bar:
+                twins.append(f"{bar.label} has the corners of {twin.label}: both are kept, with their masses")
+        self._note(ends)
+        self._note(twins)
+        return tuple(joined)
+
+    def _pin(self, k: int) -> str:
+        return f"'{self.names[k]}' at {self._at(self.pins.places[self.names[k]])}"
+
+    def _fixed(self, shapes: list[Shape]) -> tuple[str, ...]:
+        """The pins on the ground; name places and lines of the ground that fix nothing."""
+        fixed, empty, passed = dict[str, None](), list[str](), list[str]()
+        for shape in shapes:
+            for place in shape.places:
+                pin = self.pins.find(place)
+                if pin in self.used:
+                    fixed[pin] = None
+                else:
+                    empty.append(f"ground at {self._at(place)} left out ({shape.label}): no bar has an end or a point there")
+        for shape in shapes:
+            for start, end in pairwise(shape.places):
+                distance, part = _distances(self.xy, np.array(start), np.array(end))
+                for k in np.flatnonzero((distance <= self.near) & (part > 0.0) & (part < 1.0)).tolist():
+                    if self.names[k] in self.used and self.names[k] not in fixed:
+                        passed.append(
+                            f"{self._pin(k)} is on {shape.label} of layer '{GROUND_LAYER}' and is not fixed: draw a point "
+                            "there on that layer to fix it"
+                        )
+        self._note(empty)
+        self._note(passed)
+        return tuple(fixed)
+
+    def _name_unused(self) -> None:
+        self._note(
+            f"{mark.label} at {self._at(mark.places[0])} left out: no bar passes through it"
+            for mark in self.marks
+            if mark.layer != GROUND_LAYER and self.pins.find(mark.places[0]) not in self.used
+        )
+
+    def _name_near(self) -> None:
+        """Name pins that almost meet."""
+        from scipy.spatial import cKDTree
+
+        names = [name for name in self.names if name in self.used]
+        if len(names) < 2:
+            return
+        xy = np.array([self.pins.places[name] for name in names])
+        gaps, others = (found[:, 1].tolist() for found in map(np.asarray, cKDTree(xy).query(xy, k=2)))
+        pairs = {(min(k, other), max(k, other)): gaps[k] for k, other in enumerate(others) if gaps[k] <= NEAR * self.size}
+        self._note(
+            f"'{names[a]}' and '{names[b]}' at {self._at(self.pins.places[names[a]])} are not joined: they are "
+            f"{self._length(gap)} apart"
+            for (a, b), gap in pairs.items()
+        )
+
+    def _guided(self, guides: list[Shape], bars: tuple[DrawnBar, ...], fixed: tuple[str, ...]) -> list[Block]:
+        """The pins on guide lines, each led by the first bar on it; those that are fixed cannot slide."""
+        first = {pin: bar.name for bar in reversed(bars) for pin in bar.pins}
+        blocks: dict[tuple[str, float], Block] = {}
+        for shape in guides:
+            start, end = _extremes(shape.places)
+            where = f"guide {shape.label} at {self._at(shape.places[0])} left out"
+            if math.dist(start, end) <= self.near:
+                self.notes.append(f"{where}: it has no length, so no direction")
+                continue
+            distance, _ = _distances(np.array(shape.places), np.array(start), np.array(end))
+            if distance.max() > self.near:
+                self.notes.append(f"{where}: it bends, and a guide is straight")
+                continue
+            direction = math.atan2(end[1] - start[1], end[0] - start[0])
+            on = _distances(self.xy, np.array(start), np.array(end))[0] <= self.near
+            led = [self.names[k] for k in np.flatnonzero(on) if self.names[k] in first]
+            if not led:
+                self.notes.append(f"{where}: no pin is on it")
+            for pin in led:
+                known = [block for (other, _), block in blocks.items() if other == pin]
+                if pin in fixed or any(abs(math.sin(block.direction - direction)) <= TOLERANCE for block in known):
+                    continue
+                name = plain_name(pin, (block.name for block in blocks.values()))
+                blocks[pin, direction] = Block(name, pin, direction, follower=first[pin])
+        return list(blocks.values())
 
 
-def _places(entity: Any, factor: float) -> list[Point]:
-    """The corners of a bar, which has straight sides only, or the place of a mark; none of anything else."""
-    kind, places = entity.dxftype(), []
-    if kind == "LINE":
-        places = [entity.dxf.start, entity.dxf.end]
-    elif kind == "LWPOLYLINE" and len(entity) > 1 and not any(bulge for *_, bulge in entity.get_points("xyb")):
-        places = entity.get_points("xy")
-    elif kind in MARKS:
-        places = [entity.dxf.get(MARKS[kind])]
-    return [(factor * float(x), factor * float(y)) for x, y, *_ in places]
+def _extremes(places: tuple[Point, ...]) -> tuple[Point, Point]:
+    """The two ends of places on one line, in the order in which they are drawn."""
+    far = max(places, key=lambda place: math.dist(place, places[0]))
+    other = max(places, key=lambda place: math.dist(place, far))
+    return (other, far) if places.index(other) < places.index(far) else (far, other)
 
 
-def _drawing(
-    drawn: list[tuple[list[Point], str]],
-    marks: list[Point],
-    fixed: list[Point],
-    guides: list[list[Point]],
-    density: float,
-    tolerance: float | None,
-    notes: list[str],
-) -> Drawing:
-    """Pins where ends meet or marks are; bars with the pins on them."""
-    ends = [corner for corners, _ in drawn for corner in corners]
-    size = max(math.dist(a, b) for a in ends for b in ends)
-    near = TOLERANCE * size if tolerance is None else tolerance
-    pins: dict[str, Point] = {}
-    for place in (*ends, *marks):
-        if not any(math.dist(place, other) <= near for other in pins.values()):
-            pins[f"pin {len(pins) + 1}"] = place
-    bars = []
-    for number, (corners, _) in enumerate(drawn, start=1):
-        on = [_pin_at(corner, pins, near) for corner in corners]
-        inside = [_pin_at(mark, pins, near) for mark in marks if _on_side(mark, corners, near)]
-        bars.append(uniform(f"bar {number}", tuple(dict.fromkeys(on)), pins, density))
-        bars[-1] = replace(bars[-1], pins=tuple(dict.fromkeys((*on, *inside))))
-    grounded = [_pin_at(place, pins, near) for place in fixed]
-    notes += [
-        f"ground at ({x:g} m, {y:g} m) left out: no bar has an end or a point there"
-        for (x, y), pin in zip(fixed, grounded, strict=True)
-        if not pin
-    ]
-    if not any(grounded) and not guides:
-        notes.append(f"nothing is grounded: draw a point or a circle at each fixed pin on the layer '{GROUND_LAYER}'")
-    _name_near(pins, bars, near, NEAR * size, notes)
-    unused = [pin for pin in pins if not any(pin in bar.pins for bar in bars)]
-    notes += [f"point '{pin}' left out: no bar passes through it" for pin in unused]
-    blocks = [block for guide in guides for block in _guided(guide, bars, pins, near, notes)]
-    return Drawing(
-        {pin: place for pin, place in pins.items() if pin not in unused},
-        tuple(dict.fromkeys(filter(None, grounded))),
-        tuple(bars),
-        tuple(blocks),
+def _no_bars(found: Entities) -> InputError:
+    """The error for a drawing without bars."""
+    kinds = Counter(label.split()[0] for labels in found.left_out.values() for label in labels)
+    kinds.update(shape.label.split()[0] for shape in found.shapes)
+    listed_kinds = ", ".join(f"{count} {kind}" for kind, count in sorted(kinds.items()))
+    return InputError(
+        f"a DXF without lines that are bars; it has {listed_kinds or 'nothing'}",
+        "LINE or straight LWPOLYLINE, one for each bar; outlines of parts do not say where they are joined",
     )
 
 
-def _pin_at(place: Point, pins: dict[str, Point], near: float) -> str:
-    return next((pin for pin, other in pins.items() if math.dist(place, other) <= near), "")
+def _sides(corners: tuple[str, ...], places: dict[str, Point], near: float) -> tuple[tuple[str, str], ...]:
+    """The sides of a polyline without overlaps: each is divided at the corners on it."""
+    own = list(dict.fromkeys(corners))
+    if len(own) == 2:
+        return ((own[0], own[1]),)
+    xy = np.array([places[pin] for pin in own])
+    sides: dict[frozenset[str], tuple[str, str]] = {}
+    for a, b in pairwise(corners):
+        distance, part = _distances(xy, np.array(places[a]), np.array(places[b]))
+        on = np.flatnonzero(distance <= near)
+        path = [own[k] for k in on[np.argsort(part[on], kind="stable")]]
+        sides |= {frozenset(pair): pair for pair in pairwise(path)}
+    return tuple(sides.values())
 
 
-def _on_side(place: Point, corners: list[Point], near: float) -> bool:
-    return any(_distance(place, a, b) <= near for a, b in pairwise(corners))
+def _distances(xy: np.ndarray, start: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Distances of places from a side, and the part of the side at which each is nearest to it."""
+    along = end - start
+    part = np.clip((xy - start) @ along / max(float(along @ along), 1e-300), 0.0, 1.0)
+    return np.hypot(*(xy - start - part[:, None] * along).T), part
 
 
-def _distance(place: Point, start: Point, end: Point) -> float:
-    """From a place to a side."""
-    ux, uy = end[0] - start[0], end[1] - start[1]
-    part = ((place[0] - start[0]) * ux + (place[1] - start[1]) * uy) / max(ux * ux + uy * uy, 1e-300)
-    part = min(1.0, max(0.0, part))
-    return math.dist(place, (start[0] + part * ux, start[1] + part * uy))
-
-
-def _name_near(pins: dict[str, Point], bars: Iterable[DrawnBar], near: float, wide: float, notes: list[str]) -> None:
-    """Name ends that almost meet, and ends on the side of a bar that nothing joins to it."""
-    names = list(pins)
-    apart = [(a, b, math.dist(pins[a], pins[b])) for k, a in enumerate(names) for b in names[k + 1 :]]
-    notes += [f"'{a}' and '{b}' are {gap:.3g} m apart and not joined" for a, b, gap in apart if gap <= wide]
-    for bar in bars:
-        corners = [pins[pin] for pin in bar.pins]
-        for pin, place in pins.items():
-            if pin not in bar.pins and _on_side(place, corners, near):
-                notes.append(f"'{pin}' ends on '{bar.name}' and is not joined to it: draw a point there to join them")
-
-
-def _guided(guide: list[Point], bars: list[DrawnBar], pins: dict[str, Point], near: float, notes: list[str]) -> list[Block]:
-    """The pins on a guide line, each led by the first bar on it."""
-    start, end = guide[0], guide[-1]
-    guided = []
-    for pin, place in pins.items():
-        bar = next((bar.name for bar in bars if pin in bar.pins), "")
-        if bar and _distance(place, start, end) <= near:
-            guided.append(Block(pin, pin, math.atan2(end[1] - start[1], end[0] - start[0]), follower=bar))
-    if not guided:
-        notes.append(f"guide from ({start[0]:g} m, {start[1]:g} m) left out: no pin is on it")
-    return guided
+def _inside(xy: np.ndarray, outline: np.ndarray) -> np.ndarray:
+    """Whether places are inside a closed outline (even-odd rule)."""
+    inside = np.zeros(len(xy), bool)
+    for (x0, y0), (x1, y1) in pairwise(outline):
+        if y0 != y1:
+            inside ^= ((xy[:, 1] >= y0) != (xy[:, 1] >= y1)) & (xy[:, 0] < x0 + (xy[:, 1] - y0) * (x1 - x0) / (y1 - y0))
+    return inside

@@ -12,6 +12,7 @@ import xarray as xr
 
 from scissordyn.components.place import Point
 from scissordyn.errors import InputError, did_you_mean
+from scissordyn.exchange.assembly import add_assembly
 from scissordyn.file.export import export as export_table
 from scissordyn.file.output_file import check_target, write_file
 from scissordyn.lookup import library
@@ -198,6 +199,7 @@ def drawing(mechanism: Mechanism, *, pin_radius: float | None = None, width: flo
         label = space.add_text(body.name, height=1e3 * 0.5 * radius, dxfattribs={"layer": "text"})
         label.set_placement((left, down + 1e3 * (high + 1.15 * radius)))
         down -= 1e3 * (radius - low)
+    add_assembly(document, mechanism)
     stream = io.StringIO()
     document.write(stream)
     return stream.getvalue()

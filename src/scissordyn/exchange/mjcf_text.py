@@ -83,7 +83,7 @@ class _Writer:
     """A model, whose parts are added in the order of the file."""
 
     def __init__(self, ideal: Mechanism) -> None:
-        self.ideal, self.placed = ideal, _placed(ideal)
+        self.ideal, self.placed = ideal, place_bodies(ideal)
         loops = _spanned(ideal, self.placed)
         self.root = ET.Element("mujoco", model="mechanism")
         self.add("compiler", angle="radian", inertiafromgeom="false")
@@ -199,7 +199,7 @@ class _Writer:
         return name
 
 
-def _placed(ideal: Mechanism) -> dict[str, _Placed]:
+def place_bodies(ideal: Mechanism) -> dict[str, _Placed]:
     """The bodies at the start of a run."""
     run = simulate(ideal, until=SHORT, samples=2).isel(time=0)
     bodies = {}

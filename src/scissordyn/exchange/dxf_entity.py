@@ -1,0 +1,181 @@
+"""Entities of a DXF as straight lines and points of the plane, in world coordinates.
+
+Blocks are expanded; entities that the drawing does not show and kinds that are no linkage are counted and named.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+from scissordyn.components.place import Point
+from scissordyn.errors import InputError
+
+EXPANDED_MAX = 50_000  # Entities and block references of a drawing after its blocks are expanded
+NESTED_MAX = 32  # Blocks within each other
+
+STRAIGHT_BULGE_MAX = 1e-6  # A bulge below it bends a side by less than a millionth of its length
+FULL_TURN_TOL = 1e-6  # [rad] an ellipse that is open by less is closed
+
+NO_PART = "it is no bar, pin or guide"
+
+CURVE_FIT, SPLINE_FIT = 2, 4  # Flags of a POLYLINE whose vertices are not on its curve
+
+
+class Shape(NamedTuple):
+    """A bar, guide or ground line with its corners, or a point or circle with its place."""
+
+    places: tuple[Point, ...]  # [m]
+    closed: bool
+    layer: str  # In lower case
+    label: str  # Its kind, handle and block
+    heights: tuple[float, ...]  # z of the places [m]
+
+
+@dataclass
+class Entities:
+    """The shapes of a drawing, and by reason the labels of the entities that are left out."""
+
+    factor: float  # Unit of the drawing [m]
+    layers: Any
+    has_handles: bool
+    shapes: list[Shape] = field(default_factory=list)
+    left_out: dict[str, list[str]] = field(default_factory=lambda: defaultdict(list))
+    notes: list[str] = field(default_factory=list)
+    count: int = 0
+
+    def read(self, space: Any) -> None:
+        """Add the entities of a layout or a block."""
+        self._visit(space, None, "0", "", ())
+
+    def _visit(self, space: Iterable[Any], matrix: Any, layer_of_insert: str, hidden: str, blocks: tuple[str, ...]) -> None:
+        """Add entities of a block whose reference is on a layer, or is not shown for a reason."""
+        for entity in space:
+            self._add_count(1)
+            kind, own_layer = entity.dxftype(), str(entity.dxf.get("layer", "0"))
+            if kind == "ATTDEF":  # its values are attributes of the reference
+                continue
+            layer = layer_of_insert if own_layer == "0" else own_layer
+            label = self._label(entity, kind, blocks)
+            reason = hidden or self._hidden(entity, layer)
+            if kind == "INSERT":
+                # a reference on a layer that is off hides only what takes its layer
+                shown = "" if reason.endswith(" is off") else reason
+                self._expand(entity, matrix, layer, shown, blocks, label)
+            elif reason:
+                self.left_out[reason].append(label)
+            else:
+                self._add(entity, kind, matrix, layer.lower(), label)
+
+    def _expand(self, insert: Any, matrix: Any, layer: str, hidden: str, blocks: tuple[str, ...], label: str) -> None:
+        """Add the entities of a block at each of its places."""
+        name = str(insert.dxf.get("name", ""))
+        block = insert.block()
+        if block is None:
+            raise InputError(f"{label} refers to block '{name}', which the DXF does not hold", "a DXF with all its blocks")
+        if name.lower() in [outer.lower() for outer in blocks]:
+            raise InputError(f"block '{name}' of the DXF inserts itself", "blocks that hold other ones")
+        if len(blocks) == NESTED_MAX:
+            raise InputError(f"block '{name}' of the DXF is nested deeper than {NESTED_MAX} blocks", "fewer")
+        self._add_count(insert.mcount)
+        if block.block.is_xref:
+            self.left_out[f"block '{name}' is in another file"].append(label)
+            return
+        for attribute in insert.attribs:
+            self.left_out[NO_PART].append(self._label(attribute, "ATTRIB", blocks))
+        if _is_clipped(insert):
+            self.notes.append(f"clipping (XCLIP) of {label} left out: the whole block '{name}' is read")
+        for one in insert.multi_insert() if insert.mcount > 1 else [insert]:
+            placed = one.matrix44()
+            self._visit(block, placed if matrix is None else placed * matrix, layer, hidden, (*blocks, name))
+
+    def _add(self, entity: Any, kind: str, matrix: Any, layer: str, label: str) -> None:
+        try:
+            places, closed = _geometry(entity, kind)
+            world = [place if matrix is None else matrix.transform(place) for place in places]
+            scaled = [(self.factor * p.x, self.factor * p.y, self.factor * p.z) for p in world]
+        except (ArithmeticError, AttributeError, TypeError, ValueError) as error:
+            raise InputError(f"{label} of the DXF: {error}", "numbers for its coordinates") from None
+        if not all(math.isfinite(x) for place in scaled for x in place):
+            raise InputError(f"{label} of the DXF has coordinates that are not finite", "finite numbers")
+        if not scaled:
+            curved = kind in ("LWPOLYLINE", "POLYLINE")
+            self.left_out["it is curved, or has one corner" if curved else NO_PART].append(label)
+            return
+        plane = tuple((x, y) for x, y, _ in scaled)
+        self.shapes.append(Shape(plane, closed, layer, label, tuple(z for *_, z in scaled)))
+
+    def _add_count(self, number: int) -> None:
+        self.count += number
+        if self.count > EXPANDED_MAX:
+            raise InputError(
+                f"the DXF has more than {EXPANDED_MAX} entities after its blocks are expanded", "the lines of the linkage alone"
+            )
+
+    def _hidden(self, entity: Any, layer: str) -> str:
+        """Why the drawing does not show an entity; empty if it does."""
+        if entity.dxf.get("invisible", 0):
+            return "it is invisible"
+        described = self.layers.get(layer) if layer in self.layers else None
+        if described is None:
+            return ""
+        if described.is_frozen():
+            return f"layer '{layer}' is frozen"
+        return f"layer '{layer}' is off" if described.is_off() else ""
+
+    def _label(self, entity: Any, kind: str, blocks: tuple[str, ...]) -> str:
+        """Kind, handle and block of an entity."""
+        handle = entity.dxf.get("handle", "") if self.has_handles else ""
+        return " ".join(filter(None, (kind, handle or "", f"of block '{blocks[-1]}'" if blocks else "")))
+
+
+def _geometry(entity: Any, kind: str) -> tuple[list[Any], bool]:
+    """Corners in world coordinates and whether they are closed; one place for a pin, none for a kind that is left out."""
+    dxf = entity.dxf
+    if kind == "LINE":
+        return [dxf.start, dxf.end], False
+    if kind == "POINT":
+        return [dxf.location], False
+    if kind == "CIRCLE":
+        return [entity.ocs().to_wcs(dxf.center)], False
+    if kind == "ELLIPSE":
+        turn = abs(dxf.end_param - dxf.start_param)
+        return ([dxf.center] if abs(turn - 2.0 * math.pi) < FULL_TURN_TOL else []), False
+    if kind == "LWPOLYLINE":
+        straight = all(abs(bulge) <= STRAIGHT_BULGE_MAX for *_, bulge in entity.get_points("xyb"))
+        return (list(entity.vertices_in_wcs()) if straight and len(entity) > 1 else []), bool(entity.closed)
+    if kind == "POLYLINE" and (entity.is_2d_polyline or entity.is_3d_polyline):
+        straight = all(abs(vertex.dxf.get("bulge", 0.0)) <= STRAIGHT_BULGE_MAX for vertex in entity.vertices)
+        straight &= not dxf.flags & (CURVE_FIT | SPLINE_FIT)
+        return (list(entity.points_in_wcs()) if straight and len(entity.vertices) > 1 else []), bool(entity.is_closed)
+    return [], False
+
+
+def _is_clipped(insert: Any) -> bool:
+    """Whether a clipping path hides a part of a block."""
+    if not insert.has_extension_dict:
+        return False
+    from ezdxf.xclip import XClip
+
+    clip = XClip(insert)
+    return bool(clip.has_clipping_path and clip.is_clipping_enabled)
+
+
+def listed(labels: Iterable[str], most: int = 5) -> str:
+    """The first labels, and how many more there are."""
+    names = list(labels)
+    further = len(names) - most
+    return ", ".join(names[:most]) + (f" and {further} more" if further > 0 else "")
+
+
+def notes_of(left_out: dict[str, list[str]]) -> Iterator[str]:
+    """Yield one line for each reason and kind of entity that is left out."""
+    for reason, labels in sorted(left_out.items()):
+        kinds: dict[str, list[str]] = defaultdict(list)
+        for label in labels:
+            kinds[label.split()[0]].append(label)
+        for kind, same in sorted(kinds.items()):
+            yield f"{len(same)} {kind} left out, because {reason}: {listed(same)}"

@@ -75,7 +75,7 @@ def test_a_loop_closed_by_connections_is_a_slider_crank():
     other = sd.simulate(sd.slider_crank(crank=0.3, rod=0.8).driven(speed=5.0), until=1.0, samples=40)
     assert run["angle"].sel(body="rod").values == pytest.approx(other["angle"].sel(body="rod").values, abs=1e-9)
     assert mechanism.components[0].damping == 0.1
-    for left_out in ("1 actuators", "geoms that may touch"):
+    for left_out in ("1 <motor> left out: line 21", "geoms that may touch"):
         assert any(left_out in note for note in notes)
 
 
@@ -93,10 +93,16 @@ def test_a_urdf_is_a_chain():
     ("content", "said"),
     [
         ("<mujoco>", "no model of MuJoCo"),
-        ('<mujoco><include file="/etc/passwd"/></mujoco>', "names further files"),
+        ('<mujoco><include file="/etc/passwd"/></mujoco>', "line 1: <include file='/etc/passwd'> names a further file"),
         ('<mujoco><worldbody><body><joint type="ball"/><geom size="1"/></body></worldbody></mujoco>', "1 ball joints"),
-        (DOUBLE.replace('name="knee" type="hinge" axis="0 1 0"', 'name="knee" type="hinge" axis="0 0 1"'), "not all parallel"),
-        (CRANK.replace('name="track" type="slide" axis="1 0 0"', 'name="track" type="slide" axis="1 0 1"'), "out of the plane"),
+        (
+            DOUBLE.replace('name="knee" type="hinge" axis="0 1 0"', 'name="knee" type="hinge" axis="0 0 1"'),
+            "hinges 'hip' and 'knee' are at 90 deg",
+        ),
+        (
+            CRANK.replace('name="track" type="slide" axis="1 0 0"', 'name="track" type="slide" axis="1 0 1"'),
+            "slide 'track' is tilted by 45 deg to the plane",
+        ),
     ],
 )
 def test_what_is_not_planar_is_one_line(content, said):
@@ -126,7 +132,7 @@ def test_a_keyframe_a_spring_and_a_massless_tool(sign):
     assert angle - angle[0] == pytest.approx(sense * (turned - turned[0]), abs=2e-4)
     assert float(run["angular_velocity"].sel(body="arm")[0]) == pytest.approx(3.0 * sense)
     assert mechanism.bodies[0].points["tip"] == pytest.approx((0.5, 0.0))
-    assert {"attribute 'group' of 1 <joint>: left out", "attribute 'rgba' of 1 <geom>: left out"} <= set(notes)
+    assert {"attribute 'group' of 1 <joint> left out (line 3)", "attribute 'rgba' of 1 <geom> left out (line 4)"} <= set(notes)
 
 
 def test_limits_are_end_stops():
@@ -155,7 +161,8 @@ def test_a_urdf_with_a_mesh_to_look_at_and_a_loop():
     <constraint_joint name="closure"/></robot>"""
     mechanism, notes = sd.read_mjcf(text)
     assert [body.name for body in mechanism.bodies] == ["arm"]
-    assert "1 <constraint_joint> left out: 'closure'" in notes
+    assert "1 <constraint_joint> left out: 'closure' (line 4)" in notes
+    assert "joint 'closure' (line 4) left out: a loop that it closes is open here" in notes
 
 
 SLIDING = """<mujoco><compiler angle="radian"/><option gravity="0 0 -9.81" timestep="1e-4" integrator="RK4"/>

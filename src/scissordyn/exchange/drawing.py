@@ -13,7 +13,7 @@ from scissordyn.components.force import Force
 from scissordyn.components.place import GROUND, BodyPoint, Point
 from scissordyn.components.time_function import TimeFunction
 from scissordyn.errors import InputError, printable
-from scissordyn.model.body import Body, Track, point_mass, uniform_legs
+from scissordyn.model.body import Body, Track, check_place, point_mass, uniform_legs
 from scissordyn.model.coupling import Drive
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.linkage import common_pin
@@ -123,6 +123,8 @@ def uniform(
     sides: Collection[tuple[str, str]] = (),
 ) -> DrawnBar:
     """A body made of thin straight rods along its sides, or along the shortest lines that join its pins."""
+    for pin in pins:
+        check_place(f"pin '{pin}' in m", places[pin])
     legs = [(places[a], places[b]) for a, b in sides or shortest_tree(pins, places)]
     lengths = [math.dist(a, b) for a, b in legs]
     mass = density * sum(lengths)
@@ -202,7 +204,7 @@ def _bodies_on_pins(drawing: Drawing) -> dict[str, list[BodyPoint]]:
     """The bodies on each pin and their points: bars, then blocks, then the ground."""
     on: dict[str, list[BodyPoint]] = {pin: [] for pin in drawing.pins}
     for bar in drawing.bars:
-        for pin in bar.pins:
+        for pin in dict.fromkeys(bar.pins):
             on[pin].append((bar.name, pin))
     for block in drawing.blocks:
         if not block.follower:

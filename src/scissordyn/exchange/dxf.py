@@ -7,6 +7,7 @@ be driven. A point or a circle joins all bars through its place, so that it is t
 from __future__ import annotations
 
 import io
+import logging
 import math
 import re
 from collections import Counter
@@ -41,6 +42,7 @@ TOLERANCE = 1e-6  # Ends nearer than this fraction of the drawing are one pin
 NEAR = 1e-3  # Ends nearer than this fraction that are not one pin are named
 NUMBERED = {1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m", 13: "um", 14: "dm"}  # Units of length by the number of $INSUNITS
 
+ENTITIES_MAX = 100_000  # Entities, vertices, layers and so on of a file, which take about 20 s and 250 MB to read
 PLACES_MAX = 20_000  # Corners and points of a drawing; a structure of this size takes minutes to simulate
 LINES_MAX = 20  # Notes of one kind
 
@@ -73,10 +75,10 @@ def read_dxf(text: str, *, unit: str = "", linear_density: float = LINEAR_DENSIT
     InputError
         If it is no DXF, has no lines, or no unit or another one than is given.
     """
-    document = _document(text)
+    notes: list[str] = []
+    document = _document(text, notes)
     named = _unit(document, text, unit)
     space, factor = document.modelspace(), UNITS[named]
-    notes: list[str] = []
     if assembly := assembly_of(document):
         return imported(read_assembly(assembly, factor, notes), notes)
     found = Entities(factor, document.layers, document.dxfversion != "AC1009" or bool(document.header.get("$HANDLING", 0)))
@@ -92,12 +94,33 @@ def read_dxf(text: str, *, unit: str = "", linear_density: float = LINEAR_DENSIT
     return imported(replace(mechanism, input_body=linkage.driven[0]) if linkage.driven else mechanism, notes)
 
 
-def _document(text: str) -> Any:
+class _Messages(logging.Handler):
+    """Warnings of the library, each once, as notes."""
+
+    def __init__(self, notes: list[str]) -> None:
+        super().__init__(logging.WARNING)
+        self.notes = notes
+
+    def emit(self, record: logging.LogRecord) -> None:
+        if len(self.notes) < LINES_MAX and (note := f"ezdxf: {record.getMessage()}") not in self.notes:
+            self.notes.append(note)
+
+
+def _document(text: str, notes: list[str]) -> Any:
     ezdxf = library("ezdxf", "exchange", "DXF")
+    # codes and values are on alternate lines; code 0 begins an entity
+    if sum(code.strip() == "0" for code in text.split("\n")[::2]) > ENTITIES_MAX:
+        raise InputError(f"a DXF with more than {ENTITIES_MAX} entities", "the lines of the linkage alone", SAMPLE)
+    logger, messages = logging.getLogger("ezdxf"), _Messages(notes)
+    propagates, logger.propagate = logger.propagate, False
+    logger.addHandler(messages)
     try:
         document = ezdxf.read(io.StringIO(text))
     except (ezdxf.DXFError, ArithmeticError, AttributeError, LookupError, OSError, TypeError, ValueError) as error:
         raise InputError(f"no DXF: {str(error) or 'it is cut off'}", "a drawing in DXF", SAMPLE) from None
+    finally:
+        logger.removeHandler(messages)
+        logger.propagate = propagates
     if not END.search(text):
         raise InputError("the DXF does not end with EOF: it is cut off", "the whole file", SAMPLE)
     return document
@@ -372,7 +395,8 @@ def _no_bars(found: Entities) -> InputError:
     listed_kinds = ", ".join(f"{count} {kind}" for kind, count in sorted(kinds.items()))
     return InputError(
         f"a DXF without lines that are bars; it has {listed_kinds or 'nothing'}",
-        "LINE or straight LWPOLYLINE, one for each bar; outlines of parts do not say where they are joined",
+        "LINE or straight LWPOLYLINE, one for each bar"
+        + ("; outlines of parts do not say where they are joined" if "LWPOLYLINE" in kinds else ""),
     )
 
 

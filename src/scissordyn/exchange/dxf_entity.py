@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 from scissordyn.components.place import Point
 from scissordyn.errors import InputError
+from scissordyn.model.body import check_place
 
 EXPANDED_MAX = 50_000  # Entities and block references of a drawing after its blocks are expanded
 NESTED_MAX = 32  # Blocks within each other
@@ -55,7 +56,7 @@ class Entities:
         """Add entities of a block whose reference is on a layer, or is not shown for a reason."""
         for entity in space:
             self._add_count(1)
-            kind, own_layer = entity.dxftype(), str(entity.dxf.get("layer", "0"))
+            kind, own_layer = entity.dxftype(), str(_value(entity, "layer", "0"))
             if kind == "ATTDEF":  # its values are attributes of the reference
                 continue
             layer = layer_of_insert if own_layer == "0" else own_layer
@@ -99,8 +100,9 @@ class Entities:
             scaled = [(self.factor * p.x, self.factor * p.y, self.factor * p.z) for p in world]
         except (ArithmeticError, AttributeError, TypeError, ValueError) as error:
             raise InputError(f"{label} of the DXF: {error}", "numbers for its coordinates") from None
-        if not all(math.isfinite(x) for place in scaled for x in place):
-            raise InputError(f"{label} of the DXF has coordinates that are not finite", "finite numbers")
+        for x, y, z in scaled:
+            check_place(f"{label} of the DXF in m", (x, y))
+            check_place(f"z of {label} of the DXF in m", (z, 0.0))
         if not scaled:
             curved = kind in ("LWPOLYLINE", "POLYLINE")
             self.left_out["it is curved, or has one corner" if curved else NO_PART].append(label)
@@ -117,7 +119,7 @@ class Entities:
 
     def _hidden(self, entity: Any, layer: str) -> str:
         """Why the drawing does not show an entity; empty if it does."""
-        if entity.dxf.get("invisible", 0):
+        if _value(entity, "invisible", 0):
             return "it is invisible"
         described = self.layers.get(layer) if layer in self.layers else None
         if described is None:
@@ -128,8 +130,8 @@ class Entities:
 
     def _label(self, entity: Any, kind: str, blocks: tuple[str, ...]) -> str:
         """Kind, handle and block of an entity."""
-        handle = entity.dxf.get("handle", "") if self.has_handles else ""
-        return " ".join(filter(None, (kind, handle or "", f"of block '{blocks[-1]}'" if blocks else "")))
+        handle = str(_value(entity, "handle", "") or "") if self.has_handles else ""
+        return " ".join(filter(None, (kind, handle, f"of block '{blocks[-1]}'" if blocks else "")))
 
 
 def _geometry(entity: Any, kind: str) -> tuple[list[Any], bool]:
@@ -152,6 +154,11 @@ def _geometry(entity: Any, kind: str) -> tuple[list[Any], bool]:
         straight &= not dxf.flags & (CURVE_FIT | SPLINE_FIT)
         return (list(entity.points_in_wcs()) if straight and len(entity.vertices) > 1 else []), bool(entity.is_closed)
     return [], False
+
+
+def _value(entity: Any, name: str, default: Any) -> Any:
+    """An attribute of an entity; the default for a kind that does not have it, such as one of another program."""
+    return entity.dxf.get(name, default) if entity.dxf.is_supported(name) else default
 
 
 def _is_clipped(insert: Any) -> bool:

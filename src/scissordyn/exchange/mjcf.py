@@ -7,9 +7,6 @@ not use is named.
 from __future__ import annotations
 
 import math
-import re
-import xml.etree.ElementTree as ET
-from collections import Counter
 from typing import Any
 
 import numpy as np
@@ -21,70 +18,16 @@ from scissordyn.components.place import GROUND, BodyPoint, Point
 from scissordyn.components.torsion_spring import TorsionSpring
 from scissordyn.components.travel_stop import TravelStop
 from scissordyn.errors import InputError
-from scissordyn.exchange.drawing import Imported, plain_name
+from scissordyn.exchange.drawing import Imported, imported, plain_name
+from scissordyn.exchange.mjcf_plane import PARALLEL_TOL, TILT_MAX, plane_of
+from scissordyn.exchange.robot_xml import SAMPLE, Source, used_part
 from scissordyn.lookup import library
 from scissordyn.model.body import Body
 from scissordyn.model.coupling import Coordinate, Coupling, RelativeAngle, Slide
 from scissordyn.model.joint import Guide, Revolute, Weld
 from scissordyn.model.mechanism import Mechanism
 
-PARALLEL = 1e-9  # Axes are parallel, and gravity is in the plane, within this sine
-
-SAMPLE = "scissordyn import model.xml -o case.toml"
-
-FURTHER_FILES = re.compile(r"<\s*include\b|\bfile(name)?\s*=")  # What would make MuJoCo read other files
-
-LEFT_OUT = {
-    "nu": "actuators",
-    "ntendon": "tendons",
-    "nexclude": "contact exclusions",
-    "npair": "contact pairs",
-    "nsensor": "sensors",
-    "nflex": "flexible bodies",
-    "nplugin": "plugins",
-}
-"""Counts of a model and what they count that is left out."""
-
-PLACE = "name pos quat euler axisangle xyaxes zaxis class"
-
-MUJOCO = {
-    "mujoco": "model",
-    "compiler": "*",
-    "default": "*",
-    "option": "gravity",
-    "worldbody": "",
-    "body": f"{PLACE} childclass",
-    "frame": f"{PLACE} childclass",
-    "inertial": "*",
-    "joint": "name type axis pos ref range limited class damping stiffness springref frictionloss armature "
-    "joint1 joint2 polycoef active",
-    "freejoint": "name",
-    "geom": f"{PLACE} type size fromto mass density contype conaffinity mesh",
-    "site": "name pos class",
-    "equality": "",
-    "connect": "name class active body1 body2 anchor site1 site2",
-    "weld": "name class active body1 body2 anchor relpose site1 site2",
-    "keyframe": "",
-    "key": "name qpos qvel",
-}
-"""Attributes that the import uses, or names itself, of each element of MJCF; "*" are all, with the elements inside."""
-
-URDF = {
-    "robot": "name",
-    "link": "name",
-    "inertial": "*",
-    "joint": "name type",
-    "parent": "*",
-    "child": "*",
-    "origin": "xyz rpy",
-    "axis": "*",
-    "limit": "lower upper",
-    "mimic": "joint multiplier offset",
-    "dynamics": "*",
-    "collision": "*",
-    "mujoco": "*",
-}
-"""The same of URDF."""
+AT_LIMIT = 1e-9  # [rad] a stop at which a hinge starts lies this far beyond, so that its side is known
 
 
 def read_mjcf(text: str) -> Imported:
@@ -99,7 +42,7 @@ def read_mjcf(text: str) -> Imported:
     -------
     Imported
         Bodies, joints and connections have the names of the model. The plane is at right angles to the hinges: its x and y are
-        x and y for hinges about z, x and z for hinges about y, y and z for hinges about x.
+        x and y for hinges about z, x and z for hinges about y, y and z for hinges about x. Notes name lines of the text.
 
     Raises
     ------
@@ -107,35 +50,38 @@ def read_mjcf(text: str) -> Imported:
         If it cannot be read, or is not planar.
     """
     mujoco = library("mujoco", "exchange", "MJCF")
+    source = used_part(text)
+    warn = mujoco.get_mju_user_warning()
+    # without a function MuJoCo writes its warnings into a file of the current folder
+    mujoco.set_mju_user_warning(lambda message: source.notes.append(f"MuJoCo warns: {message}"))
     try:
-        root = ET.fromstring(text)
-    except ET.ParseError as error:
-        raise InputError(f"no model of MuJoCo: {error}", "MJCF or URDF without further files", SAMPLE) from None
-    notes = _unused(root)
-    text = ET.tostring(_without_pictures(root), encoding="unicode")
-    if FURTHER_FILES.search(text):
-        raise InputError(
-            "a model of MuJoCo that names further files (meshes, includes)", "a model in one text, with masses", SAMPLE
-        )
-    try:
-        model = mujoco.MjModel.from_xml_string(text)
+        model = mujoco.MjModel.from_xml_string(source.text)
+        data = mujoco.MjData(model)
+        if model.nkey:
+            mujoco.mj_resetDataKeyframe(model, data, 0)
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        mujoco.mj_comVel(model, data)
     except (ValueError, mujoco.FatalError) as error:
-        raise InputError(f"no model of MuJoCo: {error}", "MJCF or URDF without further files", SAMPLE) from None
-    data = mujoco.MjData(model)
-    if model.nkey:
-        mujoco.mj_resetDataKeyframe(model, data, 0)
-        notes.append(f"start: positions and velocities of keyframe '{model.key(0).name or 0}', the first of {model.nkey}")
-    mujoco.mj_kinematics(model, data)
-    mujoco.mj_comPos(model, data)
-    mujoco.mj_comVel(model, data)
-    return _Reader(mujoco, model, data, notes).imported()
+        raise InputError(f"no model of MuJoCo: {str(error)[:500]}", "MJCF or URDF without further files", SAMPLE) from None
+    finally:
+        mujoco.set_mju_user_warning(warn)
+    for numbers in (model.body_mass, model.body_inertia, data.xpos, data.xipos, data.xmat, data.cvel):
+        if not np.all(np.isfinite(numbers)):
+            raise InputError("a model of MuJoCo whose masses or positions are not finite", "finite numbers", SAMPLE)
+    return _Reader(mujoco, model, data, source).imported()
 
 
 class _Reader:
     """A model at its start, and the parts made of it so far."""
 
-    def __init__(self, mujoco: Any, model: Any, data: Any, notes: list[str]) -> None:
-        self.mujoco, self.model, self.data, self.notes = mujoco, model, data, notes
+    def __init__(self, mujoco: Any, model: Any, data: Any, source: Source) -> None:
+        self.mujoco, self.model, self.data, self.notes = mujoco, model, data, source.notes
+        if source.key_count:
+            name = model.key(0).name or 0
+            self.notes.append(f"start: positions and velocities of keyframe '{name}', the first of {source.key_count}")
+        if not source.gives_gravity:
+            self.notes.append("gravity: a URDF has none; that of MuJoCo is assumed, 9.81 m/s^2 along -z")
         # those without mass and joints are points of the body that they are fixed to
         self.host = [0]
         for index in range(1, model.nbody):
@@ -146,11 +92,15 @@ class _Reader:
             [j for j in range(model.njnt) if model.jnt_type[j] == kind]
             for kind in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
         )
-        self.basis = self._plane()
+        if balls := int(np.sum(model.jnt_type == mujoco.mjtJoint.mjJNT_BALL)):
+            raise InputError(f"a model with {balls} ball joints", "hinges and slides, in one plane", SAMPLE)
+        hinges, slides = ([(self._joint_name(j), data.xaxis[j]) for j in joints] for joints in (self.hinged, self.sliding))
+        self.basis = plane_of(hinges, slides, model.opt.gravity, self.notes)
         self.names = [GROUND]
         for index in range(1, model.nbody):
             self.names.append(plain_name(model.body(index).name or f"body {index}", self.names))
         self.points: dict[str, dict[str, Point]] = {name: {} for name in self.names}
+        self.fixed_angle: set[int] = set()  # Bodies that slide in two directions without a hinge
         self.components: list[Any] = []
         self.joints: list[Revolute] = []
         self.guides: list[Guide] = []
@@ -165,9 +115,6 @@ class _Reader:
             self._at(int(self.model.site_bodyid[k]), self.data.site_xpos[k], name)
         for k in range(self.model.neq):
             self._equality(k)
-        for count, what in LEFT_OUT.items():
-            number = int(getattr(self.model, count, 0))
-            self.notes += [f"{number} {what}: left out"] if number else []
         touching = int(np.sum((self.model.geom_contype != 0) | (self.model.geom_conaffinity != 0)))
         if touching:
             self.notes.append(f"{touching} geoms that may touch: only their masses are kept, bodies do not collide here")
@@ -187,33 +134,27 @@ class _Reader:
             gravity_direction=direction,
             input_body=bodies[0].name,
         )
-        return Imported(mechanism, tuple(self.notes))
+        return imported(mechanism, self.notes)
 
-    def _plane(self) -> np.ndarray:
-        """Unit vectors of x and y of the plane, and of its normal, as rows."""
-        hinges, slides = ([self.data.xaxis[j] for j in joints] for joints in (self.hinged, self.sliding))
-        balls = int(np.sum(self.model.jnt_type == self.mujoco.mjtJoint.mjJNT_BALL))
-        if balls:
-            raise InputError(f"a model with {balls} ball joints", "hinges and slides, in one plane", SAMPLE)
-        if not hinges:
-            raise InputError("a model without hinges", "a planar mechanism with hinges", SAMPLE)
-        normal = max((abs(axis) for axis in hinges), key=lambda axis: float(axis.max()))
-        main = int(np.argmax(normal))
-        normal = np.eye(3)[main] * (-1.0 if main == 1 else 1.0)
-        if any(np.linalg.norm(np.cross(axis, normal)) > PARALLEL for axis in hinges):
-            raise InputError("a model whose hinges are not all parallel to x, y or z", "a planar mechanism", SAMPLE)
-        if any(abs(axis @ normal) > PARALLEL for axis in slides):
-            raise InputError("a model with a slide out of the plane of its hinges", "a planar mechanism", SAMPLE)
-        return np.array([*np.delete(np.eye(3), main, axis=0), normal])
+    def _joint_name(self, j: int) -> str:
+        return self.model.joint(j).name or f"joint {j}"
+
+    def _disabled(self, *kinds: str) -> bool:
+        """Whether a <flag> of the model disables a kind of force; versions of MuJoCo differ in the kinds they know."""
+        bits = [getattr(self.mujoco.mjtDisableBit, f"mjDSBL_{kind}", 0) for kind in kinds]
+        return any(self.model.opt.disableflags & int(bit) for bit in bits)
 
     def _gravity(self) -> tuple[float, float]:
         """Size and direction of its part in the plane."""
         gravity = self._flat(self.model.opt.gravity)
         size, across = math.hypot(*gravity), float(np.linalg.norm(self.model.opt.gravity))
-        if across - size > PARALLEL * across:
-            self.notes.append(f"gravity of {across:g} m/s^2: only its part in the plane, {size:g} m/s^2, is kept")
-        if self.model.opt.disableflags & self.mujoco.mjtDisableBit.mjDSBL_GRAVITY or not size > 0.0:
+        if self._disabled("GRAVITY") or not size > PARALLEL_TOL * across:
+            self.notes += [f"gravity of {across:g} m/s^2: left out, it is at right angles to the plane"] * (
+                across > size == 0.0
+            )
             return 0.0, -math.pi / 2
+        if abs(float(self.basis[2] @ self.model.opt.gravity)) > TILT_MAX * across:
+            self.notes.append(f"gravity of {across:g} m/s^2: only its part in the plane, {size:g} m/s^2, is kept")
         return size, math.atan2(gravity[1], gravity[0])
 
     def _flat(self, vector: Any) -> Point:
@@ -276,29 +217,48 @@ class _Reader:
             direction, through = math.atan2(y, x) - self._angle(parent), self._local(parent, place)
             follower = self._at(index, place, name)
             self.guides.append(Guide(name, follower, through, direction, self.names[parent], aligned=not hinges))
-        elif not hinges:
-            self.notes.append(f"body '{body}' slides in two directions: here it also rotates")
-        for j in joints:
-            joint = model.joint(j)
-            (self._hinge if j in hinges else self._slide)(j, index, parent, joint.name or f"joint {j}")
-            if joint.armature[0]:
-                self.notes.append(f"rotor inertia of joint '{joint.name or f'joint {j}'}': left out")
+        self._check_slides(index, hinges, slides)
+        for j in hinges:
+            self._hinge(j, index, parent)
+        for j in slides:
+            self._slide(j, index, parent, hinges, [other for other in slides if other != j])
+        for j in (j for j in joints if model.joint(j).armature[0]):
+            self.notes.append(f"rotor inertia of joint '{self._joint_name(j)}': left out")
 
-    def _hinge(self, j: int, index: int, parent: int, name: str) -> None:
+    def _check_slides(self, index: int, hinges: list[int], slides: list[int]) -> None:
+        """Raise `InputError` for slides that turn with their own body, and for two slides without a hinge on a moving body."""
+        turned = [j for j in slides if hinges and j > hinges[0]]
+        for j in turned:
+            joint = self.model.joint(j)
+            if len(slides) == 1 or any(map(any, _coefficients(joint))) or joint.limited[0] or joint.frictionloss[0]:
+                raise InputError(
+                    f"body '{self.names[index]}': slide '{self._joint_name(j)}' behind hinge '{self._joint_name(hinges[0])}' "
+                    "turns with the body",
+                    "the slide before the hinge, or a body for each",
+                    SAMPLE,
+                )
+        if len(slides) == 2 and not hinges:
+            if self._parent(index):
+                what = f"body '{self.names[index]}' slides in two directions on body '{self.names[self._parent(index)]}'"
+                raise InputError(what, "a body for each slide", SAMPLE)
+            self.fixed_angle.add(index)
+
+    def _hinge(self, j: int, index: int, parent: int) -> None:
         """Spring, damping, friction and limits of a hinge, as parts of the mechanism."""
-        joint, ends, label = self.model.joint(j), (self.names[index], self.names[parent]), plain_name(name, ())
+        joint, name = self.model.joint(j), self._joint_name(j)
+        ends, label = (self.names[index], self.names[parent]), plain_name(name, ())
         sense, start = self._sense(j), self._angle(index) - self._angle(parent)
         q = float(self.data.joint(j).qpos[0])
 
         def angle(value: float) -> float:
             return start + sense * (value - q)
 
-        stiffness, damping = _coefficients(joint)
+        stiffness, damping = self._spring(joint, name, "rad")
         if stiffness or damping:
             rest = angle(float(joint.qpos_spring[0]))
             spring = TorsionSpring(f"spring of {label}", *ends, stiffness=stiffness, free_angle=rest, damping=damping)
             self.components.append(spring)
-        if friction := float(joint.frictionloss[0]):
+        if friction := self._friction(joint, name):
             self.components.append(Clutch(f"dry friction of {label}", ends[0], friction, ends[1]))
             self.notes.append(
                 f"dry friction of joint '{name}': a clutch of {friction:g} N m that slips, with linings that yield"
@@ -306,16 +266,25 @@ class _Reader:
         for side, limit in self._limits(joint, name, q, "rad", "an angle_stop"):
             self.components.append(AngleStop(f"{side} limit of {label}", ends[0], angle(limit), ends[1]))
 
-    def _slide(self, j: int, index: int, parent: int, name: str) -> None:
+    def _slide(self, j: int, index: int, parent: int, hinges: list[int], others: list[int]) -> None:
         """Spring and damping of a slide as a bushing along its line, limits on the ground as end stops."""
-        joint, along, label = self.model.joint(j), self.data.xaxis[j], plain_name(name, ())
-        x, y = self._flat(along)
+        joint, along, name = self.model.joint(j), self.data.xaxis[j], self._joint_name(j)
+        label, measure = plain_name(name, ()), np.array(self._flat(along))
+        if others:
+            # what is measured along one of two slides does not change along the other one
+            x, y = self._flat(self.data.xaxis[others[0]])
+            measure = np.array([-y, x]) / float(np.array([-y, x]) @ measure)
         q, rest = float(self.data.joint(j).qpos[0]), float(joint.qpos_spring[0])
-        place = self.data.xanchor[j] + (q - float(joint.qpos0[0])) * along  # MuJoCo's anchor is that before the joint moves
-        stiffness, damping = _coefficients(joint)
+        # the anchor of a hinge stays when the body turns; that of a slide is where it was before the joint moved
+        moved = self.data.xanchor[j] + (q - float(joint.qpos0[0])) * along
+        place = self.data.xanchor[hinges[0]] if hinges else moved
+        if index in self.fixed_angle:  # a body that does not turn is held at its mass centre, and all its points move alike
+            place = self.data.xipos[index]
+        size, direction = float(np.hypot(*measure)), math.atan2(measure[1], measure[0])
+        stiffness, damping = self._spring(joint, name, "m")
         if stiffness or damping:
-            turned = math.atan2(y, x) - self._angle(parent)
-            cos, sin = math.cos(turned), math.sin(turned)
+            turned = direction - self._angle(parent)
+            cos, sin = size * math.cos(turned), size * math.sin(turned)
             ends = self._at(parent, place + (rest - q) * along, f"rest of {label}"), self._at(index, place, label)
             part = {"x": cos**2, "y": sin**2, "xy": cos * sin}
             numbers: dict[str, Any] = {f"stiffness_{axis}": stiffness * share for axis, share in part.items()}
@@ -324,24 +293,61 @@ class _Reader:
         if parent:
             self.notes += [f"limits of joint '{name}': left out"] if joint.limited[0] else []
         else:
-            reached = float(self.basis[0] @ place) * x + float(self.basis[1] @ place) * y
+            reached = float(measure @ self._flat(place))
             for side, limit in reversed(self._limits(joint, name, q, "m", "a travel_stop")):
                 sign = 1.0 if side == "upper" else -1.0
-                point, direction = self._at(index, place, label), math.atan2(sign * y, sign * x)
-                self.components.append(TravelStop(f"{side} limit of {label}", point, direction, sign * (reached + limit - q)))
-        if joint.frictionloss[0]:
+                point, towards = self._at(index, place, label), math.atan2(sign * measure[1], sign * measure[0])
+                stop = sign * (reached + limit - q) / size
+                self.components.append(TravelStop(f"{side} limit of {label}", point, towards, stop))
+        if self._friction(joint, name):
             self.notes.append(f"dry friction of joint '{name}': left out")
 
+    def _spring(self, joint: Any, name: str, unit: str) -> tuple[float, float]:
+        """Stiffness and damping of a joint that act; of polynomials the linear part."""
+        kept, torque = [], "N m" if unit == "rad" else "N"
+        parts = (("stiffness", "spring", "SPRING", unit), ("damping", "damper", "DAMPER", f"{unit}/s"))
+        for (what, flag, kind, per), (value, *further) in zip(parts, _coefficients(joint), strict=True):
+            if any((value, *further)) and self._disabled(kind, "PASSIVE"):
+                self.notes.append(f"{what} of joint '{name}': left out, as <flag {flag}='disable'> says")
+                value, further = 0.0, []
+            if any(further):
+                terms = ", ".join(f"{number:g}" for number in further)
+                self.notes.append(
+                    f"{what} of joint '{name}': its linear part, {value:g} {torque} per {per}, is kept; the coefficients "
+                    f"{terms} of higher powers are left out"
+                )
+            kept.append(value)
+        return kept[0], kept[1]
+
+    def _friction(self, joint: Any, name: str) -> float:
+        """Dry friction of a joint that acts [N m or N]."""
+        friction = float(joint.frictionloss[0])
+        if friction and self._disabled("FRICTIONLOSS", "CONSTRAINT"):
+            self.notes.append(f"dry friction of joint '{name}': left out, as <flag frictionloss='disable'> says")
+            return 0.0
+        return friction
+
     def _limits(self, joint: Any, name: str, q: float, unit: str, stop: str) -> list[tuple[str, float]]:
-        """The limits of a joint that become end stops."""
+        """The limits of a joint that become end stops; one at which it starts is not violated."""
         if not joint.limited[0]:
             return []
-        low, high = joint.range.tolist()
-        if not low < q < high:
-            self.notes.append(f"limits of joint '{name}': left out; it starts at {q:g} {unit}, they are {low:g} and {high:g}")
+        if self._disabled("LIMIT", "CONSTRAINT"):
+            self.notes.append(f"limits of joint '{name}': left out, as <flag limit='disable'> says")
             return []
-        self.notes.append(f"limits of joint '{name}': end stops of the stiffness and restitution that {stop} has")
-        return [("lower", low), ("upper", high)]
+        low, high = joint.range.tolist()
+        stops = []
+        for side, limit, beyond in (("lower", low, low - q), ("upper", high, q - high)):
+            if beyond > (TILT_MAX if unit == "rad" else AT_LIMIT):
+                self.notes.append(f"{side} limit of joint '{name}': left out; it is {limit:g} {unit}, the start {q:g} {unit}")
+                continue
+            if beyond > AT_LIMIT:
+                self.notes.append(
+                    f"{side} limit of joint '{name}': its end stop is at the start, {beyond:.2g} {unit} beyond it"
+                )
+            stops.append((side, min(limit, q - AT_LIMIT) if side == "lower" else max(limit, q + AT_LIMIT)))
+        if stops:
+            self.notes.append(f"limits of joint '{name}': end stops of the stiffness and restitution that {stop} has")
+        return stops
 
     def _sense(self, j: int) -> float:
         """Whether a hinge turns as angles in the plane do, or against them."""
@@ -353,6 +359,9 @@ class _Reader:
         kind, a, b = (int(part[0]) for part in (equality.type, equality.obj1id, equality.obj2id))
         if kind not in (kinds.mjEQ_CONNECT, kinds.mjEQ_WELD, kinds.mjEQ_JOINT) or not equality.active0[0]:
             self.notes.append(f"equality '{name}': left out; it is inactive, or none of two joints, a connection or a weld")
+            return
+        if self._disabled("EQUALITY", "CONSTRAINT"):
+            self.notes.append(f"equality '{name}': left out, as <flag equality='disable'> says")
             return
         if kind == kinds.mjEQ_JOINT:
             self._couple(equality, a, b)
@@ -374,7 +383,21 @@ class _Reader:
         if kind == kinds.mjEQ_CONNECT:
             self.joints.append(Revolute(name, *points))
         else:
+            if abs(turned := self._weld_angle(k)) > 1e-6:
+                self.notes.append(f"weld '{name}' is open by {math.degrees(turned):.3g} deg at the start: that angle is kept")
             self.welds.append(Weld(name, *points))
+
+    def _weld_angle(self, k: int) -> float:
+        """The angle in the plane by which the second body or site of a weld is turned against its place in the weld [rad]."""
+        a, b = int(self.model.eq_obj1id[k]), int(self.model.eq_obj2id[k])
+        if self.model.eq_objtype[k] == self.mujoco.mjtObj.mjOBJ_SITE:
+            first, second = (self.data.site_xmat[site].reshape(3, 3) for site in (a, b))
+        else:
+            pose = np.zeros(9)
+            self.mujoco.mju_quat2Mat(pose, self.model.eq_data[k][6:10])
+            first, second = self.data.xmat[a].reshape(3, 3) @ pose.reshape(3, 3), self.data.xmat[b].reshape(3, 3)
+        x, y = self._flat(second @ first.T @ self.basis[0])
+        return math.atan2(y, x)
 
     def _couple(self, equality: Any, output: int, driver: int) -> None:
         """The equality q1 - q1_0 = c0 + c1 (q2 - q2_0) + ... of two joints, where q_0 is that of the model."""
@@ -424,11 +447,12 @@ class _Reader:
         mass, name = float(self.model.body_mass[index]), self.names[index]
         along = self.data.ximat[index].reshape(3, 3).T @ self.basis[2]
         inertia = float(along**2 @ self.model.body_inertia[index])
+        if index in self.fixed_angle:
+            return self._block(index, mass)
         if not mass > 0.0 or not inertia > 0.0:
             what = f"body '{name}' of the model without mass or inertia"
             raise InputError(what, "an <inertial>, or geoms with a mass", SAMPLE)
-        twist = np.zeros(6)
-        self.mujoco.mj_objectVelocity(self.model, self.data, self.mujoco.mjtObj.mjOBJ_XBODY, index, twist, 0)
+        twist = self._twist(index)
         return Body(
             name,
             mass,
@@ -441,52 +465,26 @@ class _Reader:
             angular_velocity=float(self.basis[2] @ twist[:3]),
         )
 
+    def _block(self, index: int, mass: float) -> Body:
+        """A body that slides in two directions and does not turn."""
+        name, twist = self.names[index], self._twist(index)
+        centre, position = self._local(index, self.data.xipos[index]), self._flat(self.data.xpos[index])
+        points = self.points[name] or {"origin": (0.0, 0.0)}
+        return Body(name, mass, None, points, centre, position, self._angle(index), velocity=self._flat(twist[3:]))
 
-def _coefficients(joint: Any) -> tuple[float, float]:
-    """Stiffness and damping of a joint; those of polynomials are the linear ones."""
-    stiffness, damping = (float(np.ravel(part)[0]) for part in (joint.stiffness, joint.damping))
+    def _twist(self, index: int) -> np.ndarray:
+        """Angular velocity of a body and velocity of its origin, in space; what is out of the plane is named."""
+        twist = np.zeros(6)
+        self.mujoco.mj_objectVelocity(self.model, self.data, self.mujoco.mjtObj.mjOBJ_XBODY, index, twist, 0)
+        normal = self.basis[2]
+        out = abs(float(normal @ twist[3:])) + float(np.linalg.norm(np.cross(normal, twist[:3])))
+        if out > TILT_MAX * float(np.linalg.norm(twist)):
+            self.notes.append(f"body '{self.names[index]}': its velocity out of the plane at the start is left out")
+        return twist
+
+
+def _coefficients(joint: Any) -> tuple[list[float], list[float]]:
+    """Coefficients of the polynomials of stiffness and damping of a joint; older versions of MuJoCo have the linear ones."""
+    parts = ([getattr(joint, name, []) for name in (what, f"{what}poly")] for what in ("stiffness", "damping"))
+    stiffness, damping = ([float(value) for part in pair for value in np.ravel(part)] for pair in parts)
     return stiffness, damping
-
-
-def _unused(root: ET.Element) -> list[str]:
-    """A line for each element, and for each attribute of the elements that are used, that the import does not use."""
-    table = URDF if root.tag == "robot" else MUJOCO
-    elements: dict[str, list[str]] = {}
-    attributes: Counter[tuple[str, str]] = Counter()
-
-    def visit(element: ET.Element) -> None:
-        taken = table.get(element.tag)
-        if taken is None:
-            elements.setdefault(element.tag, []).append(element.get("name", ""))
-            return
-        if taken == "*":
-            return
-        attributes.update((element.tag, key) for key in element.attrib if key not in taken.split())
-        for child in element:
-            visit(child)
-
-    visit(root)
-    lines = []
-    for tag, names in elements.items():
-        titles = ", ".join(f"'{name}'" for name in names if name)
-        lines.append(f"{len(names)} <{tag}> left out{': ' + titles if titles else ''}")
-    lines += [f"attribute '{key}' of {count} <{tag}>: left out" for (tag, key), count in attributes.items()]
-    return lines
-
-
-def _without_pictures(root: ET.Element) -> ET.Element:
-    """The model without shapes from files that are only looked at: visuals of URDF, meshes of bodies whose inertia is given."""
-    for link in root.iter("link"):
-        for shape in [*link.findall("visual"), *(link.findall("collision") if link.find("inertial/mass") is not None else [])]:
-            link.remove(shape)
-    for body in root.iter("body"):
-        if body.find("inertial") is not None:
-            for geom in [geom for geom in body.findall("geom") if geom.get("mesh")]:
-                body.remove(geom)
-    if root.tag == "mujoco" and not any(geom.get("mesh") or geom.get("hfield") for geom in root.iter("geom")):
-        for asset in root.findall("asset"):
-            for shape in [element for element in asset if element.tag in ("mesh", "texture", "material")]:
-                asset.remove(shape)
-        for geom in root.iter("geom"):
-            geom.attrib.pop("material", None)
-    return root

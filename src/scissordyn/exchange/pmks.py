@@ -30,6 +30,7 @@ from scissordyn.exchange.drawing import (
     Imported,
     Load,
     assembled,
+    imported,
     plain_name,
     uniform,
     with_point_mass,
@@ -43,6 +44,9 @@ SAMPLE = "scissordyn import 'https://app.pmksplus.com/?...' -o case.toml"
 ALLOWED = "a link that 'Share' of PMKS+ gives"
 AGAIN = "links of bars, pins and forces; open the link in PMKS+, and share it again"
 
+LINK_MAX = 50_000  # Characters of a link, of about a thousand joints
+DIGITS_MAX = 12  # Digits of a number to the base of 64, with its sign: 64^11 thousandths of a unit
+
 PRISMATIC, INPUT, GROUNDED, WELDED, _, SEALED = range(6)  # Bits of a joint
 CLOCKWISE, GRAVITY = 0, 1  # Bits of the settings
 
@@ -50,7 +54,6 @@ TRUE = ("t", "true")  # In the earlier form
 
 LENGTHS = (("in", 0.0254, 0.45359237, 4.4482216152605), ("cm", 0.01, 1.0, 1.0), ("m", 1.0, 1.0, 1.0))
 """Length in m, mass in kg and force in N of each unit of length; masses of drawings in inches are pounds."""
-
 NEAR = 0.5e-3  # A force this near to a pin acts there: half the last digit of a place, in its unit of length
 
 SWING = 0.98  # Part of the way between two locking positions that an input takes
@@ -124,12 +127,14 @@ def read_pmks(link: str, *, linear_density: float = LINEAR_DENSITY) -> Imported:
     InputError
         If it is not such a link, is damaged, or has what only a later version writes.
     """
+    if len(link) > LINK_MAX:
+        raise InputError(f"a link of PMKS+ with more than {LINK_MAX} characters", ALLOWED, SAMPLE)
     notes: list[str] = []
     sketch = (_earlier if link.partition("?")[2].startswith("j=") else _present)(link.strip(), notes)
     drawing = _with_loads(_drawing(sketch, linear_density, notes), NEAR * sketch.scale)
     if not drawing.gravity:
         notes.append("gravity: the link does not ask for it, and it is 0; set structure.gravity")
-    return Imported(_reversing(assembled(drawing), notes), tuple(notes))
+    return imported(_reversing(assembled(drawing), notes), notes)
 
 
 def _drawing(sketch: _Sketch, density: float, notes: list[str]) -> Drawing:
@@ -199,10 +204,8 @@ def _block(link: _Link, on: list[_Joint], sketch: _Sketch, names: dict[str, str]
         raise InputError(f"block '{name}' without mass", "a mass in PMKS+: edit the slider", SAMPLE)
     carrier, direction = GROUND, slide.angle
     if slide.slot:
-        carrier, ends = (
-            names.get(slide.slot[0], ""),
-            [sketch.joints[joint].place for joint in slide.slot[1:] if joint in sketch.joints],
-        )
+        carrier = names.get(slide.slot[0], "")
+        ends = [sketch.joints[joint].place for joint in slide.slot[1:] if joint in sketch.joints]
         if len(ends) == 2:
             direction = math.atan2(ends[1][1] - ends[0][1], ends[1][0] - ends[0][0])
     if not carrier or not (slide.slot or slide.has(GROUNDED)):
@@ -408,8 +411,9 @@ def _check_rest(rest: list[str], notes: list[str]) -> None:
 
 def _unsigned(text: str, what: str) -> int:
     """A whole number to the base of 64."""
-    if not text:
-        raise InputError(f"{what} is missing in the link of PMKS+", f"{ALLOWED}, copied whole", SAMPLE)
+    if not 0 < len(text) <= DIGITS_MAX:
+        wrong = f"has {len(text)} digits" if text else "is missing in the link of PMKS+"
+        raise InputError(f"{what} {wrong}", f"{ALLOWED}, copied whole", SAMPLE)
     value = 0
     for letter in text:
         if letter not in DIGITS:

@@ -24,6 +24,7 @@ from scissordyn.exchange.drawing import (
     shortest_tree,
     uniform,
 )
+from scissordyn.model.body import check_place
 from scissordyn.units import checked
 
 COLUMNS = "name", "x", "y", "bars", "support"
@@ -145,6 +146,7 @@ class _Table:
         if name in self.pins:
             raise InputError(f"point '{name}' given twice (line {line})", "each point once")
         self.pins[name] = self.factor * _number(row["x"], "x", line), self.factor * _number(row["y"], "y", line)
+        check_place(f"point '{name}' (line {line}) in m", self.pins[name])
         for bar in dict.fromkeys(re.split(r"[\s,;]+", row["bars"])):
             if bar:
                 self.bars.setdefault(self._plain(bar, line), []).append(name)

@@ -1,0 +1,341 @@
+"""The text of a model in MJCF or URDF without what the import does not use.
+
+What is left out is overwritten with blanks. MuJoCo compiles nothing of it, and its messages have the lines of the user's text.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import defaultdict
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import PurePath
+from typing import NamedTuple
+from xml.parsers import expat
+
+from scissordyn.errors import InputError
+
+SAMPLE = "scissordyn import model.xml -o case.toml"
+
+BODIES_MAX = 2_000  # Bodies of a model, replicated ones included; the matrices of a chain grow with their square
+ELEMENTS_MAX = 200_000  # Elements of a text, used or not
+DEPTH_MAX = 200  # Elements within each other
+
+NAME_MAX = 60  # Characters of a name in a note
+TEXT_MAX = 200  # Characters of the text of an element that are kept, such as the name of a link
+
+START_TAG = re.compile(rb"""<[^"'>]*(?:"[^"]*"[^"'>]*|'[^']*'[^"'>]*)*>""")
+ATTRIBUTE = re.compile(rb"""\s([^\s=<>"'/]+)\s*=\s*(?:"[^"]*"|'[^']*')""")
+COUNT = re.compile(r"[0-9]{1,9}")
+NOT_FINITE = re.compile(r"(?i)(?<![\w.])(?:nan|inf|infinity)(?![\w.])")
+BLANKS = bytes(byte if byte in b"\r\n" else 32 for byte in range(256))
+
+TEXTS = frozenset({"name", "class", "childclass", "model", "mesh", "link", "joint", "file", "filename"}) | {
+    f"{what}{number}" for what in ("body", "joint", "site") for number in (1, 2)
+}
+"""Attributes that are no numbers."""
+
+PLACE = "name class pos quat euler axisangle xyaxes zaxis"
+
+ATTRIBUTES = {
+    "mujoco": "model",
+    "compiler": "*",
+    "default": "class",
+    "option": "gravity",
+    "flag": "gravity spring damper passive equality limit frictionloss constraint contact",
+    "body": f"{PLACE} childclass",
+    "frame": f"{PLACE} childclass",
+    "replicate": "count offset euler sep",
+    "inertial": f"{PLACE} mass diaginertia fullinertia",
+    "joint": "name class type axis pos ref range limited damping stiffness springref springdamper frictionloss armature "
+    "joint1 joint2 polycoef active",
+    "freejoint": "name align",
+    "geom": f"{PLACE} type size fromto mass density contype conaffinity mesh shellinertia fitscale",
+    "site": "name class pos fromto",
+    "mesh": "name class vertex face scale refpos refquat inertia file builtin",
+    "equality": "active",
+    "connect": "name class active body1 body2 anchor site1 site2",
+    "weld": "name class active body1 body2 anchor relpose site1 site2",
+    "key": "name qpos qvel",
+}
+"""Attributes of MJCF that the import uses, or names itself; "*" are all."""
+
+TREE = "body frame replicate inertial joint freejoint geom site"
+
+CHILDREN = {
+    "mujoco": "compiler default option worldbody equality keyframe asset actuator tendon sensor contact deformable",
+    "default": "default joint geom site mesh equality",
+    "option": "flag",
+    "worldbody": TREE,
+    "body": TREE,
+    "frame": TREE,
+    "replicate": TREE,
+    "equality": "connect weld joint",
+    "keyframe": "key",
+    "asset": "mesh",
+}
+"""Elements of MJCF that are used within an element."""
+
+URDF_ATTRIBUTES = {
+    "robot": "name",
+    "link": "name",
+    "origin": "xyz rpy",
+    "mass": "value",
+    "inertia": "ixx ixy ixz iyy iyz izz",
+    "joint": "name type",
+    "parent": "link",
+    "child": "link",
+    "axis": "xyz",
+    "limit": "lower upper",
+    "mimic": "joint multiplier offset",
+    "dynamics": "damping friction",
+    "collision": "name",
+    "box": "size",
+    "cylinder": "radius length",
+    "capsule": "radius length",
+    "sphere": "radius",
+    "mesh": "filename scale",
+    "compiler": "*",
+    "option": "gravity",
+    "flag": ATTRIBUTES["flag"],
+}
+
+URDF_CHILDREN = {
+    "robot": "link joint mujoco",
+    "link": "inertial collision",
+    "inertial": "origin mass inertia",
+    "joint": "parent child origin axis limit mimic dynamics",
+    "collision": "origin geometry",
+    "geometry": "box cylinder capsule sphere mesh",
+    "mujoco": "compiler option",
+    "option": "flag",
+}
+
+MAKING_BODIES = ("attach", "composite", "flexcomp")  # Elements of MJCF whose bodies are left out with them
+
+
+@dataclass
+class Element:
+    """An element of the text and the bytes that it takes."""
+
+    tag: str
+    attributes: dict[str, str]
+    line: int
+    start: int
+    inside: int  # First byte after its start tag
+    end: int = 0
+    text: str = ""
+    children: list[Element] = field(default_factory=list)
+
+    @property
+    def shown(self) -> str:
+        name = self.attributes.get("name", "")[:NAME_MAX]
+        return f"'{name}' (line {self.line})" if name else f"line {self.line}"
+
+    def descendants(self) -> Iterator[Element]:
+        """Yield the elements within it, in any order."""
+        stack = list(self.children)
+        while stack:
+            element = stack.pop()
+            stack += element.children
+            yield element
+
+
+class Source(NamedTuple):
+    """The text that MuJoCo compiles."""
+
+    text: str
+    notes: list[str]
+    gives_gravity: bool  # Whether the model has it, or MuJoCo's own default
+    key_count: int  # Keyframes of the whole model
+
+
+def used_part(text: str) -> Source:
+    """Return a model without what is not used, and a line for each kind of element and attribute that is left out."""
+    content = bytearray(text.encode("utf-8", "replace"))
+    root = _parse(bytes(content))
+    if root.tag not in ("mujoco", "robot"):
+        raise InputError(f"no model of MuJoCo: its root is <{root.tag}>", "<mujoco> or <robot> (URDF)", SAMPLE)
+    part = _UsedPart(content, is_urdf=root.tag == "robot")
+    part.visit(root)
+    return Source(content.decode("utf-8"), part.notes(), part.gives_gravity or not part.is_urdf, part.key_count)
+
+
+def _parse(content: bytes) -> Element:
+    """The root of a text."""
+    parser = expat.ParserCreate("utf-8")
+    top = Element("", {}, 0, 0, 0)
+    open_elements, count = [top], [0]
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        if len(open_elements) > DEPTH_MAX:
+            raise InputError(f"line {parser.CurrentLineNumber} is within more than {DEPTH_MAX} elements", "fewer", SAMPLE)
+        count[0] += 1
+        if count[0] > ELEMENTS_MAX:
+            raise InputError(f"a model of MuJoCo with more than {ELEMENTS_MAX} elements", "a smaller model", SAMPLE)
+        first = parser.CurrentByteIndex
+        tag_text = START_TAG.match(content, first)
+        last = tag_text.end() if tag_text else first
+        element = Element(tag, attributes, parser.CurrentLineNumber, first, last, last)
+        open_elements[-1].children.append(element)
+        open_elements.append(element)
+
+    def end(tag: str) -> None:
+        element = open_elements.pop()
+        if content[element.inside - 2 : element.inside] != b"/>":
+            element.end = content.index(b">", parser.CurrentByteIndex) + 1
+
+    def text(data: str) -> None:
+        element = open_elements[-1]
+        element.text += data[: TEXT_MAX - len(element.text)]
+
+    def doctype(*_: object) -> None:
+        raise InputError(f"line {parser.CurrentLineNumber} of the model declares a document type", "a model without it", SAMPLE)
+
+    parser.buffer_text = True
+    parser.StartElementHandler, parser.EndElementHandler, parser.CharacterDataHandler = start, end, text
+    parser.StartDoctypeDeclHandler = doctype
+    try:
+        parser.Parse(content, True)
+    except expat.ExpatError as error:
+        raise InputError(f"no model of MuJoCo: {error}", "MJCF or URDF without further files", SAMPLE) from None
+    return top.children[0]
+
+
+class _UsedPart:
+    """A model whose unused parts are overwritten one after another."""
+
+    def __init__(self, content: bytearray, *, is_urdf: bool) -> None:
+        self.content, self.is_urdf = content, is_urdf
+        self.attributes, self.children = (URDF_ATTRIBUTES, URDF_CHILDREN) if is_urdf else (ATTRIBUTES, CHILDREN)
+        self.key_count, self.body_count, self.gives_gravity = 0, 0, False
+        self.meshes: set[str] = set()  # Names of those that geoms use
+        self.elements = defaultdict[str, list[Element]](list)
+        self.unused = defaultdict[tuple[str, str], list[int]](list)
+        self.lost: list[str] = []
+
+    def visit(self, root: Element) -> None:
+        stack = [(root, 1)]
+        while stack:
+            element, copies = stack.pop()
+            self._blank_attributes(element)
+            self._check(element)
+            if element.tag == "geom" and "mesh" in element.attributes:
+                self.meshes.add(element.attributes["mesh"])
+            self.gives_gravity |= element.tag == "option" and "gravity" in element.attributes
+            if element.tag in ("body", "link"):
+                self.body_count += copies
+            if element.tag == "replicate":
+                copies *= _count(element)
+            if max(self.body_count, copies) > BODIES_MAX:
+                raise InputError(f"a model of MuJoCo with more than {BODIES_MAX} bodies", "fewer bodies", SAMPLE)
+            allowed = self.children.get(element.tag, "").split()
+            # the last one is visited first: assets come behind the geoms that use them
+            assets = [child for child in element.children if child.tag == "asset"]
+            for child in (*assets, *(child for child in reversed(element.children) if child.tag != "asset")):
+                if child.tag in allowed and not self._is_unused(child, element):
+                    stack.append((child, copies))
+                else:
+                    self._leave_out(child)
+
+    def _is_unused(self, child: Element, parent: Element) -> bool:
+        """Whether an element of a kind that is used is not used here."""
+        given = parent.tag in ("body", "link") and any(
+            sibling.tag == "inertial" and (not self.is_urdf or any(part.tag == "mass" for part in sibling.children))
+            for sibling in parent.children
+        )
+        if child.tag == "key":
+            self.key_count += 1
+            return self.key_count > 1
+        if child.tag == "geom" and parent.tag != "default":
+            kind, masses = child.attributes.get("type", ""), [child.attributes.get(name) for name in ("mass", "density")]
+            weightless = given or "0" in masses
+            return (weightless and "mesh" in child.attributes) or kind in ("hfield", "sdf") or "hfield" in child.attributes
+        if child.tag == "mesh" and parent.tag == "asset":
+            file = PurePath(child.attributes.get("file", "")).stem
+            return child.attributes.get("name", file) not in self.meshes
+        return child.tag == "collision" and given
+
+    def _leave_out(self, element: Element) -> None:
+        self._blank(element.start, element.end)
+        if element.tag.startswith("xacro:"):
+            raise InputError(
+                f"line {element.line}: <{element.tag}> in a URDF", "its expansion", "xacro robot.xacro > robot.urdf"
+            )
+        if element.tag == "include":
+            raise _further_file(element, "file")
+        if element.tag == "key":
+            return
+        self.elements[element.tag].append(element)
+        if self.is_urdf:
+            for part in (element, *element.descendants()):
+                if part.tag.endswith("joint") and (part is element or "type" in part.attributes):
+                    self.lost.append(_lost_joint(part, element))
+
+    def _check(self, element: Element) -> None:
+        for name in ("file", "filename"):
+            if name in element.attributes and element.tag in ("mesh", "model"):
+                raise _further_file(element, name)
+        for name, value in element.attributes.items():
+            if name not in TEXTS and NOT_FINITE.search(value):
+                raise InputError(
+                    f"line {element.line}: {name} = '{value[:NAME_MAX]}' of <{element.tag}>", "finite numbers", SAMPLE
+                )
+        if element.tag == "mesh" and "builtin" in element.attributes:
+            raise InputError(
+                f"line {element.line}: <mesh builtin>, which MuJoCo makes itself", "vertices, or an <inertial>", SAMPLE
+            )
+
+    def _blank_attributes(self, element: Element) -> None:
+        used = self.attributes.get(element.tag, "").split()
+        if used == ["*"]:
+            return
+        for found in ATTRIBUTE.finditer(bytes(self.content[element.start : element.inside])):
+            name = found[1].decode()
+            if name in used:
+                continue
+            self._blank(element.start + found.start(), element.start + found.end())
+            if name.partition(":")[0] != "xmlns":
+                self.unused[element.tag, name[:NAME_MAX]].append(element.line)
+
+    def _blank(self, start: int, end: int) -> None:
+        self.content[start:end] = self.content[start:end].translate(BLANKS)
+
+    def notes(self) -> list[str]:
+        """A line for each kind of element and attribute that is left out."""
+        lines = []
+        for tag, elements in self.elements.items():
+            bodies = ", with the bodies that it makes" if tag in MAKING_BODIES else ""
+            lines.append(f"{len(elements)} <{tag}> left out{bodies}: {_listed([element.shown for element in elements])}")
+        for (tag, name), numbers in self.unused.items():
+            where = _listed([str(number) for number in dict.fromkeys(numbers)])
+            lines.append(f"attribute '{name}' of {len(numbers)} <{tag}> left out (line {where})")
+        return lines + self.lost
+
+
+def _further_file(element: Element, name: str) -> InputError:
+    return InputError(
+        f"line {element.line}: <{element.tag} {name}='{element.attributes.get(name, '')}'> names a further file",
+        "a model in one text, with masses",
+        SAMPLE,
+    )
+
+
+def _lost_joint(joint: Element, outer: Element) -> str:
+    """The line for a joint between links that a URDF holds in a foreign element."""
+    ends = [child.attributes.get("link") or child.text.strip() for child in joint.children if child.tag in ("parent", "child")]
+    between = f" between {' and '.join(f'{end!r}' for end in ends)}" if len(ends) == 2 else ""
+    within = f" in <{outer.tag}>" if outer is not joint else ""
+    return f"joint {joint.shown}{within}{between} left out: a loop that it closes is open here"
+
+
+def _listed(names: list[str], most: int = 5) -> str:
+    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
+
+
+def _count(element: Element) -> int:
+    """How often an element is replicated."""
+    text = element.attributes.get("count", "").strip()
+    if not COUNT.fullmatch(text):
+        raise InputError(f"line {element.line}: count = '{text}' of <replicate>", f"a whole number up to {BODIES_MAX}", SAMPLE)
+    return int(text)

@@ -101,10 +101,8 @@ PUBLIC = {
     "exchange.forces": ("pin_forces",),
     "exchange.mjcf": ("read_mjcf",),
     "exchange.pmks": ("read_pmks",),
-    "exchange.read": (
-        "read_drawing",
-        "read_points",
-    ),
+    "exchange.points": ("read_points",),
+    "exchange.read": ("read_drawing",),
     "identification.prediction": ("prediction",),
     "kinematics.bending": ("with_bending",),
     "laws.catalogue": ("law",),

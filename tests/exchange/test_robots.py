@@ -7,7 +7,8 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.errors import InputError
-from scissordyn.exchange.robot_xml import BODIES_MAX, DEPTH_MAX
+from scissordyn.exchange.robot_xml import BODIES_MAX
+from scissordyn.exchange.xml_element import DEPTH_MAX
 
 from .peer import by_mujoco, mujoco
 
@@ -307,6 +308,54 @@ def test_foreign_elements_of_a_urdf(more, said):
 def test_what_mujoco_does_not_get(more, said):
     """Contract: what is not used is named with its line and not compiled, however large it asks to be."""
     assert said in sd.read_mjcf(arm('<joint name="j" axis="0 1 0"/>', more=more)).notes
+
+
+PART = """<?xml version="1.0"?>
+<!-- a part -->
+<mujoco{}>
+<worldbody><body name="b{}"><joint axis="0 1 0"/>
+<geom size=".1"/></body></worldbody></mujoco>"""
+
+
+def test_included_files_are_part_of_the_model(tmp_path):
+    """Identity: files within files against one text; notes have the line of the include."""
+    for path in ("common/part.xml", "bodies.xml", "options.xml"):
+        (tmp_path / path).parent.mkdir(exist_ok=True)
+    (tmp_path / "common/part.xml").write_text(PART.format(" model='p'", 1))
+    inside = "<mujocoinclude><body name='b2'><joint axis='0 1 0' margin='1'/><geom size='.2'/></body></mujocoinclude>"
+    (tmp_path / "bodies.xml").write_text(inside)
+    (tmp_path / "options.xml").write_text("<mujoco><option gravity='0 0 -1'/><include file='./common/part.xml'/></mujoco>")
+    model = "<mujoco>\n<include file='options.xml'/>\n<worldbody><include file='bodies.xml'/></worldbody></mujoco>"
+    (tmp_path / "model.xml").write_text(model)
+    mechanism, notes = sd.read_drawing(tmp_path / "model.xml")
+    assert [body.name for body in mechanism.bodies] == ["b1", "b2"]
+    assert mechanism.gravity == 1.0
+    assert {"'options.xml' (line 2) is included", "'./common/part.xml' (line 2) is included"} <= set(notes)
+    assert "attribute 'margin' of 1 <joint> left out (line 3)" in notes
+
+
+@pytest.mark.parametrize(
+    ("file", "said"),
+    [
+        ("/etc/passwd", "line 1: '/etc/passwd' is outside the folder of the model"),
+        ("../other.xml", "line 1: '../other.xml' is outside the folder of the model"),
+        ("zero.xml", "line 1: 'zero.xml' is outside the folder of the model"),
+        ("itself.xml", "line 1: 'itself.xml' is included twice"),
+        ("none.xml", "No such file or directory"),
+        ("broken.xml", "no model of MuJoCo: no element found"),
+    ],
+)
+def test_includes_that_are_not_read(file, said, tmp_path):
+    """Contract: no file outside the folder of the model, by no name, and no file in itself."""
+    folder = tmp_path / "models"
+    folder.mkdir()
+    (tmp_path / "other.xml").write_text("<mujoco/>")
+    (folder / "zero.xml").symlink_to("/dev/zero")
+    (folder / "itself.xml").write_text("<mujoco><include file='itself.xml'/></mujoco>")
+    (folder / "broken.xml").write_text("<mujoco>")
+    (folder / "model.xml").write_text(f"<mujoco><include file='{file}'/></mujoco>")
+    with pytest.raises(InputError, match=said):
+        sd.read_drawing(folder / "model.xml")
 
 
 FLEX = '<flexcomp name="f" type="grid" count="1000000 1000000 1" spacing=".1 .1 .1" dim="2"/>'

@@ -65,9 +65,9 @@ def explore(
 
 
 def import_drawing(
-    source: Annotated[str, Argument(help="A link of PMKS+, or a file that ends in .dxf, .xml (MJCF) or .urdf.")],
+    source: Annotated[str, Argument(help="A link of PMKS+, or a file that ends in .dxf, .xml (MJCF), .urdf or .csv.")],
     case: Annotated[Path, Option("--output", "-o", help="The case file to write.")],
-    unit: Annotated[str, Option(help="Unit of length of a DXF that names none, as mm.", show_default=False)] = "",
+    unit: Annotated[str, Option(help="Unit of a table, or of a DXF that names none, as mm.", show_default=False)] = "",
     linear_density: Annotated[
         str, Option(metavar="QUANTITY", help="Mass per length of bars whose mass the drawing does not say.")
     ] = "1 kg/m",

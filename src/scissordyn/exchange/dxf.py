@@ -43,7 +43,7 @@ NEAR = 1e-3  # Ends nearer than this fraction that are not one pin are named
 NUMBERED = {1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m", 13: "um", 14: "dm"}  # Units of length by the number of $INSUNITS
 
 ENTITIES_MAX = 100_000  # Entities, vertices, layers and so on of a file, which take about 20 s and 250 MB to read
-PLACES_MAX = 20_000  # Corners and points of a drawing; a structure of this size takes minutes to simulate
+PLACES_MAX = 10_000  # Corners and points of a drawing; a structure of this size takes minutes to simulate
 LINES_MAX = 20  # Notes of one kind
 
 END = re.compile(r"^[ \t]*0[ \t]*\r?\n[ \t]*EOF[\s\x1a]*\Z", re.MULTILINE)
@@ -76,12 +76,15 @@ def read_dxf(text: str, *, unit: str = "", linear_density: float = LINEAR_DENSIT
         If it is no DXF, has no lines, or no unit or another one than is given.
     """
     notes: list[str] = []
+    codes = [code.strip() for code in text.split("\n")[::2]]  # Codes and values are on alternate lines
+    if codes.count("0") > ENTITIES_MAX:
+        raise InputError(f"a DXF with more than {ENTITIES_MAX} entities", "the lines of the linkage alone", SAMPLE)
     document = _document(text, notes)
     named = _unit(document, text, unit)
     space, factor = document.modelspace(), UNITS[named]
     if assembly := assembly_of(document):
         return imported(read_assembly(assembly, factor, notes), notes)
-    found = Entities(factor, document.layers, document.dxfversion != "AC1009" or bool(document.header.get("$HANDLING", 0)))
+    found = Entities(factor, document.layers, has_handles="5" in codes)
     found.read(space)
     linkage = _Linkage(found, named, tolerance, linear_density)
     notes += [*notes_of(found.left_out), *found.notes, *_other_layouts(document), *linkage.notes]
@@ -108,9 +111,6 @@ class _Messages(logging.Handler):
 
 def _document(text: str, notes: list[str]) -> Any:
     ezdxf = library("ezdxf", "exchange", "DXF")
-    # codes and values are on alternate lines; code 0 begins an entity
-    if sum(code.strip() == "0" for code in text.split("\n")[::2]) > ENTITIES_MAX:
-        raise InputError(f"a DXF with more than {ENTITIES_MAX} entities", "the lines of the linkage alone", SAMPLE)
     logger, messages = logging.getLogger("ezdxf"), _Messages(notes)
     propagates, logger.propagate = logger.propagate, False
     logger.addHandler(messages)
@@ -147,7 +147,7 @@ def _other_layouts(document: Any) -> Iterator[str]:
     for layout in document.layouts:
         count = 0 if layout.is_modelspace else sum(entity.dxftype() != "VIEWPORT" for entity in layout)
         if count:
-            yield f"{count} entities of layout '{layout.name}' left out: only the model space is read"
+            yield f"layout '{layout.name}' left out ({count} entities): only the model space is read"
 
 
 class _Pins:
@@ -205,6 +205,8 @@ class _Linkage:
             raise InputError(f"a DXF with more than {PLACES_MAX} corners and points", "the lines of the linkage alone", SAMPLE)
         x, y = np.array([corner for shape in drawn for corner in shape.places]).T
         self.size = math.hypot(np.ptp(x), np.ptp(y))
+        if tolerance is not None and not tolerance > 0.0:
+            raise InputError(f"tolerance = {tolerance:g} m", "a length above 0", "--tolerance '5 um'")
         self.near = TOLERANCE * self.size if tolerance is None else tolerance
         if not self.near > 0.0:
             raise InputError("a DXF whose lines have no length", "lines between two places", SAMPLE)
@@ -252,8 +254,8 @@ class _Linkage:
         away = [label for height, label in heights if height > self.near]
         if away:
             self.notes.append(
-                f"z of {len(away)} entities left out, up to {self._length(max(heights)[0])} above or below the others; "
-                f"the drawing is read as seen along z: {listed(away)}"
+                f"z left out of {listed(away)}, up to {self._length(max(heights)[0])} above or below the others: the drawing "
+                "is read as seen along z"
             )
 
     def _bars(self, drawn: list[Shape]) -> list[_Bar]:
@@ -268,7 +270,7 @@ class _Linkage:
             corners = tuple(pin for k, pin in enumerate(path) if k == 0 or pin != path[k - 1])
             bars.append(_Bar(f"bar {len(bars) + 1}", shape, corners, _sides(corners, self.pins.places, self.near)))
         if short:
-            self.notes.append(f"{len(short)} lines without length left out: {listed(short)}")
+            self.notes.append(f"{listed(short)} left out: no length")
         if not bars:
             raise InputError("a DXF whose lines have no length", "lines between two places", SAMPLE)
         return bars

@@ -21,6 +21,8 @@ NESTED_MAX = 32  # Blocks within each other
 STRAIGHT_BULGE_MAX = 1e-6  # A bulge below it bends a side by less than a millionth of its length
 FULL_TURN_TOL = 1e-6  # [rad] an ellipse that is open by less is closed
 
+LOCATIONS = ("start", "center", "location", "insert")  # Attributes that say where an entity is
+
 NO_PART = "it is no bar, pin or guide"
 
 CURVE_FIT, SPLINE_FIT = 2, 4  # Flags of a POLYLINE whose vertices are not on its curve
@@ -98,6 +100,8 @@ class Entities:
             places, closed = _geometry(entity, kind)
             world = [place if matrix is None else matrix.transform(place) for place in places]
             scaled = [(self.factor * p.x, self.factor * p.y, self.factor * p.z) for p in world]
+        except ZeroDivisionError:
+            raise InputError(f"{label} of the DXF: its extrusion has no direction", "0, 0, 1 or another vector") from None
         except (ArithmeticError, AttributeError, TypeError, ValueError) as error:
             raise InputError(f"{label} of the DXF: {error}", "numbers for its coordinates") from None
         for x, y, z in scaled:
@@ -129,9 +133,12 @@ class Entities:
         return f"layer '{layer}' is off" if described.is_off() else ""
 
     def _label(self, entity: Any, kind: str, blocks: tuple[str, ...]) -> str:
-        """Kind, handle and block of an entity."""
+        """Kind and handle of an entity, or where it is, and its block."""
         handle = str(_value(entity, "handle", "") or "") if self.has_handles else ""
-        return " ".join(filter(None, (kind, handle, f"of block '{blocks[-1]}'" if blocks else "")))
+        where = handle or next(
+            (f"at ({p.x:g}, {p.y:g})" for name in LOCATIONS if (p := _value(entity, name, None)) is not None), ""
+        )
+        return " ".join(filter(None, (kind, where, f"of block '{blocks[-1]}'" if blocks else "")))
 
 
 def _geometry(entity: Any, kind: str) -> tuple[list[Any], bool]:

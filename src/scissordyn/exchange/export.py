@@ -57,8 +57,8 @@ def export(
     ----------
     what : Dataset, Mechanism or Case
         A run: ends the name in .csv or .parquet, a table over time; in .mat, a structure `run` with every array. A mechanism:
-        in .dxf, its bars with their holes; in .csv, a cut list; in .xml, the ideal mechanism in MJCF; in .fmu, a unit of FMI
-        3.0.
+        in .dxf, its bars with their holes, and assembled in a block; in .csv, a cut list; in .xml, the ideal mechanism in
+        MJCF; in .fmu, a unit of FMI 3.0.
     path : path
     contacts : bool
         Of a run: whether a table has one row for each contact in place of each instant.

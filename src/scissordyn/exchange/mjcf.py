@@ -7,6 +7,7 @@ not use is named.
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,8 @@ from scissordyn.components.travel_stop import TravelStop
 from scissordyn.errors import InputError
 from scissordyn.exchange.drawing import Imported, imported, plain_name
 from scissordyn.exchange.mjcf_plane import PARALLEL_TOL, TILT_MAX, plane_of
-from scissordyn.exchange.robot_xml import SAMPLE, Source, used_part
+from scissordyn.exchange.robot_xml import Source, used_part
+from scissordyn.exchange.xml_element import SAMPLE
 from scissordyn.lookup import library
 from scissordyn.model.body import Body
 from scissordyn.model.coupling import Coordinate, Coupling, RelativeAngle, Slide
@@ -30,13 +32,16 @@ from scissordyn.model.mechanism import Mechanism
 AT_LIMIT = 1e-9  # [rad] a stop at which a hinge starts lies this far beyond, so that its side is known
 
 
-def read_mjcf(text: str) -> Imported:
+def read_mjcf(text: str, *, folder: str | Path | None = None) -> Imported:
     """The planar mechanism of a model in MJCF, or in URDF, at its start.
 
     Parameters
     ----------
     text : str
-        XML without further files; MuJoCo reads both. A URDF is a tree: of mechanisms only chains without loops are in it.
+        XML; MuJoCo reads both. A URDF is a tree: of mechanisms only chains without loops are in it.
+    folder : path, optional
+        Where the files are that a model in MJCF includes. Without it, or outside it, an include is an error; so are files of
+        meshes whose mass counts.
 
     Returns
     -------
@@ -50,7 +55,7 @@ def read_mjcf(text: str) -> Imported:
         If it cannot be read, or is not planar.
     """
     mujoco = library("mujoco", "exchange", "MJCF")
-    source = used_part(text)
+    source = used_part(text, None if folder is None else Path(folder))
     warn = mujoco.get_mju_user_warning()
     # without a function MuJoCo writes its warnings into a file of the current folder
     mujoco.set_mju_user_warning(lambda message: source.notes.append(f"MuJoCo warns: {message}"))

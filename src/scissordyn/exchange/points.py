@@ -31,7 +31,7 @@ COLUMNS = "name", "x", "y", "bars", "support"
 
 SAMPLE = "name,x,y,bars,support"
 
-POINTS_MAX = 20_000  # Rows of a table; a structure of this size takes minutes to simulate
+POINTS_MAX = 10_000  # Rows of a table; a structure of this size takes minutes to simulate
 
 BLOCK_MASS = 0.1  # Of a block that slides with a point [kg]
 

@@ -71,7 +71,7 @@ def _read(path: Path, text: str, *, unit: str, linear_density: float, tolerance:
         from scissordyn.exchange.mjcf import read_mjcf
 
         _no_unit(unit, "a model of MuJoCo")
-        return read_mjcf(text)
+        return read_mjcf(text, folder=path.parent)
     if "?" not in text.strip() or "\n" in text.strip():
         raise InputError(
             f"'{path}' is no drawing", "a file that ends in " + ", ".join(ENDINGS) + ", or one with a link of PMKS+"

@@ -7,24 +7,14 @@ from __future__ import annotations
 
 import re
 from collections import defaultdict
-from collections.abc import Iterator
-from dataclasses import dataclass, field
-from pathlib import PurePath
+from pathlib import Path, PurePath
 from typing import NamedTuple
-from xml.parsers import expat
 
 from scissordyn.errors import InputError
+from scissordyn.exchange.xml_element import NAME_MAX, SAMPLE, Element, further_file, parse, with_includes
 
-SAMPLE = "scissordyn import model.xml -o case.toml"
+BODIES_MAX = 1_000  # Bodies of a model, replicated ones included; the matrices of a chain grow with their square
 
-BODIES_MAX = 2_000  # Bodies of a model, replicated ones included; the matrices of a chain grow with their square
-ELEMENTS_MAX = 200_000  # Elements of a text, used or not
-DEPTH_MAX = 200  # Elements within each other
-
-NAME_MAX = 60  # Characters of a name in a note
-TEXT_MAX = 200  # Characters of the text of an element that are kept, such as the name of a link
-
-START_TAG = re.compile(rb"""<[^"'>]*(?:"[^"]*"[^"'>]*|'[^']*'[^"'>]*)*>""")
 ATTRIBUTE = re.compile(rb"""\s([^\s=<>"'/]+)\s*=\s*(?:"[^"]*"|'[^']*')""")
 COUNT = re.compile(r"[0-9]{1,9}")
 NOT_FINITE = re.compile(r"(?i)(?<![\w.])(?:nan|inf|infinity)(?![\w.])")
@@ -51,7 +41,7 @@ ATTRIBUTES = {
     "joint1 joint2 polycoef active",
     "freejoint": "name align",
     "geom": f"{PLACE} type size fromto mass density contype conaffinity mesh shellinertia fitscale",
-    "site": "name class pos fromto",
+    "site": "name class pos fromto type size",
     "mesh": "name class vertex face scale refpos refquat inertia file builtin",
     "equality": "active",
     "connect": "name class active body1 body2 anchor site1 site2",
@@ -114,33 +104,6 @@ URDF_CHILDREN = {
 MAKING_BODIES = ("attach", "composite", "flexcomp")  # Elements of MJCF whose bodies are left out with them
 
 
-@dataclass
-class Element:
-    """An element of the text and the bytes that it takes."""
-
-    tag: str
-    attributes: dict[str, str]
-    line: int
-    start: int
-    inside: int  # First byte after its start tag
-    end: int = 0
-    text: str = ""
-    children: list[Element] = field(default_factory=list)
-
-    @property
-    def shown(self) -> str:
-        name = self.attributes.get("name", "")[:NAME_MAX]
-        return f"'{name}' (line {self.line})" if name else f"line {self.line}"
-
-    def descendants(self) -> Iterator[Element]:
-        """Yield the elements within it, in any order."""
-        stack = list(self.children)
-        while stack:
-            element = stack.pop()
-            stack += element.children
-            yield element
-
-
 class Source(NamedTuple):
     """The text that MuJoCo compiles."""
 
@@ -150,56 +113,16 @@ class Source(NamedTuple):
     key_count: int  # Keyframes of the whole model
 
 
-def used_part(text: str) -> Source:
+def used_part(text: str, folder: Path | None) -> Source:
     """Return a model without what is not used, and a line for each kind of element and attribute that is left out."""
-    content = bytearray(text.encode("utf-8", "replace"))
-    root = _parse(bytes(content))
+    notes: list[str] = []
+    content = bytearray(with_includes(text, folder, notes).encode("utf-8"))
+    root = parse(bytes(content))
     if root.tag not in ("mujoco", "robot"):
         raise InputError(f"no model of MuJoCo: its root is <{root.tag}>", "<mujoco> or <robot> (URDF)", SAMPLE)
     part = _UsedPart(content, is_urdf=root.tag == "robot")
     part.visit(root)
-    return Source(content.decode("utf-8"), part.notes(), part.gives_gravity or not part.is_urdf, part.key_count)
-
-
-def _parse(content: bytes) -> Element:
-    """The root of a text."""
-    parser = expat.ParserCreate("utf-8")
-    top = Element("", {}, 0, 0, 0)
-    open_elements, count = [top], [0]
-
-    def start(tag: str, attributes: dict[str, str]) -> None:
-        if len(open_elements) > DEPTH_MAX:
-            raise InputError(f"line {parser.CurrentLineNumber} is within more than {DEPTH_MAX} elements", "fewer", SAMPLE)
-        count[0] += 1
-        if count[0] > ELEMENTS_MAX:
-            raise InputError(f"a model of MuJoCo with more than {ELEMENTS_MAX} elements", "a smaller model", SAMPLE)
-        first = parser.CurrentByteIndex
-        tag_text = START_TAG.match(content, first)
-        last = tag_text.end() if tag_text else first
-        element = Element(tag, attributes, parser.CurrentLineNumber, first, last, last)
-        open_elements[-1].children.append(element)
-        open_elements.append(element)
-
-    def end(tag: str) -> None:
-        element = open_elements.pop()
-        if content[element.inside - 2 : element.inside] != b"/>":
-            element.end = content.index(b">", parser.CurrentByteIndex) + 1
-
-    def text(data: str) -> None:
-        element = open_elements[-1]
-        element.text += data[: TEXT_MAX - len(element.text)]
-
-    def doctype(*_: object) -> None:
-        raise InputError(f"line {parser.CurrentLineNumber} of the model declares a document type", "a model without it", SAMPLE)
-
-    parser.buffer_text = True
-    parser.StartElementHandler, parser.EndElementHandler, parser.CharacterDataHandler = start, end, text
-    parser.StartDoctypeDeclHandler = doctype
-    try:
-        parser.Parse(content, True)
-    except expat.ExpatError as error:
-        raise InputError(f"no model of MuJoCo: {error}", "MJCF or URDF without further files", SAMPLE) from None
-    return top.children[0]
+    return Source(content.decode("utf-8"), notes + part.notes(), part.gives_gravity or not part.is_urdf, part.key_count)
 
 
 class _UsedPart:
@@ -262,8 +185,6 @@ class _UsedPart:
             raise InputError(
                 f"line {element.line}: <{element.tag}> in a URDF", "its expansion", "xacro robot.xacro > robot.urdf"
             )
-        if element.tag == "include":
-            raise _further_file(element, "file")
         if element.tag == "key":
             return
         self.elements[element.tag].append(element)
@@ -275,7 +196,7 @@ class _UsedPart:
     def _check(self, element: Element) -> None:
         for name in ("file", "filename"):
             if name in element.attributes and element.tag in ("mesh", "model"):
-                raise _further_file(element, name)
+                raise further_file(element, name)
         for name, value in element.attributes.items():
             if name not in TEXTS and NOT_FINITE.search(value):
                 raise InputError(
@@ -311,14 +232,6 @@ class _UsedPart:
             where = _listed([str(number) for number in dict.fromkeys(numbers)])
             lines.append(f"attribute '{name}' of {len(numbers)} <{tag}> left out (line {where})")
         return lines + self.lost
-
-
-def _further_file(element: Element, name: str) -> InputError:
-    return InputError(
-        f"line {element.line}: <{element.tag} {name}='{element.attributes.get(name, '')}'> names a further file",
-        "a model in one text, with masses",
-        SAMPLE,
-    )
 
 
 def _lost_joint(joint: Element, outer: Element) -> str:

@@ -225,7 +225,9 @@ class _UsedPart:
     def notes(self) -> list[str]:
         """A line for each kind of element and attribute that is left out."""
         lines = []
-        for tag, elements in self.elements.items():
+        for elements in self.elements.values():
+            elements.sort(key=lambda element: element.start)
+        for tag, elements in sorted(self.elements.items(), key=lambda group: group[1][0].start):
             bodies = ", with the bodies that it makes" if tag in MAKING_BODIES else ""
             lines.append(f"{len(elements)} <{tag}> left out{bodies}: {_listed([element.shown for element in elements])}")
         for (tag, name), numbers in self.unused.items():

@@ -48,7 +48,7 @@ class Places:
 class Balance(Places):
     """Forces and moments about the mass centres that the Dataset reports, added body by body.
 
-    A run reports no forces of welds, so welded bodies are one, and no moments of aligned guides, so theirs are not balanced.
+    Each body by itself, those without inertia in moments too where a guide keeps their angle.
     """
 
     def __init__(self, run: xr.Dataset, mechanism: sd.Mechanism) -> None:
@@ -68,9 +68,8 @@ class Balance(Places):
             turning = np.nan_to_num(run["angular_acceleration"].sel(body=body.name).values)
             self.moment[body.name] = -(body.inertia or 0.0) * turning if body.name not in inside else 0.0 * turning
         self.scale = self.largest_moment = 0.0
-        self.loose_moments = {guide.follower[0] for guide in mechanism.guides if guide.aligned and guide.clearance is None}
-        self.loose_moments |= {body.name for body in mechanism.bodies if not body.rotates}
-        self.loose_moments |= {guide.body for guide in mechanism.guides if guide.aligned and guide.clearance is None}
+        guided = {guide.follower[0] for guide in mechanism.guides}
+        self.free_of_moments = {body.name for body in mechanism.bodies if not body.rotates and body.name not in guided}
         self._joints()
         self._guides()
         for number, drive in enumerate(mechanism.drives):
@@ -126,23 +125,16 @@ class Balance(Places):
         for joint in self.mechanism.joints:
             journal, bearing = joint.journal[0], joint.bearing[0]
             self.pair(journal, bearing, self.at(*joint.journal), self.over("reaction", joint=joint.name))
-            if joint.clearance is None:
-                continue
-            friction = joint.clearance.journal_radius * self.run["friction_force"].sel(joint=joint.name).values
-            self.turn(journal, -friction, bearing)
-            if joint.clearance.lubrication is not None:
-                self.turn(journal, self.run["film_torque"].sel(film=joint.name).values, bearing)
+            self.turn(journal, self.run["reaction_moment"].sel(joint=joint.name).values, bearing)
 
     def _guides(self) -> None:
         for guide in self.mechanism.guides:
-            if guide.clearance is None:
-                where = self.at(*guide.follower)
-                self.pair(guide.follower[0], guide.body, where, self.over("reaction", joint=guide.name))
-        for point in self.mechanism.contact_points:
-            where = self.at(point.follower, point.centre)
-            self.pair(point.follower, point.body, where, self.over("reaction", joint=point.name))
-            friction = point.clearance.corner_radius * self.run["friction_force"].sel(joint=point.name).values
-            self.turn(point.follower, -friction, point.body)
+            follower, where = guide.follower[0], self.at(*guide.follower)
+            self.pair(follower, guide.body, where, self.over("reaction", joint=guide.name))
+            self.turn(follower, self.run["reaction_moment"].sel(joint=guide.name).values, guide.body)
+        for weld in self.mechanism.welds:
+            self.pair(weld.start[0], weld.end[0], self.at(*weld.start), self.over("weld_force", weld=weld.name))
+            self.turn(weld.start[0], self.run["weld_moment"].sel(weld=weld.name).values, weld.end[0])
 
     def _component(self, part: Any) -> None:
         port = part.declaration.port
@@ -185,31 +177,14 @@ class Balance(Places):
                 self.push(section, self.place[section], force)
                 self.turn(section, side * moment)
 
-    def _groups(self) -> list[list[str]]:
-        """Bodies, those that are welded to each other together, without those welded to the ground."""
-        group = {body.name: body.name for body in self.mechanism.bodies} | {"ground": "ground"}
-        for weld in self.mechanism.welds:
-            first, second = group[weld.start[0]], group[weld.end[0]]
-            group = {name: first if root == second else root for name, root in group.items()}
-        roots = dict.fromkeys(group[body.name] for body in self.mechanism.bodies)
-        return [[name for name in self.force if group[name] == root] for root in roots if root != group["ground"]]
-
     def residual(self) -> tuple[float, float]:
-        """Largest part of m a and of J alpha that nothing reported explains, over the largest of both.
+        """Largest part of m a and of J alpha of a body that nothing reported explains, over the largest of both.
 
         NaN where a reaction is not determined.
         """
-        force = moment = 0.0
-        for names in self._groups():
-            total = sum(self.force[name] for name in names)
-            force = max(force, float(np.nanmax(np.abs(total), initial=0.0)))
-            if self.loose_moments.isdisjoint(names):
-                arms = [self.place[name] - self.place[names[0]] for name in names]
-                turned = sum(
-                    self.moment[name] + arm[:, 0] * self.force[name][:, 1] - arm[:, 1] * self.force[name][:, 0]
-                    for name, arm in zip(names, arms, strict=True)
-                )
-                moment = max(moment, float(np.nanmax(np.abs(turned), initial=0.0)))
+        force = max(float(np.nanmax(np.abs(values), initial=0.0)) for values in self.force.values())
+        turned = [values for name, values in self.moment.items() if name not in self.free_of_moments]
+        moment = max((float(np.nanmax(np.abs(values), initial=0.0)) for values in turned), default=0.0)
         weights = max(body.mass for body in self.mechanism.bodies) * self.mechanism.gravity
         scale = max(self.scale, weights, 1e-12)
         return force / scale, moment / max(self.largest_moment, scale * self.mechanism.size)

@@ -328,12 +328,15 @@ def _at_rest(mechanism: Mechanism, ideal: xr.Dataset, until: float) -> list[str]
     except InputError as error:
         return [f"Without inertia: {error.what}."]
     parts, round_off = [], ROUND_OFF * float(np.nanmax(ideal["peak_reaction"].values, initial=0.0))
-    for kind in ("drive torque", "rod force", "coordinate drive torque", "coordinate drive force", "reaction"):
-        sizes = {name: size for name, size in peaks.items() if name.startswith(kind) and size > round_off}
+    kinds = ("drive torque", "rod force", "coordinate drive torque", "coordinate drive force", "reaction", "reaction moment")
+    for kind in (*kinds, "weld force", "weld moment"):
+        longer = [other for other in kinds if other.startswith(f"{kind} ")]
+        of_kind = [name for name in peaks if name.startswith(kind) and not name.startswith(tuple(longer))]
+        sizes = {name: peaks[name] for name in of_kind if peaks[name] > round_off}
         if sizes:
             name = max(sizes, key=lambda name: sizes[name])
             at = f" at '{name.removeprefix(kind).strip()}'" if name != kind else ""
-            parts.append(f"{kind} {short(sizes[name], 'N m' if 'torque' in kind else 'N')}{at}")
+            parts.append(f"{kind} {short(sizes[name], 'N m' if kind.endswith(('torque', 'moment')) else 'N')}{at}")
     return [f"At most without inertia{turns}: {', '.join(parts)}."] if parts else []
 
 
@@ -397,4 +400,28 @@ def _forces(ideal: xr.Dataset) -> list[str]:
         worst, joint = short(float(force[most]), "N"), ideal["joint"].values[most]
         instant = short(float(ideal["peak_reaction_time"].values[most]), "s")
         lines.append(f"Largest reaction with ideal joints: {worst} at '{joint}', at {instant}.")
+    return lines + _further_forces(ideal, ROUND_OFF * float(np.nanmax(force, initial=0.0)))
+
+
+FURTHER = (
+    ("reaction_moment", "joint", "N m", "moment of a guide"),
+    ("weld_force", "weld", "N", "force of a weld"),
+    ("weld_moment", "weld", "N m", "moment of a weld"),
+)
+"""Variables of what joints transmit beside the forces of pins and guides, their dimension, unit and words."""
+
+
+def _further_forces(ideal: xr.Dataset, round_off: float) -> list[str]:
+    """Moments of guides, and forces and moments of welds, at their largest."""
+    lines, time = [], ideal["time"].values
+    for name, dim, unit, subject in FURTHER:
+        if name not in ideal:
+            continue
+        values = np.abs(ideal[name].transpose("time", dim, ...).values.reshape(time.size, ideal.sizes[dim], -1))
+        peaks = [smooth_peak(time, np.hypot.reduce(values[:, k], axis=1)) for k in range(values.shape[1])]
+        known = {place: peak for place, peak in enumerate(peaks) if math.isfinite(peak[0]) and peak[0] > round_off}
+        if known:
+            most = max(known, key=lambda place: known[place][0])
+            (largest, when), part = known[most], ideal[dim].values[most]
+            lines.append(f"Largest {subject} with ideal joints: {short(largest, unit)} at '{part}', at {short(when, 's')}.")
     return lines

@@ -171,8 +171,8 @@ def ideal_reactions(plan: Plan, position: np.ndarray | None = None, reference: n
         system.content.state.reference[:] = reference
     start = assemble_as_placed(plan, system.content) if position is None else Start(position, np.zeros_like(position))
     outputs = At(plan, system, whole_state(system.content, start.position, start.velocity)).record()
-    joints, _, _ = solve_reactions(plan.balance, plan.gravity_vector, with_distributed_mass(plan, outputs, np.zeros(1)))
-    return np.asarray(joints[0])
+    found = solve_reactions(plan.balance, plan.gravity_vector, with_distributed_mass(plan, outputs, np.zeros(1)))
+    return np.asarray(found.joints[0])
 
 
 def _resting_offsets(plan: Plan, system: System, force: np.ndarray) -> np.ndarray:

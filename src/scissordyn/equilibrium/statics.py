@@ -122,7 +122,7 @@ def static_results(mechanism: Mechanism, until: float, points: int, friction: Fr
     forces.variables |= bar_extremes(whole, path.samples, rested, forces.variables)
     variables = {name: part for name, part in forces.variables.items() if not any(word in name for word in DYNAMIC)}
     variables |= _inputs(inputs, times)
-    variables |= _envelope(variables, times)
+    variables |= _envelope(variables, times, [guide.name for guide in ideal.ideal_guides if guide.aligned])
     forces.variables = variables
     forces.attrs.update(title=TITLE, warnings=json.dumps(_warnings(whole, variables, path)))
     return forces
@@ -256,8 +256,8 @@ def _inputs(inputs: Inputs, times: np.ndarray) -> Variables:
     }
 
 
-def _envelope(variables: Variables, times: np.ndarray) -> Variables:
-    """All forces and torques in one table, the least and the largest value of each, and when."""
+def _envelope(variables: Variables, times: np.ndarray, turned: list[str]) -> Variables:
+    """All forces and torques in one table, with the extremes of each; the guides `turned` keep an angle."""
     names, units, columns = [], [], []
     first_alone = "drive_torque" if "drive_torques" in variables else ""
     for name, part in variables.items():
@@ -271,12 +271,15 @@ def _envelope(variables: Variables, times: np.ndarray) -> Variables:
             several = ["N m" if unit_of == "rad" else "N" for unit_of in coordinate.values.tolist()]
         if not set(several) <= {"N", "N m"}:
             continue
-        for label, of in zip(parts, several, strict=True):
+        chosen = list(range(len(parts)))
+        if name == "reaction_moment":
+            chosen = [k for k, label in enumerate(parts) if label in turned or np.any(part.values[:, k])]
+        for label, of in ((parts[k], several[k]) for k in chosen):
             kind = name.replace("force", "torque").replace("torques", "torque") if of == "N m" else name
             names.append(f"{kind.replace('_', ' ')} {label}".strip())
-        units += several
+            units.append(of)
         vectors = part.values.reshape(times.size, len(parts), -1)
-        columns += [vectors[:, k] for k in range(len(parts))]
+        columns += [vectors[:, k] for k in chosen]
     force = np.stack([_size(column) for column in columns], axis=1) if columns else np.zeros((times.size, 0))
     least, largest = (np.array([_extreme(times, column, sign) for column in columns]).reshape(-1, 2) for sign in (-1.0, 1.0))
     return {
@@ -332,8 +335,10 @@ def _warnings(plan: Plan, variables: Variables, path: Trajectory) -> list[str]:
         if far[worst] > ROUNDED:
             numbers = {"beyond": far[worst], "unit": output.unit, "time": times[worst]}
             warnings.append(str(warning("beyond", part.name, part.declaration.label, **numbers)))
-    lost = np.isnan(variables["reaction"].values).any(axis=(0, 2))
+    lost = np.isnan(variables["reaction"].values).any(axis=(0, 2)) | np.isnan(variables["reaction_moment"].values).any(axis=0)
     names = variables["joint"].values[lost].tolist()
+    if "weld" in variables:
+        names += variables["weld"].values[np.isnan(variables["weld_moment"].values).any(axis=0)].tolist()
     if names and not path.warnings:
         joints = in_words([repr(name) for name in names])
         warnings.append(f"reactions of {joints} are not determined: there are more joints than needed")

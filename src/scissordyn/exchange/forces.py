@@ -10,14 +10,15 @@ import json
 import math
 import re
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 
-from scissordyn.components.place import GROUND
+from scissordyn.components.place import GROUND, BodyPoint
 from scissordyn.errors import InputError
 from scissordyn.model.body import Body
+from scissordyn.model.joint import Guide
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.section import read_material
 from scissordyn.record.joint_force import joint_force
@@ -37,8 +38,19 @@ RECTANGLE = re.compile(r"\s*([\d.]+)\s*x\s*([\d.]+)\s*(mm|cm|m)\s*")
 METRES = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
 
 
+class End(NamedTuple):
+    """A body at one of its joints, guides or welds."""
+
+    body: str
+    joint: str
+    point: str  # "" on the carrier of a guide, where the follower is
+    sign: float  # Of the joint's reported force there
+    guide: Guide | None = None
+    of_weld: bool = False
+
+
 def pin_forces(run: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
-    """What the joints exert on each bar.
+    """What the joints, guides and welds exert on each bar.
 
     Parameters
     ----------
@@ -49,35 +61,33 @@ def pin_forces(run: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
     Returns
     -------
     Dataset
-        Dimension `end`: a body at one of its joints or guides, with coordinates `end_body`, `end_joint`, `end_point`.
+        Dimension `end`: a body at one of its joints, guides or welds, with coordinates `end_body`, `end_joint`, `end_point`.
         `force (time, end, axis)`: on the body, in the fixed frame [N]; `force_along (time, end, axis)`: in the frame of the
-        body, the first component along its x axis [N]. `other_force (time, body, axis)` and `other_torque (time, body)`: what
-        acts on the body beside joints and gravity, such as drives, springs and friction, about its mass centre, from the
-        balance of momentum [N, N m]; NaN for bodies with a reaction that is not determined. The moment of friction in a
-        joint, of metal and of oil, is in `other_torque`. `located_peak (end)`: largest force of a clearance joint within
-        the steps, between samples too [N]; NaN for others.
+        body, the first component along its x axis [N]; `moment (time, end)`: on the body about that point [N m], of welds,
+        guides, and friction and oil in joints with clearance. `other_force (time, body, axis)` and `other_torque (time,
+        body)`: what acts on the body beside these and gravity, such as drives, springs, teeth and friction in ideal joints,
+        about its mass centre, from the balance of momentum [N, N m]; NaN for bodies with a reaction that is not determined.
+        `located_peak (end)`: largest force, between samples too [N]: located in steps at joints with clearance, at the ends
+        of steps at others; NaN at hard contacts.
     """
-    ends, factors = _ends(mechanism)
+    ends = _ends(mechanism)
     if not ends:
         raise InputError("a mechanism without joints", "bars with joints", "scissordyn new four-bar")
-    reaction = run["reaction"].transpose("time", "joint", "axis")
-    names = [str(name) for name in run["joint"].values]
-    force = np.stack(
-        [factor * reaction.values[:, names.index(joint)] for (_, joint, _), factor in zip(ends, factors, strict=True)], axis=1
-    )
+    force, moment = (np.stack(parts, axis=1) for parts in zip(*(_at_end(run, mechanism, end) for end in ends), strict=True))
     bodies = [str(name) for name in run["body"].values]
     angle = np.nan_to_num(run["angle"].transpose("time", "body").values)
-    along = np.stack([_turned(force[:, k], -angle[:, bodies.index(body)]) for k, (body, _, _) in enumerate(ends)], axis=1)
-    other, torque = _others(run, mechanism, ends, force)
-    peaks = np.array([located_peak(run, joint) for _, joint, _ in ends])
+    along = np.stack([_turned(force[:, k], -angle[:, bodies.index(end.body)]) for k, end in enumerate(ends)], axis=1)
+    other, torque = _others(run, mechanism, ends, force, moment)
+    peaks = np.array([located_peak(run, end.joint) for end in ends])
     variables = (
         ("force", ("time", "end", "axis"), force, "N", "force on the body"),
         ("force_along", ("time", "end", "axis"), along, "N", "force in the frame of the body"),
+        ("moment", ("time", "end"), moment, "N m", "moment on the body about the point"),
         ("other_force", ("time", "body", "axis"), other, "N", "further forces on the body"),
         ("other_torque", ("time", "body"), torque, "N m", "further torque about the mass centre"),
         ("located_peak", ("end",), peaks, "N", "largest force within the steps"),
     )
-    columns = zip(NAMES, zip(*ends, strict=True), strict=True)
+    columns = zip(NAMES, zip(*(end[:3] for end in ends), strict=True), strict=True)
     return xr.Dataset(
         {name: (dims, values, {"units": unit, "long_name": text}) for name, dims, values, unit, text in variables},
         coords={
@@ -88,21 +98,15 @@ def pin_forces(run: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
 
 
 def located_peak(run: xr.Dataset, joint: str) -> float:
-    """Largest force of a clearance joint between the first and the last sample [N]; NaN where it has no contact and no oil."""
-    if "joint_peak_force" in run and math.isfinite(peak := float(run["joint_peak_force"].sel(joint=joint))):
-        return peak  # of metal and film
-    if "peak_force" not in run:
-        return math.nan
-    when, time = run["peak_time"].values, run["time"].values
-    mine = (run["contact_joint"].values.astype(str) == joint) & (when >= time[0]) & (when <= time[-1])
-    return float(np.max(run["peak_force"].values[mine])) if mine.any() else math.nan
+    """Largest force of a joint, a guide or a weld [N]: also between the samples; NaN where it is not known."""
+    dim = "joint" if joint in run["joint"].values else "weld"
+    return float(run[f"{dim}_peak_force"].sel({dim: joint})) if f"{dim}_peak_force" in run else math.nan
 
 
 def missed_peaks(run: xr.Dataset) -> list[str]:
-    """A sentence for each clearance joint whose samples miss its largest force by more than a hundredth."""
+    """A sentence for each joint, guide and weld whose samples miss its largest force by more than a hundredth."""
     lines = []
-    touched = run["contact_joint"].values.astype(str).tolist() if "peak_force" in run else []
-    for joint in sorted({*touched, *(run["film"].values.tolist() if "film" in run.dims else ())}):
+    for joint in sorted(name for dim in ("joint", "weld") if dim in run.dims for name in run[dim].values.tolist()):
         peak = located_peak(run, joint)
         sampled = float(np.max(joint_force(run, joint)))
         if sampled < (1.0 - MISSED) * peak:
@@ -113,15 +117,32 @@ def missed_peaks(run: xr.Dataset) -> list[str]:
     return lines
 
 
-def _ends(mechanism: Mechanism) -> tuple[list[tuple[str, str, str]], list[float]]:
-    """Body, joint and point of each end, and the sign of the joint's reaction there."""
-    sides = [
-        (joint.name, end, sign) for joint in mechanism.joints for end, sign in ((joint.journal, 1.0), (joint.bearing, -1.0))
-    ]
+def _ends(mechanism: Mechanism) -> list[End]:
+    """Bodies at their joints, then at their guides and welds."""
+    ends = [End(*place, sign) for joint in mechanism.joints for place, sign in _sides(joint.name, joint.journal, joint.bearing)]
     for guide in mechanism.guides:
-        sides += [(guide.name, guide.follower, 1.0), (guide.name, (guide.body, ""), -1.0)]
-    sides = [side for side in sides if side[1][0] != GROUND]
-    return [(body, name, point) for name, (body, point), _ in sides], [sign for _, _, sign in sides]
+        ends += [End(*place, sign, guide) for place, sign in _sides(guide.name, guide.follower, (guide.body, ""))]
+    for weld in mechanism.welds:
+        ends += [End(*place, sign, of_weld=True) for place, sign in _sides(weld.name, weld.start, weld.end)]
+    return [end for end in ends if end.body != GROUND]
+
+
+def _sides(name: str, first: BodyPoint, second: BodyPoint) -> tuple[tuple[tuple[str, str, str], float], ...]:
+    return ((first[0], name, first[1]), 1.0), ((second[0], name, second[1]), -1.0)
+
+
+def _at_end(run: xr.Dataset, mechanism: Mechanism, end: End) -> tuple[np.ndarray, np.ndarray]:
+    """Force (nt, 2) and moment (nt,) on the body of an end, about its point; on a guide's carrier where the follower is."""
+    if end.of_weld:
+        at = run.sel(weld=end.joint)
+        return end.sign * at["weld_force"].transpose("time", "axis").values, end.sign * at["weld_moment"].values
+    at = run[["reaction", "reaction_moment"]].sel(joint=end.joint)
+    force, moment = end.sign * at["reaction"].transpose("time", "axis").values, end.sign * at["reaction_moment"].values
+    if end.guide is None and end.sign < 0.0 and mechanism.joint(end.joint).clearance is not None:
+        # the force acts at the journal's centre
+        away = run["eccentricity"].sel(joint=end.joint).transpose("time", "axis").values
+        moment = moment + away[:, 0] * force[:, 1] - away[:, 1] * force[:, 0]
+    return force, moment
 
 
 def _turned(vector: np.ndarray, angle: np.ndarray) -> np.ndarray:
@@ -130,7 +151,7 @@ def _turned(vector: np.ndarray, angle: np.ndarray) -> np.ndarray:
 
 
 def _others(
-    run: xr.Dataset, mechanism: Mechanism, ends: list[tuple[str, str, str]], force: np.ndarray
+    run: xr.Dataset, mechanism: Mechanism, ends: list[End], force: np.ndarray, moment: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """What is missing in the balance of momentum of each body."""
     count = run.sizes["time"]
@@ -141,19 +162,20 @@ def _others(
         other[:, b] = body.mass * (motion["acceleration"].transpose("time", "axis").values - down)
         if body.rotates:
             torque[:, b] = (body.inertia or 0.0) * motion["angular_acceleration"].values
-        for k, (name, joint, point) in enumerate(ends):
-            if name != body.name:
+        for k, end in enumerate(ends):
+            if end.body != body.name:
                 continue
             other[:, b] -= force[:, k]
             if not body.rotates:
                 continue
-            if point:
-                arm = _arm(run, body, point)
+            if end.point:
+                arm = _arm(run, body, end.point)
             else:  # where the follower of a guide is on its carrier
-                led, led_point = mechanism.guide(joint).follower
+                assert end.guide is not None
+                led, led_point = end.guide.follower
                 between = run["position"].sel(body=led) - motion["position"]
                 arm = between.transpose("time", "axis").values + _arm(run, mechanism.body(led), led_point)
-            torque[:, b] -= arm[:, 0] * force[:, k, 1] - arm[:, 1] * force[:, k, 0]
+            torque[:, b] -= arm[:, 0] * force[:, k, 1] - arm[:, 1] * force[:, k, 0] + moment[:, k]
     return other, torque
 
 
@@ -174,6 +196,7 @@ def force_table(forces: xr.Dataset) -> pd.DataFrame:
     for name, label in (("force", "{} [N]"), ("force_along", "along {} of the body [N]")):
         for axis, letter in enumerate("xy"):
             columns[label.format(letter)] = forces[name].values[:, :, axis].ravel()
+    columns["moment [N m]"] = forces["moment"].values.ravel()
     return pd.DataFrame(columns)
 
 
@@ -193,6 +216,8 @@ def envelope(forces: xr.Dataset) -> pd.DataFrame:
             numbers = [size[at], time[at], *along[at, k]]
             numbers += [extreme(along[:, k, axis]) for axis in (0, 1) for extreme in (np.nanmin, np.nanmax)]
             row |= dict(zip(ENVELOPE, map(float, numbers), strict=True))
+        moment = np.abs(forces["moment"].values[:, k])
+        row[MOMENT] = math.nan if np.isnan(moment).all() else float(np.nanmax(moment))
         row[LOCATED] = float(forces["located_peak"].values[k])
         rows.append(row)
     return pd.DataFrame(rows)
@@ -204,7 +229,9 @@ ENVELOPE = (
 )  # fmt: skip
 """Columns of an envelope behind the names."""
 
-LOCATED = "largest force within the steps [N]"  # The last column, for clearance joints
+MOMENT = "largest moment [N m]"
+
+LOCATED = "largest force within the steps [N]"  # The last column
 
 
 def to_csv(table: pd.DataFrame) -> bytes:
@@ -216,7 +243,7 @@ def force_json(forces: xr.Dataset) -> bytes:
     ends = []
     for k, row in enumerate(envelope(forces).to_dict("records")):
         names = {name: row.pop(name) for name in NAMES}
-        courses = {name: _plain(forces[name].values[:, k].tolist()) for name in ("force", "force_along")}
+        courses = {name: _plain(forces[name].values[:, k].tolist()) for name in ("force", "force_along", "moment")}
         ends.append({**names, "envelope": {key: _plain(value) for key, value in row.items()}, **courses})
     whole = {"scissordyn": "pin forces", "units": "SI", "time": forces["time"].values.tolist(), "ends": ends}
     return (json.dumps(whole, allow_nan=False) + "\n").encode()
@@ -294,7 +321,7 @@ def _worst(forces: xr.Dataset, run: xr.Dataset, mechanism: Mechanism, body: Body
     if max(*beside, abs(body.centre[1])) > STRAIGHT * body.extent:
         return "its joints and its mass centre are not on its x axis"
     along = forces["force_along"].values[:, ends]
-    if np.isnan(along).any():
+    if np.isnan(along).any() or np.isnan(forces["moment"].values[:, ends]).any():
         return "a reaction is not determined"
     at = int(np.argmax(np.max(np.hypot(along[..., 0], along[..., 1]), axis=1)))
     other = float(np.hypot(*forces["other_force"].values[at, mechanism.bodies.index(body)]))
@@ -332,7 +359,7 @@ def _loads(
     pins = [body.points[str(forces["end_point"].values[k])][0] for k in ends]
     for k, pin in zip(ends, pins, strict=True):
         lines.append(f"** joint '{forces['end_joint'].values[k]}'")
-        put(pin, complex(*forces["force_along"].values[k]))
+        put(pin, complex(*forces["force_along"].values[k]), float(forces["moment"].values[k]))
     torque = float(forces["other_torque"].values[mechanism.bodies.index(body)])
     lines.append("** drives and friction: a torque at the first joint" if torque else "** no further torque")
     put(pins[0], 0j, torque)

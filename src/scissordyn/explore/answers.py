@@ -72,8 +72,8 @@ def cards(summary: Summary) -> Iterator[Card]:
     """What the designer asked for, in short."""
     force, bars = summary.force, summary.bars
     if force is not None:
-        detail = f"{force.joint}, at {short(force.when, 's')}{_estimated(force)}{parts_of_oiled(force.metal, force.film)}"
-        yield _card("largest force", short(force.force, "N"), detail)
+        less = "" if force.loose is None else f"{short(force.loose.force, 'N')} at {_of_joint(force.loose)}"
+        yield _card("largest force", short(force.force, "N"), _of_joint(force), less)
     yield from map(_of_point, sorted(summary.points, key=lambda point: -point.share)[:MOST_CARDS])
     torques = [actuator for actuator in summary.actuators if math.isfinite(actuator.torque)]
     torques.sort(key=lambda actuator: -actuator.torque / (actuator.limit or math.inf))
@@ -94,6 +94,11 @@ def cards(summary: Summary) -> Iterator[Card]:
 def _card(title: str, value: str, *details: str, met: bool | None = None) -> Card:
     judged = "" if met is None else "met" if met else "missed"
     return {"title": title, "value": value, "detail": "; ".join(filter(None, details)), "judged": judged}
+
+
+def _of_joint(force: ForceAnswer) -> str:
+    where = f"{force.kind} {force.joint}, at {short(force.when, 's')}"
+    return f"{where}{_estimated(force)}{parts_of_oiled(force.metal, force.film)}"
 
 
 def _estimated(force: ForceAnswer) -> str:

@@ -26,6 +26,7 @@ FINITE = {"time": ("time",), **MOTION, **dict.fromkeys(ENERGIES, ("time",))}  # 
 
 JOINTS = {
     "reaction": ("time", "joint", "axis"),
+    "reaction_moment": ("time", "joint"),
     "eccentricity": ("time", "joint", "axis"),
     **dict.fromkeys(("indentation", "normal_force", "friction_force", "slip_speed", "in_contact"), ("time", "joint")),
     "clearance": ("joint",),

@@ -1,4 +1,4 @@
-"""Reactions of ideal joints, guides and drives from the Newton-Euler equations of each body.
+"""Forces and moments of ideal joints, welds, guides and drives from the Newton-Euler equations of each body.
 
 The motion is known, so the reactions are the unknowns of linear equations, three per body. They are solved in the
 least-squares sense by banded normal equations: exact where the reactions are determined, and linear in the number of bodies.
@@ -45,34 +45,37 @@ class Balance(NamedTuple):
     arm: F2  # (entries, 2) Point of application from the mass centre of its anchor, in that body's frame [m]
     anchor: I1  # (entries,) Bodies that carry the point of application and the direction of the force; -1 for the ground
     frame: I1  # (entries,)
-    mass: F1  # (bodies,) Inertia is zero for a body that does not rotate, whose balance of moments its guide keeps
-    inertia: F1  # (bodies,)
+    mass: F1  # (bodies,)
+    inertia: F1  # (bodies,) Zero for a body that does not rotate
+    moments: I1  # (bodies,) 1 where the balance of moments is an equation, 0 for a body that turns for nobody
     length: float  # Scale of the moment equations [m]
-    # Place of each unknown (joints x, y; welds x, y, torque; guides; aligned guides' torques; drives) among the ordered ones
+    # Place of each unknown (joints x, y; welds x, y, moment; guides; moments of guides; drives) among the ordered ones
     order: I1
     band: int  # Half bandwidth of the normal equations
-    # Where the forces of the ideal joints, those of the ideal guides and the torques of the drives begin and end
+    # Range of the unknowns of ideal joints, welds, ideal guides (forces, then moments) and drives
     joints: tuple[int, int]
+    welds: tuple[int, int]
     guides: tuple[int, int]
+    guide_moments: tuple[int, int]
     drives: tuple[int, int]
 
 
 @kernel
 def body_right(B, body, first, lanes, gravity, acceleration, angular_acceleration, known, right):
     """Write the right side of the balance of a body at some instants, (3, lanes)."""
-    rotates = B.inertia[body] > 0.0
+    turns = B.moments[body] == 1
     for lane in range(lanes):
         at = first + lane
         right[0, lane] = B.mass[body] * (acceleration[at, body, 0] - gravity[0]) - known[at, body, 0]
         right[1, lane] = B.mass[body] * (acceleration[at, body, 1] - gravity[1]) - known[at, body, 1]
         moment = B.inertia[body] * angular_acceleration[at, body] - known[at, body, 2]
-        right[2, lane] = moment / B.length if rotates else 0.0
+        right[2, lane] = moment / B.length if turns else 0.0
 
 
 @kernel
 def body_rows(B, body, first, lanes, direction, position, rows):
     """Write the unknowns in the balance of a body at some instants, (3, entries, lanes)."""
-    rotates, start = B.inertia[body] > 0.0, B.start[body]
+    turns, start = B.moments[body] == 1, B.start[body]
     for i in range(start, B.start[body + 1]):
         anchor, frame = B.anchor[i], B.frame[i]
         for lane in range(lanes):
@@ -85,7 +88,7 @@ def body_rows(B, body, first, lanes, direction, position, rows):
             ax = cos * B.arm[i, 0] - sin * B.arm[i, 1] + position[at, anchor, 0] - position[at, body, 0]
             ay = sin * B.arm[i, 0] + cos * B.arm[i, 1] + position[at, anchor, 1] - position[at, body, 1]
             rows[0, i - start, lane], rows[1, i - start, lane] = fx, fy
-            rows[2, i - start, lane] = (ax * fy - ay * fx + B.direction[i, 2]) / B.length if rotates else 0.0
+            rows[2, i - start, lane] = (ax * fy - ay * fx + B.direction[i, 2]) / B.length if turns else 0.0
 
 
 @kernel
@@ -286,12 +289,18 @@ def fill(
         first += lanes
 
 
-def solve_reactions(parts: Balance, gravity: np.ndarray, found: Record) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Reactions of ideal joints, guides and drives at many instants.
+class Reactions(NamedTuple):
+    """Forces and moments of ideal joints at some instants; NaN where they are not determined."""
 
-    Shapes: `gravity` (2,) [m/s^2]; returns `joints` (nt, ideal joints, 2) [N], `guides` (nt, ideal guides) [N], `torques` (nt,
-    drives) [N m].
-    """
+    joints: np.ndarray  # (nt, ideal joints, 2) On the journals [N]
+    weld_forces: np.ndarray  # (nt, welds, 2) On the start's bodies [N]
+    weld_moments: np.ndarray  # (nt, welds) On the start's bodies, about the weld [N m]
+    guides: np.ndarray  # (nt, ideal guides) On the followers, across the guide [N]
+    guide_moments: np.ndarray  # (nt, guides with a moment) On the followers, about the guided points [N m]
+
+
+def solve_reactions(parts: Balance, gravity: np.ndarray, found: Record) -> Reactions:
+    """Forces and moments of ideal joints, welds and guides at many instants; `gravity` (2,) [m/s^2]."""
     instants, unknowns = found.direction.shape[0], parts.order.size
     values = np.zeros((instants, unknowns))
     if unknowns:
@@ -311,5 +320,14 @@ def solve_reactions(parts: Balance, gravity: np.ndarray, found: Record) -> tuple
         motion = found.direction, found.position, found.acceleration, found.angular_acceleration, found.load
         fill(parts, gravity, *motion, work, values)
     values = values[:, parts.order]
-    joints, guides, drives = (values[:, first:last] for first, last in (parts.joints, parts.guides, parts.drives))
-    return joints.reshape(instants, joints.shape[1] // 2, 2), guides, parts.length * drives
+    joints, welds, guides, moments = (
+        values[:, first:last] for first, last in (parts.joints, parts.welds, parts.guides, parts.guide_moments)
+    )
+    welds = welds.reshape(instants, welds.shape[1] // 3, 3)
+    return Reactions(
+        joints.reshape(instants, joints.shape[1] // 2, 2),
+        welds[:, :, :2],
+        parts.length * welds[:, :, 2],
+        guides,
+        parts.length * moments,
+    )

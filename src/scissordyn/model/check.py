@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from scissordyn.model.mechanism import Mechanism
 
 
-DIMENSIONS = ("time", "body", "joint", "axis", "drive", "contact", "event")
+DIMENSIONS = ("time", "body", "joint", "weld", "axis", "drive", "contact", "event")
 """Dimensions of every run, which are no sections of components."""
 
 SAME_PLACE = 1e-9  # Points of one body nearer to each other than this fraction of the mechanism's size are one point

@@ -6,7 +6,7 @@ The balances have the reactions of ideal joints, guides and drives as unknowns.
 from __future__ import annotations
 
 import math
-from itertools import accumulate
+from itertools import accumulate, pairwise
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from scissordyn.components.place import GROUND, BodyPoint, Point
 from scissordyn.mechanics.body_maps import ANGLE, DISTANCE, SLIDE, BodyMaps
 from scissordyn.mechanics.reactions import Balance
 from scissordyn.model.coupling import Coordinate, Distance, RelativeAngle
+from scissordyn.model.joint import Guide
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.acting import acting
 from scissordyn.plan.coordinates import Coordinates, PointMap, joined, stacked
@@ -112,6 +113,7 @@ def balance(mechanism: Mechanism) -> Balance:
     sizes = [math.hypot(*point) for body in mechanism.bodies for point in body.points.values()]
     length = max([size for size in sizes if size > 0.0], default=1.0)
     kinds = _unknowns(mechanism, length)
+    held = {guide.follower[0] for guide in guides_with_moment(mechanism)}
     first = list(accumulate(map(len, kinds), initial=0))
     entries: dict[str, list[tuple[int, tuple[float, float, float], Point, int, int]]] = {name: [] for name in index}
     for unknown, actions in enumerate(actions for kind in kinds for actions in kind):
@@ -131,19 +133,32 @@ def balance(mechanism: Mechanism) -> Balance:
         frame=np.array([frame for *_, frame in listed], np.int64),
         mass=np.array([body.mass for body in mechanism.bodies], float),
         inertia=np.array([body_inertia(mechanism, body) if body.rotates else 0.0 for body in mechanism.bodies], float),
+        moments=np.array([body.rotates or body.name in held for body in mechanism.bodies], np.int64),
         length=length,
         order=order,
         band=reach(near, order),
-        joints=(first[0], first[1]),
-        guides=(first[2], first[3]),
-        drives=(first[4], first[5]),
+        **dict(zip(("joints", "welds", "guides", "guide_moments", "drives"), pairwise(first), strict=True)),
     )
 
 
-def _unknowns(mechanism: Mechanism, length: float) -> list[list[list[Action]]]:
-    """What each unknown does to bodies: of joints, welds, guides, the alignments of guides, and drives.
+def guides_with_moment(mechanism: Mechanism) -> tuple[Guide, ...]:
+    """The ideal guides that transmit a moment: aligned ones, and the first guide of a body without inertia.
 
-    Torques are in units of `length`.
+    A guide keeps the angle of a body without inertia. Of several guides of such a body the first one has the whole moment.
+    """
+    chosen, held = list[Guide](), set[str]()
+    for guide in mechanism.ideal_guides:
+        follower = mechanism.body(guide.follower[0])
+        if guide.aligned or (not follower.rotates and follower.name not in held):
+            chosen.append(guide)
+            held.add(follower.name)
+    return tuple(chosen)
+
+
+def _unknowns(mechanism: Mechanism, length: float) -> list[list[list[Action]]]:
+    """What each unknown does to bodies: of joints, welds, guides, the moments of guides, and drives.
+
+    Moments are in units of `length`.
     """
 
     def forces(start: BodyPoint, end: BodyPoint) -> list[list[Action]]:
@@ -156,14 +171,15 @@ def _unknowns(mechanism: Mechanism, length: float) -> list[list[list[Action]]]:
     for weld in mechanism.welds:
         torque = [(at[0], (0.0, 0.0, sign * length), at, GROUND) for at, sign in ((weld.start, 1.0), (weld.end, -1.0))]
         welds += [*forces(weld.start, weld.end), torque]
-    guides, alignments = list[list[Action]](), list[list[Action]]()
+    guides, moments = list[list[Action]](), list[list[Action]]()
     for guide in mechanism.ideal_guides:
         x, y, follower, at = -math.sin(guide.direction), math.cos(guide.direction), guide.follower[0], guide.follower
         guides.append([(follower, (x, y, 0.0), at, guide.body), (guide.body, (-x, -y, 0.0), at, guide.body)])
-        if guide.aligned:
-            alignments.append([(follower, (0.0, 0.0, length), at, GROUND), (guide.body, (0.0, 0.0, -length), at, GROUND)])
+    for guide in guides_with_moment(mechanism):
+        follower, at = guide.follower[0], guide.follower
+        moments.append([(follower, (0.0, 0.0, length), at, GROUND), (guide.body, (0.0, 0.0, -length), at, GROUND)])
     drives: list[list[Action]] = []
     for drive in mechanism.drives:
         anchor = drive.body, next(iter(mechanism.body(drive.body).points))
         drives.append([(drive.body, (0.0, 0.0, length), anchor, GROUND)])
-    return [joints, welds, guides, alignments, drives]
+    return [joints, welds, guides, moments, drives]

@@ -18,6 +18,7 @@ from scissordyn.mechanics.system import FrictionWorkspace, Model
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.acting import acting, scratch
 from scissordyn.plan.bending import beam_mass, bends
+from scissordyn.plan.bodies import guides_with_moment
 from scissordyn.plan.coordinates import Coordinates, PointMap, stacked
 
 MOST_STATES = 40
@@ -105,9 +106,9 @@ def _guide(
                 return (force, -1), 0.0
             if not part.length > 0.0:
                 raise InputError(f"{label} without the length of its follower, which '{guide.name}' keeps aligned", "a length")
-            aligned = sum(other.aligned for other in guides[:g])
+            moment = [other.name for other in guides_with_moment(mechanism)].index(guide.name)
             # the unknown moment is in units of the balance's length
-            return (force, int(balance.order[balance.guides[1] + aligned])), 2.0 * balance.length / part.length
+            return (force, int(balance.order[balance.guide_moments[0] + moment])), 2.0 * balance.length / part.length
     listed = "; ".join(
         f"start on '{guide.body}', end = '{'.'.join(guide.follower)}', direction = {math.degrees(guide.direction):.6g} deg"
         for guide in guides

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from scissordyn.record.joint_force import joint_force
+from scissordyn.record.joint_force import clearance_joints, joint_force, oiled_joints
 from scissordyn.record.summary import actuator_limits
 
 OF_COMPONENTS = (("control_torque", "actuator", "peak_control_torque"), ("motor_torque", "motor", "motor_peak_torque"))
@@ -67,7 +67,8 @@ def force_curve(run: xr.Dataset, joint: str, *, normal: bool = False) -> xr.Data
     time = run["time"].values
     values = run["normal_force"].sel(joint=joint).values if normal else joint_force(run, joint)
     attributes = {"units": "N", "long_name": "normal force" if normal else "force"}
-    if not normal and "joint_peak_force" in run and np.isfinite(peak := run["joint_peak_force"].sel(joint=joint).values):
+    dry = joint in clearance_joints(run) and joint not in oiled_joints(run)
+    if not (normal or dry) and np.isfinite(peak := run["joint_peak_force"].sel(joint=joint).values):
         time, values = with_instants(time, values, run["joint_peak_force_time"].sel(joint=joint).values[None], peak[None])
         return xr.DataArray(values, {"time": time}, ("time",), attrs=attributes)
     contacts = contact_times(run, joint, normal=normal)

@@ -32,7 +32,7 @@ ROUND_OFF = 1e-12  # Forces below this part of the largest number are round-off;
 STARTS = {
     "drive": ("drive torque", "rod force ", "coordinate drive "),
     "coupling": ("coupling ",),
-    "reaction": ("reaction ",),
+    "reaction": ("reaction ", "weld "),
 }
 """Panels, and how the names of their forces begin; those of components have other names."""
 

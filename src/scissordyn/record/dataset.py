@@ -10,7 +10,6 @@ import numpy as np
 
 from scissordyn.casefile.configuration import TITLE
 from scissordyn.components.declaration import Component
-from scissordyn.components.place import GROUND
 from scissordyn.components.port import AXIS
 from scissordyn.control.signal import MEASURED
 from scissordyn.errors import InputError
@@ -21,22 +20,20 @@ from scissordyn.mechanics.monitored import (
     EXCEEDED,
     FRICTION_RATIO,
     INDENTATION,
-    JOINT_FORCE,
     PRESSURE_VELOCITY,
-    oiled_contacts,
 )
 from scissordyn.mechanics.outputs import Record
-from scissordyn.mechanics.reactions import solve_reactions
 from scissordyn.mechanics.system import RESULTS
 from scissordyn.plan.acting import states_of
 from scissordyn.plan.plan import Plan
-from scissordyn.record.bars import bar_variables, with_distributed_mass
+from scissordyn.record.bars import bar_variables
 from scissordyn.record.coupling import coupling_variables
 from scissordyn.record.events import ACCOUNTS, accounts, contact_variables, event_variables
 from scissordyn.record.film import film_variables
 from scissordyn.record.results import Results, Variables, described, labels, located
 from scissordyn.record.track import track_variables
 from scissordyn.record.trajectory import Trajectory
+from scissordyn.record.transmitted import FORCE, MOMENT, peak_variables, transmitted, weld_variables
 from scissordyn.units import State
 
 
@@ -104,27 +101,6 @@ def motion_variables(plan: Plan, record: Record) -> Variables:
     return variables
 
 
-def _reactions(plan: Plan, record: Record, time: np.ndarray) -> np.ndarray:
-    """Forces on the journals of joints and on the followers of guides, shape (nt, joints, 2) [N]."""
-    joints, guided, _ = solve_reactions(plan.balance, plan.gravity_vector, with_distributed_mass(plan, record, time))
-    reaction = np.zeros((record.X.shape[0], len(plan.mechanism.joint_names), 2))
-    at = plan.places(contact.name for contact in plan.contacts)
-    reaction[:, at] = record.wrench[:, : at.size, :2]
-    films = len(plan.contacts) + len(plan.mechanism.components)
-    for f, (joint, _, _) in enumerate(plan.lubricated):
-        reaction[:, plan.places([joint.name])[0]] += record.wrench[:, films + f, :2]
-    for j, point in enumerate(plan.mechanism.contact_points, len(plan.mechanism.clearance_joints)):
-        reaction[:, plan.places([point.guide])] += record.wrench[:, j : j + 1, :2]
-    reaction[:, plan.places(joint.name for joint in plan.mechanism.ideal_joints)] = joints
-    for g, guide in enumerate(plan.mechanism.ideal_guides):
-        across = np.array([-math.sin(guide.direction), math.cos(guide.direction)])
-        if guide.body != GROUND:
-            cos, sin = record.direction[:, plan.bodies.index(plan.mechanism.body(guide.body))].T
-            across = np.stack([cos * across[0] - sin * across[1], sin * across[0] + cos * across[1]], axis=1)
-        reaction[:, plan.places([guide.name])[0]] = guided[:, g : g + 1] * across
-    return reaction
-
-
 WEAR = "product of mean pressure F_n/(2 R_J L_b) and slip speed"
 
 
@@ -138,8 +114,13 @@ def spread(values: np.ndarray, places: np.ndarray, count: int, fill: float = np.
 def _joint_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
     """Quantities per joint; those that exist at clearance joints only are NaN at ideal ones."""
     per_joint, joints = ("time", "joint"), len(plan.mechanism.joint_names)
-    what = "force on the journal (contact and film at clearance joints, reaction at ideal ones), on the follower for guides"
-    variables = {"reaction": described((*per_joint, "axis"), _reactions(plan, record, path.samples.time), "N", what)}
+    found = transmitted(plan, record, path.samples.time)
+    variables = {
+        "reaction": described((*per_joint, "axis"), found.force, "N", FORCE),
+        "reaction_moment": described(per_joint, found.moment, "N m", MOMENT),
+        **weld_variables(plan, found),
+        **peak_variables(plan, path, found),
+    }
     if not plan.contacts:
         return variables
     at = plan.places(contact.name for contact in plan.contacts)
@@ -172,7 +153,7 @@ def _joint_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
 def _joint_peaks(plan: Plan, path: Trajectory, at: np.ndarray) -> Variables:
     """Located maxima per joint; NaN where there is no such quantity."""
     joints, about = len(plan.mechanism.joint_names), "friction over the static limit of its law"
-    bristles, oiled = at[path.monitored(FRICTION_RATIO)], at[oiled_contacts(path.system.content.model)]
+    bristles = at[path.monitored(FRICTION_RATIO)]
     variables = {}
     if path.peaks(PRESSURE_VELOCITY).size:
         product = spread(path.peaks(PRESSURE_VELOCITY), at, joints)
@@ -181,9 +162,6 @@ def _joint_peaks(plan: Plan, path: Trajectory, at: np.ndarray) -> Variables:
             "pressure_distance": described("joint", product["integral"], "Pa m", f"integral of the {WEAR}"),
         }
     variables |= located("peak_indentation", "joint", spread(path.peaks(INDENTATION), at, joints), "m", "indentation")
-    if oiled.size:
-        text = "force that an oiled joint transmits, of metal and film"
-        variables |= located("joint_peak_force", "joint", spread(path.peaks(JOINT_FORCE), oiled, joints), "N", text)
     if bristles.size:
         ratio = spread(path.peaks(FRICTION_RATIO), bristles, joints)
         text = f"largest {about}, where the law has internal states"

@@ -1,4 +1,4 @@
-"""The forces of joints with clearance: of each joint, the largest of a run, and the one after the start.
+"""The forces that joints, guides and welds transmit: the largest of a run, and the largest after the start.
 
 At the start of a run concentric journals fall through their clearances.
 """
@@ -14,16 +14,13 @@ import numpy as np
 
 from scissordyn.errors import InputError, printable
 from scissordyn.record.results import Run, along
+from scissordyn.record.transmitted import FALLS
 from scissordyn.units import short
 
 if TYPE_CHECKING:
     import xarray as xr
 
 ESTIMATE = "an estimate, as contact is hard"
-
-FALLS = 20.0
-"""Length of the start, in times until every joint that has contacts has had its first one. Of six units under gravity that is
-1.6 ms, the largest force comes at 6.2 ms, and from 30 ms on it is that of the load."""
 
 LESS = 0.9  # Part of the largest force below which the largest one after the start is given beside it
 
@@ -55,9 +52,11 @@ def clearance_joints(run: Run) -> list[str]:
 
 
 def joint_force(run: Run, joint: str) -> np.ndarray:
-    """Size of all that a joint transmits, at the samples [N]."""
-    k = run.variables["joint"].values.tolist().index(joint)
-    return np.asarray(np.hypot(*along(run.variables["reaction"], "joint", "axis", "time")[k]))
+    """Size of all that a joint, a guide or a weld transmits, at the samples [N]."""
+    names = run.variables["joint"].values.tolist()
+    dim, force = ("joint", "reaction") if joint in names else ("weld", "weld_force")
+    k = run.variables[dim].values.tolist().index(joint)
+    return np.asarray(np.hypot(*along(run.variables[force], dim, "axis", "time")[k]))
 
 
 def largest_force(run: xr.Dataset, joint: str, start: float = -math.inf, end: float = math.inf) -> float:
@@ -70,13 +69,18 @@ def largest_force(run: xr.Dataset, joint: str, start: float = -math.inf, end: fl
     if "joint_peak_force" in run and np.isfinite(whole := float(run["joint_peak_force"].sel(joint=joint))):
         sizes.append(np.array([whole]))
         whens.append(run["joint_peak_force_time"].sel(joint=joint).values[None])
-    elif "contact_joint" in run:
+    if "contact_joint" in run and joint not in oiled_joints(run):
         here = run["contact_joint"].values.astype(str) == joint
         sizes.append(run["peak_force"].values[here])
         begun = run["contact_start"].values[here]
         whens.append(np.where(np.isnan(sizes[-1]), begun, begun + run["peak_time"].values[here]))
     size, when = np.concatenate(sizes), np.concatenate(whens)
     return float(np.max(size[(when >= start) & (when <= end)], initial=0.0))
+
+
+def oiled_joints(run: Run) -> list[str]:
+    names: list[str] = run.variables["film"].values.astype(str).tolist() if "film" in run else []
+    return names
 
 
 def some_clearance_joints(run: xr.Dataset) -> list[str]:
@@ -93,7 +97,7 @@ def some_clearance_joints(run: xr.Dataset) -> list[str]:
 
 @dataclass(frozen=True)
 class JointSummary(Answer):
-    """The contacts and the largest force of one joint in a run."""
+    """The contacts and the largest force of one joint, guide or weld in a run."""
 
     name: str
     contacts: int
@@ -112,7 +116,7 @@ class JointSummary(Answer):
 def joint_summaries(run: Run) -> list[JointSummary]:
     """The joints of a run that had contacts, in the order of their first ones, then oiled ones without."""
     end, summaries = float(run.attrs["end"]), []
-    oiled = run["film"].values.tolist() if "joint_peak_force" in run else []
+    oiled = oiled_joints(run)
     for joint in dict.fromkeys([*run["contact_joint"].values.tolist(), *oiled]):
         here = run["contact_joint"].values == joint
         start, lasting = (run[name].values[here] for name in ("contact_start", "contact_duration"))
@@ -128,6 +132,20 @@ def joint_summaries(run: Run) -> list[JointSummary]:
                 "film": float(run["film_peak_force"].values[film]),
             }
         summaries.append(JointSummary(str(joint), start.size, fraction, **numbers))
+    return summaries
+
+
+def ideal_summaries(run: Run) -> list[JointSummary]:
+    """Joints, guides and welds that are no contacts and transmit a force, each with its largest one."""
+    summaries = []
+    for dim in ("joint", "weld"):
+        if f"{dim}_peak_force" not in run:
+            continue
+        loose = clearance_joints(run) if dim == "joint" else []
+        columns = (run[name].values.tolist() for name in (dim, f"{dim}_peak_force", f"{dim}_peak_force_time"))
+        for name, largest, when in zip(*columns, strict=True):
+            if name not in loose and largest > 0.0:
+                summaries.append(JointSummary(str(name), 0, 0.0, largest, when))
     return summaries
 
 
@@ -170,9 +188,10 @@ def parts_of_oiled(metal: float, film: float) -> str:
 
 @dataclass(frozen=True)
 class ForceAnswer(Answer):
-    """The largest force that a clearance joint transmits in a run."""
+    """The largest force that a joint, a guide or a weld transmits in a run."""
 
     joint: str
+    kind: str  # "clearance joint", "ideal joint", "guide", "contact point" or "weld"
     force: float  # [N]
     when: float  # [s]
     estimated: bool = False  # Of a hard contact
@@ -181,21 +200,28 @@ class ForceAnswer(Answer):
     metal: float = math.nan  # Of an oiled joint, the largest of each part, at instants of their own [N]; NaN of a dry one
     film: float = math.nan
     least: float = math.nan  # The least that it is estimated to be [N]
+    loose: ForceAnswer | None = None  # The largest at a clearance joint, where another joint transmits more
 
     def __str__(self) -> str:
-        estimate = f"; {estimate_in_words(self.force, self.least)}" if self.estimated else ""
         more = ""
         if self.start is not None and self.after is not None:
             more = (
                 f" It belongs to the start, as journals fall from the middle of their bearings: after {short(self.start, 's')} "
                 f"the largest is {short(self.after, 'N')}."
             )
-        where = f"at joint {printable(self.joint)}, at {short(self.when, 's')}"
-        return f"Largest force: {short(self.force, 'N')} {where}{parts_of_oiled(self.metal, self.film)}{estimate}.{more}"
+        less = "" if self.loose is None else f"; {self.loose.words}"
+        return f"Largest force: {self.words}{less}.{more}"
+
+    @property
+    def words(self) -> str:
+        """Size, place and instant, the parts of metal and film, and whether it is an estimate."""
+        estimate = f"; {estimate_in_words(self.force, self.least)}" if self.estimated else ""
+        where = f"at {self.kind} {printable(self.joint)}, at {short(self.when, 's')}"
+        return f"{short(self.force, 'N')} {where}{parts_of_oiled(self.metal, self.film)}{estimate}"
 
 
 def force_after_start(run: Run, start: str, joint: JointSummary) -> tuple[float, float] | None:
-    """End of the start [s] and the largest force after it [N], at the contacts that begin then and the samples.
+    """End of the start [s] and the largest force of all joints after it [N].
 
     None where journals do not start concentric, the largest force is not of the start, the run ends in it, or the load of that
     joint is larger in the start than it ever is after it: then the motion explains the force, too.
@@ -208,9 +234,12 @@ def force_after_start(run: Run, start: str, joint: JointSummary) -> tuple[float,
     time = run["time"].values
     if not when < end < float(run.attrs["end"]) or not (time >= end).any():
         return None
-    peaks = [run[name].values[begun >= end] for name in ("peak_force", "peak_force_estimate") if name in run]
-    after = np.concatenate([*peaks, *(joint_force(run, joint)[time >= end] for joint in clearance_joints(run))])
-    largest = float(np.nanmax(after)) if np.isfinite(after).any() else 0.0
+    after = [run["peak_force_estimate"].values[begun >= end]] if "peak_force_estimate" in run else []
+    located = ("joint_peak_force_after_start", "weld_peak_force_after_start")
+    after += [run[name].values for name in located if name in run]
+    after += [joint_force(run, joint)[time >= end] for joint in clearance_joints(run)]
+    known = np.concatenate(after)
+    largest = float(np.nanmax(known)) if np.isfinite(known).any() else 0.0
     if largest >= LESS * force or _largest_load(run, joint.name, 0.0, end) * LESS > _largest_load(run, joint.name, end, end):
         return None
     return end, largest

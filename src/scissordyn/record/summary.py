@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,7 +15,15 @@ from scissordyn.components.actuator import Actuator
 from scissordyn.components.motor import Motor
 from scissordyn.errors import InputError, printable
 from scissordyn.model.options import Options
-from scissordyn.record.joint_force import Answer, ForceAnswer, JointSummary, force_after_start, joint_summaries
+from scissordyn.record.joint_force import (
+    Answer,
+    ForceAnswer,
+    JointSummary,
+    clearance_joints,
+    force_after_start,
+    ideal_summaries,
+    joint_summaries,
+)
 from scissordyn.record.placement import placed
 from scissordyn.record.results import Run, along
 from scissordyn.record.track import PARTS
@@ -174,7 +183,7 @@ class Summary(Answer):
 
     points: tuple[PointAnswer, ...]  # Each tracked point against its tolerance
     actuators: tuple[ActuatorAnswer, ...]  # Each drive, actuator and motor against its limit
-    force: ForceAnswer | None  # None for a run without contacts
+    force: ForceAnswer | None  # None for a run in which no joint transmits a force
     span: SpanAnswer | None  # None where the run does not say where its points are
     bars: BarAnswer | None  # None where no bar bends
     work: dict[str, float]  # Work over the whole run by whose it is, and "dissipated" [J]
@@ -211,14 +220,12 @@ def summary_of(run: Run, configuration: Configuration | None = None) -> Summary:
         configuration = read_configuration(run)
     trusted = float(run.attrs.get("trusted_until", math.nan))
     is_known = math.isfinite(trusted)
-    joints = joint_summaries(run) if "contact_joint" in run else []
-    largest = max((joint for joint in joints if not math.isnan(joint.largest)), key=lambda joint: joint.largest, default=None)
     described = None if configuration is None else configuration.mechanism
     options = None if configuration is None else configuration.options
     return Summary(
         points=tuple(_points(run, described)),
         actuators=tuple(_actuators(run, described)),
-        force=None if largest is None else _force(run, largest, options),
+        force=_force(run, described, options),
         span=_span(run, described),
         bars=_bars(run),
         work=_work(run),
@@ -228,12 +235,46 @@ def summary_of(run: Run, configuration: Configuration | None = None) -> Summary:
     )
 
 
-def _force(run: Run, joint: JointSummary, options: Options | None) -> ForceAnswer:
-    later = None if options is None else force_after_start(run, options.start, joint)
-    start, after = later or (None, None)
+def _force(run: Run, described: Any, options: Options | None) -> ForceAnswer | None:
+    """The largest force of all joints; beside it that of clearance joints where it is another one."""
+    loose = _largest(joint_summaries(run) if "contact_joint" in run else [])
+    whole = _largest([*ideal_summaries(run), *([] if loose is None else [loose])])
+    if whole is None:
+        return None
+    start, after = (None if options is None else force_after_start(run, options.start, whole)) or (None, None)
+    found = _answer(run, whole, described)
+    less = None if loose is None or loose is whole else _answer(run, loose, described)
+    return dataclasses.replace(found, start=start, after=after, loose=less)
+
+
+def _largest(joints: Sequence[JointSummary]) -> JointSummary | None:
+    known = [joint for joint in joints if joint.largest > 0.0]
+    return max(known, key=lambda joint: joint.largest, default=None)
+
+
+def _answer(run: Run, joint: JointSummary, described: Any) -> ForceAnswer:
     return ForceAnswer(
-        joint.name, joint.largest, joint.when, joint.estimated, start, after, joint.metal, joint.film, joint.least
+        joint.name,
+        _kind(run, joint.name, described),
+        joint.largest,
+        joint.when,
+        joint.estimated,
+        metal=joint.metal,
+        film=joint.film,
+        least=joint.least,
     )
+
+
+def _kind(run: Run, joint: str, described: Any) -> str:
+    """What transmits a force, in words."""
+    if joint not in run["joint"].values.tolist():
+        return "weld"
+    guides = [] if described is None else described.guides
+    if joint in [guide.name for guide in guides]:
+        return "guide"
+    if joint in [point.name for point in ([] if described is None else described.contact_points)]:
+        return "contact point"
+    return "clearance joint" if joint in clearance_joints(run) else "ideal joint"
 
 
 def _points(run: Run, described: Any) -> Iterator[PointAnswer]:

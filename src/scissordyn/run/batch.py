@@ -23,13 +23,14 @@ from scissordyn.model.parameter_path import changed_all, find, number
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.plan.system import make_system, put_numbers
 from scissordyn.record.ideal_path import IdealPath
+from scissordyn.record.transmitted import FEWEST
 from scissordyn.record.warn import Extremes
 from scissordyn.run.advance.driver import FIRST_STEPS, Driver
 from scissordyn.run.advance.loop import SLICE, UNFINISHED, advance_together
 from scissordyn.run.engine import outcomes, workers_of
 from scissordyn.run.ideal_path import ideal_path, stages
 from scissordyn.run.measure import COMPONENT_UNIT, MEASURES, Ended, Measure, check_measures, component_units, parts_of
-from scissordyn.run.trajectory import broken_off, make_driver, model_failure, reach
+from scissordyn.run.trajectory import MOST_RECORDED, broken_off, make_driver, model_failure, reach
 from scissordyn.run.trajectory_warnings import ignored_roots, stepping_warnings
 
 TITLE = "scissordyn batch"
@@ -197,9 +198,17 @@ class Worker:
     """One thread's arrays, which it keeps from case to case: it prepares some cases and advances them one after another."""
 
     def __init__(
-        self, base: Plan, options: Options, *, compares: bool = False, sampled: bool = False, still: bool = False
+        self,
+        base: Plan,
+        options: Options,
+        *,
+        compares: bool = False,
+        sampled: bool = False,
+        still: bool = False,
+        records: bool = False,
     ) -> None:
-        self.base, self.options, self.compares, self.sampled, self.still = base, options, compares, sampled, still
+        self.base, self.options, self.records = base, options, records
+        self.compares, self.sampled, self.still = compares, sampled, still
         self.slots: list[_Slot] = []
         self.path: IdealPath | None = None
         self.seconds, self.slice = 0.0, FIRST_STEPS
@@ -224,8 +233,11 @@ class Worker:
             try:
                 driver = slot.started(mechanism(case), self.options, partial(perturb, case))
                 slot.path = self._compare(driver) if self.compares else None
-                if self.sampled:
-                    driver.sample_at(np.linspace(0.0, self.options.until, self.options.count))
+                if self.sampled or self.records:
+                    count = self.options.count if self.sampled else FEWEST
+                    driver.sample_at(np.linspace(0.0, self.options.until, count))
+                if self.records:
+                    driver.record_steps(inside=True, most=MOST_RECORDED)
                 ready.append((case, slot, driver))
             except ScissordynError as error:
                 rows.append(Row(case, None, str(error)))
@@ -341,7 +353,10 @@ class _Batch:
             self.cause[case], self.status[case] = cause, "failed"
             return
         for name, value in values.items():
-            self.values[name][case] = value
+            place = self.values[name][case, ...]
+            if self.measures[name].dims == ("joint",) and np.ndim(value):  # of contacts alone, but for the largest force
+                place = place[: np.size(value)]
+            place[...] = value
         self.warnings[case] = "\n".join([*row.warned, *Extremes(ended.plan).add(ended.path).texts()])
         self.seconds[case] = row.seconds
         self.status[case] = "complete"
@@ -353,6 +368,7 @@ class _Batch:
         sampled = any(measure.sampled for measure in chosen)
         free: queue.SimpleQueue[Worker] = queue.SimpleQueue()
         kinds = {"compares": compares, "sampled": sampled, "still": bool(chosen) and all(measure.static for measure in chosen)}
+        kinds["records"] = any(measure.recorded for measure in chosen)
         workers = [Worker(base, self.options, **kinds) for _ in range(min(threads, cases))]
         for worker in workers:
             free.put(worker)

@@ -23,11 +23,9 @@ from scissordyn.mechanics.monitored import (
     COUPLING_FORCE,
     DRIVE_TORQUE,
     INDENTATION,
-    JOINT_FORCE,
     POWERS,
     PRESSURE_VELOCITY,
     TRACK_DEVIATION,
-    oiled_contacts,
 )
 from scissordyn.mechanics.outputs import Record
 from scissordyn.model.mechanism import Mechanism
@@ -37,6 +35,7 @@ from scissordyn.record.events import ACCOUNTS, accounts, peak_forces
 from scissordyn.record.ideal_path import IdealPath
 from scissordyn.record.internal_forces import bars_of
 from scissordyn.record.track import PARTS, SETTLING, settling_times, tracked
+from scissordyn.record.transmitted import force_peaks
 from scissordyn.run.advance.driver import Driver
 from scissordyn.run.deviation import deviation_parts
 from scissordyn.run.trajectory import reached
@@ -63,12 +62,24 @@ class Ended:
         """Values of clearance joints, and NaN of contact points, which follow these."""
         return np.append(values, np.full(len(self.plan.contacts) - values.size, math.nan))
 
+    @cached_property
+    def force_peaks(self) -> np.ndarray:
+        """Largest forces of all joints and guides, then of welds [N]; NaN for a hard contact."""
+        return force_peaks(self.plan, self.path).size
+
     def largest_forces(self) -> np.ndarray:
-        """Largest force of each joint: normal force, friction and film together [N]; NaN for a hard contact."""
-        forces = self.per_joint(lambda contacts: np.max(contacts["peak_force"], initial=0.0))
-        forces[self.plan.hard_places] = math.nan
-        forces[oiled_contacts(self.driver.system.content.model)] = self.peaks(JOINT_FORCE)
-        return forces
+        """Largest force of each contact, then of all ideal joints, guides and welds together [N]; NaN for a hard contact."""
+        at = self.plan.places(contact.name for contact in self.plan.contacts)
+        others = np.delete(self.force_peaks, at)
+        known = others[np.isfinite(others)]
+        largest = [float(np.max(known)) if known.size else math.nan] * bool(others.size)
+        return np.array([*self.force_peaks[at].tolist(), *largest], float)
+
+    def reactions(self) -> np.ndarray:
+        """Largest force of each joint and guide, then of each weld [N]; NaN for a hard contact."""
+        points = len(self.mechanism.contact_points)
+        joints = len(self.mechanism.joint_names) - points
+        return np.delete(self.force_peaks, np.arange(joints, joints + points))
 
     def estimated_forces(self) -> np.ndarray:
         """Estimated largest force of each hard contact [N]; NaN for compliant ones."""
@@ -151,6 +162,7 @@ class Measure:
     compares: bool = False  # Whether it is a deviation from the commanded path, which is then computed too
     sampled: bool = False  # Whether it needs equally spaced samples
     static: bool = False  # Whether it needs no run
+    recorded: bool = False  # Whether it needs what the integration keeps at the ends of steps
 
 
 def _of_bars(quantity: str, units: str, text: str) -> Measure:
@@ -220,14 +232,16 @@ def _of_couplings(dim: str) -> Measure:
     return Measure("N or N m", f"largest force [N] or torque [N m] {words}", (dim,), value)
 
 
-_FORCE = "largest force that a joint transmits: normal force, friction and film together"
+_FORCE = "largest force that a joint transmits: of each joint with clearance, and of all others together"
+_REACTION = "largest force that a joint, a guide or a weld transmits"
 _HARD_FORCE = "estimated largest normal force in a hard contact; NaN for compliant ones"
 _WEAR = "product of mean pressure F_n/(2 R_J L_b) and slip speed, NaN for contact points"
 _JOINT, _DRIVE = ("joint",), ("drive",)
 
 MEASURES: Mapping[str, Measure] = MappingProxyType(
     {
-        "peak_force": Measure("N", _FORCE, _JOINT, Ended.largest_forces),
+        "peak_force": Measure("N", _FORCE, _JOINT, Ended.largest_forces, recorded=True),
+        "peak_reaction": Measure("N", _REACTION, ("transmitting",), Ended.reactions, recorded=True),
         "peak_force_estimate": Measure("N", _HARD_FORCE, _JOINT, Ended.estimated_forces),
         "peak_approach_speed": _of_contacts(
             "m/s", "largest approach speed", lambda contacts: np.max(contacts["approach_speed"], initial=0.0)
@@ -305,10 +319,17 @@ def component_units(mechanism: Mechanism) -> dict[str, str]:
     return {name: port.outputs[0].unit if port.outputs else "1" for name, port in ports.items()}
 
 
+IDEAL_JOINTS = "ideal joints"
+"""The last of the joints of a measure: what has no contact of its own, which is ideal joints, guides and welds."""
+
+
 def parts_of(mechanism: Mechanism) -> dict[str, list[str]]:
     """Names along the dimensions of measures."""
+    ideal = len(mechanism.ideal_joints) + len(mechanism.ideal_guides) + len(mechanism.welds)
+    guides = len(mechanism.guides) - len(mechanism.ideal_guides)
     return {
-        "joint": [contact.name for contact in mechanism.contacts],
+        "joint": [*(contact.name for contact in mechanism.contacts), *[IDEAL_JOINTS] * bool(ideal + guides)],
+        "transmitting": [part.name for parts in (mechanism.joints, mechanism.guides, mechanism.welds) for part in parts],
         "drive": [drive.body for drive in mechanism.drives],
         "component": [component.name for component in mechanism.components],
         "rod": [rod.name for rod in mechanism.rods],

@@ -65,7 +65,7 @@ def compared(
     """A run, and its state at all instants at which it can be compared with another."""
     wanted = sample_times(options, curves=curves)
     every = np.union1d(wanted, np.linspace(0.0, options.until, INSTANTS))
-    path = compute(plan, options, progress, times=every, record_steps=True, curves=curves, ideal=ideal, keeper=keeper)
+    path = compute(plan, options, progress, times=every, record_steps=True, curves=True, ideal=ideal, keeper=keeper)
     samples, (step_ends, end_states, _) = path.samples, path.steps
     here = np.isin(samples.time, np.linspace(0.0, options.until, INSTANTS))
     times, index = np.unique(np.concatenate([step_ends, samples.time[here]]), return_index=True)

@@ -183,7 +183,7 @@ def results_of(
         path, states = compared(tables, options, progress, curves=records, ideal=ideal, keeper=keeper)
     else:
         times = sample_times(options, curves=records)
-        path = compute(tables, options, progress, times=times, curves=records, ideal=ideal, keeper=keeper)
+        path = compute(tables, options, progress, times=times, curves=True, ideal=ideal, keeper=keeper)
 
     def answered(path: Trajectory) -> Results:
         path, record = recorded(tables, options, path, progress, ideal=ideal)

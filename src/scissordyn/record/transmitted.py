@@ -1,0 +1,182 @@
+"""Forces and moments that joints, guides and welds transmit, over time and at most."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from scissordyn.components.place import GROUND
+from scissordyn.integrate.integration import Samples
+from scissordyn.mechanics.monitored import JOINT_FORCE, oiled_contacts
+from scissordyn.mechanics.outputs import Record, record
+from scissordyn.mechanics.reactions import solve_reactions
+from scissordyn.plan.bodies import guides_with_moment
+from scissordyn.plan.plan import Plan
+from scissordyn.plan.system import state_kept
+from scissordyn.record.bars import with_distributed_mass
+from scissordyn.record.results import Variables, described, labels
+from scissordyn.run.trajectory import Trajectory
+
+FORCE = "force on the journal (contact and film at clearance joints, reaction at ideal ones), on the follower for guides"
+MOMENT = "moment that the joint transmits, on the body of the journal about its centre, on the follower about the guided point"
+PEAK = "largest force that the joint transmits, at ideal ones at the samples and ends of steps"
+WELD_PEAK = "largest force that the weld transmits, at the samples and ends of steps"
+AFTER = "after the start, in which concentric journals fall through their clearances"
+
+CHUNK = 4096  # Instants that are evaluated together, which limits the memory
+
+FEWEST = 201  # Samples that are evaluated beside the ends of steps where those of a run are not asked for
+
+FALLS = 20.0
+"""Length of the start, in times until every joint that has contacts has had its first one. Of six units under gravity that is
+1.6 ms, the largest force comes at 6.2 ms, and from 30 ms on it is that of the load."""
+
+
+class Transmitted(NamedTuple):
+    """Forces and moments at some instants; NaN where they are not determined."""
+
+    force: np.ndarray  # (nt, joints, 2) On journals and followers [N]
+    moment: np.ndarray  # (nt, joints) The same, about the journal's centre or the guided point [N m]
+    weld_force: np.ndarray  # (nt, welds, 2) On the start's bodies [N]
+    weld_moment: np.ndarray  # (nt, welds) The same, about the weld [N m]
+
+    @property
+    def sizes(self) -> np.ndarray:
+        """Sizes of the forces of joints, then of welds, shape (nt, joints + welds) [N]."""
+        return np.hypot(*np.moveaxis(np.concatenate([self.force, self.weld_force], axis=1), -1, 0))
+
+
+def transmitted(plan: Plan, found: Record, time: np.ndarray) -> Transmitted:
+    """Forces and moments of all joints, guides, contact points and welds at the instants of a record."""
+    mechanism, wrench = plan.mechanism, found.wrench
+    reactions = solve_reactions(plan.balance, plan.gravity_vector, with_distributed_mass(plan, found, time))
+    joints = mechanism.joint_names
+    force, moment = np.zeros((time.size, len(joints), 2)), np.zeros((time.size, len(joints)))
+    at = plan.places(contact.name for contact in plan.contacts)
+    force[:, at], moment[:, at] = wrench[:, : at.size, :2], wrench[:, : at.size, 2]
+    films = len(plan.contacts) + len(mechanism.components)
+    for f, (joint, _, _) in enumerate(plan.lubricated):
+        place = plan.places([joint.name])[0]
+        force[:, place] += wrench[:, films + f, :2]
+        moment[:, place] += wrench[:, films + f, 2]
+    for j, point in enumerate(mechanism.contact_points, len(mechanism.clearance_joints)):
+        place, pushed = plan.places([point.guide])[0], wrench[:, j]
+        body, guide = mechanism.body(point.follower), mechanism.guide(point.guide)
+        x, y = np.subtract(point.centre, body.points[guide.follower[1]])
+        cos, sin = found.direction[:, plan.bodies.index(body)].T
+        force[:, place] += pushed[:, :2]
+        moment[:, place] += (cos * x - sin * y) * pushed[:, 1] - (sin * x + cos * y) * pushed[:, 0] + pushed[:, 2]
+    force[:, plan.places(joint.name for joint in mechanism.ideal_joints)] = reactions.joints
+    for g, guide in enumerate(mechanism.ideal_guides):
+        across = np.array([-math.sin(guide.direction), math.cos(guide.direction)])
+        if guide.body != GROUND:
+            cos, sin = found.direction[:, plan.bodies.index(mechanism.body(guide.body))].T
+            across = np.stack([cos * across[0] - sin * across[1], sin * across[0] + cos * across[1]], axis=1)
+        force[:, plan.places([guide.name])[0]] = reactions.guides[:, g : g + 1] * across
+    moment[:, plan.places(guide.name for guide in guides_with_moment(mechanism))] = reactions.guide_moments
+    return Transmitted(force, moment, reactions.weld_forces, reactions.weld_moments)
+
+
+def weld_variables(plan: Plan, found: Transmitted) -> Variables:
+    if not plan.mechanism.welds:
+        return {}
+    on = "on the body of the weld's start"
+    return {
+        "weld": labels("weld", [weld.name for weld in plan.mechanism.welds]),
+        "weld_force": described(("time", "weld", "axis"), found.weld_force, "N", f"force {on}"),
+        "weld_moment": described(("time", "weld"), found.weld_moment, "N m", f"moment {on}, about the weld"),
+    }
+
+
+class Peaks(NamedTuple):
+    """Largest forces of joints, then of welds, shape (joints + welds,); NaN where they are not determined."""
+
+    size: np.ndarray  # [N]
+    time: np.ndarray  # [s]
+    after: np.ndarray  # After the start [N], see `start_end`; NaN for a run that has none
+
+
+def start_end(path: Trajectory) -> float:
+    """End of the start, in which concentric journals fall through their clearances [s]; infinite without contacts."""
+    table = path.contacts()
+    if not table.size:
+        return math.inf
+    return FALLS * max(float(np.min(table["start"][table["joint"] == j])) for j in np.unique(table["joint"]))
+
+
+def _chunks(path: Trajectory, source: Samples) -> Iterator[Samples]:
+    """Instants of a source that are reached and not on a change point, some at a time."""
+    wanted = source.time <= path.end
+    for instant, width in path.change_points:
+        wanted &= np.abs(source.time - instant) >= width
+    rows = np.flatnonzero(wanted)
+    for first in range(0, rows.size, CHUNK):
+        yield Samples(*(part[rows[first : first + CHUNK]] for part in source))
+
+
+def force_peaks(plan: Plan, path: Trajectory, sampled: Transmitted | None = None) -> Peaks:
+    """Largest forces of a run: located at dry and oiled contacts, at the samples and ends of steps elsewhere.
+
+    NaN at hard contacts, whose impacts have no largest force. `sampled` are the forces at the samples; without them some of the
+    samples are evaluated, as fast changes are at the ends of steps.
+    """
+    sizes, sources = list[tuple[np.ndarray, np.ndarray]](), list[Samples]()
+    if sampled is None:
+        step = max(1, (path.samples.time.size - 1) // (FEWEST - 1))
+        sources.append(Samples(*(part[::step] for part in path.samples)))
+    else:
+        sizes.append((path.samples.time, sampled.sizes))
+    if path.recorded is not None:
+        sources.append(Samples(*(getattr(path.recorded, name) for name in Samples._fields)))
+    with state_kept(path.system):
+        for source in sources:
+            for part in _chunks(path, source):
+                found = transmitted(plan, record(plan.maps, path.system, part), part.time)
+                sizes.append((part.time, found.sizes))
+    count, begin = len(plan.mechanism.joint_names) + len(plan.mechanism.welds), start_end(path)
+    size, when, after = np.full((3, count), math.nan)
+    for time, forces in sizes:
+        known = np.where(np.isfinite(forces), forces, -1.0)
+        best = np.argmax(known, axis=0) if time.size else np.zeros(count, int)
+        values = known[best, np.arange(count)] if time.size else np.full(count, -1.0)
+        higher = (values >= 0.0) & ~(values <= size)
+        size[higher], when[higher] = values[higher], time[best[higher]]
+        if (late := time >= begin).any():
+            last = known[late].max(axis=0)
+            after = np.where(last >= 0.0, np.fmax(after, last), after)
+    _enter_contacts(plan, path, begin, size, when, after)
+    return Peaks(size, when, after)
+
+
+def _enter_contacts(plan: Plan, path: Trajectory, begin: float, size: np.ndarray, when: np.ndarray, after: np.ndarray) -> None:
+    """Write the located largest forces of contacts over those at instants."""
+    table, at = path.contacts(), plan.places(contact.name for contact in plan.contacts)
+    for j in plan.compliant_places:
+        here = table[table["joint"] == j]
+        size[at[j]], when[at[j]] = 0.0, 0.0
+        if here.size:
+            best = int(np.argmax(here["peak_force"]))
+            size[at[j]], when[at[j]] = here["peak_force"][best], here["start"][best] + here["peak_time"][best]
+            if (late := here["start"] >= begin).any():
+                after[at[j]] = np.fmax(after[at[j]], here["peak_force"][late].max())
+    for j in plan.hard_places:
+        size[at[j]] = when[at[j]] = math.nan
+    oiled = at[oiled_contacts(path.system.content.model)]
+    peaks = path.peaks(JOINT_FORCE)
+    size[oiled], when[oiled] = peaks["largest"], peaks["largest_time"]
+
+
+def peak_variables(plan: Plan, path: Trajectory, sampled: Transmitted) -> Variables:
+    found, joints = force_peaks(plan, path, sampled), len(plan.mechanism.joint_names)
+    variables: Variables = {}
+    for dim, part, text in (("joint", slice(joints), PEAK), ("weld", slice(joints, None), WELD_PEAK)):
+        if dim == "weld" and not plan.mechanism.welds:
+            continue
+        variables[f"{dim}_peak_force"] = described(dim, found.size[part], "N", text)
+        variables[f"{dim}_peak_force_time"] = described(dim, found.time[part], "s", f"when it is largest: {text}")
+        if math.isfinite(start_end(path)):
+            variables[f"{dim}_peak_force_after_start"] = described(dim, found.after[part], "N", f"{text}, {AFTER}")
+    return variables

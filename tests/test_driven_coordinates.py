@@ -89,7 +89,10 @@ def test_check_of_couplings(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     moving = "this clearance lets the centre of 'second' move by 0.1 mm"
     assert moving in said
     run = sd.simulate(loose, until=0.01)
-    assert [(data["kind"], data["part"]) for data in json.loads(run.attrs["warning_data"])] == [("moving centre", "B")]
+    assert [(data["kind"], data["part"]) for data in json.loads(run.attrs["warning_data"])] == [
+        ("unseen force", "mesh"),
+        ("moving centre", "B"),
+    ]
     many = sd.simulate_many(loose, {"B.clearance": np.array([1e-4])}, until=0.01, measures=("peak_force",))
     assert moving in str(many["warnings"].values[0])
     arms = coupled_arms()

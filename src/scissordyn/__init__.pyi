@@ -93,12 +93,15 @@ from scissordyn.kinematics.bending import with_bending as with_bending
 from scissordyn.model.body import Body as Body, Track as Track, bar as bar, point_mass as point_mass
 from scissordyn.model.clearance import Clearance as Clearance
 from scissordyn.model.coupling import (
+    Belt as Belt,
     CoordinateDrive as CoordinateDrive,
     Coupling as Coupling,
     Distance as Distance,
     Drive as Drive,
     RelativeAngle as RelativeAngle,
+    Screw as Screw,
     Slide as Slide,
+    Teeth as Teeth,
 )
 from scissordyn.model.clearance import GuideClearance as GuideClearance
 from scissordyn.model.joint import Guide as Guide, Revolute as Revolute, Weld as Weld

@@ -77,6 +77,8 @@ WORDS: Mapping[str, str] = MappingProxyType(
         "beyond": " leaves its curve or stroke by up to {beyond:.3g} {unit} (t = {time:.6g} s), where its force is held",
         "impulse": " locks at t = {time:.6g} s by an impulse that the drives take up with {work:.3g} J; the largest driving "
         "torques do not contain it",
+        "unseen force": ": bearings see the torques of this coupling, but not its force; teeth, a belt or a screw of the "
+        "coupling say where it acts",
         "moving centre": ": coupling '{coupling}' keeps a relation of angles also where this clearance lets the centre of "
         "'{body}' move by {clearance:.3g} mm: teeth or a belt would turn it by up to that over its pitch radius",
         # bars that bend

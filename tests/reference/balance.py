@@ -79,6 +79,9 @@ class Balance(Places):
             if part.declaration.port is not AXIS:
                 self._component(part)
         for coupling in mechanism.couplings:
+            if coupling.transmission is not None:
+                self._transmission(coupling)
+                continue
             for end in ("output", "input"):
                 of = "coupling_force" if end == "output" else "coupling_input_force"
                 if coupling.name in run["coupling"]:
@@ -87,6 +90,20 @@ class Balance(Places):
             self._coordinate(drive.coordinate, run["coordinate_drive_force"].sel(coordinate_drive=drive.name).values)
         for bar in self.bars:
             self._bar(bar)
+
+    def _transmission(self, coupling: sd.Coupling) -> None:
+        """The reported force at its reported point, on the bodies of output and input; of a screw its torque too."""
+        first, second = (
+            end.point[0] if isinstance(end, sd.Slide) else end.body if isinstance(end, sd.RelativeAngle) else None
+            for end in (coupling.output, coupling.input)
+        )
+        if isinstance(coupling.output, sd.Distance):
+            first = next(body for body, _ in (coupling.output.end, coupling.output.start) if body not in ("ground", second))
+        force, where = (self.over(f"coupling_contact_{name}", coupling=coupling.name) for name in ("force", "point"))
+        self.pair(first, second, where, force)
+        if isinstance(coupling.transmission, sd.Screw):
+            torque = self.run["coupling_input_force"].sel(coupling=coupling.name).values
+            self.turn(coupling.input.body, torque, coupling.input.base)
 
     def _coordinate(self, coordinate: Any, force: np.ndarray) -> None:
         if isinstance(coordinate, sd.RelativeAngle):

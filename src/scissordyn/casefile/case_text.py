@@ -11,7 +11,7 @@ from typing import Any
 
 from scissordyn.casefile.case import Case, CaseTable
 from scissordyn.casefile.code import Code, RecordedCode
-from scissordyn.casefile.part import COMPONENT_SECTIONS, ratio_unit
+from scissordyn.casefile.part import COMPONENT_SECTIONS, TRANSMISSIONS, ratio_unit
 from scissordyn.casefile.quantity import exact
 from scissordyn.casefile.table import Context, instance, toml_entries
 from scissordyn.casefile.time_function import VALUES, powers, units_of
@@ -170,6 +170,8 @@ def _components(mechanism: Mechanism, code: Code) -> Entries:
 def _coupling(part: Coupling, backlashes: Mapping[str, Mapping[str, float]], code: Code) -> Entries:
     entries = _fields(part, code) | {"ratio": _quantity((part.ratio,), ratio_unit(part.output, part.input))}
     entries |= {} if part.offset is None else {"offset": _quantity((part.offset,), part.output.unit)}
+    if (transmission := entries.pop("transmission", None)) is not None:
+        entries[next(name for name, kind in TRANSMISSIONS.items() if isinstance(part.transmission, kind))] = transmission
     if part.name in backlashes:
         (_, angle), *others = backlashes[part.name].items()
         entries["backlash"] = {"angle": _quantity((angle,), "rad"), **dict(others)}

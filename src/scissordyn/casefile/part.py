@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -18,6 +19,7 @@ from scissordyn.casefile.table import (
     Reader,
     Shape,
     Table,
+    described,
     filler,
     keys_of,
     made_table,
@@ -34,7 +36,17 @@ from scissordyn.components.time_function import TimeFunction
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.addition import closed, with_backlash
 from scissordyn.model.body import Body, Track, bar
-from scissordyn.model.coupling import Coordinate, CoordinateDrive, Coupling, Distance, RelativeAngle, Slide
+from scissordyn.model.coupling import (
+    Belt,
+    Coordinate,
+    CoordinateDrive,
+    Coupling,
+    Distance,
+    RelativeAngle,
+    Screw,
+    Slide,
+    Teeth,
+)
 from scissordyn.model.joint import Guide, Revolute, Weld
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.units import Quantity, quantities
@@ -107,7 +119,10 @@ COUPLING: Hints = (
         ],
     ),
     ("offset", Annotated[float | None, _read_offset, About("output where the input is zero; as assembled without it")]),
+    ("transmission", None),  # a key for each kind
 )
+TRANSMISSIONS: Mapping[str, type] = {"teeth": Teeth, "belt": Belt, "screw": Screw}
+"""Keys of a coupling that say where its force acts, and what they describe."""
 BacklashTable = table_of(
     with_backlash,
     (("mechanism", None), ("coupling", None)),
@@ -132,10 +147,33 @@ class CouplingTable(
 ):
     """A linear relation of two coordinates."""
 
+    teeth: Annotated[
+        Teeth | None,
+        described(Teeth, pressure_angle="20 deg"),
+        About("gears or a rack whose force acts at the pitch point", examples=[{"pressure_angle": "20 deg"}]),
+    ] = None
+    belt: Annotated[
+        Belt | None,
+        described(Belt, radius="50 mm", pretension="100 N"),
+        About("a belt or a chain whose spans pull at both pulleys", examples=[{"radius": "50 mm"}]),
+    ] = None
+    screw: Annotated[
+        Screw | None,
+        described(Screw, centre="bearing"),
+        About("a screw whose thrust acts back on its bearing", examples=[{"centre": "bearing"}]),
+    ] = None
     backlash: Annotated[Any, _read_backlash, _BACKLASH, About(examples=[_FLANKS])] = None
 
     def check(self) -> None:
         self.result()
+
+    def result(self) -> Coupling:
+        """The coupling, with its force where its teeth, belt or screw are."""
+        given = [name for name in TRANSMISSIONS if getattr(self, name) is not None]
+        if len(given) > 1:
+            raise InputError(f"{' and '.join(given)} in one coupling", "one of them")
+        coupling: Coupling = super().result()
+        return dataclasses.replace(coupling, transmission=getattr(self, given[0])) if given else coupling
 
 
 COORDINATE_DRIVE: Hints = (

@@ -28,7 +28,7 @@ from scissordyn.model.commanded import commanded, rigid
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.plan.plan import Plan, plan
-from scissordyn.record.coupling import centre_warnings
+from scissordyn.record.coupling import coupling_warnings
 from scissordyn.record.results import Results, Run
 from scissordyn.record.summary import summary_of
 from scissordyn.run.advance.loop import advance
@@ -84,7 +84,7 @@ def check_lines(case: Path, changes: Sequence[str], converge: str | None, modes:
     lines += [f"{cost}."] if cost else []
     warnings = [
         *start.warnings,
-        *map(str, centre_warnings(mechanism)),
+        *map(str, coupling_warnings(mechanism)),
         *drive_warnings(planned, until),
         *[f"without clearance: {impossible}"] * bool(impossible),
     ]

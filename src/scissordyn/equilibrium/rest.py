@@ -423,7 +423,7 @@ def count_turns(plan: Plan, system: System, turned: Mapping[str, float]) -> None
             state.reference[model.reference_of[i]] += turned[body] - turned[base]
     turning = [body for constraint in plan.coordinates.constraints for body, _ in constraint.turning]
     for k, body in enumerate(turning, state.reference.size - len(turning)):
-        state.reference[k] += turned[body]
+        state.reference[k] += turned.get(body, 0.0)
 
 
 def touch_closed(handle: Handle, state: np.ndarray) -> None:

@@ -30,6 +30,7 @@ from scissordyn.plan.elimination import in_words
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.plan.rest import frictionless, loads_at, still_at, with_inputs
 from scissordyn.plan.system import make_system
+from scissordyn.record.coupling import coupling_warnings
 from scissordyn.record.dataset import results
 from scissordyn.record.results import Results, Variable, Variables, labels
 from scissordyn.record.trajectory import LOG, PEAK, Trajectory
@@ -336,6 +337,7 @@ def _warnings(plan: Plan, variables: Variables, path: Trajectory) -> list[str]:
             numbers = {"beyond": far[worst], "unit": output.unit, "time": times[worst]}
             warnings.append(str(warning("beyond", part.name, part.declaration.label, **numbers)))
     lost = np.isnan(variables["reaction"].values).any(axis=(0, 2)) | np.isnan(variables["reaction_moment"].values).any(axis=0)
+    warnings += map(str, coupling_warnings(plan.mechanism))
     names = variables["joint"].values[lost].tolist()
     if "weld" in variables:
         names += variables["weld"].values[np.isnan(variables["weld_moment"].values).any(axis=0)].tolist()

@@ -9,6 +9,7 @@ import dataclasses
 
 import numpy as np
 
+from scissordyn.components.place import GROUND
 from scissordyn.components.time_function import Tabulated
 from scissordyn.errors import InputError
 from scissordyn.mechanics.constraint_part import ANGLE, HALF_SQUARE, LENGTH, part_curvature
@@ -268,6 +269,9 @@ class Closure:
         z[:, self.origins] /= self.size
         index = {body.name: k for k, body in enumerate(self.plan.bodies)}
         for k, (name, first) in enumerate(zip(self.turning, self.placed_turns, strict=True)):
+            if name == GROUND:
+                z[:, self.natural.total + k] = first
+                continue
             placed = self.plan.mechanism.body(name).placed_angle
             apart = TURN * round((first - placed) / TURN)  # where a motion begins some turns away
             z[:, self.natural.total + k] = angle[:, index[name]] + apart

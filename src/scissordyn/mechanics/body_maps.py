@@ -21,16 +21,23 @@ class BodyMaps(NamedTuple):
     arm: F3  # (acting + rods, 2, 2) Points of application from the mass centres, in the frames of the bodies [m]
     rod: I1  # (rods,) Their constraints
     rod_scale: F1  # (rods,) Lengths that their maps are divided by [m]
-    # (terms, 4) Of the coordinates of couplings and coordinate drives: constraint, kind of `COORDINATES`, body and base, -1 for
-    # the ground
+    # (terms, 5) Of the coordinates of couplings and coordinate drives: constraint, kind of `COORDINATES`, body and base, -1 for
+    # the ground, and the body on which the force of a slide acts back
     coupling: I2
     coupling_factor: F1  # (terms,) Force on the coordinate for a multiplier of one
     # (terms, 2, 2) Points of application on body and base, from the mass centres or in the fixed frame [m]; of a slide the
     # second is its direction in the frame of the base
     coupling_arm: F3
+    # (p, 4) Forces of teeth and belts that do no work: constraint, kind of `PRESSURES`, first and second body
+    pressure: I2
+    pressure_factor: F1  # (p,) What a multiplier of one makes: see `pressure_size`
+    pressure_number: F2  # (p, 2)
+    # (p, 2, 2) Centres of both wheels, from the mass centres or in the fixed frame [m]; of a rack the second is its normal
+    pressure_arm: F3
 
 
-COORDINATES = ANGLE, SLIDE, DISTANCE = range(3)
+COORDINATES = ANGLE, SLIDE, DISTANCE, LINE = range(4)
+PRESSURES = GEARS, BELT, RACK = range(3)
 
 
 @kernel
@@ -81,19 +88,61 @@ def load_couplings(at, multiplier, B, R):
     """Add what couplings and coordinate drives exert on bodies and bases to their loads."""
     for e in range(B.coupling.shape[0]):
         kind, body, base = B.coupling[e, 1], B.coupling[e, 2], B.coupling[e, 3]
-        force, arm = B.coupling_factor[e] * multiplier[B.coupling[e, 0]], B.coupling_arm[e]
+        back, force, arm = B.coupling[e, 4], B.coupling_factor[e] * multiplier[B.coupling[e, 0]], B.coupling_arm[e]
         if kind == ANGLE:
             push(at, body, 0.0, 0.0, 0.0, 0.0, force, R)
             push(at, base, 0.0, 0.0, 0.0, 0.0, -force, R)
             continue
         x, y = at_point(at, body, arm[0, 0], arm[0, 1], R)
         other_x, other_y, ux, uy = x, y, arm[1, 0], arm[1, 1]
-        if kind == DISTANCE:
+        if kind in (DISTANCE, LINE):
             other_x, other_y = at_point(at, base, arm[1, 0], arm[1, 1], R)
             length = math.hypot(x - other_x, y - other_y)
             ux, uy = (x - other_x) / length, (y - other_y) / length
+            if kind == LINE:  # a torque on the line is a pair of forces across it
+                ux, uy = -uy / length, ux / length
         elif base >= 0:
             cos, sin = R.direction[at, base, 0], R.direction[at, base, 1]
             ux, uy = cos * arm[1, 0] - sin * arm[1, 1], sin * arm[1, 0] + cos * arm[1, 1]
         push_at(at, body, x, y, force * ux, force * uy, R)
-        push_at(at, base, other_x, other_y, -force * ux, -force * uy, R)
+        push_at(at, back, other_x, other_y, -force * ux, -force * uy, R)
+
+
+@kernel
+def pressure_size(at, e, multiplier, B, R):
+    """Size of pressure e, positive where it presses apart, and its derivative by the multiplier.
+
+    Of teeth T/r tan(a); of a belt the sum of its tensions, at least that of the pretension, by the cosine of its spans.
+    """
+    kind, value = B.pressure[e, 1], multiplier
+    size, slope = B.pressure_factor[e] * abs(value), B.pressure_factor[e] * (1.0 if value >= 0.0 else -1.0)
+    if kind == RACK:
+        return size, slope
+    x, y = at_point(at, B.pressure[e, 2], B.pressure_arm[e, 0, 0], B.pressure_arm[e, 0, 1], R)
+    other_x, other_y = at_point(at, B.pressure[e, 3], B.pressure_arm[e, 1, 0], B.pressure_arm[e, 1, 1], R)
+    length = math.hypot(x - other_x, y - other_y)
+    if kind == GEARS:
+        return size / length, slope / length
+    sine = B.pressure_number[e, 1] / length
+    cosine = math.sqrt(1.0 - sine * sine)
+    if size < B.pressure_number[e, 0]:
+        return -cosine * B.pressure_number[e, 0], 0.0
+    return -cosine * size, -cosine * slope
+
+
+@kernel
+def push_apart(at, e, size, B, R):
+    """Add a pressure of a size to the loads of both bodies."""
+    first, second, arm = B.pressure[e, 2], B.pressure[e, 3], B.pressure_arm[e]
+    x, y = at_point(at, first, arm[0, 0], arm[0, 1], R)
+    other_x, other_y, ux, uy = x, y, arm[1, 0], arm[1, 1]
+    if B.pressure[e, 1] == RACK:
+        if second >= 0:
+            cos, sin = R.direction[at, second, 0], R.direction[at, second, 1]
+            ux, uy = cos * arm[1, 0] - sin * arm[1, 1], sin * arm[1, 0] + cos * arm[1, 1]
+    else:
+        other_x, other_y = at_point(at, second, arm[1, 0], arm[1, 1], R)
+        length = math.hypot(x - other_x, y - other_y)
+        ux, uy = (x - other_x) / length, (y - other_y) / length
+    push_at(at, first, x, y, size * ux, size * uy, R)
+    push_at(at, second, other_x, other_y, -size * ux, -size * uy, R)

@@ -17,7 +17,7 @@ import math
 from scissordyn.kernel import kernel
 from scissordyn.mechanics import band
 from scissordyn.mechanics.bending_loads import load_bending
-from scissordyn.mechanics.body_maps import load_couplings, mapped, push
+from scissordyn.mechanics.body_maps import load_couplings, mapped, pressure_size, push, push_apart
 from scissordyn.mechanics.component import REACTION, evaluate, sense, write_context
 from scissordyn.mechanics.constraint_solver import rod_force, solve_constraints, subtract_gradients
 from scissordyn.mechanics.force_element import add_forces, map_values, write_wrench
@@ -45,6 +45,7 @@ def find_reactions(t, y, S):
     for k in range(f):
         start, stop = M.state_start[contacts + R.component[k]], M.state_start[contacts + R.component[k] + 1]
         respond(t, k, y[2 * M.n + start : 2 * M.n + stop], S)
+    press(S)
     sides_of_one(
         R.balance,
         R.gravity,
@@ -144,6 +145,8 @@ def respond(t, k, z, S):
     subtract_gradients(S, R.multiplier, R.change, 0)
     for j in range(M.n):
         R.response[k, j] = R.change[j]
+    for e in range(R.maps.pressure.shape[0]):
+        R.pressing[e, lane] = R.multiplier[R.maps.pressure[e, 0]]
     # the equations subtract gravity, which is no part of a response
     move_bodies(lane, R.change, R.gravity[0], R.gravity[1], S)
     load_bodies(lane, R.multiplier, S)
@@ -155,8 +158,56 @@ def respond(t, k, z, S):
 
 
 @kernel
+def press(S):
+    """Write the multipliers of couplings with a pressure, and into the last lanes what a pressure of one does to the loads."""
+    R = S.friction
+    f, pressures = R.component.size, R.maps.pressure.shape[0]
+    R.change[:] = 0.0
+    for e in range(pressures):
+        lane = 1 + f + e
+        R.pressing[e, 0] = S.work.multiplier[R.maps.pressure[e, 0]]
+        move_bodies(lane, R.change, R.gravity[0], R.gravity[1], S)
+        push_apart(lane, e, 1.0, R.maps, R)
+
+
+@kernel
+def press_at(R):
+    """Write the pressures at the present reactions, and their slopes by the multipliers."""
+    for e in range(R.maps.pressure.shape[0]):
+        multiplier = R.pressing[e, 0]
+        for k in range(R.component.size):
+            multiplier += R.size[k] * R.pressing[e, k + 1]
+        R.pressure[e, 0], R.pressure[e, 1] = pressure_size(0, e, multiplier, R.maps, R)
+
+
+@kernel
+def reaction_of(row, R):
+    """A reaction at the present sizes."""
+    f = R.component.size
+    total = R.reaction[row, 0]
+    for k in range(f):
+        total += R.size[k] * R.reaction[row, k + 1]
+    for e in range(R.maps.pressure.shape[0]):
+        total += R.pressure[e, 0] * R.reaction[row, 1 + f + e]
+    return total
+
+
+@kernel
+def reaction_slope(row, k, R):
+    """Its derivative by size k."""
+    total = R.reaction[row, k + 1]
+    for e in range(R.maps.pressure.shape[0]):
+        total += R.pressure[e, 1] * R.pressing[e, k + 1] * R.reaction[row, 1 + R.component.size + e]
+    return total
+
+
+@kernel
 def balance_sizes(R):
-    """Solve N_j = |r_j(N)| by Newton's method; returns whether a solution grows out of that without friction."""
+    """Solve N_j = |r_j(N)| by Newton's method; returns whether a solution grows out of that without friction.
+
+    Pressures of teeth and belts depend on the size of their couplings' forces, which friction changes: r_j(N) is linear between
+    the zeros of these.
+    """
     f = R.component.size
     lower = f - 1
     for k in range(f):
@@ -164,13 +215,10 @@ def balance_sizes(R):
     for _ in range(MOST):
         most = largest = 0.0
         R.slope[:, :] = 0.0
+        press_at(R)
         for j in range(f):
             first, second = R.unknown[j, 0], R.unknown[j, 1]
-            a, b = R.reaction[first, 0], R.reaction[second, 0] if second >= 0 else 0.0
-            for k in range(f):
-                a += R.size[k] * R.reaction[first, k + 1]
-                if second >= 0:
-                    b += R.size[k] * R.reaction[second, k + 1]
+            a, b = reaction_of(first, R), reaction_of(second, R) if second >= 0 else 0.0
             # a pin by the size of its force; a guide by its force, or by the pair at its edges where that is larger
             ea, eb, size = 0.0, 0.0, 0.0
             if R.guide[j] == 0:
@@ -184,9 +232,9 @@ def balance_sizes(R):
             R.step[j] = size - R.size[j]
             largest = max(largest, size)
             for k in range(f):
-                slope = ea * R.reaction[first, k + 1]
+                slope = ea * reaction_slope(first, k, R)
                 if second >= 0:
-                    slope += eb * R.reaction[second, k + 1]
+                    slope += eb * reaction_slope(second, k, R)
                 R.slope[j, k - j + lower] = (1.0 if j == k else 0.0) - slope
         if band.factorize(R.slope, lower, lower, R.pivots) >= 0:
             return False

@@ -9,7 +9,7 @@ import numpy as np
 from scissordyn.components.port import AXIS
 from scissordyn.kernel import F1, F2, F3, I1, I2, ArrayType, Handle, entry, kernel
 from scissordyn.laws.evaluate import elastic_energy
-from scissordyn.mechanics.body_maps import BodyMaps, load_couplings, mapped, push
+from scissordyn.mechanics.body_maps import BodyMaps, load_couplings, mapped, pressure_size, push, push_apart
 from scissordyn.mechanics.constraint_solver import engage, project, rod_force, value_errors
 from scissordyn.mechanics.contact import kinematics, no_forces
 from scissordyn.mechanics.equations import accelerate
@@ -103,6 +103,9 @@ def write_loads(at, B, S, R):
         push(at, B.body[e, 0], B.arm[e, 0, 0], B.arm[e, 0, 1], w[0], w[1], w[2], R)
         push(at, B.body[e, 1], B.arm[e, 1, 0], B.arm[e, 1, 1], -w[0], -w[1], w[3], R)
     load_couplings(at, W.multiplier, B, R)
+    for e in range(B.pressure.shape[0]):
+        size, _ = pressure_size(at, e, W.multiplier[B.pressure[e, 0]], B, R)
+        push_apart(at, e, size, B, R)
 
 
 @kernel

@@ -243,7 +243,8 @@ class Workspace(NamedTuple):
 class FrictionWorkspace(NamedTuple):
     """The f components of friction in ideal joints, and the balances from which the reactions of these follow.
 
-    Lane 0 of the equations is the mechanism without friction, lane 1 + k the response to friction k at a reaction of one.
+    Lane 0 of the equations is the mechanism without friction and without the p pressures of teeth and belts, lane 1 + k the
+    response to friction k at a reaction of one, lane 1 + f + e that to a pressure of one.
     """
 
     component: I1  # (f,)
@@ -259,15 +260,17 @@ class FrictionWorkspace(NamedTuple):
     bending: BendingLoads
     size: F1  # (f,) reaction that friction follows [N]
     fault: I1  # (1,) of `joint_friction`, or 0
-    direction: F3  # (f + 1, bodies, 2), each the same
+    pressing: F2  # (p, f + 1) multipliers of the couplings with a pressure, and their responses
+    pressure: F2  # (p, 2) size of each, and its derivative by the multiplier
+    direction: F3  # (lanes, bodies, 2), each the same
     position: F3
     acceleration: F3
-    angular_acceleration: F2  # (f + 1, bodies)
-    load: F3  # (f + 1, bodies, 3)
+    angular_acceleration: F2  # (lanes, bodies)
+    load: F3  # (lanes, bodies, 3)
     matrix: F3  # (unknowns, 2 band + 1, 1)
     rows: F3  # (3, widest body, 1)
-    right: F2  # (3, f + 1)
-    reaction: F2  # (unknowns, f + 1)
+    right: F2  # (3, lanes)
+    reaction: F2  # (unknowns, lanes)
     force: F1  # (n + nb,)
     change: F1  # (n + nb,)
     multiplier: F1  # (m,)

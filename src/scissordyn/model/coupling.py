@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -78,13 +79,69 @@ class Distance:
 Coordinate = RelativeAngle | Slide | Distance
 
 
+CENTRE = Meaning("point of the wheel's body at its centre; that of its bearing without it")
+LARGEST_PRESSURE_ANGLE = math.radians(60.0)
+STANDARD_PRESSURE_ANGLE = math.radians(20.0)  # ISO 53:1998
+
+
+@documented
+@dataclass(frozen=True)
+class Teeth:
+    """Teeth of two gears, or of a pinion and a rack: the force acts at the pitch point, along the pressure line.
+
+    The pitch radii follow from the ratio and the distance of the centres, that of a pinion on a rack from the ratio alone. On
+    the pressure line the force has the component T/r along the teeth's path and T/r tan(a) across it, which presses external
+    gears apart, whichever flank carries.
+    """
+
+    pressure_angle: Annotated[
+        float, Quantity("rad", minimum=0.0, maximum=LARGEST_PRESSURE_ANGLE, help="operating pressure angle")
+    ] = STANDARD_PRESSURE_ANGLE
+    radius: Annotated[
+        float | None, Quantity("m", above=0.0, help="pitch radius of the output's wheel, checked against the centres")
+    ] = None
+    output_centre: Annotated[str, CENTRE] = ""
+    input_centre: Annotated[str, CENTRE] = ""
+
+    def __post_init__(self) -> None:
+        check_quantities(self, "teeth")
+
+
+@documented
+@dataclass(frozen=True)
+class Belt:
+    """A belt or a chain over two pulleys: its spans pull at both, the tight one by T/r more than the slack one.
+
+    It is open for a positive ratio and crossed for a negative one. A span that would push is slack.
+    """
+
+    radius: Annotated[float, Quantity("m", above=0.0, help="pitch radius of the output's pulley")]
+    pretension: Annotated[float, Quantity("N", minimum=0.0, help="tension of each span where no torque is transmitted")] = 0.0
+    output_centre: Annotated[str, CENTRE] = ""
+    input_centre: Annotated[str, CENTRE] = ""
+
+    def __post_init__(self) -> None:
+        check_quantities(self, "a belt")
+
+
+@documented
+@dataclass(frozen=True)
+class Screw:
+    """A screw: the thrust on the nut acts back on the body that turns, at its thrust bearing, not on the base."""
+
+    centre: Annotated[str, Meaning("point of the turning body at its thrust bearing; that of its bearing without it")] = ""
+
+
+Transmission = Teeth | Belt | Screw
+
+
 @documented
 @dataclass(frozen=True)
 class Coupling:
     """Keeps output = ratio * input + offset: gears, belts, racks, screws, synchronised units.
 
-    It acts on both coordinates with forces or torques that do no work together. What a mesh or a belt presses on bearings
-    beside its torque is not part of it.
+    It acts on both coordinates with forces or torques that do no work together. Its `transmission` says where the force acts;
+    without one it is a relation of coordinates, and bearings see its torques alone.
     """
 
     name: Name
@@ -92,6 +149,9 @@ class Coupling:
     input: Annotated[Coordinate, Meaning("a coordinate", 'RelativeAngle("wheel")')]
     ratio: Annotated[float, Quantity("1", help="ratio of output over input, in SI units")]
     offset: Annotated[float | None, Quantity("1", help="output where the input is zero, in SI units")] = None
+    transmission: Annotated[
+        Transmission | None, Meaning("teeth, a belt or a screw that transmit the force", "Teeth(degrees(20))")
+    ] = None
 
     def __post_init__(self) -> None:
         check_quantities(self, f"coupling '{self.name}'")
@@ -99,6 +159,27 @@ class Coupling:
             raise InputError(f"coupling '{self.name}' with ratio = 0", "a ratio that is not zero", "ratio = -0.5")
         if self.output == self.input:
             raise InputError(f"coupling '{self.name}' of a coordinate with itself", "two different coordinates")
+        self._check_transmission()
+
+    def _check_transmission(self) -> None:
+        """Raise `InputError` for teeth, a belt or a screw between coordinates that have none."""
+        if self.transmission is None:
+            return
+        ends = self.output, self.input
+        angles, distances = ([isinstance(end, kind) for end in ends] for kind in (RelativeAngle, Distance))
+        fits, allowed = {
+            Teeth: (any(angles) and not any(distances), "two angles, or an angle and a slide"),
+            Belt: (all(angles), "two angles"),
+            Screw: (any(angles) and not all(angles), "an angle, and a slide or a distance"),
+        }[type(self.transmission)]
+        label = f"coupling '{self.name}': {type(self.transmission).__name__.lower()}"
+        if not fits:
+            raise InputError(f"{label} between these coordinates", allowed)
+        bases = {end.base for end in ends if not isinstance(end, Distance)}
+        if len(bases) > 1:
+            raise InputError(f"{label} of coordinates with the bases {' and '.join(sorted(bases))}", "one base")
+        if all(angles) and self.ratio == 1.0 and isinstance(self.transmission, Teeth):
+            raise InputError(f"{label} with ratio = 1", "a negative ratio, or a belt")
 
     @property
     def terms(self) -> tuple[tuple[float, Coordinate], ...]:

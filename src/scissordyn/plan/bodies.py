@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from scissordyn.components.place import GROUND, BodyPoint, Point
-from scissordyn.mechanics.body_maps import ANGLE, DISTANCE, SLIDE, BodyMaps
+from scissordyn.mechanics.body_maps import ANGLE, DISTANCE, LINE, RACK, SLIDE, BodyMaps
 from scissordyn.mechanics.reactions import Balance
 from scissordyn.model.coupling import Coordinate, Distance, RelativeAngle
 from scissordyn.model.joint import Guide
@@ -21,6 +21,7 @@ from scissordyn.plan.acting import acting
 from scissordyn.plan.coordinates import Coordinates, PointMap, joined, stacked
 from scissordyn.plan.linear_constraints import body_inertia
 from scissordyn.plan.ordering import narrow, reach
+from scissordyn.plan.transmission import LineAngle, Pressure, Thrust, placed_terms, pressure_of
 
 FEW = 6  # Up to so many unknowns their order does not matter
 
@@ -53,7 +54,12 @@ def body_maps(mechanism: Mechanism, coordinates: Coordinates) -> BodyMaps:
         (names.index(part.name), factor, *_acts(mechanism, coordinate))
         for part in mechanism.coupling_parts
         if part.name in names
-        for factor, coordinate in part.terms
+        for factor, coordinate in placed_terms(mechanism, part)
+    ]
+    pressures = [
+        (names.index(part.name), pressure)
+        for part in mechanism.couplings
+        if part.name in names and (pressure := pressure_of(mechanism, part)) is not None
     ]
     return BodyMaps(
         **stacked(maps, 4),
@@ -65,21 +71,42 @@ def body_maps(mechanism: Mechanism, coordinates: Coordinates) -> BodyMaps:
         rod=np.array(rods, np.int64),
         rod_scale=np.array([coordinates.constraints[k].scale for k in rods], float),
         coupling=np.array(
-            [[k, kind, *(index.get(body, -1) for body in pair)] for k, _, kind, pair, _ in couplings], np.int64
-        ).reshape(-1, 4),
+            [[k, kind, *(index.get(body, -1) for body in bodies)] for k, _, kind, bodies, _ in couplings], np.int64
+        ).reshape(-1, 5),
         coupling_factor=np.array([-factor / coordinates.constraints[k].scale for k, factor, *_ in couplings], float),
         coupling_arm=np.array([arms for *_, arms in couplings], float).reshape(-1, 2, 2),
+        pressure=np.array(
+            [
+                [k, pressure.kind, *(index.get(body, -1) for body, _ in (pressure.first, pressure.second))]
+                for k, pressure in pressures
+            ],
+            np.int64,
+        ).reshape(-1, 4),
+        pressure_factor=np.array([part.per_force / coordinates.constraints[k].scale for k, part in pressures], float),
+        pressure_number=np.array([part.numbers for _, part in pressures], float).reshape(-1, 2),
+        pressure_arm=np.array([_pressed(mechanism, part) for _, part in pressures], float).reshape(-1, 2, 2),
     )
 
 
-def _acts(mechanism: Mechanism, coordinate: Coordinate) -> tuple[int, tuple[str, str], tuple[Point, Point]]:
-    """Kind of a coordinate, its body and base, and where forces act on both: see `BodyMaps.coupling_arm`."""
+def _acts(
+    mechanism: Mechanism, coordinate: Coordinate | LineAngle | Thrust
+) -> tuple[int, tuple[str, str, str], tuple[Point, Point]]:
+    """Kind of a coordinate, its body and base, on which it acts back, and where forces act: see `BodyMaps.coupling_arm`."""
+    body, base = coordinate.bodies
     if isinstance(coordinate, RelativeAngle):
-        return ANGLE, coordinate.bodies, ((0.0, 0.0), (0.0, 0.0))
-    if isinstance(coordinate, Distance):
-        return DISTANCE, coordinate.bodies, (arm_of(mechanism, *coordinate.end), arm_of(mechanism, *coordinate.start))
+        return ANGLE, (body, base, base), ((0.0, 0.0), (0.0, 0.0))
+    if isinstance(coordinate, Distance | LineAngle):
+        kind = DISTANCE if isinstance(coordinate, Distance) else LINE
+        return kind, (body, base, base), (arm_of(mechanism, *coordinate.end), arm_of(mechanism, *coordinate.start))
     along = math.cos(coordinate.direction), math.sin(coordinate.direction)
-    return SLIDE, coordinate.bodies, (arm_of(mechanism, *coordinate.point), along)
+    back = coordinate.bearing[0] if isinstance(coordinate, Thrust) else base
+    return SLIDE, (body, base, back), (arm_of(mechanism, *coordinate.point), along)
+
+
+def _pressed(mechanism: Mechanism, part: Pressure) -> tuple[Point, Point]:
+    """Where a pressure acts: the centres of both wheels, or that of a pinion and the normal of its rack."""
+    first = arm_of(mechanism, *part.first)
+    return first, part.normal if part.kind == RACK else arm_of(mechanism, *part.second)
 
 
 def arm_of(mechanism: Mechanism, body: str, point: str | Point | None) -> Point:

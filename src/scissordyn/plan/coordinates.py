@@ -57,6 +57,7 @@ class Constraint:
     latch: bool = False  # Whether the constraint is active only once the latch has locked
     subject: str = ""  # What it keeps, for messages: bodies of unit length, a guide, a rod or a latch
     bodies: tuple[str, ...] = ()  # Whose motion it restricts
+    placed: bool = False  # Whether it is a coupling whose wheels can move against its base: see `plan.transmission`
 
     @property
     def linear(self) -> bool:

@@ -18,6 +18,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.coordinates import Constraint, Coordinates, PointMap, combined
 from scissordyn.plan.quadratic_constraints import product
 from scissordyn.plan.redundancy import assembled_near_placed, basis_of
+from scissordyn.plan.transmission import LineAngle, Terms, Thrust, centres_move, check_placed, placed_terms
 
 
 def coupling_constraints(mechanism: Mechanism, coordinates: Coordinates, angles: np.ndarray) -> list[Constraint]:
@@ -58,8 +59,12 @@ class _Start:
         near = self.driven.get(body, self.mechanism.body(body).placed_angle)
         return float(near) + math.remainder(self.coordinates.natural.angle_of(body, self.natural) - near, TURN)
 
-    def value(self, coordinate: Coordinate) -> float:
+    def value(self, coordinate: Coordinate | LineAngle | Thrust) -> float:
         """Of a coordinate [rad or m]."""
+        if isinstance(coordinate, LineAngle):
+            x, y = _span(self.coordinates, coordinate).at(self.full)
+            near = self.angle(coordinate.near)
+            return near + math.remainder(math.atan2(y, x) - near, TURN)
         if isinstance(coordinate, RelativeAngle):
             return self.angle(coordinate.body) - self.angle(coordinate.base)
         if isinstance(coordinate, Slide):
@@ -68,7 +73,12 @@ class _Start:
         return float(np.hypot(*_span(self.coordinates, coordinate).at(self.full)))
 
     def constraint(self, part: Any) -> Constraint:
-        drive, bare = isinstance(part, CoordinateDrive), coupling_parts(self.coordinates, part)
+        drive, terms, moving = isinstance(part, CoordinateDrive), part.terms, False
+        if not drive and part.transmission is not None:
+            moving = centres_move(self.mechanism, self.coordinates, part, self.full)
+            check_placed(self.mechanism, self.coordinates, part, self.full, moving=moving)
+            terms = placed_terms(self.mechanism, part) if moving else terms
+        bare = coupling_parts(self.coordinates, terms, part.name)
         subject, scale = f"{'drive' if drive else 'coupling'} '{part.name}'", bare.scale
         bodies = tuple(dict.fromkeys(body for _, coordinate in part.terms for body in coordinate.bodies))
         if not any(np.any(point_map.rows[:, point_map.columns < self.coordinates.free]) for _, point_map in bare.parts):
@@ -80,14 +90,17 @@ class _Start:
             if not _can_move(self.coordinates, coordinate):
                 raise InputError(f"{subject} of a coordinate that cannot move, which holds the other one", "two that move")
         references = {body: self.angle(body) for body, _ in bare.turning}
-        here = sum(factor * self.value(coordinate) for factor, coordinate in part.terms)
+        references |= {line.near: self.value(line) for _, line in terms if isinstance(line, LineAngle)}
+        here = sum(factor * self.value(coordinate) for factor, coordinate in terms)
         value = here
         if drive:
             value = function_start(part.motion, here)
             if references:  # a motion may begin some turns away from where the body is placed
                 references[part.coordinate.body] += TURN * round((value - here) / TURN)
         elif part.offset is not None:
-            value = part.offset
+            # of a relation with moving centres the constant differs from that of the coordinates
+            given = sum(factor * self.value(coordinate) for factor, coordinate in part.terms)
+            value = here + part.offset - given if moving else part.offset
         return replace(
             bare,
             value=value / scale,
@@ -96,34 +109,43 @@ class _Start:
             turning=tuple(references.items()),
             subject=subject,
             bodies=bodies,
+            placed=moving,
         )
 
 
-def coupling_parts(coordinates: Coordinates, part: Any) -> Constraint:
+def coupling_parts(coordinates: Coordinates, terms: Terms, name: str) -> Constraint:
     """The maps and weights of a coupling or of a coordinate drive, the largest weight being one; its value is not set."""
     size = coordinates.size
-    scale = max(abs(factor) * (1.0 if coordinate.unit == "rad" else size) for factor, coordinate in part.terms)
+    scale = max(abs(factor) * (1.0 if coordinate.unit == "rad" else size) for factor, coordinate in terms)
     turning: dict[str, float] = {}
+    lines = list[tuple[float, LineAngle]]()
     lengths, squares = list[tuple[float, PointMap]](), list[tuple[float, PointMap]]()
-    for factor, coordinate in part.terms:
+    for factor, coordinate in terms:
         weight = factor * (1.0 if coordinate.unit == "rad" else size) / scale
-        if isinstance(coordinate, RelativeAngle):
+        if isinstance(coordinate, LineAngle):
+            lines.append((weight, coordinate))
+        elif isinstance(coordinate, RelativeAngle):
             for body, sign in zip(coordinate.bodies, (1.0, -1.0), strict=True):
                 turning[body] = turning.get(body, 0.0) + sign * weight
         elif isinstance(coordinate, Slide):
             way, along = _slide(coordinates, coordinate)
             squares += [(weight * part, square) for part, square in product(combined((way, 1.0 / size)), along)]
-        else:
+        elif isinstance(coordinate, Distance):
             lengths.append((weight, combined((_span(coordinates, coordinate), 1.0 / size))))
-    turning = {body: weight for body, weight in turning.items() if weight and body != GROUND}
+    turning = {
+        body: weight
+        for body, weight in turning.items()
+        if weight and body != GROUND and coordinates.natural.bodies[body].rotates
+    }
     turns = [(weight, coordinates.direction(body)) for body, weight in turning.items()]
+    turns += [(weight, combined((_span(coordinates, line), 1.0 / size))) for weight, line in lines]
     return Constraint(
         (*turns, *lengths, *squares),
         0.0,
         scale=scale,
-        name=part.name,
+        name=name,
         kinds=(ANGLE,) * len(turns) + (LENGTH,) * len(lengths) + (HALF_SQUARE,) * len(squares),
-        turning=tuple((body, 0.0) for body in turning),
+        turning=tuple((body, 0.0) for body in (*turning, *(line.near for _, line in lines))),
     )
 
 
@@ -145,6 +167,6 @@ def _slide(coordinates: Coordinates, slide: Slide) -> tuple[PointMap, PointMap]:
     return combined((point, 1.0), (coordinates.origin(slide.base), -1.0)), along
 
 
-def _span(coordinates: Coordinates, distance: Distance) -> PointMap:
+def _span(coordinates: Coordinates, distance: Distance | LineAngle) -> PointMap:
     """From its start to its end [m]."""
     return combined((coordinates.place(distance.end), 1.0), (coordinates.place(distance.start), -1.0))

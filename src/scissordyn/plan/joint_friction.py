@@ -39,7 +39,8 @@ def make_friction_workspace(
     f, bodies, unknowns = len(chosen), len(mechanism.bodies) if chosen else 0, balance.order.size if chosen else 0
     states = 2 * model.n + int(model.state_start[-1])
     states = states if chosen and states <= MOST_STATES else 0
-    lanes, widest = f + 1, int(np.max(np.diff(balance.start), initial=0))
+    pressures = maps.pressure.shape[0] if chosen else 0
+    lanes, widest = 1 + f + pressures, int(np.max(np.diff(balance.start), initial=0))
     return FrictionWorkspace(
         component=np.array(chosen, np.int64),
         place=place,
@@ -60,6 +61,8 @@ def make_friction_workspace(
                 **dict.fromkeys(("response", "frozen"), (f, model.n)),
                 **dict.fromkeys(("force", "change"), model.n + model.nb),
                 "fault": 1,
+                "pressing": (pressures, f + 1),
+                "pressure": (pressures, 2),
                 "angular_acceleration": (lanes, bodies),
                 "load": (lanes, bodies, 3),
                 "matrix": (unknowns, 2 * balance.band + 1, 1),

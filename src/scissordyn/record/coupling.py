@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -9,17 +10,22 @@ import numpy as np
 
 from scissordyn.components.angle_stop import AngleStop
 from scissordyn.components.place import GROUND
+from scissordyn.mechanics.body_maps import BELT
 from scissordyn.mechanics.monitored import COUPLING_FORCE
 from scissordyn.mechanics.outputs import Record
 from scissordyn.mechanics.rotation import TURN
-from scissordyn.model.coupling import Coordinate, RelativeAngle, Slide
+from scissordyn.model.coupling import Belt, Coordinate, Coupling, Distance, RelativeAngle, Screw, Slide, Teeth
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import Plan
+from scissordyn.plan.transmission import direction_on, pressure_of, wheel_centre
 from scissordyn.record.results import Variables, described, labels
 from scissordyn.warning import RunWarning, warning
 
 if TYPE_CHECKING:
     from scissordyn.record.trajectory import Trajectory
+
+
+NEAR = 1e-6  # Part of the mechanism's size within which a thrust bearing is an end of a distance
 
 
 def sampled_coordinate(plan: Plan, motion: Record, coordinate: Coordinate) -> tuple[np.ndarray, np.ndarray]:
@@ -55,11 +61,14 @@ def sampled_coordinate(plan: Plan, motion: Record, coordinate: Coordinate) -> tu
     return length, np.sum(span * rate, axis=1) / length
 
 
-def centre_warnings(mechanism: Mechanism) -> list[RunWarning]:
-    """A warning for each clearance joint in which a coupled wheel turns: the relation is that of angles alone."""
+def coupling_warnings(mechanism: Mechanism) -> list[RunWarning]:
+    """Warnings of couplings whose force acts nowhere: bearings do not see it, and a wheel whose centre moves is not turned."""
     warnings = list[RunWarning]()
     for part in mechanism.couplings:
         angles = [coordinate for _, coordinate in part.terms if isinstance(coordinate, RelativeAngle)]
+        if part.transmission is not None or not angles or _rolls(part):
+            continue
+        warnings.append(warning("unseen force", part.name, "coupling"))
         for angle in angles:
             stops = [stop for stop in mechanism.components if isinstance(stop, AngleStop) and stop.base == angle.body]
             wheels = [{body, angle.base} for body in (angle.body, *(stop.body for stop in stops))]
@@ -69,6 +78,103 @@ def centre_warnings(mechanism: Mechanism) -> list[RunWarning]:
                     gap = 1e3 * joint.clearance.clearance
                     warnings.append(warning("moving centre", joint.name, coupling=part.name, body=body, clearance=gap))
     return warnings
+
+
+def _rolls(part: Coupling) -> bool:
+    """Whether a wheel rolls on its base: force at its centre and torque are those of a force where it touches."""
+    slide, angle = (
+        next((end for end in (part.output, part.input) if isinstance(end, kind)), None) for kind in (Slide, RelativeAngle)
+    )
+    return slide is not None and angle is not None and (slide.point[0], slide.base) == (angle.body, angle.base)
+
+
+def transmitted_variables(plan: Plan, motion: Record, parts: list[Coupling], force: np.ndarray) -> Variables:
+    """Forces of teeth, belts and screws on the bodies of outputs, where they act, and tensions of belts.
+
+    Shapes: `force` (nt, couplings), what couplings exert on their outputs.
+    """
+    if all(part.transmission is None for part in parts):
+        return {}
+    vectors, points = np.full((2, *force.shape, 2), np.nan)
+    tensions = np.full((2, *force.shape), np.nan)
+    for k, part in enumerate(parts):
+        if part.transmission is None:
+            continue
+        vectors[:, k], points[:, k] = _acting(plan, motion, part, force[:, k])
+        if isinstance(part.transmission, Belt):
+            effective = np.abs(force[:, k]) / part.transmission.radius
+            both = np.maximum(2.0 * part.transmission.pretension, effective)
+            tensions[:, :, k] = 0.5 * (both + effective), 0.5 * (both - effective)
+    over, where = ("time", "coupling", "axis"), "of teeth, belt or screw on the body of the output"
+    variables = {
+        "coupling_contact_force": described(over, vectors, "N", f"force {where}"),
+        "coupling_contact_point": described(over, points, "m", f"a point on the line of the force {where}; the pitch point"),
+    }
+    if np.isfinite(tensions).any():
+        for name, values in zip(("tight", "slack"), tensions, strict=True):
+            text = f"tension of the {name} span of a belt"
+            variables[f"coupling_{name}_tension"] = described(over[:2], values, "N", text)
+    return variables
+
+
+def _acting(plan: Plan, motion: Record, part: Coupling, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Force on the body of an output, and a point on its line, shape (nt, 2)."""
+    coordinates, mechanism, pressure = plan.coordinates, plan.mechanism, pressure_of(plan.mechanism, part)
+    slide = next((end for end in (part.output, part.input) if isinstance(end, Slide)), None)
+    if isinstance(part.transmission, Screw):
+        return _of_screw(plan, motion, part, force)
+    if slide is not None:
+        slides = slide is part.output
+        pinion = coordinates.place(wheel_centre(mechanism, part, "input" if slides else "output")).at(motion.X)
+        direction = direction_on(mechanism, slide)
+        along = coordinates.frame(slide.point[0]).turned(math.cos(direction), math.sin(direction)).at(motion.X)
+        left, radius = _left(along), part.ratio if slides else 1.0 / part.ratio
+        on_rack = (force if slides else -part.ratio * force)[:, None] * along
+        if pressure is not None:
+            size = pressure.per_force * np.abs(force)
+            on_rack = on_rack - math.copysign(1.0, radius) * size[:, None] * left
+        return (on_rack if slides else -on_rack), pinion - radius * left
+    output, input = (coordinates.place(wheel_centre(mechanism, part, end)).at(motion.X) for end in ("output", "input"))
+    line = output - input
+    apart = np.hypot(*line.T)[:, None]
+    vector = (part.ratio - 1.0) * force[:, None] * _left(line) / apart**2
+    size = np.zeros_like(force)
+    if pressure is not None and pressure.kind == BELT:
+        most, sine = np.maximum(pressure.numbers[0], pressure.per_force * np.abs(force)), pressure.numbers[1] / apart[:, 0]
+        size = -most * np.sqrt(1.0 - sine * sine)
+    elif pressure is not None:
+        size = pressure.per_force * np.abs(force) / apart[:, 0]
+    vector = vector + size[:, None] * line / apart
+    if isinstance(part.transmission, Teeth):
+        return vector, output - line / (1.0 - part.ratio)
+    square = np.sum(vector * vector, axis=1)
+    away = np.divide(force, square, out=np.zeros_like(force), where=square > 0.0)
+    return vector, output - away[:, None] * _left(vector)
+
+
+def _of_screw(plan: Plan, motion: Record, part: Coupling, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Force of a screw on the body of an output, at the nut."""
+    turns, (nut, size) = isinstance(part.output, RelativeAngle), (part.output, force)
+    if turns:
+        nut, size = part.input, -part.ratio * force
+    if isinstance(nut, Slide):
+        place = plan.coordinates.place(nut.point).at(motion.X)
+        along = plan.coordinates.frame(nut.base).turned(math.cos(nut.direction), math.sin(nut.direction)).at(motion.X)
+    else:
+        assert isinstance(nut, Distance)
+        bearing = wheel_centre(plan.mechanism, part, "output" if turns else "input")
+        ends = [plan.coordinates.place(point).at(motion.X) for point in (nut.start, nut.end)]
+        first = np.hypot(*(ends[0] - plan.coordinates.place(bearing).at(motion.X)).T).max(initial=0.0)
+        at_start = bool(first <= NEAR * plan.coordinates.size)
+        place, other = (ends[1], ends[0]) if at_start else (ends[0], ends[1])
+        along = (place - other) / np.hypot(*(place - other).T)[:, None]
+    vector = size[:, None] * along
+    return (-vector if turns else vector), place
+
+
+def _left(vectors: np.ndarray) -> np.ndarray:
+    """Vectors turned left, shape (nt, 2)."""
+    return np.stack([-vectors[:, 1], vectors[:, 0]], axis=1)
 
 
 def coupling_variables(plan: Plan, path: Trajectory, motion: Record) -> Variables:
@@ -104,6 +210,7 @@ def coupling_variables(plan: Plan, path: Trajectory, motion: Record) -> Variable
             words = "torque or force of a coupling on its input coordinate"
             variables[f"{dim}_input_force"] = described(along, force_in, _of_forces(units), words)
             variables[f"{dim}_input_unit"] = labels(dim, units, "unit of the coordinate")
+            variables |= transmitted_variables(plan, motion, [part for part, _, _ in rows], force)
         units = [first[0][1].unit for first in terms]
         variables[f"{dim}_{output}"] = described(along, values, _joined(units), f"coordinate that {label} acts on")
         variables[f"{dim}_force"] = described(along, force, _of_forces(units), f"torque or force of {label} on it")

@@ -25,7 +25,7 @@ from scissordyn.plan.plan import Plan
 from scissordyn.plan.rail import rail_axes
 from scissordyn.plugin.element import pointers, row_of
 from scissordyn.record.bars import mode_warnings
-from scissordyn.record.coupling import centre_warnings
+from scissordyn.record.coupling import coupling_warnings
 from scissordyn.record.film import MIXED, film_peak_warnings, film_warnings
 from scissordyn.record.results import Run, along
 from scissordyn.record.sampling import time_mean
@@ -133,7 +133,7 @@ class Extremes:
             far, time = self._output(i, "beyond")
             if far > ROUNDED:
                 warnings.append(warning("beyond", part.name, part.declaration.label, beyond=far, unit=output.unit, time=time))
-        return warnings + centre_warnings(plan.mechanism)
+        return warnings + coupling_warnings(plan.mechanism)
 
     def texts(self) -> list[str]:
         """The warnings of a run without samples, each once: what others have instants and curves for, too.

@@ -116,7 +116,7 @@ def _forces(
     others = [k for k in range(len(constraints)) if k not in at]
     scale = np.array([constraints[k].scale for k in at])
     drives = [CoordinateDrive(name, coordinate, Polynomial((0.0,))) for name, coordinate in inputs.items()]
-    driven = [coupling_parts(coordinates, drive) for drive in drives]
+    driven = [coupling_parts(coordinates, drive.terms, drive.name) for drive in drives]
     holding, moving = Gradients(n, basis, constraints), Gradients(n, basis, driven)
     moving_scale = np.array([constraint.scale for constraint in driven])[:, None]
     force, authority, side = np.zeros((len(motion.X), len(at))), np.zeros(len(motion.X)), np.zeros(len(motion.X))

@@ -1,0 +1,310 @@
+"""Where forces of couplings act: at the pitch point of teeth, on both pulleys of a belt, on nut and bearing of a screw.
+
+With c_1, c_2 the centres of two wheels and psi the angle of the line between them, the relation of the angles against the body
+that carries both centres, theta_2 = i theta_1, is theta_2 - i theta_1 - (1 - i) psi = constant. As a constraint of both wheels
+and centres it makes the same motion, and its force on the centres is that of the teeth along their path, or of the difference
+of a belt's tensions across the line of centres. What teeth exert across their path, and a belt along that line, does no work.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from scissordyn.components.place import GROUND, BodyPoint, Point
+from scissordyn.errors import InputError, did_you_mean
+from scissordyn.mechanics.body_maps import BELT, GEARS, RACK
+from scissordyn.model.coupling import Belt, Coordinate, CoordinateDrive, Coupling, Distance, RelativeAngle, Screw, Slide, Teeth
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.coordinates import Coordinates, PointMap, combined
+
+FIXED = 1e-9  # A vector that turns with a body to within this part of its length is fixed to it
+RADIUS = 1e-3  # A pitch radius may miss that of the centres by this part, as rounded numbers do
+
+
+@dataclass(frozen=True)
+class LineAngle:
+    """The angle of the line from a centre to another one [rad]."""
+
+    start: BodyPoint
+    end: BodyPoint
+    near: str  # A body that turns with the line, or nearly so
+
+    unit = "rad"
+
+    @property
+    def bodies(self) -> tuple[str, str]:
+        return self.end[0], self.start[0]
+
+
+@dataclass(frozen=True)
+class Thrust:
+    """The slide of a nut along a direction of its base, whose force acts back on the body of a thrust bearing [m]."""
+
+    point: BodyPoint
+    direction: float
+    base: str
+    bearing: BodyPoint
+
+    unit = "m"
+
+    @property
+    def bodies(self) -> tuple[str, str]:
+        return self.point[0], self.base
+
+
+Terms = tuple[tuple[float, Coordinate | LineAngle | Thrust], ...]
+
+
+def wheel_centre(mechanism: Mechanism, part: Coupling, end: str) -> BodyPoint:
+    """The centre of the wheel whose angle is the output or the input: as given, or where a pin holds it on its base."""
+    angle = getattr(part, end)
+    given = getattr(part.transmission, "centre" if isinstance(part.transmission, Screw) else f"{end}_centre")
+    points = dict(mechanism.ground) if angle.body == GROUND else mechanism.body(angle.body).points
+    key = "centre" if isinstance(part.transmission, Screw) else f"{end}_centre"
+    if given:
+        if given not in points:
+            raise InputError(
+                f"coupling '{part.name}': {key} = '{given}'{did_you_mean(given, points)}", f"a point of '{angle.body}'"
+            )
+        return angle.body, given
+    pins = [
+        (here, there[0])
+        for joint in mechanism.joints
+        for here, there in ((joint.journal, joint.bearing), (joint.bearing, joint.journal))
+        if here[0] == angle.body
+    ]
+    near = [here for here, other in pins if other == angle.base] or [here for here, _ in pins]
+    places = {points[point]: (body, point) for body, point in near}
+    if len(places) != 1:
+        raise InputError(
+            f"coupling '{part.name}': {'no pin' if not places else 'several pins'} of '{angle.body}' to be its centre",
+            f"{key}, one of its points",
+        )
+    return next(iter(places.values()))
+
+
+def placed_terms(mechanism: Mechanism, part: Coupling | CoordinateDrive) -> Terms:
+    """Factors and coordinates of a coupling with its force where it acts; those of a relation where nothing says that."""
+    transmission = getattr(part, "transmission", None)
+    if not isinstance(part, Coupling) or transmission is None:
+        return part.terms
+    if isinstance(transmission, Screw):
+        return _screw(mechanism, part)
+    slide = next((end for end in (part.output, part.input) if isinstance(end, Slide)), None)
+    if slide is not None:
+        return _rack(mechanism, part, slide)
+    output, input = part.output, part.input
+    assert isinstance(output, RelativeAngle)
+    assert isinstance(input, RelativeAngle)
+    line = LineAngle(wheel_centre(mechanism, part, "input"), wheel_centre(mechanism, part, "output"), output.base)
+    wheels = ((1.0, output.body), (-part.ratio, input.body))
+    return (*((factor, RelativeAngle(body)) for factor, body in wheels if body != GROUND), (part.ratio - 1.0, line))
+
+
+def _rack(mechanism: Mechanism, part: Coupling, slide: Slide) -> Terms:
+    """The pinion against the rack: its angle, and the slide of its centre along the rack."""
+    terms = list[tuple[float, Any]]()
+    for end, (factor, coordinate) in zip(("output", "input"), part.terms, strict=True):
+        if coordinate is slide:
+            pinion = wheel_centre(mechanism, part, "input" if end == "output" else "output")
+            terms.append((-factor, Slide(pinion, direction_on(mechanism, slide), slide.point[0])))
+        else:
+            assert isinstance(coordinate, RelativeAngle)
+            terms.append((factor, RelativeAngle(coordinate.body, slide.point[0])))
+    return tuple(terms)
+
+
+def direction_on(mechanism: Mechanism, slide: Slide) -> float:
+    """Direction of a slide in the frame of the body whose point slides [rad]."""
+    turned = [0.0 if name == GROUND else mechanism.body(name).placed_angle for name in (slide.base, slide.point[0])]
+    return slide.direction + turned[0] - turned[1]
+
+
+def _screw(mechanism: Mechanism, part: Coupling) -> Terms:
+    ends = ("output", "input") if isinstance(part.output, RelativeAngle) else ("input", "output")
+    centre = wheel_centre(mechanism, part, ends[0])
+    terms = list[tuple[float, Any]]()
+    for factor, coordinate in part.terms:
+        if isinstance(coordinate, Slide):
+            terms.append((factor, Thrust(coordinate.point, coordinate.direction, coordinate.base, centre)))
+        elif isinstance(coordinate, Distance):
+            terms.append((factor, _from_bearing(mechanism, part, coordinate, centre)))
+        else:
+            terms.append((factor, coordinate))
+    return tuple(terms)
+
+
+def _from_bearing(mechanism: Mechanism, part: Coupling, distance: Distance, centre: BodyPoint) -> Distance:
+    """A distance whose end at the thrust bearing is on the body that turns."""
+    place = mechanism.place(centre)
+    apart = [math.dist(mechanism.place(end), place) for end in (distance.start, distance.end)]
+    if min(apart) > FIXED * mechanism.size:
+        raise InputError(
+            f"coupling '{part.name}': a screw whose bearing is {min(apart):.4g} m from both ends of its distance",
+            "a distance that begins or ends at the thrust bearing",
+        )
+    return Distance(centre, distance.end) if apart[0] <= apart[1] else Distance(distance.start, centre)
+
+
+def centres_move(mechanism: Mechanism, coordinates: Coordinates, part: Coupling, full: np.ndarray) -> bool:
+    """Whether the base leaves the wheels a motion beside their rotation: clearance in a bearing, or a base that bends."""
+    bases = [end.base for end in (part.output, part.input) if not isinstance(end, Distance)]
+    base = bases[0]
+    for _, coordinate in placed_terms(mechanism, part):
+        if isinstance(coordinate, LineAngle):
+            span = combined((coordinates.place(coordinate.end), 1.0), (coordinates.place(coordinate.start), -1.0))
+            if not turns_with(coordinates, base, span, full):
+                return True
+        elif isinstance(coordinate, Slide):  # the centre of a pinion on its rack
+            rack, (x, y) = coordinate.base, (math.cos(coordinate.direction), math.sin(coordinate.direction))
+            arm = coordinates.place(coordinate.point)
+            if base != GROUND:
+                arm = combined((arm, 1.0), (coordinates.origin(base), -1.0))
+            if not turns_with(coordinates, base, arm, full):
+                return True
+            if not turns_with(coordinates, base, coordinates.frame(rack).turned(x, y), full):
+                return True
+            if not _is_led(mechanism, coordinates, part):
+                return True
+        elif isinstance(coordinate, Thrust):
+            if not turns_with(coordinates, base, _between(coordinates, base, coordinate.bearing), full):
+                return True
+        elif isinstance(coordinate, Distance):
+            return False  # it is between the points on which its force acts
+    return False
+
+
+def _is_led(mechanism: Mechanism, coordinates: Coordinates, part: Coupling) -> bool:
+    """Whether nothing lets a rack move across its slide."""
+    slide = part.output if isinstance(part.output, Slide) else part.input
+    assert isinstance(slide, Slide)
+    if slide.base == GROUND:
+        place = coordinates.place(slide.point)
+        across = np.array([-math.sin(slide.direction), math.cos(slide.direction)]) @ place.rows
+        return bool(np.max(np.abs(across[place.columns < coordinates.free]), initial=0.0) <= FIXED * coordinates.size)
+    return any(
+        guide.follower[0] == slide.point[0]
+        and guide.body == slide.base
+        and abs(math.remainder(guide.direction - slide.direction, math.pi)) <= FIXED
+        for guide in mechanism.ideal_guides
+    )
+
+
+def _between(coordinates: Coordinates, base: str, point: BodyPoint) -> PointMap:
+    """From the origin of a base to a point."""
+    place = coordinates.place(point)
+    return place if base == GROUND else combined((place, 1.0), (coordinates.origin(base), -1.0))
+
+
+def turns_with(coordinates: Coordinates, base: str, vector: PointMap, full: np.ndarray) -> bool:
+    """Whether a vector is constant in the frame of a body or of the ground, whatever moves."""
+    frame = coordinates.frame(base)
+    (x, y), (cos, sin) = vector.at(full), frame.at(full)
+    length = math.hypot(x, y)
+    along, across = x * cos + y * sin, y * cos - x * sin
+    apart = combined((vector, 1.0), (frame.turned(along, across), -1.0))
+    return bool(np.max(np.abs(apart.rows), initial=0.0) <= FIXED * max(length, coordinates.size))
+
+
+def check_placed(mechanism: Mechanism, coordinates: Coordinates, part: Coupling, full: np.ndarray, *, moving: bool) -> None:
+    """Raise `InputError` for wheels, pulleys or a nut that are not where their transmission needs them."""
+    label = f"coupling '{part.name}'"
+    for _, coordinate in placed_terms(mechanism, part):
+        if isinstance(coordinate, LineAngle):
+            span = np.subtract(coordinates.place(coordinate.end).at(full), coordinates.place(coordinate.start).at(full))
+            _check_centres(part, label, float(np.hypot(*span)), coordinates.size)
+        if isinstance(coordinate, Thrust):
+            place, bearing = (coordinates.place(point).at(full) for point in (coordinate.point, coordinate.bearing))
+            x, y = (
+                coordinates.frame(coordinate.base)
+                .turned(math.cos(coordinate.direction), math.sin(coordinate.direction))
+                .at(full)
+            )
+            beside = abs((place[0] - bearing[0]) * y - (place[1] - bearing[1]) * x)
+            if beside > FIXED * coordinates.size:
+                raise InputError(
+                    f"{label}: a nut whose axis passes {beside:.4g} m beside the thrust bearing of its screw",
+                    "a nut and a bearing on one axis",
+                )
+    transmission = part.transmission
+    if isinstance(transmission, Teeth) and transmission.radius is not None and _is_rack(part):
+        radius = abs(part.ratio if isinstance(part.output, Slide) else 1.0 / part.ratio)
+        _check_radius(label, transmission.radius, radius, "the ratio makes")
+    if not moving:
+        return
+    if isinstance(transmission, Belt | Screw):
+        what = "a belt" if isinstance(transmission, Belt) else "a screw"
+        raise InputError(f"{label}: {what} whose bearings move against the base", "ideal bearings on a base that does not bend")
+    if isinstance(transmission, Teeth) and transmission.pressure_angle > 0.0:
+        raise InputError(
+            f"{label}: teeth without backlash jam, as a bearing with clearance, or a base that bends, lets the centres move",
+            "a backlash, whose flanks then carry one at a time, or pressure_angle = 0",
+            'backlash = "0.5 deg"',
+        )
+
+
+def _is_rack(part: Coupling) -> bool:
+    return isinstance(part.output, Slide) or isinstance(part.input, Slide)
+
+
+def _check_centres(part: Coupling, label: str, apart: float, size: float) -> None:
+    transmission = part.transmission
+    if apart <= FIXED * size:
+        raise InputError(f"{label}: both wheels have one centre", "wheels whose centres are apart")
+    if isinstance(transmission, Teeth) and transmission.radius is not None:
+        _check_radius(label, transmission.radius, apart / abs(1.0 - part.ratio), f"centres {apart:.6g} m apart make")
+    if isinstance(transmission, Belt) and abs(1.0 - part.ratio) * transmission.radius >= apart:
+        kind = "open" if part.ratio > 0.0 else "crossed"
+        raise InputError(
+            f"{label}: no {kind} belt over radii {transmission.radius:.6g} and {abs(part.ratio) * transmission.radius:.6g} m "
+            f"with centres {apart:.6g} m apart",
+            "centres farther apart",
+        )
+
+
+def _check_radius(label: str, given: float, radius: float, why: str) -> None:
+    if abs(given - radius) > RADIUS * radius:
+        raise InputError(f"{label}: radius = {given:.6g} m, but {why} {radius:.6g} m", "that pitch radius, or none")
+
+
+@dataclass(frozen=True)
+class Pressure:
+    """A force between two wheels, or a pinion and its rack, that does no work: along the line of centres, or across a rack.
+
+    Positive where it presses them apart. See `mechanics.body_maps.pressure`.
+    """
+
+    kind: int  # GEARS, BELT or RACK
+    first: BodyPoint  # Centre of the output's wheel; of the pinion on a rack
+    second: BodyPoint  # Centre of the input's wheel; on a rack its body, without a point
+    per_force: float  # What it makes of the force, or torque, on the output
+    numbers: tuple[float, float]
+    normal: Point = (0.0, 0.0)  # From the rack to the pinion, in the frame of the rack
+
+
+def pressure_of(mechanism: Mechanism, part: Any) -> Pressure | None:
+    """The pressure of teeth or a belt; None where there is none."""
+    transmission = getattr(part, "transmission", None)
+    if isinstance(transmission, Belt):
+        centres = wheel_centre(mechanism, part, "output"), wheel_centre(mechanism, part, "input")
+        apart = abs(1.0 - part.ratio) * transmission.radius
+        return Pressure(BELT, *centres, 1.0 / transmission.radius, (2.0 * transmission.pretension, apart))
+    if not isinstance(transmission, Teeth) or transmission.pressure_angle == 0.0:
+        return None
+    slope = math.tan(transmission.pressure_angle)
+    if not _is_rack(part):
+        centres = wheel_centre(mechanism, part, "output"), wheel_centre(mechanism, part, "input")
+        sense = 1.0 if part.ratio < 0.0 else -1.0  # an internal gear and its pinion are pressed together
+        return Pressure(GEARS, *centres, slope * sense * abs(1.0 - part.ratio), (0.0, 0.0))
+    slides = isinstance(part.output, Slide)
+    slide = part.output if slides else part.input
+    pinion = wheel_centre(mechanism, part, "input" if slides else "output")
+    along = direction_on(mechanism, slide)
+    # the pitch point is at -ratio times the direction turned left from the centre of the pinion
+    side = math.copysign(1.0, part.ratio)
+    normal = -side * math.sin(along), side * math.cos(along)
+    return Pressure(RACK, pinion, (slide.point[0], ""), slope * (1.0 if slides else abs(part.ratio)), (0.0, 0.0), normal)

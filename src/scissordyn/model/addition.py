@@ -203,8 +203,9 @@ def with_backlash(
 ) -> Mechanism:
     """The same mechanism with backlash in a coupling: contact of either flank by a law, and a dead zone between.
 
-    The wheel of the output, or of the input where the output is no angle, gets a second body on its bearing, "COUPLING flanks",
-    which the coupling moves in its place. Two end stops between both are the flanks; the wheel starts in the middle.
+    The wheel of the output, or of the input where the output is no angle, carries a second body, "COUPLING flanks", which the
+    coupling moves in its place. Two end stops between both are the flanks; the wheel starts in the middle. Both start with the
+    speeds that are given: the wheel with its own, the flanks with that of the other side of the coupling.
 
     Returns
     -------
@@ -219,7 +220,7 @@ def with_backlash(
     if not isinstance(angle, RelativeAngle) or angle.body == GROUND:
         raise InputError(f"backlash in coupling '{coupling}' without a wheel", "an angle of a body as its output or input")
     wheel, flanks = _in_mesh(mechanism, part, angle), coupling + FLANKS
-    bearing = _bearing(mechanism, angle)
+    centre = _pivot(mechanism, angle)
     if wheel.inertia is None:
         raise InputError(f"backlash at body '{wheel.name}', which does not rotate", "a body with an inertia")
     second = Body(
@@ -227,9 +228,8 @@ def with_backlash(
         mass=share * wheel.mass,
         inertia=share * wheel.inertia,
         points={"centre": (0.0, 0.0)},
-        position=None if bearing[0] != GROUND and mechanism.body(bearing[0]).position is None else mechanism.place(bearing),
+        position=None if wheel.position is None else mechanism.place(centre),
         angle=wheel.angle,
-        angular_velocity=wheel.angular_velocity,
     )
     rest = dataclasses.replace(wheel, mass=(1.0 - share) * wheel.mass, inertia=(1.0 - share) * wheel.inertia)
     stops: tuple[Any, ...] = tuple(
@@ -240,7 +240,7 @@ def with_backlash(
     return dataclasses.replace(
         mechanism,
         bodies=(*(rest if body.name == wheel.name else body for body in mechanism.bodies), second),
-        joints=(*mechanism.joints, Revolute(f"{flanks}' bearing", (flanks, "centre"), bearing)),
+        joints=(*mechanism.joints, Revolute(f"{flanks}' bearing", (flanks, "centre"), centre)),
         components=(*mechanism.components, *stops),
         couplings=tuple(changed if other is part else other for other in mechanism.couplings),
     )
@@ -311,12 +311,12 @@ def _typed(number: float) -> float:
     return float(f"{number:.12g}")
 
 
-def _bearing(mechanism: Mechanism, angle: RelativeAngle) -> BodyPoint:
-    """The point of the base on which the wheel turns."""
+def _pivot(mechanism: Mechanism, angle: RelativeAngle) -> BodyPoint:
+    """The point of the wheel at its bearing on the base."""
     for joint in mechanism.joints:
         for here, there in ((joint.journal, joint.bearing), (joint.bearing, joint.journal)):
             if here[0] == angle.body and there[0] == angle.base:
-                return there
+                return here
     raise InputError(f"backlash at body '{angle.body}', which no pin holds on '{angle.base}'", "a joint between them")
 
 

@@ -79,6 +79,8 @@ WORDS: Mapping[str, str] = MappingProxyType(
         "torques do not contain it",
         "unseen force": ": bearings see the torques of this coupling, but not its force; teeth, a belt or a screw of the "
         "coupling say where it acts",
+        "pulling flank": ": the flank that is given pulls for {fraction:.2g} of the run, with up to {force:.3g} {unit} on the "
+        "output (t = {time:.6g} s); teeth part there, and the other flank carries",
         "moving centre": ": coupling '{coupling}' keeps a relation of angles also where this clearance lets the centre of "
         "'{body}' move by {clearance:.3g} mm: teeth or a belt would turn it by up to that over its pitch radius",
         # bars that bend

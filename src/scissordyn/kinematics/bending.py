@@ -20,6 +20,7 @@ from scissordyn.components.time_function import OverTime, TimeFunction
 from scissordyn.errors import InputError
 from scissordyn.kinematics.assembly import assembled_places
 from scissordyn.model.body import Body, uniform_inertia, uniform_legs
+from scissordyn.model.coupling import Coupling, Teeth
 from scissordyn.model.joint import Weld
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.parameter_path import matching
@@ -420,6 +421,10 @@ def _attached(mechanism: Mechanism, body: Body, where: dict[str, str], nodes: li
         point = pin.journal[1] if pin.journal[0] == name else pin.bearing[1]
         return dataclasses.replace(part, **{"body" if part.body == name else "base": where[point]})
 
+    def free_ends(part: Coupling) -> tuple[str, ...]:
+        # the force of teeth acts between wheels, wherever what carries these bends
+        return ("body", "base") if isinstance(part.transmission, Teeth) else ("body",)
+
     components = [
         exchanged(at_pin(part), f"component '{part.name}'", (*part.declaration.port.turning, "rail"))
         for part in mechanism.components
@@ -440,7 +445,10 @@ def _attached(mechanism: Mechanism, body: Body, where: dict[str, str], nodes: li
             "couplings": tuple(
                 dataclasses.replace(
                     part,
-                    **{end: exchanged(getattr(part, end), f"coupling '{part.name}'", ("body",)) for end in ("output", "input")},
+                    **{
+                        end: exchanged(getattr(part, end), f"coupling '{part.name}'", free_ends(part))
+                        for end in ("output", "input")
+                    },
                 )
                 for part in mechanism.couplings
             ),

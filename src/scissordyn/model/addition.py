@@ -221,13 +221,14 @@ def with_backlash(
         raise InputError(f"backlash in coupling '{coupling}' without a wheel", "an angle of a body as its output or input")
     wheel, flanks = _in_mesh(mechanism, part, angle), coupling + FLANKS
     centre = _pivot(mechanism, angle)
+    point = getattr(part.transmission, f"{end}_centre", "") or "centre"
     if wheel.inertia is None:
         raise InputError(f"backlash at body '{wheel.name}', which does not rotate", "a body with an inertia")
     second = Body(
         name=flanks,
         mass=share * wheel.mass,
         inertia=share * wheel.inertia,
-        points={"centre": (0.0, 0.0)},
+        points={point: (0.0, 0.0)},
         position=None if wheel.position is None else mechanism.place(centre),
         angle=wheel.angle,
     )
@@ -240,7 +241,7 @@ def with_backlash(
     return dataclasses.replace(
         mechanism,
         bodies=(*(rest if body.name == wheel.name else body for body in mechanism.bodies), second),
-        joints=(*mechanism.joints, Revolute(f"{flanks}' bearing", (flanks, "centre"), centre)),
+        joints=(*mechanism.joints, Revolute(f"{flanks}' bearing", (flanks, point), centre)),
         components=(*mechanism.components, *stops),
         couplings=tuple(changed if other is part else other for other in mechanism.couplings),
     )

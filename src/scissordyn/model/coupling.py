@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Literal, get_args
 
 from scissordyn.components.place import GROUND, BodyPoint, Name
 from scissordyn.components.time_function import ConstantSpeed, TimeFunction
@@ -84,6 +84,9 @@ LARGEST_PRESSURE_ANGLE = math.radians(60.0)
 STANDARD_PRESSURE_ANGLE = math.radians(20.0)  # ISO 53:1998
 
 
+Flank = Literal["", "forward", "backward"]
+
+
 @documented
 @dataclass(frozen=True)
 class Teeth:
@@ -91,7 +94,8 @@ class Teeth:
 
     The pitch radii follow from the ratio and the distance of the centres, that of a pinion on a rack from the ratio alone. On
     the pressure line the force has the component T/r along the teeth's path and T/r tan(a) across it, which presses external
-    gears apart, whichever flank carries.
+    gears apart, whichever flank carries. Where bearings with clearance or bars that bend let the centres move, that also turns
+    the wheels, and the flank that carries has to be given.
     """
 
     pressure_angle: Annotated[
@@ -100,11 +104,19 @@ class Teeth:
     radius: Annotated[
         float | None, Quantity("m", above=0.0, help="pitch radius of the output's wheel, checked against the centres")
     ] = None
+    flank: Annotated[Flank, Meaning("flank that carries, by the sense in which it pushes the output")] = ""
     output_centre: Annotated[str, CENTRE] = ""
     input_centre: Annotated[str, CENTRE] = ""
 
     def __post_init__(self) -> None:
         check_quantities(self, "teeth")
+        if self.flank not in get_args(Flank):
+            raise InputError(f"teeth: flank = {self.flank!r}", '"forward" or "backward"', 'flank="forward"')
+
+    @property
+    def sense(self) -> float:
+        """1 for the flank that pushes the output forward, -1 for the other one, 0 if none is given."""
+        return {"forward": 1.0, "backward": -1.0}.get(self.flank, 0.0)
 
 
 @documented

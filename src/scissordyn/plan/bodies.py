@@ -21,7 +21,7 @@ from scissordyn.plan.acting import acting
 from scissordyn.plan.coordinates import Coordinates, PointMap, joined, stacked
 from scissordyn.plan.linear_constraints import body_inertia
 from scissordyn.plan.ordering import narrow, reach
-from scissordyn.plan.transmission import LineAngle, Pressure, Thrust, placed_terms, pressure_of
+from scissordyn.plan.transmission import LineAngle, Pressure, Thrust, pressure_of
 
 FEW = 6  # Up to so many unknowns their order does not matter
 
@@ -54,12 +54,13 @@ def body_maps(mechanism: Mechanism, coordinates: Coordinates) -> BodyMaps:
         (names.index(part.name), factor, *_acts(mechanism, coordinate))
         for part in mechanism.coupling_parts
         if part.name in names
-        for factor, coordinate in placed_terms(mechanism, part)
+        for factor, coordinate in coordinates.constraints[names.index(part.name)].acting
     ]
     pressures = [
         (names.index(part.name), pressure)
         for part in mechanism.couplings
-        if part.name in names and (pressure := pressure_of(mechanism, part)) is not None
+        if part.name in names and not coordinates.constraints[names.index(part.name)].moving
+        if (pressure := pressure_of(mechanism, part)) is not None
     ]
     return BodyMaps(
         **stacked(maps, 4),

@@ -15,7 +15,6 @@ from scissordyn.plan.coordinates import Constraint, Coordinates, Natural, natura
 from scissordyn.plan.coupling import coupling_parts
 from scissordyn.plan.linear_constraints import eliminated, full, origins
 from scissordyn.plan.quadratic_constraints import quadratic_constraints
-from scissordyn.plan.transmission import placed_terms
 
 NO_GRADIENT = 1e-12  # A quadratic constraint whose maps do not vary by more than this holds whatever the free coordinates are
 
@@ -53,7 +52,7 @@ def every_branch(mechanism: Mechanism, coordinates: Coordinates) -> Branches:
     kept = {constraint.name: constraint for constraint in coordinates.constraints if constraint.linear}
     for coupling in mechanism.coupling_parts:
         if coupling.name in kept:
-            terms = placed_terms(mechanism, coupling) if kept[coupling.name].placed else coupling.terms
+            terms = kept[coupling.name].acting if kept[coupling.name].moving else coupling.terms
             constraints += (replace(kept[coupling.name], parts=coupling_parts(every, terms, coupling.name).parts),)
     parts = [part for constraint in constraints for part in constraint.parts]
     rows = np.zeros((len(parts), 2, total + 1))

@@ -57,7 +57,10 @@ class Constraint:
     latch: bool = False  # Whether the constraint is active only once the latch has locked
     subject: str = ""  # What it keeps, for messages: bodies of unit length, a guide, a rod or a latch
     bodies: tuple[str, ...] = ()  # Whose motion it restricts
-    placed: bool = False  # Whether it is a coupling whose wheels can move against its base: see `plan.transmission`
+    # Of a coupling factors and coordinates on which its force acts, and whether these are its parts, as wheels can move against
+    # its base: see `plan.transmission`
+    acting: tuple[tuple[float, Any], ...] = ()
+    moving: bool = False
 
     @property
     def linear(self) -> bool:

@@ -18,7 +18,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.coordinates import Constraint, Coordinates, PointMap, combined
 from scissordyn.plan.quadratic_constraints import product
 from scissordyn.plan.redundancy import assembled_near_placed, basis_of
-from scissordyn.plan.transmission import LineAngle, Terms, Thrust, centres_move, check_placed, placed_terms
+from scissordyn.plan.transmission import LineAngle, Terms, Thrust, centres_move, check_placed, flank_terms, placed_terms
 
 
 def coupling_constraints(mechanism: Mechanism, coordinates: Coordinates, angles: np.ndarray) -> list[Constraint]:
@@ -74,10 +74,13 @@ class _Start:
 
     def constraint(self, part: Any) -> Constraint:
         drive, terms, moving = isinstance(part, CoordinateDrive), part.terms, False
+        acting = terms
         if not drive and part.transmission is not None:
             moving = centres_move(self.mechanism, self.coordinates, part, self.full)
             check_placed(self.mechanism, self.coordinates, part, self.full, moving=moving)
-            terms = placed_terms(self.mechanism, part) if moving else terms
+            acting = placed_terms(self.mechanism, part)
+            if moving:
+                terms = acting = (*acting, *flank_terms(self.mechanism, self.coordinates, part, self.full))
         bare = coupling_parts(self.coordinates, terms, part.name)
         subject, scale = f"{'drive' if drive else 'coupling'} '{part.name}'", bare.scale
         bodies = tuple(dict.fromkeys(body for _, coordinate in part.terms for body in coordinate.bodies))
@@ -109,7 +112,8 @@ class _Start:
             turning=tuple(references.items()),
             subject=subject,
             bodies=bodies,
-            placed=moving,
+            acting=acting,
+            moving=moving,
         )
 
 

@@ -105,6 +105,22 @@ def placed_terms(mechanism: Mechanism, part: Coupling | CoordinateDrive) -> Term
     return (*((factor, RelativeAngle(body)) for factor, body in wheels if body != GROUND), (part.ratio - 1.0, line))
 
 
+def flank_terms(mechanism: Mechanism, coordinates: Coordinates, part: Coupling, full: np.ndarray) -> Terms:
+    """What teeth of a given flank add where the centres move: their distance, or that of a pinion from its rack.
+
+    The flank opens as the centres part, by tan(a) of that along the teeth's path; its force is along the pressure line then.
+    """
+    pressure, transmission = pressure_of(mechanism, part), part.transmission
+    if pressure is None or not isinstance(transmission, Teeth):
+        return ()
+    factor = transmission.sense * pressure.per_force
+    if pressure.kind == RACK:
+        rack, along = pressure.second[0], math.atan2(pressure.normal[1], pressure.normal[0])
+        return ((factor, Slide(pressure.first, along, rack)),)
+    line = np.subtract(coordinates.place(pressure.first).at(full), coordinates.place(pressure.second).at(full))
+    return ((factor / float(np.hypot(*line)), Distance(pressure.second, pressure.first)),)
+
+
 def _rack(mechanism: Mechanism, part: Coupling, slide: Slide) -> Terms:
     """The pinion against the rack: its angle, and the slide of its centre along the rack."""
     terms = list[tuple[float, Any]]()
@@ -239,11 +255,11 @@ def check_placed(mechanism: Mechanism, coordinates: Coordinates, part: Coupling,
     if isinstance(transmission, Belt | Screw):
         what = "a belt" if isinstance(transmission, Belt) else "a screw"
         raise InputError(f"{label}: {what} whose bearings move against the base", "ideal bearings on a base that does not bend")
-    if isinstance(transmission, Teeth) and transmission.pressure_angle > 0.0:
+    if isinstance(transmission, Teeth) and transmission.pressure_angle > 0.0 and not transmission.flank:
         raise InputError(
-            f"{label}: teeth without backlash jam, as a bearing with clearance, or a base that bends, lets the centres move",
-            "a backlash, whose flanks then carry one at a time, or pressure_angle = 0",
-            'backlash = "0.5 deg"',
+            f"{label}: teeth whose centres can move, as a bearing has clearance or a bar bends, without the flank that carries",
+            '"forward" if they push the output in its positive sense, "backward" if not, or pressure_angle = 0',
+            'flank = "forward"',
         )
 
 

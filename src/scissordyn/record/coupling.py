@@ -16,9 +16,10 @@ from scissordyn.mechanics.outputs import Record
 from scissordyn.mechanics.rotation import TURN
 from scissordyn.model.coupling import Belt, Coordinate, Coupling, Distance, RelativeAngle, Screw, Slide, Teeth
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.coordinates import Constraint
 from scissordyn.plan.plan import Plan
 from scissordyn.plan.transmission import direction_on, pressure_of, wheel_centre
-from scissordyn.record.results import Variables, described, labels
+from scissordyn.record.results import Run, Variables, along, described, labels
 from scissordyn.warning import RunWarning, warning
 
 if TYPE_CHECKING:
@@ -80,6 +81,21 @@ def coupling_warnings(mechanism: Mechanism) -> list[RunWarning]:
     return warnings
 
 
+def flank_warnings(plan: Plan, run: Run) -> list[RunWarning]:
+    """A warning for each coupling whose given flank pulls at some samples, where the centres of its wheels move."""
+    warnings, moving = [], {constraint.name for constraint in plan.coordinates.constraints if constraint.moving}
+    for part in plan.mechanism.couplings:
+        if part.name not in moving or not isinstance(part.transmission, Teeth) or not part.transmission.sense:
+            continue
+        place = run["coupling"].values.tolist().index(part.name)
+        pushed = part.transmission.sense * along(run["coupling_force"], "coupling", "time")[place]
+        if (pulls := pushed < 0.0).any():
+            worst, unit = int(np.argmin(pushed)), "N m" if part.output.unit == "rad" else "N"
+            numbers = {"fraction": float(np.mean(pulls)), "force": -pushed[worst], "time": run["time"].values[worst]}
+            warnings.append(warning("pulling flank", part.name, "coupling", unit=unit, **numbers))
+    return warnings
+
+
 def _rolls(part: Coupling) -> bool:
     """Whether a wheel rolls on its base: force at its centre and torque are those of a force where it touches."""
     slide, angle = (
@@ -88,19 +104,19 @@ def _rolls(part: Coupling) -> bool:
     return slide is not None and angle is not None and (slide.point[0], slide.base) == (angle.body, angle.base)
 
 
-def transmitted_variables(plan: Plan, motion: Record, parts: list[Coupling], force: np.ndarray) -> Variables:
+def transmitted_variables(plan: Plan, motion: Record, rows: list[tuple[Coupling, Constraint]], force: np.ndarray) -> Variables:
     """Forces of teeth, belts and screws on the bodies of outputs, where they act, and tensions of belts.
 
     Shapes: `force` (nt, couplings), what couplings exert on their outputs.
     """
-    if all(part.transmission is None for part in parts):
+    if all(part.transmission is None for part, _ in rows):
         return {}
     vectors, points = np.full((2, *force.shape, 2), np.nan)
     tensions = np.full((2, *force.shape), np.nan)
-    for k, part in enumerate(parts):
+    for k, (part, constraint) in enumerate(rows):
         if part.transmission is None:
             continue
-        vectors[:, k], points[:, k] = _acting(plan, motion, part, force[:, k])
+        vectors[:, k], points[:, k] = _acting(plan, motion, part, constraint, force[:, k])
         if isinstance(part.transmission, Belt):
             effective = np.abs(force[:, k]) / part.transmission.radius
             both = np.maximum(2.0 * part.transmission.pretension, effective)
@@ -117,7 +133,9 @@ def transmitted_variables(plan: Plan, motion: Record, parts: list[Coupling], for
     return variables
 
 
-def _acting(plan: Plan, motion: Record, part: Coupling, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _acting(
+    plan: Plan, motion: Record, part: Coupling, constraint: Constraint, force: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Force on the body of an output, and a point on its line, shape (nt, 2)."""
     coordinates, mechanism, pressure = plan.coordinates, plan.mechanism, pressure_of(plan.mechanism, part)
     slide = next((end for end in (part.output, part.input) if isinstance(end, Slide)), None)
@@ -131,7 +149,7 @@ def _acting(plan: Plan, motion: Record, part: Coupling, force: np.ndarray) -> tu
         left, radius = _left(along), part.ratio if slides else 1.0 / part.ratio
         on_rack = (force if slides else -part.ratio * force)[:, None] * along
         if pressure is not None:
-            size = pressure.per_force * np.abs(force)
+            size = constraint.acting[-1][0] * force if constraint.moving else pressure.per_force * np.abs(force)
             on_rack = on_rack - math.copysign(1.0, radius) * size[:, None] * left
         return (on_rack if slides else -on_rack), pinion - radius * left
     output, input = (coordinates.place(wheel_centre(mechanism, part, end)).at(motion.X) for end in ("output", "input"))
@@ -142,6 +160,8 @@ def _acting(plan: Plan, motion: Record, part: Coupling, force: np.ndarray) -> tu
     if pressure is not None and pressure.kind == BELT:
         most, sine = np.maximum(pressure.numbers[0], pressure.per_force * np.abs(force)), pressure.numbers[1] / apart[:, 0]
         size = -most * np.sqrt(1.0 - sine * sine)
+    elif pressure is not None and constraint.moving:
+        size = constraint.acting[-1][0] * force
     elif pressure is not None:
         size = pressure.per_force * np.abs(force) / apart[:, 0]
     vector = vector + size[:, None] * line / apart
@@ -210,7 +230,7 @@ def coupling_variables(plan: Plan, path: Trajectory, motion: Record) -> Variable
             words = "torque or force of a coupling on its input coordinate"
             variables[f"{dim}_input_force"] = described(along, force_in, _of_forces(units), words)
             variables[f"{dim}_input_unit"] = labels(dim, units, "unit of the coordinate")
-            variables |= transmitted_variables(plan, motion, [part for part, _, _ in rows], force)
+            variables |= transmitted_variables(plan, motion, [(part, constraint) for part, _, constraint in rows], force)
         units = [first[0][1].unit for first in terms]
         variables[f"{dim}_{output}"] = described(along, values, _joined(units), f"coordinate that {label} acts on")
         variables[f"{dim}_force"] = described(along, force, _of_forces(units), f"torque or force of {label} on it")

@@ -25,7 +25,7 @@ from scissordyn.plan.plan import Plan
 from scissordyn.plan.rail import rail_axes
 from scissordyn.plugin.element import pointers, row_of
 from scissordyn.record.bars import mode_warnings
-from scissordyn.record.coupling import coupling_warnings
+from scissordyn.record.coupling import coupling_warnings, flank_warnings
 from scissordyn.record.film import MIXED, film_peak_warnings, film_warnings
 from scissordyn.record.results import Run, along
 from scissordyn.record.sampling import time_mean
@@ -77,7 +77,7 @@ def run_warnings(plan: Plan, run: Run, immobile: tuple[str, ...]) -> list[RunWar
         if rod.tension_only and np.min(force, initial=0.0) < 0.0:
             first, worst = int(np.argmax(force < 0.0)), int(np.argmin(force))
             warnings.append(warning("negative force", rod.name, first=time[first], force=force[worst], time=time[worst]))
-    warnings += [warning("immobile", name, "clearance joint") for name in immobile]
+    warnings += [warning("immobile", name, "clearance joint") for name in immobile] + flank_warnings(plan, run)
     warnings += _overstrained(run) + _buckled(run) + mode_warnings(plan, run) + _off_the_rail(plan, run) + _undetermined(run)
     warnings += _saturated(plan, run) + _gained(run) + film_warnings(plan, run) + _impulses(run)
     return warnings + ([] if _stands_still(plan, run) else _unbalanced(run, stepped=bool(plan.hard_places)))

@@ -99,7 +99,7 @@ class Balance(Places):
         )
         if isinstance(coupling.output, sd.Distance):
             first = next(body for body, _ in (coupling.output.end, coupling.output.start) if body not in ("ground", second))
-        force, where = (self.over(f"coupling_contact_{name}", coupling=coupling.name) for name in ("force", "point"))
+        force, where = (self.over(f"coupling_transmitted_{name}", coupling=coupling.name) for name in ("force", "point"))
         self.pair(first, second, where, force)
         if isinstance(coupling.transmission, sd.Screw):
             torque = self.run["coupling_input_force"].sel(coupling=coupling.name).values

@@ -203,9 +203,11 @@ def test_no_joint_transmits_more_than_the_largest_force(name: str) -> None:
     """Identity: the largest force of a run is that of all joints, guides and welds, and no sample of any is above it."""
     make, until, kind = LARGEST[name]
     run = sd.simulate(make(), until=until, samples="auto")
-    sizes = {joint: np.nanmax(size) for joint, size in zip(run["joint"].values, np.linalg.norm(run["reaction"], axis=2).T)}
-    if "weld" in run:
-        sizes |= dict(zip(run["weld"].values, np.linalg.norm(run["weld_force"], axis=2).max(axis=0)))
+    sizes = {}
+    for dim, force in (("joint", "reaction"), ("weld", "weld_force")):
+        if force in run:
+            largest = np.nanmax(np.linalg.norm(run[force].values, axis=2), axis=0)
+            sizes |= dict(zip(run[dim].values.tolist(), largest.tolist(), strict=True))
     answer = summary_of(run).force
     assert answer.force == pytest.approx(max(sizes.values()), rel=1e-9)
     assert answer.force == pytest.approx(sizes[answer.joint], rel=1e-9)

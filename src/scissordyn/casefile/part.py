@@ -191,8 +191,23 @@ def coupling_lines(mechanism: Mechanism) -> list[str]:
         offset = f" + {written(part.offset, part.output.unit)}" if part.offset else ""
         sense = "in opposite senses" if part.ratio < 0.0 else "in the same sense"
         text = f"Coupling {name}: {coordinate_words(part.output)} = {ratio} x {coordinate_words(part.input)}{offset}, {sense}"
+        text += transmission_words(part)
         lines.append(f"{text}, backlash {written(backlashes[name]['backlash'], 'rad')}." if name in backlashes else f"{text}.")
     return lines
+
+
+def transmission_words(part: Coupling) -> str:
+    """How the force of a coupling is transmitted, after a comma; empty where it is a relation of coordinates."""
+    match part.transmission:
+        case Teeth(pressure_angle=angle):
+            return f", teeth with a pressure angle of {written(angle, 'rad')}"
+        case Belt(radius=radius, pretension=pretension):
+            kind = "an open" if part.ratio > 0.0 else "a crossed"
+            return f", {kind} belt on a pitch radius of {written(radius, 'm')}, pretension {written(pretension, 'N')}"
+        case Screw():
+            return ", a screw"
+        case _:
+            return ""
 
 
 def coordinate_words(coordinate: Coordinate) -> str:

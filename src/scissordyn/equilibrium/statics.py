@@ -273,6 +273,8 @@ def _envelope(variables: Variables, times: np.ndarray, turned: list[str]) -> Var
         if not set(several) <= {"N", "N m"}:
             continue
         chosen = list(range(len(parts)))
+        if name.startswith("coupling_"):  # some have teeth or a belt, others not
+            chosen = [k for k in chosen if not np.isnan(part.values[:, k]).all()]
         if name == "reaction_moment":
             chosen = [k for k, label in enumerate(parts) if label in turned or np.any(part.values[:, k])]
         for label, of in ((parts[k], several[k]) for k in chosen):

@@ -70,6 +70,7 @@ class _Start:
         if isinstance(coordinate, Slide):
             way, along = _slide(self.coordinates, coordinate)
             return float(way.at(self.full) @ along.at(self.full))
+        assert isinstance(coordinate, Distance)  # a thrust is in no constraint
         return float(np.hypot(*_span(self.coordinates, coordinate).at(self.full)))
 
     def constraint(self, part: Any) -> Constraint:

@@ -98,10 +98,9 @@ def flank_warnings(plan: Plan, run: Run) -> list[RunWarning]:
 
 def _rolls(part: Coupling) -> bool:
     """Whether a wheel rolls on its base: force at its centre and torque are those of a force where it touches."""
-    slide, angle = (
-        next((end for end in (part.output, part.input) if isinstance(end, kind)), None) for kind in (Slide, RelativeAngle)
-    )
-    return slide is not None and angle is not None and (slide.point[0], slide.base) == (angle.body, angle.base)
+    ends = part.output, part.input
+    slides, angles = [end for end in ends if isinstance(end, Slide)], [end for end in ends if isinstance(end, RelativeAngle)]
+    return bool(slides and angles) and (slides[0].point[0], slides[0].base) == (angles[0].body, angles[0].base)
 
 
 def transmitted_variables(plan: Plan, motion: Record, rows: list[tuple[Coupling, Constraint]], force: np.ndarray) -> Variables:
@@ -123,8 +122,8 @@ def transmitted_variables(plan: Plan, motion: Record, rows: list[tuple[Coupling,
             tensions[:, :, k] = 0.5 * (both + effective), 0.5 * (both - effective)
     over, where = ("time", "coupling", "axis"), "of teeth, belt or screw on the body of the output"
     variables = {
-        "coupling_contact_force": described(over, vectors, "N", f"force {where}"),
-        "coupling_contact_point": described(over, points, "m", f"a point on the line of the force {where}; the pitch point"),
+        "coupling_transmitted_force": described(over, vectors, "N", f"force {where}"),
+        "coupling_transmitted_point": described(over, points, "m", "a point on its line; of teeth the pitch point"),
     }
     if np.isfinite(tensions).any():
         for name, values in zip(("tight", "slack"), tensions, strict=True):
@@ -230,7 +229,9 @@ def coupling_variables(plan: Plan, path: Trajectory, motion: Record) -> Variable
             words = "torque or force of a coupling on its input coordinate"
             variables[f"{dim}_input_force"] = described(along, force_in, _of_forces(units), words)
             variables[f"{dim}_input_unit"] = labels(dim, units, "unit of the coordinate")
-            variables |= transmitted_variables(plan, motion, [(part, constraint) for part, _, constraint in rows], force)
+            variables |= transmitted_variables(
+                plan, motion, [(part, constraint) for part, _, constraint in rows if isinstance(part, Coupling)], force
+            )
         units = [first[0][1].unit for first in terms]
         variables[f"{dim}_{output}"] = described(along, values, _joined(units), f"coordinate that {label} acts on")
         variables[f"{dim}_force"] = described(along, force, _of_forces(units), f"torque or force of {label} on it")

@@ -46,7 +46,7 @@ class Transmitted(NamedTuple):
     @property
     def sizes(self) -> np.ndarray:
         """Sizes of the forces of joints, then of welds, shape (nt, joints + welds) [N]."""
-        return np.hypot(*np.moveaxis(np.concatenate([self.force, self.weld_force], axis=1), -1, 0))
+        return np.asarray(np.hypot(*np.moveaxis(np.concatenate([self.force, self.weld_force], axis=1), -1, 0)))
 
 
 def transmitted(plan: Plan, found: Record, time: np.ndarray) -> Transmitted:

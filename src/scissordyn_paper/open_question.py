@@ -220,6 +220,11 @@ def _ideal(case: OpenCase) -> Any:
     return mechanism.ideal()
 
 
+def _largest_at(run: xr.Dataset) -> float:
+    """The largest force of metal and film together at the loose joint [N]."""
+    return float(run["joint_peak_force"].values[np.isfinite(run["clearance"].values)].max())
+
+
 def _measured(run: xr.Dataset, ideal: xr.Dataset, case: OpenCase) -> dict[str, float]:
     """The measures of a run."""
     work = run["drive_work"].values
@@ -231,7 +236,7 @@ def _measured(run: xr.Dataset, ideal: xr.Dataset, case: OpenCase) -> dict[str, f
         "modes": float(run["flexible_bar_modes"].max()) if "flexible_bar_modes" in run else 0.0,
         "contacts": float(peaks.size),
         "contact_fraction": (float(length.sum()) + float(np.sum(end - last))) / end,
-        "peak_force": float(np.max(peaks, initial=0.0)) if case.oil is None else float(run["joint_peak_force"].max()),
+        "peak_force": float(np.max(peaks, initial=0.0)) if case.oil is None else _largest_at(run),
         "peak_metal_force": float(np.max(peaks, initial=0.0)),
         "fastest_approach": float(np.max(run["approach_speed"].values, initial=0.0)),
         "dissipated": float(run["dissipated_energy"].values[-1]),

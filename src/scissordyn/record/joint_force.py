@@ -201,6 +201,7 @@ class ForceAnswer(Answer):
     film: float = math.nan
     least: float = math.nan  # The least that it is estimated to be [N]
     loose: ForceAnswer | None = None  # The largest at a clearance joint, where another joint transmits more
+    partial: bool = False  # Whether impulses of hard contacts pass through the joint, which are left out
 
     def __str__(self) -> str:
         more = ""
@@ -216,6 +217,7 @@ class ForceAnswer(Answer):
     def words(self) -> str:
         """Size, place and instant, the parts of metal and film, and whether it is an estimate."""
         estimate = f"; {estimate_in_words(self.force, self.least)}" if self.estimated else ""
+        estimate += ", without the impulses of hard contacts" if self.partial else ""
         where = f"at {self.kind} {printable(self.joint)}, at {short(self.when, 's')}"
         return f"{short(self.force, 'N')} {where}{parts_of_oiled(self.metal, self.film)}{estimate}"
 

@@ -244,7 +244,8 @@ def _force(run: Run, described: Any, options: Options | None) -> ForceAnswer | N
     start, after = (None if options is None else force_after_start(run, options.start, whole)) or (None, None)
     found = _answer(run, whole, described)
     less = None if loose is None or loose is whole else _answer(run, loose, described)
-    return dataclasses.replace(found, start=start, after=after, loose=less)
+    partial = whole is not loose and "peak_force_estimate" in run
+    return dataclasses.replace(found, start=start, after=after, loose=less, partial=partial)
 
 
 def _largest(joints: Sequence[JointSummary]) -> JointSummary | None:
@@ -267,7 +268,7 @@ def _answer(run: Run, joint: JointSummary, described: Any) -> ForceAnswer:
 
 def _kind(run: Run, joint: str, described: Any) -> str:
     """What transmits a force, in words."""
-    if joint not in run["joint"].values.tolist():
+    if "weld" in run and joint in run["weld"].values.tolist():
         return "weld"
     guides = [] if described is None else described.guides
     if joint in [guide.name for guide in guides]:

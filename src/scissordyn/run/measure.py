@@ -241,8 +241,8 @@ _JOINT, _DRIVE = ("joint",), ("drive",)
 MEASURES: Mapping[str, Measure] = MappingProxyType(
     {
         "peak_force": Measure("N", _FORCE, _JOINT, Ended.largest_forces, recorded=True),
-        "peak_reaction": Measure("N", _REACTION, ("transmitting",), Ended.reactions, recorded=True),
         "peak_force_estimate": Measure("N", _HARD_FORCE, _JOINT, Ended.estimated_forces),
+        "peak_reaction": Measure("N", _REACTION, ("transmitting",), Ended.reactions, recorded=True),
         "peak_approach_speed": _of_contacts(
             "m/s", "largest approach speed", lambda contacts: np.max(contacts["approach_speed"], initial=0.0)
         ),

@@ -189,6 +189,17 @@ def welded() -> sd.Mechanism:
     )
 
 
+def test_a_weld_to_a_point_mass_is_refused() -> None:
+    """Contract: a point mass bears no moment; a bar welded to one stood still in the air."""
+    parts = (
+        sd.bar("bar", length=1.0, mass=1.0, position=(0.0, 0.0), angle=0.0),
+        sd.point_mass("tip", mass=1.0, position=(1.0, 0.0)),
+    )
+    weld = sd.Weld("tip weld", ("bar", "end"), ("tip", "centre"))
+    with pytest.raises(sd.InputError, match="weld 'tip weld' fixes body 'bar' to body 'tip', which has no inertia"):
+        sd.Mechanism(parts, welds=(weld,))
+
+
 LARGEST = {
     "ideal pin beside oiled ones": (loose_four_bar, 0.02, "ideal joint"),
     "guide beside a loose pin": (lambda: sprung(DRY).ideal("slider pin").with_clearance("ground pin", DRY), 0.01, ""),

@@ -101,6 +101,14 @@ def _check_moments(mechanism: Mechanism, points: Mapping[str, Mapping[str, Point
     fixed = {body.name: body for body in mechanism.bodies if not body.rotates and body.name not in guided}
     if not fixed:
         return
+    for weld in mechanism.welds:
+        for (held, _), (other, _) in ((weld.start, weld.end), (weld.end, weld.start)):
+            if held in fixed and other != GROUND and mechanism.body(other).rotates:
+                raise InputError(
+                    f"weld '{weld.name}' fixes body '{other}' to body '{held}', which has no inertia and keeps its angle, so that "
+                    "nothing would bear the moment",
+                    f"an inertia of '{held}', or a joint in place of the weld",
+                )
     places = [(f"joint '{joint.name}'", end) for joint in mechanism.joints for end in (joint.journal, joint.bearing)]
     places += [(f"weld '{weld.name}'", end) for weld in mechanism.welds for end in (weld.start, weld.end)]
     parts: tuple[Any, ...] = (*mechanism.components, *mechanism.rods)

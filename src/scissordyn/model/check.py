@@ -105,8 +105,7 @@ def _check_moments(mechanism: Mechanism, points: Mapping[str, Mapping[str, Point
         for (held, _), (other, _) in ((weld.start, weld.end), (weld.end, weld.start)):
             if held in fixed and other != GROUND and mechanism.body(other).rotates:
                 raise InputError(
-                    f"weld '{weld.name}' fixes body '{other}' to body '{held}', which has no inertia and keeps its angle, so that "
-                    "nothing would bear the moment",
+                    f"weld '{weld.name}' fixes body '{other}' to body '{held}', which has no inertia to bear the moment",
                     f"an inertia of '{held}', or a joint in place of the weld",
                 )
     places = [(f"joint '{joint.name}'", end) for joint in mechanism.joints for end in (joint.journal, joint.bearing)]

@@ -322,7 +322,7 @@ def test_teeth_on_a_bar_that_bends() -> None:
             sd.Coupling("mesh", ANGLE("planet", "arm"), ANGLE("sun", "arm"), -1.0, transmission=sd.Teeth(flank="forward")),
         ),
     ).driven(speed=1.0, body="sun")
-    bent = rigid.with_bending("arm", bending_stiffness=200.0, axial_stiffness=1e7, modes=2, damping=1e-3)
+    bent = sd.with_bending(rigid, "arm", bending_stiffness=200.0, axial_stiffness=1e7, modes=2, damping=1e-3)
     run, exact = (sd.simulate(each, until=0.2, samples=5) for each in (bent, rigid))
     size = np.linalg.norm(last(exact, "reaction", joint="P"))
     assert last(run, "reaction", joint="P") == pytest.approx(last(exact, "reaction", joint="P"), abs=2e-3 * size)

@@ -217,8 +217,8 @@ def test_requirements_and_responses() -> None:
 
 def test_stiffness_of_bars_without_clearance(tmp_path: Path) -> None:
     """Cross-check: EI of all bars gives the torques and the largest forces of runs, also without clearance."""
-    bent = sd.scissor(units=1, bar_length=1.0, bar_mass=1.0).with_bending(
-        bending_stiffness=2000.0, axial_stiffness=2e7, modes=2
+    bent = sd.with_bending(
+        sd.scissor(units=1, bar_length=1.0, bar_mass=1.0), bending_stiffness=2000.0, axial_stiffness=2e7, modes=2
     )
     found = sd.study(
         bent.driven(speed=6.0), {"flexible_bar.all.bending_stiffness": [1000.0, 4000.0]}, until=0.002, store=tmp_path / "a.db"

@@ -18,7 +18,7 @@ from scissordyn.plan.plan import Plan
 from scissordyn.plan.system import state_kept
 from scissordyn.record.bars import with_distributed_mass
 from scissordyn.record.results import Variables, described, labels
-from scissordyn.run.trajectory import Trajectory
+from scissordyn.record.trajectory import Trajectory
 
 FORCE = "force on the journal (contact and film at clearance joints, reaction at ideal ones), on the follower for guides"
 MOMENT = "moment that the joint transmits, on the body of the journal about its centre, on the follower about the guided point"

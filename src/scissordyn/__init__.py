@@ -138,12 +138,15 @@ PUBLIC = {
         "Lubrication",
     ),
     "model.coupling": (
+        "Belt",
         "CoordinateDrive",
         "Coupling",
         "Distance",
         "Drive",
         "RelativeAngle",
+        "Screw",
         "Slide",
+        "Teeth",
     ),
     "model.joint": (
         "Guide",

@@ -41,6 +41,7 @@ OTHERS = {
     "mass": lambda known: known.replace("slider.mass", 7.0),
     "rod": lambda known: sd.constrain_contact(known),
     "component": lambda known: dataclasses.replace(known, components=(sd.Force("load", ("slider", "centre"), (10.0, 0.0)),)),
+    "contact force": lambda known: known.with_clearance("A", sd.Clearance(0.5e-3, friction=sd.Ambrosio(kinetic=0.1))),
     "drive": lambda known: dataclasses.replace(known, drives=()),
     "track": lambda known: dataclasses.replace(known, tracks=(sd.Track("tip", "slider", (0.1, 0.0)),)),
 }
@@ -99,6 +100,14 @@ def test_a_change_of_the_tables_is_planned_anew(other: str) -> None:
 def test_what_enters_the_tables_does_not_fit(other: str) -> None:
     """Limit: lengths, masses, joints, rods, components, drives and tracked points have a plan of their own."""
     assert not plan(array()).fits(OTHERS[other](array()))
+
+
+def test_a_force_over_time_has_its_own_tables() -> None:
+    """Contract: a force that follows a time function does not share the tables of a constant one."""
+    constant = sd.Force("load", ("slider", "centre"), (10.0, 0.0))
+    growing = dataclasses.replace(constant, time_function=sd.Cycloidal(0.0, 1.0, 0.5))
+    one, other = (dataclasses.replace(array(), drives=(), components=(part,)) for part in (constant, growing))
+    assert not plan(one).fits(other)
 
 
 def test_equal_mechanisms_fit() -> None:

@@ -15,6 +15,7 @@ from scissordyn.components.actuator import Actuator
 from scissordyn.components.declaration import Component
 from scissordyn.components.rod import Rod
 from scissordyn.components.time_function import TimeFunction
+from scissordyn.laws.friction.none import NoFriction
 from scissordyn.mechanics.body_maps import BodyMaps
 from scissordyn.mechanics.reactions import Balance
 from scissordyn.mechanics.system import FrictionWorkspace, Model, Parameters
@@ -250,12 +251,17 @@ def _is_same(one: Any, other: Any) -> bool:
 
 
 def _of_gap(gap: Clearance | None) -> Any:
-    return gap and (gap.contact, contact_states(gap), gap.lubrication is None)
+    """Contact kind, internal states, and the parts whose presence adds rows to the tables."""
+    return gap and (gap.contact, contact_states(gap), gap.lubrication is None, isinstance(gap.friction, NoFriction))
 
 
 def _of_component(part: Any) -> tuple[Any, ...]:
-    """Its class and attachment; of a motor, whose rotor is a mass, all."""
+    """Return the class and attachment of a component, and whether it has a time function.
+
+    A motor is returned whole: the inertia of its rotor is part of the mass matrix.
+    """
     port = part.declaration.port
     if part.declaration.motor:
-        return type(part), id(part)
-    return type(part), *(getattr(part, name) for name in (*port.points, *port.turning, *port.numbers))
+        return type(part), part
+    timed = getattr(part, "time_function", None) is not None
+    return type(part), timed, *(getattr(part, name) for name in (*port.points, *port.turning, *port.numbers))

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import multiprocessing
+import os
 import random
 import resource
 import shutil
+import signal
 import sqlite3
 import sys
 import tarfile
@@ -151,7 +153,8 @@ def test_a_page_that_cannot_be_read_costs_its_rows_alone(tmp_path: Path) -> None
     long = dataclasses.replace(study(), factors=(Factor("A.clearance", Interval(1e-4, 5e-4, 1000)),), options=Options(1e-5))
     execute(long, path, engine=1, block=100)
     content, expected = bytearray(path.read_bytes()), Store(path).results()
-    page = next(k for k in range(4096, len(content), 4096) if content[k] == 13 and b"\x01\xf4" in content[k : k + 4096])
+    row_500 = b"\x83\x74"  # as SQLite writes the number
+    page = next(k for k in range(4096, len(content), 4096) if content[k] == 13 and row_500 in content[k : k + 4096])
     content[page] ^= 0xFF  # the kind of the page
     path.write_bytes(content)
     results = Store(path).results()
@@ -261,6 +264,35 @@ def test_a_store_is_made_by_one(whole: Path, tmp_path: Path) -> None:
     assert rows(path) == rows(whole)
 
 
+@pytest.mark.parametrize("moment", ["fsync", "link", "unlink"])
+def test_a_kill_while_a_study_is_created_leaves_nothing(moment: str, whole: Path, tmp_path: Path) -> None:
+    """Contract: at most one hidden file is left; the same command removes it and computes the study."""
+    path = tmp_path / "a.db"
+    other = multiprocessing.get_context("spawn").Process(target=_die_at, args=(str(path), moment))
+    other.start()
+    other.join(120)
+    assert other.exitcode == -signal.SIGKILL
+    shown, hidden = {"fsync": ([], 1), "link": ([], 1), "unlink": (["a.db"], 1)}[moment]
+    assert sorted(one.name for one in tmp_path.iterdir() if not one.name.startswith(".")) == shown
+    assert len([one for one in tmp_path.iterdir() if one.name.startswith(".")]) == hidden
+    execute(study(), path, block=BLOCK, engine=1)
+    assert [one.name for one in tmp_path.iterdir()] == ["a.db"]
+    assert rows(path) == rows(whole)
+
+
+def _die_at(address: str, moment: str) -> None:
+    """Create a store and kill this process when it calls a function of the system."""
+    described = study()
+    runs = simulated(described, np.array([0]))
+
+    def die(first: object, *_: object) -> None:
+        if moment == "fsync" or str(first).endswith(".part"):
+            os.kill(os.getpid(), signal.SIGKILL)
+
+    setattr(os, moment, die)
+    Store(address).create(described, runs, BLOCK)
+
+
 def test_a_writer_that_dies_between_rows_leaves_none_of_them(whole: Path, store: Path) -> None:
     """Contract: a block is there or not, whatever instant its process is killed at."""
     change(store, "DELETE FROM cases WHERE number >= 4", "DELETE FROM blocks WHERE number >= 2")
@@ -277,8 +309,6 @@ def test_a_writer_that_dies_between_rows_leaves_none_of_them(whole: Path, store:
 
 
 def _die(address: str) -> None:
-    import os
-
     store = Store(address)
     with store.alone(), store._transaction() as connection:
         connection.execute("PRAGMA cache_size = 1")

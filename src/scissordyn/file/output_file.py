@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import csv
+import errno
 import hashlib
 import io
 import os
@@ -127,26 +128,52 @@ def csv_text(rows: Iterable[Iterable[object]]) -> str:
 
 
 def write_file(path: str | os.PathLike[str], content: bytes | memoryview, *, sample: str = "-o run.nc") -> Path:
-    """Write a file whole or not at all.
-
-    It is written beside its place and then put there. What killed processes left there for the same file is removed.
-    """
+    """Write a file whole or not at all; raise `InputError` if that is not possible."""
     wanted = Path(path)
     try:
-        target = Path(os.path.realpath(wanted))
-        for left in _left_behind(target):
-            left.unlink(missing_ok=True)
-        with _part(target) as (part, handle):
-            rest = memoryview(content).cast("B")
-            while rest:
-                rest = rest[os.write(handle, rest) :]
-            os.fsync(handle)  # some file systems find out here that they are full
-            os.replace(part, target)
+        put_file(wanted, content)
     except (OSError, ValueError) as error:
         raise InputError(
             f"cannot write '{wanted}': {_reason(error)}", "a file name in a folder that exists and can be written", sample
         ) from None
     return wanted
+
+
+def put_file(path: str | os.PathLike[str], content: bytes | memoryview, *, new: bool = False) -> None:
+    """Write a file whole or not at all, or raise an error of the operating system.
+
+    The content is written to a hidden file in the same folder, which then gets the name. Hidden files of killed processes are
+    removed first. With `new` a file that exists is not replaced: `FileExistsError`.
+    """
+    target = Path(os.path.realpath(path))
+    remove_left_behind(target)
+    with _part(target) as (part, handle):
+        rest = memoryview(content).cast("B")
+        while rest:
+            rest = rest[os.write(handle, rest) :]
+        os.fsync(handle)  # some file systems find out here that they are full
+        if new:
+            _link(part, target)
+        else:
+            os.replace(part, target)
+
+
+def _link(part: Path, target: Path) -> None:
+    """Give a file a second name, which must not be taken."""
+    try:
+        os.link(part, target)
+    except FileExistsError:
+        raise
+    except OSError:  # a file system without links
+        if target.exists():
+            raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(target)) from None
+        os.replace(part, target)
+
+
+def remove_left_behind(path: str | os.PathLike[str]) -> None:
+    """Remove unfinished files for a target whose writers were killed."""
+    for left in _left_behind(Path(os.path.realpath(path))):
+        left.unlink(missing_ok=True)
 
 
 def _reason(error: Exception) -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-import secrets
 import sqlite3
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager, suppress
@@ -17,6 +16,7 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.errors import InputError, ScissordynError, command
+from scissordyn.file.output_file import put_file, remove_left_behind
 from scissordyn.lookup import library
 from scissordyn.run.engine import STATES
 from scissordyn.studies.ask.description import OwnMeasure, Study, from_plain, to_plain
@@ -118,42 +118,25 @@ class Store:
 
     @contextmanager
     def _made_anew(self, columns: table.Columns, notes: Mapping[str, Any], *, instead: bool) -> Iterator[sqlite3.Connection]:
-        """A new file without rows, in the place of the store or of none, once everything is written."""
-        target = os.path.realpath(self.path)
-        # a process that is killed here leaves no half of a store; nobody else has a file of this name
-        beside = f"{target}.{secrets.token_hex(8)}.part"
-        try:
-            with _one_line(self.path), closing(sqlite3.connect(beside, isolation_level=None)) as connection:
-                connection.execute("BEGIN")
-                table.create(connection, columns)
-                for name, value in notes.items():
-                    _note(connection, name, value)
-                yield connection
-                connection.execute("COMMIT")
-                connection.execute(f"PRAGMA application_id = {APPLICATION}")
-                connection.execute(f"PRAGMA user_version = {FORMAT}")
-            with _one_line(self.path):
-                if instead:
-                    os.replace(beside, target)
-                else:
-                    self._name(beside, target)
-        except BaseException:
-            for end in ("", "-journal"):
-                Path(f"{beside}{end}").unlink(missing_ok=True)
-            raise
-
-    def _name(self, beside: str, target: str) -> None:
-        """Give a new file its name, unless another process has made one meanwhile."""
-        if not self.begun():
-            Path(target).unlink(missing_ok=True)  # an empty file
-        try:
-            os.link(beside, target)
-        except FileExistsError:
-            raise InputError(f"'{self.path}' was made by another process meanwhile", "the same command again") from None
-        except OSError:  # a file system without links
-            os.rename(beside, target)
-            return
-        os.unlink(beside)
+        """A new store without rows, in memory; at the end it is written in one piece, as a new file or instead of the old."""
+        with _one_line(self.path), closing(sqlite3.connect(":memory:", isolation_level=None)) as connection:
+            connection.execute("BEGIN")
+            table.create(connection, columns)
+            for name, value in notes.items():
+                _note(connection, name, value)
+            yield connection
+            connection.execute("COMMIT")
+            connection.execute(f"PRAGMA application_id = {APPLICATION}")
+            connection.execute(f"PRAGMA user_version = {FORMAT}")
+            content = connection.serialize()
+        with _one_line(self.path):
+            if not instead and not self.begun():
+                Path(os.path.realpath(self.path)).unlink(missing_ok=True)  # an empty file
+            try:
+                put_file(self.path, content, new=not instead)
+            except FileExistsError:
+                what = f"'{self.path}' was made by another process meanwhile"
+                raise InputError(what, "the same command again") from None
 
     # --- notes ----------------------------------------------------------------------------------------------------------
 
@@ -306,6 +289,8 @@ class Store:
             return
         try:
             self._writer = self._locked()
+            with suppress(OSError):
+                remove_left_behind(self.path)
             damaged = self._rows()
             if damaged.damaged:
                 self._leave_out(damaged)

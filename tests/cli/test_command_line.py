@@ -19,10 +19,13 @@ import pytest
 import xarray as xr
 
 from cli.test_files import PAPER, SHORT, Refused
+from scissordyn.casefile.configuration import read_configuration
 from scissordyn.cli import main
 from scissordyn.cli import run as run_module
 from scissordyn.cli.main import status_of
 from scissordyn.record.store import load
+
+EXAMPLES = PAPER.parent
 
 BARS = """
 [[body]]
@@ -215,6 +218,33 @@ def test_curves_take_no_second_run(folder: Path) -> None:
     np.testing.assert_array_equal(auto["position"].sel(time=plain["time"]), plain["position"])
     steps = [json.loads(run.attrs["statistics"])["steps"] for run in (plain, auto)]
     assert steps[0] == steps[1]
+
+
+@pytest.mark.parametrize(
+    ("case", "options", "number"),
+    [
+        ("four_bar", ("--set", "run.until=60 ms"), "auto"),
+        ("four_bar", ("--set", "run.until=20 ms", "--samples", "2001"), 2001),
+        ("solar_array", ("--set", "run.until=20 ms", "--set", "run.samples=31"), 31),
+        ("press", ("--set", "run.until=20 ms"), "auto"),
+    ],
+)
+def test_a_run_is_drawn_with_the_samples_that_are_saved(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, case: str, options: tuple[str, ...], number: int | str
+) -> None:
+    """Identity: pictures beside a run, pictures of its file, and the file have the same samples; `samples` is respected."""
+    drawn: list[xr.Dataset] = []
+    monkeypatch.setattr("scissordyn.plot.report.draw_all", lambda run, *_, **__: drawn.append(run) or [])
+    assert status_of(["run", str(EXAMPLES / f"{case}.toml"), *options, "-q", "-o", "run.nc", "--plot", "a"]) == 0
+    assert status_of(["plot", "run.nc", "-o", "b"]) == 0
+    assert status_of(["run", "run.nc", "-q", "-o", "again.nc", "--plot", "c"]) == 0
+    saved = load("run.nc")
+    chosen = read_configuration(saved).options
+    assert chosen is not None
+    assert chosen.samples == number
+    assert len(drawn) == 3
+    for run in (*drawn, load("again.nc")):
+        xr.testing.assert_equal(run, saved)
 
 
 def test_check_says_what_a_long_run_costs(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import sys
 from pathlib import Path
@@ -24,7 +25,6 @@ from scissordyn.errors import InputError, printable
 
 if TYPE_CHECKING:  # the help of a command loads no libraries
     from scissordyn.model.mechanism import Mechanism
-    from scissordyn.model.options import Options
     from scissordyn.record.results import Results
     from scissordyn.run.advance.checkpoint import Checkpoint
 
@@ -63,11 +63,11 @@ def run(
     drawn = plot is not None or film is not None
     silent, stopped = quiet or as_json, False
     if _is_saved(case):
-        mechanism, result = _again(case, changes, allow_code or [], keeper, drawn=drawn, silent=silent)
+        mechanism, result = _again(case, changes, allow_code or [], keeper, silent=silent)
     elif allow_code:
         raise InputError("--allow-code for a case file", "a saved run; a case file names its own Python files")
     else:
-        mechanism, result = _from_case(case, changes, keeper, saved=output is not None, drawn=drawn)
+        mechanism, result = _from_case(case, changes, keeper, kept=output is not None or drawn)
     try:
         if output is not None:
             stopped = _save(result, output, keeper)
@@ -104,7 +104,7 @@ def _save(result: Results, output: Path, keeper: Checkpoint | None) -> bool:
 
 
 def _pictures(result: Results, mechanism: Mechanism, plot: Path | None, film: Path | None) -> list[Path]:
-    """Draw and film what is asked for."""
+    """Draw and film the samples that are saved."""
     if plot is None and film is None:
         return []
     from scissordyn.plot.animation import animate
@@ -112,8 +112,7 @@ def _pictures(result: Results, mechanism: Mechanism, plot: Path | None, film: Pa
     from scissordyn.run.advance.interrupt import pass_on
     from scissordyn.run.simulate import simulate
 
-    finer = result.sizes["contact"] and result.attrs["status"] == "complete"
-    run, files = (result.finer if finer else result).dataset(), []
+    run, files = result.dataset(), []
     if plot is not None:
         ideal = pass_on(simulate(mechanism.ideal(), until=float(run["time"][-1]), samples=run.sizes["time"]))
         files += draw_all(run, ideal, plot, mechanism)
@@ -154,27 +153,30 @@ def _checkpoint(every: str, output: Path | None, case: Path) -> Checkpoint:
     return Checkpoint(path, seconds, keep=True)
 
 
-def _from_case(
-    path: Path, changes: list[str], keeper: Checkpoint | None, *, saved: bool, drawn: bool
-) -> tuple[Mechanism, Results]:
-    """The case's run; the further samples of "auto", which are for curves, only if it is saved or drawn."""
+def _from_case(path: Path, changes: list[str], keeper: Checkpoint | None, *, kept: bool) -> tuple[Mechanism, Results]:
+    """Run a case; a run that is saved or drawn is sampled at its contacts too, unless the user chose the samples."""
     from scissordyn.config.file import read_case
+    from scissordyn.model.options import AUTO
     from scissordyn.plan.plan import plan
     from scissordyn.run.demand import check_samples
     from scissordyn.run.simulate import results_of
 
     case = read_case(path, changes)
     check_samples(plan(case.mechanism), case.run.count)
-    options = case.run if saved or drawn else case.run.equally_spaced
+    options = case.run.equally_spaced
+    if kept:
+        options = case.run if _samples_chosen(path, changes) else dataclasses.replace(case.run, samples=AUTO)
     with progress_bar(case.run.until) as progress:
-        return case.mechanism, results_of(case.mechanism, options, progress, keeper, curves=drawn and _unchosen(case.run))
+        return case.mechanism, results_of(case.mechanism, options, progress, keeper)
 
 
-def _unchosen(options: Options | None) -> bool:
-    """Whether nobody chose samples, so that pictures may have others."""
-    from scissordyn.model.options import EQUALLY_SPACED
+def _samples_chosen(path: Path, changes: list[str]) -> bool:
+    """Return whether the case file or a change names the samples."""
+    from scissordyn.casefile.text import read_text
+    from scissordyn.config.file import parsed
 
-    return options is not None and options.samples == EQUALLY_SPACED
+    keys = {text.partition("=")[0].replace(" ", "") for text in changes}
+    return "run.samples" in keys or "samples" in parsed(read_text(path, "a case file in TOML"), path).get("run", {})
 
 
 def _cost_again(path: Path, saved: Any, until: float, *, kept: bool) -> str:
@@ -191,7 +193,7 @@ def _cost_again(path: Path, saved: Any, until: float, *, kept: bool) -> str:
 
 
 def _again(
-    path: Path, changes: list[str], allow_code: list[Path], keeper: Checkpoint | None, *, drawn: bool, silent: bool
+    path: Path, changes: list[str], allow_code: list[Path], keeper: Checkpoint | None, *, silent: bool
 ) -> tuple[Mechanism, Results]:
     from scissordyn.casefile.configuration import read_configuration
     from scissordyn.record.store import load
@@ -207,6 +209,5 @@ def _again(
     if saved.attrs["status"] == "interrupted" and not silent:
         print(_cost_again(path, saved, until, kept=keeper is not None), file=sys.stderr)
     with progress_bar(until) as progress:
-        curves = drawn and _unchosen(configuration.options)
-        result = replayed(saved, allow_code=allow_code, progress=progress, checkpoint=keeper, curves=curves)
+        result = replayed(saved, allow_code=allow_code, progress=progress, checkpoint=keeper)
     return configuration.build_mechanism(allow_code), result

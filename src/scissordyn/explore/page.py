@@ -19,7 +19,6 @@ from scissordyn.errors import InputError, ScissordynError
 from scissordyn.explore.answers import NOW, PINNED, cards, contact_table, curves_as_csv, differences, figures
 from scissordyn.explore.case import python_of
 from scissordyn.explore.session import Outcome, Session
-from scissordyn.model.options import AUTO as ALSO_AT_CONTACTS
 from scissordyn.plan.bending import bends
 from scissordyn.plot.canvas import packed_scene
 from scissordyn.plot.series import largest_forces
@@ -358,14 +357,12 @@ def saved(
         return name, mime, session.case.text().encode()
     if shown is None or shown.run is None or shown.curves is None:
         raise InputError("no run yet", "a case that can be run")
-    run, mechanism = shown.run, shown.case.mechanism
+    run, mechanism = shown.curves, shown.case.mechanism
     if what == "curves":
-        return name, mime, curves_as_csv(shown.curves, shown.summary, joint, mechanism.output_body).encode()
+        return name, mime, curves_as_csv(run, shown.summary, joint, mechanism.output_body).encode()
     if what == "picture":
         instant = float(np.clip(time, 0.0, float(run["time"].values[-1])))
         return name, mime, svg(structure(run, mechanism, times=[instant], magnify=magnify)).encode()
-    if shown.case.options.samples == ALSO_AT_CONTACTS:
-        run = shown.curves
     with tempfile.TemporaryDirectory(prefix="scissordyn-explore-") as folder:
         path = Path(folder) / f"run.{end}"
         written = save(run, path) if what == "run" else animate(run, mechanism, path, magnify=magnify)

@@ -130,6 +130,7 @@ class Worker:
     def _fine(self, outcome: Outcome) -> xr.Dataset | None:
         """A run with the instants of its contacts, for curves; None if it has none, or another one is wanted."""
         from scissordyn.casefile.configuration import write_configuration
+        from scissordyn.model.options import AUTO
 
         run, results = outcome.run, outcome.results
         if run is None or results is None or outcome.note or not run.sizes.get("contact", 0):
@@ -145,7 +146,7 @@ class Worker:
             return None
         if fine is results:
             return None
-        configuration = write_configuration(outcome.case.mechanism, outcome.case.options)
+        configuration = write_configuration(outcome.case.mechanism, replace(outcome.case.options, samples=AUTO))
         return fine.dataset().assign_attrs(configuration=configuration)
 
     def _stages(self, number: int, case: Case) -> Iterator[Outcome]:

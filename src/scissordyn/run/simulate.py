@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated
 
 from scissordyn.casefile.configuration import is_run, read_configuration, write_configuration
@@ -151,7 +152,6 @@ def replayed(
     allow_code: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
     progress: Callable[[float], None] | None,
     checkpoint: Checkpoint | None,
-    curves: bool = False,
 ) -> Results:
     """As `replay`, before a Dataset is made of it."""
     configuration = read_configuration(run)
@@ -159,7 +159,7 @@ def replayed(
         title = run.attrs.get("title", "a dataset without a title")
         raise InputError(f"replay of {title!r:.60}", "a Dataset that simulate() made", _MAKERS.get(str(title), ""))
     mechanism = configuration.build_mechanism(allow_code)
-    return results_of(mechanism, configuration.options, progress, checkpoint, curves=curves)
+    return results_of(mechanism, configuration.options, progress, checkpoint)
 
 
 def results_of(
@@ -203,7 +203,8 @@ def results_of(
     sampled = with_recorded(path) if options.samples == AUTO else sampled_at(path, sample_times(options)) if records else path
     run = answered(sampled)
     if records and options.samples != AUTO and path.status == "complete":
-        run.make_finer = lambda: answered(with_recorded(path))
+        equal = sample_times(replace(options, samples=AUTO))
+        run.make_finer = lambda: answered(with_recorded(sampled_at(path, equal)))
     if states is not None:
         run.attrs.update(predictability(options, path, states, run, progress, keeper))
     if keeper is not None and keeper.problem:

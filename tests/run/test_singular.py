@@ -15,7 +15,7 @@ from scissordyn.config.file import read_case
 from scissordyn.kinematics.branching import drive_warnings
 from scissordyn.kinematics.path import Path as Stroke
 from scissordyn.kinematics.path import instants, path_of
-from scissordyn.kinematics.singular import CHANGE, LOCKING, suspects
+from scissordyn.kinematics.singular import CHANGE, LOCKING, SingularPosition, suspects
 from scissordyn.plan.plan import plan
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
@@ -215,6 +215,28 @@ def test_redundant_joints_are_no_change_point() -> None:
     free = sd.Mechanism((*cranks, platform), tuple(joints), ground=ground, gravity=0.0)
     assert not singular_warnings(sd.simulate(free, until=1.0, samples=201))
     assert singular_warnings(sd.simulate(free, until=10.0, samples=401))
+
+
+@pytest.mark.parametrize("ratio", [-1.0, 1.0, -2.5])
+@pytest.mark.parametrize("gravity", [9.81, 9.8, 4.0])
+def test_a_coupling_alone_makes_no_change_point(ratio: float, gravity: float) -> None:
+    """Closed form: two arms on grounded pins with coupled angles have gradients of constant length, however few the samples."""
+    arms = [
+        sd.Body(name, 1.0, 0.02, {"pin": (0.0, 0.0)}, centre=(0.25, 0.0), position=(0.0, y))
+        for name, y in (("l", 0.0), ("r", 1.0))
+    ]
+    joints = tuple(sd.Revolute(f"pin {arm.name}", (arm.name, "pin"), ("ground", arm.name)) for arm in arms)
+    coupling = sd.Coupling("gear", sd.RelativeAngle("r"), sd.RelativeAngle("l"), ratio)
+    ground = (("l", (0.0, 0.0)), ("r", (0.0, 1.0)))
+    coupled = sd.Mechanism(tuple(arms), joints, ground=ground, gravity=gravity, couplings=(coupling,))
+    for samples in (2, 3, 4, 20, 301):
+        assert not singular_warnings(sd.simulate(coupled, until=1.0, samples=samples)), samples
+
+
+def test_a_position_without_bodies_is_of_the_mechanism() -> None:
+    """Contract: a singular position in which no body and no joint stands out is named as one of the mechanism."""
+    assert SingularPosition("change point", 0.0, (), ()).subject == "the mechanism"
+    assert SingularPosition("change point", 0.0, ("a",), ()).subject == "body 'a'"
 
 
 def test_map_and_diagram_are_warned() -> None:

@@ -18,7 +18,9 @@ from scissordyn.kinematics.singular import CHANGE, LOCKING, NEAR, SingularPositi
 from scissordyn.plan.plan import Plan
 
 ROTATED = 0.05  # Samples are looked at that are about so far apart in the angles of the bodies [rad]
-COARSE = 0.2  # Samples further apart than this cannot tell; the ideal mechanism is asked at once [rad]
+COARSE = (
+    0.2  # Between samples farther apart nothing is interpolated; the ideal mechanism is used where drives determine it [rad]
+)
 
 FEWEST = 9
 
@@ -89,7 +91,7 @@ def passing_warnings(plan: Plan, run: Any, until: float) -> list[str]:
     for k in near:
         first, last = chosen[max(0, k - 1)], chosen[min(chosen.size - 1, k + 1)]
         part = slice(int(first), int(last) + 1)
-        warnings += _passed(closure, time[part], closure.of_motion(position[part], angle[part]))
+        warnings += _passed(closure, time[part], closure.of_motion(position[part], angle[part]), rotation[part])
     return [_passed_in_words(closure, singular, z) for singular, z in warnings]
 
 
@@ -234,14 +236,20 @@ def _of_input(value: float, unit: str) -> str:
     return f"{math.degrees(value):.6g} deg" if unit == "rad" else f"{1e3 * value:.6g} mm"
 
 
-def _passed(closure: Closure, time: np.ndarray, z: np.ndarray) -> list[tuple[SingularPosition, np.ndarray]]:
-    """The change point that consecutive samples of a free motion pass, and where; nothing if they do not."""
+def _passed(
+    closure: Closure, time: np.ndarray, z: np.ndarray, rotation: np.ndarray
+) -> list[tuple[SingularPosition, np.ndarray]]:
+    """Return the change point that consecutive samples of a free motion pass, and its position; nothing if they do not.
+
+    Two samples are compared only if no body rotates by more than `COARSE` between them: the mean of two directions that are
+    farther apart is much shorter than one, and the gradients of its length conditions vanish there.
+    """
     values = np.array([smallest(closure, point) for point in z])
     k = int(np.argmin(values))
     left, _, right = np.linalg.svd(closure.jacobian(z[k]), full_matrices=False)
     test = np.einsum("m,kmn,n->k", left[:, -1], closure.jacobian(z), right[-1])
     for i in (k - 1, k):
-        if not 0 <= i < len(z) - 1 or test[i] * test[i + 1] > 0.0:
+        if not 0 <= i < len(z) - 1 or rotation[i] > COARSE or test[i] * test[i + 1] > 0.0:
             continue
         fraction = float(test[i] / (test[i] - test[i + 1])) if test[i] != test[i + 1] else 0.0
         between = z[i] + fraction * (z[i + 1] - z[i])

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Final, Literal
 
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.integrate.tableau import METHODS
 from scissordyn.units import Meaning, Quantity, check_quantities
 
 TIME_STEPPING = "moreau-jean"  # Method of mechanisms with hard contacts
-AUTO = "auto"  # In place of a number of samples: equally spaced ones, and the contacts' own instants
+AUTO: Final = "auto"  # In place of a number of samples: equally spaced ones, and the contacts' own instants
 EQUALLY_SPACED = 2001  # Samples without a number of them
 
 StartKind = Annotated[

@@ -316,7 +316,9 @@ def contradiction(names: list[str], consequence: str = "") -> InputError:
 
 
 def in_words(names: list[str], most: int = 6) -> str:
-    """A list in words, cut off after some names."""
+    """Write a list in words, cut off after `most` names; an empty text if there are none."""
+    if not names:
+        return ""
     if len(names) > most:
         names = [*names[:most], f"{len(names) - most} more"]
     return names[0] if len(names) == 1 else ", ".join(names[:-1]) + " and " + names[-1]

@@ -31,8 +31,7 @@ from scissordyn.plan.plan import Plan, plan
 from scissordyn.record.coupling import coupling_warnings
 from scissordyn.record.results import Results, Run
 from scissordyn.record.summary import summary_of
-from scissordyn.run.advance.loop import advance
-from scissordyn.run.demand import check_samples, duration
+from scissordyn.run.demand import check_samples
 from scissordyn.run.simulate import results_of
 from scissordyn.run.trajectory import make_driver
 from scissordyn.units import counted, short
@@ -41,13 +40,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from scissordyn.components.declaration import Component
-    from scissordyn.run.advance.driver import Driver
     from scissordyn.studies.compute.convergence import Convergence
 
 MOST_NAMES = 20  # All joints of a mechanism that has more than these are not named one by one
 PATIENCE = 2.0  # Time for the motion with ideal joints [s]; where that takes longer, what follows from it is not shown
-TRIED = 0.3  # Time that is spent on the beginning of a run [s]
-LONG = 20.0  # Time from which a run is long enough to say so [s]
 SAMPLES = 501  # Instants of the motion with ideal joints at which torques are compared with limits
 
 TURNS = 2  # Of a drive, of which forces without inertia are looked at
@@ -58,13 +54,13 @@ UNMOVED = 1e-6
 
 
 def check_lines(case: Path, changes: Sequence[str], converge: str | None, modes: bool) -> tuple[list[str], dict[str, Any]]:
-    """Mechanism, drives, clearances, method, cost and warnings of a case, line by line and as plain data."""
+    """Mechanism, drives, clearances, method and warnings of a case, line by line and as plain data."""
     read = read_case(case, changes)
     mechanism, until = read.mechanism, read.run.until
     planned = plan(mechanism)
     check_tables(planned, until)
     check_samples(planned, read.run.count)
-    driver, start, choice = make_driver(planned, read.run)
+    _, start, choice = make_driver(planned, read.run)
 
     rods: tuple[Any, ...] = mechanism.rods  # type checkers do not see what makes them components
     components: tuple[Component, ...] = (*planned.acting, *rods)
@@ -80,8 +76,6 @@ def check_lines(case: Path, changes: Sequence[str], converge: str | None, modes:
     lines += map(str, servos)
     method = choice.method if read.run.method != "auto" else f"{choice.method} ({choice.reason})"
     lines.append(f"Run: {short(until, 's')}, {read.run.start} start, {read.run.samples} samples, {method}.")
-    cost = cost_line(driver, until)
-    lines += [f"{cost}."] if cost else []
     warnings = [
         *start.warnings,
         *map(str, coupling_warnings(mechanism)),
@@ -111,7 +105,6 @@ def check_lines(case: Path, changes: Sequence[str], converge: str | None, modes:
         "drive_inertia": None if inertia is None else inertia.plain(),
         "method": choice.method,
         "servos": [servo._asdict() for servo in servos],
-        "cost": cost,
         **({} if converged is None else {"convergence": asdict(converged)}),
         "warnings": warnings,
     }
@@ -213,22 +206,6 @@ def limited(seconds: float) -> Callable[[float], None]:
             raise TimeIsOverError
 
     return progress
-
-
-def cost_line(driver: Driver, until: float) -> str:
-    """How long the run of a new driver will take, from a fraction of a second of it; empty if that is short or fails."""
-    began = time.perf_counter()
-    try:
-        advance(driver, until, progress=limited(TRIED))
-        return ""
-    except TimeIsOverError:
-        taken, reached, steps = time.perf_counter() - began, driver.time, driver.tried
-    if reached <= 0.0 or taken * until / reached < LONG:
-        return ""
-    return (
-        f"Cost: about {duration(taken * until / reached)} and {steps * until / reached:.2g} steps on this machine, as the "
-        f"first {steps} steps take {taken:.2g} s and reach {reached:.3g} s of {until:g} s; a shorter run: --set run.until=VALUE"
-    )
 
 
 class ServoDemand(NamedTuple):

@@ -179,16 +179,15 @@ def _samples_chosen(path: Path, changes: list[str]) -> bool:
     return "run.samples" in keys or "samples" in parsed(read_text(path, "a case file in TOML"), path).get("run", {})
 
 
-def _cost_again(path: Path, saved: Any, until: float, *, kept: bool) -> str:
-    """What an interrupted run costs when it is computed anew."""
+def _computed_again(path: Path, saved: Any, until: float, *, kept: bool) -> str:
+    """Say how far an interrupted run came, and that it is computed from its start again."""
     from scissordyn.run.demand import duration
     from scissordyn.units import short
 
     reached, taken = float(saved.attrs["end"]), float(json.loads(saved.attrs["statistics"])["seconds"])
-    cost = f", about {duration(taken * until / reached)}" if reached > 0.0 else ""
     return (
         f"scissordyn: '{path}' was interrupted at {short(reached, 's')} of {short(until, 's')}, after {duration(taken)}: it is "
-        f"computed from its start again{cost}" + ("" if kept else "; with -o FILE --checkpoint '60 s' a run can go on")
+        "computed from its start again" + ("" if kept else "; with -o FILE --checkpoint '60 s' a run can go on")
     )
 
 
@@ -207,7 +206,7 @@ def _again(
     configuration = read_configuration(saved)
     until = 0.0 if configuration.options is None else configuration.options.until
     if saved.attrs["status"] == "interrupted" and not silent:
-        print(_cost_again(path, saved, until, kept=keeper is not None), file=sys.stderr)
+        print(_computed_again(path, saved, until, kept=keeper is not None), file=sys.stderr)
     with progress_bar(until) as progress:
         result = replayed(saved, allow_code=allow_code, progress=progress, checkpoint=keeper)
     return configuration.build_mechanism(allow_code), result

@@ -161,7 +161,7 @@ def test_what_the_statements_tell():
 def test_the_page_and_the_command(small, tmp_path, monkeypatch, capsys):
     """Contract: a row for each statement and each level, pictures, a table of every reading, and a line on the terminal."""
     monkeypatch.setattr(readings_page, "agreeing", lambda choice, members: np.ones(len(CLAUSES)))
-    monkeypatch.setattr(readings_page, "LEADING", 4, raising=False)
+    monkeypatch.setattr("scissordyn_paper.readings.LEADING", 4)
     assert command.paper(tmp_path, readings=True, number=12, threads=1) == 0
     shown = " ".join(capsys.readouterr().out.split())
     assert re.search(r"12 readings, \d+ s of one processor. The best meets \d+.\d\d of 26 statements", shown)

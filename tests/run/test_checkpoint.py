@@ -31,6 +31,7 @@ from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
 from scissordyn.record.store import load, save
 from scissordyn.run.advance import driver as driver_module
+from scissordyn.run.advance import loop as loop_module
 from scissordyn.run.advance.checkpoint import Checkpoint, Keeper, open_checkpoint
 from scissordyn.run.advance.driver import Driver
 from scissordyn.run.advance.loop import advance
@@ -83,8 +84,8 @@ def numbers(run: xr.Dataset) -> dict[str, bytes]:
 def test_a_driver_goes_on_bit_for_bit(name: str, changes: tuple[str, ...], monkeypatch: pytest.MonkeyPatch) -> None:
     """Identity: all arrays at the end are those of a run without interruption, from whatever step another driver takes up."""
     mechanism, options = case(name, *changes)
-    monkeypatch.setattr(driver_module, "FIRST", 3)
-    monkeypatch.setattr(driver_module, "SLICE", 3)  # so that every few steps are a moment to be killed at
+    monkeypatch.setattr(driver_module, "FIRST_STEPS", 3)
+    monkeypatch.setattr(loop_module, "SLICE", 3)  # so that every few steps are a moment to be killed at
     moments: list[dict[str, np.ndarray]] = []
     whole = fresh(mechanism, options)
     draw = random.Random(f"{name} {changes}")
@@ -96,7 +97,7 @@ def test_a_driver_goes_on_bit_for_bit(name: str, changes: tuple[str, ...], monke
     assert advance(whole, options.until, progress=look) == 1
     assert len(moments) > 3
     expected = {key: part.tobytes() for key, part in whole.arrays().items()}
-    monkeypatch.setattr(driver_module, "SLICE", 20_000)
+    monkeypatch.setattr(loop_module, "SLICE", 20_000)
     for moment in draw.sample(moments, 3):
         other = fresh(mechanism, options)
         other.take_up(moment)
@@ -147,8 +148,8 @@ def test_an_interrupted_run_goes_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, made: Callable[[], Mechanism], slices: int, options: dict[str, Any]
 ) -> None:
     """Identity: interrupted several times, also while it is repeated, bit for bit; the file is removed at the end."""
-    monkeypatch.setattr(driver_module, "FIRST", slices)
-    monkeypatch.setattr(driver_module, "SLICE", slices)
+    monkeypatch.setattr(driver_module, "FIRST_STEPS", slices)
+    monkeypatch.setattr(loop_module, "SLICE", slices)
     expected = simulate(made(), **options)
     checkpoint = Checkpoint(tmp_path / "run.checkpoint", every=0.0)
     part, times = None, 0
@@ -270,7 +271,7 @@ def test_ctrl_c_keeps_run_and_checkpoint(
     """Contract: both files are there, the same command goes on, and its run is that of a command without interruption."""
     whole, target = tmp_path / "whole.nc", tmp_path / "run.nc"
     assert status_of([*CASE, "-o", str(whole)]) == 0
-    monkeypatch.setattr(driver_module, "FIRST", 20)
+    monkeypatch.setattr(driver_module, "FIRST_STEPS", 20)
     take_up = Keeper.take_up
 
     def once(keeper: Keeper, *arguments: Any) -> tuple[float, Callable[[float], None]]:

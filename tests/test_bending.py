@@ -379,7 +379,7 @@ PLATE = sd.Body("plate", 1.0, 0.5, {"start": (0.0, 0.0), "b": (1.0, 0.0), "c": (
     ("made", "options", "said"),
     [
         (sd.mast(units=1, platform_mass=3.0), {"bodies": "platform"}, "platform"),
-        (on_pin(PLATE), {"bodies": "plate"}, "no uniform bar"),
+        (on_pin(PLATE), {"bodies": "plate"}, "not a uniform bar"),
         (on_pin(BAR), {"modes": 3, "elements": 2}, "modes and elements"),
         (on_pin(BAR), {"mass": "section"}, "without a section and a material"),
         (on_pin(BAR), {"temperature_rise": 10.0}, "without a thermal_expansion"),

@@ -233,7 +233,7 @@ def test_altered_case_files(folder: Path, said: Said, first: int) -> None:
         (
             LEAST + '[[force]]\nname = "f"\npoint = "slider.centre"\nforce = "1, 0 N"\n'
             'time_function = { table = { time = "0 1 2 3 4 5 us", factor = [0, 1, 2, 3, 4, 5] } }\n',
-            "a time function of 'f' is tabulated until 5e-06 s",
+            "a time function of 'f' is tabulated from 0 s to 5e-06 s",
         ),
     ],
 )  # fmt: skip

@@ -290,7 +290,7 @@ def test_assembly_far_from_its_place_is_said():
     far = dataclasses.replace(linkage, bodies=tuple(placed)).driven(speed=1.0)
     run = sd.simulate(far, until=0.01, samples=3)
     angle = math.degrees(float(run["angle"].sel(body="rocker")[0]))
-    said = f"body 'rocker' is rotated by {124.0 - angle:.4g} deg: it starts at {angle:.4g} deg, given are 124 deg"
+    said = f"body 'rocker' is rotated by {124.0 - angle:.4g} deg: it starts at {angle:.4g} deg instead of 124 deg"
     assert said in run.attrs["warnings"]
     assert "assemble" not in sd.simulate(linkage.driven(speed=1.0), until=0.01, samples=3).attrs["warnings"]
 
@@ -302,7 +302,7 @@ def test_a_body_moved_without_rotation_is_said_in_lengths():
     there = dataclasses.replace(placed, position=(placed.position[0], placed.position[1] + 0.03))
     off = dataclasses.replace(mechanism, bodies=tuple(there if body is placed else body for body in mechanism.bodies))
     said = sd.simulate(off, until=0.01, samples=3).attrs["warnings"]
-    assert "body 'slider' is moved by 30 mm: its origin starts at 0.17, 0 m, given is 0.17, 0.03 m" in said
+    assert "body 'slider' is moved by 30 mm: its origin starts at 0.17, 0 m instead of 0.17, 0.03 m" in said
 
 
 def test_thrown_journal():
@@ -317,4 +317,4 @@ def test_thrown_journal():
     assert float(run["contact_start"][0]) == pytest.approx(2e-4 / 0.3, rel=1e-6)
     assert float(run["approach_speed"][0]) == pytest.approx(0.3, rel=1e-6)
     dropped = sd.simulate(array, until=1e-3, samples=3)
-    assert "the origin of body 'slider' starts at 0, 0 m/s, given are 0, 0.3 m/s" in dropped.attrs["warnings"]
+    assert "the origin of body 'slider' starts at 0, 0 m/s instead of 0, 0.3 m/s" in dropped.attrs["warnings"]

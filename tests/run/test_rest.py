@@ -260,11 +260,11 @@ def test_contradictions_are_named_with_both_numbers() -> None:
     first, warnings = started(four_bar(coupler=EXACT["coupler"], **changes))
     speeds = first["angular_velocity"]
     assert 0.0 < float(speeds.sel(body="crank")) < 5.0
-    assert f"body 'crank' starts at {float(speeds.sel(body='crank')):.4g} rad/s, given are 5 rad/s" in warnings
-    assert f"body 'rocker' starts at {float(speeds.sel(body='rocker')):.4g} rad/s, given are 0 rad/s" in warnings
+    assert f"body 'crank' starts at {float(speeds.sel(body='crank')):.4g} rad/s instead of 5 rad/s" in warnings
+    assert f"body 'rocker' starts at {float(speeds.sel(body='rocker')):.4g} rad/s instead of 0 rad/s" in warnings
     driven = four_bar(crank={"angular_velocity": 5.0}).driven(speed=2.0, body="crank")
-    assert "body 'crank' starts at 2 rad/s, given are 5 rad/s" in started(driven)[1]
-    assert "starts at 0 rad/s, given are 5 rad/s" in started(four_bar(crank={"angular_velocity": 5.0}), start="static")[1]
+    assert "body 'crank' starts at 2 rad/s instead of 5 rad/s" in started(driven)[1]
+    assert "starts at 0 rad/s instead of 5 rad/s" in started(four_bar(crank={"angular_velocity": 5.0}), start="static")[1]
     with pytest.raises(InputError, match="of a body that does not rotate"):
         sd.Body("stone", 1.0, None, angular_velocity=1.0)
 

@@ -183,7 +183,7 @@ def test_time_functions_of_loads_that_end_before_the_run(make) -> None:
     arm = sd.scissor(units=1)
     loaded = arm.replace("components", (make("load", where, amount, time_function=table),))
     assert sd.simulate(loaded, until=5e-3, samples=3).attrs["status"] == "complete"
-    with pytest.raises(sd.InputError, match=r"time function of 'load' is tabulated until 0\.005 s"):
+    with pytest.raises(sd.InputError, match=r"time function of 'load' is tabulated from 0 s to 0\.005 s"):
         sd.simulate(loaded, until=5.1e-3, samples=3)
 
 

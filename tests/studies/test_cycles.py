@@ -338,5 +338,5 @@ def test_tables_that_end_early_are_refused(measure):
     instants = tuple(np.linspace(0.0, 0.1, 7).tolist())
     load = Torque("load", "crank", torque=1.0, time_function=Tabulated(instants, tuple(0.0 * t for t in instants)))
     crank = dataclasses.replace(slider_crank(crank=0.05, rod=0.12, angle=0.4), components=(load,)).driven(speed=20.0)
-    with pytest.raises(InputError, match=r"time function of 'load' is tabulated until 0.1 s"):
+    with pytest.raises(InputError, match=r"time function of 'load' is tabulated from 0 s to 0.1 s"):
         measure(crank, cycles=2)

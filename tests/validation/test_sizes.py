@@ -74,18 +74,18 @@ def test_ring_of_a_thousand_units():
 
 @pytest.mark.slow
 def test_array_of_two_thousand_units():
-    """Contract: an array of 2000 units with one clearance joint runs, and says what is not looked for at this size."""
+    """Contract: an array of 2000 units with one clearance joint runs, and reports what is not searched at this size."""
     array = sd.scissor(units=2000).with_clearance("A", sd.Clearance(2e-4)).driven(speed=1.0)
     run = sd.simulate(array, until=0.01, samples=11)
     assert run.attrs["status"] == "complete"
-    assert any("singular positions were not looked for" in text for text in json.loads(run.attrs["warnings"]))
+    assert any("singular positions were not searched" in text for text in json.loads(run.attrs["warnings"]))
 
 
 def test_singular_positions_of_large_mechanisms_are_not_looked_for_in_silence():
-    """Limit: above the largest number of closure equations a run says that it has not looked for singular positions."""
+    """Limit: above the largest number of closure equations a run warns that singular positions were not searched."""
     array = sd.scissor(units=MOST_EQUATIONS // 2 + 1).driven(speed=1.0)
     assert passing_warnings(plan(array), sd.simulate(sd.scissor(), until=1e-3, samples=3), 1e-3) == [
-        f"singular positions were not looked for: {MOST_EQUATIONS + 2} closure equations are more than {MOST_EQUATIONS}"
+        f"singular positions were not searched: {MOST_EQUATIONS + 2} closure equations exceed the limit of {MOST_EQUATIONS}"
     ]
 
 

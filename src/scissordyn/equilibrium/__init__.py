@@ -1,1 +1,1 @@
-"""Mechanisms at rest: the state a run starts from, static equilibrium, small motions about it, buckling."""
+"""Equilibrium analyses: the state a run starts from, static equilibrium, small motions about it, buckling."""

@@ -1,4 +1,4 @@
-"""Largest values along bars that bend, with how near their compressions come to buckling."""
+"""Largest forces, stresses and buckling ratios of flexible bars over the samples of a run."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from scissordyn.record.trajectory import Trajectory
 
 
 def bar_extremes(plan: Plan, samples: Samples, record: Record, variables: Variables) -> Variables:
-    """Largest forces, stresses, deflections and buckling ratios of each bar that bends, among the samples."""
+    """Return the largest forces, stresses, deflections and buckling ratios of each flexible bar over the samples."""
     ratios = buckling_ratios(plan, samples, record, variables)
     return largest_variables(plan.mechanism, variables, samples.time, ratios)
 
 
 def largest_along_bars(path: Trajectory, record: Record) -> Variables:
-    """`bar_extremes` of a motion of which no other variables are made."""
+    """Return `bar_extremes` of a motion whose other variables are not needed."""
     plan = path.plan
     variables = {
         "body": labels("body", [body.name for body in plan.bodies]),

@@ -1,4 +1,4 @@
-"""Buckling: by which factor loads may grow, and how near bars in motion come to it."""
+"""Buckling: load factors of a mechanism at rest, and buckling ratios of bars during a run."""
 
 from __future__ import annotations
 
@@ -50,56 +50,58 @@ if TYPE_CHECKING:
 def buckling(
     mechanism: Mechanism, *, count: Annotated[int, Quantity("1", minimum=1, help="number of factors")] = 3
 ) -> xr.Dataset:
-    """Factors of gravity, forces and torques at which a mechanism with locked drives buckles.
+    """Return the factors of gravity, forces and torques at which a mechanism with locked drives buckles.
 
-    Linear buckling: (K + factor G) a = 0 with the stiffness K without loads, bars straight, and the geometric stiffness G of
-    what the loads cause there by K: axial forces of bars, forces of springs, bushings and rollers, reactions. Clearance joints
-    are taken as ideal. Deflections before buckling are left out: where they are large a mechanism fails at less. A position
-    without loads must be stable, which bars that bend, springs or drives see to.
+    Linear buckling solves (K + factor G) a = 0. K is the stiffness without loads, with straight bars. G is the geometric
+    stiffness of the internal forces that the loads cause there: axial forces of bars, forces of springs, bushings and rollers,
+    reactions. Clearance joints are taken as ideal. Deflections before buckling are neglected: where they are large, the
+    mechanism
+    fails at a smaller load. The position without loads must be stable, by flexible bars, springs or drives.
 
     Parameters
     ----------
     mechanism : Mechanism
-        With bars that bend.
+        A mechanism with flexible bars.
     count : int
-        Number of factors, from the smallest; fewer, or none, if the loads compress nothing.
+        Number of factors, from the smallest; fewer or none if the loads compress nothing.
 
     Returns
     -------
     Dataset
-        `load_factor` over `mode`: the position under the loads as they are is stable if the first is above one.
+        `load_factor (mode)`; the position under the given loads is stable if the first factor is above one.
 
     Raises
     ------
     InputError
-        If the mechanism has no loads, or is not stable without them.
+        If the mechanism has no loads or is not stable without them.
 
     References
     ----------
     Crisfield 1991, Non-linear finite element analysis of solids and structures
     """
-    import scipy.linalg as sl  # these take longer to import than most runs
+    import scipy.linalg as sl  # imported here: they take longer to import than most runs take
     import xarray as xr
 
     ideal = with_mode_counts(mechanism).ideal()
     if ideal.gravity == 0.0 and not any(isinstance(part, Force | Torque) for part in ideal.components):
-        raise InputError("the buckling of a mechanism without loads", "gravity, forces or torques")
-    at, _ = placed(plan(_loaded(ideal, 0.0)).at_rest, "concentric", None)
+        raise InputError("buckling of a mechanism without loads", "gravity, forces or torques")
+    at, _ = placed(plan(_with_loads(ideal, 0.0)).at_rest, "concentric", None)
     slopes, allowed = stiffness(at)
     rest = allowed.T @ slopes @ allowed
     if allowed.shape[1] == 0 or np.linalg.eigvalsh(rest)[0] <= 0.0:
-        raise InputError("the buckling of a mechanism that is not stable without loads", "a drive, springs or bars that bend")
-    loads = placed(plan(_loaded(ideal, 1.0)).at_rest, "concentric", None)[0]
+        raise InputError("buckling of a mechanism that is not stable without loads", "a drive, springs or flexible bars")
+    loads = placed(plan(_with_loads(ideal, 1.0)).at_rest, "concentric", None)[0]
     change = allowed.T @ geometric_stiffness(at, loads, slopes, allowed) @ allowed
     # change a = mu rest a with mu = -1/factor: the factors are positive where mu is negative
     inverse = sl.eigh(change, rest, eigvals_only=True)
-    factors = np.sort(-1.0 / inverse[inverse < -ROUNDING * np.max(np.abs(inverse))])[:count]
+    # values below 1e-9 of the largest are round-off
+    factors = np.sort(-1.0 / inverse[inverse < -1e-9 * np.max(np.abs(inverse))])[:count]
     described = {"units": "1", "long_name": "factor of the loads at which the mechanism buckles"}
     return xr.Dataset({"load_factor": ("mode", factors, described)}, {"mode": np.arange(1, factors.size + 1)})
 
 
-def _loaded(mechanism: Mechanism, factor: float) -> Mechanism:
-    """The mechanism with its loads times a factor."""
+def _with_loads(mechanism: Mechanism, factor: float) -> Mechanism:
+    """Return the mechanism with its loads multiplied by a factor."""
 
     def scaled(part: Any) -> Any:
         if isinstance(part, Force):
@@ -111,13 +113,6 @@ def _loaded(mechanism: Mechanism, factor: float) -> Mechanism:
     )
 
 
-INSTANTS = 5
-"""At so many positions of a run stiffnesses are compared, each with the largest compressions of its part of the samples."""
-
-SHARE = 0.1  # A bar takes part in a mode of buckling if so much of the work of all compressions is its own
-UNRESOLVED = 1e-15  # Stiffnesses below this part of the largest, times the number of coordinates, are round-off
-
-
 class Forces(NamedTuple):
     """Axial forces of a bar over time, shape (nt, places), and the distances of the places from its first end."""
 
@@ -127,36 +122,38 @@ class Forces(NamedTuple):
 
     @property
     def severity(self) -> np.ndarray:
-        """Largest compression along the bar at each instant, over bending stiffness by length squared."""
+        """Largest compression along the bar at each instant, divided by bending stiffness over length squared."""
         slenderness = self.bar.length**2 / min(part.bending_stiffness for part in self.bar.parts)
         return np.asarray(np.maximum(-self.axial, 0.0).max(axis=1) * slenderness)
 
 
 def buckling_ratios(plan: Plan, samples: Samples, record: Record, variables: Mapping[str, Variable]) -> np.ndarray:
-    """The largest ratio of each bar's compression to that at which the mechanism would buckle if all axial forces grew alike.
+    """Return each bar's largest compression as a fraction of the one at which the mechanism would buckle.
 
-    The samples are divided into parts. At the position of each part where bars are compressed most, drives, servos and free
-    motions locked and joints ideal, K a = factor G a with the stiffness K of the material and G the geometric stiffness of
-    the least tension or largest compression at each place among the part's samples. The ratio is the largest 1/factor among
-    the modes that a bar takes part in; 0 without compression.
+    The samples are divided into five parts. In each part, the position with the most severe compression is taken, with drives,
+    servos and free motions locked and with ideal joints. There K a = factor G a is solved. K is the stiffness of the material,
+    G the
+    geometric stiffness of the largest compression (or least tension) at each place during the part. The ratio is the largest
+    1/factor of the modes in which a bar takes part; it is 0 without compression.
     """
     bars = bars_of(plan.mechanism)
     ratio = np.zeros(len(bars))
     if not bars or not samples.time.size:
         return ratio
-    forces = [_forces(bar, variables) for bar in bars]
+    forces = [_axial_forces(bar, variables) for bar in bars]
     heed = np.max([force.severity for force in forces], axis=0)
     if not heed.max() > 0.0:
         return ratio
-    frozen = _Frozen(plan)
-    for part in np.array_split(np.arange(samples.time.size), INSTANTS):
+    frozen = _IdealPositions(plan)
+    for part in np.array_split(np.arange(samples.time.size), 5):
         if part.size and heed[part].max() > 0.0:
             k = int(part[np.argmax(heed[part])])
             ratio = np.maximum(ratio, frozen.ratios(k, samples, record, [(f, f.axial[part].min(axis=0)) for f in forces]))
     return ratio
 
 
-def _forces(bar: Bar, variables: Mapping[str, Variable]) -> Forces:
+def _axial_forces(bar: Bar, variables: Mapping[str, Variable]) -> Forces:
+    """Return the axial forces of a bar from the variables of a run."""
     names = variables["beam"].values.astype(str).tolist()
     columns = [names.index(name) for name in (part_names(bar.whole) if bar.whole else [beam.name for beam in bar.beams])]
     ends = bar.marks
@@ -167,8 +164,8 @@ def _forces(bar: Bar, variables: Mapping[str, Variable]) -> Forces:
     return Forces(bar, np.stack(parts, axis=2).reshape(len(parts[0]), -1), places.ravel())
 
 
-class _Frozen:
-    """The ideal mechanism at positions of a run."""
+class _IdealPositions:
+    """Ideal mechanism, placed at positions of a run."""
 
     def __init__(self, plan: Plan) -> None:
         self.plan, self.ideal = plan, plan.ideal
@@ -178,36 +175,37 @@ class _Frozen:
         self.number = {part.name: i for i, part in enumerate(self.ideal.acting)}
 
     def ratios(self, k: int, samples: Samples, record: Record, forces: list[tuple[Forces, np.ndarray]]) -> np.ndarray:
-        """Of all bars at sample k, with some axial forces along them."""
+        """Return the buckling ratios of all bars at sample k for given axial forces along them."""
         at = self._placed(k, samples, record)
         stiffness = force_slopes(at, float(samples.time[k]))
-        geometric, strains = [], self._other_parts()
+        geometric, strains = [], self._other_stiffness()
         present = Record(*(part[k : k + 1] for part in record))
         names = [axis.bar.name for axis in self.plan.coordinates.natural.axes]
         motions = dict(zip(names, bar_motions(self.plan, present, samples.time[k : k + 1]), strict=True))
         for force, axial in forces:
             whole = force.bar.whole
-            parts = self._of_whole(motions[whole.name], force, axial) if whole else self._of_elements(force, axial)
+            parts = self._bar_stiffness(motions[whole.name], force, axial) if whole else self._chain_stiffness(force, axial)
             now, added, strain = parts
             stiffness -= now
             geometric.append(added)
             strains.append(strain)
         content = at.system.content
         gradients, _ = constraint_slopes(at, np.zeros(content.work.multiplier.size))
-        allowed = free_directions(np.vstack([gradients, *self._servos()]))
-        # a bent bar that turns freely keeps a small stiffness here, of the second order in its deflection, and would buckle
+        allowed = free_directions(np.vstack([gradients, *self._servo_gradients()]))
+        # a bent bar that turns freely keeps a small stiffness, quadratic in its deflection, and would seem to buckle
         unstrained = free_directions(np.vstack(strains) @ allowed)
         allowed = allowed @ free_directions(unstrained.T)
         values, vectors = np.linalg.eigh(0.5 * allowed.T @ (stiffness + stiffness.T) @ allowed)
-        stiff = values > UNRESOLVED * values.size * np.max(np.abs(values), initial=0.0)
+        stiff = values > 1e-15 * values.size * np.max(np.abs(values), initial=0.0)  # above round-off
         scaled = allowed @ vectors[:, stiff] / np.sqrt(values[stiff])
         works, modes = np.linalg.eigh(-scaled.T @ sum(geometric) @ scaled)
         shares = np.array([-np.sum((scaled @ modes) * (part @ scaled @ modes), axis=0) for part in geometric])
-        least = np.minimum(SHARE * np.sum(np.maximum(shares, 0.0), axis=0), shares.max(axis=0))
+        # a bar takes part in a mode if it does a tenth of the work of all compressions
+        least = np.minimum(0.1 * np.sum(np.maximum(shares, 0.0), axis=0), shares.max(axis=0))
         return np.asarray(np.max(np.where((shares >= least) & (works > 0.0), works, 0.0), axis=1, initial=0.0))
 
     def _placed(self, k: int, samples: Samples, record: Record) -> At:
-        """The ideal mechanism where the one that is run is at sample k."""
+        """Return the ideal mechanism at the position of sample k of the run."""
         content, time = self.system.content, float(samples.time[k])
         turned = {body.name: float(record.angle[k, b] - body.placed_angle) for b, body in enumerate(self.plan.bodies)}
         count_turns(self.ideal, content, turned | {"ground": 0.0})
@@ -217,8 +215,8 @@ class _Frozen:
         touch_closed(self.system, state)
         return At(self.ideal, self.system, state)
 
-    def _of_whole(self, motion: BarMotion, force: Forces, axial: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Geometric stiffness of a bar by modes, of the present axial forces and of others; and what strains it."""
+    def _bar_stiffness(self, motion: BarMotion, force: Forces, axial: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the geometric stiffness of a bar for its present and for given axial forces, and its strain gradients."""
         bar: Any = force.bar.whole
         axis, by = self.axes[bar.name], self.shapes[bar.name]
         vectors, (points, weights) = motion.vectors[0], axis.shapes.quadrature
@@ -231,8 +229,8 @@ class _Frozen:
         strain = moved - np.einsum("npa,pa->n", moved, normal)[:, None, None] * normal
         return now, added, strain.reshape(len(strain), -1).T / np.linalg.norm(tangent)
 
-    def _of_elements(self, force: Forces, axial: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The same of a chain of beam elements."""
+    def _chain_stiffness(self, force: Forces, axial: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the same matrices for a chain of beam elements."""
         content = self.system.content
         now, added = np.zeros((2, content.model.n, content.model.n))
         strains = []
@@ -246,8 +244,8 @@ class _Frozen:
             added += other * element_form(chord, turned, start @ rows[4:] - turned, end @ rows[2:4] - turned)
         return now, added, np.vstack(strains) / force.bar.length
 
-    def _other_parts(self) -> list[np.ndarray]:
-        """Stiffnesses of the parts that are no bars, the largest 1."""
+    def _other_stiffness(self) -> list[np.ndarray]:
+        """Return the stiffness rows of components that are not bars, scaled to a largest entry of 1."""
         content = self.system.content
         n = content.model.n
         rows = np.zeros((0, n))
@@ -259,8 +257,8 @@ class _Frozen:
                 rows = np.vstack([rows, by_coordinate])
         return [rows / max(float(np.abs(rows).max(initial=0.0)), np.finfo(float).tiny)]
 
-    def _servos(self) -> list[np.ndarray]:
-        """Gradients of the angles that servos hold: their stiffness is that of a controller, not of the material."""
+    def _servo_gradients(self) -> list[np.ndarray]:
+        """Return the gradients of the angles that servos hold; their stiffness is not that of the material."""
         gradients = []
         for part in self.ideal.acting:
             if isinstance(part, Actuator):
@@ -269,39 +267,37 @@ class _Frozen:
         return gradients
 
 
-ROUNDING = 1e-9  # Internal forces below this part of the loads are round-off
-CANCELLED = 1e-14  # Likewise of what cancels in the strain of a beam element and in the balance of forces
-
-COMPLEX_STEP = 1e-30
+CANCELLATION_TOL = 1e-14  # Relative round-off of strains of beam elements and of the balance of forces
+COMPLEX_STEP = 1e-30  # Imaginary step of a complex-step derivative; no subtraction, so no cancellation
 
 
 def geometric_stiffness(at: At, loaded: At, slopes: np.ndarray, allowed: np.ndarray) -> np.ndarray:
-    """Stiffness in the free coordinates of the forces that loads cause to the first order, shape (n, n)."""
+    """Return the stiffness of the forces that loads cause to first order, in the free coordinates, shape (n, n)."""
     n = at.plan.coordinates.free
     loaded = loaded._replace(state=at.state)
-    added = force_slopes(loaded)  # loads that follow their bodies turn
+    added = force_slopes(loaded)  # follower loads turn with their bodies
     force = loaded.system.content.work.force[:n].copy()
     added -= force_slopes(at)
     force -= at.system.content.work.force[:n]
     moved, stiffness = np.zeros(n), allowed.T @ slopes @ allowed
-    # the second solution takes round-off along stiff bars away, which would be forces of these
+    # the second solution removes round-off along stiff bars, which would appear as axial force
     for _ in range(2):
         moved += allowed @ np.linalg.solve(stiffness, allowed.T @ (force - slopes @ moved))
-    response = _Response(at, moved, loaded.plan.gravity_vector, float(np.linalg.norm(force)))
-    uncertain = CANCELLED * float(np.linalg.norm(np.abs(slopes) @ np.abs(moved)))
+    response = _InternalForces(at, moved, loaded.plan.gravity_vector, float(np.linalg.norm(force)))
+    uncertain = CANCELLATION_TOL * float(np.linalg.norm(np.abs(slopes) @ np.abs(moved)))
     whole: np.ndarray = added + response.stiffness(force - slopes @ moved, uncertain)
     return whole
 
 
-class _Response:
-    """Internal forces of a displacement `moved`, shape (n,), to the first order, and their stiffness."""
+class _InternalForces:
+    """Internal forces of a displacement `moved`, shape (n,), to first order, and their geometric stiffness."""
 
     def __init__(self, at: At, moved: np.ndarray, gravity: np.ndarray, load: float) -> None:
-        self.at, self.moved, self.gravity, self.least = at, moved, gravity, ROUNDING * load
+        self.at, self.moved, self.gravity, self.least = at, moved, gravity, 1e-9 * load  # smaller forces are round-off
         self.axes, self.shapes = at.plan.coordinates.natural.axes, shapes_by_coordinate(at.plan)
 
     def stiffness(self, reaction: np.ndarray, uncertain: float) -> np.ndarray:
-        """Of all parts and of the reaction of the constraints, which rounding makes uncertain, shape (n, n)."""
+        """Return the stiffness of all parts and of the reaction, whose round-off is `uncertain`, shape (n, n)."""
         content = self.at.system.content
         work, n = content.work, self.moved.size
         matrix = np.zeros((n, n))
@@ -313,18 +309,18 @@ class _Response:
             change[columns[free]] = block[np.ix_(free, free)] @ self.moved[columns[free]]
             maps, rows = component_maps(content, i)
             if isinstance(component, Beam):
-                matrix += self._of_element(component, maps, rows)
+                matrix += self._geometric_of_element(component, maps, rows)
             elif component.declaration.port is LINE:
-                matrix += self._of_line(maps, rows, change)
+                matrix += self._geometric_of_line(maps, rows, change)
             elif component.declaration.port is FRAME:
-                matrix += self._of_frame(maps, rows, change)
+                matrix += self._geometric_of_frame(maps, rows, change)
             elif i in rails:
                 place = float(work.coordinates[i, 1])
-                force, added = self._of_roller(component, rails[i], place, change)
+                force, added = self._geometric_of_roller(component, rails[i], place, change)
                 matrix += added
                 pushed[rails[i].bar.name].append((place, force))
         for axis in self.axes:
-            added, stretch = self._of_bar(axis, pushed[axis.bar.name])
+            added, stretch = self._geometric_of_bar(axis, pushed[axis.bar.name])
             matrix += added
             reaction = reaction + stretch
         gradients, _ = constraint_slopes(self.at, np.zeros(work.multiplier.size))
@@ -332,10 +328,12 @@ class _Response:
         multiplier[np.abs(multiplier) * np.linalg.norm(gradients, axis=1) < max(self.least, uncertain)] = 0.0
         return np.asarray(matrix + constraint_slopes(self.at, multiplier)[1])
 
-    def _of_bar(self, axis: Axis, pushed: list[tuple[float, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
-        """Int N w'^2 ds of a bar by modes, N by equilibrium of the part before each place.
+    def _geometric_of_bar(self, axis: Axis, pushed: list[tuple[float, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
+        """Return int N w'^2 ds of a bar by modes, with N from the equilibrium of the part before each place.
 
-        Also what keeps the length of unit directions within the bar, which is part of its N and no force on other parts.
+        The second result is the generalised force that keeps unit directions within the bar at unit length. It is part of N and
+        does not
+        act on other parts.
         """
         bar, shapes, by, count = axis.bar, axis.shapes, self.shapes[axis.bar.name], len(axis.bar.sections)
         vectors = axis.vectors(self.at.natural)
@@ -362,8 +360,8 @@ class _Response:
             stretch += by[:, row] @ along * float(outside[row] @ along)
         return stiffness_of_bar(axis, vectors, by, at, axial * np.outer(half, weights).ravel()), stretch
 
-    def _of_line(self, maps: np.ndarray, rows: np.ndarray, change: np.ndarray) -> np.ndarray:
-        """Tension over length, across the line."""
+    def _geometric_of_line(self, maps: np.ndarray, rows: np.ndarray, change: np.ndarray) -> np.ndarray:
+        """Return the stiffness of a force along a line: tension over length, across the line."""
         length = np.hypot(*maps[:2])
         if not length > 0.0:
             return np.zeros((self.moved.size, self.moved.size))
@@ -371,23 +369,23 @@ class _Response:
         tension = -float(np.linalg.lstsq(np.stack([along, across], axis=1), change)[0][0])
         return np.asarray(tension / length * np.outer(across, across))
 
-    def _of_frame(self, maps: np.ndarray, rows: np.ndarray, change: np.ndarray) -> np.ndarray:
-        """Of a force on the end that turns with the start's body."""
+    def _geometric_of_frame(self, maps: np.ndarray, rows: np.ndarray, change: np.ndarray) -> np.ndarray:
+        """Return the stiffness of a force on the end that turns with the start's body."""
         fx, fy, _ = np.linalg.lstsq((frame_gradients(maps) @ rows).T, change)[0]
-        return _of_turning_force(fx, fy, rows)
+        return _stiffness_of_turning_force(fx, fy, rows)
 
-    def _of_element(self, beam: Beam, maps: np.ndarray, rows: np.ndarray) -> np.ndarray:
-        """Int N w'^2 ds of a beam element, w cubic from the axis of its start, and the force as that turns."""
+    def _geometric_of_element(self, beam: Beam, maps: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        """Return int N w'^2 ds of a beam element, w cubic from the axis of its start, and of its force as that turns."""
         along = maps[:2] / np.hypot(*maps[:2])
         rigidity, strained = beam.axial_stiffness / beam.length, along @ rows[:2]
         tension = rigidity * float(strained @ self.moved)
-        least = max(self.least, CANCELLED * rigidity * float(np.linalg.norm(strained) * np.linalg.norm(self.moved)))
+        least = max(self.least, CANCELLATION_TOL * rigidity * float(np.linalg.norm(strained) * np.linalg.norm(self.moved)))
         if abs(tension) * np.linalg.norm(strained) < least:
             return np.zeros((self.moved.size, self.moved.size))
         return tension * stiffness_of_element(maps, rows)
 
-    def _of_roller(self, roller: Any, axis: Axis, place: float, change: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The force on the bar, and its stiffness: as the bar turns, the force has a part along the motion of the point."""
+    def _geometric_of_roller(self, roller: Any, axis: Axis, place: float, change: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the force on the bar and its stiffness: the force turns with the bar, towards the motion of the point."""
         vectors, by = axis.vectors(self.at.natural), self.shapes[axis.bar.name]
         value, slope = shapes_beyond(axis, np.array([place]))[0], axis.shapes.at(np.clip([place], 0.0, axis.bar.length), 1)[0]
         tangent = slope @ vectors / np.linalg.norm(slope @ vectors)
@@ -402,14 +400,14 @@ class _Response:
 
 
 def shapes_by_coordinate(plan: Plan) -> dict[str, np.ndarray]:
-    """Derivatives of the vectors of each bar by the free coordinates, shape (n, count, 2)."""
+    """Return the derivatives of the vectors of each bar by the free coordinates, shape (n, count, 2)."""
     coordinates, n = plan.coordinates, plan.coordinates.free
     by_column = np.asarray(coordinates.matrix @ np.eye(n + coordinates.basis)[:, :n]).T
     return {axis.bar.name: axis.vectors(by_column) for axis in coordinates.natural.axes}
 
 
 def stiffness_of_bar(axis: Axis, vectors: np.ndarray, by: np.ndarray, at: np.ndarray, axial: np.ndarray) -> np.ndarray:
-    """Int N w'^2 ds of a bar by modes from N ds at places; `by`, shape (n, count, 2), are the derivatives of its vectors."""
+    """Return int N w'^2 ds of a bar by modes from N ds at places; `by` (n, count, 2) are derivatives of its vectors."""
     slopes = axis.shapes.at(at, 1)
     tangent = slopes @ vectors
     size = np.linalg.norm(tangent, axis=1)
@@ -419,27 +417,27 @@ def stiffness_of_bar(axis: Axis, vectors: np.ndarray, by: np.ndarray, at: np.nda
 
 
 def stiffness_of_element(maps: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Int w'^2 ds of a beam element, w cubic from the axis of its start, and of a unit tension as that turns."""
+    """Return int w'^2 ds of a beam element, w cubic from the axis of its start, plus a unit tension as that turns."""
     chord, frame = np.hypot(*maps[:2]), frame_gradients(maps) @ rows
     cos, sin = np.array([[maps[4], maps[5]], [-maps[5], maps[4]]]) @ maps[:2] / chord
     turned = (cos * frame[1] - sin * frame[0]) / chord
-    return np.asarray(element_form(chord, turned, -turned, frame[2] - turned) + _of_turning_force(-cos, -sin, rows))
+    return np.asarray(element_form(chord, turned, -turned, frame[2] - turned) + _stiffness_of_turning_force(-cos, -sin, rows))
 
 
 def element_form(chord: float, turned: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:
-    """Int w'^2 ds, w cubic, from what turns the chord and the ends against it."""
+    """Return int w'^2 ds of a cubic w, from the rotation of the chord and of the ends relative to it."""
     ends = 4.0 * (np.outer(first, first) + np.outer(last, last)) - np.outer(first, last) - np.outer(last, first)
     return np.asarray(chord * (np.outer(turned, turned) + ends / 30.0))
 
 
 def frame_gradients(maps: np.ndarray) -> np.ndarray:
-    """Of the coordinates of the port "frame" by its maps."""
+    """Return the gradients of the coordinates of the port "frame" by its maps."""
     ux, uy, ax, ay, bx, by = maps
     return np.array([[bx, by, 0.0, 0.0, ux, uy], [-by, bx, 0.0, 0.0, uy, -ux], [0.0, 0.0, -ay, ax, by, -bx]])
 
 
-def _of_turning_force(fx: float, fy: float, rows: np.ndarray) -> np.ndarray:
-    """Stiffness of a force on the end along the axes of the start's body."""
+def _stiffness_of_turning_force(fx: float, fy: float, rows: np.ndarray) -> np.ndarray:
+    """Return the stiffness of a force on the end along the axes of the start's body."""
     turned = np.zeros((6, 6))
     turned[0, 4] = turned[1, 5] = fx
     turned[0, 5], turned[1, 4] = -fy, fy

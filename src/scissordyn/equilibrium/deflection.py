@@ -1,4 +1,4 @@
-"""Where the cross-sections of bars that bend would be if the bars were straight, and the motion with magnified deflections."""
+"""Magnified deflections of flexible bars, relative to the position in which the bars are straight."""
 
 from __future__ import annotations
 
@@ -20,23 +20,23 @@ from scissordyn.plan.rest import still_at
 from scissordyn.plan.system import make_system
 from scissordyn.units import Quantity, checked
 
-LARGEST = 1e6
-
 
 @checked
 def magnified_deflection(
     run: xr.Dataset,
     mechanism: Mechanism,
-    factor: Annotated[float, Quantity("1", above=0.0, maximum=LARGEST, help="magnification")],
+    factor: Annotated[float, Quantity("1", above=0.0, maximum=1e6, help="magnification")],
     *,
     samples: Sequence[int] | None = None,
 ) -> xr.Dataset:
-    """The run with all bodies so many times as far from where straight bars and ideal joints on the same drive would have them.
+    """Return the run with the displacements from the position with straight bars multiplied by a factor.
 
-    Places of that mechanism are those nearest to the run's. Pins stay together, as all bodies are moved by the same rule.
+    That position is the one nearest to the run's, with straight bars and ideal joints on the same drive. Pins stay together,
+    because
+    all bodies are moved by the same rule.
     """
     if not bends(mechanism):
-        raise InputError("magnified deflections of bars that do not bend", "bars that bend", "sd.with_bending(mechanism, ...)")
+        raise InputError("the mechanism has no flexible bars to magnify", "flexible bars", "sd.with_bending(mechanism, ...)")
     if factor == 1.0:
         return run
     names = [body.name for body in mechanism.bodies]
@@ -60,7 +60,7 @@ def magnified_deflection(
 
 
 def _straight(still: Plan, where: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Mass centres and angles nearest to the given ones with which the bars are straight."""
+    """Return the mass centres and angles of the nearest position with straight bars."""
     system, offsets = make_system(still).content, still.coordinates.natural.offsets
     natural = np.array(still.coordinates.placed[0])
     for b, body in enumerate(still.bodies):
@@ -74,7 +74,7 @@ def _straight(still: Plan, where: np.ndarray, angle: np.ndarray) -> tuple[np.nda
 
 
 def places(still: Plan, natural: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Mass centres [m] and angles from -pi to pi [rad] of the bodies, from their natural coordinates."""
+    """Return mass centres [m] and angles from -pi to pi [rad] of the bodies, from their natural coordinates."""
     where, angle = np.zeros((len(still.bodies), 2)), np.zeros(len(still.bodies))
     for b, body in enumerate(still.bodies):
         p = still.coordinates.natural.offsets[body.name]

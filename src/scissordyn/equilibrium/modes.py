@@ -20,9 +20,6 @@ from scissordyn.plan.plan import plan
 from scissordyn.plan.rest import frictionless, still_at
 from scissordyn.units import Quantity, checked
 
-UNRESOLVED = 1e-15
-"""A square of an angular frequency below this part of the largest, times the number of coordinates, is round-off: zero."""
-
 Joints = Literal["ideal", "contact"]
 
 Drives = Literal["locked", "released"]
@@ -38,12 +35,12 @@ def modes(
     drive: Drives = "locked",
     times: ArrayLike | None = None,
 ) -> xr.Dataset:
-    """Natural frequencies and mode shapes of small undamped oscillations about a position, or about many along the motion.
+    """Return natural frequencies and mode shapes of small undamped oscillations about one or several positions.
 
-    Drives and prescribed distances are locked at their values of t = 0, or of each of `times`; friction and dampers are left
-    out, loads are those of t = 0. With Z the motions that the constraints allow, f the
-    forces, lambda the constraints' multipliers and coordinates in which the mass matrix is the identity:
-    Z^T (-df/dx + lambda d^2 Phi) Z a = omega^2 a.
+    Drives and prescribed distances are locked at their values at t = 0, or at each of `times`. Friction and dampers are left
+    out;
+    loads have their values at t = 0. The eigenvalue problem is Z^T (-df/dx + lambda d^2 Phi) Z a = omega^2 a, where Z spans the
+    motions that the constraints allow, f are the forces, lambda the multipliers, and the mass matrix is the identity.
 
     Parameters
     ----------
@@ -51,69 +48,68 @@ def modes(
     count : int
         Number of modes, from the lowest; fewer if the mechanism has fewer.
     position : {"static", "concentric"}
-        In static equilibrium, bars bent by their loads; or with bars unbent, ideal joints as assembled.
+        Static equilibrium, with flexible bars bent by their loads, or the assembled position with straight bars.
     joints : {"ideal", "contact"}
-        Clearance joints and guides as ideal; or in contact, with the stiffness of their contact law at the force that they
-        carry in static equilibrium. A journal that carries nothing there is free.
+        Clearance joints and guides as ideal joints, or in contact. A contact has the stiffness of its law at its force in
+        static equilibrium; a journal without force is free.
     drive : {"locked", "released"}
-        Prescribed rotations as constraints; or replaced by the constant torques that hold the position, so that the driven
-        bodies move with the others.
+        Locked drives, or drives replaced by the constant torques that hold the position, so that driven bodies can move.
     times : array_like, optional
-        Instants of the drives' motion [s], increasing; each position is found from the one before.
+        Instants of the motion of the drives [s], increasing; each position is computed from the one before it.
 
     Returns
     -------
     Dataset
-        With the coordinates mode, body, axis: `frequency` [Hz], `angular_frequency` [rad/s] (negative where the position is
-        unstable: minus the rate of growth), `shape`, displacements of the mass centres, and `rotation` of the bodies, both
-        scaled so that the largest displacement is 1 m; `position` [m] and `angle` [rad] of the bodies there. With `times` all
-        of them along `time` too, and `input`, what each `drive` holds, in its `unit`, rad or m. With joints in contact
-        `contact_force` [N] and `contact_stiffness` [N/m] of each `contact`, zero where nothing is carried.
+        Coordinates: mode, body, axis. `frequency` [Hz] and `angular_frequency` [rad/s]; a negative value is minus the growth
+        rate of an unstable position. `shape` (displacements of mass centres) and `rotation` of the bodies are scaled to a
+        largest displacement of 1 m. `position` [m] and `angle` [rad] of the bodies. With `times`, all variables have the
+        dimension `time`, and `input` gives the value of each `drive` in its `unit` (rad or m). With joints in contact:
+        `contact_force` [N] and `contact_stiffness` [N/m] of each `contact`, zero without contact.
 
     Raises
     ------
     InputError
-        If nothing of the mechanism can move, it has no static equilibrium, or `times` are not increasing.
+        If the mechanism cannot move or has no static equilibrium, or if `times` are not increasing.
     """
     if joints == "contact":
         if position != "static":
-            raise InputError('joints = "contact" with position = "concentric", where nothing touches', 'position = "static"')
+            raise InputError('joints = "contact" with position = "concentric": no joint is in contact', 'position = "static"')
         if not mechanism.contacts:
-            raise InputError('joints = "contact" of a mechanism without clearance joints', 'joints = "ideal"')
+            raise InputError('joints = "contact" for a mechanism without clearance joints', 'joints = "ideal"')
     if drive == "released" and not mechanism.drives:
-        raise InputError('drive = "released" of a mechanism without a drive', 'drive = "locked"')
+        raise InputError('drive = "released" for a mechanism without a drive', 'drive = "locked"')
     ideal, released_drive = with_mode_counts(mechanism).ideal(), drive == "released"
     taken = ideal if joints == "ideal" else mechanism
     if times is None:
         at, place = placed(plan(taken).at_rest, position, None)
-        return _at(at, place, count, position, released_drive)
+        return _modes_at(at, place, count, position, released_drive)
     instants = np.asarray(times, float)
     if instants.ndim != 1 or instants.size == 0 or not np.all(np.isfinite(instants)) or np.any(np.diff(instants) <= 0.0):
-        raise InputError("times that are not increasing", "instants of the drives' motion [s]", "times=[0.0, 0.1, 0.2]")
+        raise InputError("times are not increasing", "increasing instants of the drives' motion [s]", "times=[0.0, 0.1, 0.2]")
     inputs = Inputs(plan(ideal))
     if inputs.count == 0:
-        raise InputError("modes along the motion of a mechanism without a drive", "a drive, or modes without times")
+        raise InputError("modes at several times of a mechanism without a drive", "a drive, or modes without times")
     whole = plan(frictionless(taken))
     rests = along(lambda time, turned: still_at(whole, time, turned), inputs, instants.tolist(), position)
-    datasets = [_at(at, place, count, position, released_drive) for at, place in rests]
+    datasets = [_modes_at(at, place, count, position, released_drive) for at, place in rests]
     joined = xr.concat(
         datasets, xr.DataArray(instants, dims="time", name="time", attrs={"units": "s"}), combine_attrs="override"
     )
     return joined.assign(
-        input=(("time", "drive"), inputs.over(instants), {"long_name": "what the drive holds, in its unit"})
+        input=(("time", "drive"), inputs.over(instants), {"long_name": "value of the drive, in its unit"})
     ).assign_coords(drive=[*inputs.bodies, *inputs.timed], unit=("drive", inputs.units))
 
 
-def _at(at: At, place: At, count: int, position: Position, released_drive: bool) -> xr.Dataset:
-    """Modes at one position."""
+def _modes_at(at: At, place: At, count: int, position: Position, released_drive: bool) -> xr.Dataset:
+    """Return the modes at one position."""
     still = at.plan
     if released_drive:
         at = released(at)
     matrix, allowed = stiffness(at)
     if allowed.shape[1] == 0:
-        raise InputError("modes of a mechanism that cannot move", 'bars that bend, springs, or drive = "released"')
+        raise InputError("the mechanism cannot move and has no modes", 'flexible bars, springs, or drive = "released"')
     squares, vectors = np.linalg.eigh(allowed.T @ matrix @ allowed)
-    squares[np.abs(squares) < UNRESOLVED * squares.size * np.max(np.abs(squares))] = 0.0
+    squares[np.abs(squares) < 1e-15 * squares.size * np.max(np.abs(squares))] = 0.0  # round-off
     squares, vectors = squares[:count], (allowed @ vectors)[:, :count]
     angular = np.sign(squares) * np.sqrt(np.abs(squares))
     bodies, turning = _shapes(at, vectors)
@@ -139,7 +135,7 @@ def _at(at: At, place: At, count: int, position: Position, released_drive: bool)
 
 
 def _contacts(at: At) -> dict[str, Any]:
-    """What the clearance joints carry, and the stiffness of their laws there; empty if all are ideal."""
+    """Return force and stiffness of the clearance joints; empty if all joints are ideal."""
     content = at.system.content
     if not at.plan.contacts:
         return {}
@@ -148,8 +144,8 @@ def _contacts(at: At) -> dict[str, Any]:
     slope = np.zeros(contact.size)
     states, start = at.state[2 * content.model.n :], content.model.state_start
 
-    def suddenly(j: int, depth: float) -> float:
-        """Normal force of contact j, before anything relaxes."""
+    def frozen_force(j: int, depth: float) -> float:
+        """Return the normal force of contact j at a depth, with its relaxing states frozen."""
         law = numbers.law[j]
         frozen = states[start[j] + law["bristles"] : start[j + 1]]
         elastic = elastic_force(law["stiffness"], depth, numbers.elastic[j])
@@ -158,15 +154,15 @@ def _contacts(at: At) -> dict[str, Any]:
     for j in np.flatnonzero(force > 0.0).tolist():
         depth = float(contact["depth"][j])
         step = 1e-5 * depth
-        slope[j] = (suddenly(j, depth + step) - suddenly(j, depth - step)) / (2.0 * step)
+        slope[j] = (frozen_force(j, depth + step) - frozen_force(j, depth - step)) / (2.0 * step)
     return {
         "contact_force": ("contact", force, {"units": "N", "long_name": "static normal force of a contact"}),
-        "contact_stiffness": ("contact", slope, {"units": "N/m", "long_name": "stiffness of the contact law there"}),
+        "contact_stiffness": ("contact", slope, {"units": "N/m", "long_name": "stiffness of the contact law at this force"}),
     }
 
 
 def _shapes(at: At, vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Displacements of the mass centres and rotations, by mode and body."""
+    """Return displacements of the mass centres and rotations, by mode and body."""
     still, content = at.plan, at.system.content
     n, maps, work = content.model.n, still.maps, content.work
     moved = np.zeros((vectors.shape[1], len(still.bodies), 4))

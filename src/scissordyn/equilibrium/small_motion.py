@@ -1,4 +1,4 @@
-"""Small motions about a position: where it is, the stiffness there, and the motions that the constraints allow."""
+"""Positions of equilibrium for small motions: with clearances or ideal joints, with drives locked or released."""
 
 from __future__ import annotations
 
@@ -24,14 +24,13 @@ Position = Literal["static", "concentric"]
 STATIC = "start = 'static': "
 
 Still = Callable[[float, Mapping[str, float]], Plan]
-"""The plan of a mechanism that stands still at an instant, where bodies have turned by some angles."""
+"""Function that returns the plan of the mechanism locked at a time, given the angles by which its bodies have turned."""
 
-NEAR = 0.1  # Largest change of an input [rad, m/m] from one position to the next, which starts from it
-SHORTEST = 1e-3  # Part of the way from one position to the next below which it is not divided
+CHANGE_MAX = 0.1  # Largest change of an input between two computed positions [rad, m/m]
 
 
 def placed(still: Plan, position: Position, before: At | None) -> tuple[At, At]:
-    """A mechanism whose drives stand still, with clearances resting in contact, and with ideal joints, from the one before."""
+    """Return the equilibrium with clearances resting in contact and the one with ideal joints, from the position before."""
     ideal = still.ideal
     system, n = make_system(ideal), ideal.coordinates.free
     if before is None:
@@ -54,7 +53,7 @@ def placed(still: Plan, position: Position, before: At | None) -> tuple[At, At]:
 
 
 def along(still: Still, inputs: Inputs, times: Iterable[float], position: Position) -> Iterator[tuple[At, At]]:
-    """Positions at some instants of the motion of the drives, each from the one before."""
+    """Yield the positions at some instants of the motion of the drives, each computed from the one before."""
 
     def ideal(time: float, turned: Mapping[str, float]) -> Plan:
         return still(time, turned).ideal
@@ -64,7 +63,7 @@ def along(still: Still, inputs: Inputs, times: Iterable[float], position: Positi
         if place is None and time != 0.0:
             _, place = _reached(ideal, position, None, 0.0, 0.0)
         change = float(np.max(np.abs(inputs.at(time) - inputs.at(before)), initial=0.0))
-        for between in np.linspace(before, time, max(1, int(np.ceil(change / NEAR))) + 1)[1:-1].tolist():
+        for between in np.linspace(before, time, max(1, int(np.ceil(change / CHANGE_MAX))) + 1)[1:-1].tolist():
             _, place = _reached(ideal, position, place, before, between)
             before = between
         at, place = _reached(still, position, place, before, time)
@@ -73,8 +72,8 @@ def along(still: Still, inputs: Inputs, times: Iterable[float], position: Positi
 
 
 def _reached(still: Still, position: Position, place: At | None, before: float, time: float) -> tuple[At, At]:
-    """The position at an instant; by parts of the way where a gear turns a body too far for its turns to be counted."""
-    shortest, end = SHORTEST * (time - before), time
+    """Return the position at a time, in halved steps where a gear turns a body too far to count its turns."""
+    shortest, end = 1e-3 * (time - before), time
     while True:
         whole = still(end, place.turned if place else NOT_TURNED)
         try:
@@ -91,7 +90,7 @@ def _reached(still: Still, position: Position, place: At | None, before: float, 
 
 
 def released(at: At) -> At:
-    """The same position with the drives replaced by the constant torques that hold it."""
+    """Return the same position with the drives replaced by the constant torques that hold it."""
     mechanism = at.plan.mechanism
     holding: tuple[Any, ...] = tuple(
         Torque(f"torque that holds '{drive.body}'", drive.body, torque=1.0) for drive in mechanism.drives

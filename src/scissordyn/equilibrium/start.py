@@ -1,4 +1,4 @@
-"""The state a run starts from: journals concentric, resting in contact, as placed, or the whole mechanism at rest."""
+"""Initial state of a run: journals concentric, in contact or as placed, or the whole mechanism in static equilibrium."""
 
 from __future__ import annotations
 
@@ -43,20 +43,20 @@ from scissordyn.plan.plan import Plan
 from scissordyn.plan.system import guard_values, make_system
 from scissordyn.record.bars import with_distributed_mass
 
-MOVED = 1e-3  # An assembly that moves a given origin by more than this fraction of the mechanism's size is said
-TURNED = 1e-3  # Likewise for angles [rad]
-STRAIGHT = 1e-6  # A beam element that is placed straight and with its length to within this fraction of it starts so
-KEPT = 1e-6  # A given speed that is not met to this fraction of the largest is said
+MOVED_TOL = 1e-3  # A warning names bodies that the assembly moves by more [mechanism sizes] or turns by more [rad]
 
 
 @dataclass(frozen=True)
 class Prepared:
+    """Initial state of a run with its events and warnings."""
+
     y: np.ndarray  # (ny,)
-    initial_events: tuple[list[float], ...]  # Of contacts and components that act from the start on
+    initial_events: tuple[list[float], ...]  # Onsets of contacts and components that act from the start
     warnings: tuple[str, ...]
 
 
 def prepare_start(plan: Plan, system: Handle, kind: StartKind) -> Prepared:
+    """Compute the initial state of a run."""
     content = system.content
     guess, holds = placed_start(plan, content), held_rods(plan, content, places=True, speeds=True)
     _hold_references(plan, content, holds)
@@ -67,35 +67,35 @@ def prepare_start(plan: Plan, system: Handle, kind: StartKind) -> Prepared:
         case "as-placed":
             start = assembled = assemble(plan, content, guess, holds)
         case "in-contact" if plan.contacts:
-            assembled = _concentric(plan, content, guess, holds)
-            start = _resting(plan, content, assembled)
+            assembled = _assemble_concentric(plan, content, guess, holds)
+            start = _assemble_in_contact(plan, content, assembled)
         case "static":
-            place, turned, growth = _resting_place(plan)
+            place, turned, growth = _static_position(plan)
             if growth > 0.0:
                 warnings.append(
-                    f"start = 'static' is an unstable equilibrium: a small motion grows by e in {1.0 / growth:.3g} s"
+                    f"start = 'static' is an unstable equilibrium: a small displacement grows by e in {1.0 / growth:.3g} s"
                 )
             count_turns(plan, content, turned)
-            assembled = _concentric(plan, content, guess, holds)
+            assembled = _assemble_concentric(plan, content, guess, holds)
             still, full = Held(), np.append(place, basis_at_start(content)[0])
             journals = [plan.eccentricity(j).at(full) for j in range(len(plan.mechanism.clearance_joints))]
             _hold_journals(plan, still, np.array(journals).reshape(-1, 2))
             start = assemble(plan, content, Start(place, guess.velocity * 0.0), still)
         case _:
-            start = assembled = _concentric(plan, content, guess, holds)
-    warnings += _moved(plan, content, assembled)
-    warnings += _changed_speeds(plan, content, start, kind)
+            start = assembled = _assemble_concentric(plan, content, guess, holds)
+    warnings += _describe_moved(plan, content, assembled)
+    warnings += _describe_changed_speeds(plan, content, start, kind)
     warnings += proportion_warnings(plan.mechanism) + plan.rounded_lengths
     y = whole_state(content, start.position, start.velocity)
     check_springs(plan, full_coordinates(plan, content, y, 0.0))
-    events = _touching(plan, system, y, kind)
+    events = _activate_closed(plan, system, y, kind)
     _store_energy(plan, system, y)
     return Prepared(y, tuple(events), tuple(warnings))
 
 
-def _concentric(plan: Plan, system: System, guess: Start, holds: Held) -> Start:
-    """The state of the mechanism with ideal joints, on the same drives."""
-    if plan.mechanism.contact_points:  # an ideal guide holds what its contact points do not
+def _assemble_concentric(plan: Plan, system: System, guess: Start, holds: Held) -> Start:
+    """Return the state of the mechanism with ideal joints, on the same drives."""
+    if plan.mechanism.contact_points:  # an ideal guide keeps its follower on a line, its contact points do not
         ideal = plan.ideal
         handle = make_system(ideal)
         holds = held_rods(ideal, handle.content, places=True, speeds=True)
@@ -108,23 +108,23 @@ def _concentric(plan: Plan, system: System, guess: Start, holds: Held) -> Start:
 
 
 def _nearest(plan: Plan, system: System, natural: tuple[np.ndarray, np.ndarray]) -> Start:
-    """The free coordinates nearest to natural ones and their rates."""
+    """Return the free coordinates and rates nearest to natural coordinates and their rates."""
     (b, rate), (position, velocity) = basis_at_start(system), natural
     return Start(plan.coordinates.nearest(b, position), plan.coordinates.nearest(rate, velocity))
 
 
 def _hold_journals(plan: Plan, holds: Held, eccentricities: np.ndarray) -> None:
-    """Hold journals at rest where they are to be in their bearings, shape (nj, 2) [m]."""
+    """Hold each journal at rest at an eccentricity, shape (nj, 2) [m]."""
     for j, joint in enumerate(plan.mechanism.clearance_joints):
         holds.add(joint.name, plan.eccentricity(j), tuple(eccentricities[j]), (0.0, 0.0), plan.coordinates.size)
 
 
-def _resting(plan: Plan, system: System, start: Start) -> Start:
-    """The state in which the journals rest in contact along the ideal reactions."""
+def _assemble_in_contact(plan: Plan, system: System, start: Start) -> Start:
+    """Return the state in which the journals rest in contact in the direction of the ideal reactions."""
     if plan.mechanism.contact_points:
         guide = plan.mechanism.contact_points[0].guide
         raise InputError(
-            f"start = 'in-contact' with the clearance guide '{guide}', whose contact points may rest in several ways",
+            f"start = 'in-contact' does not support clearance guide '{guide}': its contact points may rest in several ways",
             "start = 'static', or 'concentric', from which they settle",
         )
     offsets = _resting_offsets(plan, system, ideal_reactions(plan))
@@ -135,8 +135,8 @@ def _resting(plan: Plan, system: System, start: Start) -> Start:
     return assemble(plan, system, start, resting)
 
 
-def _resting_place(plan: Plan) -> tuple[np.ndarray, dict[str, float], float]:
-    """Free coordinates, turns and growth of equilibrium: of the ideal mechanism, then near it of that with clearances."""
+def _static_position(plan: Plan) -> tuple[np.ndarray, dict[str, float], float]:
+    """Return free coordinates, turns and growth rate of the equilibrium, found with ideal joints first."""
     still = plan.at_rest
     ideal = still.ideal
     system = make_system(ideal)
@@ -149,7 +149,7 @@ def _resting_place(plan: Plan) -> tuple[np.ndarray, dict[str, float], float]:
 
 
 def rest_with_clearances(still: Plan, system: Handle, place: np.ndarray, load: float = 0.0) -> tuple[Handle, Rest]:
-    """Static equilibrium of a mechanism with clearances, near that of the one with ideal joints."""
+    """Return the static equilibrium with clearances, near that of the mechanism with ideal joints."""
     ideal, rest = still.ideal, Start(place, np.zeros_like(place))
     handle = make_system(still)
     count_turns(still, handle.content, turns(ideal, system.content))
@@ -164,7 +164,7 @@ def rest_with_clearances(still: Plan, system: Handle, place: np.ndarray, load: f
 
 
 def ideal_reactions(plan: Plan, position: np.ndarray | None = None, reference: np.ndarray | None = None) -> np.ndarray:
-    """Forces on the journals of all revolute joints of a mechanism, taken as ideal, at t = 0, shape (joints, 2) [N]."""
+    """Return the forces on the journals of all revolute joints, taken as ideal, at t = 0, shape (joints, 2) [N]."""
     plan = plan.ideal
     system = make_system(plan)
     if reference is not None:
@@ -176,15 +176,15 @@ def ideal_reactions(plan: Plan, position: np.ndarray | None = None, reference: n
 
 
 def _resting_offsets(plan: Plan, system: System, force: np.ndarray) -> np.ndarray:
-    """Eccentricities at which the elastic contact forces equal the reactions of the ideal joints, shape (nj, 2) [m]."""
+    """Return the eccentricities at which elastic contact forces equal the ideal reactions, shape (nj, 2) [m]."""
     offsets = np.zeros((len(plan.mechanism.clearance_joints), 2))
     names = [other.name for other in plan.mechanism.joints]
     for j, joint in enumerate(plan.mechanism.clearance_joints):
         reaction = force[names.index(joint.name)]
         if not np.all(np.isfinite(reaction)):
             raise InputError(
-                f"start = 'in-contact' with clearance joint '{joint.name}', whose ideal reaction is not determined (more "
-                "joints than the mechanism needs, or a singular position)",
+                f"start = 'in-contact': the ideal reaction of clearance joint '{joint.name}' is not determined (redundant "
+                "joints, or a singular position)",
                 "start = 'concentric'",
             )
         size = float(np.hypot(*reaction))
@@ -195,7 +195,7 @@ def _resting_offsets(plan: Plan, system: System, force: np.ndarray) -> np.ndarra
 
 
 def _indentation(system: System, j: int, force: float) -> float:
-    """Indentation at which the elastic part of contact j balances a force (bisection on a monotone law)."""
+    """Return the indentation at which the elastic force of contact j balances a force, by bisection."""
     numbers = system.parameters
     if force == 0.0 or numbers.law["stiffness"][j] == 0:  # a hard contact
         return 0.0
@@ -212,10 +212,10 @@ def _indentation(system: System, j: int, force: float) -> float:
     return high
 
 
-def _touching(plan: Plan, system: Handle, y: np.ndarray, kind: StartKind) -> list[list[float]]:
-    """Let everything act that is past its gap at the start; returns the rows of the event log.
+def _activate_closed(plan: Plan, system: Handle, y: np.ndarray, kind: StartKind) -> list[list[float]]:
+    """Activate contacts and components whose gap is closed at the start; return the rows of the event log.
 
-    A concentric start has no contacts, whatever round-off says; stops and cables may act.
+    A concentric start has no contacts, whatever the round-off; stops and cables may act.
     """
     content: System = system.content
     contacts, rows = content.parameters.contact.size, []
@@ -228,7 +228,7 @@ def _touching(plan: Plan, system: Handle, y: np.ndarray, kind: StartKind) -> lis
         functions.touch(0.0, y, guard, system.address, data)
         row = [0.0, float(guard), float(RISE), max(float(data[0]), APPROACH_FLOOR), float(data[1])]
         rows.append(row + [0.0] * (LOG_COLUMNS - len(row)))
-        # a damping factor is derived for rates up to the speed at which the contact began, see `rate_in_range`
+        # `rate_in_range` bounds the damping factor by the speed at contact onset
         damping = plan.clearances[guard].damping if guard in plan.compliant_places else None
         if isinstance(damping, DampingFactor) and data[0] <= APPROACH_FLOOR:
             content.state.memory[guard] = -APPROACH_FLOOR
@@ -236,7 +236,7 @@ def _touching(plan: Plan, system: Handle, y: np.ndarray, kind: StartKind) -> lis
 
 
 def _store_energy(plan: Plan, system: Handle, y: np.ndarray) -> None:
-    """Write the elastic energy of hard contacts that are closed at the start, which is a state of theirs."""
+    """Store the elastic energy of hard contacts closed at the start in their state."""
     content: System = system.content
     depth = guard_values(system, 0.0, y)
     for j in plan.hard_places:
@@ -246,7 +246,7 @@ def _store_energy(plan: Plan, system: Handle, y: np.ndarray) -> None:
 
 
 def _hold_references(plan: Plan, system: System, holds: Held) -> None:
-    """Hold bodies at the angles and speeds of the references that they are to start on, and count their turns from there."""
+    """Hold bodies at the angle and speed of the references they start on, and count their turns from there."""
     numbers, model, work = system.parameters, system.model, system.work
     for i, component in plan.actuators:
         if component.start_on_reference:
@@ -261,7 +261,7 @@ def _hold_references(plan: Plan, system: System, holds: Held) -> None:
 
 
 def assembled_near(plan: Plan, system: System, natural: np.ndarray, *, straight: bool) -> Start:
-    """The state at rest nearest to natural coordinates in which rods have their given directions."""
+    """Return the state at rest nearest to natural coordinates, with rods in their given directions."""
     guess = plan.coordinates.nearest(basis_at_start(system)[0], natural)
     holds = held_rods(plan, system)
     if straight:
@@ -270,9 +270,9 @@ def assembled_near(plan: Plan, system: System, natural: np.ndarray, *, straight:
 
 
 def _hold_straight(plan: Plan, holds: Held, *, moving: bool = False) -> None:
-    """Hold bars that bend straight, so that they start undeformed, with the velocities of rigid ones.
+    """Hold flexible bars straight at the start, undeformed and moving as rigid bars.
 
-    `moving`: only bars of which some cross-sections have a velocity that is given, and others follow.
+    With `moving`, hold only bars for which some but not all cross-sections have a given velocity.
     """
     coordinates, beams = plan.coordinates, list(beams_of(plan.mechanism))
     has_velocity = {body.name for body in plan.bodies if body.velocity is not None}
@@ -284,8 +284,8 @@ def _hold_straight(plan: Plan, holds: Held, *, moving: bool = False) -> None:
         beams = []
     for beam in beams:
         x, y, angle = start_coordinates(plan.mechanism, beam)
-        if max(abs(x - beam.length), abs(y), abs(angle) * beam.length) > STRAIGHT * beam.length:
-            continue  # placed bent
+        if max(abs(x - beam.length), abs(y), abs(angle) * beam.length) > 1e-6 * beam.length:
+            continue  # the element is placed bent
         ends = combined((coordinates.place(beam.end), 1.0), (coordinates.place(beam.start), -1.0))
         directions = coordinates.frame(beam.start[0]), coordinates.frame(beam.end[0])
         for vector, scale in straight_maps(beam, ends, *directions):
@@ -298,63 +298,63 @@ def _hold_straight(plan: Plan, holds: Held, *, moving: bool = False) -> None:
             holds.constraints.append(length)
 
 
-def _moved(plan: Plan, system: System, start: Start) -> list[str]:
-    """The given places and angles that assembly changed noticeably, most first, and what they are now."""
+def _describe_moved(plan: Plan, system: System, start: Start) -> list[str]:
+    """Describe the given positions and angles that the assembly changed, largest change first."""
     placed, position = plan.coordinates.placed[0], natural_state(plan, system, start)[0]
     size = plan.coordinates.size
-    if np.abs(position - placed).max(initial=0.0) < 0.5 * min(MOVED * size, TURNED):  # half: of both components
+    if np.abs(position - placed).max(initial=0.0) < 0.5 * min(MOVED_TOL * size, MOVED_TOL):  # half: of both components
         return []
     prescribed = prescribed_bodies(plan)
     changes: list[tuple[float, str]] = []
     for body in plan.bodies:
         p = plan.coordinates.natural.offsets[body.name]
         far = math.dist(position[p : p + 2], placed[p : p + 2])
-        if body.position is not None and far > MOVED * size:
-            here, there = _pair_texts(position[p : p + 2].tolist(), body.position)
-            text = f"body '{body.name}' is moved by {far * 1e3:.4g} mm: its origin starts at {here} m, given is {there} m"
+        if body.position is not None and far > MOVED_TOL * size:
+            here, there = _format_vectors(position[p : p + 2].tolist(), body.position)
+            text = f"body '{body.name}' is moved by {far * 1e3:.4g} mm: its origin starts at {here} m instead of {there} m"
             changes.append((far, text))
         if body.angle is not None and plan.coordinates.natural.rotates(body.name) and body.name not in prescribed:
             (cos, sin), (x, y) = placed[p + 2 : p + 4], position[p + 2 : p + 4]
             angle = math.atan2(cos * y - sin * x, cos * x + sin * y)
-            if abs(angle) > TURNED:
+            if abs(angle) > MOVED_TOL:
                 turn = math.degrees(angle)
-                here, there = _texts(math.degrees(body.angle) + turn, math.degrees(body.angle))
-                text = f"body '{body.name}' is rotated by {abs(turn):.4g} deg: it starts at {here} deg, given are {there} deg"
+                here, there = _format_pair(math.degrees(body.angle) + turn, math.degrees(body.angle))
+                text = f"body '{body.name}' is rotated by {abs(turn):.4g} deg: it starts at {here} deg instead of {there} deg"
                 changes.append((abs(angle) * size, text))
     changes.sort(key=lambda change: -change[0])
     return [f"to assemble the mechanism at the start, {in_words([text for _, text in changes], 3)}"] if changes else []
 
 
-def _changed_speeds(plan: Plan, system: System, start: Start, kind: StartKind) -> list[str]:
-    """The given speeds that are not kept, and what they are instead."""
+def _describe_changed_speeds(plan: Plan, system: System, start: Start, kind: StartKind) -> list[str]:
+    """Describe the given speeds that are not kept and their actual values."""
     velocity, (b, rate) = natural_state(plan, system, start)[1], basis_at_start(system)
     full, rates = np.append(start.position, b), np.append(start.velocity, rate)
     size, changes = plan.coordinates.size, []
     given_speeds = [abs(body.angular_velocity or 0.0) * size + math.hypot(*body.velocity or (0.0, 0.0)) for body in plan.bodies]
-    allowed = KEPT * max([*given_speeds, float(np.max(np.abs(velocity), initial=0.0))])
+    allowed = 1e-6 * max([*given_speeds, float(np.max(np.abs(velocity), initial=0.0))])
     for body in plan.bodies:
         p = plan.coordinates.natural.offsets[body.name]
         now = [speed if abs(speed) > allowed else 0.0 for speed in velocity[p : p + 2].tolist()]
         if body.velocity is not None and math.dist(body.velocity, now) > allowed:
-            here, there = _pair_texts(now, body.velocity)
-            changes.append(f"the origin of body '{body.name}' starts at {here} m/s, given are {there} m/s")
+            here, there = _format_vectors(now, body.velocity)
+            changes.append(f"the origin of body '{body.name}' starts at {here} m/s instead of {there} m/s")
         if body.angular_velocity is not None and body.rotates:
             direction = plan.coordinates.direction(body.name)
             (x, y), (x_rate, y_rate) = direction.at(full), direction.at(rates)
             turning = float((x * y_rate - y * x_rate) / (x * x + y * y))
             if abs(turning - body.angular_velocity) * size > allowed:
-                here, there = _texts(turning if abs(turning) * size > allowed else 0.0, body.angular_velocity)
-                changes.append(f"body '{body.name}' starts at {here} rad/s, given are {there} rad/s")
+                here, there = _format_pair(turning if abs(turning) * size > allowed else 0.0, body.angular_velocity)
+                changes.append(f"body '{body.name}' starts at {here} rad/s instead of {there} rad/s")
     if not changes:
         return []
     if kind == "static":
-        return [f"start = 'static' is at rest but for drives: {in_words(changes, 3)}"]
-    advice = "" if kind == "as-placed" or not plan.contacts else "; start = 'as-placed' keeps what clearance joints allow of it"
-    return [f"joints and drives do not admit the speeds given together: {in_words(changes, 3)}{advice}"]
+        return [f"start = 'static' begins at rest except for drives: {in_words(changes, 3)}"]
+    advice = "" if kind == "as-placed" or not plan.contacts else "; start = 'as-placed' keeps what clearance joints allow"
+    return [f"joints and drives do not allow all given speeds together: {in_words(changes, 3)}{advice}"]
 
 
-def _texts(first: float, second: float) -> tuple[str, str]:
-    """Two numbers with as many digits, four at least, as tell them apart."""
+def _format_pair(first: float, second: float) -> tuple[str, str]:
+    """Format two numbers with as many digits as distinguish them, at least four."""
     for digits in range(4, 17):
         shown = f"{first:.{digits}g}", f"{second:.{digits}g}"
         if shown[0] != shown[1]:
@@ -362,8 +362,8 @@ def _texts(first: float, second: float) -> tuple[str, str]:
     return shown
 
 
-def _pair_texts(first: Sequence[float], second: Sequence[float]) -> tuple[str, str]:
-    """Likewise for vectors."""
+def _format_vectors(first: Sequence[float], second: Sequence[float]) -> tuple[str, str]:
+    """Format two vectors with as many digits as distinguish them."""
     near = 1e-9 * math.dist(first, second)
-    columns = [_texts(a, b) if abs(a - b) > near else (f"{b:.4g}",) * 2 for a, b in zip(first, second, strict=True)]
+    columns = [_format_pair(a, b) if abs(a - b) > near else (f"{b:.4g}",) * 2 for a, b in zip(first, second, strict=True)]
     return ", ".join(column[0] for column in columns), ", ".join(column[1] for column in columns)

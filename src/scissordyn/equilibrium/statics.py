@@ -1,4 +1,4 @@
-"""Forces of a mechanism along the stroke of its drives without inertia."""
+"""Static forces of a mechanism along the stroke of its drives, without inertia."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ import numpy as np
 from scissordyn.casefile.configuration import write_configuration
 from scissordyn.components.time_function import Polynomial
 from scissordyn.equilibrium.bar_extremes import bar_extremes
-from scissordyn.equilibrium.cause import jam
+from scissordyn.equilibrium.cause import describe_jam
 from scissordyn.equilibrium.rest import At, count_turns
 from scissordyn.equilibrium.small_motion import along
 from scissordyn.errors import InputError
 from scissordyn.integrate.integration import Samples
 from scissordyn.kinematics.assembly import Held, Start, assemble, whole_state
 from scissordyn.kinematics.closure import Closure, Inputs
-from scissordyn.kinematics.path import GRID, smooth_peak, start_of
+from scissordyn.kinematics.path import INSTANTS, smooth_peak, start_of
 from scissordyn.mechanics.monitored import POWERS
 from scissordyn.mechanics.outputs import Record
 from scissordyn.model.commanded import commanded
@@ -43,15 +43,17 @@ if TYPE_CHECKING:
 
 TITLE = "scissordyn statics"
 
-POINTS, MEASURED = 201, 51  # Positions, and the fewest of a measure of many cases
-FINE, COARSE = 0.1, 0.4  # Rotation of a drive between two positions of such a measure, and from which on it is warned of [rad]
+POINTS, POINTS_MIN = 201, 51  # Default number of positions; smallest number for measures of many cases
+ROTATION_STEP = 0.1  # Rotation of a drive between two positions of such a measure [rad]
 
-CREEP = 1e-9
-"""Speed of the fastest drive [rad/s, m/s], which tells friction and one-way loads their sense; squares of it are round-off."""
+CREEP_SPEED = 1e-9
+"""Speed of the fastest drive that sets the sense of friction and one-way loads [rad/s, m/s]; its squares are round-off."""
 
-AT_ONCE = 1e-30
-"""In the place of the speed over which friction or a one-way load sets in [m/s, rad/s]. It is written where the kernels read
-it, as fields of components may not be so small."""
+MIN_TRANSITION = 1e-30
+"""Transition speed of friction and one-way loads, practically zero [m/s, rad/s].
+
+It is written into the kernel's parameters, as fields of components have a larger minimum.
+"""
 
 SENSES: dict[str, tuple[str, tuple[str, ...]]] = {
     "pin_friction": ("transition", ("kinetic", "static")),
@@ -60,7 +62,7 @@ SENSES: dict[str, tuple[str, tuple[str, ...]]] = {
     "stroke_load": ("transition", ()),
     "angle_load": ("transition", ()),
 }
-"""Components that depend on the sense of their motion: arguments of their kernels, that speed and friction."""
+"""Components that depend on the sense of motion: transition-speed parameter, friction parameters."""
 
 Friction = Literal["none", "forward", "backward"]
 
@@ -68,7 +70,7 @@ DYNAMIC = (
     *("kinetic_energy", "elastic_energy", "dissipated_energy", "_loss", "_work", "_residual", "_power", "impulse"),
     *("peak_", "_peak", "contact_", "event_", "_speed"),
 )
-"""Parts of names of variables that only a motion has."""
+"""Parts of the names of variables that exist only for a motion."""
 
 
 @checked
@@ -79,50 +81,51 @@ def statics(
     points: Annotated[int, Quantity("1", minimum=2, maximum=100_000, help="number of positions")] = POINTS,
     friction: Friction = "none",
 ) -> xr.Dataset:
-    """Forces in pins, guides, drives, rods, springs and bars along the motion of the drives, without inertia.
+    """Return forces in pins, guides, drives, rods, springs and bars along the motion of the drives, without inertia.
 
-    At each position drives and prescribed distances stand still, loads have their values of that instant, and whatever else can
-    move is in static equilibrium. Clearances, dampers, clutches and brakes are left out; servos hold their references.
+    At each position the drives and prescribed distances are locked and loads have their values at that time. All other
+    coordinates
+    are in static equilibrium. Clearances, dampers, clutches and brakes are left out; servos hold their references.
 
     Parameters
     ----------
     mechanism : Mechanism
     until : float
-        End of the time of the drives [s].
+        Final time of the drives [s].
     points : int
         Number of positions, evenly spaced in time.
     friction : {"none", "forward", "backward"}
-        Without friction in ideal joints and gas springs, or with that of a slow motion as the drives move, or against it.
+        Friction in ideal joints and gas springs: none, as in a slow motion along the drives, or in the opposite direction.
 
     Returns
     -------
     Dataset
-        The variables of a run that have a meaning at rest, over `time`, and `input (time, prescribed)`, what drives and
-        prescribed distances hold, in `prescribed_unit`. All forces and torques once more in one table,
-        `quantity_value (time, quantity)` in `quantity_unit`, of reactions the size, with `least`, `largest`, `least_time` and
-        `largest_time` of each, located between the positions.
+        The variables of a run that exist at rest, over `time`. `input (time, prescribed)` are the values of drives and
+        prescribed distances, in `prescribed_unit`. `quantity_value (time, quantity)` in `quantity_unit` repeats all forces and
+        torques in one table, with the magnitude of reactions. `least`, `largest`, `least_time` and `largest_time` are the
+        extremes of each quantity, located between the positions.
 
     Raises
     ------
     InputError
-        If nothing is prescribed, a position has no static equilibrium, or what depends on the sense of the motion, as friction
-        does, acts on a mechanism that the drives do not move alone.
+        If nothing is prescribed or a position has no static equilibrium. Also if a component depends on the sense of motion,
+        as friction does, and the drives do not determine the motion.
     """
     return static_results(mechanism, until, points, friction).dataset()
 
 
 def static_results(mechanism: Mechanism, until: float, points: int, friction: Friction) -> Results:
-    """The same as plain arrays."""
+    """Return the results of `statics` as plain arrays."""
     check_stroke(mechanism)
     ideal = frictionless(commanded(mechanism).ideal())
     whole = plan(ideal)
     inputs = Inputs(whole)
     times = np.linspace(0.0, until, points)
-    path, rested = _rested(whole, inputs, times, friction)
+    path, rested = _equilibria(whole, inputs, times, friction)
     forces = results(whole, write_configuration(ideal, Options(until=until, samples=points)), path, rested)
     forces.variables |= bar_extremes(whole, path.samples, rested, forces.variables)
     variables = {name: part for name, part in forces.variables.items() if not any(word in name for word in DYNAMIC)}
-    variables |= _inputs(inputs, times)
+    variables |= _input_variables(inputs, times)
     variables |= _envelope(variables, times, [guide.name for guide in ideal.ideal_guides if guide.aligned])
     forces.variables = variables
     forces.attrs.update(title=TITLE, warnings=json.dumps(_warnings(whole, variables, path)))
@@ -130,8 +133,8 @@ def static_results(mechanism: Mechanism, until: float, points: int, friction: Fr
 
 
 def static_peaks(mechanism: Mechanism, until: float) -> dict[str, float]:
-    """The largest size of each force and torque, with friction as the drives move if there is some, and of stresses of bars."""
-    points = max(MEASURED, 1 + math.ceil(rotations(mechanism, until)[-1] / FINE))
+    """Return the largest magnitude of each force, torque and bar stress, with forward friction if there is any."""
+    points = max(POINTS_MIN, 1 + math.ceil(rotations(mechanism, until)[-1] / ROTATION_STEP))
     parts = frictionless(mechanism.ideal()).components
     rubbing = any(getattr(part, name) for part in parts for name in SENSES.get(part.declaration.section, ("", ()))[1])
     forces = static_results(mechanism, until, points, "forward" if rubbing else "none").variables
@@ -144,26 +147,26 @@ def static_peaks(mechanism: Mechanism, until: float) -> dict[str, float]:
 
 
 def rotations(mechanism: Mechanism, until: float) -> np.ndarray:
-    """How far the drive that rotates most has turned at evenly spaced instants, to and fro [rad]."""
+    """Return the total rotation of the drive that rotates most, to and fro, at evenly spaced instants [rad]."""
     inputs = Inputs(plan(commanded(mechanism).ideal()))
-    turned = np.abs(np.diff(inputs.over(np.linspace(0.0, until, GRID)), axis=0, prepend=inputs.at(0.0)[None]))
+    turned = np.abs(np.diff(inputs.over(np.linspace(0.0, until, INSTANTS)), axis=0, prepend=inputs.at(0.0)[None]))
     angles = turned[:, np.array(inputs.units) == "rad"]
     return np.asarray(np.cumsum(angles.max(axis=1, initial=0.0)))
 
 
 def check_stroke(mechanism: Mechanism) -> None:
-    """Raise `InputError` where nothing is prescribed."""
+    """Raise `InputError` if nothing is prescribed."""
     driven = commanded(mechanism)
     if not (driven.drives or driven.coordinate_drives or any(rod.motion for rod in driven.rods)):
         raise InputError(
-            "statics of a mechanism without a drive, a servo, a driven rod or coordinate, which has no stroke",
+            "statics of a mechanism without stroke: it has no drive, servo, driven rod or driven coordinate",
             "a drive, or a rod with a motion",
         )
 
 
-def _rested(whole: Plan, inputs: Inputs, times: np.ndarray, friction: Friction) -> tuple[Trajectory, Record]:
-    """The positions of equilibrium at some instants, as the trajectory and the record of a run."""
-    moving = _moving(whole, inputs, times, friction)
+def _equilibria(whole: Plan, inputs: Inputs, times: np.ndarray, friction: Friction) -> tuple[Trajectory, Record]:
+    """Return the equilibrium positions at some instants, as trajectory and record of a run."""
+    moving = _slow_rates(whole, inputs, times, friction)
 
     def still(time: float, turned: Mapping[str, float]) -> Plan:
         return still_at(whole.case(loads_at(whole.mechanism, time)), time, turned)
@@ -177,13 +180,13 @@ def _rested(whole: Plan, inputs: Inputs, times: np.ndarray, friction: Friction) 
     if moving is not None:
         values = inputs.over(times)
         rests = [
-            _creeping(at, place.turned, motion, friction)
+            _slow_motion(at, place.turned, motion, friction)
             for (at, place), *motion in zip(places, values.tolist(), moving.tolist(), strict=True)
         ]
     records = []
     for at, time in zip(rests, times.tolist(), strict=True):
         records.append(at.record())
-        stuck = jam(at.plan, at.system)
+        stuck = describe_jam(at.plan, at.system)
         if stuck and not warnings:
             warnings.append(f"{stuck}, first at t = {time:.6g} s")
     at_rest = Record(*(np.concatenate(parts) for parts in zip(*records, strict=True)))
@@ -207,12 +210,12 @@ def _rested(whole: Plan, inputs: Inputs, times: np.ndarray, friction: Friction) 
     return path, at_rest
 
 
-def _moving(whole: Plan, inputs: Inputs, times: np.ndarray, friction: Friction) -> np.ndarray | None:
-    """Rates of the inputs in a slow motion, shape (instants, inputs); None if nothing depends on its sense."""
+def _slow_rates(whole: Plan, inputs: Inputs, times: np.ndarray, friction: Friction) -> np.ndarray | None:
+    """Return the rates of the inputs in a slow motion, shape (instants, inputs); None if no component needs them."""
     parts: list[Any] = [part for part in whole.components if part.declaration.section in SENSES]
     friction_parts = [part for part in parts if SENSES[part.declaration.section][1]]
     if friction != "none" and not friction_parts:
-        what = f"friction = '{friction}' of a mechanism without friction in ideal joints or gas springs"
+        what = f"friction = '{friction}' for a mechanism without friction in ideal joints or gas springs"
         raise InputError(what, "components [[pin_friction]], [[guide_friction]], [[gas_spring]]", "friction = 'none'")
     one_way = [part for part in parts if getattr(part, "acts", "both") != "both"]
     if not one_way and friction == "none":
@@ -220,16 +223,16 @@ def _moving(whole: Plan, inputs: Inputs, times: np.ndarray, friction: Friction) 
     closure = Closure(whole)
     if start_of(closure) is None or closure.mobility != 0:
         name = (one_way or friction_parts)[0].name
-        allowed = "rigid bars" if bends(whole.mechanism) else "a drive more"
-        raise InputError(f"statics with '{name}', whose sense is unknown, as the drives do not determine the motion", allowed)
+        allowed = "rigid bars" if bends(whole.mechanism) else "one more drive"
+        raise InputError(f"statics with '{name}': the drives do not determine the motion, so its sense is unknown", allowed)
     rates = np.gradient(inputs.over(times), times, axis=0)
     fastest = np.abs(rates).max(axis=1, keepdims=True)
     sense = -1.0 if friction == "backward" else 1.0
-    return np.asarray(sense * CREEP * rates / np.where(fastest > 0.0, fastest, 1.0))
+    return np.asarray(sense * CREEP_SPEED * rates / np.where(fastest > 0.0, fastest, 1.0))
 
 
-def _creeping(at: At, turned: Mapping[str, float], motion: Sequence[Sequence[float]], friction: Friction) -> At:
-    """The same position in a slow motion, of which the values and rates of the inputs are given."""
+def _slow_motion(at: At, turned: Mapping[str, float], motion: Sequence[Sequence[float]], friction: Friction) -> At:
+    """Return the same position in a slow motion with given values and rates of the inputs."""
     slow = with_inputs(at.plan, [Polynomial(pair) for pair in zip(*motion, strict=True)], turned)
     system = make_system(slow)
     content = system.content
@@ -238,7 +241,7 @@ def _creeping(at: At, turned: Mapping[str, float], motion: Sequence[Sequence[flo
         if part.declaration.section in SENSES:
             speed, coefficients = SENSES[part.declaration.section]
             row, numbers = content.parameters.component[i], part.declaration.numbers
-            row[numbers.index(speed)] = AT_ONCE
+            row[numbers.index(speed)] = MIN_TRANSITION
             for name in coefficients:
                 row[numbers.index(name)] *= friction != "none"
     position = at.state[: slow.coordinates.free]
@@ -247,8 +250,8 @@ def _creeping(at: At, turned: Mapping[str, float], motion: Sequence[Sequence[flo
     return At(slow, system, whole_state(content, start.position, start.velocity))
 
 
-def _inputs(inputs: Inputs, times: np.ndarray) -> Variables:
-    """What drives and prescribed distances hold."""
+def _input_variables(inputs: Inputs, times: np.ndarray) -> Variables:
+    """Return the variables of drives and prescribed distances."""
     names = [*inputs.bodies, *inputs.timed]
     return {
         "prescribed": labels("prescribed", names, "driven body or rod"),
@@ -258,7 +261,7 @@ def _inputs(inputs: Inputs, times: np.ndarray) -> Variables:
 
 
 def _envelope(variables: Variables, times: np.ndarray, turned: list[str]) -> Variables:
-    """All forces and torques in one table, with the extremes of each; the guides `turned` keep an angle."""
+    """Return all forces and torques in one table with their extremes; guides in `turned` keep an angle."""
     names, units, columns = [], [], []
     first_alone = "drive_torque" if "drive_torques" in variables else ""
     for name, part in variables.items():
@@ -273,7 +276,7 @@ def _envelope(variables: Variables, times: np.ndarray, turned: list[str]) -> Var
         if not set(several) <= {"N", "N m"}:
             continue
         chosen = list(range(len(parts)))
-        if name.startswith("coupling_"):  # some have teeth or a belt, others not
+        if name.startswith("coupling_"):  # some couplings have teeth or a belt, others do not
             chosen = [k for k in chosen if not np.isnan(part.values[:, k]).all()]
         if name == "reaction_moment":
             chosen = [k for k, label in enumerate(parts) if label in turned or np.any(part.values[:, k])]
@@ -283,54 +286,56 @@ def _envelope(variables: Variables, times: np.ndarray, turned: list[str]) -> Var
             units.append(of)
         vectors = part.values.reshape(times.size, len(parts), -1)
         columns += [vectors[:, k] for k in chosen]
-    force = np.stack([_size(column) for column in columns], axis=1) if columns else np.zeros((times.size, 0))
+    force = np.stack([_magnitude(column) for column in columns], axis=1) if columns else np.zeros((times.size, 0))
     least, largest = (np.array([_extreme(times, column, sign) for column in columns]).reshape(-1, 2) for sign in (-1.0, 1.0))
     return {
         "quantity": labels("quantity", names, "force or torque"),
         "quantity_unit": labels("quantity", units, "unit of its values"),
-        "quantity_value": Variable(("time", "quantity"), force, {"long_name": "force or torque, of reactions the size"}),
+        "quantity_value": Variable(("time", "quantity"), force, {"long_name": "force or torque, magnitude of reactions"}),
         **{
             name: Variable(("quantity",), column, {"long_name": text})
             for name, column, text in (
                 ("least", 0.0 - least[:, 0], "least value"),
-                ("least_time", least[:, 1], "when it is least [s]"),
+                ("least_time", least[:, 1], "time of the least value [s]"),
                 ("largest", largest[:, 0], "largest value"),
-                ("largest_time", largest[:, 1], "when it is largest [s]"),
+                ("largest_time", largest[:, 1], "time of the largest value [s]"),
             )
         },
     }
 
 
-def _size(vectors: np.ndarray) -> np.ndarray:
-    """Lengths of vectors in the plane; values themselves, with their sign."""
+def _magnitude(vectors: np.ndarray) -> np.ndarray:
+    """Return the magnitudes of plane vectors, or scalars with their sign."""
     return vectors[:, 0] if vectors.shape[1] == 1 else np.hypot(*vectors.T)
 
 
 def _extreme(times: np.ndarray, vectors: np.ndarray, sign: float) -> tuple[float, float]:
-    """The largest size (sign = 1) or minus the least (-1) and when, between the positions.
+    """Return the largest value (sign = 1) or minus the least value (-1), and its time, between the positions.
 
-    A reaction that passes through zero or close by has a kink in its size, not in its components: these are the parabolas.
+    The magnitude of a reaction has a kink where the reaction passes near zero; its components are smooth and are interpolated
+    by
+    parabolas.
     """
-    values = sign * _size(vectors)
+    values = sign * _magnitude(vectors)
     if vectors.shape[1] > 1 and times.size > 2 and np.isfinite(values).any():
         k = min(max(1, int(np.nanargmax(values))), times.size - 2)
         if np.isfinite(values[k - 1 : k + 2]).all():
             before, here, after = vectors[k - 1 : k + 2, None]
             part = np.linspace(-1.0, 1.0, 401)[:, None]
             between = here + 0.5 * part * (after - before) + 0.5 * part**2 * (after - 2.0 * here + before)
-            times, values = times[k] + part[:, 0] * (times[k + 1] - times[k]), sign * _size(between)
+            times, values = times[k] + part[:, 0] * (times[k + 1] - times[k]), sign * _magnitude(between)
     return smooth_peak(times, values)
 
 
 def _warnings(plan: Plan, variables: Variables, path: Trajectory) -> list[str]:
-    """Reactions that are not determined, curves and strokes that are left, and positions that are far apart, in words."""
+    """Return warnings on undetermined reactions, curves beyond their range, and positions that are far apart."""
     warnings, times = list(path.warnings), variables["time"].values
     angles = variables["input"].values[:, variables["prescribed_unit"].values == "rad"]
     apart = float(np.abs(np.diff(angles, axis=0)).max(initial=0.0))
-    if apart > COARSE:
-        enough = math.ceil(times.size * apart / FINE)
-        words = f"positions are up to {math.degrees(apart):.3g} deg of rotation apart: larger forces between them are missed"
-        warnings.append(f"{words}, less with {enough} points")
+    if apart > 0.4:  # [rad]
+        enough = math.ceil(times.size * apart / ROTATION_STEP)
+        words = f"positions are up to {math.degrees(apart):.3g} deg apart: larger forces between them may be missed"
+        warnings.append(f"{words}; use points = {enough} or more")
     for _, part, output in beyond_outputs(plan):
         section = part.declaration.section
         far = variables[f"{section}_beyond"].values[:, variables[section].values.tolist().index(part.name)]
@@ -345,5 +350,5 @@ def _warnings(plan: Plan, variables: Variables, path: Trajectory) -> list[str]:
         names += variables["weld"].values[np.isnan(variables["weld_moment"].values).any(axis=0)].tolist()
     if names and not path.warnings:
         joints = in_words([repr(name) for name in names])
-        warnings.append(f"reactions of {joints} are not determined: there are more joints than needed")
+        warnings.append(f"reactions of {joints} are not determined: the mechanism has redundant joints")
     return warnings

@@ -1,1 +1,1 @@
-"""Positions of ideal mechanisms, without time: paths, singular positions, branches, transmission."""
+"""Kinematics of ideal mechanisms: paths, singular positions, branches of the assembly, transmission angles."""

@@ -1,4 +1,4 @@
-"""A consistent state at t = 0: bodies that close the mechanism, and velocities that its drives demand."""
+"""Assembly of a mechanism at t = 0: positions that close its loops and velocities that follow its drives."""
 
 from __future__ import annotations
 
@@ -23,47 +23,36 @@ from scissordyn.plan.plan import Plan
 from scissordyn.plan.plan import plan as make_plan
 from scissordyn.plan.system import make_system
 
-CLOSED = 1e-12
-ROUNDINGS = 8.0
-"""Constraints are met to `CLOSED`, or to so many roundings of the coordinates, where short rods are far from the origin."""
-
-MOST_STEPS = 50
-
-MOST_VELOCITIES = 200
-"""So many of the velocities at one position are kept: those of long chains take some hundred kilobytes each."""
-
-NEARER = 0.9
-"""Places and speeds are changed if that brings what is given of them nearer by a factor below this: else they are rounded."""
-
-FAR = 0.01  # Errors above this fraction of the largest are named when a mechanism cannot be assembled
+CLOSURE_TOL = 1e-12  # Largest residual of a constraint of an assembled mechanism
+IMPROVEMENT_FRACTION = 0.9  # A correction towards given values is kept if it reduces their error below this fraction
 
 
 @dataclass(frozen=True)
 class Start:
     """A consistent state of a mechanism at t = 0."""
 
-    position: np.ndarray  # (n,) Free coordinates and their rates
-    velocity: np.ndarray  # (n,)
+    position: np.ndarray  # (n,) Free coordinates
+    velocity: np.ndarray  # (n,) Rates of the free coordinates
 
 
 @dataclass(frozen=True)
 class Held:
-    """Vectors that are to have given values at the start."""
+    """Vectors held at given values during the assembly."""
 
-    names: list[str] = field(default_factory=list)  # Joints or rods whose vectors they are, for messages
+    names: list[str] = field(default_factory=list)  # Joints or rods that the vectors belong to, for messages
     maps: list[PointMap] = field(default_factory=list)
     values: list[tuple[float, float]] = field(default_factory=list)
     rates: list[tuple[float, float]] = field(default_factory=list)
-    # Lengths that are kept at the start alone: bars that bend, straight
+    # Lengths that are held during the assembly only: bars that bend start straight
     constraints: list[Constraint] = field(default_factory=list)
-    # Whether what the description gives of positions and of speeds is kept as far as all these admit it
+    # Whether the assembly comes as close as possible to the positions and the speeds given in the description
     places: bool = False
     speeds: bool = False
 
     def add(
         self, name: str, vector: PointMap, value: tuple[float, float], rate: tuple[float, float], scale: float = 1.0
     ) -> None:
-        """Hold one more vector; `scale` is the length by which it is of the order of one [m]."""
+        """Hold one more vector; `scale` is its typical length [m]."""
         self.names.append(name)
         self.maps.append(PointMap(vector.columns, vector.rows / scale))
         self.values.append((value[0] / scale, value[1] / scale))
@@ -71,7 +60,7 @@ class Held:
 
 
 def basis_at_start(system: System, time: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    """The basis b and its rate at t = 0, or at another time [s]."""
+    """Return the basis b and its rate at a time [s]."""
     work, numbers = system.work, system.parameters
     basis = np.empty_like(work.basis)
     prescribe(time, 0.0, numbers.motion, numbers.motion_start, basis, work.function_value)
@@ -79,26 +68,27 @@ def basis_at_start(system: System, time: float = 0.0) -> tuple[np.ndarray, np.nd
 
 
 def whole_state(system: System, position: np.ndarray, velocity: np.ndarray | None = None) -> np.ndarray:
-    """Free coordinates, their rates, at rest if not given, and internal states, which are zero at the start, shape (ny,)."""
+    """Return free coordinates, rates (zero if not given) and zero internal states, shape (ny,)."""
     moving = np.zeros(position.size) if velocity is None else velocity
     return np.concatenate([position, moving, np.zeros(int(system.model.state_start[-1]))])
 
 
 def placed_start(plan: Plan, system: System) -> Start:
-    """The free coordinates nearest to where the user placed the bodies, and to how they move there."""
+    """Return the free coordinates and rates nearest to the placement and velocities of the bodies."""
     b, rate = basis_at_start(system)
     position, velocity = plan.coordinates.placed
     return Start(plan.coordinates.nearest(b, position), plan.coordinates.nearest(rate, velocity))
 
 
 def natural_state(plan: Plan, system: System, start: Start) -> tuple[np.ndarray, np.ndarray]:
+    """Return the natural coordinates and their rates for a start."""
     b, rate = basis_at_start(system)
     matrix = plan.coordinates.matrix
     return matrix @ np.append(start.position, b), matrix @ np.append(start.velocity, rate)
 
 
 def held_rods(plan: Plan, system: System, *, places: bool = False, speeds: bool = False) -> Held:
-    """Rods whose direction at the start is given are held there."""
+    """Hold each rod whose direction at the start is given."""
     holds = Held(places=places, speeds=speeds)
     rates = value_rates(system)
     constraints = plan.coordinates.constraints
@@ -112,12 +102,12 @@ def held_rods(plan: Plan, system: System, *, places: bool = False, speeds: bool 
 
 
 def assemble_as_placed(plan: Plan, system: System) -> Start:
-    """The state nearest to the bodies as they are placed, on the drives and rods, with what is given of places and speeds."""
+    """Assemble the mechanism as near as possible to the placement of its bodies and to the given positions and speeds."""
     return assemble(plan, system, placed_start(plan, system), held_rods(plan, system, places=True, speeds=True))
 
 
 def value_rates(system: System) -> np.ndarray:
-    """Rates of the values of all constraints at t = 0."""
+    """Return the rates of all constraint values at t = 0."""
     model, numbers, work = system.model, system.parameters, system.work
     rates = np.zeros(work.value.shape[1])
     for k, which, unit, linear in zip(model.timed, model.timed_function, model.timed_unit, model.timed_linear, strict=True):
@@ -129,16 +119,16 @@ def value_rates(system: System) -> np.ndarray:
 
 
 def assemble(plan: Plan, system: System, guess: Start, held: Held) -> Start:
-    """The state nearest to a guess in which all constraints are met and some vectors have given values."""
+    """Return the state nearest to a guess that meets all constraints and the held vectors."""
     b, b_rate = basis_at_start(system)
     values, rates = (np.array(numbers, float).ravel() for numbers in (held.values, held.rates))
-    # cases of a batch often differ in how fast the mechanism moves, not in where it is, or in neither
+    # cases of a batch often differ in their speeds only, or in neither positions nor speeds
     places = given_places(plan) if held.places else None
-    question = guess.position.tobytes(), b.tobytes(), values.tobytes(), tuple(held.names), places and places.target.tobytes()
-    last = plan.answers.get("assembly")  # which another thread may replace
-    if last is None or last[0] != question:
+    key = guess.position.tobytes(), b.tobytes(), values.tobytes(), tuple(held.names), places and places.target.tobytes()
+    last = plan.answers.get("assembly")  # another thread may replace this entry
+    if last is None or last[0] != key:
         velocities: dict[tuple[bytes | None, ...], np.ndarray] = {}
-        last = plan.answers["assembly"] = question, *_closed(plan, b, guess.position, held, values, places), velocities
+        last = plan.answers["assembly"] = key, *_closed_position(plan, b, guess.position, held, values, places), velocities
     _, x, jacobian, velocities = last
     active = [not constraint.latch for constraint in plan.coordinates.constraints]
     wanted = np.concatenate([value_rates(system)[active], rates]) if active else rates
@@ -155,17 +145,17 @@ def assemble(plan: Plan, system: System, guess: Start, held: Held) -> Start:
             missed = speeds.misses(rates_of_all)
             change = change_towards(speeds, missed, rows, velocity.size)
             rates_of_all[: change.size] += change
-            if np.linalg.norm(speeds.misses(rates_of_all)) < NEARER * np.linalg.norm(missed):
+            if np.linalg.norm(speeds.misses(rates_of_all)) < IMPROVEMENT_FRACTION * np.linalg.norm(missed):
                 velocity = velocity + change
-        if len(velocities) < MOST_VELOCITIES:
+        if len(velocities) < 200:  # those of long chains take some hundred kilobytes each
             velocities[moving] = velocity
     return Start(x.copy(), velocity.copy())
 
 
-def _closed(
+def _closed_position(
     plan: Plan, b: np.ndarray, guess: np.ndarray, held: Held, values: np.ndarray, places: Given | None
 ) -> tuple[np.ndarray, Any]:
-    """The position nearest to a guess, or where places are given, in which all constraints are met, and the gradients there."""
+    """Return the closed position nearest to a guess or to given positions, and the gradients there."""
     constraints = [constraint for constraint in plan.coordinates.constraints if not constraint.latch] + held.constraints
     gradients = Gradients(plan.coordinates.free, plan.coordinates.basis, constraints, held.maps)
     worst: np.ndarray | None = None
@@ -179,62 +169,66 @@ def _closed(
             return _close_to(places, gradients, x, b, values) or (x, jacobian)
     assert worst is not None
     raise InputError(
-        f"the mechanism as placed cannot be assembled: {_worst(plan, constraints, worst, held.names)}",
+        f"the mechanism as placed cannot be assembled: {_describe_errors(plan, constraints, worst, held.names)}",
         "positions and angles at the start that are near a closed configuration",
     )
 
 
-def _close(gradients: Gradients, x: np.ndarray, b: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, Any, np.ndarray]:
-    """The position near x in which all constraints are met, the gradients there, None if there is none, and the residual."""
-    for _ in range(MOST_STEPS):
+def _close(
+    gradients: Gradients, x: np.ndarray, b: np.ndarray, values: np.ndarray, max_steps: int = 50
+) -> tuple[np.ndarray, Any, np.ndarray]:
+    """Close the mechanism from x by Newton's method; return position, gradients (None if it fails) and residual."""
+    for _ in range(max_steps):
         full = np.append(x, b)
         residual = np.concatenate([gradients.residual(full), gradients.held @ full - values])
         jacobian = gradients.jacobian(full)
-        if np.all(np.abs(residual) < np.maximum(CLOSED, ROUNDINGS * gradients.rounding(full))):
+        # eight times round-off: short rods far from the origin cannot meet the tolerance
+        if np.all(np.abs(residual) < np.maximum(CLOSURE_TOL, 8.0 * gradients.rounding(full))):
             return x, jacobian, residual
         x = x - least_change(jacobian[:, : x.size], residual)
     return x, None, residual
 
 
 def _close_to(
-    places: Given, gradients: Gradients, start: np.ndarray, b: np.ndarray, values: np.ndarray
+    places: Given, gradients: Gradients, start: np.ndarray, b: np.ndarray, values: np.ndarray, max_steps: int = 50
 ) -> tuple[np.ndarray, Any] | None:
-    """The position in which the constraints are met that misses given places least, from one near; None if none is nearer."""
+    """Move a closed position towards the given positions; return None if this brings it no nearer to them."""
     x, best, jacobian = start, start, None
     least = np.linalg.norm(places.misses(np.append(start, b)))
-    for _ in range(MOST_STEPS):
+    for _ in range(max_steps):
         full = np.append(x, b)
         met, rows = places.is_met(full), gradients.jacobian(full)[:, : x.size]
         moved, closed, _ = _close(gradients, x + change_towards(places, places.misses(full), rows, x.size), b, values)
         if closed is None:
             break
         missed = np.linalg.norm(places.misses(np.append(moved, b)))
-        if missed < NEARER * least:
+        if missed < IMPROVEMENT_FRACTION * least:
             best, jacobian, least = moved, closed, missed
-        if met or np.max(np.abs(moved - x), initial=0.0) <= CLOSED * np.max(np.abs(x), initial=0.0):
+        if met or np.max(np.abs(moved - x), initial=0.0) <= CLOSURE_TOL * np.max(np.abs(x), initial=0.0):
             break
         x = moved
     return None if jacobian is None else (best, jacobian)
 
 
-def _worst(plan: Plan, constraints: list[Any], residual: np.ndarray, held: list[str]) -> str:
-    """What is furthest from being kept, and what holds it: where the search ends, the errors are the contradiction."""
+def _describe_errors(plan: Plan, constraints: list[Any], residual: np.ndarray, held: list[str]) -> str:
+    """Describe the constraints with the largest errors and the parts that hold their bodies."""
     count = len(constraints)
     errors = np.abs(residual)
     if np.argmax(errors) >= count:
         return f"joint '{held[(int(np.argmax(errors)) - count) // 2]}' cannot be held where it should start"
-    far = [constraints[k] for k in np.argsort(-errors[:count], kind="stable") if errors[k] > FAR * np.max(errors)]
-    rods = [constraint for constraint in far if constraint.name]  # bodies are rigid: a rod is what can be changed
+    far = [constraints[k] for k in np.argsort(-errors[:count], kind="stable") if errors[k] > 0.01 * np.max(errors)]
+    # name rods if there are any: their lengths can be changed, bodies are rigid
+    rods = [constraint for constraint in far if constraint.name]
     subjects = [constraint.subject for constraint in rods or far]
     bodies = sorted({body for constraint in far for body in constraint.bodies if body != GROUND})
     at = " at " + in_words([f"body '{body}'" for body in bodies]) if rods else ""
-    around = _holding(plan, set(bodies))
+    around = _names_of_holders(plan, set(bodies))
     by = f", held by {in_words(around)}" if around else ""
     return f"{in_words(subjects)} cannot keep the length{'s' if len(subjects) > 1 else ''} given{at}{by}"
 
 
-def _holding(plan: Plan, bodies: set[str]) -> list[str]:
-    """The joints, guides, welds and drives at some bodies."""
+def _names_of_holders(plan: Plan, bodies: set[str]) -> list[str]:
+    """Return the names of the joints, guides, welds and drives of some bodies."""
     names = [f"joint '{joint.name}'" for joint in plan.mechanism.joints if bodies & set(joint.bodies)]
     names += [f"guide '{guide.name}'" for guide in plan.mechanism.guides if bodies & {guide.follower[0], guide.body}]
     names += [f"weld '{weld.name}'" for weld in plan.mechanism.welds if bodies & {weld.start[0], weld.end[0]}]
@@ -242,9 +236,9 @@ def _holding(plan: Plan, bodies: set[str]) -> list[str]:
 
 
 def assembled_places(mechanism: Mechanism) -> dict[str, tuple[Point, float]]:
-    """Position [m] and angle [rad] of each body with ideal joints; none if it cannot be assembled, which a run says."""
+    """Return position [m] and angle [rad] of each body with ideal joints; empty if the mechanism cannot be assembled."""
     ideal = mechanism.ideal()
-    # what exerts forces holds no place, and a roller may run along a bar that is not yet there
+    # only bars that bend hold bodies in place; other components merely exert forces
     bent = tuple(part for part in ideal.components if isinstance(part, Beam | FlexibleBar))
     try:
         tables = make_plan(ideal.with_parts({"components": bent}))

@@ -1,4 +1,4 @@
-"""Bars that bend: a rigid bar becomes cross-sections at its assembled place, which a flexible bar connects."""
+"""Flexible bars: replace a rigid bar by cross-sections that a flexible bar or beam elements connect."""
 
 from __future__ import annotations
 
@@ -27,20 +27,20 @@ from scissordyn.model.parameter_path import matching
 from scissordyn.model.section import Section, StructuralMaterial, read_material, read_section
 from scissordyn.units import Meaning, Quantity, checked, documented
 
-UNIFORM = 1e-6  # Largest relative difference of mass centre and inertia from those of uniform legs
+UNIFORM_TOL = 1e-6  # Largest relative difference of a body's mass centre and inertia from those of a uniform bar
 
 
 class Legs(NamedTuple):
-    """A kinked bar in parts."""
+    """Straight legs of a kinked bar."""
 
-    # Straight uniform bars, of which the one on the x axis has the name and the frame of the kinked bar
+    # Straight uniform bars; the one on the x axis keeps the name and the frame of the kinked bar
     bodies: tuple[Body, ...]
-    welds: tuple[Weld, ...]  # Between consecutive ones
-    where: dict[str, str]  # Which of them has each point of the kinked bar
+    welds: tuple[Weld, ...]  # Welds between consecutive legs
+    where: dict[str, str]  # Name of the leg that carries each point of the kinked bar
 
 
 def legs_of(body: Body) -> Legs | None:
-    """The straight legs of a kinked bar, whose points follow each other from one end to the other."""
+    """Return the straight legs of a kinked bar whose points follow each other from end to end; None for other bodies."""
     groups = _groups(body)
     if len(groups) < 2 or not _is_uniform(body, list(body.points.values())):
         return None
@@ -65,21 +65,21 @@ def legs_of(body: Body) -> Legs | None:
 
 
 def _groups(body: Body) -> list[list[str]]:
-    """The names of the points of each leg; those at kinks are in two."""
+    """Return the point names of each leg; a kink belongs to two legs."""
     points = list(body.points.items())
     if len(points) < 3 or any(math.dist(first, second) == 0.0 for (_, first), (_, second) in itertools.pairwise(points)):
         return []
     groups = [[points[0][0], points[1][0]]]
     for (_, before), (name, here), (following, after) in zip(points, points[1:], points[2:], strict=False):
-        if abs(_turn(before, here, after)) <= UNIFORM:
+        if abs(_turn_angle(before, here, after)) <= UNIFORM_TOL:
             groups[-1].append(following)
         else:
             groups.append([name, following])
     return groups
 
 
-def _turn(before: Point, here: Point, after: Point) -> float:
-    """Angle by which a line turns at a point [rad]."""
+def _turn_angle(before: Point, here: Point, after: Point) -> float:
+    """Return the angle by which a line turns at a point [rad]."""
     (ax, ay), (bx, by) = (here[0] - before[0], here[1] - before[1]), (after[0] - here[0], after[1] - here[1])
     return math.atan2(ax * by - ay * bx, ax * bx + ay * by)
 
@@ -89,19 +89,19 @@ def _is_on_axis(line: list[Point]) -> bool:
 
 
 def _is_uniform(body: Body, line: Sequence[Point]) -> bool:
-    """Whether mass centre and inertia of a body are those of a line of uniform mass through some points."""
+    """Return whether a body has the mass centre and inertia of a uniform line through some points."""
     lengths = list(itertools.starmap(math.dist, itertools.pairwise(line)))
     middles = [(0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])) for a, b in itertools.pairwise(line)]
     centre, inertia = uniform_legs(body.mass, lengths, middles)
     return (
         body.inertia is not None
-        and math.dist(body.centre, centre) <= UNIFORM * sum(lengths)
-        and abs(body.inertia - inertia) <= UNIFORM * inertia
+        and math.dist(body.centre, centre) <= UNIFORM_TOL * sum(lengths)
+        and abs(body.inertia - inertia) <= UNIFORM_TOL * inertia
     )
 
 
 def _leg(body: Body, name: str, points: dict[str, Point], per_length: float, own: bool) -> Body:
-    """A leg as a bar: in the frame of the kinked bar, or in one that begins with it and is along it."""
+    """Return a leg as a bar, in the frame of the kinked bar if `own`, else in a frame along the leg."""
     (x, y), *_, last = points.values()
     length = math.dist((x, y), last)
     start = (0.0, 0.0) if own else (x, y)
@@ -120,23 +120,20 @@ def _leg(body: Body, name: str, points: dict[str, Point], per_length: float, own
     )
 
 
-MassKind = Annotated[
-    Literal["given", "section"], Meaning("whether a bar keeps its mass, which has to fit, or gets its section's")
-]
+MassKind = Annotated[Literal["given", "section"], Meaning("whether a bar keeps its given mass or takes that of its section")]
 
-BENDING = Quantity("N m^2", above=0.0, maximum=1e18, help="EI, in place of section and material")
-AXIAL = Quantity("N", above=0.0, maximum=1e18, help="EA, in place of section and material")
-ELEMENTS = Quantity("1", minimum=1, maximum=64, help="beam elements along a bar, in place of modes")
-NODE = "node"  # Point of a cross-section between the points of a bar
-SLENDER = 5.0  # Least length of a bar over its depth: below, shear takes a part of the deflection that beam theory leaves out
-NEAR = 1e-9  # A bar nearer to the origin than this fraction of the mechanism's size is there
+BENDING = Quantity("N m^2", above=0.0, maximum=1e18, help="EI, instead of section and material")
+AXIAL = Quantity("N", above=0.0, maximum=1e18, help="EA, instead of section and material")
+ELEMENTS = Quantity("1", minimum=1, maximum=64, help="beam elements along a bar, instead of modes")
+NODE = "node"  # Name of the point of a cross-section that lies between the points of a bar
+SLENDERNESS_MIN = 5.0  # Length over depth; a shorter bar has a shear deflection that beam theory neglects
 REFERRING: tuple[tuple[str, str, tuple[str, ...]], ...] = (
     *(("joints", "joint", ()), ("guides", "guide", ()), ("welds", "weld", ()), ("rods", "rod", ())),
     ("latches", "latch", ("body", "base")),
 )
-"""Parts that refer to bodies, what messages call them, and their fields that may name a bar that bends."""
+"""Parts that refer to bodies: field of the mechanism, name in messages, fields that may name a flexible bar."""
 
-SAME_MASS = 0.05  # Largest relative difference of a bar's mass and that of its section and material
+MASS_TOL = 0.05  # Largest relative difference between a bar's given mass and that of its section and material
 
 
 @documented
@@ -158,20 +155,21 @@ def with_bending(
     temperature_difference: Across = 0.0,
     time_function: Annotated[TimeFunction | None, OverTime("1", "a factor of temperatures over time")] = None,
 ) -> Mechanism:
-    """The same mechanism with bars that bend.
+    """Return the mechanism with flexible bars instead of rigid ones.
 
-    A bar becomes cross-sections, bodies that rotate, at its points: the one at the origin of its frame keeps the bar's name,
-    the others are "BAR/1", "BAR/2", ... from its first point to its last. A `FlexibleBar` "BAR/beam" joins them; or, with
-    `elements`, beam elements "BAR/beam 1", ... join these and further cross-sections. A kinked bar becomes straight legs first,
-    welded to each other: that on its x axis keeps its name, others are "BAR/leg 2", ... What is attached to a point of the bar
-    is attached to the cross-section there. Drives, motors and all that acts on the bar's angle act on the cross-section that
-    has its name.
+    A bar becomes cross-sections: bodies that rotate, one at each of its points. The cross-section at the origin of the bar's
+    frame keeps the bar's name. The others are "BAR/1", "BAR/2", ... from the first point to the last. A `FlexibleBar`
+    "BAR/beam" connects them, or, with `elements`, beam elements "BAR/beam 1", ... and further cross-sections. A kinked bar is
+    first split into straight legs, welded to each other. The leg on its x axis keeps its name; others are "BAR/leg 2", ...
 
-    "all" bars are those whose mass is distributed uniformly along the line through their points, straight or kinked. The depth
-    of a section lies in the plane; EI and EA may take the place of section and material. Modes have the bar's points held;
-    "auto" takes those up to the frequency of contacts. Each span between two points has a whole number of elements. A bar
-    that keeps its mass has that of section and material to within 5 %. Stress is E (strain + tau strain rate): at the angular
-    frequency w the damping ratio is tau w/2. The time function is a factor of both temperatures.
+    Parts attached to a point of the bar are attached to the cross-section at that point. Drives, motors and forces that depend
+    on the bar's angle act on the cross-section that has its name.
+
+    "all" means all bars whose mass is distributed uniformly along the line through their points, straight or kinked. The depth
+    of a section lies in the plane. Modes are computed with the bar's points held; "auto" takes those up to the frequency of
+    contacts. Each span between two points has a whole number of elements. A bar that keeps its given mass must agree with its
+    section and material within 5 %. Stress is E (strain + tau strain rate); at the angular frequency w the damping ratio is
+    tau w/2. The time function multiplies both temperatures.
 
     Returns
     -------
@@ -180,8 +178,8 @@ def with_bending(
     Raises
     ------
     InputError
-        If a bar is not uniform, its mass is not that of section and material, it is too short for a beam, or
-        something is attached to it that has no place on a bar that bends.
+        If a bar is not uniform or too short for beam theory, if its mass differs from that of section and material,
+        or if something is attached to it that a flexible bar cannot carry.
     """
     numbers = _stiffness(section, material, bending_stiffness, axial_stiffness)
     numbers |= {"temperature_rise": temperature_rise, "temperature_difference": temperature_difference, "damping": damping}
@@ -189,18 +187,20 @@ def with_bending(
     _check_heat(numbers)
     per_length = numbers.pop("mass_per_length", None)
     if mass == "section" and per_length is None:
-        raise InputError('mass = "section" of bars without a section and a material', "both of them", 'mass = "given"')
+        raise InputError('mass = "section" without a section and a material', "both of them", 'mass = "given"')
     if elements is not None and modes != "auto":
-        raise InputError("bars with modes and elements", "one of them", "modes = 6")
+        raise InputError("both modes and elements are given", "one of them", "modes = 6")
     names = _names_of_bars(mechanism, bodies)
-    mechanism = _placed(mechanism, names)
-    for body in [_translating(mechanism, mechanism.body(name)) for name in names]:
+    mechanism = _assembled(mechanism, names)
+    for body in [_with_angular_velocity(mechanism, mechanism.body(name)) for name in names]:
         legs = legs_of(body)
         mechanism = _split(mechanism, body, legs) if legs else mechanism
         for part in legs.bodies if legs else (body,):
-            part = part if per_length is None or mass == "given" else _of_section(part, per_length)
+            part = part if per_length is None or mass == "given" else _with_section_mass(part, per_length)
             numbers["mass_per_length"] = _mass_per_length(part, per_length, numbers.get("depth", 0.0))
-            mechanism = _bent(mechanism, part, elements, None if modes == "auto" else modes, numbers, time_function)
+            mechanism = _with_flexible_bar(
+                mechanism, part, elements, None if modes == "auto" else modes, numbers, time_function
+            )
     return mechanism
 
 
@@ -209,12 +209,12 @@ def _names_of_bars(mechanism: Mechanism, bodies: str | Iterable[str]) -> tuple[s
         return tuple(matching("body", bodies, [body.name for body in mechanism.bodies]))
     names = tuple(body.name for body in mechanism.bodies if _is_bar(body) or legs_of(body))
     if not names:
-        raise InputError("a mechanism without a uniform bar", "bars with at least two points")
+        raise InputError("the mechanism has no uniform bar", "bars with at least two points")
     return names
 
 
-def _placed(mechanism: Mechanism, names: Iterable[str]) -> Mechanism:
-    """The mechanism with the places of its assembly, if a bar that is to bend has none: its cross-sections need theirs."""
+def _assembled(mechanism: Mechanism, names: Iterable[str]) -> Mechanism:
+    """Return the mechanism with assembled positions if a bar that is to bend has none of its own."""
     if not any(None in (body.position, body.angle) for body in map(mechanism.body, names)):
         return mechanism
     where = assembled_places(mechanism)
@@ -222,7 +222,7 @@ def _placed(mechanism: Mechanism, names: Iterable[str]) -> Mechanism:
     def at(body: Body) -> Body:
         position, angle = where.get(body.name, (body.placed_position, body.placed_angle))
         apart = math.dist(position, body.placed_position) + mechanism.size * abs(angle - body.placed_angle)
-        if apart <= NEAR * mechanism.size:  # as a bar on its own, which stays at the origin
+        if apart <= 1e-9 * mechanism.size:  # a bar with free placement stays at the origin
             return body
         body = dataclasses.replace(body, position=position) if body.position is None else body
         return dataclasses.replace(body, angle=angle) if body.angle is None else body
@@ -230,8 +230,8 @@ def _placed(mechanism: Mechanism, names: Iterable[str]) -> Mechanism:
     return mechanism.with_parts({"bodies": tuple(map(at, mechanism.bodies))}, check=False)
 
 
-def _translating(mechanism: Mechanism, body: Body) -> Body:
-    """A free bar with its angular velocity, zero if only its velocity is given: its cross-sections need one each."""
+def _with_angular_velocity(mechanism: Mechanism, body: Body) -> Body:
+    """Return a free bar with an explicit angular velocity, zero if only its velocity is given."""
     tied = {drive.body for drive in mechanism.drives}
     tied.update(name for joint in mechanism.ideal_joints for name in joint.bodies)
     tied.update(end[0] for weld in mechanism.welds for end in (weld.start, weld.end))
@@ -242,13 +242,13 @@ def _translating(mechanism: Mechanism, body: Body) -> Body:
 
 
 def _split(mechanism: Mechanism, body: Body, legs: Legs) -> Mechanism:
-    """The mechanism with the legs of a kinked bar in its place."""
-    mechanism_split = _attached(mechanism, body, legs.where, list(legs.bodies), [])
+    """Return the mechanism with a kinked bar replaced by its legs."""
+    mechanism_split = _move_attachments(mechanism, body, legs.where, list(legs.bodies), [])
     return mechanism_split.with_parts({"welds": (*mechanism_split.welds, *legs.welds)})
 
 
 def _stiffness(section: Any, material: Any, bending: float | None, axial: float | None) -> dict[str, float]:
-    """What is known of a bar, by the names of its numbers."""
+    """Return the parameters of a flexible bar that section and material, or EI and EA, determine."""
     if section is not None and material is not None and bending is None and axial is None:
         shape, made_of = read_section(section), read_material(material)
         return {
@@ -265,18 +265,18 @@ def _stiffness(section: Any, material: Any, bending: float | None, axial: float 
     values = {"section": section, "material": material, "bending_stiffness": bending, "axial_stiffness": axial}
     named = [name for name, value in values.items() if value is not None]
     raise InputError(
-        f"a bar that bends with {' and '.join(named) or 'nothing'}",
+        f"a flexible bar with {' and '.join(named) or 'no stiffness'}",
         "section and material, or bending_stiffness (EI) and axial_stiffness (EA)",
         'section = "tube 60x60x1.5 mm", material = "steel"',
     )
 
 
 def _check_heat(numbers: Mapping[str, float]) -> None:
-    """Raise `InputError` for temperatures that can have no effect."""
+    """Raise `InputError` for temperatures that cannot have an effect."""
     rise, difference = numbers["temperature_rise"], numbers["temperature_difference"]
     if (rise or difference) and not numbers.get("thermal_expansion"):
         raise InputError(
-            "bars that are heated without a thermal_expansion",
+            "temperatures are given without a thermal_expansion",
             "a material that has one, or the coefficient",
             'thermal_expansion = "12e-6 1/K"',
         )
@@ -289,40 +289,40 @@ def _is_bar(body: Body) -> bool:
     return len(line) > 1 and all(y == 0.0 for _, y in line) and _is_uniform(body, line)
 
 
-def _of_section(body: Body, per_length: float) -> Body:
-    """A bar with the mass of its section and material."""
+def _with_section_mass(body: Body, per_length: float) -> Body:
+    """Return a bar with the mass of its section and material."""
     if not _is_bar(body):
-        return body  # which is refused
+        return body  # `_mass_per_length` raises the error
     length = float(np.ptp([x for x, _ in body.points.values()]))
     mass = per_length * length
     return dataclasses.replace(body, mass=mass, inertia=uniform_inertia(length, mass))
 
 
 def _mass_per_length(body: Body, wanted: float | None, depth: float) -> float:
-    """Of a bar [kg/m]; an `InputError` unless it is uniform, long enough and as heavy as its section and material."""
+    """Return the mass per length of a bar [kg/m]; raise `InputError` if it is not uniform, too short or of another mass."""
     if not _is_bar(body):
         raise InputError(
-            f"body '{body.name}' is to bend and is no uniform bar",
-            "points on its x axis, or in order along straight legs of which one is on it, with mass centre and inertia of a "
-            "uniform line; bend bars before payloads are fixed to them",
+            f"body '{body.name}' cannot bend: it is not a uniform bar",
+            "points on its x axis, or in order along straight legs, one of them on the x axis; mass centre and inertia of a "
+            "uniform line; bend bars before you fix payloads to them",
         )
     length = max(x for x, _ in body.points.values()) - min(x for x, _ in body.points.values())
-    if depth and length < SLENDER * depth:
+    if depth and length < SLENDERNESS_MIN * depth:
         raise InputError(
-            f"bar '{body.name}' of {length:g} m with a section {depth:g} m deep, which beam theory does not fit",
-            f"a bar of at least {SLENDER * depth:g} m, or a rigid one",
+            f"bar '{body.name}' is too short for beam theory: length {length:g} m, depth of the section {depth:g} m",
+            f"a bar of at least {SLENDERNESS_MIN * depth:g} m, or a rigid one",
         )
     mass_per_length = body.mass / length
-    if wanted is not None and abs(wanted - mass_per_length) > SAME_MASS * wanted:
+    if wanted is not None and abs(wanted - mass_per_length) > MASS_TOL * wanted:
         raise InputError(
-            f"bar '{body.name}' has a mass of {body.mass:g} kg, its section and material {wanted * length:.4g} kg",
-            f"both the same to within {SAME_MASS:.0%}",
+            f"bar '{body.name}' has a mass of {body.mass:g} kg; its section and material give {wanted * length:.4g} kg",
+            f"masses that differ by at most {MASS_TOL:.0%}",
             f'bar_mass = "{wanted * length:.4g} kg", or mass = "section"',
         )
     return mass_per_length
 
 
-def _bent(
+def _with_flexible_bar(
     mechanism: Mechanism,
     body: Body,
     elements: int | None,
@@ -330,7 +330,7 @@ def _bent(
     numbers: Mapping[str, Any],
     time_function: TimeFunction | None,
 ) -> Mechanism:
-    """The mechanism with cross-sections, and what joins them, in place of a uniform bar."""
+    """Return the mechanism with a uniform bar replaced by cross-sections and a flexible bar or beam elements."""
     named: dict[float, list[str]] = {}
     for point, (x, _) in body.points.items():
         named.setdefault(x, []).append(point)
@@ -352,13 +352,13 @@ def _bent(
             Beam(f"{body.name}/beam {k + 1}", ends[k], ends[k + 1], length=marks[k + 1] - marks[k], **more)
             for k in range(len(marks) - 1)
         ]
-    return _attached(mechanism, body, where, nodes, beams)
+    return _move_attachments(mechanism, body, where, nodes, beams)
 
 
 def _sections(
     body: Body, marks: list[float], label: list[str], named: dict[float, list[str]], mass_per_length: float
 ) -> tuple[list[Body], dict[str, str]]:
-    """The cross-sections at `marks` of a bar, and which of them has each of its points."""
+    """Return the cross-sections of a bar at `marks`, and the cross-section that carries each of its points."""
     spans = [second - first for first, second in itertools.pairwise(marks)]
     half = [0.5 * mass_per_length * span for span in spans]
     turned = [node_inertia(mass_per_length, span) for span in spans]
@@ -383,12 +383,14 @@ def _sections(
     return nodes, where
 
 
-def _attached(mechanism: Mechanism, body: Body, where: dict[str, str], nodes: list[Body], beams: list[Any]) -> Mechanism:
-    """The mechanism with all that was attached to a bar attached to its cross-sections."""
+def _move_attachments(
+    mechanism: Mechanism, body: Body, where: dict[str, str], nodes: list[Body], beams: list[Any]
+) -> Mechanism:
+    """Return the mechanism with all parts attached to a bar moved to its cross-sections."""
     name = body.name
 
     def refused(what: str) -> InputError:
-        return InputError(f"{what} on bar '{name}', which is to bend", "a rigid bar, or what acts at one of its points")
+        return InputError(f"{what} acts on flexible bar '{name}'", "a rigid bar, or a part that acts at one of its points")
 
     def moved(reference: Any) -> Any:
         return (where[reference[1]], reference[1]) if reference[0] == name else reference
@@ -406,14 +408,14 @@ def _attached(mechanism: Mechanism, body: Body, where: dict[str, str], nodes: li
     for guide in mechanism.guides:
         if guide.body == name:
             raise InputError(
-                f"guide '{guide.name}' on bar '{name}', which is to bend",
+                f"guide '{guide.name}' is fixed to flexible bar '{name}'",
                 "a roller that runs along it, two for a block that keeps its direction; or a rigid bar",
                 f'Roller("{guide.name}", {guide.follower}, rail="{name}")',
             )
     pins = {frozenset(joint.bodies): joint for joint in mechanism.joints}
 
     def at_pin(part: Any) -> Any:
-        """Friction in a pin goes to the cross-section that carries it."""
+        """Return friction in a pin moved to the cross-section that carries the pin."""
         pair = {part.body, part.base} if isinstance(part, PinFriction | PinLuGre) else set()
         pin = pins.get(frozenset(pair)) if name in pair else None
         if pin is None:
@@ -422,7 +424,7 @@ def _attached(mechanism: Mechanism, body: Body, where: dict[str, str], nodes: li
         return dataclasses.replace(part, **{"body" if part.body == name else "base": where[point]})
 
     def free_ends(part: Coupling) -> tuple[str, ...]:
-        # the force of teeth acts between wheels, wherever what carries these bends
+        # teeth exert their force between the wheels, wherever the bodies that carry them bend
         return ("body", "base") if isinstance(part.transmission, Teeth) else ("body",)
 
     components = [

@@ -1,6 +1,6 @@
-"""The closure equations of a mechanism with ideal joints, in natural coordinates, parallelograms included.
+"""Closure equations of a mechanism with ideal joints, in natural coordinates, including its parallelograms.
 
-Linear constraints are eliminated, lengths, moving guides, rods and couplings remain (`plan.branches`).
+Linear constraints are eliminated; those of lengths, moving guides, rods and couplings remain (`plan.branches`).
 """
 
 from __future__ import annotations
@@ -18,17 +18,12 @@ from scissordyn.mechanics.time_function import function_at, function_rows
 from scissordyn.plan.linear_constraints import origins
 from scissordyn.plan.plan import Plan
 
-CLOSED = 1e-13  # Equations are met within this, in maps of the order of one
-NEARLY_CLOSED = 1e-10  # Likewise, where it is asked only whether there is a position
-ROUNDINGS = 1e-15  # Times the number of coordinates: what round-off leaves of an equation
-
-MOST_STEPS = 12
-
-ALIKE = 1e-7  # Quadratic constraints, each with a gradient of the order of one, are dependent below this (plan/redundancy.py)
+CLOSURE_TOL = 1e-13  # Largest residual of a closed position; all maps are of the order of one
+NEARLY_CLOSED_TOL = 1e-10  # Largest residual where only the existence of a closed position matters
 
 
 def check_tables(plan: Plan, until: float) -> None:
-    """Raise `InputError` for a tabulated time function that does not last from 0 to `until` [s]."""
+    """Raise `InputError` for a tabulated time function that does not cover 0 to `until` [s]."""
     functions = plan.motions
     for component in plan.components:
         fields = (getattr(component, field.name) for field in dataclasses.fields(component))  # type: ignore[arg-type]
@@ -36,14 +31,14 @@ def check_tables(plan: Plan, until: float) -> None:
     for name, function in functions:
         if isinstance(function, Tabulated) and not function.times[0] <= 0.0 <= until <= function.times[-1]:
             raise InputError(
-                f"{name} is tabulated until {function.times[-1]:g} s, from {function.times[0]:g} s on; "
+                f"{name} is tabulated from {function.times[0]:g} s to {function.times[-1]:g} s; "
                 f"the run goes from 0 s to {until:g} s",
                 "a table that covers the run",
             )
 
 
 class Inputs:
-    """The prescribed angles, distances and other coordinates of a mechanism over time."""
+    """Prescribed angles, lengths and other coordinates of a mechanism as functions of time."""
 
     def __init__(self, plan: Plan) -> None:
         self.bodies = [drive.body for drive in plan.drives]
@@ -52,7 +47,7 @@ class Inputs:
         timed += [
             (drive.name, drive.coordinate.unit, drive.motion, start[drive.name]) for drive in plan.mechanism.coordinate_drives
         ]
-        self.timed = [name for name, *_ in timed]  # Rods, then coordinate drives
+        self.timed = [name for name, *_ in timed]  # Names of timed rods, then of coordinate drives
         self.units = ["rad"] * len(self.bodies) + [unit for _, unit, _, _ in timed]
         self._rows = [function_rows(drive.motion, plan.mechanism.body(drive.body).placed_angle) for drive in plan.drives]
         self._rows += [function_rows(motion, first) for _, _, motion, first in timed]
@@ -60,10 +55,11 @@ class Inputs:
 
     @property
     def count(self) -> int:
+        """Number of inputs."""
         return len(self._rows)
 
     def at(self, time: float) -> np.ndarray:
-        """Angles of the driven bodies [rad], lengths of the timed rods [m], then coordinates of drives [rad or m]."""
+        """Return angles of driven bodies [rad], lengths of timed rods [m], then driven coordinates [rad or m]."""
         values, value = np.empty(self.count), np.zeros(4)
         for k, rows in enumerate(self._rows):
             function_at(time, rows, value)
@@ -71,18 +67,18 @@ class Inputs:
         return values
 
     def over(self, times: np.ndarray) -> np.ndarray:
-        """The same at many instants, shape (times, inputs); those asked for last are known."""
+        """Return the inputs at many instants, shape (times, inputs); the last table is kept."""
         if not np.array_equal(times, self._table[0]):
             self._table = times, np.array([self.at(time) for time in times.tolist()]).reshape(-1, self.count)
         return self._table[1]
 
 
 class Closure:
-    """The closure equations of a mechanism with ideal joints.
+    """Closure equations of a mechanism with ideal joints.
 
-    Natural coordinates z are the origin of each body in units of the mechanism's size and, if it rotates, its direction vector.
-    Linear constraints give z = N y + P (1, cos th_1, sin th_1, ...); quadratic ones and couplings remain for y. The last
-    entries of z are no unknowns: from where turns are counted of the angles in couplings.
+    The natural coordinates z are the origin of each body, in units of the mechanism's size, and its direction vector if it
+    rotates. Linear constraints give z = N y + P (1, cos th_1, sin th_1, ...). Quadratic constraints and couplings determine y.
+    The last entries of z count the turns of angles in couplings; they are not unknowns.
     """
 
     def __init__(self, plan: Plan) -> None:
@@ -106,51 +102,52 @@ class Closure:
         timed = [k for k, constraint in enumerate(tables.constraints) if constraint.motion is not None]
         self.timed = [(k, len(plan.drives) + i, tables.constraints[k]) for i, k in enumerate(timed)]
         self.chosen = tables.varies
-        """Constraints that are asked; `choose` leaves those out that follow from others."""
+        """Indices of the constraints in use; `choose` drops those that follow from others."""
 
     def basis(self, inputs: np.ndarray) -> np.ndarray:
-        """(1, cos th_1, sin th_1, ...) of one set of inputs or many."""
+        """Return (1, cos th_1, sin th_1, ...) for one set of inputs or many."""
         angles = inputs[..., : len(self.inputs.bodies)]
         pairs = np.stack([np.cos(angles), np.sin(angles)], axis=-1).reshape(*angles.shape[:-1], 2 * angles.shape[-1])
         return np.concatenate([np.ones((*angles.shape[:-1], 1)), pairs], axis=-1)
 
     def maps(self, z: np.ndarray) -> np.ndarray:
-        """The maps of the quadratic constraints at one z or many, shape (..., parts, 2)."""
+        """Return the vectors of the quadratic constraints at one z or many, shape (..., parts, 2)."""
         vectors: np.ndarray = np.tensordot(z, self.rows, axes=(-1, 2)) + self.constant
         return vectors
 
     def jacobian(self, z: np.ndarray) -> np.ndarray:
-        """Gradients of the chosen constraints by y at one z or many, each divided by how long it can be, (..., m, n)."""
+        """Return the scaled gradients by y of the constraints in use at one z or many, shape (..., m, n)."""
         directions = self.weight[:, None] * self._slopes(self.maps(z))
         parts = directions[..., 0, None] * self.moving[:, 0] + directions[..., 1, None] * self.moving[:, 1]
         return np.asarray(self._sum(parts, -2)[..., self.chosen, :] / self.scale[self.chosen, None])
 
     def residual(self, z: np.ndarray, inputs: np.ndarray) -> np.ndarray:
+        """Return the scaled residuals of the constraints in use."""
         return np.asarray(self.left_of(z) - self.values_at(inputs))
 
     def left_of(self, z: np.ndarray) -> np.ndarray:
-        """Left sides of the chosen constraints at one z or many."""
+        """Return the left sides of the constraints in use at one z or many."""
         maps = self.maps(z)
         parts = 0.5 * self.weight * np.sum(maps * maps, axis=-1)
-        if self._other:
+        if self._has_other_kinds:
             parts[..., self.lengths] = self.weight[self.lengths] * np.hypot(*np.moveaxis(maps[..., self.lengths, :], -1, 0))
             parts[..., self.turns] = self.weight[self.turns] * self._angles(z, maps)
         return np.asarray((self._sum(parts, -1) / self.scale)[..., self.chosen])
 
     @property
-    def _other(self) -> bool:
-        """Whether there are parts that are no half squares."""
+    def _has_other_kinds(self) -> bool:
+        """Whether some parts are not half squares."""
         return bool(np.any(self.turns | self.lengths))
 
     def _angles(self, z: np.ndarray, maps: np.ndarray) -> np.ndarray:
-        """Angles in couplings, nearest to where z counts their turns from."""
+        """Return the angles in couplings, on the turn nearest to the count in z."""
         last, (x, y) = z[..., self.natural.total :], np.moveaxis(maps[..., self.turns, :], -1, 0)
         beyond = np.arctan2(y, x) - last
         return np.asarray(last + beyond - TURN * np.floor(beyond / TURN + 0.5))
 
     def _slopes(self, maps: np.ndarray) -> np.ndarray:
-        """Derivatives of the parts by their maps."""
-        if not self._other:
+        """Return the derivatives of the parts by their vectors."""
+        if not self._has_other_kinds:
             return maps
         slopes, square = maps.copy(), np.sum(maps * maps, axis=-1)[..., None]
         lengths, turns = self.lengths, self.turns
@@ -159,20 +156,20 @@ class Closure:
         return slopes
 
     def of_unknowns(self, driven: np.ndarray, near: np.ndarray) -> np.ndarray:
-        """Natural coordinates from what the inputs determine and the unknowns of one near, whose turns are counted."""
+        """Return z from the part set by the inputs and the unknowns and turns of a nearby z."""
         z: np.ndarray = driven + near[..., self.stays] @ self.free.T
         if self.turning:
             z[..., self.natural.total :] = near[..., self.natural.total :]
         return z
 
-    def _counted(self, z: np.ndarray) -> np.ndarray:
-        """The same position, turns counted from its angles."""
+    def _count_turns(self, z: np.ndarray) -> np.ndarray:
+        """Update the turns in z from its angles and return z."""
         if self.turning:
             z[..., self.natural.total :] = self._angles(z, self.maps(z))
         return z
 
     def values_at(self, inputs: np.ndarray) -> np.ndarray:
-        """What the left sides of the chosen constraints have to be for one set of inputs or many."""
+        """Return the right sides of the constraints in use for one set of inputs or many."""
         value = np.tile(self.value, (*inputs.shape[:-1], 1))
         for k, which, constraint in self.timed:
             ratio = inputs[..., which] / constraint.scale
@@ -180,11 +177,11 @@ class Closure:
         return np.asarray((value / self.scale)[..., self.chosen])
 
     def known_at(self, inputs: np.ndarray) -> np.ndarray:
-        """The part of z that one set of inputs or many determine."""
+        """Return the part of z that one set of inputs or many determine."""
         return np.asarray(self.basis(inputs) @ self.prescribed.T)
 
     def product(self, z: np.ndarray, change: np.ndarray) -> np.ndarray:
-        """First derivative of the left sides at z in the direction of a change of z."""
+        """Return the first derivative of the left sides at z in the direction of a change of z."""
         return np.asarray(
             (self._sum(self.weight * np.sum(self._slopes(self.maps(z)) * (self.rows @ change), axis=-1), 0) / self.scale)[
                 self.chosen
@@ -192,9 +189,9 @@ class Closure:
         )
 
     def form(self, z: np.ndarray, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-        """Second derivative of the left sides at z in the directions of two changes of z."""
+        """Return the second derivative of the left sides at z in the directions of two changes of z."""
         bent = self.rows @ one
-        if self._other:
+        if self._has_other_kinds:
             for p, d in enumerate(self.maps(z)):
                 kind = ANGLE if self.turns[p] else LENGTH if self.lengths[p] else HALF_SQUARE
                 bent[p] = part_curvature(kind, *d, *bent[p])
@@ -202,39 +199,39 @@ class Closure:
         return np.asarray((self._sum(parts, 0) / self.scale)[self.chosen])
 
     def _sum(self, parts: np.ndarray, axis: int) -> np.ndarray:
-        """Sums over the parts of each constraint."""
+        """Sum the parts of each constraint."""
         if self.begin.size == self.weight.size:
             return parts
         return np.asarray(np.add.reduceat(parts, self.begin, axis=axis))
 
-    def close(self, guess: np.ndarray, inputs: np.ndarray, most_steps: int = MOST_STEPS) -> np.ndarray | None:
-        """The natural coordinates near a guess at which the mechanism is closed; None if there are none.
+    def close(self, guess: np.ndarray, inputs: np.ndarray, most_steps: int = 12) -> np.ndarray | None:
+        """Close the mechanism near a guess by Newton's method; return None if it does not converge.
 
         Shapes: `guess` (nZ,); returns (nZ,).
         """
         z = self.of_unknowns(self.known_at(inputs), guess)
-        allowed = CLOSED + ROUNDINGS * self.total * float(np.max(np.abs(z), initial=1.0)) ** 2
+        allowed = CLOSURE_TOL + 1e-15 * self.total * float(np.max(np.abs(z), initial=1.0)) ** 2  # tolerance plus round-off
         for _ in range(most_steps):
             residual = self.residual(z, inputs)
             worst = np.max(np.abs(residual), initial=0.0)
             if worst < allowed:
-                return self._counted(z)
+                return self._count_turns(z)
             if not worst < 1e3:
                 return None
             z = z - self.free @ _least_change(self.jacobian(z), residual)
         return None
 
-    def close_all(self, guess: np.ndarray, inputs: np.ndarray) -> np.ndarray | None:
-        """The natural coordinates near many guesses, shape (samples, nZ); None if one fails.
+    def close_all(self, guess: np.ndarray, inputs: np.ndarray, most_steps: int = 12) -> np.ndarray | None:
+        """Close the mechanism near many guesses; return shape (samples, nZ), or None if one fails.
 
-        As many constraints are chosen as there are unknowns.
+        The number of constraints in use must equal the number of unknowns.
         """
         z = self.of_unknowns(self.known_at(inputs), guess)
-        for _ in range(MOST_STEPS):
+        for _ in range(most_steps):
             residual = self.residual(z, inputs)
             worst = float(np.max(np.abs(residual), initial=0.0))
-            if worst < NEARLY_CLOSED:
-                return self._counted(z)
+            if worst < NEARLY_CLOSED_TOL:
+                return self._count_turns(z)
             if not worst < 1e3:
                 return None
             try:
@@ -244,18 +241,18 @@ class Closure:
         return None
 
     def placed(self) -> np.ndarray:
-        """Natural coordinates of the bodies as they are placed."""
+        """Return the natural coordinates of the bodies as placed."""
         z = np.append(self.plan.coordinates.natural.placed()[0], self.placed_turns)
         z[self.origins] /= self.size
         return z
 
     def of_motion(self, position: np.ndarray, angle: np.ndarray) -> np.ndarray:
-        """Natural coordinates from mass centres (samples, bodies, 2) [m] and angles (samples, bodies) [rad].
+        """Return natural coordinates from mass centres (samples, bodies, 2) [m] and angles (samples, bodies) [rad].
 
-        Bars that bend are taken as bent by forces at their cross-sections alone.
+        Flexible bars take the shape of their static deflection under forces at the cross-sections.
         """
         z = np.zeros((len(angle), self.total))
-        cosines, sines = np.cos(angle), np.sin(angle)  # of a body that does not rotate: of the angle that it is placed at
+        cosines, sines = np.cos(angle), np.sin(angle)  # bodies that do not rotate keep their placed angle
         for k, body in enumerate(self.plan.bodies):
             p, (x, y) = self.first[body.name], body.centre
             cos, sin = cosines[:, k], sines[:, k]
@@ -273,12 +270,12 @@ class Closure:
                 z[:, self.natural.total + k] = first
                 continue
             placed = self.plan.mechanism.body(name).placed_angle
-            apart = TURN * round((first - placed) / TURN)  # where a motion begins some turns away
+            apart = TURN * round((first - placed) / TURN)  # the motion may begin some turns away
             z[:, self.natural.total + k] = angle[:, index[name]] + apart
-        return self._counted(z)
+        return self._count_turns(z)
 
     def choose(self, z: np.ndarray) -> None:
-        """Leave out the constraints that follow from the others at a position that is nothing special."""
+        """Drop the constraints that follow from others at a generic (not singular) position z."""
         unit = self.jacobian(z)
         kept: list[int] = []
         basis = np.zeros(unit.shape)
@@ -287,19 +284,19 @@ class Closure:
             rest = row - pivots.T @ (pivots @ row)
             rest -= pivots.T @ (pivots @ rest)
             size = float(np.linalg.norm(rest))
-            if size > ALIKE:
+            if size > 1e-7:  # gradients are of the order of one; smaller remainders are round-off (plan/redundancy.py)
                 basis[len(kept)] = rest / size
                 kept.append(k)
         self.chosen = self.chosen[kept]
 
     @property
     def mobility(self) -> int:
-        """Degrees of freedom that are left when the inputs are given."""
+        """Degrees of freedom that remain when the inputs are given."""
         return int(self.free.shape[1] - self.chosen.size)
 
 
 def _least_change(rows: np.ndarray, residual: np.ndarray) -> np.ndarray:
-    """The smallest correction that removes a residual to first order."""
+    """Return the smallest correction that removes a residual to first order."""
     if rows.shape[0] == rows.shape[1]:
         try:
             return np.asarray(np.linalg.solve(rows, residual))

@@ -1,6 +1,6 @@
-"""What a description gives of its start, as rows of the free coordinates: kept where joints and drives admit it.
+"""Initial positions and velocities given in a description, as linear equations of the free coordinates.
 
-Where they do not, the given numbers are met as nearly as possible in the sense of kinetic energy. What is not given follows.
+Where joints and drives do not admit the given values, the assembly minimises the error in the norm of kinetic energy.
 """
 
 from __future__ import annotations
@@ -15,34 +15,33 @@ from scissordyn.plan.coordinates import PointMap, combined
 from scissordyn.plan.gradients import least_change, matrix_of
 from scissordyn.plan.plan import Plan
 
-MET = 1e-10  # Given numbers are met within this fraction of the mechanism's size, or of its largest speed
-IMMOBILE = 1e-8  # Motions that change given numbers by less than this fraction of the largest do not serve to meet them
+GIVEN_TOL = 1e-10  # Error of given values, as a fraction of the mechanism's size or of its largest speed
 
 
 class Given(NamedTuple):
-    """Rows of [x; b] and what they are to be; each square is twice a part of the kinetic energy."""
+    """Linear equations of [x; b] for given values, weighted so that half a squared residual is an energy."""
 
     rows: Any
     target: np.ndarray
 
     def misses(self, full: np.ndarray) -> np.ndarray:
-        """By how much it is missed at [x; b]."""
+        """Return target minus actual value at [x; b]."""
         return np.asarray(self.target - self.rows @ full)
 
     def is_met(self, full: np.ndarray) -> bool:
-        """Whether it is met but for round-off."""
+        """Return whether the given values are met up to round-off."""
         reached = np.asarray(self.rows @ full)
         largest = max(np.max(np.abs(self.target), initial=0.0), np.max(np.abs(reached), initial=0.0))
-        return bool(np.all(np.abs(self.target - reached) <= MET * largest))
+        return bool(np.all(np.abs(self.target - reached) <= GIVEN_TOL * largest))
 
 
 def prescribed_bodies(plan: Plan) -> set[str]:
-    """Bodies whose angle at the start drives and references say, whatever else is given."""
+    """Return the bodies whose initial angle is set by a drive or a controller's reference."""
     return {drive.body for drive in plan.drives} | {part.body for _, part in plan.actuators if part.start_on_reference}
 
 
 def given_places(plan: Plan) -> Given | None:
-    """The positions and angles that are given; None if all are, and the bodies as placed say the same."""
+    """Return the equations of the given positions and angles; None if the placement of the bodies meets them all."""
     if all(body.position is not None and (body.angle is not None or not body.rotates) for body in plan.bodies):
         return None
     prescribed, origins, directions = prescribed_bodies(plan), [], []
@@ -54,7 +53,7 @@ def given_places(plan: Plan) -> Given | None:
 
 
 def given_speeds(plan: Plan, full: np.ndarray) -> Given | None:
-    """The velocities and angular velocities that are given, at the position [x; b]; None if there are none."""
+    """Return the equations of the given velocities and angular velocities at [x; b]; None if none is given."""
     if all(body.velocity is None and body.angular_velocity is None for body in plan.bodies):
         return None
     directions: list[tuple[float, float] | None] = []
@@ -68,7 +67,7 @@ def given_speeds(plan: Plan, full: np.ndarray) -> Given | None:
 
 
 def _rows(plan: Plan, origins: list[Any], directions: list[Any]) -> Given | None:
-    """The rows of origins and directions that are not None, with the masses and moments of inertia that they move."""
+    """Return the equations of the given origins and directions, weighted by mass and moment of inertia."""
     maps: list[PointMap] = []
     target: list[float] = []
     for body, origin, direction in zip(plan.bodies, origins, directions, strict=True):
@@ -84,7 +83,7 @@ def _rows(plan: Plan, origins: list[Any], directions: list[Any]) -> Given | None
 
 
 def _squares(body: Body, origin: bool, direction: bool) -> list[tuple[float, tuple[float, float, float]]]:
-    """What of a body is given: weights, and what of its origin, of its direction and of that turned left is in the vector."""
+    """Return weights and coefficients (origin, direction, normal to it) of the vectors that a body's given values fix."""
     (x, y), inertia = body.centre, body.inertia or 0.0
     if origin and direction:
         return [(math.sqrt(body.mass), (1.0, x, y)), (math.sqrt(inertia), (0.0, 1.0, 0.0))]
@@ -98,8 +97,9 @@ def _turned(rows: np.ndarray) -> np.ndarray:
 
 
 def change_towards(given: Given, missed: np.ndarray, jacobian: Any, free: int) -> np.ndarray:
-    """The smallest change of free coordinates that leaves the constraints met, to first order, and misses least."""
+    """Return the smallest change of free coordinates that meets the constraints to first order and misses least."""
     rows = given.rows[:, :free]
     rows = rows if isinstance(rows, np.ndarray) else rows.toarray()
     along = rows - least_change(jacobian, jacobian @ rows.T).T
-    return np.asarray(np.linalg.lstsq(along, missed, rcond=IMMOBILE)[0])
+    # directions that change the given values by less than 1e-8 of the largest are not used
+    return np.asarray(np.linalg.lstsq(along, missed, rcond=1e-8)[0])

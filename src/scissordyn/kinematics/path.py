@@ -1,4 +1,4 @@
-"""A mechanism with ideal joints along its stroke: positions, singular positions, the inertia that a drive feels."""
+"""Path of a mechanism with ideal joints: positions, singular positions, the inertia at its drive."""
 
 from __future__ import annotations
 
@@ -24,19 +24,13 @@ from scissordyn.kinematics.singular import (
 from scissordyn.mechanics.time_function import breaks_of
 from scissordyn.plan.plan import Plan
 
-MOST_TURNS = 2  # Revolutions of a drive after which positions are taken to repeat: one on each branch
-GRID = 4001  # Instants at which inputs are looked at for their range
+INSTANTS = 4001  # Number of instants at which the range of the inputs is sampled
 
-ON_END = 1e-5
-"""A singular position at an end of the stroke: fraction of the typical smallest singular value; positions there are
-known to the root of round-off only."""
+NEAR_MISS_MAX = 1e-3
+"""Branches that miss each other by less than this fraction of the mechanism's size are reported as near change points.
 
-
-ASIDE = 0.1  # Of the longest step: so far from the sample with the least measure branches may be nearest to each other
-
-NEARLY = 1e-3
-"""Branches that miss each other by less, in lengths as a fraction of the size, are reported: clearances and tolerances let the
-real structure pass from one to the other."""
+Clearances and tolerances let the real structure pass from one branch to the other.
+"""
 
 
 @dataclass(frozen=True)
@@ -44,8 +38,8 @@ class Path:
     """Positions of the ideal mechanism along its stroke."""
 
     closure: Closure
-    parameter: str  # What the path is a function of: the only input, or time with several
-    place: np.ndarray  # (points,) Its values [rad, m or s], increasing
+    parameter: str  # Path parameter: the only input, or time with several inputs
+    place: np.ndarray  # (points,) Values of the path parameter [rad, m or s], increasing
     z: np.ndarray  # (points, nZ) Natural coordinates
     singular: tuple[SingularPosition, ...]
 
@@ -72,13 +66,13 @@ class Path:
 
 
 def start_of(closure: Closure) -> np.ndarray | None:
-    """The closed position at t = 0, with the constraints chosen that are independent; None if there is none."""
+    """Return the closed position at t = 0 and drop dependent constraints; None if the mechanism does not close."""
     inputs = closure.inputs.at(0.0)
     start = closure.close(closure.placed(), inputs, most_steps=50)
     if start is None:
         return None
     near = start
-    # where only the start is special, such as folded flat, nothing may be left out: ask a little further on
+    # the start may be singular, such as folded flat: dependent constraints are found a little further on
     for shift in (0.03, -0.03):
         moved = closure.close(start, inputs + shift * np.where(np.array(closure.inputs.units) == "rad", 1.0, 0.1))
         if moved is not None:
@@ -89,6 +83,7 @@ def start_of(closure: Closure) -> np.ndarray | None:
 
 
 def path_of(plan: Plan, until: float, closure: Closure | None = None) -> Path | None:
+    """Return the path of a mechanism over its motion until a time [s]; None if its inputs do not determine the motion."""
     closure = Closure(plan) if closure is None else closure
     inputs = closure.inputs
     start = start_of(closure)
@@ -100,16 +95,16 @@ def path_of(plan: Plan, until: float, closure: Closure | None = None) -> Path | 
     first, low, high = float(values[0]), float(values.min()), float(values.max())
     turns = inputs.units[0] == "rad"
     if turns:
-        most = 2.0 * math.pi * MOST_TURNS
+        most = 2.0 * math.pi * 2  # positions repeat after two revolutions: one on each branch
         low, high = max(low, first - most), min(high, first + most)
     kind = "angle" if turns else "length"
     return follow(closure, kind, lambda value: np.array([value]), start, first, low, high)
 
 
 def grid(plan: Plan, until: float) -> np.ndarray:
-    """Instants at which the inputs are looked at."""
+    """Return the instants at which the range of the inputs is sampled [s]."""
     breaks = [t for _, motion in plan.motions for t in breaks_of(motion) if 0.0 < t < until]
-    return np.unique(np.concatenate([np.linspace(0.0, until, GRID), breaks]))
+    return np.unique(np.concatenate([np.linspace(0.0, until, INSTANTS), breaks]))
 
 
 def follow(
@@ -121,7 +116,7 @@ def follow(
     low: float,
     high: float,
 ) -> Path:
-    """Follow the positions of a mechanism from a place on its path to both ends.
+    """Follow the positions of a mechanism from one point of its path to both ends.
 
     Shapes: `start` (nZ,).
     """
@@ -131,10 +126,11 @@ def follow(
     ends = [back.end, forth.end]
     path = Path(closure, parameter, place, z, ())
     typical = _typical(path)
-    met = _met(path, inputs, [*back.met, *forth.met], typical, ends)
+    met = _meetings(path, inputs, [*back.met, *forth.met], typical, ends)
     passed = []
     for point in met:
-        if not point.miss or (point.miss <= NEARLY and place[0] <= point.place <= place[-1]):  # not what lies beyond a limit
+        # a near miss beyond a limit of the input is not on the path
+        if not point.miss or (point.miss <= NEAR_MISS_MAX and place[0] <= point.place <= place[-1]):
             kind = NEAR if point.miss else CHANGE
             at = float(np.clip(point.place, place[0], place[-1]))
             passed.append(SingularPosition(kind, at, *concerned(closure, point.z, typical), point.miss))
@@ -145,13 +141,13 @@ def follow(
 
 
 def _typical(path: Path) -> float:
-    """The smallest singular value at a position that is nothing special."""
+    """Return the typical smallest singular value along a path."""
     chosen = np.linspace(0, path.place.size - 1, min(path.place.size, 9)).astype(int)
     return max(float(np.median([smallest(path.closure, path.z[k]) for k in chosen])), 1e-6)
 
 
-def _met(path: Path, inputs: AtPlace, known: list[Meeting], typical: float, ends: list[float | None]) -> list[Meeting]:
-    """Where branches of the assembly meet or nearly meet on a path: known from its legs, or between samples."""
+def _meetings(path: Path, inputs: AtPlace, known: list[Meeting], typical: float, ends: list[float | None]) -> list[Meeting]:
+    """Return where branches meet or nearly meet on a path: `known` ones, and those found between samples."""
     closure, meetings = path.closure, list(known)
     last, longest = path.place.size - 1, float(np.max(np.diff(path.place), initial=0.0))
     for k in suspects(measure(closure, path.z)):
@@ -162,21 +158,22 @@ def _met(path: Path, inputs: AtPlace, known: list[Meeting], typical: float, ends
         ):
             continue
         here = float(path.place[k]), path.z[k]
-        if k in (0, last) and smallest(closure, here[1]) < ON_END * typical:
+        if k in (0, last) and smallest(closure, here[1]) < 1e-5 * typical:  # known to the root of round-off only
             meetings.append(Meeting(*here, 0.0))
             continue
-        if not longest:  # the drives stand still
+        if not longest:  # the drives do not move
             continue
-        low, high = min(low, here[0] - ASIDE * longest), max(high, here[0] + ASIDE * longest)
+        aside = 0.1 * longest  # the nearest approach may be this far from the sample with the smallest measure
+        low, high = min(low, here[0] - aside), max(high, here[0] + aside)
         meeting = meeting_between(closure, inputs, here, low, high, longest)
-        meeting = _together(path, inputs, k, typical) if meeting is None else meeting
+        meeting = _meeting_of_several(path, inputs, k, typical) if meeting is None else meeting
         if meeting is not None:
             meetings.append(meeting)
     return meetings
 
 
-def _together(path: Path, inputs: AtPlace, k: int, typical: float) -> Meeting | None:
-    """Where branches meet next to a sample with several small singular values, or one that falls to zero with its square."""
+def _meeting_of_several(path: Path, inputs: AtPlace, k: int, typical: float) -> Meeting | None:
+    """Return where branches meet if several singular values are small, or one falls to zero quadratically."""
     closure, last = path.closure, path.place.size - 1
     chosen = range(max(0, k - 2), min(last, k + 2) + 1)
     points = [(float(path.place[i]), path.z[i]) for i in chosen]
@@ -184,7 +181,7 @@ def _together(path: Path, inputs: AtPlace, k: int, typical: float) -> Meeting | 
     def position(place: float) -> np.ndarray:
         guess = extrapolated(points, place)
         closed = closure.close(guess, inputs(place))
-        # Newton's method may not converge at the change point itself; interpolated positions are good to 1e-7
+        # Newton's method may fail at the change point itself; interpolated positions are good to 1e-7
         return guess if closed is None else closed
 
     low, middle, high = (float(path.place[i]) for i in (max(0, k - 1), k, min(last, k + 1)))
@@ -193,10 +190,10 @@ def _together(path: Path, inputs: AtPlace, k: int, typical: float) -> Meeting | 
 
 
 def instants(path: Path, until: float, place: float) -> list[float]:
-    """The instants at which the drives pass a place on the path [s]."""
+    """Return the instants at which the drives pass a point of the path [s]."""
     if path.parameter == "time":
         return [place]
-    from scipy.optimize import brentq  # a tenth of a second that most runs need not wait for
+    from scipy.optimize import brentq  # imported here: it takes a tenth of a second, and most runs do not need it
 
     inputs = path.closure.inputs
     times = grid(path.closure.plan, until)
@@ -217,15 +214,15 @@ def instants(path: Path, until: float, place: float) -> list[float]:
 
 @dataclass(frozen=True)
 class DriveInertia:
-    """What the drive of a body has to accelerate."""
+    """Inertia that the drive of a body has to accelerate."""
 
     drive: str  # The driven body
-    start: float  # At both ends of its motion, and the largest on the way [kg m^2]
-    end: float
-    largest: float
+    start: float  # Inertia at the start of the motion [kg m^2]
+    end: float  # Inertia at the end [kg m^2]
+    largest: float  # Largest inertia of the motion [kg m^2]
 
     def plain(self) -> dict[str, Any]:
-        """Its numbers."""
+        """Return the values as a dictionary."""
         return asdict(self)
 
     def __str__(self) -> str:
@@ -234,9 +231,10 @@ class DriveInertia:
 
 
 def drive_inertia(path: Path) -> np.ndarray:
-    """Inertia of a mechanism with ideal joints about its only drive, at each point of a path.
+    """Return the inertia of a mechanism with ideal joints about its only drive, at each point of a path.
 
-    It is what a servo has to accelerate: with the feedback gains ``k_p = J w**2`` and ``k_d = 2 z J w`` the error of its angle
+    A servo has to accelerate this inertia J. With the feedback gains ``k_p = J w**2`` and ``k_d = 2 z J w`` the error of its
+    angle
     decays with the natural frequency w and the damping ratio z.
 
     Shapes: returns (points,) [kg m^2].
@@ -254,7 +252,7 @@ def drive_inertia(path: Path) -> np.ndarray:
 
 
 def drive_rate(path: Path, k: int) -> np.ndarray:
-    """Derivative of the natural coordinates by the only drive at a point of a path.
+    """Return the derivative of the natural coordinates by the only drive at a point of a path.
 
     Shapes: returns (nZ,) [m].
     """
@@ -264,7 +262,7 @@ def drive_rate(path: Path, k: int) -> np.ndarray:
     driven = closure.prescribed @ turned
     wanted = np.zeros(closure.chosen.size)
     if not closure.inputs.bodies:
-        step = 1e-6 * (place or 1.0)  # the values are linear or quadratic: a central difference has no error
+        step = 1e-6 * (place or 1.0)  # values are linear or quadratic: a central difference is exact
         wanted = (closure.values_at(inputs + step) - closure.values_at(inputs - step)) / (2.0 * step)
     try:
         free = np.linalg.solve(closure.jacobian(z), wanted - closure.product(z, driven))
@@ -276,10 +274,11 @@ def drive_rate(path: Path, k: int) -> np.ndarray:
 
 
 def smooth_peak(time: np.ndarray, values: np.ndarray) -> tuple[float, float]:
-    """The vertex of the parabola through the largest sample and its two neighbours.
+    """Return value and time of the vertex of the parabola through the largest sample and its two neighbours.
 
-    Of a curve without impacts, such as a reaction of the ideal mechanism; what impacts make peaks of is located by the
-    integrator. With 500 samples a period the error is below 1e-7 of the value.
+    Use it for a curve without impacts, such as a reaction of the ideal mechanism. Peaks of impacts are located by the
+    integrator.
+    With 500 samples per period the error is below 1e-7 of the value.
 
     Shapes: `time` (nt,) [s], `values` (nt,).
     """

@@ -1,8 +1,8 @@
-"""Singular positions of a mechanism with ideal joints, on a path of positions.
+"""Singular positions of a mechanism with ideal joints, along a path.
 
-At a singular position the gradients of the closure equations are dependent: with the inputs fixed the mechanism can move to
-first order. Either branches of the assembly meet there (a change point), or the input can go no further (a locking position).
-Branches can also come near each other without meeting (a near change point).
+At a singular position the gradients of the closure equations are dependent: with fixed inputs the mechanism can move to first
+order. It is a change point if branches of the assembly meet there, a locking position if the input cannot go further. At a
+near change point branches come near each other without meeting.
 """
 
 from __future__ import annotations
@@ -18,65 +18,51 @@ from scissordyn.plan.elimination import in_words
 
 CHANGE, LOCKING, NEAR = "change point", "locking position", "near change point"
 
-STEEP = 1.5
-"""Where gradients become dependent the measure falls to zero linearly or faster: at the nearest sample it is below this
-multiple of its change to a neighbour. Elsewhere it is level to first order at a minimum."""
+EQUATIONS_OF_SVD_MAX = 24  # With more equations a factorization at every sample is many times cheaper than singular values
 
-LOW = 0.15  # Where branches nearly meet, the measure has a smooth minimum below this multiple of its median
-
-FEW = 24
-"""Up to so many equations singular values are computed at every sample; beyond it a factorization is many times cheaper."""
-
-DISTANCES = (0.0, 0.2, 0.1, 0.05)
-"""Singular vectors are taken so far from the zero found before, in samples; the error is the square of that at first."""
-
-AROUND = np.array([-2.0, -1.0, 1.0, 2.0])
-"""A cubic through the test function at these multiples of the distance has its zero at the singular position."""
-
-DEPENDENT = 1e-4  # Singular values below this fraction of the typical smallest one count as zero at a located singular position
-
-PAIRS = 3
-"""So many pairs of singular vectors are tried: a singular value may fall to zero with its square, without a change of sign."""
-
-ZERO = 1e-5  # Likewise, where the place is known as well as the interpolated positions on the path
+ZERO_FRACTION = 1e-5
+"""A singular value below this fraction of the typical one is zero at a position interpolated on the path."""
 
 Places = tuple[float, float, float]
 
-CONCERNED = 0.2  # Bodies that move by more than this fraction of the largest amplitude in the first-order motion are named
-NAMED = 3  # So many bodies and joints are named
+CONCERNED_FRACTION = 0.2  # A body is named if it moves by more than this fraction of the largest amplitude
+NAMES_MAX = 3  # Largest number of bodies, and of joints, that a message names
 
 
 @dataclass(frozen=True)
 class SingularPosition:
+    """Singular position of a mechanism on its path."""
+
     kind: str
-    place: float  # Where on the path: value of the input [rad or m], or time [s]
-    bodies: tuple[str, ...]  # Bodies that can move there to first order with the inputs fixed, those that move most first
+    place: float  # Path parameter: value of the input [rad or m], or time [s]
+    bodies: tuple[str, ...]  # Bodies that can move to first order with the inputs fixed, largest motion first
     joints: tuple[str, ...]  # Joints that turn in that motion
-    # By how much the branches of a near change point miss each other, in lengths as a fraction of the mechanism's size
+    # Distance between the branches of a near change point, in mechanism sizes
     miss: float = 0.0
 
     @property
     def subject(self) -> str:
-        """Bodies and joints in words."""
-        bodies = in_words([f"'{name}'" for name in self.bodies], NAMED) or "the mechanism"
-        joints = in_words([f"'{name}'" for name in self.joints], NAMED)
+        """Bodies and joints of the motion, for messages."""
+        bodies = in_words([f"'{name}'" for name in self.bodies], NAMES_MAX) or "the mechanism"
+        joints = in_words([f"'{name}'" for name in self.joints], NAMES_MAX)
         at = f" at joint{'s' if len(self.joints) > 1 else ''} {joints}" if joints else ""
         return f"{'bodies' if len(self.bodies) > 1 else 'body'} {bodies}{at}" if self.bodies else bodies
 
 
 def measure(closure: Closure, z: np.ndarray) -> np.ndarray:
-    """How far the gradients of the closure equations are from dependent at some positions: zero where they are.
+    """Return how far the gradients of the closure equations are from dependent; zero if they are dependent.
 
-    That is the smallest singular value, or with many equations the volume as a fraction of the largest one.
+    The measure is the smallest singular value. With many equations it is the volume of the gradients as a fraction of the
+    largest.
 
     Shapes: `z` (samples, nZ); returns (samples,).
     """
     rows = closure.jacobian(z)
     if not rows.shape[1]:
         return np.ones(len(z))
-    if rows.shape[1] <= FEW:
+    if rows.shape[1] <= EQUATIONS_OF_SVD_MAX:
         return np.asarray(np.linalg.svd(rows, compute_uv=False)[:, -1])
-    # the square root of the Gram determinant is known to 1e-8 only, enough to choose where to look
+    # the square root of the Gram determinant is known to 1e-8 only, enough to choose samples
     if rows.shape[1] == rows.shape[2]:
         volume = np.linalg.slogdet(rows)[1]
     else:
@@ -86,7 +72,7 @@ def measure(closure: Closure, z: np.ndarray) -> np.ndarray:
 
 
 def suspects(volume: np.ndarray) -> list[int]:
-    """Samples next to which the gradients may be dependent."""
+    """Return the samples near which the gradients may be dependent."""
     if volume.size < 3:
         return list(range(volume.size))
     padded = np.concatenate([volume[1:2], volume, volume[-2:-1]])
@@ -94,46 +80,48 @@ def suspects(volume: np.ndarray) -> list[int]:
     least = (volume <= before) & (volume <= after)
     change = np.maximum(np.abs(before - volume), np.abs(after - volume))
     change[[0, -1]] = np.maximum(change[[0, -1]], change[[1, -2]])  # the zero may be between an end and its neighbour
-    near = volume <= STEEP * change
-    low = volume <= LOW * np.median(volume)
+    # a singular measure falls to zero linearly or faster, a minimum elsewhere is flat
+    near = volume <= 1.5 * change
+    low = volume <= 0.15 * np.median(volume)  # branches nearly meet at a smooth, low minimum
     low[[0, -1]] = False
     return np.flatnonzero(least & (near | low)).tolist()
 
 
 def smallest(closure: Closure, z: np.ndarray) -> float:
-    """Smallest singular value of the gradients at a position."""
+    """Return the smallest singular value of the gradients at a position."""
     values = np.linalg.svd(closure.jacobian(z), compute_uv=False)
     return float(values[-1]) if values.size else 1.0
 
 
 def locate(closure: Closure, position: Callable[[float], np.ndarray], places: Places, typical: float) -> float | None:
-    """Where between neighbouring places on a path the gradients are dependent; None if nowhere."""
-    from scipy.optimize import minimize_scalar  # a tenth of a second that most runs need not wait for
+    """Return the path parameter between `places` at which the gradients are dependent; None if there is none."""
+    from scipy.optimize import minimize_scalar  # imported here: it takes a tenth of a second, and most runs do not need it
 
-    for pair in range(1, 1 + min(PAIRS, closure.chosen.size)):
+    # three pairs of singular vectors: a singular value may also fall to zero quadratically, without a change of sign
+    for pair in range(1, 1 + min(3, closure.chosen.size)):
         crossing = _zero(closure, position, places, pair)
-        if crossing is not None and smallest(closure, position(crossing)) < ZERO * typical:
+        if crossing is not None and smallest(closure, position(crossing)) < ZERO_FRACTION * typical:
             return crossing
 
     def value(place: float) -> float:
         return smallest(closure, position(place))
 
-    low, _, high = places  # without a change of sign only the minimum is left
+    low, _, high = places  # without a change of sign the minimum is searched
     result = minimize_scalar(value, bounds=(low, high), method="bounded", options={"xatol": 1e-8 * (high - low)})
-    return float(result.x) if result.fun < ZERO * typical else None
+    return float(result.x) if result.fun < ZERO_FRACTION * typical else None
 
 
 def _zero(closure: Closure, position: Callable[[float], np.ndarray], places: Places, pair: int) -> float | None:
-    """The zero of a smooth test function u^T Phi_y v, with u and v the `pair`-th last singular vectors near by.
+    """Return the zero of a smooth test function u^T Phi_y v, with u and v the `pair`-th last singular vectors nearby.
 
-    It is the test function of a bordered matrix (Govaerts 2000, Numerical
-    Methods for Bifurcations of Dynamical Equilibria, chapter 3).
+    It is the test function of a bordered matrix (Govaerts 2000, Numerical Methods for Bifurcations of Dynamical Equilibria,
+    chapter 3).
     """
     from scipy.optimize import brentq
 
     low, zero, high = places
     width, bracketed = 0.5 * (high - low), False
-    for distance in DISTANCES:
+    for distance in (0.0, 0.2, 0.1, 0.05):  # distance of the singular vectors from the last zero, in samples
         step = distance * width
         left, _, right = np.linalg.svd(closure.jacobian(position(zero + step)), full_matrices=False)
         u, v = left[:, -pair], right[-pair]
@@ -146,8 +134,9 @@ def _zero(closure: Closure, position: Callable[[float], np.ndarray], places: Pla
                 return None
             zero, bracketed = float(brentq(test, low, high, xtol=1e-4 * width)), True
             continue
-        # at the singular position itself Newton's method leaves errors of the size of the root of round-off
-        around = zero + step * AROUND
+        # a cubic through points around the position: at the position itself Newton's method is accurate to the root
+        # of round-off only
+        around = zero + step * np.array([-2.0, -1.0, 1.0, 2.0])
         roots = np.polynomial.Polynomial.fit(around, [test(place) for place in around], 3).roots().tolist()
         near = min((complex(root) for root in roots), key=lambda root: abs(root - zero), default=complex(zero))
         if abs(near - zero) > 2.0 * step:
@@ -157,13 +146,13 @@ def _zero(closure: Closure, position: Callable[[float], np.ndarray], places: Pla
 
 
 def concerned(closure: Closure, z: np.ndarray, typical: float) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """The bodies that can move at a singular position to first order, and the joints that turn in that motion.
+    """Return the bodies that can move to first order at a singular position, and the joints that turn in that motion.
 
     Shapes: `z` (nZ,).
     """
     rows = closure.jacobian(z)
     _, values, right = np.linalg.svd(rows, full_matrices=False)
-    loose = max(1, int(np.sum(values < max(DEPENDENT * typical, 2.0 * values[-1]))))
+    loose = max(1, int(np.sum(values < max(1e-4 * typical, 2.0 * values[-1]))))  # number of zero singular values
     motion = closure.free @ right[len(values) - loose :].T
     speed: dict[str, np.ndarray] = {GROUND: np.zeros(loose)}
     size: dict[str, float] = {}
@@ -175,14 +164,14 @@ def concerned(closure: Closure, z: np.ndarray, typical: float) -> tuple[tuple[st
             speed[body.name] = cos * dy - sin * dx
         size[body.name] = float(np.sqrt(np.sum(motion[p : p + 2] ** 2) + np.sum(speed[body.name] ** 2)))
     most = max(size.values())
-    bodies = [name for name, value in size.items() if value > CONCERNED * most and np.any(speed[name])]
-    bodies = bodies or [name for name, value in size.items() if value > CONCERNED * most]
+    bodies = [name for name, value in size.items() if value > CONCERNED_FRACTION * most and np.any(speed[name])]
+    bodies = bodies or [name for name, value in size.items() if value > CONCERNED_FRACTION * most]
     turning = {
         joint.name: float(np.linalg.norm(speed[joint.bodies[0]] - speed[joint.bodies[1]]))
         for joint in closure.plan.mechanism.joints
     }
     largest = max(turning.values(), default=0.0)
-    joints = [name for name, value in turning.items() if value > CONCERNED * largest and largest > 0.0]
+    joints = [name for name, value in turning.items() if value > CONCERNED_FRACTION * largest and largest > 0.0]
     return (
         tuple(sorted(bodies, key=lambda name: -round(size[name], 6))),
         tuple(sorted(joints, key=lambda name: -round(turning[name], 6))),

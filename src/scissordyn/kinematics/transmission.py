@@ -1,9 +1,8 @@
-"""Transmission angles of the dyads of a mechanism: how well each pair of bodies passes on the force of the drive.
+"""Transmission angles of dyads: how well each pair of bodies transmits the force of the drive.
 
-A dyad is a pair of bodies that a joint connects and that are connected, each by one more joint or guide, to bodies whose motion
-is known before (an Assur group of class II). Its transmission angle is that between the lines from the inner joint to the outer
-ones; with a guide, that between the line and the normal of the guide. Forces grow as 1/sin of it, and at 0 the dyad is in a
-singular position.
+A dyad is a pair of bodies connected by an inner joint (an Assur group of class II). One outer joint or guide connects each of
+them to a body of known motion. The transmission angle lies between the lines from the inner joint to the outer joints; for a
+guide, its normal replaces the line. Forces grow as the inverse sine of the angle. At 0 the dyad is in a singular position.
 """
 
 from __future__ import annotations
@@ -19,17 +18,19 @@ from scissordyn.plan.plan import Plan
 
 @dataclass(frozen=True)
 class Dyad:
+    """Pair of bodies with an inner joint and two outer joints, or one outer joint and a guide."""
+
     joint: str  # The inner joint
-    inner: BodyPoint  # Body and point of that joint
-    outer: tuple[BodyPoint, ...]  # Body and point of the outer joints, one or two
-    guide: float | None = None  # Direction of the guide that stands for the second outer joint [rad]
+    inner: BodyPoint  # Body and point of the inner joint
+    outer: tuple[BodyPoint, ...]  # Bodies and points of the one or two outer joints
+    guide: float | None = None  # Direction of the guide that replaces the second outer joint [rad]
 
 
 def dyads(plan: Plan) -> list[Dyad]:
-    """The dyads of a mechanism, in the order in which its drives determine them."""
+    """Return the dyads of a mechanism, in the order in which its drives determine them."""
     placed = {GROUND}
     for drive in plan.drives:
-        if _pin(plan, drive.body, "", placed) is not None:
+        if _pin_to_known(plan, drive.body, "", placed) is not None:
             placed.add(drive.body)
     slides = {guide.follower[0]: guide.direction for guide in plan.mechanism.guides if guide.body == GROUND}
     sliding = {guide.follower[0] for guide in plan.mechanism.guides if guide.aligned}
@@ -42,7 +43,7 @@ def dyads(plan: Plan) -> list[Dyad]:
         return []
     chain: list[Dyad] = []
     while True:
-        new = _next(plan, placed, slides, sliding)
+        new = _next_dyad(plan, placed, slides, sliding)
         if new is None:
             return chain
         dyad, bodies = new
@@ -50,29 +51,29 @@ def dyads(plan: Plan) -> list[Dyad]:
         placed |= bodies
 
 
-def _next(plan: Plan, known: set[str], slides: dict[str, float], sliding: set[str]) -> tuple[Dyad, set[str]] | None:
-    """A further dyad on the known bodies, and its bodies; all points of bodies that are `sliding` move along their guides."""
+def _next_dyad(plan: Plan, known: set[str], slides: dict[str, float], sliding: set[str]) -> tuple[Dyad, set[str]] | None:
+    """Return the next dyad on the known bodies and its two bodies; all points of `sliding` bodies move along their guides."""
     for joint in plan.mechanism.joints:
         first, second = joint.bodies
         if first in known or second in known:
             continue
-        pins = [_pin(plan, body, joint.name, known) for body in (first, second)]
+        pins = [_pin_to_known(plan, body, joint.name, known) for body in (first, second)]
         if pins[0] is not None and pins[1] is not None:
             return Dyad(joint.name, joint.journal, (pins[0], pins[1])), {first, second}
         for slider, pin in ((first, pins[1]), (second, pins[0])):
             if slider in slides and slider in sliding and pin is not None:
                 return Dyad(joint.name, joint.journal, (pin,), slides[slider]), {first, second}
-    for body, direction in slides.items():  # a body that a pin and a guide hold
+    for body, direction in slides.items():  # a body held by a pin and a guide
         follower = next(guide.follower for guide in plan.mechanism.guides if guide.follower[0] == body)
-        pin = None if body in known else _pin(plan, body, "", known)
+        pin = None if body in known else _pin_to_known(plan, body, "", known)
         if pin is not None:
             name = next(guide.name for guide in plan.mechanism.guides if guide.follower == follower)
             return Dyad(name, follower, (pin,), direction), {body}
     return None
 
 
-def _pin(plan: Plan, body: str, but: str, known: set[str]) -> BodyPoint | None:
-    """The point at which a body is joined to a known one, by another joint than `but`."""
+def _pin_to_known(plan: Plan, body: str, but: str, known: set[str]) -> BodyPoint | None:
+    """Return the point that connects a body to a known one by a joint other than `but`; None if there is none."""
     for joint in plan.mechanism.joints:
         if joint.name != but and body in joint.bodies:
             here, there = (joint.journal, joint.bearing) if joint.journal[0] == body else (joint.bearing, joint.journal)
@@ -82,7 +83,7 @@ def _pin(plan: Plan, body: str, but: str, known: set[str]) -> BodyPoint | None:
 
 
 def transmission_angle(plan: Plan, dyad: Dyad, position: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """Transmission angle of a dyad, folded into 0 to 90 deg.
+    """Return the transmission angle of a dyad, between 0 and 90 deg.
 
     Shapes: `position` (samples, bodies, 2) [m], `angle` (samples, bodies) [rad]; returns (samples,) [rad].
     """
@@ -97,7 +98,7 @@ def transmission_angle(plan: Plan, dyad: Dyad, position: np.ndarray, angle: np.n
 
 
 def _place(plan: Plan, reference: BodyPoint, position: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """A point of a body over the samples, shape (samples, 2)."""
+    """Return the coordinates of a point of a body at all samples, shape (samples, 2)."""
     name, point = reference
     k = [body.name for body in plan.bodies].index(name)
     body = plan.bodies[k]

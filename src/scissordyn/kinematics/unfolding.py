@@ -1,9 +1,9 @@
-"""The scalar equation to which closure equations reduce near a position where one singular value is small.
+"""Unfolding: the scalar equation that replaces the closure equations near a position with one small singular value.
 
-With the singular vectors u and v of that value, F(y, s) = g u and v (y - y0) = a define a smooth function g(a, s) whose
+With the singular vectors u and v of that value, F(y, s) = g u and v (y - y0) = a define a smooth function g(a, s). Its
 zeros are the positions of the mechanism (Lyapunov-Schmidt reduction by a bordered system; Govaerts 2000, Numerical Methods for
 Bifurcations of Dynamical Equilibria, chapters 3 and 6). Singular positions are zeros of g with dg/da = 0. Where both
-derivatives vanish, g is by how much the branches of the assembly miss each other: they meet if it is zero.
+derivatives vanish, g is the distance between two branches of the assembly; they meet if g is zero.
 """
 
 from __future__ import annotations
@@ -15,37 +15,32 @@ import numpy as np
 
 from scissordyn.kinematics.closure import Closure
 
-SOLVED = 1e-15  # Times the number of coordinates: error of the bordered equations at which Newton's method ends
-
-MOST_STEPS = 25
-
-FURTHEST = 1.0  # Positions further away than this, in coordinates of the order of one, are not near by
-DIFFERENCE = 0.01  # Derivatives of the inputs are differences over this fraction of the width of the neighbourhood
-CONVERGED = 1e-13  # Last step of Newton's method: in `a`, and as a fraction of the width of the neighbourhood
-STALLED = 1e-9  # A step of this size that grows no smaller is one of round-off
+DISTANCE_MAX = 1.0  # Largest distance of the search, in coordinates of the order of one
+DIFFERENCE = 0.01  # Step of the finite differences of inputs, as a fraction of the width of the neighbourhood
+STALLED_MAX = 1e-9  # Newton steps below this that no longer decrease are round-off
 
 AtPlace = Callable[[float], np.ndarray]
 
 
 @dataclass(frozen=True)
 class Point:
-    """A position and the derivatives of g there."""
+    """Position with the value and the derivatives of g."""
 
     a: float
     place: float
     z: np.ndarray  # (nZ,) Natural coordinates
     g: float
-    slope: np.ndarray  # (2,) Derivatives of g by a and by the place
+    slope: np.ndarray  # (2,) Derivatives of g by a and by the path parameter
     curvature: np.ndarray  # (2, 2)
 
     @property
     def saddle(self) -> float:
-        """Minus the determinant of the second derivatives: positive where two branches meet, or nearly do."""
+        """Minus the determinant of the second derivatives; positive where two branches meet or nearly meet."""
         return float(self.curvature[0, 1] ** 2 - self.curvature[0, 0] * self.curvature[1, 1])
 
 
 class Unfolding:
-    """The function g near a position.
+    """Function g near a position.
 
     Shapes: `place, z` (nZ,).
     """
@@ -56,8 +51,8 @@ class Unfolding:
         self.u, self.v = left[:, -1], right[-1]
         self._y0 = z[closure.stays]
 
-    def at(self, a: float, place: float, guess: np.ndarray) -> Point | None:
-        """Value and derivatives of the function; None if the bordered equations are not solved near the guess.
+    def at(self, a: float, place: float, guess: np.ndarray, max_steps: int = 25) -> Point | None:
+        """Compute value and derivatives of g; return None if the bordered equations are not solved near the guess.
 
         Shapes: `guess` (nZ,).
         """
@@ -65,21 +60,21 @@ class Unfolding:
         driven, value = closure.known_at(self.inputs(place)), closure.values_at(self.inputs(place))
         y, g, last = guess[closure.stays].copy(), 0.0, np.inf
         z = closure.of_unknowns(driven, guess)
-        allowed = SOLVED * (10.0 + closure.total)
+        allowed = 1e-15 * (10.0 + closure.total)  # round-off of the bordered equations
         border = np.zeros((n + 1, n + 1))
         border[:n, n], border[n, :n] = -self.u, self.v
         error = np.empty(n + 1)
-        for _ in range(MOST_STEPS):
+        for _ in range(max_steps):
             border[:n, :n] = closure.jacobian(z)
             error[:n], error[n] = closure.left_of(z) - value - g * self.u, self.v @ (y - self._y0) - a
             worst = float(np.max(np.abs(error)))
-            if worst < allowed or (worst < STALLED and worst >= 0.5 * last):
+            if worst < allowed or (worst < STALLED_MAX and worst >= 0.5 * last):
                 return self._derivatives(border, a, place, z, g)
             try:
                 change = np.linalg.solve(border, error)
             except np.linalg.LinAlgError:
                 return None
-            if not np.max(np.abs(change[:n])) < FURTHEST:
+            if not np.max(np.abs(change[:n])) < DISTANCE_MAX:
                 return None
             y, g, last = y - change[:n], g - float(change[n]), worst
             z[closure.stays] = y
@@ -87,6 +82,7 @@ class Unfolding:
         return None
 
     def _derivatives(self, border: np.ndarray, a: float, place: float, z: np.ndarray, g: float) -> Point | None:
+        """Return a point with the first and second derivatives of g; None if the bordered matrix is singular."""
         closure, n = self.closure, self._y0.size
         h = DIFFERENCE * self.width
         rows = [self.inputs(place + k * h) for k in (-2, -1, 0, 1, 2)]
@@ -111,21 +107,27 @@ class Unfolding:
         return Point(a, place, z, g, derivative[n], curvature)
 
     def meeting(self) -> Point | None:
-        """Where g is stationary: two branches meet there, if g is zero, or come near each other; None if not near by."""
+        """Return the stationary point of g, where branches meet or come near each other; None if there is none nearby."""
         return self._newton(lambda point: (point.slope, point.curvature), self.at(0.0, self.place, self.z))
 
     def limit(self, near: Point | None = None) -> Point | None:
-        """Where the input is at a limit, g = dg/da = 0; None if not near by."""
+        """Return the limit of the input, where g = dg/da = 0; None if there is none nearby."""
 
         def equations(point: Point) -> tuple[np.ndarray, np.ndarray]:
             return np.array([point.g, point.slope[0]]), np.array([point.slope, point.curvature[0]])
 
         return self._newton(equations, self.at(0.0, self.place, self.z) if near is None else near)
 
-    def _newton(self, equations: Callable[[Point], tuple[np.ndarray, np.ndarray]], point: Point | None) -> Point | None:
+    def _newton(
+        self,
+        equations: Callable[[Point], tuple[np.ndarray, np.ndarray]],
+        point: Point | None,
+        max_steps: int = 25,
+    ) -> Point | None:
+        """Solve two equations for a and the path parameter by Newton's method; return None if it does not converge nearby."""
         unit, last = np.array([1.0, self.width]), np.inf
-        for _ in range(MOST_STEPS):
-            if point is None or abs(point.a) > FURTHEST or abs(point.place - self.place) > 3.0 * self.width:
+        for _ in range(max_steps):
+            if point is None or abs(point.a) > DISTANCE_MAX or abs(point.place - self.place) > 3.0 * self.width:
                 return None
             error, matrix = equations(point)
             try:
@@ -135,7 +137,7 @@ class Unfolding:
             size = float(np.max(np.abs(change / unit)))
             if not np.isfinite(size):
                 return None
-            if size < CONVERGED or (size < STALLED and size >= 0.5 * last):
+            if size < 1e-13 or (size < STALLED_MAX and size >= 0.5 * last):
                 return point
             change, last = change / max(1.0, 2.0 * size), size
             point = self.at(point.a + change[0], point.place + change[1], point.z)

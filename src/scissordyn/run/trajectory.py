@@ -9,7 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scissordyn.equilibrium.cause import failed_latch, full_coordinates, immobile_joints, jam, singular_position
+from scissordyn.equilibrium.cause import (
+    describe_failed_latch,
+    describe_jam,
+    describe_singular_position,
+    full_coordinates,
+    immobile_joints,
+)
 from scissordyn.equilibrium.start import Prepared, prepare_start
 from scissordyn.integrate import advance as loop
 from scissordyn.integrate.integration import CROSSES, ENDS, IGNORES, Samples
@@ -203,9 +209,9 @@ def broken_off(status: int, driver: Driver) -> str:
         return ""
     plan, state = driver.plan, driver.state
     named = (
-        jam(plan, driver.system)
-        or failed_latch(plan, driver.system)
-        or singular_position(plan, driver.system, state.y, driver.time)
+        describe_jam(plan, driver.system)
+        or describe_failed_latch(plan, driver.system)
+        or describe_singular_position(plan, driver.system, state.y, driver.time)
     )
     return named or f"{CAUSES[status]}{_culprit(driver)}"
 
@@ -242,7 +248,7 @@ def recorded(
     if not undefined.size:
         return path, outputs
     first, time = int(undefined[0]), float(samples.time[undefined[0]])
-    why = singular_position(path.plan, path.system, samples.state[first], time) or "accelerations are not defined"
+    why = describe_singular_position(path.plan, path.system, samples.state[first], time) or "accelerations are not defined"
     kept = Samples(*(part[:first] for part in samples))
     last = float(kept.time[-1]) if first else 0.0
     if last > 0.0:

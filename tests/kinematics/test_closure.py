@@ -142,4 +142,4 @@ def test_samples_on_both_sides_of_a_passage_decide_about_it() -> None:
             return np.interp(z, [0.0, 1.0, 1.4, 2.0, 3.0], [50.0, 1.0, 0.5, -1.5, -3.0])[..., None]
 
     z = np.arange(4.0)[:, None]
-    assert _passed(Line(), z[:, 0], z) == []  # type: ignore[arg-type]
+    assert _passed(Line(), z[:, 0], z, np.zeros(4)) == []  # type: ignore[arg-type]

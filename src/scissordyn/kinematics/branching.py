@@ -18,7 +18,7 @@ from scissordyn.kinematics.singular import CHANGE, LOCKING, NEAR, SingularPositi
 from scissordyn.plan.plan import Plan
 
 ROTATION_MAX = 0.2
-"""Largest rotation between two samples that are compared [rad]; with larger ones the ideal mechanism is used if it is driven."""
+"""Largest rotation between two samples that are compared [rad]; with larger ones a driven mechanism is followed instead."""
 
 SAMPLES_MIN = 9  # Smallest number of samples searched for singular positions
 

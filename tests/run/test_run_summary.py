@@ -12,6 +12,7 @@ import xarray as xr
 
 import scissordyn as sd
 from scissordyn.cli.show import run_record
+from scissordyn.explore.answers import cards
 from scissordyn.laws.elastic.persson import Persson
 from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
@@ -21,6 +22,7 @@ from scissordyn.record.warn import MEANS, force_at_equal_energy, warning_lines
 from scissordyn.run.instants import MOST_INSTANTS, chosen_rows, with_recorded
 from scissordyn.run.simulate import results_of
 from scissordyn.run.trajectory import compute
+from scissordyn.units import short
 from scissordyn.warning import RunWarning, group, line, warning
 
 TOLERANCE = 0.05e-3
@@ -73,16 +75,25 @@ def test_stretches_at_the_limit() -> None:
 
 
 def test_span_of_a_scissor() -> None:
-    """Closed form: n units of bars L at the angle a span n L cos a by L sin a; deployment extends, the way back folds."""
-    for first, last, said in ((70.0, 20.0, "extends"), (20.0, 70.0, "folds")):
+    """Closed form: n units of bars L at the angle a span n L cos a by L sin a; each side is compared with itself."""
+    ways = (
+        (70.0, 20.0, "grows along x and shrinks along y"),
+        (20.0, 70.0, "shrinks along x and grows along y"),  # a lift that rises, drawn on its side
+        (40.0, 40.0, "keeps its size along x and y"),
+    )
+    for first, last, said in ways:
         ideal = sd.scissor(units=3, bar_length=1.5, angle=sd.degrees(first)).driven(
             motion=sd.Cycloidal(sd.degrees(first), sd.degrees(last), 1.0)
         )
-        span = sd.simulate(ideal, until=1.0, samples=11).scissordyn.summary().span
+        run = sd.simulate(ideal, until=1.0, samples=11)
+        span = run.scissordyn.summary().span
         for side, angle in ((span.start, first), (span.end, last)):
             turned = math.radians(angle)
             assert side == pytest.approx((4.5 * math.cos(turned), 1.5 * math.sin(turned)), rel=1e-6)
         assert span.change == said
+        card = next(card for card in cards(run.scissordyn.summary()) if card["title"].startswith("span"))
+        assert card["value"] == " x ".join(short(side, "m") for side in span.end)
+        assert card["detail"] == f"{said}; {' x '.join(short(side, 'm') for side in span.start)} at the start"
 
 
 def test_largest_force_work_and_text(weak: xr.Dataset) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -142,6 +143,18 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "which has no stroke; allowed: a drive, or a rod with a motion" in capsys.readouterr().err
     assert status_of(["statics", str(EXAMPLES / "lift.toml"), "-o", "forces.xlsx"]) == 2
     assert "-o forces.xlsx; allowed: a name that ends in .nc or .csv; type: -o statics.csv" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("case", ["lift", "lift_table", "mast", "solar_array"])
+def test_round_off_is_no_force(case: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Contract: no force of the table is minus zero or far below the others: an end stop that nothing touches carries 0 N."""
+    assert status_of(["statics", str(EXAMPLES / f"{case}.toml"), "--points", "5"]) == 0
+    printed = capsys.readouterr().out
+    assert " -0 " not in printed
+    assert not re.search(r"\d [pf]N", printed)
+    if case == "lift":
+        (buffer,) = (line.split() for line in printed.splitlines() if "buffer" in line)
+        assert buffer[-4:-2] == ["0", "N"]
 
 
 def journal_crank(radius: float, kinetic: float) -> sd.Mechanism:

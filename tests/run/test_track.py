@@ -85,8 +85,34 @@ def test_bars_that_bend_and_servos_leave_the_commanded_path(loose: bool) -> None
     measures = ("end_track_deviation", "bending_deviation", "end_servo_deviation")
     batch = sd.simulate_many(bending, {"gravity": [9.81]}, until=0.2, measures=measures).isel(case=0, track=0)
     assert float(batch["end_track_deviation"]) == pytest.approx(point.at_end, rel=1e-9)
-    assert float(batch["bending_deviation"]) == pytest.approx(point.parts["bending"], rel=1e-9)
+    bent = float(np.hypot(*parts.sel(part="bending").values.T).max())
+    assert float(batch["bending_deviation"]) == pytest.approx(bent, rel=1e-9)
     assert float(batch["end_servo_deviation"]) == pytest.approx(point.parts_at_end["servo"], rel=1e-6)
+
+
+@pytest.mark.parametrize("samples", [2, 31, 2001, "auto"])
+def test_the_parts_of_the_largest_deviation_are_those_of_its_instant(samples: int | str) -> None:
+    """Identity: at the located peak the parts add up to the deviation, whatever the samples; their sizes bound it."""
+    motion = sd.Cycloidal(0.8, 0.5, 0.05)
+    made = sd.scissor(units=2).track("tip", "unit 2/bar 1", "end").track("pin", "slider", "centre")
+    servo = made.controlled(sd.PID(3e4, 0.0, 3e3), reference=motion).with_clearance("A", sd.Clearance(0.5e-3))
+    run = sd.simulate(servo, until=0.05, samples=samples)
+    added = run["peak_deviation_part"].sum("part").transpose("track", "axis").values
+    np.testing.assert_allclose(np.hypot(*added.T), run["peak_track_deviation"], rtol=1e-6)
+    for point in run.scissordyn.summary().points:
+        assert list(point.parts) == ["servo", "clearance"]
+        first, second = point.parts.values()
+        assert abs(first - second) * (1.0 - 1e-6) <= point.deviation <= (first + second) * (1.0 + 1e-6)
+
+
+def test_errors_of_the_path_are_no_deviation() -> None:
+    """Limit: a servo that follows exactly, with ideal joints, adds nothing; a part that is below the table's error is zero."""
+    held = sd.scissor(units=2, angle=0.6, gravity=0.0).track("tip", "unit 2/bar 1", "end", 1e-3)
+    run = sd.simulate(held.controlled(sd.PID(3e4, 0.0, 3e3), reference=sd.Cycloidal(0.6, 0.6, 1.0)), until=0.02)
+    (point,) = run.scissordyn.summary().points
+    assert float(run["peak_track_deviation"][0]) < 1e-9
+    assert (point.deviation, point.at_end, point.parts) == (0.0, 0.0, {})
+    assert " pm" not in str(point)
 
 
 @pytest.mark.parametrize("how", [{"modes": 2}, {"elements": 3}])

@@ -121,6 +121,16 @@ def test_nowhere_met_is_said_with_what_is_missing() -> None:
     assert said.next[1][1] == "scissordyn study refine a.db --goal 'minimise peak_force' -o next.db"
 
 
+@pytest.mark.parametrize("bound", [100.0, 500.0, 1000.0, 1e4])
+def test_the_least_margin_is_said_with_its_size(bound: float) -> None:
+    """Closed form: the margin is 1 - F/bound at the least clearance, met by far, just met or missed; nothing met binds."""
+    described, found = proportional(bound)
+    said = " ".join(map(str, conclude(result_of(described, found), "a.db").verdict))
+    margin = 1.0 - 4e6 * float(found["A.clearance"].min()) / bound
+    assert f"Least margin: {dataclasses.replace(FORCE, bound=bound).label}, {margin:+.1%}." in said
+    assert "binds" not in said
+
+
 def test_what_holds_or_not_has_no_trend() -> None:
     """Limit: a response that is 0 or 1 has no power and no line; beside its requirement stands what its function says."""
     described, _ = proportional(1000.0)

@@ -38,6 +38,8 @@ LEAST = "--least servo.controller.limit --from '5 N m' --to '100 N m' --require 
 
 RPM = 30.0 / math.pi
 
+ROUND_OFF = 1e-12  # Forces and torques of statics below this fraction of the largest of their unit are round-off
+
 
 def statics(
     case: CaseFile,
@@ -96,12 +98,16 @@ def _force_table(solved: xr.Dataset) -> list[str]:
     factor, unit = (180.0 / math.pi, "deg") if str(solved["prescribed_unit"].values[0]) == "rad" else (1e3, "mm")
     time, stroke = solved["time"].values, factor * solved["input"].values[:, 0]
     lines = [f"{'':{width}}  {'least':>12} {'at':>13}  {'largest':>12} {'at':>13}"]
+    units = solved["quantity_unit"].values.tolist()
+    sizes = np.fmax(*(np.abs(solved[end].values) for end in ("least", "largest")))
+    round_off = {unit: ROUND_OFF * np.nanmax(sizes[np.array(units) == unit], initial=0.0) for unit in set(units)}
     for k, name in enumerate(names):
         ends = [float(solved[end].values[k]) for end in ("least", "largest")]
+        ends = [0.0 if abs(end) < round_off[units[k]] else end for end in ends]
         if not all(map(math.isfinite, ends)):
             lines.append(f"{name:{width}}  not determined")
             continue
-        scale = engineering(str(solved["quantity_unit"].values[k]), ends)
+        scale = engineering(units[k], ends)
         cells = [f"{scale.text(end)} {scale.unit}" for end in ends]
         at = [f"{np.interp(solved[f'{end}_time'].values[k], time, stroke):.5g} {unit}" for end in ("least", "largest")]
         lines.append(f"{name:{width}}  {cells[0]:>12} {at[0]:>13}  {cells[1]:>12} {at[1]:>13}")

@@ -85,8 +85,8 @@ def cards(summary: Summary) -> Iterator[Card]:
         met = bars.utilisation <= 1.0 if limited else None
         yield _card("largest stress", short(bars.stress, "Pa"), detail, utilised, met=met)
     if summary.span is not None:
-        start, end = (max(sides) for sides in (summary.span.start, summary.span.end))
-        yield _card("span", short(end, "m"), summary.span.change, f"{short(start, 'm')} at the start")
+        start, end = summary.span.sides
+        yield _card("span at the end", end, summary.span.change, f"{start} at the start")
     if summary.horizon is not None:
         yield _card("trusted until", short(summary.horizon, "s"), f"through {counted(summary.horizon_contacts or 0)}")
 

@@ -34,7 +34,7 @@ class Scale:
         """A number in SI units as a shown number, without the unit; or the name in its place."""
         if self.labels:
             return self.labels[round(value)] if math.isfinite(value) else "-"
-        return f"{value * self.factor:.{digits}g}"
+        return f"{value * self.factor + 0.0:.{digits}g}"  # minus zero is zero
 
     def cells(self, *values: float, digits: int = 4) -> list[str]:
         """Numbers in SI units, or names, as the cells of a table, see `numeral.numerals`."""

@@ -27,10 +27,14 @@ from scissordyn.record.joint_force import (
 from scissordyn.record.placement import placed
 from scissordyn.record.results import Run, along
 from scissordyn.record.track import PARTS
-from scissordyn.record.warn import AT_LIMIT
+from scissordyn.record.warn import AT_LIMIT, energy_turned_over
 from scissordyn.units import counted, short
 
-ROUND_OFF = 1e-12  # Sides of a span below this fraction of the longest are round-off
+PATH_ERROR = 1e-9
+"""Deviations from the commanded path, and their parts, below this fraction of the mechanism's size are errors of its table and
+of the tolerances of the runs that are compared."""
+
+ROUND_OFF = 1e-12  # Sides of a span below this fraction of the longest, and works below it of the largest, are round-off
 SAME = 1e-3  # Change of a span, as a fraction of it, below which it counts as none
 
 WORKS = (("drive_work", "drives"), ("motor_work", "motors and actuators"), ("load_work", "forces and torques"))
@@ -50,7 +54,7 @@ class PointAnswer(Answer):
     # From when on it stays within its tolerance [s]; None without a tolerance, or if it is not within it at the end
     settled: float | None
     at_end: float  # Its deviation at the last sample [m]
-    # What servos, bending and clearance add to it, of those that are there [m]: largest of the samples, and at the last one
+    # Sizes of what servos, bending and clearance add to it [m], of those that are there: when it is largest, and at the end
     parts: dict[str, float]
     parts_at_end: dict[str, float]
 
@@ -121,7 +125,7 @@ class ActuatorAnswer(Answer):
 
 @dataclass(frozen=True)
 class SpanAnswer(Answer):
-    """Width and height of the region that the points of all bodies take."""
+    """Sizes along x and y of the region that the points of all bodies take."""
 
     DERIVED = ("change",)
 
@@ -130,15 +134,21 @@ class SpanAnswer(Answer):
 
     @property
     def change(self) -> str:
-        """In which sense the longer of the two sides changes."""
-        longer = int(np.argmax(np.maximum(self.start, self.end)))
-        first, last = self.start[longer], self.end[longer]
-        if abs(last - first) <= SAME * max(first, last):
-            return "keeps its length"
-        return "extends" if last > first else "folds"
+        """How each of the two sides changes, in words."""
+        senses: dict[str, list[str]] = {}
+        for axis, first, last in zip("xy", self.start, self.end, strict=True):
+            same = abs(last - first) <= SAME * max(*self.start, *self.end)
+            senses.setdefault("keeps its size" if same else "grows" if last > first else "shrinks", []).append(axis)
+        return " and ".join(f"{sense} along {' and '.join(axes)}" for sense, axes in senses.items())
+
+    @property
+    def sides(self) -> tuple[str, str]:
+        """Both sides at the start and at the end, in words: along x, then along y."""
+        first, last = (f"{short(width, 'm')} x {short(height, 'm')}" for width, height in (self.start, self.end))
+        return first, last
 
     def __str__(self) -> str:
-        first, last = (f"{short(width, 'm')} x {short(height, 'm')}" for width, height in (self.start, self.end))
+        first, last = self.sides
         return f"Span: {first} at the start, {last} at the end: it {self.change}."
 
 
@@ -152,7 +162,7 @@ class BarAnswer(Answer):
     utilisation: float  # That over the yield strength; NaN if that is not known
     when: float  # Instant of it [s]
     place: float  # Distance of it from the bar's first end [m]
-    deflection: float  # The largest deflection of any bar [m], and of which one
+    deflection: float  # The largest distance of a point of any bar from the line through that bar's ends [m], and of which
     deflected: str
     # The least factor of the axial forces of all bars at which the mechanism buckles, its drives locked; NaN without
     # compression
@@ -169,7 +179,8 @@ class BarAnswer(Answer):
         text = f"Bars: {what} in {printable(self.bar)}, {short(self.place, 'm')} from its end, at {short(self.when, 's')}"
         if math.isfinite(self.utilisation):
             text += f", {self.utilisation:.3g} of its yield strength"
-        text += f"; largest deflection {short(self.deflection, 'm')} ({printable(self.deflected)})"
+        text += f"; largest deflection from the line through a bar's ends {short(self.deflection, 'm')}"
+        text += f" ({printable(self.deflected)})"
         if math.isfinite(self.buckling):
             text += f"; buckles, drives locked, at {self.buckling:.3g} times its axial forces ({printable(self.buckled)})"
         return f"{text}."
@@ -283,19 +294,27 @@ def _points(run: Run, described: Any) -> Iterator[PointAnswer]:
         return
     tolerances = {} if described is None else {track.name: track.tolerance for track in described.tracks}
     parts = along(run["deviation_part"], "track", "axis", "time", "part")
+    at_peak = along(run["peak_deviation_part"], "track", "axis", "part")
+    least = 0.0 if described is None else PATH_ERROR * float(described.size)
     for k, name in enumerate(run["track"].values.astype(str).tolist()):
         settled, sizes = float(run["settling_time"].values[k]), np.hypot(*parts[k])
-        there = [part for part in range(len(PARTS)) if np.any(sizes[:, part] != 0.0)]
+        largest = np.hypot(*at_peak[k])
+        there = [part for part in range(len(PARTS)) if np.any(sizes[:, part] > least) or largest[part] > least]
         yield PointAnswer(
             name=name,
-            deviation=float(run["peak_track_deviation"].values[k]),
+            deviation=_beyond(float(run["peak_track_deviation"].values[k]), least),
             when=float(run["peak_track_deviation_time"].values[k]),
             tolerance=tolerances.get(name),
             settled=settled if math.isfinite(settled) else None,
-            at_end=float(along(run["track_deviation"], "track", "time")[k, -1]),
-            parts={PARTS[part]: float(sizes[:, part].max()) for part in there},
-            parts_at_end={PARTS[part]: float(sizes[-1, part]) for part in there},
+            at_end=_beyond(float(along(run["track_deviation"], "track", "time")[k, -1]), least),
+            parts={PARTS[part]: _beyond(float(largest[part]), least) for part in there},
+            parts_at_end={PARTS[part]: _beyond(float(sizes[-1, part]), least) for part in there},
         )
+
+
+def _beyond(size: float, least: float) -> float:
+    """Return a size, or zero if it is below the least that is known of it."""
+    return 0.0 if size < least else size
 
 
 def actuator_limits(run: Run) -> dict[str, float]:
@@ -404,8 +423,7 @@ def _bars(run: Run) -> BarAnswer | None:
 def _work(run: Run) -> dict[str, float]:
     if "dissipated_energy" not in run or not run.sizes["time"]:
         return {}
-    last = {name: float(run[name].values[-1]) for name, _ in WORKS if name in run}
-    return {
-        **{whose: last[name] for name, whose in WORKS if name in last and np.any(run[name].values)},
-        "dissipated": float(run["dissipated_energy"].values[-1]),
-    }
+    least = ROUND_OFF * energy_turned_over(run)
+    works = {whose: run[name].values for name, whose in WORKS if name in run and np.any(np.abs(run[name].values) > least)}
+    every = {**works, "dissipated": run["dissipated_energy"].values}
+    return {whose: 0.0 if abs(values[-1]) < least else float(values[-1]) for whose, values in every.items()}

@@ -14,6 +14,7 @@ from scissordyn.record.ideal_path import IdealPath
 from scissordyn.record.results import Run, Variables, along, described, labels
 from scissordyn.record.track import PARTS, SETTLING, settling_times, tracked
 from scissordyn.record.trajectory import Trajectory
+from scissordyn.run.instants import nearest_samples
 from scissordyn.run.trajectory import compute
 
 
@@ -22,9 +23,9 @@ def deviation_variables(run: Run, path: Trajectory, ideal: IdealPath, options: O
     place = ideal.at(run["time"].values)
     positions = along(run["track_position"], "time", "track", "axis")
     difference = positions - place
-    parts = deviation_parts(ideal, path.plan.mechanism, options, run["time"].values, positions)
-    about = "distance of the tracked point from where it is on the commanded path of the rigid ideal mechanism"
     peaks = path.peaks(TRACK_DEVIATION)
+    parts, at_peaks = _parts(path, ideal, options, run["time"].values, positions, peaks["largest_time"])
+    about = "distance of the tracked point from where it is on the commanded path of the rigid ideal mechanism"
     # an integral of squares that are round-off may end below zero
     mean = np.sqrt(np.maximum(peaks["square"], 0.0) / path.end) if path.end > 0.0 else peaks["largest"]
     columns = (
@@ -38,12 +39,34 @@ def deviation_variables(run: Run, path: Trajectory, ideal: IdealPath, options: O
     return {
         "part": labels("part", PARTS, "cause of a deviation"),
         "deviation_part": described(("time", "track", "part", "axis"), np.moveaxis(parts, 0, 2), "m", of_parts),
+        "peak_deviation_part": described(("track", "part", "axis"), at_peaks, "m", f"{of_parts} when that is largest"),
         "track_deviation": described(("time", "track"), np.hypot(*np.moveaxis(difference, -1, 0)), "m", about),
         **{
             name: described("track", np.full_like(values, np.nan) if unknown else values, units, text)
             for name, values, units, text in columns
         },
     }
+
+
+def _parts(
+    path: Trajectory, ideal: IdealPath, options: Options, time: np.ndarray, positions: np.ndarray, peak_times: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the parts of deviations at the samples, and at the instant of each track's largest deviation.
+
+    Shapes: `time` (nt,) [s], `positions` (nt, tracks, 2) [m], `peak_times` (tracks,) [s]; returns (parts, nt, tracks, 2) and
+    (tracks, parts, 2) [m], NaN where the instant is not known.
+    """
+    at_peaks = np.full((peak_times.size, len(PARTS), 2), np.nan)
+    known = np.isfinite(peak_times)
+    if not time.size or not known.any():
+        return deviation_parts(ideal, path.plan.mechanism, options, time, positions), at_peaks
+    kept = nearest_samples(path, peak_times[known])
+    places = tracked(path.plan, replace(path, samples=kept).record().X)
+    every, first = np.unique(np.concatenate([time, kept.time]), return_index=True)
+    parts = deviation_parts(ideal, path.plan.mechanism, options, every, np.concatenate([positions, places])[first])
+    rows, tracks = np.searchsorted(every, kept.time), np.flatnonzero(known)
+    at_peaks[tracks] = np.moveaxis(parts[:, rows, tracks], 0, 1)
+    return parts[:, np.searchsorted(every, time)], at_peaks
 
 
 def deviation_parts(path: IdealPath, mechanism: Mechanism, options: Options, times: np.ndarray, at: np.ndarray) -> np.ndarray:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scissordyn.integrate.integration import Samples
+from scissordyn.integrate.integration import Samples, StepRecord
 from scissordyn.model.options import EQUALLY_SPACED, Options
 
 if TYPE_CHECKING:
@@ -54,6 +54,22 @@ def with_recorded(path: Trajectory) -> Trajectory:
     samples = Samples(*parts)._replace(time=np.concatenate([path.samples.time, time[rows]]))
     _, order = np.unique(samples.time, return_index=True)  # of equal instants the first, which is one of the equally spaced
     return replace(path, samples=Samples(*(part[order] for part in samples)))
+
+
+def nearest_samples(path: Trajectory, times: np.ndarray) -> Samples:
+    """Return the samples of a trajectory at given instants, or at the nearest ones that the integration has kept.
+
+    Located largest values are kept, so that they are met to rounding unless a run has too many steps to keep all.
+
+    Shapes: `times` (n,) [s], finite; at least one instant is kept.
+    """
+    kept: list[Samples | StepRecord] = [path.samples] if path.recorded is None else [path.samples, path.recorded]
+    time = np.concatenate([part.time for part in kept])
+    order = np.argsort(time, kind="stable")
+    after = np.clip(np.searchsorted(time[order], times), 1, max(1, time.size - 1))
+    near = order[np.stack([after - 1, np.minimum(after, time.size - 1)])]
+    rows = np.where(np.abs(time[near[0]] - times) <= np.abs(time[near[1]] - times), near[0], near[1])
+    return Samples(*(np.concatenate([getattr(part, name) for part in kept])[rows] for name in Samples._fields))
 
 
 def chosen_rows(equal: np.ndarray, time: np.ndarray, wanted: np.ndarray) -> np.ndarray:

@@ -139,7 +139,7 @@ class StudyResult:
         Returns
         -------
         Recommendation
-            Its numbers, the margin of each requirement in its worst case, the requirement that binds, and the probability that
+            Its numbers, the margin of each requirement in its worst case, the least first, and the probability that
             it meets all of them, with its interval.
 
         Raises

@@ -108,10 +108,11 @@ def _region(there: xr.Dataset, points: xr.Dataset, parameter: str) -> Fact:
 def _point(study: Study, results: xr.Dataset, point: Recommendation) -> tuple[Fact, ...]:
     """The recommended point, or the nearest, and how surely it meets the requirements."""
     if not study.factors:
-        return (Fact("binds", point.binding),)
+        return (Fact("least margin", point.binding, {"margin": margin_text(point.margins[0].margin)}),)
     several = study.points > 1
     kind = ("recommended" if point.probability > 0.0 else "nearest") if several else "only point"
-    facts = [Fact(kind, point.binding, {"point": point.point, "where": _values(study, results, point.numbers)})]
+    about: dict[str, Any] = {"point": point.point, "where": _values(study, results, point.numbers)}
+    facts = [Fact(kind, point.binding, {**about, "margin": margin_text(point.margins[0].margin)})]
     if np.isfinite(point.low):
         hits = round(point.probability * point.samples)
         about = {"hits": hits, "samples": point.samples, "fraction": point.probability, "low": point.low, "high": point.high}

@@ -31,10 +31,10 @@ WORDS = MappingProxyType(
         "met value": "{part} = {first:u}{unit} (of {least:u} to {most:u})",
         "met names": "{part} = {names}[ (of {tried})]",
         # the point to build
-        "binds": "The requirement that binds: {part}.",
-        "recommended": "Recommended: point {point}, {where}. What binds: {part}.",
-        "nearest": "Nearest to meeting them: point {point}, {where}. What binds: {part}.",
-        "only point": "The only point, {where}. What binds: {part}.",
+        "least margin": "The requirement with the least margin: {part}, {margin}.",
+        "recommended": "Recommended: point {point}, {where}. Least margin: {part}, {margin}.",
+        "nearest": "Nearest to meeting them: point {point}, {where}. Least margin: {part}, {margin}.",
+        "only point": "The only point, {where}. Least margin: {part}, {margin}.",
         "samples": "It meets all requirements in {hits} of {samples} samples of the uncertain numbers: probability "
         "{fraction:.0%} (95 % interval {low:.1%} to {high:.1%}).[ It was chosen by the same samples; new ones {chosen}.]",
         "value": "{part} = {value:u}{unit}",

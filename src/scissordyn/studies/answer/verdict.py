@@ -174,7 +174,7 @@ class Recommendation:
     point: int
     numbers: dict[str, Any]  # The numbers and names that are chosen, in SI
     feasible: bool  # Whether all its cases meet all requirements
-    margins: tuple[Margin, ...]  # The least first: it is of the requirement that binds
+    margins: tuple[Margin, ...]  # The least first
     # Fraction of its samples of the uncertain numbers that meet all requirements, with all members; failed cases do not
     probability: float
     # 95 % interval of Clopper and Pearson of the probability; NaN without samples. The point was chosen by the same samples,

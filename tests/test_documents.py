@@ -150,7 +150,7 @@ def say(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
         pytest.param("docs/export.md", 14, id="export", marks=pytest.mark.slow),
         pytest.param("docs/index.md", 2, id="index"),
         pytest.param("docs/howto/cluster.md", 6, id="cluster", marks=pytest.mark.slow),
-        pytest.param("README.md", 11, id="readme", marks=pytest.mark.slow),
+        pytest.param("README.md", 4, id="readme", marks=pytest.mark.slow),
     ],
 )
 def test_commands_run(page: str, least: int, tmp_path: Path, say: Say) -> None:

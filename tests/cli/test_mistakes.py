@@ -191,6 +191,20 @@ def test_what_it_would_take_or_what_is_wrong_is_said(
     assert {path.name: path.read_text() for path in tmp_path.iterdir() if path.name != "paper"} == files
 
 
+def test_memory_of_samples_is_what_is_free(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, refused: Callable[..., str]
+) -> None:
+    """Limit: as many samples as the free memory holds twice, as arrays and as a file; one more is refused before the run."""
+    case = EXAMPLES / "paper.toml"
+    (tmp_path / "meminfo").write_text("MemTotal: 8000000 kB\nMemAvailable: 100000 kB\n")
+    monkeypatch.setattr(demand, "FREE", tmp_path / "meminfo")
+    monkeypatch.setattr("scissordyn.run.simulate.results_of", None)
+    assert demand.free_memory() == 102_400_000
+    per_sample = 2 * 8 * (25 + 14 * 5 + (2 + 6) * 7)
+    line = refused("run", str(case), "--samples", str(102_400_000 // per_sample + 1))
+    assert f"this machine has 102 MB free; allowed: at most {102_400_000 // per_sample} samples" in line
+
+
 def test_sizes_in_words() -> None:
     """Closed form: amounts of memory and times of any length, and the number of a grid's points without its points."""
     assert [demand.size(10**n) for n in (6, 10, 13)] == ["1 MB", "10 GB", "10 TB"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import multiprocessing
 import os
 import random
@@ -12,6 +13,7 @@ import signal
 import sqlite3
 import sys
 import tarfile
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -24,12 +26,13 @@ import scissordyn as sd
 from scissordyn.cli.main import status_of
 from scissordyn.model.options import Options
 from scissordyn.studies.ask.description import Study
-from scissordyn.studies.ask.design import Factor
+from scissordyn.studies.ask.design import Design, Factor
 from scissordyn.studies.ask.distribution import Interval, Levels
 from scissordyn.studies.ask.requirement import Goal, Optimisation, Requirement
 from scissordyn.studies.compute.execute import Block, ProgramError, execute, run_block, simulated
 from scissordyn.studies.compute.optimise import optimise
 from scissordyn.studies.compute.store import COMPLETE, PENDING, Store, StoreError
+from scissordyn.studies.compute.table import digest
 from studies.test_study import arm, rows
 
 CASES, BLOCK = 8, 2
@@ -172,6 +175,56 @@ def test_the_description_is_checked(store: Path, capfd: pytest.CaptureFixture[st
     said = capfd.readouterr().err
     assert said.count("\n") == 1
     assert "the note 'study' in" in said
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("study", None),
+        ("study", {"design": 1}),
+        ("study", [1, 2]),
+        ("fingerprint", 3),
+        ("columns", {"arrays": [1], "labels": {}}),
+        ("columns", {"arrays": [], "labels": {}}),
+        ("block", "many"),
+        ("block", 0),
+        ("block", 10**30),
+        ("cases", -1),
+        ("cases", 10**15),
+    ],
+)
+def test_a_rewritten_note_with_a_right_digest_is_refused(
+    name: str, value: object, store: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Contract: what another program has written with the right digest is one line with status 2, whatever it says."""
+    text = json.dumps(value)
+    with closing(sqlite3.connect(store)) as connection, connection:
+        connection.execute("UPDATE notes SET value = ?, digest = ? WHERE name = ?", (text, digest(name, text), name))
+    for what in ("status", "resume", "report"):
+        if what != "status" or name != "fingerprint":  # by which a study is not shown, only continued
+            file = ["-o", str(store.with_suffix(".html"))] if what == "report" else []
+            expected = 0 if (what, name) == ("report", "fingerprint") else 2
+            assert status_of(["study", what, str(store), *file]) == expected
+            said = capfd.readouterr().err
+            assert said.count("\n") == (expected == 2)
+
+
+@pytest.mark.parametrize("command", ["resume", "retry", "extend --points 8", "refine --vary A.clearance=0.1..0.2mm -o"])
+def test_a_place_that_can_only_be_read_has_one_status(
+    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Contract: status 2 and one line, before anything is computed."""
+    path, word = tmp_path / "a.db", command.split()[0]
+    random_points = dataclasses.replace(
+        study(), design=Design("sobol", 4), factors=(Factor("A.clearance", Interval(1e-4, 5e-4)),)
+    )
+    execute(random_points, path, engine=1)
+    monkeypatch.setattr("os.access", lambda place, mode: mode != os.W_OK or not str(place).startswith(str(tmp_path)))
+    options = [*command.split()[1:], *([str(tmp_path / "b.db")] if word == "refine" else [])]
+    assert status_of(["study", word, str(path), *options]) == 2
+    said = capfd.readouterr().err
+    assert said.count("\n") == 1
+    assert f"'{tmp_path}' can only be read" in said
 
 
 def test_other_files_are_refused(tmp_path: Path) -> None:

@@ -326,7 +326,7 @@ def _status(result: StudyResult) -> int:
 def _convert(old: Path, output: str | None) -> int:
     """A study of format 2, a folder, as a file, with the accurate runs beside it."""
     from scissordyn.studies.answer.fidelity import verified_path
-    from scissordyn.studies.compute.store import convert
+    from scissordyn.studies.compute.convert import convert
 
     target = output or str(old.with_suffix(".db"))
     beside = old.with_name(f"{old.stem}.verified{old.suffix}")

@@ -13,7 +13,7 @@ from typing import Any, get_args, get_origin, get_type_hints
 import numpy as np
 
 from scissordyn.analysis.motor import MotorCurve
-from scissordyn.annotation import members
+from scissordyn.annotation import MismatchError, accepted, members
 from scissordyn.casefile.configuration import read_mechanism, write_configuration
 from scissordyn.errors import InputError, command, did_you_mean, whole_number
 from scissordyn.file.provenance import provenance
@@ -453,12 +453,14 @@ def to_plain(value: Any) -> Any:
 
 
 def from_plain(hint: Any, plain: Any, read: Read = MappingProxyType({})) -> Any:
-    """What `to_plain` wrote of a value with this annotation."""
+    """The value of which `to_plain` wrote this; `ValueError` if plain data do not fit the annotation."""
     kind: Any = next((member for member in members(hint) if member is not type(None)), Any)
     if kind in read:
         return None if plain is None else read[kind](plain)
     arguments = get_args(kind)
-    if get_origin(kind) is tuple:
+    if get_origin(kind) is tuple and plain is not None:
+        if not isinstance(plain, list | tuple):
+            raise MismatchError
         kinds = [arguments[0]] * len(plain) if arguments[-1] is ... else arguments
         return tuple(from_plain(inner, entry, read) for inner, entry in zip(kinds, plain, strict=True))
     if get_origin(kind) is dict:
@@ -468,4 +470,4 @@ def from_plain(hint: Any, plain: Any, read: Read = MappingProxyType({})) -> Any:
         named: dict[Any, Any] = {EARLIER.get(name, name): entry for name, entry in plain.items()}
         built: Any = kind
         return built(**{name: from_plain(hints[name], entry, read) for name, entry in named.items()})
-    return plain
+    return accepted(plain, hint)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 import sqlite3
@@ -15,9 +14,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from scissordyn.errors import InputError, ScissordynError, command
+from scissordyn.errors import InputError, ScissordynError, command, whole_number
 from scissordyn.file.output_file import put_file, remove_left_behind
-from scissordyn.lookup import library
+from scissordyn.run.demand import check_cases
 from scissordyn.run.engine import STATES
 from scissordyn.studies.ask.description import OwnMeasure, Study, from_plain, to_plain
 from scissordyn.studies.ask.design import Design
@@ -31,6 +30,7 @@ NOTES = ("study", "fingerprint", "columns", "block", "cases")
 TIMES = ("seconds", "integration_seconds", "cases", "attempts")
 TEXTS = {"cause": "why a case failed", "warnings": "of a complete case, one a line"}  # What they are
 
+LARGEST_COUNT = 2**62  # SQLite has integers of 64 bits
 SHOWN = 8  # Damaged cases that are named
 PATIENCE = 60.0  # How long a writer waits for those who read [s]
 
@@ -90,10 +90,14 @@ class Store:
         return True
 
     def check_place(self) -> None:
-        """Raise `InputError` if there is no folder for the store to be in."""
-        parent = Path(os.path.realpath(self.path)).parent
-        if not parent.is_dir():
-            raise InputError(f"'{self.path}' as a store: no folder '{parent}'", "a folder that exists", "-o study.db")
+        """Raise `InputError` unless the store can be written: before anything is computed for it."""
+        target = Path(os.path.realpath(self.path))
+        if not target.parent.is_dir():
+            raise InputError(f"'{self.path}' as a store: no folder '{target.parent}'", "a folder that exists", "-o study.db")
+        # SQLite writes its journal next to the file
+        for place in (target.parent, target):
+            if place.exists() and not os.access(place, os.W_OK):
+                raise InputError(f"'{place}' can only be read", "a study in a place that can be written", "-o study.db")
 
     def begun(self) -> bool:
         """Whether there is anything to resume."""
@@ -163,7 +167,19 @@ class Store:
         if row is None or not isinstance(row[0], bytes) or row[1] != table.digest(name, row[0].decode(errors="replace")):
             what = f"the note '{name}' in '{self.path}' is damaged"
             raise InputError(what, "a copy that is whole; any tool for SQLite reads the rows", "-o another.db")
-        return json.loads(row[0])
+        with self._sound(name):
+            return json.loads(row[0])
+
+    @contextmanager
+    def _sound(self, name: str) -> Iterator[None]:
+        """Raise `InputError` if what a note says cannot be used: another program has written it, with the right digest."""
+        try:
+            yield
+        except ScissordynError:
+            raise
+        except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError):
+            what = f"the note '{name}' in '{self.path}' is not one that scissordyn writes"
+            raise InputError(what, "a copy that is whole; any tool for SQLite reads the rows", "-o another.db") from None
 
     @contextmanager
     def _reading(self) -> Iterator[sqlite3.Connection]:
@@ -176,16 +192,25 @@ class Store:
         self, *, allow_code: Sequence[Path] = (), own_measures: Sequence[OwnMeasure] = (), reading: bool = False
     ) -> Study:
         """The study that the store is of; only read, it needs none of the user's functions."""
-        return Study.from_plain(self._value("study"), allow_code=allow_code, own_measures=own_measures, reading=reading)
+        plain = self._value("study")
+        with self._sound("study"):
+            study = Study.from_plain(plain, allow_code=allow_code, own_measures=own_measures, reading=reading)
+            missing = {*map(table.column, study.factor_names), *study.measure_names}.difference(self._columns.array_names)
+            if missing:
+                raise LookupError(f"no columns of {', '.join(missing)}")
+            return study
 
     def design(self) -> Design:
         """The design, with the number of points that it has by now."""
-        return Design(**self._value("study")["design"])
+        plain = self._value("study")
+        with self._sound("study"):
+            return Design(**plain["design"])
 
     def check(self, study: Study) -> None:
         """Raise `InputError` if the store is of another study, or of the same with another version of the program."""
         there = self._value("fingerprint")
-        differs = [name for name, digest in study.fingerprint().items() if there.get(name) != digest]
+        with self._sound("fingerprint"):
+            differs = [name for name, digest in study.fingerprint().items() if there.get(name) != digest]
         if differs:
             raise InputError(
                 f"'{self.path}' holds another study (differs in {', '.join(differs)})",
@@ -195,16 +220,26 @@ class Store:
 
     @property
     def _columns(self) -> table.Columns:
-        columns: table.Columns = from_plain(table.Columns, self._value("columns"))
+        plain = self._value("columns")
+        with self._sound("columns"):
+            columns: table.Columns = from_plain(table.Columns, plain)
+            columns.check()
         return columns
 
     @property
     def block(self) -> int:
-        return int(self._value("block"))
+        return self._count("block")
 
     @property
     def cases(self) -> int:
-        return int(self._value("cases"))
+        cases = self._count("cases")
+        check_cases(cases, 1, 1, 0)
+        return cases
+
+    def _count(self, name: str) -> int:
+        count = self._value(name)
+        with self._sound(name):
+            return whole_number(name, count, 1, LARGEST_COUNT)
 
     # --- rows -----------------------------------------------------------------------------------------------------------
 
@@ -287,6 +322,7 @@ class Store:
         if self._writer is not None:
             yield
             return
+        self.check_place()
         try:
             self._writer = self._locked()
             with suppress(OSError):
@@ -323,7 +359,7 @@ class Store:
         notes = {name: self._value(name) for name in NOTES}
         with self._reading() as connection:
             written = _blocks(connection)
-        columns = from_plain(table.Columns, notes["columns"])
+        columns = self._columns
         with self._made_anew(columns, notes, instead=True) as connection:
             table.insert(connection, columns, rows)
             damaged = {case // notes["block"] for case in rows.damaged}
@@ -349,7 +385,8 @@ class Store:
         about = {"long_name": "status", "flag_values": list(range(len(STATES))), "flag_meanings": " ".join(STATES)}
         variables["status"] = ("case", rows.filled(cases, rows.status, PENDING), about)
         labels = {name: (dims, np.array(texts, object)) for name, (dims, texts) in columns.labels.items()}
-        samples, members = int(plain["sampling"]["samples"]), int(plain["members"])
+        with self._sound("study"):
+            samples, members = int(plain["sampling"]["samples"]), int(plain["members"])
         point, rest = np.divmod(np.arange(cases), samples * members)
         sample, member = np.divmod(rest, members)
         places = {"point": ("case", point), "sample": ("case", sample), "member": ("case", member)}
@@ -403,63 +440,3 @@ def _one_line(path: str) -> Iterator[None]:
         raise StoreError(f"'{path}' cannot be read or written: {reason}; what is complete is kept") from error
     except table.BROKEN as error:
         raise StoreError(f"'{path}' cannot be read or written: {error}; what is complete is kept") from error
-
-
-def convert(folder: Path, target: Path) -> tuple[Store, list[int]]:
-    """Write a study of format 2 to one file; blocks that are not as they were written are left out, and returned."""
-    library("zarr", "convert", "a study of format 2")
-    try:
-        old = xr.open_zarr(folder, chunks=None, consolidated=True)
-        attrs, names = old.attrs, list(old.attrs["arrays"])
-        plain, block = json.loads(attrs["study"]), int(attrs["block"])
-    except (OSError, KeyError, TypeError, ValueError):
-        raise InputError(f"'{folder}' is no study of format 2", "the folder of one", "old.zarr") from None
-    if (store := Store(target)).begun():
-        raise InputError(f"'{target}' exists", "a name that is not taken", "-o another.db")
-    of_role = sorted(set(names) - {*TEXTS, "status"}, key=lambda name: old[name].attrs["role"])
-    columns, cases = table.Columns.of({name: old[name] for name in of_role}), old.sizes["case"]
-    store.create_with(columns, plain, attrs["fingerprint"], block, cases)
-    times, damaged = _times(folder), []
-    with store.alone():
-        for number in range(-(-cases // block)):
-            seal = folder / "record" / "seals" / f"{number}.json"
-            if not seal.exists():
-                continue
-            if not _is_sealed(folder, number, attrs["arrays"], seal):
-                damaged.append(number)
-                continue
-            part = old[names].isel(case=slice(number * block, (number + 1) * block)).load()
-            rows = np.flatnonzero(part["status"].values != PENDING)
-            values = {array.name: part[array.name].values[rows] for array in columns.arrays}
-            texts = list(zip(*(map(str, part[name].values[rows]) for name in TEXTS), strict=True))
-            if rows.size:
-                status = part["status"].values[rows].astype(np.int8)
-                store.write(BlockResult(number * block + rows, values, status, texts, times[number]))
-    return store, damaged
-
-
-def _times(folder: Path) -> np.ndarray:
-    """Seconds, seconds of integration and cases of each block; zero where they cannot be read."""
-    zarr = library("zarr", "convert", "a study of format 2")
-    array = zarr.open_array(str(folder / "timing" / "blocks"), mode="r")
-    noted = np.zeros((array.shape[0], len(TIMES) - 1))
-    for number in range(array.shape[0]):
-        try:
-            noted[number] = array[number, : len(TIMES) - 1]
-        except Exception:  # a broken chunk: the libraries of codecs raise whatever they like
-            continue
-    return noted
-
-
-def _is_sealed(folder: Path, block: int, arrays: Mapping[str, int], seal: Path) -> bool:
-    """Whether the files of a block are those that its seal names."""
-    try:
-        digests: Any = json.loads(seal.read_bytes())["files"]
-        for name, dimensions in arrays.items():
-            path = folder.joinpath(name, "c", str(block), *["0"] * (dimensions - 1))
-            right = hashlib.sha256(path.read_bytes()).hexdigest()[:16] if path.exists() else ""
-            if digests[name] != right:
-                return False
-    except (OSError, ValueError, TypeError, KeyError):
-        return False
-    return True

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import sqlite3
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -62,6 +63,23 @@ class Columns:
             titles = tuple(_title(".".join([*place, address]), taken) for place in places)
             arrays.append(Array(name, dims, variable.shape[1:], dict(variable.attrs), titles))
         return cls(tuple(arrays), labels)
+
+    def check(self) -> None:
+        """Raise `ValueError` or `TypeError` unless shapes, titles and labels of the arrays fit each other."""
+        for array in self.arrays:
+            if not isinstance(array.name, str) or not all(isinstance(title, str) for title in array.columns):
+                raise TypeError(f"array {array.name!r}: names must be text")
+            if not all(type(size) is int and size >= 0 for size in array.shape):
+                raise TypeError(f"array '{array.name}': shape {array.shape!r} must be whole numbers")
+            if array.shape != tuple(len(self.labels[dim][1]) for dim in array.dims):
+                raise ValueError(f"array '{array.name}': shape {array.shape!r} must have an entry for each label")
+            if math.prod(array.shape) != len(array.columns):
+                raise ValueError(f"array '{array.name}': shape {array.shape!r} needs as many columns")
+            dict(array.attrs)
+
+    @property
+    def array_names(self) -> list[str]:
+        return [array.name for array in self.arrays]
 
     @property
     def width(self) -> int:

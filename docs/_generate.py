@@ -191,6 +191,9 @@ MODULES: dict[str, dict[str, tuple[str, ...]]] = {
 }
 """What is imported from modules, by heading and module."""
 
+ORPHAN = ("---", "orphan: true", "---", "")
+"""Front matter of pages that the side bar leaves out."""
+
 MEMBERS = ("Mechanism", "RunAccessor", "StudyPictures", "StudyResult")
 """Classes whose methods are listed."""
 
@@ -291,7 +294,7 @@ def catalogue_page() -> str:
 
 def api_page(heading: str, names: tuple[str, ...]) -> str:
     """The public names under one heading."""
-    lines = [f"# {heading}", "", "```{eval-rst}", ".. currentmodule:: scissordyn", ""]
+    lines = [*ORPHAN, f"# {heading}", "", "```{eval-rst}", ".. currentmodule:: scissordyn", ""]
     for name in names:
         value = getattr(sd, name)
         # `study` is a room that is called
@@ -306,7 +309,7 @@ def api_page(heading: str, names: tuple[str, ...]) -> str:
 
 def modules_page(heading: str, modules: dict[str, tuple[str, ...]]) -> str:
     """The names that are imported from modules, under one heading."""
-    lines = [f"# {heading}", ""]
+    lines = [*ORPHAN, f"# {heading}", ""]
     for module, names in modules.items():
         found = importlib.import_module(f"scissordyn.{module}")
         lines += [f"## scissordyn.{module}", "", "```{eval-rst}", f".. currentmodule:: scissordyn.{module}", ""]
@@ -320,20 +323,18 @@ def modules_page(heading: str, modules: dict[str, tuple[str, ...]]) -> str:
 def write(docs: Path) -> None:
     """Write the pages, leaving those that have not changed, and delete those of headings that are gone."""
     pages = {docs / "theory" / "catalogue.md": catalogue_page()}
-    names = []
+    links = []
     for heading, members in groups().items():
         stem = heading.lower().replace(" ", "_")
-        names.append(stem)
+        links.append(f"* [{heading}]({stem}.md): {', '.join(f'`{name}`' for name in members)}")
         pages[docs / "api" / f"{stem}.md"] = api_page(heading, members)
     for heading, modules in MODULES.items():
         stem = heading.lower().replace(" ", "_")
-        names.append(stem)
+        links.append(f"* [{heading}]({stem}.md): {', '.join(f'`scissordyn.{name}`' for name in modules)}")
         pages[docs / "api" / f"{stem}.md"] = modules_page(heading, modules)
-    listing = "\n".join(names)
     pages[docs / "api" / "index.md"] = (
-        "# API\n\nPublic names are imported from `scissordyn`, those of the last three pages\n"
-        "from its modules. SI units and radians throughout; `sd.degrees(30)` and "
-        f"`sd.rpm(150)` convert.\n\n```{{toctree}}\n:maxdepth: 1\n\n{listing}\n```\n"
+        "# API\n\nPublic names are imported from `scissordyn`, those of the last groups from its modules. All values are in SI\n"
+        "units and radians; `sd.degrees(30)` and `sd.rpm(150)` convert.\n\n" + "\n".join(links) + "\n"
     )
     for path, text in pages.items():
         path.parent.mkdir(exist_ok=True)

@@ -23,7 +23,7 @@ from _zoo import bibliography_list, zoo_pages, zoo_table
 
 __all__ = ["PAGES", "component_keys", "component_outputs", "filled", "key_rows", "refresh"]
 
-PAGES = ("components.md", "laws.md", "zoo.md", "references.md")
+PAGES = ("components.md", "laws.md", "gallery.md", "references.md")
 
 BLOCK = re.compile(r"(<!-- made from declarations: ([\w -]+) -->\n).*?(<!-- end -->)", re.DOTALL)
 

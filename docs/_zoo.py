@@ -33,7 +33,7 @@ def _cell(text: str) -> str:
 def zoo_page(entry: Entry, docs: Path) -> str:
     """The page of a mechanism."""
     film = f"_static/zoo/{entry.name}.mp4"
-    lines = [f"# {entry.title}", "", f"`{entry.name}`: {entry.kind}. {entry.about}", ""]
+    lines = ["---", "orphan: true", "---", "", f"# {entry.title}", "", f"`{entry.name}`: {entry.kind}. {entry.about}", ""]
     if (docs / "zoo" / f"{entry.name}.png").exists():
         lines += [f"![{entry.title} at three instants]({entry.name}.png)", ""]
     if (docs / film).exists():
@@ -75,8 +75,8 @@ def _citing_pages(docs: Path) -> dict[str, list[str]]:
     found: dict[str, list[str]] = {}
     for page in sorted(docs.rglob("*.md")):
         name = page.relative_to(docs).as_posix()
-        if name == "references.md" or name.startswith(("zoo/", "theory/catalogue")):
-            continue  # made from the same declarations
+        if name == "references.md" or name.startswith(("zoo/", "theory/catalogue", "decisions/")):
+            continue  # made from the same declarations, or no part of the site
         for doi in dois(page.read_text(encoding="utf-8")):
             found.setdefault(doi.lower(), []).append(f"[{name.removesuffix('.md')}]({name})")
     return found

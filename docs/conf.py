@@ -27,7 +27,10 @@ copyright = "2026, the scissordyn developers"
 version = release = sd.__version__
 
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.mathjax", "numpydoc"]
-exclude_patterns = ["_build", "jupyter_execute"]
+INTERNAL = ("decisions", "maintain.md", "reference.md", "release.md")
+"""Pages for developers: they stay in the repository and are no part of the site or of its search."""
+
+exclude_patterns = ["_build", "jupyter_execute", *INTERNAL, "decisions/**"]
 html_theme = "furo"
 html_title = "scissordyn"
 html_static_path = ["_static"]
@@ -64,7 +67,7 @@ numpydoc_xref_param_type = False
 
 
 def _rewrite_links(_app: Any, docname: str, source: list[str]) -> None:
-    """Links to folders and to files outside docs are for readers of the repository: here they become code."""
+    """Replace links to folders, to files outside docs and to pages for developers by the path in the repository."""
     folder = (HERE / docname).parent
 
     def plain(match: re.Match[str]) -> str:
@@ -72,7 +75,7 @@ def _rewrite_links(_app: Any, docname: str, source: list[str]) -> None:
         if not target or "://" in target or target.startswith(("mailto:", "doi:")):
             return match[0]
         path = (folder / target).resolve()
-        inside = path.is_relative_to(HERE)
+        inside = path.is_relative_to(HERE) and path.relative_to(HERE).parts[0] not in INTERNAL
         if path.is_dir() or not inside:
             if not path.exists():
                 raise FileNotFoundError(f"{docname}: {match[2]}")
@@ -80,13 +83,6 @@ def _rewrite_links(_app: Any, docname: str, source: list[str]) -> None:
             return f"{label} (`{shown}`)" if label != str(shown) else f"`{shown}`"
         return match[0]
 
-    if docname == "index":
-        # pages that no list names stand at the end of "Use"
-        named = set(re.findall(r"^([\w/]+)$", source[0], flags=re.MULTILINE))
-        others = sorted(path.stem for path in HERE.glob("*.md") if path.stem not in {*named, "index"})
-        source[0] = source[0].replace("\n*\n", "\n" + "".join(f"{other}\n" for other in others))
-    if docname == "decisions/README":
-        source[0] += "\n```{toctree}\n:hidden:\n:glob:\n\n0*\nmeasured/*\n```\n"
     source[0] = re.sub(r"(?<!!)\[([^\]]+)\]\(([^)\s]+)\)", plain, source[0])
 
 

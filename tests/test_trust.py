@@ -13,7 +13,7 @@ from scissordyn.config.template import template
 from scissordyn.errors import InputError
 
 HERE = Path(__file__).parent
-PAGE = (HERE.parent / "docs" / "trust.md").read_text(encoding="utf-8")
+PAGE = (HERE.parent / "docs" / "decisions" / "measured" / "messages.md").read_text(encoding="utf-8")
 NAMES = "\n".join(re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL))
 ROWS = [
     [cell.strip() for cell in line.strip("|").split(" | ")]

@@ -89,7 +89,7 @@ CASES = CLEARANCE | COUPLED
 
 OURS = {name: {"rtol": 1e-10} | ({"atol": 1e-12} if name in COUPLED else {}) for name in CASES}
 TOLERANCE, SAMPLES = {"CoSimulation": 1e-10, "ModelExchange": 1e-12}, 4001
-"""CVode adds up a thousand times its tolerance over these contacts, and less with a smaller one (docs/export.md); it makes at
+"""CVode adds up a thousand times its tolerance over these contacts, and less with a smaller one (docs/files.md); it makes at
 most 500 steps between two samples."""
 
 

@@ -94,7 +94,8 @@ def used_names(code: str) -> set[tuple[str, str]]:
 
 def executed() -> list[Path]:
     """Pages whose code tests execute: `tests/test_documents.py`, the tutorials below, and the README."""
-    return [*DOCS.glob("*.md"), *(DOCS / "howto").glob("*.md"), *(DOCS / "tutorials").glob("*.md"), README]
+    asked = DOCS / "decisions" / "measured" / "questions.md"
+    return [*DOCS.glob("*.md"), *(DOCS / "howto").glob("*.md"), *(DOCS / "tutorials").glob("*.md"), asked, README]
 
 
 def generator() -> Any:
@@ -195,7 +196,7 @@ def test_tutorial_cells_run(page: Path, tmp_path: Path, monkeypatch: pytest.Monk
 
 def test_pictures_of_examples_have_cases() -> None:
     """Contract: every picture of an example has its case."""
-    for stem in re.findall(r"\]\(examples/(\w+)\.png\)", (DOCS / "examples.md").read_text(encoding="utf-8")):
+    for stem in re.findall(r"\]\(examples/(\w+)\.png\)", (DOCS / "gallery.md").read_text(encoding="utf-8")):
         assert read_case(ROOT / "examples" / f"{stem}.toml").mechanism.bodies
 
 

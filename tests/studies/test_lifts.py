@@ -153,7 +153,7 @@ def test_sag_at_rest_is_that_of_other_beams() -> None:
     ],
 )
 def test_what_is_chosen_and_what_misses(material: str, section: str, off: float, stress: float) -> None:
-    """The numbers of docs/study_results.md."""
+    """The numbers of docs/decisions/measured/study_results.md."""
     case = read_case(CASE, bars(material, section))
     run = sd.simulate(case.mechanism, **case.run.keywords)
     assert float(run["track_deviation"].max()) == pytest.approx(off, rel=2e-3)

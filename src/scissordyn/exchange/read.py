@@ -47,7 +47,7 @@ def read_drawing(
     ending = path.suffix.lower()
     if ending in (".xlsx", ".xls", ".ods"):
         raise InputError(
-            f"'{path}' is a workbook", "its sheet of points saved as .csv: docs/import.md", "scissordyn import points.csv"
+            f"'{path}' is a workbook", "its sheet of points saved as .csv: docs/files.md", "scissordyn import points.csv"
         )
     text, notes = decode(read_source(path), ending)
     found = _read(path, text, unit=unit, linear_density=linear_density, tolerance=tolerance)

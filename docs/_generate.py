@@ -333,7 +333,7 @@ def write(docs: Path) -> None:
         links.append(f"* [{heading}]({stem}.md): {', '.join(f'`scissordyn.{name}`' for name in modules)}")
         pages[docs / "api" / f"{stem}.md"] = modules_page(heading, modules)
     pages[docs / "api" / "index.md"] = (
-        "# API\n\nPublic names are imported from `scissordyn`, those of the last groups from its modules. All values are in SI\n"
+        "# API\n\nPublic names are imported from `scissordyn`, those of the last groups from its modules. Values are in SI\n"
         "units and radians; `sd.degrees(30)` and `sd.rpm(150)` convert.\n\n" + "\n".join(links) + "\n"
     )
     for path, text in pages.items():

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -55,7 +54,6 @@ def test_what_has_no_end_is_not_read(folder: Path, refused: Refused, monkeypatch
     """Contract: devices, pipes, folders and huge files are refused as case files, as tables and as saved runs."""
     os.mkfifo("pipe")
     os.mkfifo("pipe.nc")
-    began = time.monotonic()
     for path in ("/dev/zero", "pipe", "/dev/null"):
         for command in ("run", "check"):
             assert "not a regular file" in refused(command, path)
@@ -68,7 +66,6 @@ def test_what_has_no_end_is_not_read(folder: Path, refused: Refused, monkeypatch
     table = 'drive = { table = "/dev/zero" }\n' + PAPER.read_text().replace('[drive]\nspeed = "150 rpm"', "")
     Path("table.toml").write_text(table)
     assert "not a regular file" in refused("check", "table.toml")
-    assert time.monotonic() - began < 20.0
 
 
 LAWS = """

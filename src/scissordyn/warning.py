@@ -12,10 +12,7 @@ import numpy as np
 
 NAMED = 3  # Most names of parts in one line
 
-_DAMPED = (
-    "reaches {force:.4g} N, its joint's deepest indentation gives {elastic:.4g} N: the rest is damping, whose law holds for "
-    "speeds up to that at which a contact began; the force can be far too large: compare damping = 'none', or contact = 'hard'"
-)
+_LOADED = ": a contact that began at {speed:.3g} m/s was loaded to {force:.5g} N and is no impact at that speed: its damping "
 _AT_LIMIT = ": the controller is at its limit of {limit:g} N m for "
 _WARMED = ": the power lost would warm the oil by {rise:.3g} K if nothing cooled it, "
 
@@ -39,8 +36,8 @@ WORDS: Mapping[str, str] = MappingProxyType(
         # contacts in motion
         "failed": "the contact model has failed, and the results from t = {time:.6g} s on are not valid: {failure}",
         "failed in a case": "the contact model has failed: {failure}",
-        "damping": f": a contact that began slowly, at {{speed:.3g}} m/s, {_DAMPED}",
-        "damping from rest": f": a contact that began from rest {_DAMPED}",
+        "loaded": _LOADED + "refers to {reference:.3g} m/s instead, and its restitution coefficient damps vibrations only",
+        "loaded at onset": _LOADED + "refers to that speed and can be far too large; compare reference = 'loaded'",
         "friction": ": friction reaches {ratio:.3g} times the static limit of its law, and exceeds {limit:g} times it for "
         "{seconds:.3g} s; see bristle_damping and damping_speed",
         "negative force": ": negative normal force from t = {first:.6g} s on (N falls to {force:.6g} N at t = {time:.6g} "

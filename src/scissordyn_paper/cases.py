@@ -206,6 +206,7 @@ class PaperCase:
                 f"restitution = {_number(choice.restitution)}",
                 f'stiffness = "{choice.stiffness}"',
                 f'damping = "{choice.damping}"',
+                'reference = "onset"',
                 f"friction = {self._lugre()}",
                 f'slip = "{choice.slip}"',
             ]

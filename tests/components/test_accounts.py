@@ -41,6 +41,9 @@ PARTS: tuple[Component, ...] = (
 )
 
 
+CONTEXT = {"approach_speed": 1.5, "effective_mass": 20.0, "factor": 0.7, "factor_rate": 0.0, "reaction": 30.0}
+
+
 def test_every_passive_component_is_here() -> None:
     """Identity: a component with energies of its own has its account tested; one with states has a test of its own."""
     declared = {kind: kind.declaration for kind in COMPONENTS.values()}
@@ -65,10 +68,7 @@ def test_power_is_stored_or_dissipated(part: Component, mode: float) -> None:
         given = (*given[: len(names) - 2 * coordinates - len(declared.context) - 1], np.array(given))
     for _ in range(200):
         q, v = random.uniform(0.05, 1.0, coordinates), random.uniform(-2.0, 2.0, coordinates)
-        context = tuple(
-            {"mode": mode, "approach_speed": 1.5, "factor": 0.7, "factor_rate": 0.0, "reaction": 30.0}[name]
-            for name in declared.context
-        )
+        context = tuple({**CONTEXT, "mode": mode}[name] for name in declared.context)
 
         def answer(at: np.ndarray, rates: np.ndarray = v, more: tuple[float, ...] = context) -> np.ndarray:
             return np.array(kernel(*at, *rates, *more, *given))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -73,8 +74,8 @@ FORCES = [
     (PUSHED[False], (*TURNED, 2.0), (6.0, 8.0), 1e-14),
     (PUSHED[True], (*TURNED, 2.0), (2.0 * (3.0 * 0.6 - 4.0 * 0.8), 2.0 * (3.0 * 0.8 + 4.0 * 0.6)), 1e-14),
     (sd.Torque("t", "one", 5.0), (0.0, 0.0, 2.0), (10.0,), 1e-14),
-    (TRAVEL, (1.51, 0.1, 1.0, 0.5), (-PUSH, STORED, LOST), 1e-11),
-    *((stop, (side * 1.51, side * 0.1, 1.0, 0.5), (-side * PUSH, STORED, LOST), 1e-11) for side, stop in ANGLES.items()),
+    (TRAVEL, (1.51, 0.1, 1.0, 0.5, 1e9), (-PUSH, STORED, LOST), 1e-11),
+    *((stop, (side * 1.51, side * 0.1, 1.0, 0.5, 1e9), (-side * PUSH, STORED, LOST), 1e-11) for side, stop in ANGLES.items()),
     (TAPE, (0.25, 0.0, 0.0), (-1.5, 0.5 * 10.0 * 0.15**2, 0.0, 0.0), 1e-12),
     # folded: stored where it snaps back, at 0.05 and -0.03, and then the steady moment times the angle
     (TAPE, (1.1, 0.0, 1.0), (-0.5, 0.0125 + 0.5 * 0.95, 0.0, 1.0), 1e-12),
@@ -125,9 +126,18 @@ def test_free_angle_of_a_bushing() -> None:
 def test_push_of_a_stop() -> None:
     """Closed form: never a pull, and nothing from outside."""
     assert stop_damping(0.4) == pytest.approx(XI, rel=1e-14)
-    assert push(1.0, 0.5, 0.01, 0.1, 1e6, 1.5, XI) == pytest.approx((PUSH, STORED, LOST), rel=1e-13)
-    assert push(1.0, 0.5, 0.01, -0.5, 1e6, 1.5, XI)[0] == 0.0
-    assert push(0.0, 0.5, 0.01, 0.1, 1e6, 1.5, XI) == (0.0, 0.0, 0.0)
+    assert push(1.0, 0.5, 1e9, 0.01, 0.1, 1e6, 1.5, XI) == pytest.approx((PUSH, STORED, LOST), rel=1e-13)
+    assert push(1.0, 0.5, 1e9, 0.01, -0.5, 1e6, 1.5, XI)[0] == 0.0
+    assert push(0.0, 0.5, 1e9, 0.01, 0.1, 1e6, 1.5, XI) == (0.0, 0.0, 0.0)
+
+
+def test_push_of_a_stop_that_is_loaded() -> None:
+    """Closed form: beyond twice the approach speed damping refers to half of the speed that motion and strain are worth."""
+    mass, rate = 2.0, 0.1
+    loaded = 0.5 * math.hypot(rate, math.sqrt(ELASTIC * 0.01 / mass))
+    assert loaded > 1.0
+    force = ELASTIC * (1.0 + XI * rate / loaded)
+    assert push(1.0, 0.5, mass, 0.01, rate, 1e6, 1.5, XI)[0] == pytest.approx(force, rel=1e-13)
 
 
 def test_tape_spring_whose_fold_takes_more_work():

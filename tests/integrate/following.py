@@ -72,6 +72,7 @@ def follow(
         np.array(start),
         mode=numbers.mode,
         memory=np.zeros(count),
+        mass=np.zeros(count),
         reference=np.zeros(0),
         quadratures=quadratures,
         monitors=rows,

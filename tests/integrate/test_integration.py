@@ -27,7 +27,7 @@ def test_begin_anew() -> None:
     """Contract: after `reset_state` nothing of an earlier run is left but the problem's own arrays."""
     mode = np.array([1, 0])
     state = make_state(
-        np.array([1.0, 2.0]), mode=mode, memory=np.ones(2), reference=np.zeros(0), quadratures=1, monitors=2,
+        np.array([1.0, 2.0]), mode=mode, memory=np.ones(2), mass=np.ones(2), reference=np.zeros(0), quadratures=1, monitors=2,
         band=np.array([0.5, np.inf]),
     )  # fmt: skip
     for part in (state.y, state.total, state.monitored, state.peak):

@@ -9,8 +9,10 @@ from reference.kernels import check_step_matrix, check_time_derivative, incremen
 from scissordyn.components.clutch import Clutch
 from scissordyn.components.time_function import Harmonic
 from scissordyn.laws.damping.standard_linear_solid import StandardLinearSolid
+from scissordyn.laws.evaluate import reference_speed
 from scissordyn.laws.friction.lugre import LuGre
 from scissordyn.laws.friction.none import NoFriction
+from scissordyn.mechanics import functions
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.scissor import scissor
 
@@ -29,6 +31,20 @@ def array(joint, units, slip="surfaces", **laws):
 def test_step_matrix_is_the_derivative(joint, units, step):
     """Cross-check: W^-1 r from the structured solve equals that of a differenced Jacobian (relative error of differences)."""
     handle, state = touching(array(joint, units), 7)
+    check_step_matrix(handle, state, step, increments(handle, state))
+
+
+@pytest.mark.parametrize("joint", ["A", "unit 1/pivot"])
+@pytest.mark.parametrize("speed", [0.0, 1e-3])
+@pytest.mark.parametrize("step", [1e-7, 1e-5, 1e-3])
+def test_step_matrix_of_contacts_that_are_loaded(joint, speed, step):
+    """Cross-check: the same where the reference speed of damping depends on indentation and rate."""
+    handle, state = touching(array(joint, 2), 7)
+    content = handle.content
+    content.state.memory[:], content.state.mass[:] = speed, 0.7
+    functions.rate(0.0, state, handle.address, np.zeros(state.size))
+    contact = content.work.contact[0]
+    assert reference_speed(contact["elastic"], contact["depth"], contact["rate"], speed, 0.7) > 1.1 * speed
     check_step_matrix(handle, state, step, increments(handle, state))
 
 

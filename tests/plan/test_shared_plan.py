@@ -53,7 +53,7 @@ def run(made: Plan) -> Trajectory:
 
 def assert_same(one: Trajectory, other: Trajectory) -> None:
     """Bit for bit, but for the time that was taken."""
-    for name in ("time", "state", "total", "mode", "memory", "reference"):
+    for name in ("time", "state", "total", "mode", "memory", "mass", "reference"):
         assert getattr(one.samples, name).tobytes() == getattr(other.samples, name).tobytes(), name
     assert one.log.tobytes() == other.log.tobytes()
     assert one.peak.tobytes() == other.peak.tobytes()

@@ -183,7 +183,7 @@ def test_the_motion_does_not_depend_on_it(name, method):
     whole, motion = (compute(plan(arrays()[name]), options, monitor=on, record_steps=True) for on in (True, False))
     assert whole.status == "complete"
     assert whole.log.size > 1
-    for part in ("time", "state", "mode", "memory", "reference"):
+    for part in ("time", "state", "mode", "memory", "mass", "reference"):
         np.testing.assert_array_equal(getattr(motion.samples, part), getattr(whole.samples, part), err_msg=part)
     for mine, other in zip(motion.steps, whole.steps, strict=True):
         np.testing.assert_array_equal(mine, other)

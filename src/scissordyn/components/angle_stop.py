@@ -20,10 +20,10 @@ def gap(angle, speed, stop, side):
 
 
 @kernel
-def force(angle, speed, mode, approach_speed, stiffness, exponent, damping, stop, side):
+def force(angle, speed, mode, approach_speed, effective_mass, stiffness, exponent, damping, stop, side):
     """Torque [N m], elastic energy [J], dissipated power [W]."""
     depth, rate = gap(angle, speed, stop, side)
-    torque, energy, dissipation = push(mode, approach_speed, depth, rate, stiffness, exponent, damping)
+    torque, energy, dissipation = push(mode, approach_speed, effective_mass, depth, rate, stiffness, exponent, damping)
     return -side * torque, energy, dissipation
 
 
@@ -32,7 +32,7 @@ def force(angle, speed, mode, approach_speed, stiffness, exponent, damping, stop
     force=force,
     gap=gap,
     label="end stop",
-    context=("mode", "approach_speed"),
+    context=("mode", "approach_speed", "effective_mass"),
     symbol="stop",
     example={"body": "rod", "angle": "80 deg"},
     source="Flores, Machado, Silva and Martins 2011, doi:10.1007/s11044-010-9237-4",

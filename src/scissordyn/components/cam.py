@@ -58,17 +58,18 @@ def depth_at(x, y, table, count):
 
 
 @kernel
-def gap(x, y, angle, x_rate, y_rate, speed, mode, approach_speed, stiffness, exponent, damping, count, table):
+def gap(x, y, angle, x_rate, y_rate, speed, mode, approach_speed, effective_mass, stiffness, exponent, damping, count, table):
     """How deep the follower is in the cam [m], and how fast [m/s]."""
     depth, gx, gy = depth_at(x, y, table, int(count))
     return depth, gx * x_rate + gy * y_rate
 
 
 @kernel
-def force(x, y, angle, x_rate, y_rate, speed, mode, approach_speed, stiffness, exponent, damping, count, table):
+def force(x, y, angle, x_rate, y_rate, speed, mode, approach_speed, effective_mass, stiffness, exponent, damping, count, table):
     """Force on the follower in the cam's frame [N], no torque, elastic energy [J], dissipated power [W], normal force [N]."""
     depth, gx, gy = depth_at(x, y, table, int(count))
-    normal, energy, lost = push(mode, approach_speed, depth, gx * x_rate + gy * y_rate, stiffness, exponent, damping)
+    rate = gx * x_rate + gy * y_rate
+    normal, energy, lost = push(mode, approach_speed, effective_mass, depth, rate, stiffness, exponent, damping)
     return -normal * gx, -normal * gy, 0.0, energy, lost, normal
 
 
@@ -77,7 +78,7 @@ def force(x, y, angle, x_rate, y_rate, speed, mode, approach_speed, stiffness, e
     force=force,
     gap=gap,
     outputs=(Output("normal", "N", "force across the profile"),),
-    context=("mode", "approach_speed"),
+    context=("mode", "approach_speed", "effective_mass"),
     symbol="cam",
     example={
         "start": "crank.start",

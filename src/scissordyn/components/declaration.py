@@ -24,11 +24,12 @@ from scissordyn.units import State, check_quantities, documented, quantities
 
 PARAMETERS = 64  # Most parameters of a component, the numbers of its table included
 
-CONTEXT = ("time", "factor", "mode", "approach_speed", "factor_rate", "differences", "reaction")
+CONTEXT = ("time", "factor", "mode", "approach_speed", "factor_rate", "differences", "reaction", "effective_mass")
 """What a kernel may ask for beside coordinates, rates and states: the time [s], the component's time function, the mode of its
 guard (1 after a rise, 0 after a fall), the rate of the guard's value at the last rise, that of the time function [1/s], and
-whether differences of its forces are taken (1, else 0), for which outputs beyond them are not read, and the reaction [N] of the
-ideal joint whose friction it is, in which its forces are linear."""
+whether differences of its forces are taken (1, else 0), for which outputs beyond them are not read, the reaction [N] of the
+ideal joint whose friction it is, in which its forces are linear, and the effective mass [kg] or moment of inertia [kg m^2]
+along the gap at the last rise."""
 
 ENERGY = ("energy", "dissipation")
 """What the kernel of a passive component returns after its forces: stored energy [J] and dissipated power [W]."""
@@ -202,7 +203,7 @@ def component(
     states : tuple of State
         Internal states, which start at zero.
     context : tuple of str
-        What the kernels name of time, factor, mode, approach_speed, factor_rate, differences and reaction.
+        What the kernels name of `CONTEXT`: time, factor, mode, approach_speed, effective_mass and so on.
     passive : bool
         Whether it stores and dissipates energy; else its power is the work of a load.
     symbol : str, optional

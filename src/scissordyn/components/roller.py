@@ -13,7 +13,7 @@ from scissordyn.units import Meaning, Quantity
 
 
 @kernel
-def limit(gap, gap_rate, mode, approach_speed, stiffness, damping, clearance, factor):
+def limit(gap, gap_rate, mode, approach_speed, effective_mass, stiffness, damping, clearance, factor):
     """How far a point presses into the side that it is nearer to [m], and how fast [m/s]."""
     if clearance == 0.0:
         return -1.0, 0.0
@@ -22,12 +22,13 @@ def limit(gap, gap_rate, mode, approach_speed, stiffness, damping, clearance, fa
 
 
 @kernel
-def force(gap, gap_rate, mode, approach_speed, stiffness, damping, clearance, factor):
+def force(gap, gap_rate, mode, approach_speed, effective_mass, stiffness, damping, clearance, factor):
     """Force across the bar [N], elastic energy [J], dissipated power [W]."""
     if clearance == 0.0:
         return -stiffness * gap - damping * gap_rate, 0.5 * stiffness * gap * gap, damping * gap_rate * gap_rate
     side = 1.0 if gap > 0.0 else -1.0
-    normal, energy, lost = push(mode, approach_speed, side * gap - clearance, side * gap_rate, stiffness, 1.0, factor)
+    depth, rate = side * gap - clearance, side * gap_rate
+    normal, energy, lost = push(mode, approach_speed, effective_mass, depth, rate, stiffness, 1.0, factor)
     return -side * normal, energy, lost
 
 
@@ -35,7 +36,7 @@ def force(gap, gap_rate, mode, approach_speed, stiffness, damping, clearance, fa
     port=RAIL,
     force=force,
     gap=limit,
-    context=("mode", "approach_speed"),
+    context=("mode", "approach_speed", "effective_mass"),
     symbol="roller",
     example={"point": "rod.end", "rail": "crank", "stiffness": "5 MN/m"},
     events=("left", "reached"),

@@ -4,20 +4,22 @@ from __future__ import annotations
 
 from scissordyn.kernel import kernel
 from scissordyn.laws.damping.factors import Flores
+from scissordyn.laws.evaluate import reference_speed
 
 
 @kernel
-def push(mode, approach_speed, depth, rate, stiffness, exponent, damping):
+def push(mode, approach_speed, effective_mass, depth, rate, stiffness, exponent, damping):
     r"""Force or torque of an end stop, its elastic energy [J] and the dissipated power [W].
 
-    .. math:: F = K \delta^n (1 + \xi \delta'/\delta'^{(-)})
+    .. math:: F = K \delta^n (1 + \xi \delta'/v)
 
-    never a pull.
+    never a pull; v is the speed at the touch, or more where the stop is loaded later, see `laws.evaluate.reference_speed`.
     """
     if mode == 0.0 or depth <= 0.0:
         return 0.0, 0.0, 0.0
     elastic = stiffness * depth**exponent
-    force = max(0.0, elastic * (1.0 + damping * rate / approach_speed))
+    reference = reference_speed(elastic, depth, rate, approach_speed, effective_mass)
+    force = max(0.0, elastic * (1.0 + damping * rate / reference))
     return force, elastic * depth / (exponent + 1.0), (force - elastic) * rate
 
 

@@ -19,9 +19,10 @@ def gap(travel, speed, limit):
 
 
 @kernel
-def force(travel, speed, mode, approach_speed, stiffness, exponent, damping, limit):
+def force(travel, speed, mode, approach_speed, effective_mass, stiffness, exponent, damping, limit):
     """Force along the direction of travel [N], elastic energy [J], dissipated power [W]."""
-    normal, energy, dissipation = push(mode, approach_speed, travel - limit, speed, stiffness, exponent, damping)
+    depth = travel - limit
+    normal, energy, dissipation = push(mode, approach_speed, effective_mass, depth, speed, stiffness, exponent, damping)
     return -normal, energy, dissipation
 
 
@@ -30,7 +31,7 @@ def force(travel, speed, mode, approach_speed, stiffness, exponent, damping, lim
     force=force,
     gap=gap,
     label="end stop",
-    context=("mode", "approach_speed"),
+    context=("mode", "approach_speed", "effective_mass"),
     symbol="stop",
     example={"point": "slider.centre", "direction": "90 deg", "limit": "1.5 m"},
     source="Flores, Machado, Silva and Martins 2011, doi:10.1007/s11044-010-9237-4",

@@ -55,7 +55,7 @@ class At(NamedTuple):
     def record(self) -> Record:
         """Return the outputs of the mechanism at the position."""
         state = self.system.content.state
-        rows = (part[None].copy() for part in (state.mode, state.memory, state.reference))
+        rows = (part[None].copy() for part in (state.mode, state.memory, state.mass, state.reference))
         return record(self.plan.maps, self.system, Samples(np.zeros(1), self.state[None], np.zeros((1, 0)), *rows))
 
 
@@ -412,7 +412,7 @@ def touch_closed(handle: Handle, state: np.ndarray) -> None:
     value = guard_values(handle, 0.0, state)
     system.state.mode[:] = value > 0.0
     system.state.mode[system.model.component_guard[system.model.latch[:, 2]]] = 0
-    system.state.memory[:] = 1.0
+    system.state.memory[:], system.state.mass[:] = 1.0, 0.0
     model, laws = system.model, system.parameters.law
     for j in np.flatnonzero(laws["settled"] * (value[: laws.size] > 0.0)):
         states = state[2 * model.n :][model.state_start[j] + laws["bristles"][j] : model.state_start[j + 1]]

@@ -226,11 +226,13 @@ def _activate_closed(plan: Plan, system: Handle, y: np.ndarray, kind: StartKind)
             continue
         data = np.zeros(RESET_DATA)
         functions.touch(0.0, y, guard, system.address, data)
-        row = [0.0, float(guard), float(RISE), max(float(data[0]), APPROACH_FLOOR), float(data[1])]
+        row = [0.0, float(guard), float(RISE), *data.tolist()]
         rows.append(row + [0.0] * (LOG_COLUMNS - len(row)))
-        # `rate_in_range` bounds the damping factor by the speed at contact onset
-        damping = plan.clearances[guard].damping if guard in plan.compliant_places else None
-        if isinstance(damping, DampingFactor) and data[0] <= APPROACH_FLOOR:
+        # `rate_in_range` bounds the rate by the speed at contact onset
+        clearance = plan.clearances[guard] if guard in plan.compliant_places else None
+        if clearance is None or clearance.reference != "onset" or not isinstance(clearance.damping, DampingFactor):
+            continue
+        if data[0] <= APPROACH_FLOOR:
             content.state.memory[guard] = -APPROACH_FLOOR
     return rows
 

@@ -196,7 +196,7 @@ def _equilibria(whole: Plan, inputs: Inputs, times: np.ndarray, friction: Fricti
     state = np.zeros((times.size, system.content.work.scratch.size))
     state[:, :n] = at_rest.X[:, :n]
     model, states = system.content.model, [at.system.content.state for at in rests]
-    modes = (np.stack([getattr(part, name) for part in states]) for name in ("mode", "memory", "reference"))
+    modes = (np.stack([getattr(part, name) for part in states]) for name in ("mode", "memory", "mass", "reference"))
     path = Trajectory(
         plan=whole,
         system=system,
@@ -246,7 +246,8 @@ def _slow_motion(at: At, turned: Mapping[str, float], motion: Sequence[Sequence[
                 row[numbers.index(name)] *= friction != "none"
     position = at.state[: slow.coordinates.free]
     start = assemble(slow, content, Start(position, 0.0 * position), Held())
-    content.state.mode[:], content.state.memory[:] = at.system.content.state.mode, at.system.content.state.memory
+    for name in ("mode", "memory", "mass"):
+        getattr(content.state, name)[:] = getattr(at.system.content.state, name)
     return At(slow, system, whole_state(content, start.position, start.velocity))
 
 

@@ -394,5 +394,6 @@ def write_state(at, s, out):
     for k in range(s.mode.size):
         out.mode[at, k] = s.mode[k]
         out.memory[at, k] = s.memory[k]
+        out.mass[at, k] = s.mass[k]
     for i in range(s.reference.size):
         out.reference[at, i] = s.reference[i]

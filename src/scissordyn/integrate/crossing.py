@@ -96,7 +96,7 @@ def save(s, w):
     for i in range(s.y.size):
         w.saved[i] = s.y[i]
     for k in range(s.mode.size):
-        w.trial_mode[k], w.trial_memory[k] = s.mode[k], s.memory[k]
+        w.trial_mode[k], w.trial_memory[k], w.trial_mass[k] = s.mode[k], s.memory[k], s.mass[k]
 
 
 @kernel
@@ -106,7 +106,7 @@ def restore(s, w):
     for i in range(s.y.size):
         s.y[i] = w.saved[i]
     for k in range(s.mode.size):
-        s.mode[k], s.memory[k] = w.trial_mode[k], w.trial_memory[k]
+        s.mode[k], s.memory[k], s.mass[k] = w.trial_mode[k], w.trial_memory[k], w.trial_mass[k]
     w.rise_count[0] = 0
 
 

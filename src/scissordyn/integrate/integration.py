@@ -80,7 +80,9 @@ class Problem(NamedTuple):
 
 
 class State(NamedTuple):
-    """All that the integrator needs to go on; `mode`, `memory`, `reference` and the history are the problem's own arrays.
+    """All that the integrator needs to go on.
+
+    `mode`, `memory`, `mass`, `reference` and the history are the problem's own arrays.
 
     Annotations name the sizes of arrays that are made here. A row of `monitored` is a guard or, behind the guards, a quantity
     that is monitored throughout.
@@ -91,6 +93,7 @@ class State(NamedTuple):
     y: Annotated[F1, "y"]
     mode: I1  # (guards,) 0: waits for the guard's rise through zero, 1: for its fall
     memory: F1  # (guards,) a number that goes with the mode
+    mass: F1  # (guards,) another one
     reference: F1  # angles counted so far
     total: Annotated[F1, "quadratures"]
     monitored: Annotated[F2, "rows", MONITORED]  # at the present instant
@@ -135,6 +138,7 @@ class Work(NamedTuple):
     saved_mode: Annotated[I1, "guards"]
     trial_mode: Annotated[I1, "guards"]
     trial_memory: Annotated[F1, "guards"]
+    trial_mass: Annotated[F1, "guards"]
     crossing_guard: Annotated[I1, "crossings"]  # guards that are crossed inside a step, in order
     crossing_place: Annotated[F1, "crossings"]  # where
     crossing_count: Annotated[I1, 1]
@@ -165,6 +169,7 @@ class Samples(NamedTuple):
     total: Annotated[F2, "samples", "quadratures"]
     mode: Annotated[I2, "samples", "guards"]
     memory: Annotated[F2, "samples", "guards"]
+    mass: Annotated[F2, "samples", "guards"]
     reference: Annotated[F2, "samples", "angles"]
 
 
@@ -176,6 +181,7 @@ class StepRecord(NamedTuple):
     total: F2
     mode: I2
     memory: F2
+    mass: F2
     reference: F2
     end: I1  # (rows,) whether it is the end of a step
     every: I1  # (1,) of so many steps one end is kept, besides those on events

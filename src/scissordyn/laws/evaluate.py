@@ -7,7 +7,7 @@ import math
 from scissordyn.kernel import F1, call_at, entry, kernel
 from scissordyn.laws.elastic.quadrature import quadrature_energy
 
-APPROACH_FLOOR = 1e-6  # Least approach speed of a contact [m/s]: a contact that starts at rest must not divide by zero
+APPROACH_FLOOR = 1e-6  # Least speed that damping refers to [m/s]: a contact at rest must not divide by zero
 
 
 @entry
@@ -40,10 +40,28 @@ def rate_in_range(rate, approach):
 
 
 @entry
+def reference_speed(elastic: float, delta: float, rate: float, approach: float, mass: float) -> float:
+    r"""Speed [m/s] that damping refers the rate of the indentation to.
+
+    It is the approach speed v0 until the motion and the strain of the contact are worth twice that speed:
+
+    .. math:: v = \max(v_0, \tfrac{1}{2}\sqrt{\dot\delta^2 + F_{el}\,\delta/m})
+
+    No free impact gets there. `mass` is the effective mass m at the onset [kg]. 0 keeps v0 at all times; `approach` may then be
+    negative, see `rate_in_range`.
+    """
+    if mass == 0.0:
+        return approach
+    loaded = 0.5 * math.sqrt(rate * rate + elastic * delta / mass)
+    speed = loaded if loaded > approach else approach
+    return speed if speed > 0.0 else APPROACH_FLOOR
+
+
+@entry
 def normal_force(pointer: int, elastic: float, delta: float, rate: float, approach: float, z: F1, dz: F1, p: F1) -> float:
     """Normal force [N] from an elastic part; never negative; writes the rates of the internal states into dz.
 
-    For `approach` see `rate_in_range`.
+    `approach` is that of `reference_speed`.
     """
     rate = rate_in_range(rate, approach)
     force = call_at(pointer, (elastic, delta, rate, abs(approach)), (), z, (), p, dz)

@@ -5,15 +5,20 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+import numpy as np
+
 from scissordyn.laws.contact import Continued, Damping, Elastic, Friction, JointContact
 from scissordyn.laws.damping.exact import returned_restitution
 from scissordyn.laws.damping.proportional import DampingFactor
+from scissordyn.laws.evaluate import elastic_force
 from scissordyn.laws.trial import doubts
-from scissordyn.plugin.element import is_ours
+from scissordyn.plugin.element import is_ours, pointers, row_of
 from scissordyn.warning import RunWarning, warning
 
 FASTEST = 1e-5
 """Approach speed over sqrt(E/rho) above which impacts are plastic (Love's rule; Johnson 1985, doi:10.1017/CBO9781139171731)."""
+
+DEPTHS = 300  # Indentations of the table from which the indentation for a force is interpolated
 
 DEEPEST = 0.2  # Indentation over clearance above which a contact is no longer small against the radii
 OFF = 0.05  # Difference between the given and the returned restitution coefficient from which on there is a warning
@@ -32,6 +37,59 @@ def contact_failure(joint: str, contact: JointContact, indentation: float) -> st
         f"joint '{joint}': indentation {1e3 * indentation:.4g} mm exceeds the {what} of {1e3 * deepest:g} mm: "
         "the contact is too soft for its load, or the time step jumped through it"
     )
+
+
+def loading_warnings(
+    joint: str,
+    contact: JointContact,
+    stiffness: Elastic,
+    damping: Damping,
+    reference: str,
+    *,
+    speed: np.ndarray,
+    mass: np.ndarray,
+    force: np.ndarray,
+) -> list[RunWarning]:
+    """Warning about the contact of a joint that was loaded farthest beyond an impact at the speed at which it began.
+
+    Parameters
+    ----------
+    joint : str
+        Name of the joint.
+    contact : JointContact
+        Its surfaces.
+    stiffness, damping : Elastic, Damping
+        Its laws; only a damping factor describes an impact.
+    reference : str
+        "loaded" or "onset": speed that damping refers to.
+    speed, mass, force : np.ndarray, shape (contacts,)
+        Approach speed [m/s], effective mass at the onset [kg] and largest normal force [N] of each contact.
+
+    Notes
+    -----
+    The strain of the contact is worth the speed sqrt(F_el delta/m). In an impact F_el is at least F/(1 + xi), and that speed is
+    below twice the approach speed.
+    """
+    if not isinstance(damping, DampingFactor) or not damping.factor > 0.0 or not force.size:
+        return []
+    elastic = force / (1.0 + damping.factor)
+    loaded_speed = 0.5 * np.sqrt(elastic * _depths(contact, stiffness, elastic) / mass)
+    beyond = loaded_speed - speed
+    worst = int(np.nanargmax(np.append(beyond, 0.0)))
+    if worst == force.size:
+        return []
+    kind = "loaded" if reference == "loaded" else "loaded at onset"
+    numbers = {"speed": speed[worst], "force": force[worst], "reference": loaded_speed[worst]}
+    return [warning(kind, joint, **numbers)]
+
+
+def _depths(contact: JointContact, stiffness: Elastic, forces: np.ndarray) -> np.ndarray:
+    """Indentations [m] at which an elastic law has given forces [N], 0 for none."""
+    at, row = pointers(stiffness)["force"], row_of(stiffness, contact)
+    depths = np.geomspace(1e-12, 2.0, DEPTHS) * contact.journal_radius
+    table = np.array([elastic_force(at, depth, row) for depth in depths.tolist()])
+    positive = np.isfinite(table) & (table > 0.0)
+    return np.exp(np.interp(np.log(np.maximum(forces, 1e-300)), np.log(table[positive]), np.log(depths[positive])))
 
 
 def contact_warnings(

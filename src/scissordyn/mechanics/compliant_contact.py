@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 
 from scissordyn.kernel import call_at, kernel
-from scissordyn.laws.evaluate import elastic_force, friction_force, rate_in_range
+from scissordyn.laws.evaluate import elastic_force, friction_force, rate_in_range, reference_speed
 from scissordyn.mechanics.hard_elastic import law_at, law_depth, prepare_law
 from scissordyn.mechanics.hard_result import CLOSED
 from scissordyn.mechanics.hard_rows import SLIP, differ, effective_mass, largest_impulse
@@ -40,8 +40,8 @@ def normal_at(i, delta, rate, S, H):
         force, _ = law_at(i, delta, H)
         return force
     elastic = elastic_force(H.law[i], delta, H.elastic[i])
-    memory = S.state.memory[j]
-    arguments = elastic, delta, rate_in_range(rate, memory), abs(memory)
+    reference = reference_speed(elastic, delta, rate, S.state.memory[j], S.state.mass[j])
+    arguments = elastic, delta, rate_in_range(rate, reference), abs(reference)
     return call_at(S.parameters.law[j].damping, arguments, (), (), (), S.parameters.damping[j], ())
 
 
@@ -88,7 +88,9 @@ def later_part(stiff):
 @kernel
 def normal_slopes(i, delta, rate, S, H):
     """Derivatives of the normal force by indentation [N/m] and rate [N s/m]."""
-    small, slow = DIFFERENCE * max(delta, H.floor[i]), DIFFERENCE * (abs(rate) + abs(S.state.memory[H.which[i]]))
+    j, small = H.which[i], DIFFERENCE * max(delta, H.floor[i])
+    elastic = elastic_force(H.law[i], delta, H.elastic[i]) if delta > H.floor[i] else 0.0
+    slow = DIFFERENCE * (abs(rate) + abs(reference_speed(elastic, delta, rate, S.state.memory[j], S.state.mass[j])))
     by_depth = (normal_at(i, delta + small, rate, S, H) - normal_at(i, delta - small, rate, S, H)) / (2.0 * small)
     by_rate = (normal_at(i, delta, rate + slow, S, H) - normal_at(i, delta, rate - slow, S, H)) / (2.0 * slow)
     return by_depth, max(by_rate, 0.0)

@@ -18,7 +18,8 @@ from scissordyn.mechanics.rail import NX, NY, SCALARS, add_rail_force, linearise
 from scissordyn.mechanics.rotation import relative_angle
 from scissordyn.mechanics.time_function import motion_at
 
-TIME, FACTOR, MODE, APPROACH_SPEED, FACTOR_RATE, DIFFERENCES, REACTION = range(7)  # Places of `declaration.CONTEXT`
+TIME, FACTOR, MODE, APPROACH_SPEED, FACTOR_RATE, DIFFERENCES, REACTION, EFFECTIVE_MASS = range(8)
+"""Places of `declaration.CONTEXT`."""
 
 DIFFERENCE = 1e-7
 """Step of the central differences, as a part of an argument or of one unit: round-off of 1e-9, and fine enough for a stop."""
@@ -47,6 +48,7 @@ def write_context(t, i, S):
     x[FACTOR], x[FACTOR_RATE] = factor_of(t, i, S)
     x[MODE] = float(S.state.mode[guard]) if guard >= 0 else 0.0
     x[APPROACH_SPEED] = S.state.memory[guard] if guard >= 0 else 0.0
+    x[EFFECTIVE_MASS] = S.state.mass[guard] if guard >= 0 else 0.0
     x[DIFFERENCES] = 0.0
     which = S.friction.place[i]
     x[REACTION] = S.friction.size[which] if which >= 0 else 0.0

@@ -11,8 +11,16 @@ from __future__ import annotations
 import math
 
 from scissordyn.kernel import kernel
-from scissordyn.laws.evaluate import elastic_force, friction_force, friction_states, normal_force, settled_states
+from scissordyn.laws.evaluate import (
+    elastic_force,
+    friction_force,
+    friction_states,
+    normal_force,
+    reference_speed,
+    settled_states,
+)
 from scissordyn.mechanics.constraint_solver import expand_element
+from scissordyn.mechanics.contact_mass import contact_mass
 from scissordyn.mechanics.force_element import add_torques, map_values, write_wrench
 from scissordyn.mechanics.plane_contact import plane_forces, plane_gap, plane_kinematics, plane_slopes
 from scissordyn.mechanics.system import (
@@ -68,6 +76,14 @@ def kinematics(j, S):
 
 
 @kernel
+def damped_force(j, S, elastic, delta, rate, z, dz):
+    """Normal force [N] of contact j from its elastic part; writes the rates of the states of damping into dz."""
+    C = S.state
+    reference = reference_speed(elastic, delta, rate, C.memory[j], C.mass[j])
+    return normal_force(S.parameters.law[j].damping, elastic, delta, rate, reference, z, dz, S.parameters.damping[j])
+
+
+@kernel
 def contact_laws(j, S, z, dz):
     """Evaluate the laws of contact j into Work.contact, write the rates of its states into dz; returns the maps."""
     P, W = S.parameters, S.work
@@ -85,8 +101,7 @@ def contact_laws(j, S, z, dz):
     pressed_rate[:] = 0.0
     if contact.depth > 0.0:
         elastic = elastic_force(law.stiffness, contact.depth, P.elastic[j])
-        memory = S.state.memory[j]
-        normal = normal_force(law.damping, elastic, contact.depth, contact.rate, memory, pressed, pressed_rate, P.damping[j])
+        normal = damped_force(j, S, elastic, contact.depth, contact.rate, pressed, pressed_rate)
     tangential = friction_force(law.friction, contact.slip, normal, z, dz, P.friction[j])
     contact.elastic = elastic
     contact.normal = normal
@@ -133,7 +148,9 @@ def no_forces(j, S):
 
 @kernel
 def begin_contact(y, j, S, data, resting):
-    """Start the contact of j with its states; `data` gets delta' and the angle of n; returns whether it started.
+    """Start the contact of j with its states; returns whether it started.
+
+    `data` gets delta', the angle of n and the effective mass along n.
 
     One that does not approach does not start, except where it rests in contact at the beginning of a run.
     """
@@ -144,11 +161,14 @@ def begin_contact(y, j, S, data, resting):
     if not (contact.rate > 0.0 or resting):
         return False
     C.mode[j] = 1
-    C.memory[j] = max(contact.rate, APPROACH_FLOOR)
-    data[0] = C.memory[j] if resting else contact.rate
-    data[1] = math.atan2(contact.ny, contact.nx)
     P = S.parameters
     law, start, stop = P.law[j], 2 * M.n + M.state_start[j], 2 * M.n + M.state_start[j + 1]
+    data[0] = 0.0 if resting and contact.rate <= APPROACH_FLOOR else contact.rate
+    data[1], data[2] = math.atan2(contact.ny, contact.nx), contact_mass(j, S)
+    if law.loaded == 1:
+        C.memory[j], C.mass[j] = data[0], data[2]
+    else:
+        C.memory[j], C.mass[j] = max(contact.rate, APPROACH_FLOOR), 0.0
     middle = start + law.bristles
     friction_states(law.start, contact.slip, y[start:middle], P.friction[j])
     y[middle:stop] = 0.0
@@ -156,6 +176,19 @@ def begin_contact(y, j, S, data, resting):
         elastic = elastic_force(law.stiffness, contact.depth, P.elastic[j])
         settled_states(law.settled, elastic, contact.depth, y[middle:stop], P.damping[j])
     return True
+
+
+@kernel
+def renew_contacts(S):
+    """Renew effective masses, and raise approach speeds to the present rates, where a lock has changed constraints and rates.
+
+    A contact into which the jump of the velocities drives the surfaces begins an impact then.
+    """
+    C, W = S.state, S.work
+    for j in range(S.parameters.contact.size):
+        if C.mode[j] == 1 and S.parameters.law[j].loaded == 1:
+            kinematics(j, S)
+            C.memory[j], C.mass[j] = max(C.memory[j], W.contact[j].rate), contact_mass(j, S)
 
 
 @kernel
@@ -178,10 +211,10 @@ def law_slopes(j, S, z, up, down, by_state):
     d F_n / d (delta, delta'), d F_t / d (v, F_n); writes into by_state rows 0 .. s-1: d dz / d z, row s: d F_t / d z,
     row s+1: d dz / d v, row s+2: d dz / d F_n, row s+3: d F_n / d z, row s+4: d dz / d delta, row s+5: d dz / d delta'.
     """
-    P, memory = S.parameters, S.state.memory[j]
+    P, C = S.parameters, S.state
     contact, law, scale = S.work.contact[j], P.law[j], S.model.state_start[j]
     delta, rate, slip, normal = contact.depth, contact.rate, contact.slip, contact.normal
-    stiffness, damping, friction = law.stiffness, law.damping, law.friction
+    stiffness, friction = law.stiffness, law.friction
     n_by_delta = n_by_rate = t_by_slip = t_by_normal = 0.0
     states, first = z.size, law.bristles
     for s in range(by_state.shape[0]):
@@ -192,14 +225,14 @@ def law_slopes(j, S, z, up, down, by_state):
         h = 1e-5 * delta
         high = elastic_force(stiffness, delta + h, P.elastic[j])
         low = elastic_force(stiffness, delta - h, P.elastic[j])
-        high = normal_force(damping, high, delta + h, rate, memory, pressed, rising, P.damping[j])
-        low = normal_force(damping, low, delta - h, rate, memory, pressed, falling, P.damping[j])
+        high = damped_force(j, S, high, delta + h, rate, pressed, rising)
+        low = damped_force(j, S, low, delta - h, rate, pressed, falling)
         n_by_delta = (high - low) / (2.0 * h)
         for s in range(first, states):
             by_state[states + 4, s] = (up[s] - down[s]) / (2.0 * h)
-        h = 1e-5 * (abs(rate) + abs(memory))
-        high = normal_force(damping, contact.elastic, delta, rate + h, memory, pressed, rising, P.damping[j])
-        low = normal_force(damping, contact.elastic, delta, rate - h, memory, pressed, falling, P.damping[j])
+        h = 1e-5 * (abs(rate) + abs(reference_speed(contact.elastic, delta, rate, C.memory[j], C.mass[j])))
+        high = damped_force(j, S, contact.elastic, delta, rate + h, pressed, rising)
+        low = damped_force(j, S, contact.elastic, delta, rate - h, pressed, falling)
         n_by_rate = (high - low) / (2.0 * h)
         for s in range(first, states):
             by_state[states + 5, s] = (up[s] - down[s]) / (2.0 * h)
@@ -207,9 +240,9 @@ def law_slopes(j, S, z, up, down, by_state):
             here = z[k]
             h = 1e-5 * abs(here) + 1e-12 * max(1.0, P.state_scale[scale + k])
             z[k] = here + h
-            high = normal_force(damping, contact.elastic, delta, rate, memory, pressed, rising, P.damping[j])
+            high = damped_force(j, S, contact.elastic, delta, rate, pressed, rising)
             z[k] = here - h
-            low = normal_force(damping, contact.elastic, delta, rate, memory, pressed, falling, P.damping[j])
+            low = damped_force(j, S, contact.elastic, delta, rate, pressed, falling)
             z[k] = here
             by_state[states + 3, k] = (high - low) / (2.0 * h)
             for s in range(first, states):

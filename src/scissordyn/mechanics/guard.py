@@ -17,7 +17,8 @@ from scissordyn.mechanics.constraint_solver import (
     solve_constraints,
     velocity_residual,
 )
-from scissordyn.mechanics.contact import begin_contact, end_contact, gap
+from scissordyn.mechanics.contact import begin_contact, end_contact, gap, renew_contacts
+from scissordyn.mechanics.contact_mass import component_mass
 from scissordyn.mechanics.system import APPROACH_FLOOR
 
 LOCKED = 1e-9  # A latch has locked when the rates of all constraints vanish within this fraction of the fastest rate
@@ -80,6 +81,8 @@ def reset(t, y, guard, S, data):
     if C.mode[guard] == 0 and not data[0] > 0.0:
         return False
     data[1] = switch_loss(t, i, y[start:stop], S)
+    if C.mode[guard] == 0:
+        C.mass[guard] = component_mass(t, i, y[start:stop], S)
     C.memory[guard] = max(data[0], APPROACH_FLOOR)
     C.mode[guard] = 1 - C.mode[guard]
     return True
@@ -98,6 +101,7 @@ def touch(t, y, guard, S, data):
     _, data[0] = component_gap(t, i, y[start:stop], S)
     data[0], data[1] = max(data[0], APPROACH_FLOOR), 0.0
     C.memory[guard], C.mode[guard] = data[0], 1
+    C.mass[guard] = component_mass(t, i, y[start:stop], S)
 
 
 @kernel
@@ -128,6 +132,7 @@ def lock(t, y, guard, S, data):
         W.A[i] = y[n + i] - W.scratch[n + i]
         lost += 0.5 * W.A[i] * W.A[i]
     data[1], data[2] = lost, impulsive_work(S)
+    renew_contacts(S)
 
 
 @kernel

@@ -27,7 +27,8 @@ class Sampled(NamedTuple):
     time: F1  # [s]
     state: F2  # free coordinates, their rates, internal states
     mode: I2  # 1 for each guard that acts
-    memory: F2  # what each guard remembers of its last rise
+    memory: F2  # rate of each guard at its last rise
+    mass: F2  # and its effective mass then
     reference: F2  # angles at the end of the last step
 
 
@@ -141,6 +142,7 @@ def take_up(at, samples, S):
     for k in range(C.mode.size):
         C.mode[k] = samples.mode[at, k]
         C.memory[k] = samples.memory[at, k]
+        C.mass[k] = samples.mass[at, k]
     for k in range(C.reference.size):
         C.reference[k] = samples.reference[at, k]
     engage(S)

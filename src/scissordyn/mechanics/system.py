@@ -35,8 +35,9 @@ LAW_KERNELS = ("stiffness", "energy", "damping", "settled", "friction", "start",
 """Kernels of a contact's laws: elastic force and energy, normal force, its states where an indentation lasts, friction, its
 states at the start of a contact and its limit."""
 
-LAW = np.dtype([(name, "i8") for name in (*LAW_KERNELS, "bristles")])
-"""Their addresses, or 0; and how many states friction has, behind which those of the normal force stand."""
+LAW = np.dtype([(name, "i8") for name in (*LAW_KERNELS, "bristles", "loaded")])
+"""Their addresses, or 0; how many states friction has, behind which those of the normal force stand; and 1 where damping refers
+to `laws.evaluate.reference_speed`, 0 where it refers to the approach speed alone."""
 
 CONTACT_RESULT = np.dtype(
     [(name, "f8") for name in ("depth", "rate", "slip", "elastic", "normal", "tangential", "nx", "ny", "distance")]
@@ -156,6 +157,7 @@ class MechanismState(NamedTuple):
 
     mode: I1  # (guards,) 0 open, 1 in contact, locked or taut
     memory: F1  # (guards,) rate of its value when its mode became 1, see `rate_in_range`; NaN: a latch that could not lock
+    mass: F1  # (guards,) effective mass along its gap then, see `contact_mass`; 0: damping refers to the rate above alone
     reference: F1  # angles of rotations, then of components and in constraints, at the end of the last step
     history: F2  # (steps, 2 + signals * coefficients) of the steps made: start, size, each signal's polynomial in -1 .. 1
     history_length: I1  # (1,)

@@ -27,6 +27,7 @@ def initial_state(model: Model, angles: np.ndarray) -> MechanismState:
     return MechanismState(
         mode=np.zeros(guards, np.int64),
         memory=np.full(guards, APPROACH_FLOOR),
+        mass=np.zeros(guards),
         reference=angles.copy(),
         history=np.zeros((0, 2)),
         history_length=np.zeros(1, np.int64),

@@ -165,10 +165,20 @@ SlipKind = Annotated[
 ]
 
 
+ReferenceKind = Annotated[
+    Literal["loaded", "onset"],
+    Meaning("speed that damping refers to: at the onset, or more in a contact that is loaded later"),
+]
+
+
 @documented
 @dataclass(frozen=True)
 class Clearance:
     """A revolute clearance joint: a journal smaller than its bearing by the radial clearance.
+
+    A damping factor refers the rate of the indentation to the approach speed of an impact. A contact that begins slowly and is
+    loaded later is no impact: with reference "loaded" it refers to the speed that its motion and its strain are worth, and a
+    free impact is the same. With "onset" it refers to the approach speed at all times, as published.
 
     Hard contact has impulses in place of forces by laws, with the restitution of the damping law and the coefficients of the
     friction law. The slip speed is that of the surfaces, or, as in some papers and for comparison with them only, of the points
@@ -187,6 +197,7 @@ class Clearance:
         Lubrication | None, Meaning("an oil, or a table with its viscosity", "Lubrication(viscosity=0.05)")
     ] = None
     contact: ContactKind = "compliant"
+    reference: ReferenceKind = "loaded"
     slip: SlipKind = "surfaces"
 
     def __post_init__(self) -> None:
@@ -223,7 +234,7 @@ class GuideClearance:
     corners are in the follower's frame; one to the left of the guided point, seen along the guide, faces the left guide
     surface, and each surface has the distance c from the nearest corners that face it. Around a pole each corner faces the
     surface on its own side of it from outside. Elastic laws are those with parameters at a plane surface: hertz, braendlein,
-    power, linear, or of your own. Hard contact is as in a `Clearance`.
+    power, linear, or of your own. Hard contact and `reference` are as in a `Clearance`.
     """
 
     clearance: Annotated[float, Quantity("m", above=0.0, help="gap on either side of the centred block, (H - W)/2")]
@@ -239,6 +250,7 @@ class GuideClearance:
     damping: Annotated[Damping, Meaning("a damping law", "Flores(restitution=0.9)")] = field(default_factory=Flores)
     friction: Annotated[Friction, Meaning("a friction law", "Ambrosio(kinetic=0.1)")] = field(default_factory=NoFriction)
     contact: ContactKind = "compliant"
+    reference: ReferenceKind = "loaded"
 
     def __post_init__(self) -> None:
         check_quantities(self)

@@ -212,7 +212,8 @@ def carried(before: Mechanism, state: Snapshot, after: Mechanism) -> Snapshot:
         raise InputError("follow = True over mechanisms whose friction laws have different states", "follow = False")
     full = np.concatenate([new.coordinates.nearest(b, position), new.coordinates.nearest(rate, velocity), internal])
     begin = start_state(after)
-    moved = begin.changed(y=full, mode=state.mode, memory=state.arrays["memory"], reference=state.arrays["reference"])
+    kept = {name: state.arrays[name] for name in ("memory", "mass", "reference")}
+    moved = begin.changed(y=full, mode=state.mode, **kept)
     return consistent(system, moved)
 
 
@@ -326,9 +327,9 @@ def enter_value(diagram: xr.Dataset, outcome: Outcome[CycleCase, CycleRow]) -> N
     if outcome.value is None:
         return
     end = outcome.value.end
-    packed = np.concatenate([end.y, end.mode, end.arrays["memory"], end.arrays["reference"]])
+    packed = np.concatenate([end.y, end.mode, *(end.arrays[name] for name in ("memory", "mass", "reference"))])
     if "end" not in diagram:
-        about = {"long_name": "state, modes, approach speeds and angles at the end, each in its SI unit"}
+        about = {"long_name": "state, modes, approach speeds, effective masses and angles at the end, each in its SI unit"}
         diagram["end"] = (("value", "entry"), np.full((diagram.sizes["value"], packed.size), np.nan), about)
     if packed.size == diagram.sizes["entry"]:  # a function may give mechanisms of different sizes
         diagram["end"].values[outcome.task.at] = packed
@@ -338,8 +339,8 @@ def final_state(diagram: xr.Dataset, at: int, mechanism: Mechanism) -> Snapshot:
     """The state at the end of a value, from what is stored of it."""
     begin, packed = start_state(mechanism), diagram["end"].values[at]
     guards, first = begin.mode.size, begin.y.size
-    y, mode, memory, reference = np.split(packed, [first, first + guards, first + 2 * guards])
-    return begin.changed(y=y, mode=mode.astype(np.int64), memory=memory, reference=reference)
+    y, mode, memory, mass, reference = np.split(packed, first + guards * np.arange(4))
+    return begin.changed(y=y, mode=mode.astype(np.int64), memory=memory, mass=mass, reference=reference)
 
 
 def conclude(diagram: xr.Dataset, interrupted: bool, seconds: float) -> None:

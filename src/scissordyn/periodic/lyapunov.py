@@ -223,7 +223,8 @@ def _carried(path: Trajectory, tangent: np.ndarray, first: int, substeps: int, h
     slope, slope_t, answer = np.zeros(samples.state.shape[1]), np.zeros(samples.state.shape[1]), np.zeros(2)
     last = first + 2 * substeps
     for at in range(first + 1, last, 2):
-        live.mode[:], live.memory[:], live.reference[:] = samples.mode[at], samples.memory[at], samples.reference[at]
+        live.mode[:], live.memory[:], live.mass[:] = samples.mode[at], samples.memory[at], samples.mass[at]
+        live.reference[:] = samples.reference[at]
         functions.accept(samples.time[at], samples.state[at], address, answer)
         functions.linearise(samples.time[at], samples.state[at], address, slope, slope_t)
         if functions.factorize(0.5 * h, address) >= 0:
@@ -277,13 +278,15 @@ def _companion(system: Handle, reference: Snapshot, companion: Snapshot, differe
     model, contacts = system.content.model, system.content.parameters.contact.size
     full = reference.y + factor * difference
     both = (reference.mode == 1) & (companion.mode == 1)
-    memories = reference.arrays["memory"], companion.arrays["memory"]
-    memory = np.where(both, memories[0] + factor * (memories[1] - memories[0]), memories[1])
+    onset = {}  # What contacts keep of their onset
+    for name in ("memory", "mass"):
+        first, second = reference.arrays[name], companion.arrays[name]
+        onset[name] = np.where(both, first + factor * (second - first), second)
     for j in range(contacts):
         internal = slice(2 * model.n + int(model.state_start[j]), 2 * model.n + int(model.state_start[j + 1]))
         if not both[j]:
             full[internal] = companion.y[internal]
-    put = consistent(system, companion.changed(y=full, memory=memory))
+    put = consistent(system, companion.changed(y=full, **onset))
     clock = companion.arrays["clock"].copy()
     clock["longest"], clock["prepared"] = put.arrays["clock"]["longest"], 0
     return put.changed(clock=clock)

@@ -18,7 +18,6 @@ from scissordyn.kinematics.closure import check_tables
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.monitored import JOINT_FORCE, companions, oiled_contacts
 from scissordyn.mechanics.outputs import record
-from scissordyn.mechanics.system import APPROACH_FLOOR
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options, StartKind
 from scissordyn.plan.plan import Plan, plan
@@ -92,7 +91,8 @@ def consistent(system: Handle, state: Snapshot) -> Snapshot:
     with indentation starts a new contact.
     """
     live, y, answer = system.content.state, state.y.copy(), np.zeros(2)
-    live.mode[:], live.memory[:], live.reference[:] = state.mode, state.arrays["memory"], state.arrays["reference"]
+    live.mode[:], live.memory[:], live.mass[:] = state.mode, state.arrays["memory"], state.arrays["mass"]
+    live.reference[:] = state.arrays["reference"]
     functions.activate(system.address)
     functions.accept(state.time, y, system.address, answer)
     value = guard_values(system, state.time, y)
@@ -108,7 +108,8 @@ def consistent(system: Handle, state: Snapshot) -> Snapshot:
         clock=clock,
         y=y,
         mode=live.mode,
-        memory=np.where(live.memory < 0.0, live.memory, np.maximum(live.memory, APPROACH_FLOOR)),
+        memory=live.memory,
+        mass=live.mass,
         reference=live.reference,
     )
 

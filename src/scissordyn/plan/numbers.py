@@ -46,7 +46,7 @@ def make_parameters(mechanism: Mechanism, coordinates: Coordinates) -> Parameter
             p["normal_x"], p["normal_y"] = contact.normal
         if clearance.contact == "hard":
             continue  # no laws: see `plan.hard_contact`
-        law[j]["bristles"] = len(clearance.friction.states)
+        law[j]["bristles"], law[j]["loaded"] = len(clearance.friction.states), clearance.reference == "loaded"
         for which, kind in enumerate(("stiffness", "damping", "friction")):
             chosen: Any = getattr(clearance, kind)
             if not is_ours(chosen) and not getattr(chosen, "states", None):

@@ -57,6 +57,7 @@ CONTACTS = {
     "contact_start": ("start", "s", "start of the contact"),
     "approach_speed": ("approach_speed", "m/s", "approach speed"),
     "contact_angle": ("angle", "rad", "direction of the normal at the start"),
+    "effective_mass": ("effective_mass", "kg", "effective mass along the normal at the start"),
     "peak_force": ("peak_force", "N", "largest force: normal force and friction"),
     "peak_time": ("peak_time", "s", "time from the start to the largest force"),
     "peak_normal_force": ("peak_normal_force", "N", "largest normal force"),
@@ -69,9 +70,9 @@ CONTACTS = {
 }
 """Variables of contacts: columns of their table, with unit and meaning. A contact that the run ends has NaN as its duration."""
 
-IMPACT = ("effective_mass", "struck", "struck_time")
-"""Columns of hard contacts: mass along the normal at the start [kg], the largest impact as m v^2 of the single impact of its
-impulse [J], and the time to it from the start [s]; NaN, 0 and 0 of compliant ones."""
+IMPACT = ("struck", "struck_time")
+"""Columns of hard contacts: the largest impact as m v^2 of the single impact of its impulse [J], and the time to it from the
+start [s]; 0 of compliant ones."""
 
 COLUMNS = (*(column for column, _, _ in CONTACTS.values()), *IMPACT)
 
@@ -90,7 +91,7 @@ def contacts(log: np.ndarray, peak: np.ndarray, companion: np.ndarray) -> np.rec
         struck, whole = ((0.0, start), (second, second_when)) if frictional else ((second, second_when), (force, when))
         peaks = whole[0], whole[1] - start, force, when - start
         losses = impulse, damping, friction
-        rows.append((joint, start, approach, angle, *peaks, duration, rebound, *losses, mass, struck[0], struck[1] - start))
+        rows.append((joint, start, approach, angle, mass, *peaks, duration, rebound, *losses, struck[0], struck[1] - start))
 
     for guard, mode, time, rate, angle, mass, *largest in log[log["guard"] < companion.size][list(EVENT)].tolist():
         joint = int(guard)
@@ -142,12 +143,10 @@ def _impact_variables(plan: Plan, table: np.recarray, step: float) -> Variables:
         for name in LOCATED:
             table[name][here] = np.nan
     text = "estimated largest normal force in a hard contact: of the compliant law at its impacts, or the force that lasts"
-    mass = "effective mass along the normal at the start of a hard contact"
     return {
         "peak_force_estimate": described("contact", estimate, "N", text),
         "peak_force_estimate_time": described("contact", when, "s", "time from the start to that force"),
         "peak_force_estimate_least": described("contact", least, "N", f"{text}; by its approach and lasting forces"),
-        "effective_mass": described("contact", np.ascontiguousarray(table["effective_mass"]), "kg", mass),
     }
 
 

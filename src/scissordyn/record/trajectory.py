@@ -45,8 +45,8 @@ long it is above a limit. Of a hard contact the largest impact, as m v^2 of the 
 when [s]; of a compliant one with friction, once it has ended, the largest force with friction in it, and when."""
 
 LOG = _rows("time", "guard", "mode", "rate", ("angle", "loss"), ("drive_work", "mass"), *_LARGEST)
-"""An event: when [s], of which guard, its new mode, the rate of the guard. Of a contact that begins the direction of n [rad],
-of a hard one its effective mass [kg] too; of a component what the event dissipates [J], and the work of the drives in it [J];
+"""An event: when [s], of which guard, its new mode, the rate of the guard. Of a contact that begins the direction of n [rad]
+and the effective mass along it [kg]; of a component what the event dissipates [J], and the work of the drives in it [J];
 of a contact that ends its `PEAK`."""
 
 BAND = _rows("limit", "last_above", "first_within")

@@ -16,11 +16,10 @@ from scissordyn.laws.contact import Elastic, JointContact
 from scissordyn.laws.elastic.liu import Liu
 from scissordyn.laws.elastic.persson import Persson
 from scissordyn.laws.evaluate import elastic_force
-from scissordyn.laws.validity import contact_failure, contact_warnings
+from scissordyn.laws.validity import contact_failure, contact_warnings, loading_warnings
 from scissordyn.mechanics.monitored import COMPONENT_FORCE, COMPONENT_OUTPUT, EXCEEDED, FRICTION_RATIO, INDENTATION
-from scissordyn.mechanics.system import APPROACH_FLOOR, RESULTS
+from scissordyn.mechanics.system import RESULTS
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plan.hard_contact import elastic_law
 from scissordyn.plan.plan import Plan
 from scissordyn.plan.rail import rail_axes
 from scissordyn.plugin.element import pointers, row_of
@@ -54,10 +53,6 @@ CARRIED = 1e-6
 """Residual over the largest energy below which the balance closes however little energy is turned over: a body that rotates
 freely carries energy and turns none over."""
 
-DAMPED = 2.0
-"""Largest force of a contact, over 1 + xi times that of its joint's deepest indentation, above which a run has a warning: up to
-the speed at which a contact began F = F_el (1 + xi delta'/v) is at most 1."""
-
 MOVED = 1e-9
 """Of the mechanism's size, and in rad: a mechanism that moves by less stands still, and its energies change by the errors that
 default tolerances allow."""
@@ -71,7 +66,7 @@ MOST_NAMES = 6  # Joints that a warning names
 
 def run_warnings(plan: Plan, run: Run, immobile: tuple[str, ...]) -> list[RunWarning]:
     """What is doubtful in a run by its recorded variables, beside what `Extremes` warn of."""
-    warnings = contact_failures(plan, run) + _beyond_damping(plan, run)
+    warnings = contact_failures(plan, run)
     for i, rod in enumerate(plan.rods):
         force, time = run["rod_force"].values[:, i], run["time"].values
         if rod.tension_only and np.min(force, initial=0.0) < 0.0:
@@ -90,6 +85,7 @@ class Extremes:
         self.plan = plan
         self._speeds: list[list[float]] = [[] for _ in plan.contacts]
         self._indentation = np.zeros(len(plan.contacts))
+        self._contacts: list[np.ndarray] = []  # Joint, approach speed, effective mass and largest normal force of each
         self._friction = dict[int, tuple[float, float]]()  # Largest ratio, and how long it is too large [s]
         self._effort = np.zeros(len(plan.components))
         self._outputs = dict[int, tuple[float, float]]()  # Largest value, and when [s]
@@ -100,6 +96,9 @@ class Extremes:
         for guard, speed in log[(log["mode"] == RISE) & (log["guard"] < count)][["guard", "rate"]].tolist():
             self._speeds[int(guard)].append(speed)
         if count:
+            table = path.contacts()
+            columns = ("joint", "approach_speed", "effective_mass", "peak_normal_force")
+            self._contacts.append(np.stack([table[name].astype(float) for name in columns]))
             np.maximum(self._indentation, path.peaks(INDENTATION)["largest"], out=self._indentation)
         for joint, peak in zip(path.monitored(FRICTION_RATIO).tolist(), path.peaks(FRICTION_RATIO), strict=True):
             ratio, lasting = self._friction.get(joint, (0.0, 0.0))
@@ -123,6 +122,9 @@ class Extremes:
             laws, speeds, depth = plan.clearances[j], self._speeds[j], float(self._indentation[j])
             elements = laws.surfaces, laws.stiffness, laws.damping, laws.friction
             warnings += contact_warnings(plan.contacts[j].name, *elements, approach_speed=speeds, indentation=depth)
+            table = np.concatenate([np.zeros((4, 0)), *self._contacts], axis=1)
+            here = dict(zip(("speed", "mass", "force"), table[1:, table[0] == j], strict=True))
+            warnings += loading_warnings(plan.contacts[j].name, *elements[:3], laws.reference, **here)
         for number, (ratio, lasting) in self._friction.items():
             if lasting > 0.0:
                 name = plan.contacts[number].name
@@ -167,24 +169,6 @@ def contact_failures(plan: Plan, run: Run) -> list[RunWarning]:
             largest = float(run["peak_indentation_time"].values[at])
             first = min(largest, run["time"].values[int(np.argmax(beyond))]) if beyond.any() else largest
             warnings.append(warning("failed", time=first, failure=failure))
-    return warnings
-
-
-def _beyond_damping(plan: Plan, run: Run) -> list[RunWarning]:
-    """Contacts whose damping exerts more than their law gives up to the speed at which they began."""
-    touched, speed, peak = (run[name].values for name in ("contact_joint", "approach_speed", "peak_normal_force"))
-    warnings = []
-    for j in plan.compliant_places:
-        name, clearance = plan.contacts[j].name, plan.clearances[j]
-        here = np.flatnonzero(touched == name)
-        if not hasattr(clearance.damping, "restitution") or not here.size:
-            continue
-        law, worst = elastic_law(clearance), here[np.argmax(peak[here])]
-        deepest = float(run["peak_indentation"].values[plan.places([name])[0]])
-        elastic = float(elastic_force(law.force, deepest, law.row))
-        if peak[worst] > DAMPED * (1.0 + getattr(clearance.damping, "factor", 0.0)) * elastic:
-            kind = "damping from rest" if speed[worst] <= APPROACH_FLOOR else "damping"
-            warnings.append(warning(kind, name, speed=speed[worst], force=peak[worst], elastic=elastic))
     return warnings
 
 
@@ -369,8 +353,7 @@ def _meaning(alike: list[RunWarning], mechanism: Mechanism | None) -> list[str]:
         factor = f"{100.0 * (over - 1.0):.0f} %" if over < 1.5 else f"a factor of {over:.2g}"
         return [
             f"{MEANS}the computed force is an upper bound; where the surfaces yield it is too large by about {factor} in the "
-            f"fastest contact, at '{name}'. To bound it, compare with a lower restitution; a smaller clearance or a slower "
-            "drive lowers the approach speeds"
+            f"fastest contact, at '{name}'; a smaller clearance or a slower drive lowers the approach speeds"
         ]
     if alike[0].kind == "deep" and alike[0].numbers["size"] == "clearance" and mechanism is not None:
         part, name = max((item.numbers["fraction"], item.part) for item in alike)

@@ -155,7 +155,8 @@ def _coarse_scales(options: Options, path: Trajectory) -> list[RunWarning]:
     allowed = state_tolerance(options.rtol, options.atol)
     change, size = np.zeros(len(places)), np.zeros(len(places))
     for at in np.unique(np.linspace(0, instants - 1, min(instants, MOST)).astype(int)).tolist():
-        state.mode[:], state.memory[:], state.reference[:] = samples.mode[at], samples.memory[at], samples.reference[at]
+        state.mode[:], state.memory[:], state.mass[:] = samples.mode[at], samples.memory[at], samples.mass[at]
+        state.reference[:] = samples.reference[at]
         functions.activate(path.system.address)
         y = samples.state[at].copy()
         for k, (i, component, entry, _) in enumerate(places):

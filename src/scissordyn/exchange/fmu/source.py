@@ -183,8 +183,8 @@ class Source:
         driver.monitor(False)
         samples = make_samples(np.zeros(1), driver.state)
         samples.state[0] = driver.state.y
-        samples.mode[0], samples.memory[0] = driver.state.mode, driver.state.memory
-        samples.reference[0] = driver.state.reference
+        for name in ("mode", "memory", "mass", "reference"):
+            getattr(samples, name)[0] = getattr(driver.state, name)
         samples.total[:] = 0.0
         written_record = record(plan.maps, make_system(plan), samples)
         self.variables: Variables = variables(plan, driver, written_record)

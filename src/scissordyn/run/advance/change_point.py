@@ -213,5 +213,6 @@ def _write_samples(
         u = (samples.time[at] - time) / h
         samples.state[at] = _between(u, h, *ends)
         samples.total[at] = state.total + u * h * power + u * u * (gain - h * power)
-        samples.mode[at], samples.memory[at], samples.reference[at] = state.mode, state.memory, state.reference
+        samples.mode[at], samples.memory[at], samples.mass[at] = state.mode, state.memory, state.mass
+        samples.reference[at] = state.reference
         counts["samples"] += 1

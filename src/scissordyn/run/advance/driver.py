@@ -120,6 +120,7 @@ class Driver:
             monitors=model.monitor.shape[0],
             mode=mechanism.mode,
             memory=mechanism.memory,
+            mass=mechanism.mass,
             reference=mechanism.reference,
             history=mechanism.history,
             history_length=mechanism.history_length,

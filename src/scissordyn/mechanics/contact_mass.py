@@ -1,0 +1,99 @@
+"""Effective masses: the inertia that a force along the normal of a contact, or along the gap of a component, accelerates.
+
+A unit force with the generalized force g on the free coordinates, whose mass matrix is one, accelerates them by
+
+    a = g - Phi^T (Phi Phi^T)^-1 Phi g,    1/m = a . a
+
+The constraints are kept, prescribed coordinates keep their motion, and all other contacts are open.
+"""
+
+from __future__ import annotations
+
+from scissordyn.components.port import RAIL
+from scissordyn.kernel import kernel
+from scissordyn.mechanics.component import evaluate, sense, write_context
+from scissordyn.mechanics.constraint_solver import factorize_constraints, map_directions, solve_constraints, subtract_gradients
+from scissordyn.mechanics.force_element import add_forces, add_torques, map_values
+from scissordyn.mechanics.port import port_forces
+from scissordyn.mechanics.rail import ACROSS, write_rows
+
+ROUND_OFF = 1e-24  # Squared acceleration with constraints over that without them below which constraints lock the direction
+NO_MASS = 1e-300  # Effective mass of a direction that the drives prescribe [kg]: its damping vanishes
+
+
+@kernel
+def contact_mass(j, S):
+    """Effective mass of contact j along its normal [kg], after `kinematics`."""
+    W = S.work
+    nx, ny = W.contact[j].nx, W.contact[j].ny
+    ux, uy, ax, ay, bx, by, _, _, _, _, _, _ = map_values(j, S)
+    # a guide surface is pushed at the corner, beside the point that its map starts from
+    moment = ux * ny - uy * nx if S.parameters.contact[j].plane == 1 else 0.0
+    W.load[:] = 0.0
+    add_torques(j, S, -nx, -ny, 0.0, moment, ax, ay, bx, by, W.load, 0, S.model.n)
+    return effective_mass(S)
+
+
+@kernel
+def component_mass(t, i, z, S):
+    """Effective mass of component i along its gap: in kg, or in kg m^2 where the gap is an angle."""
+    M, W = S.model, S.work
+    element, port, force = S.parameters.contact.size + i, M.component_port[i], W.other_answer
+    maps = map_values(element, S)
+    sense(i, S, maps)
+    write_context(t, i, S)
+    # the gap's rate is linear in the port's rates: its gradient from unit rates
+    rates = W.coordinate_rates[i]
+    rates[:] = 0.0
+    evaluate(i, S, z, M.gap_kernel[i], W.answer)
+    still = W.answer[1]
+    for k in range(M.component_forces[i]):
+        rates[k] = 1.0
+        evaluate(i, S, z, M.gap_kernel[i], W.answer)
+        force[k] = W.answer[1] - still
+        rates[k] = 0.0
+    W.load[:] = 0.0
+    if port == RAIL.code:
+        write_rows(element, i, S)
+        for e in range(M.element_start[element], M.element_start[element + 1]):
+            if M.element_column[e] < M.n:
+                W.load[M.element_column[e]] += force[0] * W.rail[ACROSS, e - M.element_start[element]]
+    else:
+        fx, fy, gx, gy, hx, hy = port_forces(port, maps, W.coordinates[i], force)
+        add_forces(element, S, fx, fy, gx, gy, hx, hy, W.load, 0, M.n)
+    return effective_mass(S)
+
+
+@kernel
+def effective_mass(S):
+    """Effective mass for the unit force whose generalized force is in Work.load, which is overwritten.
+
+    Where constraints lock the direction, or at a singular position, it is the mass without the constraints, which is less.
+    """
+    M, W = S.model, S.work
+    free = squared_load(S)
+    if not free > 0.0:
+        return NO_MASS
+    if W.multiplier.size == 0:
+        return 1.0 / free
+    map_directions(S, W.X, W.direction)
+    if factorize_constraints(S) >= 0:
+        return 1.0 / free
+    for k in range(W.multiplier.size):
+        W.work[k] = 0.0
+        for i in range(M.constraint_start[k], M.constraint_start[k + 1]):
+            if M.constraint_column[i] < M.n:
+                W.work[k] += W.gradient[i] * W.load[M.constraint_column[i]]
+    solve_constraints(S, W.work[: W.multiplier.size])
+    subtract_gradients(S, W.work, W.load, 0)
+    left = squared_load(S)
+    return 1.0 / left if left > ROUND_OFF * free else 1.0 / free
+
+
+@kernel
+def squared_load(S):
+    """Square of Work.load."""
+    total = 0.0
+    for i in range(S.model.n):
+        total += S.work.load[i] * S.work.load[i]
+    return total

@@ -437,3 +437,53 @@ def test_modes_until_a_number_stays() -> None:
     assert found.levels[-1].spread < 1e-7
     with pytest.raises(InputError, match="no bar that bends"):
         sd.convergence(_struck("auto").ideal().with_parts({"components": ()}), options, "drive_work", over="modes")
+
+
+@pytest.mark.parametrize("how", [{"modes": 3}, {"elements": 2}])
+def test_a_load_that_acts_suddenly_is_said(how: dict[str, int]) -> None:
+    """Limit: unbent bars with a weight or a constant force are warned of; equilibrium, no load and a slow force are not."""
+    bare, heavy = cantilever(**how), cantilever(gravity=9.81, **how)
+    tip = heavy.bodies[-1].name
+    pushed, slow = (
+        dataclasses.replace(
+            bare,
+            components=(
+                *bare.components,
+                sd.Force("push", (tip, next(iter(dict(bare.body(tip).points)))), (0.0, 1.0), time_function=function),
+            ),
+        )
+        for function in (None, sd.Cycloidal(0.0, 1.0, 1.0))
+    )
+    for mechanism, load in ((heavy, "their weight"), (pushed, "force 'push'"), (bare, ""), (slow, "")):
+        for start in ("concentric", "in-contact", "static"):
+            run = sd.simulate(mechanism, until=1e-4, samples=2, start=start)
+            said = f"start = '{start}' begins with bars that are not bent by {load}:" in run.attrs["warnings"]
+            assert said == bool(load and start != "static"), (load, start)
+            begins = "in equilibrium" if start == "static" else "not in equilibrium"
+            assert str(run.scissordyn.summary().bars).startswith(f"Bars, {begins} at the start ({start}): ")
+
+
+def test_a_weight_that_acts_suddenly_bends_twice_as_far() -> None:
+    """Closed form: the first mode of a cantilever swings to twice its static deflection q L^4/8EI, where static stays at it."""
+    heavy = cantilever(gravity=9.81, modes=2)
+    tip, period = heavy.bodies[-1].name, 2.0 * math.pi * (LENGTH / BETA[0]) ** 2 * math.sqrt(MASS / LENGTH / RIGIDITY)
+    sudden, still = (
+        np.abs(sd.simulate(heavy, until=period, samples=401, start=start)["position"].sel(body=tip, axis="y").values).max()
+        for start in ("concentric", "static")
+    )
+    assert still == pytest.approx(MASS * 9.81 * LENGTH**3 / (8.0 * RIGIDITY), rel=1e-3)
+    assert sudden == pytest.approx(2.0 * still, rel=0.05)
+
+
+@pytest.mark.parametrize("how", [{"modes": 3}, {"elements": 3}])
+@pytest.mark.parametrize("held", ["weld", "two pins", "pin"])
+def test_only_a_bar_that_is_held_can_start_in_equilibrium(held: str, how: dict[str, int]) -> None:
+    """Limit: a clamped bar and one on two pins are warned of, a pendulum, which swings anyway, is not."""
+    bar = sd.bar("bar", length=LENGTH, mass=MASS)
+    ground = (("O", (0.0, 0.0)), ("E", (LENGTH, 0.0)))
+    pins = [sd.Revolute(name, ("bar", end), ("ground", name)) for name, end in (("O", "start"), ("E", "end"))]
+    welds = (sd.Weld("clamp", ("bar", "start"), ("ground", "O")),) if held == "weld" else ()
+    joints = () if held == "weld" else tuple(pins[: 1 + (held == "two pins")])
+    made = sd.Mechanism((bar,), joints, welds=welds, ground=ground, gravity=9.81)
+    run = sd.simulate(sd.with_bending(made, **BENT, **how), until=1e-4, samples=2)
+    assert ("not bent by their weight" in run.attrs["warnings"]) == (held != "pin")

@@ -132,7 +132,9 @@ def template(kind: str, parts: Iterable[str] = (), changes: Iterable[str] = ()) 
         if kind == "mechanism" or name in further
     ]
     text += [_section(f"[[{name}]]", table, further.get(name, {}), out=name not in further) for name, table in LOADS.items()]
-    run = ordered("run", {"samples": AUTO, **starter.get("run", {}), **further.get("run", {})})
+    bent = {"start": "static"} if names and structure.get("bars") and _assembled(kind, structure).gravity else {}
+    # a move from rest of bars that their weight bends begins in equilibrium
+    run = ordered("run", {"samples": AUTO, **starter.get("run", {}), **further.get("run", {}), **bent})
     text.append(_section("[run]", RUN, run))
     ordered.check()
     if kind != "mechanism":

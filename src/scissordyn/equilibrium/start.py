@@ -8,7 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from scissordyn.components.force import Force
 from scissordyn.components.place import GROUND
+from scissordyn.components.torque import Torque
 from scissordyn.equilibrium.cause import check_springs, full_coordinates
 from scissordyn.equilibrium.rest import At, Rest, count_turns, equilibrium, turns
 from scissordyn.errors import InputError
@@ -85,12 +87,41 @@ def prepare_start(plan: Plan, system: Handle, kind: StartKind) -> Prepared:
             start = assembled = _assemble_concentric(plan, content, guess, holds)
     warnings += _describe_moved(plan, content, assembled)
     warnings += _describe_changed_speeds(plan, content, start, kind)
+    warnings += _describe_sudden_loads(plan, kind)
     warnings += proportion_warnings(plan.mechanism) + plan.rounded_lengths
     y = whole_state(content, start.position, start.velocity)
     check_springs(plan, full_coordinates(plan, content, y, 0.0))
     events = _activate_closed(plan, system, y, kind)
     _store_energy(plan, system, y)
     return Prepared(y, tuple(events), tuple(warnings))
+
+
+def _describe_sudden_loads(plan: Plan, kind: StartKind) -> list[str]:
+    """Warn of bars that start unbent under loads, which then act suddenly; nothing for an equilibrium or bent bars."""
+    coordinates = plan.coordinates
+    loads = ["their weight"] if np.any(plan.gravity_vector) else []
+    loads += [
+        f"{part.declaration.label} '{part.name}'"
+        for part in plan.components
+        if isinstance(part, Force | Torque) and part.time_function is None and np.any(part.parameters((0.0,)))
+    ]
+    straight = any(is_straight(axis, coordinates.placed[0]) for axis in coordinates.natural.axes)
+    if kind == "static" or not loads or not (straight or any(beams_of(plan.mechanism))) or not _is_held(plan):
+        return []
+    return [
+        f"start = '{kind}' begins with bars that are not bent by {in_words(loads)}: the load acts on them suddenly, they swing "
+        "about their equilibrium, and the largest deflections, stresses and forces may belong to this start; start = 'static' "
+        "begins in equilibrium"
+    ]
+
+
+def _is_held(plan: Plan) -> bool:
+    """Return whether drives, servos or joints hold a mechanism, which would fall or swing freely with rigid bars otherwise."""
+    axes = plan.coordinates.natural.axes
+    # a bar has two coordinates for each shape, a chain three for each node; three of them move it as a rigid body
+    bends = sum(2 * axis.shapes.count - 3 for axis in axes) + 3 * len(beams_of(plan.mechanism))
+    moves = plan.coordinates.free - len(plan.coordinates.constraints)
+    return bool(plan.motions or plan.actuators) or moves <= bends
 
 
 def _assemble_concentric(plan: Plan, system: System, guess: Start, holds: Held) -> Start:

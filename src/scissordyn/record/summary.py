@@ -87,8 +87,9 @@ class PointAnswer(Answer):
 
 def _parts(sizes: dict[str, float]) -> str:
     """The parts of a deviation in words; one alone is all of it."""
-    there = ", ".join(f"{name} {short(size, 'm')}" for name, size in sizes.items())
-    return f" ({there})" if len(sizes) > 1 else f", by {next(iter(sizes))}" if sizes else ""
+    known = {name: size for name, size in sizes.items() if size != 0.0}
+    there = ", ".join(f"{name} {short(size, 'm')}" for name, size in known.items())
+    return f" ({there})" if len(known) > 1 else f", by {next(iter(known))}" if known else ""
 
 
 @dataclass(frozen=True)
@@ -168,6 +169,14 @@ class BarAnswer(Answer):
     # compression
     buckling: float
     buckled: str  # Which bar takes part in that and is compressed; empty without one
+    start: str = ""  # The start of the run to which these largest values belong; empty where it is not known
+
+    @property
+    def begin(self) -> str:
+        """How the bars begin, in words."""
+        if not self.start:
+            return ""
+        return f", {'in equilibrium' if self.start == 'static' else 'not in equilibrium'} at the start ({self.start})"
 
     def __str__(self) -> str:
         has_material = math.isfinite(self.stress)
@@ -176,7 +185,8 @@ class BarAnswer(Answer):
             if has_material
             else f"largest bending moment {short(self.moment, 'N m')}"
         )
-        text = f"Bars: {what} in {printable(self.bar)}, {short(self.place, 'm')} from its end, at {short(self.when, 's')}"
+        where = f"{printable(self.bar)}, {short(self.place, 'm')} from its end, at {short(self.when, 's')}"
+        text = f"Bars{self.begin}: {what} in {where}"
         if math.isfinite(self.utilisation):
             text += f", {self.utilisation:.3g} of its yield strength"
         text += f"; largest deflection from the line through a bar's ends {short(self.deflection, 'm')}"
@@ -238,7 +248,7 @@ def summary_of(run: Run, configuration: Configuration | None = None) -> Summary:
         actuators=tuple(_actuators(run, described)),
         force=_force(run, described, options),
         span=_span(run, described),
-        bars=_bars(run),
+        bars=_bars(run, "" if options is None else options.start),
         work=_work(run),
         horizon=trusted if is_known else None,
         horizon_contacts=int(run.attrs["trusted_contacts"]) if is_known else None,
@@ -394,7 +404,7 @@ def _span(run: Run, described: Any) -> SpanAnswer | None:
     return SpanAnswer(tuple(start), tuple(end))
 
 
-def _bars(run: Run) -> BarAnswer | None:
+def _bars(run: Run, start: str) -> BarAnswer | None:
     """The bar that carries most, or None if no bar bends or there are no samples."""
     if "bar_largest_buckling_ratio" not in run or not run.sizes["bar"]:
         return None
@@ -417,6 +427,7 @@ def _bars(run: Run) -> BarAnswer | None:
         deflected=names[bent],
         buckling=1.0 / float(ratio[pressed]) if ratio[pressed] > 0.0 else math.nan,
         buckled=names[pressed] if ratio[pressed] > 0.0 else "",
+        start=start,
     )
 
 

@@ -13,7 +13,7 @@ from scissordyn.plan.bending import beams_of
 from scissordyn.plan.flexible import flexible_bars
 from scissordyn.plot.animation import Film, animate
 from scissordyn.plot.animation_scene import scene_of
-from scissordyn.plot.bar_diagram import QUANTITIES, diagram_of, edges
+from scissordyn.plot.bar_diagram import QUANTITIES, diagram_of, ordinate_edges
 from scissordyn.plot.modes import frequencies, oscillation, shapes
 from scissordyn.plot.still import bending
 from scissordyn.plot.style import SKY, VERMILION
@@ -61,7 +61,7 @@ def test_magnified_deflections_grow_with_the_factor_and_keep_pins_together(run, 
     straight = 2.0 * run["position"] - two  # factor 0
     ends = [straight.sel(body=name).values for name in ("unit 1/bar 1", "unit 1/bar 1/1", "unit 1/bar 1/2")]
     np.testing.assert_allclose(ends[1], 0.5 * (ends[0] + ends[2]), atol=1e-9)
-    with pytest.raises(InputError, match="bars that do not bend"):
+    with pytest.raises(InputError, match="no bar of the mechanism bends"):
         magnified_deflection(run, sd.scissor(units=1), 2.0)
 
 
@@ -85,7 +85,7 @@ def test_the_diagram_names_the_largest_moment(run, unit):
     assert float(np.max(lines[0].get_ydata())) == pytest.approx(1e-6 * float(run["beam_stress"].max()), rel=1e-12)
     assert lines[1].get_ydata()[0] == pytest.approx(235.0, rel=1e-9)
     rigid = sd.scissor(units=1)
-    with pytest.raises(InputError, match="bars that do not bend"):
+    with pytest.raises(InputError, match="no bar of the mechanism bends"):
         sd.plot.bending(run, rigid)
 
 
@@ -179,7 +179,7 @@ def test_stress_without_a_section_is_refused(tmp_path):
         lambda: sd.plot.structure(found, numbers, bars="stress"),
         lambda: animate(found, numbers, tmp_path / "film.html", bars="utilisation"),
     ):
-        with pytest.raises(InputError, match="which has no youngs_modulus"):
+        with pytest.raises(InputError, match="has no youngs_modulus"):
             draw()
     with pytest.raises(InputError, match="stres"):
         sd.plot.structure(found, numbers, bars="stres")
@@ -235,7 +235,7 @@ def test_parts_of_a_bar_have_one_area_and_one_line() -> None:
         [[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]], [[2.0, 0.0], [3.0, 0.0], [4.0, 0.0]], [[0.0, 9.0], [1.0, 9.0], [2.0, 9.0]]]
     )
     outer = np.array([[[0.0, 1.0], [2.0, 1.0]], [[2.0, 3.0], [4.0, 3.0]], [[0.0, 8.0], [2.0, 8.0]]])
-    areas, lines = edges(places, outer)
+    areas, lines = ordinate_edges(places, outer)
     assert [line.tolist() for line in lines] == [[[0.0, 1.0], [2.0, 1.0], [2.0, 3.0], [4.0, 3.0]], [[0.0, 8.0], [2.0, 8.0]]]
     sizes = [
         abs(sum(x * v - u * y for (x, y), (u, v) in zip(area, np.roll(area, -1, axis=0), strict=True))) / 2 for area in areas

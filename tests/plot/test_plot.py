@@ -16,13 +16,13 @@ from matplotlib.patches import Patch
 import scissordyn as sd
 from scissordyn.errors import InputError, printable
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plot.animation_scene import loads
+from scissordyn.plot.animation_scene import load_shapes
 from scissordyn.plot.file import write
 from scissordyn.plot.joint import force, orbit
 from scissordyn.plot.over_time import energy, response, torque
 from scissordyn.plot.report import draw_all
 from scissordyn.plot.scale import engineering
-from scissordyn.plot.series import BEYOND, chosen_joints
+from scissordyn.plot.series import BEYOND_HORIZON, chosen_joints
 from scissordyn.plot.still import structure
 from scissordyn.plot.style import literal
 from scissordyn.record.placement import Placement
@@ -149,7 +149,7 @@ def test_each_drive_has_its_torque(run: xr.Dataset) -> None:
     both = xr.concat([run["drive_torque"], 1e-4 * run["drive_torque"]], "drive").transpose("time", "drive")
     first, second = torque(run.assign(drive_torques=both.assign_attrs(units="N m")))
     assert (first.get_ylabel(), second.get_ylabel()) == ("torque of drive 1 [kN·m]", "torque of drive 2 [N·m]")
-    with pytest.raises(InputError, match="without a drive"):
+    with pytest.raises(InputError, match="no drive, actuator or motor"):
         torque(run.drop_vars("drive_torque"))
 
 
@@ -251,7 +251,7 @@ def test_trust_horizon_is_shaded_and_labelled_once(arm: Mechanism, ideal: xr.Dat
         figure = drawn[0].get_figure(root=True)
         legends = [*figure.legends, *(axes.get_legend() for axes in drawn if axes.get_legend())]
         said = [text.get_text() for legend in legends for text in legend.get_texts()]
-        assert sum(BEYOND in text for text in said) == 1, name
+        assert sum(BEYOND_HORIZON in text for text in said) == 1, name
         if name in ("response", "force", "torque", "energy"):
             for axes in drawn:
                 spans = [patch.get_window_extent().transformed(axes.transData.inverted()) for patch in axes.patches]
@@ -263,7 +263,7 @@ def test_trusted_run_is_not_shaded(until: float, arm: Mechanism) -> None:
     """Limit: nothing is shaded where nobody looked for the horizon, or where it is the end."""
     for name, drawn in figures(made_up(trusted_until=until), None, arm).items():
         labels = [label for axes in drawn for label in axes.get_legend_handles_labels()[1]]
-        assert not any(BEYOND in label for label in labels), name
+        assert not any(BEYOND_HORIZON in label for label in labels), name
 
 
 @pytest.mark.parametrize("joints", [("A",), tuple(CLEARANCE_JOINTS)])
@@ -292,7 +292,7 @@ def test_given_axes_are_used(run: xr.Dataset, ideal: xr.Dataset) -> None:
     one = Figure().subplots()
     assert torque(run, ideal, axes=one) == [one]
     assert orbit(run, axes=one) == [one]
-    with pytest.raises(InputError, match="1 Axes for a picture of 2 panels"):
+    with pytest.raises(InputError, match="got 1 Axes; allowed: 2 Axes"):
         force(run, ideal, axes=one)
 
 
@@ -482,7 +482,7 @@ def test_payloads_and_panels_are_where_they_are_fixed() -> None:
     arm = sd.with_panels(sd.with_payload(arm, "unit 2/bar 1.end", 12.0), "unit 1/bar 2", 1.0)
     moved = sd.simulate(arm, until=0.02, samples=5)
     placement = Placement.at(arm, moved, slice(None))
-    panel, payload = loads(arm, placement, 0.02)
+    panel, payload = load_shapes(arm, placement, 0.02)
     assert (panel.kind, payload.kind) == ("panel", "payload")
     assert payload.points.mean(axis=1) == pytest.approx(placement.place(("unit 2/bar 1", "end")))
     ends = [placement.place(("unit 1/bar 2", name)) for name in ("start", "end")]

@@ -23,7 +23,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import plan
 from scissordyn.plot.animation_scene import ring_size, scene_of, upright
 from scissordyn.plot.file import svg
-from scissordyn.plot.label import LEADER, LETTER, LINE, REGION, asides
+from scissordyn.plot.label import LEADER_MIN, LETTER_WIDTH, LINE_HEIGHT, REGION, name_offsets
 from scissordyn.plot.preview import preview
 from scissordyn.plot.still import structure
 from scissordyn.plot.stroke import kinematics
@@ -314,7 +314,7 @@ def test_names_are_with_their_joints(anchored: list[tuple[np.ndarray, np.ndarray
     for low, high, place, others in anchored:
         near = np.clip(place, low, high)
         away = math.dist(near, place)
-        if away > LEADER:
+        if away > LEADER_MIN:
             steps = np.linspace(0.0, 1.0, 200)[:, None]
             points = place + steps * (near - place)
             assert np.linalg.norm(points[:, None] - others, axis=2).min() > RADIUS
@@ -344,8 +344,8 @@ def test_names_keep_off_lines_joints_and_each_other() -> None:
     fixed = np.zeros((60, 2))
     joints, names = np.stack([crank, end], axis=1), ["crank pin", "slider pin"]
     lines = [np.stack([fixed, crank], axis=1), np.stack([crank, end], axis=1)]
-    every = asides(names, joints, lines, fixed[:, None], (np.array([-0.4, -0.3]), np.array([0.8, 0.4])), looks=60)
-    half = 0.5 * np.array([[LETTER * len(name), LINE] for name in names])
+    every = name_offsets(names, joints, lines, fixed[:, None], (np.array([-0.4, -0.3]), np.array([0.8, 0.4])), looks=60)
+    half = 0.5 * np.array([[LETTER_WIDTH * len(name), LINE_HEIGHT] for name in names])
     hidden = 0
     for frame, found in enumerate(every):
         places = REGION / 1.2 * np.stack([crank[frame], end[frame], fixed[frame]])
@@ -370,9 +370,9 @@ def test_names_of_a_crowd_stay_apart() -> None:
     high = np.linspace(0.1, 0.4, 24)[:, None] * np.arange(1, 7)
     joints = np.stack([0.0 * high, high], axis=2)
     region = np.array([-2.0, -0.5]), np.array([2.0, 9.5])
-    half = 0.5 * np.array([LETTER * 12, LINE])
+    half = 0.5 * np.array([LETTER_WIDTH * 12, LINE_HEIGHT])
     for longer in (200.0, 340.0):
-        every = asides(names, joints, [joints], np.empty((24, 0, 2)), region, longer=longer, looks=24)
+        every = name_offsets(names, joints, [joints], np.empty((24, 0, 2)), region, longer=longer, looks=24)
         for places, found in zip(longer / 10.0 * joints, every, strict=True):
             apart = np.abs(places + found - (places + found)[:, None])
             assert not np.any(np.all(apart < 2.0 * half, axis=2) & ~np.eye(6, dtype=bool))
@@ -383,7 +383,7 @@ def test_few_instants_are_enough_for_what_stands_still() -> None:
     joints = np.tile([[[0.0, 0.0], [0.3, 0.1]]], (40, 1, 1))
     region = np.array([-1.0, -1.0]), np.array([1.0, 1.0])
     for looks, count in ((5, 5), (40, 40), (90, 40)):
-        found = asides(["A", "B"], joints, [joints], np.empty((40, 0, 2)), region, looks=looks)
+        found = name_offsets(["A", "B"], joints, [joints], np.empty((40, 0, 2)), region, looks=looks)
         assert found.shape == (count, 2, 2)
         assert np.all(found == found[0])
 
@@ -402,8 +402,10 @@ def test_names_stay_with_their_joints_and_in_the_picture() -> None:
     gap = np.linspace(1.0, 0.25, 30)
     joints = np.stack([np.stack([k * gap, 0.0 * gap], axis=1) for k in range(3)], axis=1)
     region = np.array([-0.05, -0.5]), np.array([2.2, 0.5])
-    every = asides(["unit 1/pivot", "unit 2/pivot", "unit 3/pivot"], joints, [joints], np.empty((30, 0, 2)), region, looks=30)
-    scale, half = REGION / 2.25, 0.5 * np.array([LETTER * 12, LINE])
+    every = name_offsets(
+        ["unit 1/pivot", "unit 2/pivot", "unit 3/pivot"], joints, [joints], np.empty((30, 0, 2)), region, looks=30
+    )
+    scale, half = REGION / 2.25, 0.5 * np.array([LETTER_WIDTH * 12, LINE_HEIGHT])
     for places, found in zip(scale * joints, every, strict=True):
         for k in range(3):
             low, high = places[k] + found[k] - half, places[k] + found[k] + half
@@ -414,4 +416,4 @@ def test_names_stay_with_their_joints_and_in_the_picture() -> None:
 
 def test_no_names_need_no_place() -> None:
     """Limit: without a joint to name there is nothing to place."""
-    assert asides([], np.empty((3, 0, 2)), [], np.empty((3, 0, 2)), (np.zeros(2), np.ones(2))).shape == (3, 0, 2)
+    assert name_offsets([], np.empty((3, 0, 2)), [], np.empty((3, 0, 2)), (np.zeros(2), np.ones(2))).shape == (3, 0, 2)

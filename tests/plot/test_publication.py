@@ -13,7 +13,7 @@ from matplotlib.text import Text
 import scissordyn as sd
 from scissordyn.cli.main import status_of
 from scissordyn.plot.file import figure_of
-from scissordyn.plot.style import STYLES, in_lines, literal
+from scissordyn.plot.style import STYLES, literal, wrap_text
 
 NAMES = ("figure.figsize", "font.size", "font.family")
 
@@ -144,9 +144,9 @@ def test_texts_of_pictures_of_a_run_are_safe_for_latex(run: xr.Dataset) -> None:
 
 def test_long_labels_take_several_lines() -> None:
     """Closed form: 5 pt letters of 0.58 of their size are 24 to the inch."""
-    assert in_lines("angular velocity [rad/s]", 1.0, 5.0) == "angular velocity [rad/s]"
-    assert in_lines("angular velocity [rad/s]", 0.9, 5.0) == "angular velocity\n[rad/s]"
-    assert in_lines("acceleration", 0.1, 5.0) == "acceleration"
+    assert wrap_text("angular velocity [rad/s]", 1.0, 5.0) == "angular velocity [rad/s]"
+    assert wrap_text("angular velocity [rad/s]", 0.9, 5.0) == "angular velocity\n[rad/s]"
+    assert wrap_text("acceleration", 0.1, 5.0) == "acceleration"
 
 
 def test_a_command_draws_for_a_journal(run: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

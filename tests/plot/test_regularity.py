@@ -22,7 +22,7 @@ from scissordyn.plot.regularity import (
     velocity_acceleration,
     zero_one,
 )
-from scissordyn.plot.series import BEYOND
+from scissordyn.plot.series import BEYOND_HORIZON
 from scissordyn.plot.style import GREY
 
 from .made_up import made_up, overlaps
@@ -79,7 +79,7 @@ def test_map_shows_the_flashes(run: xr.Dataset) -> None:
     before, beyond = axes.lines
     assert len(before.get_xdata()) == 21
     assert len(before.get_xdata()) + len(beyond.get_xdata()) == strobe.sizes["strobe"]
-    assert beyond.get_label() == BEYOND
+    assert beyond.get_label() == BEYOND_HORIZON
     assert to_rgba(beyond.get_color()) == to_rgba(GREY)
     np.testing.assert_allclose(before.get_xdata(), strobe["slider_position"].values[:21], rtol=1e-14)
     (axes,) = stroboscopic_map(strobe, x="eccentricity", y="eccentricity", joint="A")

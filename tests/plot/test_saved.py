@@ -19,11 +19,11 @@ from scissordyn.cli.compare import differences
 from scissordyn.cli.main import status_of
 from scissordyn.file.export import contact_table, time_table
 from scissordyn.plot.animation_scene import scene_of
-from scissordyn.plot.contact import contact_times, force_curve, with_instants
+from scissordyn.plot.contact import contact_times, force_curve, insert_points
 from scissordyn.plot.joint import force
 from scissordyn.plot.over_time import comparison, energy, shared_curves, torque
 from scissordyn.plot.report import KINDS, draw_all
-from scissordyn.plot.series import window
+from scissordyn.plot.series import select_window
 
 UNTIL = 0.01
 
@@ -71,7 +71,7 @@ def test_saved_run_has_all_pictures(saved: xr.Dataset) -> None:
 
 def test_window_keeps_what_lasts_in_it(saved: xr.Dataset) -> None:
     """Contract: samples are those between both instants, contacts those that last at one of them."""
-    part = window(saved, 2e-3, 6e-3)
+    part = select_window(saved, 2e-3, 6e-3)
     assert part["time"].values[0] >= 2e-3
     assert part["time"].values[-1] <= 6e-3
     assert part.sizes["time"] == np.count_nonzero((saved["time"] >= 2e-3) & (saved["time"] <= 6e-3))
@@ -79,7 +79,7 @@ def test_window_keeps_what_lasts_in_it(saved: xr.Dataset) -> None:
     inside = [b <= 6e-3 and (math.isnan(d) or b + d >= 2e-3) for b, d in zip(begins, lasts, strict=True)]
     assert part["contact_start"].values.tolist() == begins[inside].tolist()
     with pytest.raises(sd.InputError, match="fewer than two samples"):
-        window(saved, 5.01e-3, 5.02e-3)
+        select_window(saved, 5.01e-3, 5.02e-3)
 
 
 def test_plot_never_computes(stored: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -258,7 +258,7 @@ def test_flights_between_contacts_have_no_force(coarse: xr.Dataset) -> None:
 
 def test_point_at_a_sample_stays_one_point() -> None:
     """Closed form: the larger magnitude stays at the instant of a sample; what is outside or not finite is left out."""
-    time, values = with_instants(
+    time, values = insert_points(
         np.array([0.0, 1.0, 2.0]),
         np.array([0.0, -1.0, 0.0]),
         np.array([1.0, 0.5, 3.0, np.nan]),

@@ -28,8 +28,8 @@ from scissordyn.model.body import Body, bar, point_mass
 from scissordyn.model.clearance import Clearance, GuideClearance
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.animation import Film, animate
-from scissordyn.plot.animation_scene import GAP, Scene, guides_of, outline, scene_of
-from scissordyn.plot.canvas import packed, page
+from scissordyn.plot.animation_scene import MAGNIFIED_CLEARANCE, Scene, guides_for_contacts, outline, scene_of
+from scissordyn.plot.canvas import pack_scene, page
 from scissordyn.plot.joint import orbit
 from scissordyn.plot.report import draw_all
 from scissordyn.plot.series import MOST_JOINTS
@@ -94,9 +94,9 @@ def test_journals_are_magnified_by_one_factor(run: xr.Dataset, scene: Scene) -> 
     """Closed form: drawn eccentricity over drawn clearance is eccentricity over clearance; the path ends at the journal."""
     joint = scene.clearance_joints[0]
     eccentricity = run["eccentricity"].sel(joint="A").values
-    np.testing.assert_allclose(joint.journal / GAP, eccentricity[FRAMES] / CLEARANCE, rtol=1e-12)
+    np.testing.assert_allclose(joint.journal / MAGNIFIED_CLEARANCE, eccentricity[FRAMES] / CLEARANCE, rtol=1e-12)
     np.testing.assert_array_equal(joint.path[joint.reached - 1], joint.journal)
-    assert joint.gain == pytest.approx(GAP * 10e-3 / CLEARANCE, rel=1e-12)
+    assert joint.gain == pytest.approx(MAGNIFIED_CLEARANCE * 10e-3 / CLEARANCE, rel=1e-12)
 
 
 def test_contacts_between_frames_are_shown(run: xr.Dataset, arm: Mechanism) -> None:
@@ -152,7 +152,7 @@ def test_mp4_without_ffmpeg_is_refused(
 ) -> None:
     """Contract: one line that says what is missing and what to do."""
     monkeypatch.setattr(FFMpegWriter, "isAvailable", classmethod(lambda cls: False))
-    with pytest.raises(InputError, match=r"needs the program ffmpeg.*film\.gif or film\.html"):
+    with pytest.raises(InputError, match=r"the program ffmpeg is not installed.*film\.html"):
         animate(run, arm, tmp_path / "film.mp4")
     assert not list(tmp_path.iterdir())
 
@@ -173,9 +173,9 @@ def data_of(text: str) -> dict:
     return json.loads(found[1])
 
 
-def floats(packed: str) -> np.ndarray:
+def floats(pack_scene: str) -> np.ndarray:
     """Numbers as a page has them."""
-    return np.frombuffer(base64.b64decode(packed), np.float32)
+    return np.frombuffer(base64.b64decode(pack_scene), np.float32)
 
 
 def test_pages_are_of_one_piece(run: xr.Dataset, scene: Scene) -> None:
@@ -340,8 +340,10 @@ def test_magnified_joint(run: xr.Dataset, arm: Mechanism) -> None:
     axes = magnified(run, arm, sample, "A")
     bearing, journal = axes.patches
     away = math.hypot(*journal.center)
-    assert bearing.radius == 1.0 + GAP
-    assert away == pytest.approx(GAP * (1.0 + run["indentation"].sel(joint="A").values[sample] / CLEARANCE), rel=1e-12)
+    assert bearing.radius == 1.0 + MAGNIFIED_CLEARANCE
+    assert away == pytest.approx(
+        MAGNIFIED_CLEARANCE * (1.0 + run["indentation"].sel(joint="A").values[sample] / CLEARANCE), rel=1e-12
+    )
     assert journal.get_edgecolor() == to_rgba(VERMILION)
     assert axes.get_title() == "A: contact\nclearance magnified 7 times"
     flying = magnified(run, arm, 0, "A")
@@ -420,21 +422,21 @@ def test_corners_reach_the_guide_surfaces_in_contact(fallen: xr.Dataset, linkage
     sample = int(np.argmax(below.values))
     axes = magnified(fallen, linkage, sample, "guide/corner 1")
     right, left = sorted(float(line.get_ydata()[0]) for line in axes.lines if line.get_linestyle() == "-")
-    assert (right, left) == (pytest.approx(-1.0 - GAP), pytest.approx(1.0 + GAP))
+    assert (right, left) == (pytest.approx(-1.0 - MAGNIFIED_CLEARANCE), pytest.approx(1.0 + MAGNIFIED_CLEARANCE))
     block = axes.patches[-1]
     tips = block.get_xy()[:4]
     for number, side in ((1, -1), (2, -1), (3, 1), (4, 1)):
         delta = float(fallen["indentation"].sel(joint=f"guide/corner {number}").values[sample])
-        wanted = side * (1.0 + GAP + GAP * delta / GUIDE_CLEARANCE)
+        wanted = side * (1.0 + MAGNIFIED_CLEARANCE + MAGNIFIED_CLEARANCE * delta / GUIDE_CLEARANCE)
         assert np.min(np.abs(tips[:, 1] - wanted)) < 1e-12
     assert block.get_edgecolor() == to_rgba(VERMILION)
     assert "in contact" in axes.get_title()
-    assert axes.get_title().endswith(f"clearance magnified {GAP * 0.5 * WIDTH / GUIDE_CLEARANCE:.2g} times")
+    assert axes.get_title().endswith(f"clearance magnified {MAGNIFIED_CLEARANCE * 0.5 * WIDTH / GUIDE_CLEARANCE:.2g} times")
 
 
 def test_a_guide_is_one_panel(fallen: xr.Dataset, linkage: Mechanism, tmp_path) -> None:
     """Contract: four corners make one panel; there is no orbit without a journal; an ideal guide is refused."""
-    assert guides_of(linkage, ["guide/corner 2", "guide/corner 1", "slider pin"]) == ["guide", "slider pin"]
+    assert guides_for_contacts(linkage, ["guide/corner 2", "guide/corner 1", "slider pin"]) == ["guide", "slider pin"]
     assert len(structure(fallen, linkage, times=2)) == 4
     drawn = draw_all(fallen, None, tmp_path, linkage)
     assert [path.stem for path in drawn] == ["response", "force", "torque", "energy", "structure"]
@@ -475,7 +477,7 @@ def test_a_ring_on_a_pole_is_hollow(linkage: Mechanism) -> None:
         run = simulate(mechanism, until=1e-3, samples=3)
         scene = scene_of(run, mechanism, np.arange(3), [], guides=["guide"])
         assert (Film(scene, 1.0).joints[0].block.get_facecolor()[3] == 0.0) is hollow
-        [drawn] = json.loads(packed(scene, run))["channels"]
+        [drawn] = json.loads(pack_scene(scene, run))["channels"]
         assert drawn["hollow"] is hollow
 
 

@@ -347,7 +347,7 @@ def test_pictures_show_what_is_there() -> None:
     assert marks["accurate run does not meet them"] == [[2.2, 1.8]]
     assert [[1.0, 1.0], [1.1, 0.9]] in [line.get_xydata().tolist() for line in axes.lines]
     assert {text.get_text() for text in axes.figure.legends[0].get_texts()} >= {"Pareto front of cheap runs", *list(marks)[-2:]}
-    with pytest.raises(sd.InputError, match="a map over 1 factors"):
+    with pytest.raises(sd.InputError, match="the study has 1 factor"):
         feasibility_map(points.drop_vars("drive.speed"))
 
 

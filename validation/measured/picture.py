@@ -10,7 +10,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from scissordyn.plot.file import write
-from scissordyn.plot.style import BLUE, GREY, LINE, VERMILION, dress, legend, small
+from scissordyn.plot.style import BLUE, GREY, LINE_WIDTH, VERMILION, dress, legend, small
 from validation.measured.chains import Comparison
 
 __all__ = ["draw"]
@@ -29,9 +29,14 @@ def draw(path: Path, chains: Sequence[Comparison], rest: Mapping[str, xr.Dataset
     figure = Figure(figsize=(9.0, 5.2), layout="constrained")
     upper = figure.subplots(2, 2, height_ratios=[1.0, 1.2])
     for axes, chain in zip(upper[0], chains, strict=True):
-        axes.plot(chain.elapsed, np.degrees(chain.ours_error), color=BLUE, linewidth=LINE, label="fitted here")
+        axes.plot(chain.elapsed, np.degrees(chain.ours_error), color=BLUE, linewidth=LINE_WIDTH, label="fitted here")
         axes.plot(
-            chain.elapsed, np.degrees(chain.their_error), color=VERMILION, linewidth=LINE, linestyle="--", label="the authors'"
+            chain.elapsed,
+            np.degrees(chain.their_error),
+            color=VERMILION,
+            linewidth=LINE_WIDTH,
+            linestyle="--",
+            label="the authors'",
         )
         axes.axvspan(0.0, 0.1 * float(chain.elapsed[-1]), color=GREY, alpha=0.2, linewidth=0.0)
         axes.set_ylim(0.0)
@@ -49,7 +54,7 @@ def draw(path: Path, chains: Sequence[Comparison], rest: Mapping[str, xr.Dataset
     for (law, fit), color in zip(rest.items(), (VERMILION, BLUE), strict=True):
         rms = 1e3 * float(fit["rms"][0])
         label = f"{law} friction, rms {rms:.2g} mrad"
-        below.plot(fit["time"], np.degrees(fit["fitted"].values[:, 0]), color=color, linewidth=LINE, label=label)
+        below.plot(fit["time"], np.degrees(fit["fitted"].values[:, 0]), color=color, linewidth=LINE_WIDTH, label=label)
     below.set_xlabel("time [s]")
     below.set_ylabel("angle [deg]", fontsize=small())
     below.set_title("single pendulum, decay to rest")

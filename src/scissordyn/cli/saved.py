@@ -48,7 +48,7 @@ def plot(
 ) -> int:
     from scissordyn.plot.file import check_format
     from scissordyn.plot.report import check_kinds, draw_all
-    from scissordyn.plot.series import window
+    from scissordyn.plot.series import select_window
     from scissordyn.plot.style import style
 
     check_format(form)
@@ -66,7 +66,7 @@ def plot(
                 raise
             say(f"Without the picture of the structure: {error.what}.")
     with style(look):
-        part = window(saved, begin, end)
+        part = select_window(saved, begin, end)
         options: dict[str, Any] = {"only": kinds, "joints": joint, "magnify": magnify, "bars": bars, "envelope": envelope}
         say(*draw_all(part, None, output, mechanism, form, **options))
     return 0
@@ -84,13 +84,13 @@ def animate(
     allow_code: OwnCode = None,
 ) -> int:
     from scissordyn.plot.animation import animate as write_film
-    from scissordyn.plot.series import window
+    from scissordyn.plot.series import select_window
 
     check_movie(film, run, "film.html")
     begin, end = typed(first, "--from"), typed(last, "--to")
     saved = read_run(run)
     mechanism = mechanism_of(saved, allow_code)
-    part = window(saved, begin, end)
+    part = select_window(saved, begin, end)
     say(write_film(part, mechanism, film, joints=joint, seconds=lasting, magnify=magnify, bars=bars))
     return 0
 
@@ -121,7 +121,7 @@ def export(
     from scissordyn.exchange.export import export as write
     from scissordyn.exchange.forces import missed_peaks
     from scissordyn.file.export import check_export
-    from scissordyn.plot.series import window
+    from scissordyn.plot.series import select_window
 
     notes: tuple[str, ...] = ()
     if source.suffix.lower() == ".toml":
@@ -146,7 +146,7 @@ def export(
         begin, end = typed(first, "--from"), typed(last, "--to")
         run = read_run(source)
         mechanism = mechanism_of(run, allow_code) if loads else None
-        part = window(run, begin, end)
+        part = select_window(run, begin, end)
         beams: dict[str, Any] = {"section": section, "material": material}
         written = write(part, target, contacts=contacts, forces=forces, envelope=envelope, mechanism=mechanism, **beams)
         notes = tuple(missed_peaks(part)) if loads else ()

@@ -1,7 +1,7 @@
-"""Pictures of runs: draw on given Axes or on a new Figure, return the Axes, never show. No physics.
+"""Draw pictures of runs on given Axes or on a new Figure. Each function returns its Axes and never shows them.
 
-``sd.plot`` is this package: each of the names below draws one kind of picture of a run. They are loaded when first used: the
-scenes of films and other parts of this room need no matplotlib.
+``sd.plot`` is this package: each public function draws one kind of picture. A function is loaded when it is first used, so that
+scenes of films need no matplotlib.
 """
 
 from __future__ import annotations

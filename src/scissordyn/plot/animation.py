@@ -1,4 +1,4 @@
-"""A run as a film: GIF and MP4, drawn by matplotlib, or a page with a player."""
+"""Write films of runs: GIF and MP4 files drawn by matplotlib, and HTML pages with a player."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from scissordyn.plot.animation_scene import Scene, newtons, scale_in_words, scen
 from scissordyn.plot.bar_diagram import colour_bar
 from scissordyn.plot.canvas import page
 from scissordyn.plot.drawing import Drawing, draw_magnified
-from scissordyn.plot.label import Label, annotated
+from scissordyn.plot.label import Label, write_name
 from scissordyn.plot.series import MOST_JOINTS, chosen_joints, clearance_pins, largest_forces, write_more
 from scissordyn.plot.style import BLACK, literal, small
 from scissordyn.record.joint_force import clearance_joints
@@ -31,24 +31,27 @@ from scissordyn.record.sampling import spread_samples
 if TYPE_CHECKING:
     import xarray as xr
 
-RATES = {"gif": 10, "mp4": 25, "html": 25}  # Frames per second by format. A GIF is composed in memory before it is written
+FRAME_RATES = {"gif": 10, "mp4": 25, "html": 25}
+"""Default frames per second of each format. A GIF has fewer because all its frames are held in memory before writing."""
 
 DPI = 100
 
-WIDE = 1.5  # Structures wider than this have the panels of their joints below, others beside them
-NARROW = 0.5  # Least ratio of width to height of the region that is drawn
 
 LEADER = {"arrowstyle": "-", "color": BLACK, "linewidth": 0.5, "shrinkA": 1.0, "shrinkB": 0.5}
-"""The thin line from a name to its joint."""
+"""Line style of the leader between a joint and its name."""
 
 
 def check_film(path: str | os.PathLike[str]) -> None:
     """Raise `InputError` unless a film can be written in the format that a file name ends with."""
     ending = Path(path).suffix.lower().removeprefix(".")
-    if ending not in RATES:
-        raise InputError(f"film '{path}'{did_you_mean(ending, RATES)}", "a name that ends in .gif, .mp4 or .html", "film.html")
+    if ending not in FRAME_RATES:
+        raise InputError(
+            f"film '{path}'{did_you_mean(ending, FRAME_RATES)}", "a name that ends in .gif, .mp4 or .html", "film.html"
+        )
     if ending == "mp4" and not FFMpegWriter.isAvailable():
-        raise InputError("an MP4 needs the program ffmpeg, which is not installed", "film.gif or film.html")
+        raise InputError(
+            "cannot write MP4: the program ffmpeg is not installed", "ffmpeg on the PATH, or another format", "film.html"
+        )
 
 
 def animate(
@@ -62,26 +65,26 @@ def animate(
     magnify: float = 1.0,
     bars: str | None = None,
 ) -> Path:
-    """Write a film of a run, with its clearance joints magnified beside the structure.
+    """Write a film of a run with magnified views of its clearance joints.
 
     Parameters
     ----------
     run : Dataset
     mechanism : Mechanism
-        The one that was run.
+        Mechanism of the run.
     path : path
-        Ends in .gif, .mp4 (where there is ffmpeg) or .html (a page with a player, in one file).
+        File name that ends in .gif, .mp4 (requires ffmpeg) or .html (a single-file page with a player).
     seconds : float
         Duration of the film [s]; the run is slowed down or sped up accordingly.
     rate : int, optional
-        Frames per second, 25 if not given, of a GIF 10; a run with fewer samples than frames is shown with fewer.
+        Frames per second; by default 25, or 10 for a GIF. A run with fewer samples than frames has one frame per sample.
     joints : sequence of str, optional
-        Which revolute clearance joints to magnify; those with the largest forces if not given, and all guides with clearance.
-        A page shows the others after them; a GIF or MP4 says how many more there are.
+        Revolute clearance joints to magnify. By default the joints with the largest forces and all guides with clearance.
+        A page lists the other joints after these; a GIF or MP4 states how many are left out.
     magnify : float
-        Factor of the deflections of bars that bend, which the film says.
+        Factor that multiplies the deflections of bending bars; the caption shows it.
     bars : {"stress", "utilisation", "bending moment", "axial force"}, optional
-        What is drawn on bars that bend at first; a page can show each that is known.
+        Quantity drawn on bending bars at first; a page can switch to the other quantities.
 
     Returns
     -------
@@ -90,15 +93,15 @@ def animate(
     Raises
     ------
     InputError
-        If the format is another one, the run too short, a named joint has no clearance, bars lack what is to be drawn on
-        them, or the file cannot be written.
+        If the format is unknown, the run has fewer than two samples, a named joint has no clearance, the bars lack data for
+        `bars`, or the file cannot be written.
     """
     check_film(path)
     target, samples = Path(path), run.sizes["time"]
     if rate is None:
-        rate = RATES[target.suffix.lower().removeprefix(".")]
+        rate = FRAME_RATES[target.suffix.lower().removeprefix(".")]
     if samples < 2:
-        raise InputError("a run of fewer than two samples", "a longer run")
+        raise InputError("the run has fewer than two samples", "a run with two samples or more", "samples=200")
     if not (np.isfinite(seconds) and seconds > 0.0 and rate >= 1):
         raise InputError(f"a film of {seconds!r} s with {rate!r} frames per second", "seconds > 0 and rate >= 1")
     shown, every, guides = magnified_first(run, mechanism, joints)
@@ -110,7 +113,7 @@ def animate(
     slower = len(frames) / rate / float(scene.time[-1] - scene.time[0])
     check_target(target, sample="film.html")
     try:
-        # the writers of films want a file of their own
+        # matplotlib's writers require a file of their own
         with tempfile.TemporaryDirectory(prefix="scissordyn-film-") as folder:
             part = Path(folder) / f"film{target.suffix.lower()}"
             if target.suffix.lower() == ".html":
@@ -120,7 +123,7 @@ def animate(
             film = part.read_bytes()
     except OSError as error:
         raise InputError(
-            f"cannot make the film '{target}': {error.strerror or error}", "a temporary folder with room"
+            f"cannot make the film '{target}': {error.strerror or error}", "a temporary folder with free space"
         ) from None
     return write_file(target, film, sample="film.html")
 
@@ -136,7 +139,7 @@ def magnified_first(run: xr.Dataset, mechanism: Mechanism, joints: Sequence[str]
 
 
 class Film:
-    """A figure whose artists are moved from frame to frame."""
+    """Matplotlib figure of a scene that is updated frame by frame."""
 
     def __init__(self, scene: Scene, slower: float) -> None:
         self.scene, self.slower = scene, slower
@@ -148,18 +151,18 @@ class Film:
         if self.diagram and self.diagram.coloured:
             colour_bar([self.axes], self.diagram)
         self.joints = [draw_magnified(axes, joint) for axes, joint in zip(self.panels, joints, strict=True)]
-        for axes, joint in zip(self.panels, joints, strict=True):  # in two lines, for panels stand close to each other
+        for axes, joint in zip(self.panels, joints, strict=True):  # two lines, because neighbouring panels are narrow
             axes.set_xlabel(f"clearance magnified\n{joint.gain:.2g} times", fontsize=small())
         named = [Label(joint.name, np.zeros(2), BLACK) for joint in joints]
-        self.names = [annotated(self.axes, label, small(), in_layout=False, arrowprops=LEADER) for label in named]
+        self.names = [write_name(self.axes, label, small(), in_layout=False, arrowprops=LEADER) for label in named]
         self.asides = np.zeros((len(scene.time), len(joints), 2))
         write_more(self.figure, len(scene.magnified) - len(joints))
         self.show(0)
-        for _ in range(2):  # lays the panels out, once for all frames; the first time without the room of equal scales
+        for _ in range(2):  # two passes: constrained layout settles equal scales only in the second one
             self.figure.draw_without_rendering()
         self.figure.set_layout_engine("none")
         longer = self.drawing.fit_rings()
-        self.asides = scene.asides(len(joints), region=region, longer=longer, looks=len(scene.time))
+        self.asides = scene.name_offsets(len(joints), region=region, longer=longer, looks=len(scene.time))
         self.show(0)
 
     def show(self, frame: int) -> None:
@@ -178,15 +181,17 @@ class Film:
 
 
 def _widened(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The region of a structure, that of a narrow one with room for names at its sides."""
+    """Return the corners of the drawn region; a narrow region is widened to make room for names at its sides."""
+    least_aspect = 0.5  # least ratio of width to height of the drawn region
     width, height = high - low
-    more = np.array([0.5 * max(NARROW * height - width, 0.0), 0.0])
+    more = np.array([0.5 * max(least_aspect * height - width, 0.0), 0.0])
     return low - more, high + more
 
 
 def _figure(aspect: float, joints: int) -> tuple[Figure, Axes, list[Axes]]:
-    """A figure with a panel for the structure and one for each joint."""
-    if aspect > WIDE:
+    """Return a figure with one panel for the structure and one for each joint."""
+    wide = 1.5  # aspect above which the panels of joints are below the structure instead of beside it
+    if aspect > wide:
         width = 9.0
         heights = [min(max(width / aspect, 1.6), 5.0) + 0.7, *[1.9] * bool(joints)]
         figure = Figure(figsize=(width, sum(heights)), layout="constrained")
@@ -207,7 +212,7 @@ def _write_film(scene: Scene, path: Path, rate: int, slower: float) -> None:
     film = Film(scene, slower)
     writer: AbstractMovieWriter
     if path.suffix.lower() == ".mp4":
-        # players need even sides and this pixel format
+        # video players require an even width and height and this pixel format
         even = ["-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2", "-pix_fmt", "yuv420p"]
         writer = FFMpegWriter(fps=rate, codec="h264", extra_args=even)
     else:

@@ -1,4 +1,4 @@
-"""The scene of stills and films, frame by frame, with guides in their channels, independent of how it is drawn."""
+"""Describe a still or a film frame by frame, independently of the program that draws it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from scissordyn.model.body import Body, Track
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.bar_diagram import Diagram, check_quantity, known_diagrams, part_indices
 from scissordyn.plot.contact import frame_contacts
-from scissordyn.plot.label import LOOKS, REGION, asides
+from scissordyn.plot.label import FILM_INSTANTS, REGION, name_offsets
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.series import MOST_JOINTS, time_scale
 from scissordyn.plot.symbol import Symbol, cross_sections, symbols, wheel_points
@@ -27,41 +27,32 @@ from scissordyn.record.results import along
 if TYPE_CHECKING:
     import xarray as xr
 
-TRAIL = 12  # Number of frames over which the journal's path stays visible in a GIF or MP4
-FINEST = 4000  # Largest number of points of a journal's path in a film, about the resolution of a screen
-CLOSED = ("plate", "block", "payload", "panel")  # Kinds of shapes whose last point is joined to the first
-LOAD = 0.015  # Size of payloads and panels as a fraction of the picture's longer side
-SQUARE, BAND = 1.5, 0.55  # Half the side of a payload, and half the width of a panel, in their size
-SYMBOL = 0.03  # Radius of the symbol of a component as a fraction of the picture's longer side
+TRAIL_FRAMES = 12  # [frames] length of the journal's visible path in a GIF or MP4
+CLOSED_SHAPES = ("plate", "block", "payload", "panel")  # Kinds of shapes that are closed polygons
+SQUARE, BAND = 1.5, 0.55  # Half the side of a payload, and half the width of a panel, as multiples of that size
+SYMBOL_RADIUS = 0.03  # Radius of component symbols as a fraction of the picture's longer side
 
 
-GAP = 0.35  # The clearance of a magnified joint as a fraction of the drawn journal's radius, or of half the drawn block's width
-LONG = 1.3  # Half the length of the drawn block
-EDGE = 1.7  # Half the length of the drawn channel
+MAGNIFIED_CLEARANCE = 0.35  # Drawn clearance of a magnified joint as a fraction of the drawn journal radius or half block width
+CHANNEL_HALF_LENGTH = 1.7  # Half the length of the drawn channel, in half block widths
 
-MARGIN = 0.1  # Around a mechanism, as a fraction of its longer side
-OBLIQUE = 0.1  # Gravity further from the next quarter turn is oblique [quarter turns]
 
-SMALLEST, FREE = 3.5, 0.5
-"""Least diameter of a ring around a joint [pt], and its largest as a fraction of the distance of neighbours."""
-
-TOGETHER = 1e-3  # Joints so near to each other are in one place, as a fraction of the distance of the farthest
 Corners = tuple[np.ndarray, np.ndarray]  # Lower left and upper right corner [m]
 
 
 @dataclass(frozen=True)
 class Shape:
-    """A body, a guide, or a stroke of the symbol of a component, as a line through points."""
+    """Polyline that represents a body, a guide, or one stroke of a component's symbol."""
 
     name: str
     kind: str
-    points: np.ndarray  # (frames, points, 2) In the frame of the picture, where gravity points downwards [m]
-    tone: int = 0  # Bars and plates have one of two colours, in turn
-    parts: tuple[int, ...] = ()  # Of a bar that bends: where its parts are in the diagrams of the scene
+    points: np.ndarray  # (frames, points, 2) Coordinates in the picture's frame, in which gravity points downwards [m]
+    tone: int = 0  # 0 or 1: bars and plates alternate between two colours
+    parts: tuple[int, ...] = ()  # Indices of a bending bar's parts in the scene's diagrams
 
     @property
     def places(self) -> np.ndarray:
-        """The points of each part, shape (frames, parts, points, 2) [m]."""
+        """Points of each part, shape (frames, parts, points, 2) [m]."""
         spans = self.points.reshape(len(self.points), -1, AXIS_POINTS, 2)
         per_span = len(self.parts) // spans.shape[1]
         step = (AXIS_POINTS - 1) // per_span
@@ -71,83 +62,84 @@ class Shape:
 
 @dataclass(frozen=True)
 class ClearanceJoint:
-    """A clearance joint: its position and its magnified view."""
+    """Position and magnified view of a clearance joint in each frame."""
 
     name: str
-    place: np.ndarray  # (frames, 2) Centre of the bearing [m]
-    journal: np.ndarray  # (frames, 2) Centre of the journal in its magnified bearing, in drawn journal radii
-    path: np.ndarray  # (points, 2) The same at finer instants
-    reached: np.ndarray  # (frames,) Number of points of the path before each frame
-    touched: np.ndarray  # (frames,) Whether there was contact at any instant since the frame before
-    force: np.ndarray  # (frames,) Largest force since the frame before [N]
-    gain: float  # Magnification of the clearance relative to that of the journal
+    place: np.ndarray  # (frames, 2) Bearing centre [m]
+    journal: np.ndarray  # (frames, 2) Journal centre in the magnified bearing, in drawn journal radii
+    path: np.ndarray  # (points, 2) Journal centre at finer instants, in drawn journal radii
+    reached: np.ndarray  # (frames,) Number of path points up to each frame
+    touched: np.ndarray  # (frames,) True if there was contact at any instant since the previous frame
+    force: np.ndarray  # (frames,) Largest force since the previous frame [N]
+    gain: float  # Magnification of the clearance relative to the magnification of the journal
 
 
 @dataclass(frozen=True)
 class Channel:
-    """The block of a clearance guide between the guide surfaces, its line horizontal, in drawn half widths of the block."""
+    """Magnified view of a clearance guide: its block between horizontal surfaces, in drawn half widths of the block."""
 
-    name: str  # Of the guide
-    block: np.ndarray  # (samples, corners, 2) The corners around the block, with magnified clearance
-    touching: np.ndarray  # (samples, corners) Which corners are in contact
-    surfaces: dict[float, float]  # Heights of the guide surfaces by their sides, 1 and -1
-    force: np.ndarray  # (samples,) Largest force of a corner [N]
-    place: np.ndarray  # (samples, 2) Where the block is in the picture [m]
-    gain: float  # Magnification of the clearance relative to that of the block
-    corners: tuple[str, ...]  # Names of the contact points, as they stand around the block
-    hollow: bool = False  # Whether the block surrounds the guide, as a ring does a pole
+    name: str  # Name of the guide
+    block: np.ndarray  # (samples, corners, 2) Corners of the block in cyclic order, with magnified clearance
+    touching: np.ndarray  # (samples, corners) True where a corner is in contact
+    surfaces: dict[float, float]  # Height of the guide surface on each side; the keys are 1 and -1
+    force: np.ndarray  # (samples,) Largest corner force [N]
+    place: np.ndarray  # (samples, 2) Position of the block in the picture [m]
+    gain: float  # Magnification of the clearance relative to the magnification of the block
+    corners: tuple[str, ...]  # Names of the contact points in the order of `block`
+    hollow: bool = False  # True if the block surrounds the guide, as a ring surrounds a pole
 
     @property
     def touched(self) -> np.ndarray:
-        """Whether any corner is in contact, shape (samples,)."""
+        """True in samples in which any corner is in contact, shape (samples,)."""
         return np.asarray(self.touching.any(axis=1))
 
 
 @dataclass(frozen=True)
 class Scene:
     time: np.ndarray  # (frames,) [s]
-    scale: Scale  # Scale of the times
+    scale: Scale  # Unit in which times are shown
     shapes: tuple[Shape, ...]
     pins: np.ndarray  # (frames, pins, 2) Ideal joints [m]
-    supports: np.ndarray  # (supports, 2) Pins of the fixed frame [m]
-    clearance_joints: tuple[ClearanceJoint, ...]  # Those to magnify first
-    low: np.ndarray  # (2,) Corners of the visible region [m]
-    high: np.ndarray  # (2,)
-    turns: int = 0  # Quarter turns of the picture, after which gravity points downwards
-    channels: tuple[Channel, ...] = ()  # Of the clearance guides
-    shown: int = MOST_JOINTS  # How many clearance joints and channels are magnified at the same time
+    supports: np.ndarray  # (supports, 2) Pins on the ground [m]
+    clearance_joints: tuple[ClearanceJoint, ...]  # Clearance joints, those to magnify first
+    low: np.ndarray  # (2,) Lower left corner of the visible region [m]
+    high: np.ndarray  # (2,) Upper right corner of the visible region [m]
+    turns: int = 0  # Number of quarter turns of the picture that make gravity point downwards
+    channels: tuple[Channel, ...] = ()  # Magnified views of the clearance guides
+    shown: int = MOST_JOINTS  # Number of clearance joints and channels magnified at the same time
     pin_names: tuple[str, ...] = ()
-    tracks: tuple[tuple[str, np.ndarray], ...] = ()  # (frames, 2) Tracked points, with their names [m]
-    magnification: float = 1.0  # Of the deflections of bars that bend
-    diagrams: tuple[Diagram, ...] = ()  # What can be drawn on bars that bend, at the frames
-    on_bars: str = ""  # Which of them is drawn at first; "" for none
-    rings: tuple[tuple[str, np.ndarray], ...] = ()  # (frames, 2) All joints with clearance, with their names [m]
-    names: tuple[tuple[str, str, np.ndarray], ...] = ()  # (frames, 2) What stills name, with its kind [m]
+    tracks: tuple[tuple[str, np.ndarray], ...] = ()  # Names of the tracked points, and their positions (frames, 2) [m]
+    magnification: float = 1.0  # Factor that multiplies the deflections of bending bars
+    diagrams: tuple[Diagram, ...] = ()  # Diagrams available for bending bars, at the frames
+    on_bars: str = ""  # Quantity of the diagram drawn at first; "" for none
+    rings: tuple[tuple[str, np.ndarray], ...] = ()  # Names of all joints with clearance, and their positions (frames, 2) [m]
+    # Name, kind and position (frames, 2) [m] of everything that stills label
+    names: tuple[tuple[str, str, np.ndarray], ...] = ()
 
     def instant(self, frame: int) -> str:
         return f"t = {self.scale.factor * self.time[frame]:.4g} {self.scale.unit}"
 
     @property
     def magnified(self) -> list[Channel | ClearanceJoint]:
-        """All that can be magnified: the channels of guides, then the clearance joints."""
+        """All magnified views: first the channels of guides, then the clearance joints."""
         return [*self.channels, *self.clearance_joints]
 
-    def asides(
+    def name_offsets(
         self,
         count: int | None = None,
         *,
         region: np.ndarray | Corners | None = None,
         longer: float = REGION,
-        looks: int = LOOKS,
+        looks: int = FILM_INSTANTS,
         alone: bool = False,
     ) -> np.ndarray:
-        """Where the names of the magnified joints stand, see `label.asides`; outlines are closed.
+        """Return the offsets of the names of magnified joints, as `label.asides` computes them.
 
         Shapes: `region` (2, 2) [m]; returns (instants, magnified, 2) [pt].
         """
         named = self.magnified[:count]
         lines = [
-            np.concatenate([shape.points, shape.points[:, :1]], axis=1) if shape.kind in CLOSED else shape.points
+            np.concatenate([shape.points, shape.points[:, :1]], axis=1) if shape.kind in CLOSED_SHAPES else shape.points
             for shape in self.shapes
         ]
         nothing = np.empty((len(self.time), 0, 2))
@@ -155,11 +147,11 @@ class Scene:
         others = np.concatenate([self.pins, *(joint.place[:, None] for joint in self.magnified[len(named) :])], axis=1)
         low, high = (self.low, self.high) if region is None else region
         names = [joint.name for joint in named]
-        return asides(names, places, lines, others, (low, high), longer=longer, looks=looks, alone=alone)
+        return name_offsets(names, places, lines, others, (low, high), longer=longer, looks=looks, alone=alone)
 
 
-def _parts(drawn: list[Symbol], diagrams: tuple[Diagram, ...]) -> list[Shape]:
-    """Components as shapes; elements of a bar that bends are parts of a bar."""
+def _component_shapes(drawn: list[Symbol], diagrams: tuple[Diagram, ...]) -> list[Shape]:
+    """Return the shapes of components; elements of a bending bar become parts of that bar."""
     tones: dict[str, int] = {}
     place_of = {name: k for k, name in enumerate(diagrams[0].parts)} if diagrams else {}
     shapes = []
@@ -177,7 +169,7 @@ def newtons(force: float) -> str:
 
 
 def scale_in_words(slower: float, magnification: float = 1.0) -> str:
-    """The time scale of a film, and the scale of its deflections, in words."""
+    """Return the film's time scale and deflection scale as text."""
     factor = float(f"{max(slower, 1.0 / slower):.3g}")
     speed = "real time" if abs(slower - 1.0) < 0.02 else f"{factor:g}× {'slower' if slower > 1.0 else 'faster'}"
     return speed + (f", deflections {magnification:g}×" if magnification != 1.0 else "")
@@ -195,26 +187,28 @@ def scene_of(
     larger: float = 1.0,
     between: bool = True,
 ) -> Scene:
-    """The scene of a film of a run; of pictures with larger blocks, loads and symbols than those of a film.
+    """Return the scene of a run at the given samples.
 
-    `between`: whether a frame covers the contacts since the one before, as that of a film does, or its instant alone.
+    `larger` scales blocks, loads and symbols. With `between`, a frame shows contacts and largest forces since the previous
+    frame, as films do; otherwise those of its own instant.
     """
+    load_size = 0.015  # size of payloads and panels as a fraction of the picture's longer side
     if on_bars is not None:
         check_quantity(on_bars, mechanism)
     diagrams = known_diagrams(run, mechanism)
     if on_bars is not None and not diagrams:
-        raise InputError(f"{on_bars} of a run without bars that bend", "the run of this mechanism")
+        raise InputError(f"{on_bars}: the run has no bending bars", "a run of this mechanism")
     placement = Placement.at(mechanism, run, frames, turns=upright(mechanism))
     bodies = outlines(placement)
-    low, high = corners_of(placement, bodies)
+    low, high = picture_corners(placement, bodies)
     size = float(np.max(high - low))
     drawn_size = larger * size
-    # blocks first, so that bars are drawn over them
-    solid = sorted(_bodies(mechanism, placement, bodies, drawn_size), key=lambda shape: shape.kind != "block")
-    drawn = symbols(run, mechanism, placement, frames, SYMBOL * drawn_size)
-    carried = loads(mechanism, placement, LOAD * drawn_size)
+    # blocks come first, so that bars are drawn over them
+    solid = sorted(_body_shapes(mechanism, placement, bodies, drawn_size), key=lambda shape: shape.kind != "block")
+    drawn = symbols(run, mechanism, placement, frames, SYMBOL_RADIUS * drawn_size)
+    carried = load_shapes(mechanism, placement, load_size * drawn_size)
     panels, payloads = ([shape for shape in carried if shape.kind == kind] for kind in ("panel", "payload"))
-    shapes = [*_guides(mechanism, placement, size), *panels, *solid, *payloads, *_parts(drawn, diagrams)]
+    shapes = [*_guide_lines(mechanism, placement, size), *panels, *solid, *payloads, *_component_shapes(drawn, diagrams)]
     loose = tuple((joint.name, placement.place(joint.bearing)) for joint in mechanism.joints if joint.clearance is not None)
     follow = [(guide.name, placement.place(guide.follower)) for guide in mechanism.guides if guide.clearance is not None]
     names = [(load.name, "payload", load.points.mean(axis=1)) for load in payloads]
@@ -250,7 +244,7 @@ def _tracked(mechanism: Mechanism, placement: Placement, track: Track) -> np.nda
     return placement.points(track.body, np.array([point], float))[:, 0]
 
 
-def _bodies(mechanism: Mechanism, placement: Placement, outlines: list[np.ndarray], size: float) -> list[Shape]:
+def _body_shapes(mechanism: Mechanism, placement: Placement, outlines: list[np.ndarray], size: float) -> list[Shape]:
     shapes, bars, bent = [], 0, cross_sections(mechanism)
     for body, points in zip(mechanism.bodies, outlines, strict=True):
         if body.name in bent:
@@ -263,8 +257,8 @@ def _bodies(mechanism: Mechanism, placement: Placement, outlines: list[np.ndarra
     return shapes
 
 
-def loads(mechanism: Mechanism, placement: Placement, size: float) -> list[Shape]:
-    """The panels and payloads of a mechanism, where `with_panels` and `with_payload` have left their points."""
+def load_shapes(mechanism: Mechanism, placement: Placement, size: float) -> list[Shape]:
+    """Return the shapes of the panels and payloads that `with_panels` and `with_payload` added to a mechanism."""
     square = placement.vectors(SQUARE * size * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]))
     shapes = []
     for body in mechanism.bodies:
@@ -281,7 +275,7 @@ def loads(mechanism: Mechanism, placement: Placement, size: float) -> list[Shape
 
 
 def _block(mechanism: Mechanism, placement: Placement, body: str, middle: np.ndarray, half: float) -> np.ndarray:
-    """The corners of a block, long in the direction of its guide."""
+    """Return the corners of a block, whose longer side is along its guide."""
     tilt = np.zeros(placement.count)
     for guide in mechanism.guides:
         if guide.follower[0] == body:
@@ -290,8 +284,8 @@ def _block(mechanism: Mechanism, placement: Placement, body: str, middle: np.nda
     return placed(middle, tilt, half * np.array([[-1.0, -0.6], [1.0, -0.6], [1.0, 0.6], [-1.0, 0.6]]))
 
 
-def _guides(mechanism: Mechanism, placement: Placement, size: float) -> list[Shape]:
-    """The lines of the guides, long enough to cross the picture."""
+def _guide_lines(mechanism: Mechanism, placement: Placement, size: float) -> list[Shape]:
+    """Return the lines of the guides, long enough to cross the picture."""
     shapes = []
     for guide in mechanism.guides:
         along = size * np.array([math.cos(guide.direction), math.sin(guide.direction)])
@@ -303,16 +297,17 @@ def _guides(mechanism: Mechanism, placement: Placement, size: float) -> list[Sha
 def _clearance_joint(
     run: xr.Dataset, mechanism: Mechanism, placement: Placement, frames: np.ndarray, name: str, *, between: bool
 ) -> ClearanceJoint:
+    path_points = 4000  # largest number of points of a journal's path, about the width of a screen in pixels
     joint, read = mechanism.joint(name), run.variables
     k = read["joint"].values.tolist().index(name)
     if joint.clearance is None:
-        raise InputError(f"joint '{name}' has clearance in the run and is ideal in the mechanism", "the mechanism that was run")
+        raise InputError(f"joint '{name}' has clearance in the run but is ideal in the mechanism", "the mechanism of the run")
     clearance = float(read["clearance"].values[k])
-    eccentricity = GAP / clearance * placement.vectors(along(read["eccentricity"], "joint", "time", "axis")[k])
+    eccentricity = MAGNIFIED_CLEARANCE / clearance * placement.vectors(along(read["eccentricity"], "joint", "time", "axis")[k])
     force, touching = np.hypot(*along(read["reaction"], "joint", "axis", "time")[k]), along(read["in_contact"], "joint", "time")
     touched, largest = _contacts(run, [name], frames, touching[[k]].T, force, between=between)
     last = int(frames[-1])
-    instants = np.linspace(0, last, min(last + 1, FINEST)).astype(int) if between else frames
+    instants = np.linspace(0, last, min(last + 1, path_points)).astype(int) if between else frames
     fine = np.unique(np.concatenate([frames, instants]))
     return ClearanceJoint(
         name=name,
@@ -322,14 +317,14 @@ def _clearance_joint(
         reached=np.searchsorted(fine, frames, side="right") if between else np.zeros(len(frames), int),
         touched=touched[:, 0],
         force=largest,
-        gain=GAP * joint.clearance.journal_radius / clearance,
+        gain=MAGNIFIED_CLEARANCE * joint.clearance.journal_radius / clearance,
     )
 
 
 def _contacts(
     run: xr.Dataset, names: Sequence[str], frames: np.ndarray, touching: np.ndarray, force: np.ndarray, *, between: bool
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Which points touch in frames, and the largest force: at their instants, or since the frame before.
+    """Return which points touch in each frame, and the largest force: at the frame's instant, or since the previous frame.
 
     Shapes: `touching` (samples, points), `force` (samples,); returns (frames, points), (frames,).
     """
@@ -342,8 +337,8 @@ def _contacts(
     return touched, np.max([np.maximum.reduceat(force[:last], begins), *(peaks for _, peaks in located)], axis=0)
 
 
-def guides_of(mechanism: Mechanism, names: Iterable[str]) -> list[str]:
-    """Names of clearance joints with the contact points of each clearance guide replaced by the guide, once."""
+def guides_for_contacts(mechanism: Mechanism, names: Iterable[str]) -> list[str]:
+    """Replace the contact points of each clearance guide by the guide's name, once; keep the names of joints."""
     guide = {point.name: point.guide for point in mechanism.contact_points}
     return list(dict.fromkeys(guide.get(name, name) for name in names))
 
@@ -351,7 +346,8 @@ def guides_of(mechanism: Mechanism, names: Iterable[str]) -> list[str]:
 def _channel(
     run: xr.Dataset, mechanism: Mechanism, placement: Placement, frames: np.ndarray, guide: str, *, between: bool
 ) -> Channel:
-    """The channel of a guide, frame by frame."""
+    """Return the channel of a guide in each frame."""
+    half_length = 1.3  # half the length of the drawn block
     described = mechanism.guide(guide)
     gap = described.clearance
     if gap is None:
@@ -369,13 +365,13 @@ def _channel(
     cos, sin = math.cos(direction), math.sin(direction)
     along, across = cos * x + sin * y, cos * y - sin * x
     side, distance = np.sign(across), np.array([point.distance for point in points])
-    inside = -1.0 if gap.around else 1.0  # where a surface is, seen from the corner that faces it
+    inside = -1.0 if gap.around else 1.0  # sign of the direction from a corner towards its surface
     half = abs(float(np.mean(distance)) - gap.clearance)
     centred = inside * np.abs(across) + gap.corner_radius  # extent of the outline towards the surface with the block centred
     moved = now["indentation"].values[frames] + distance - centred
-    surface = distance / half + (GAP / gap.clearance - 1.0 / half) * gap.clearance
-    heights = inside * side * (centred / half + GAP * moved / gap.clearance)
-    tips = np.stack([np.broadcast_to(LONG * along / np.max(np.abs(along)), heights.shape), heights], axis=-1)
+    surface = distance / half + (MAGNIFIED_CLEARANCE / gap.clearance - 1.0 / half) * gap.clearance
+    heights = inside * side * (centred / half + MAGNIFIED_CLEARANCE * moved / gap.clearance)
+    tips = np.stack([np.broadcast_to(half_length * along / np.max(np.abs(along)), heights.shape), heights], axis=-1)
     around = np.argsort(np.arctan2(across, along))
     corners = tuple(points[k].name for k in around)
     force = np.linalg.norm(now["reaction"].values, axis=2).max(axis=1)
@@ -387,49 +383,57 @@ def _channel(
         {face: face * float(surface[inside * side == face][0]) for face in (1.0, -1.0)},
         largest,
         placement.place(described.follower),
-        GAP * half / gap.clearance,
+        MAGNIFIED_CLEARANCE * half / gap.clearance,
         corners,
         gap.around,
     )
 
 
 def outlines(placement: Placement) -> list[np.ndarray]:
-    """The outlines of the bodies in their order, each of shape (samples, points, 2) [m]."""
+    """Return the outlines of all bodies in their order, each of shape (samples, points, 2) [m]."""
     return [placement.points(body.name, outline(body)) for body in placement.mechanism.bodies]
 
 
-def corners_of(placement: Placement, bodies: Sequence[np.ndarray] | None = None) -> Corners:
-    """The region of a mechanism, whose outlines can be given, and of the points of the ground at all samples, with a margin."""
+def picture_corners(placement: Placement, bodies: Sequence[np.ndarray] | None = None) -> Corners:
+    """Return the corners of a region that contains the bodies and ground points at all samples, with a margin."""
+    margin_fraction = 0.1  # margin around the mechanism as a fraction of its longer side
     fixed = placement.vectors(np.array([place for _, place in placement.mechanism.ground], float).reshape(-1, 2))
     everything = np.concatenate(
         [*(part.reshape(-1, 2) for part in bodies or outlines(placement)), fixed, wheel_points(placement)]
     )
     low, high = everything.min(axis=0), everything.max(axis=0)
-    margin = MARGIN * (float(np.max(high - low)) or 1.0)
+    margin = margin_fraction * (float(np.max(high - low)) or 1.0)
     return low - margin, high + margin
 
 
 def ring_size(joints: np.ndarray, scale: float, largest: float) -> float:
-    """Diameter of the rings around joints, so that bars are seen between them [pt].
+    """Return a diameter of the rings around joints that leaves the bars between them visible [pt].
 
     Shapes: `joints` (frames, joints, 2) [m].
     """
+    together = 1e-3  # joints nearer than this fraction of the largest distance count as one place
+    free_fraction = 0.5  # largest ring diameter as a fraction of the distance between neighbouring joints
+    smallest = 3.5  # smallest diameter of a ring [pt]
     apart = np.linalg.norm(joints[:, :, None] - joints[:, None], axis=-1)
-    apart[apart <= TOGETHER * np.max(apart, initial=0.0)] = np.inf
+    apart[apart <= together * np.max(apart, initial=0.0)] = np.inf
     nearest = float(np.median(np.min(apart, axis=(1, 2), initial=np.inf)))
-    return float(np.clip(FREE * scale * nearest, SMALLEST, largest))
+    return float(np.clip(free_fraction * scale * nearest, smallest, largest))
 
 
 def upright(mechanism: Mechanism) -> int:
-    """Quarter turns, counter-clockwise, after which gravity points downwards; none without gravity or where it is oblique."""
+    """Return the number of counter-clockwise quarter turns that make gravity point downwards.
+
+    Return 0 without gravity, or if gravity is oblique.
+    """
+    oblique = 0.1  # gravity further from the next quarter turn is oblique [quarter turns]
     if mechanism.gravity == 0.0:
         return 0
     turns = (-0.5 * math.pi - mechanism.gravity_direction) / (0.5 * math.pi)
-    return round(turns) % 4 if abs(turns - round(turns)) < OBLIQUE else 0
+    return round(turns) % 4 if abs(turns - round(turns)) < oblique else 0
 
 
 def outline(body: Body) -> np.ndarray:
-    """The outline of a body in its own frame: the line between its extreme points, or the polygon around them.
+    """Return the outline of a body in its own frame: the segment between its extreme points, or the polygon around them.
 
     Shapes: returns (points, 2).
     """

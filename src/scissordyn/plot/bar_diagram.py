@@ -1,4 +1,4 @@
-"""What bars that bend carry, as it is drawn on them: stresses as colours, bending moment and axial force as ordinates."""
+"""Diagrams on bending bars: stress as colours, bending moment and axial force as ordinates."""
 
 from __future__ import annotations
 
@@ -23,22 +23,19 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 COLOURS = "cividis_r"
-"""Perceptually uniform, for readers without red or green too: the larger the darker, in print without colour as well."""
+"""Perceptually uniform colour map. Larger values are darker, also in black-and-white print and with colour blindness."""
 
-ORDINATE = 0.11  # The largest ordinate, as a fraction of the mechanism's longer side
-
-
-TOGETHER = 1e-9  # Ends of parts so near to each other are one place, as a fraction of the mechanism's longer side
+ORDINATE_LENGTH = 0.11  # Length of the largest ordinate as a fraction of the mechanism's longer side
 
 
 @dataclass(frozen=True)
 class Quantity:
     unit: str
-    first: str  # Variables of a run with its values at the start and the end of parts of bars
-    last: str
-    tone: str = ""  # Colour of its ordinates; "" where bars themselves are coloured by it
-    needs: tuple[str, ...] = ()  # Fields of a bar without which it is not known
-    whole: str = ""  # Variable with one value of each part, for elements that have no values at their ends
+    first: str  # Variable of the run with the values at the start of each part
+    last: str  # Variable of the run with the values at the end of each part
+    tone: str = ""  # Colour of the ordinates; "" if the bars themselves are coloured
+    needs: tuple[str, ...] = ()  # Fields that a bar must have for this quantity
+    whole: str = ""  # Variable with one value per part, for elements without values at their ends
 
 
 MOMENT, AXIAL = "bending moment", "axial force"
@@ -49,21 +46,21 @@ QUANTITIES: Mapping[str, Quantity] = {
     "stress": Quantity("Pa", "beam_stress", "beam_stress", needs=("youngs_modulus", "depth")),
     "utilisation": Quantity("1", "beam_utilisation", "beam_utilisation", needs=("youngs_modulus", "depth", "yield_strength")),
 }
-"""What can be drawn on bars. Stress and utilisation are those of the extreme fibre, the largest of each part."""
+"""Quantities that can be drawn on bars. Stress and utilisation are the largest values of the extreme fibre in each part."""
 
 
 @dataclass(frozen=True)
 class Diagram:
-    """A quantity along bars that bend, at the samples of a run."""
+    """Values of one quantity along bending bars, at the samples of a run."""
 
     quantity: str  # A key of `QUANTITIES`
-    parts: tuple[str, ...]  # Names of the elements of bars, or of their parts, as a run has them
-    values: np.ndarray  # (samples, parts, 2) At the start and the end of each; alike where it is one number of a part
-    largest: float  # Size at which the scale of colours or ordinates ends
+    parts: tuple[str, ...]  # Names of the elements of bars, or of their parts, as in the run
+    values: np.ndarray  # (samples, parts, 2) Values at the start and the end of each part; equal if a part has one value
+    largest: float  # Magnitude at which the scale of colours or ordinates ends
 
     @property
     def coloured(self) -> bool:
-        """Whether the bars themselves have its colours."""
+        """True if the quantity is shown by the colours of the bars."""
         return not QUANTITIES[self.quantity].tone
 
     @property
@@ -72,29 +69,30 @@ class Diagram:
 
     @property
     def label(self) -> str:
-        """What its colours or ordinates say."""
+        """Title of the colour bar or caption of the ordinates."""
         if self.coloured:
             return self.scale.label(self.quantity)
         side = " on the side in tension" if self.quantity == MOMENT else ""
         return f"{self.quantity}{side}, longest {self.scale.with_unit(self.largest, 3)}"
 
     def at(self, samples: Sequence[int] | np.ndarray) -> Diagram:
-        """Of some samples, on the same scale."""
+        """Return the diagram at some samples, on the same scale."""
         return dataclasses.replace(self, values=self.values[samples])
 
     def envelope(self) -> Diagram:
-        """The largest and the least value at each place over all samples, as two samples."""
+        """Return a diagram of two samples: the largest and the smallest value at each place over all samples."""
         return dataclasses.replace(self, values=np.stack([self.values.max(axis=0), self.values.min(axis=0)]))
 
     def most(self) -> tuple[float, str]:
-        """The value of the largest size, and the part that has it."""
+        """Return the value of largest magnitude, and the name of its part."""
         at = np.unravel_index(int(np.argmax(np.abs(self.values))), self.values.shape)
         return float(self.values[at]), self.parts[at[1]]
 
     def ordinates(self, places: np.ndarray, length: float) -> np.ndarray:
-        """The ends of the ordinates of all parts, shape (samples, parts, 2, 2) [m].
+        """Return the ends of the ordinates of all parts, shape (samples, parts, 2, 2) [m].
 
-        A positive moment curves a bar towards its +y, so that its fibres at -y are in tension: ordinates stand on that side.
+        A positive moment curves a bar towards its +y; the fibres at -y are then in tension, and the ordinates are drawn
+        on that side.
 
         Shapes: `places` (samples, parts, points, 2).
         """
@@ -106,32 +104,34 @@ class Diagram:
 
 
 def check_quantity(quantity: str, mechanism: Mechanism) -> None:
-    """Raise `InputError` for a quantity that bars have not, or these do not know."""
+    """Raise `InputError` if the quantity is unknown, or if the mechanism's bars do not have it."""
     if quantity not in QUANTITIES:
-        raise InputError(f"'{quantity}' on bars{did_you_mean(quantity, QUANTITIES)}", ", ".join(QUANTITIES), "stress")
-    if not bars_of(mechanism):
-        raise InputError(f"{quantity} of bars that do not bend", "bars that bend", "sd.with_bending(mechanism, ...)")
-    for bar, need in _lacking(quantity, mechanism):
         raise InputError(
-            f"{quantity} of bar '{bar}', which has no {need}",
+            f"unknown quantity '{quantity}' on bars{did_you_mean(quantity, QUANTITIES)}", ", ".join(QUANTITIES), "stress"
+        )
+    if not bars_of(mechanism):
+        raise InputError(f"{quantity}: no bar of the mechanism bends", "bending bars", "sd.with_bending(mechanism, ...)")
+    for bar, need in _missing_fields(quantity, mechanism):
+        raise InputError(
+            f"{quantity}: bar '{bar}' has no {need}",
             "bars with a section and a material, or another quantity",
             MOMENT,
         )
 
 
 def known_diagrams(run: xr.Dataset, mechanism: Mechanism) -> tuple[Diagram, ...]:
-    """Those that films can draw of a run: all that are known."""
+    """Return all diagrams that a film of the run can draw."""
     if "beam_axial_force" not in run or not bars_of(mechanism):
         return ()
     return tuple(diagram_of(run, mechanism, name) for name in QUANTITIES if is_known(name, mechanism))
 
 
 def is_known(quantity: str, mechanism: Mechanism) -> bool:
-    return not _lacking(quantity, mechanism)
+    return not _missing_fields(quantity, mechanism)
 
 
-def _lacking(quantity: str, mechanism: Mechanism) -> list[tuple[str, str]]:
-    """Bars, and what they lack."""
+def _missing_fields(quantity: str, mechanism: Mechanism) -> list[tuple[str, str]]:
+    """Return the bars that lack a required field, each with the name of that field."""
     return [
         (bar.name, need)
         for bar in bars_of(mechanism)
@@ -141,11 +141,11 @@ def _lacking(quantity: str, mechanism: Mechanism) -> list[tuple[str, str]]:
 
 
 def diagram_of(run: xr.Dataset, mechanism: Mechanism, quantity: str) -> Diagram:
-    """What a run says of a quantity along its bars."""
+    """Return the diagram of a quantity along the bars of a run."""
     check_quantity(quantity, mechanism)
     shown, parts = QUANTITIES[quantity], _parts(mechanism)
     if "beam" not in run:
-        raise InputError(f"{quantity} of a run without bars that bend", "the run of this mechanism")
+        raise InputError(f"{quantity}: the run has no bending bars", "a run of this mechanism")
     ends = []
     for name in (shown.first, shown.last):
         value = run[name if name in run else shown.whole]
@@ -156,13 +156,13 @@ def diagram_of(run: xr.Dataset, mechanism: Mechanism, quantity: str) -> Diagram:
 
 
 def _parts(mechanism: Mechanism) -> list[str]:
-    """Names of the beam elements and of the parts of flexible bars."""
+    """Return the names of the beam elements and of the parts of flexible bars."""
     parts = (name for bar in flexible_bars(mechanism) for name in part_names(bar))
     return [*(beam.name for beam in beams_of(mechanism)), *parts]
 
 
 def part_indices(name: str, place_of: Mapping[str, int]) -> tuple[int, ...]:
-    """Where the parts of a component are among all: the element itself, or the parts of a flexible bar."""
+    """Return the indices of a component's parts: of the element itself, or of the parts of a flexible bar."""
     if name in place_of:
         return (place_of[name],)
     indices: list[int] = []
@@ -171,15 +171,16 @@ def part_indices(name: str, place_of: Mapping[str, int]) -> tuple[int, ...]:
     return tuple(indices)
 
 
-def edges(places: np.ndarray, outer: np.ndarray) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Areas between bars and the ends of their ordinates, and the lines through these ends.
+def ordinate_edges(places: np.ndarray, outer: np.ndarray) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """Return the areas between bars and the ends of their ordinates, and the lines through these ends.
 
-    Parts that go on from each other have one area and one line, so that there are no seams; where values jump, the line does.
+    Consecutive parts share one area and one line, so that no seam is visible; the line jumps where the values jump.
 
     Shapes: `places` (parts, points, 2) [m], `outer` (parts, 2, 2) [m]; returns `areas, lines` (points, 2) [m].
     """
+    together = 1e-9  # ends of parts nearer than this fraction of the mechanism's longer side coincide
     size = float(np.max(np.ptp(places, axis=(0, 1)), initial=0.0))
-    apart = np.linalg.norm(places[1:, 0] - places[:-1, -1], axis=-1) > TOGETHER * size
+    apart = np.linalg.norm(places[1:, 0] - places[:-1, -1], axis=-1) > together * size
     chains = np.split(np.arange(len(places)), np.flatnonzero(apart) + 1)
     lines = [outer[chain].reshape(-1, 2) for chain in chains]
     return [
@@ -188,7 +189,7 @@ def edges(places: np.ndarray, outer: np.ndarray) -> tuple[list[np.ndarray], list
 
 
 def colour_bar(axes: list[Axes], diagram: Diagram) -> None:
-    """The colour bar of a quantity beside some panels, from zero to its largest value."""
+    """Add a colour bar from zero to the largest value next to some panels."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 

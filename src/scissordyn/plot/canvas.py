@@ -1,4 +1,4 @@
-"""The scene of a film for the canvas of browsers: JSON with arrays as 32-bit floats in base64, or a page with its player."""
+"""Write the scene of a film for the canvas of a browser: as JSON with base64 arrays, or as a page with a player."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ import numpy as np
 
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plot.animation_scene import EDGE, Channel, Scene, scale_in_words, scene_of
-from scissordyn.plot.bar_diagram import COLOURS, ORDINATE, QUANTITIES, Diagram
-from scissordyn.plot.label import LOOKS
+from scissordyn.plot.animation_scene import CHANNEL_HALF_LENGTH, Channel, Scene, scale_in_words, scene_of
+from scissordyn.plot.bar_diagram import COLOURS, ORDINATE_LENGTH, QUANTITIES, Diagram
+from scissordyn.plot.label import FILM_INSTANTS
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.series import clearance_pins, largest_forces, mechanism_of, predictability_horizon
 from scissordyn.record.sampling import spread_samples
@@ -23,30 +23,31 @@ from scissordyn.record.sampling import spread_samples
 if TYPE_CHECKING:
     import xarray as xr
 
-PARTS = ("scene.js", "ruler.js", "diagram.js", "canvas.js")
+SCRIPT_FILES = ("scene.js", "ruler.js", "diagram.js", "canvas.js")
 
-CANVAS = "".join((Path(__file__).parent / "assets" / part).read_text(encoding="utf-8") for part in PARTS)
-"""The script of the canvas, a module for the explorer, notebooks and films."""
+CANVAS_SCRIPT = "".join((Path(__file__).parent / "assets" / part).read_text(encoding="utf-8") for part in SCRIPT_FILES)
+"""JavaScript module that draws a scene, for the explorer, notebooks and films."""
 
-FRAMES = 500  # Most frames in the explorer; between two of them contacts and largest forces are kept
-MOST_NAMES = 6  # Of more joints, as in canvas.js, the chosen one alone has its name in the drawing, in one place beside it
-HIGH = 520  # Of the frame in a notebook [pixel]
-SECONDS = 6.0  # How long a run is shown at speed 1 [s]
+MAX_FRAMES = (
+    500  # Largest number of frames in the explorer; each frame includes contacts and largest forces since the previous one
+)
+FILM_DURATION = 6.0  # Duration of a run at playback speed 1 [s]
 
 
-def run_scene(run: xr.Dataset, mechanism: Mechanism, frames: int = FRAMES) -> Scene:
-    """The scene of a run, with everything magnified that has a clearance."""
+def run_scene(run: xr.Dataset, mechanism: Mechanism, frames: int = MAX_FRAMES) -> Scene:
+    """Return the scene of a run in which everything with a clearance is magnified."""
     chosen = spread_samples(run["time"].values, min(run.sizes["time"], frames))
     loose = [guide.name for guide in mechanism.guides if guide.clearance is not None]
     return scene_of(run, mechanism, chosen, clearance_pins(run), guides=loose)
 
 
-def packed_scene(run: xr.Dataset, mechanism: Mechanism, *, number: int = 0, note: str = "", frames: int = FRAMES) -> str:
-    return packed(run_scene(run, mechanism, frames), run, number=number, note=note)
+def pack_run(run: xr.Dataset, mechanism: Mechanism, *, number: int = 0, note: str = "", frames: int = MAX_FRAMES) -> str:
+    return pack_scene(run_scene(run, mechanism, frames), run, number=number, note=note)
 
 
-def packed(scene: Scene, run: xr.Dataset, *, number: int = 0, note: str = "", seconds: float = SECONDS) -> str:
-    largest, alone = largest_forces(run) if scene.channels else {}, len(scene.magnified) > MOST_NAMES
+def pack_scene(scene: Scene, run: xr.Dataset, *, number: int = 0, note: str = "", seconds: float = FILM_DURATION) -> str:
+    most_names = 6  # with more joints only the chosen one shows its name, as in canvas.js
+    largest, alone = largest_forces(run) if scene.channels else {}, len(scene.magnified) > most_names
     data = {
         "run": number,
         "note": note,
@@ -59,7 +60,7 @@ def packed(scene: Scene, run: xr.Dataset, *, number: int = 0, note: str = "", se
         "horizon": predictability_horizon(run),
         "shapes": [
             {
-                **_data(shape, "name", "kind", "tone", "parts"),
+                **_fields_of(shape, "name", "kind", "tone", "parts"),
                 "count": shape.points.shape[1],
                 "points": np.broadcast_to(shape.points, (len(scene.time), *shape.points.shape[1:])),
             }
@@ -67,20 +68,22 @@ def packed(scene: Scene, run: xr.Dataset, *, number: int = 0, note: str = "", se
         ],
         "pins": {"names": list(scene.pin_names), "points": scene.pins},
         "supports": scene.supports.tolist(),
-        "joints": [_data(joint, "name", "gain", "place", "journal", "touched", "force") for joint in scene.clearance_joints],
-        # a click on a channel shows the curves of its corner with the largest force
+        "joints": [
+            _fields_of(joint, "name", "gain", "place", "journal", "touched", "force") for joint in scene.clearance_joints
+        ],
+        # a click on a channel shows the curves of the corner with the largest force
         "channels": [_channel(channel, max(channel.corners, key=largest.__getitem__)) for channel in scene.channels],
-        "asides": np.round(scene.asides(looks=1 if alone else LOOKS, alone=alone), 1).tolist(),
+        "asides": np.round(scene.name_offsets(looks=1 if alone else FILM_INSTANTS, alone=alone), 1).tolist(),
         "magnification": scene.magnification,
         "diagrams": [_diagram(diagram) for diagram in scene.diagrams],
         "onBars": scene.on_bars,
         "tracks": [{"name": name, "points": points} for name, points in scene.tracks],
     }
-    return json.dumps(data, separators=(",", ":"), default=_packed)
+    return json.dumps(data, separators=(",", ":"), default=_encode_array)
 
 
-def declared(mechanism: Mechanism) -> xr.Dataset:
-    """A mechanism with its bodies where they are declared to start, at one instant twice; no constraint is solved."""
+def declared_positions(mechanism: Mechanism) -> xr.Dataset:
+    """Return a run-like dataset with the bodies at their declared start, at two equal instants; no constraint is solved."""
     import xarray as xr
 
     bodies = mechanism.bodies
@@ -99,18 +102,18 @@ def declared(mechanism: Mechanism) -> xr.Dataset:
 
 
 def declared_scene(mechanism: Mechanism) -> str:
-    """A mechanism as it is declared, with ideal joints, as a scene: it is there before anything is computed."""
+    """Return the packed scene of a mechanism as declared, with ideal joints; it is available before anything is computed."""
     ideal = mechanism.ideal()
-    return packed_scene(declared(ideal), ideal, note="as declared; its motion follows")
+    return pack_run(declared_positions(ideal), ideal, note="as declared; its motion follows")
 
 
-def _packed(values: np.ndarray) -> str:
-    """Numbers as 32-bit floats, whether something is so as bytes."""
+def _encode_array(values: np.ndarray) -> str:
+    """Return an array in base64: numbers as 32-bit floats, booleans as bytes."""
     kind = np.uint8 if values.dtype == bool else np.float32
     return base64.b64encode(np.ascontiguousarray(values, dtype=kind).tobytes()).decode()
 
 
-def _data(part: object, *names: str) -> dict[str, Any]:
+def _fields_of(part: object, *names: str) -> dict[str, Any]:
     return {name: getattr(part, name) for name in names}
 
 
@@ -124,7 +127,7 @@ def _diagram(diagram: Diagram) -> dict[str, Any]:
         "label": diagram.label,
         "largest": diagram.largest,
         "factor": diagram.scale.factor,
-        "ordinate": ORDINATE if tone else 0.0,
+        "ordinate": ORDINATE_LENGTH if tone else 0.0,
         "ramp": [to_hex(colours(part)) for part in np.linspace(0.0, 1.0, 32)] if diagram.coloured else [tone],
         "values": diagram.values,
     }
@@ -132,9 +135,9 @@ def _diagram(diagram: Diagram) -> dict[str, Any]:
 
 def _channel(channel: Channel, joint: str) -> dict[str, Any]:
     return {
-        **_data(channel, "name", "gain", "hollow", "place", "block", "touching", "force"),
+        **_fields_of(channel, "name", "gain", "hollow", "place", "block", "touching", "force"),
         "joint": joint,
-        "edge": EDGE,
+        "edge": CHANNEL_HALF_LENGTH,
         "surfaces": list(channel.surfaces.items()),
         "count": channel.block.shape[1],
     }
@@ -186,30 +189,31 @@ def page(scene: Scene, run: xr.Dataset, seconds: float, *, ghost: str = "") -> s
     slower = seconds / float(scene.time[-1] - scene.time[0])
     scale_text = scale_in_words(slower, scene.magnification)
     about = f"The drawing is {scale.factor * wide:.3g} {scale.unit} wide. At speed 1×: {scale_text}."
-    # "<" in a name could end the script
-    data, other = (text.replace("<", "\\u003c") for text in (packed(scene, run, seconds=seconds), ghost))
-    return PAGE.format(about=about, scene=data, ghost=other, canvas=CANVAS.replace("export default { render };", ""))
+    # a "<" in a name could end the script
+    data, other = (text.replace("<", "\\u003c") for text in (pack_scene(scene, run, seconds=seconds), ghost))
+    return PAGE.format(about=about, scene=data, ghost=other, canvas=CANVAS_SCRIPT.replace("export default { render };", ""))
 
 
 @dataclass(frozen=True)
 class View:
-    """A film that a notebook shows.
+    """Film that a notebook displays.
 
     Parameters
     ----------
     html : str
-        Its page.
+        HTML page of the film.
     """
 
     html: str = field(repr=False)
 
     def _repr_html_(self) -> str:
-        # a frame keeps the styles and scripts of page and notebook apart
-        return f'<iframe srcdoc="{escape(self.html)}" style="width: 100%; height: {HIGH}px; border: 0"></iframe>'
+        height = 520  # height of the frame [pixel]
+        # an iframe separates the styles and scripts of page and notebook
+        return f'<iframe srcdoc="{escape(self.html)}" style="width: 100%; height: {height}px; border: 0"></iframe>'
 
 
 def view(run: xr.Dataset, *, ghost: xr.Dataset | None = None) -> View:
-    """The motion of a run in a notebook, with its clearance joints magnified.
+    """Return the motion of a run as a film for a notebook, with its clearance joints magnified.
 
     Parameters
     ----------
@@ -220,7 +224,7 @@ def view(run: xr.Dataset, *, ghost: xr.Dataset | None = None) -> View:
     Returns
     -------
     View
-        Jupyter, marimo and whatever else shows HTML display it; `html` is the page, without other files or network access.
+        Displayed by Jupyter, marimo and other notebooks that show HTML. `html` is a self-contained page.
 
     Raises
     ------
@@ -228,6 +232,6 @@ def view(run: xr.Dataset, *, ghost: xr.Dataset | None = None) -> View:
         If a run has fewer than two samples.
     """
     if any(shown.sizes.get("time", 0) < 2 for shown in (run, ghost) if shown is not None):
-        raise InputError("a run of fewer than two samples", "a longer run")
-    other = "" if ghost is None else packed_scene(ghost, mechanism_of(ghost))
-    return View(page(run_scene(run, mechanism_of(run)), run, SECONDS, ghost=other))
+        raise InputError("the run has fewer than two samples", "a run with two samples or more", "samples=200")
+    other = "" if ghost is None else pack_run(ghost, mechanism_of(ghost))
+    return View(page(run_scene(run, mechanism_of(run)), run, FILM_DURATION, ghost=other))

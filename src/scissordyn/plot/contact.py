@@ -1,4 +1,4 @@
-"""Curves of contact forces and of torques with the instants in them that are located between samples."""
+"""Curves of contact forces and torques that include their maxima between samples."""
 
 from __future__ import annotations
 
@@ -11,27 +11,27 @@ import xarray as xr
 from scissordyn.record.joint_force import clearance_joints, joint_force, oiled_joints
 from scissordyn.record.summary import actuator_limits
 
-OF_COMPONENTS = (("control_torque", "actuator", "peak_control_torque"), ("motor_torque", "motor", "motor_peak_torque"))
-"""Variables along the dimension of their sources, with those of their largest values."""
+TORQUE_VARIABLES = (("control_torque", "actuator", "peak_control_torque"), ("motor_torque", "motor", "motor_peak_torque"))
+"""Torque variable, dimension of its sources, and variable of its largest values, for actuators and motors."""
 
 
 @dataclass(frozen=True)
 class ContactTimes:
-    """The contacts of one joint."""
+    """Start, end and peak force of each contact of one joint."""
 
-    start: np.ndarray  # (contacts,) [s]; a contact that lasts ends with the run
-    end: np.ndarray  # (contacts,)
-    peak_time: np.ndarray  # (contacts,) Instant of the largest force [s]; NaN where there is none
+    start: np.ndarray  # (contacts,) [s]
+    end: np.ndarray  # (contacts,) [s]; the end of the run for a contact that is still closed then
+    peak_time: np.ndarray  # (contacts,) Instant of the largest force [s]; NaN if unknown
     peak: np.ndarray  # (contacts,) Largest force [N]
-    lasting: np.ndarray  # (contacts,) Whether a contact goes on at the end of the run
+    lasting: np.ndarray  # (contacts,) True for a contact that is still closed at the end of the run
 
 
 def contact_times(run: xr.Dataset, joint: str, *, normal: bool = False) -> ContactTimes:
-    """The contacts of a joint, with the peaks of their force or of its normal part; none in a run without contacts."""
+    """Return the contacts of a joint with the peaks of the force, or of its normal part; empty for a run without contacts."""
     if "contact_joint" not in run:
         nothing = np.empty(0)
         return ContactTimes(nothing, nothing, nothing, nothing, nothing.astype(bool))
-    read = run.variables  # without their coordinates, which take longer than all else where there are many joints
+    read = run.variables  # variables without coordinates: selecting by coordinate is slow for many joints
     ours = read["contact_joint"].values.astype(str) == joint
     start, duration = read["contact_start"].values[ours], read["contact_duration"].values[ours]
     lasting = ~np.isfinite(duration)
@@ -40,8 +40,8 @@ def contact_times(run: xr.Dataset, joint: str, *, normal: bool = False) -> Conta
     return ContactTimes(start, end, start + read[f"{part}time"].values[ours], read[f"{part}force"].values[ours], lasting)
 
 
-def with_instants(time: np.ndarray, values: np.ndarray, when: np.ndarray, also: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """A sampled curve with further points in it.
+def insert_points(time: np.ndarray, values: np.ndarray, when: np.ndarray, also: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Insert points into a sampled curve.
 
     Shapes: `time, values` (samples,), `when, also` (points,).
     """
@@ -60,28 +60,32 @@ def with_instants(time: np.ndarray, values: np.ndarray, when: np.ndarray, also: 
 
 
 def force_curve(run: xr.Dataset, joint: str, *, normal: bool = False) -> xr.DataArray:
-    """The force of a joint, or its normal part, at its samples and where it is largest; dry also at both ends of contacts.
+    """Return the force of a joint, or its normal part, at the samples and at its maxima between samples.
 
-    A line through samples alone is lower than the peaks between them, and misses a contact that is shorter than their distance.
+    For a dry joint the curve is zero at both ends of each contact. A line through the samples alone would miss peaks and
+    short
+    contacts between them.
     """
     time = run["time"].values
     values = run["normal_force"].sel(joint=joint).values if normal else joint_force(run, joint)
     attributes = {"units": "N", "long_name": "normal force" if normal else "force"}
     dry = joint in clearance_joints(run) and joint not in oiled_joints(run)
     if not (normal or dry) and np.isfinite(peak := run["joint_peak_force"].sel(joint=joint).values):
-        time, values = with_instants(time, values, run["joint_peak_force_time"].sel(joint=joint).values[None], peak[None])
+        time, values = insert_points(time, values, run["joint_peak_force_time"].sel(joint=joint).values[None], peak[None])
         return xr.DataArray(values, {"time": time}, ("time",), attrs=attributes)
     contacts = contact_times(run, joint, normal=normal)
     before, after = contacts.start[contacts.start > time[0]], contacts.end[~contacts.lasting & (contacts.end < time[-1])]
-    # without a force at its ends, except where a sample is
+    # the force is zero at the ends of a contact, except where a sample exists
     zero = np.concatenate([before, after])
-    time, values = with_instants(time, values, zero, np.zeros(zero.size))
-    time, values = with_instants(time, values, contacts.peak_time, contacts.peak)
+    time, values = insert_points(time, values, zero, np.zeros(zero.size))
+    time, values = insert_points(time, values, contacts.peak_time, contacts.peak)
     return xr.DataArray(values, {"time": time}, ("time",), attrs=attributes)
 
 
 def frame_contacts(run: xr.Dataset, joint: str, frames: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """What the contacts of a joint add to frames of an animation, each of which covers the time since the one before.
+    """Return whether each frame contains a contact of a joint, and the largest peak force in it.
+
+    A frame covers the time since the previous one.
 
     Shapes: `frames` (frames,) [s]; returns `touched` (frames,), `largest` (frames,) [N].
     """
@@ -99,48 +103,48 @@ def frame_contacts(run: xr.Dataset, joint: str, frames: np.ndarray) -> tuple[np.
 @dataclass(frozen=True)
 class TorqueSource:
     name: str
-    variable: str  # Where it stands in a run
+    variable: str  # Name of the variable in the run
     part: int
-    curve: xr.DataArray  # Along "time" [N m], with its located maximum between the samples
-    peak: tuple[float, float] | None = None  # Instant [s] and value [N m] of the largest magnitude, where the run has it
-    limit: float | None = None  # Largest torque in either sense [N m], where there is one
+    curve: xr.DataArray  # Torque along "time" [N m], including the located maximum between samples
+    peak: tuple[float, float] | None = None  # Instant [s] and value [N m] of the largest magnitude, if the run has it
+    limit: float | None = None  # Largest torque in either direction [N m], if there is a limit
 
 
 def torque_sources(run: xr.Dataset) -> list[TorqueSource]:
-    """The torques of drives, actuators and motors, in this order."""
+    """Return the torques of drives, actuators and motors, in this order."""
     sources = []
     drives = run.sizes.get("drive", 1) if "drive_torque" in run else 0
     for k in range(drives):
         sampled = run["drive_torques"].isel(drive=k) if "drive_torques" in run else run["drive_torque"]
         name = "driving torque" if drives == 1 else f"torque of drive {k + 1}"
         peak = _peak(run, sampled.values, "peak_drive_torque", k)
-        sources.append(TorqueSource(name, "drive_torque", k, _with_peak(sampled, peak), peak))
-    limits = actuator_limits(run) if any(variable in run for variable, _, _ in OF_COMPONENTS) else {}
-    for variable, along, largest in OF_COMPONENTS:
+        sources.append(TorqueSource(name, "drive_torque", k, _insert_peak(sampled, peak), peak))
+    limits = actuator_limits(run) if any(variable in run for variable, _, _ in TORQUE_VARIABLES) else {}
+    for variable, along, largest in TORQUE_VARIABLES:
         if variable in run and along in run[variable].dims:
             for k, name in enumerate(run[along].values.astype(str).tolist()):
                 sampled = run[variable].isel({along: k})
                 peak = _peak(run, sampled.values, largest, k)
-                curve = _with_peak(sampled, peak)
+                curve = _insert_peak(sampled, peak)
                 sources.append(TorqueSource(f"torque of {name}", variable, k, curve, peak, limits.get(name)))
     return sources
 
 
-def _with_peak(sampled: xr.DataArray, peak: tuple[float, float] | None) -> xr.DataArray:
+def _insert_peak(sampled: xr.DataArray, peak: tuple[float, float] | None) -> xr.DataArray:
     when, value = (np.empty(0), np.empty(0)) if peak is None else (np.array([peak[0]]), np.array([peak[1]]))
-    time, values = with_instants(sampled["time"].values, sampled.values, when, value)
+    time, values = insert_points(sampled["time"].values, sampled.values, when, value)
     return xr.DataArray(values, {"time": time}, ("time",), attrs=sampled.attrs)
 
 
 def _peak(run: xr.Dataset, values: np.ndarray, largest: str, source: int) -> tuple[float, float] | None:
-    """When the torque of a source is largest [s], and the torque [N m]; None if that is not in this part of the run."""
+    """Return the instant [s] and value [N m] of a source's largest torque; None if it is not in this part of the run."""
     if largest not in run or f"{largest}_time" not in run:
         return None
     when, size = (float(run.variables[name].values[source]) for name in (f"{largest}_time", largest))
     time = run["time"].values
     if not (time.size and time[0] <= when <= time[-1] and math.isfinite(size)):
         return None
-    # the run has its magnitude: its sign is that of the larger one of the samples around it
+    # the run stores the magnitude; its sign is that of the larger neighbouring sample
     after = min(int(np.searchsorted(time, when)), len(time) - 1)
     around = values[max(0, after - 1) : after + 1]
     return when, math.copysign(size, float(around[np.argmax(np.abs(around))]))

@@ -1,4 +1,4 @@
-"""A scene drawn by matplotlib, for stills and films: artists that are moved from frame to frame."""
+"""Draw a scene with matplotlib, for stills and films, with artists that are updated frame by frame."""
 
 from __future__ import annotations
 
@@ -13,8 +13,18 @@ from matplotlib.colors import Normalize, to_rgba
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Polygon, Rectangle
 
-from scissordyn.plot.animation_scene import EDGE, GAP, TRAIL, Channel, ClearanceJoint, Corners, Scene, Shape, ring_size
-from scissordyn.plot.bar_diagram import COLOURS, ORDINATE, QUANTITIES, Diagram, edges
+from scissordyn.plot.animation_scene import (
+    CHANNEL_HALF_LENGTH,
+    MAGNIFIED_CLEARANCE,
+    TRAIL_FRAMES,
+    Channel,
+    ClearanceJoint,
+    Corners,
+    Scene,
+    Shape,
+    ring_size,
+)
+from scissordyn.plot.bar_diagram import COLOURS, ORDINATE_LENGTH, QUANTITIES, Diagram, ordinate_edges
 from scissordyn.plot.label import Label
 from scissordyn.plot.style import (
     BLACK,
@@ -30,29 +40,29 @@ from scissordyn.plot.style import (
     label_axes,
 )
 
-RING = 8.0  # Diameter of the ring around a clearance joint, where there is room [pt]
+RING_DIAMETER = 8.0  # Largest diameter of the ring around a clearance joint [pt]
 
-HATCHED: dict[str, Any] = {"facecolor": "white", "edgecolor": GREY, "hatch": "//////", "linewidth": 0.0}
+HATCH_STYLE: dict[str, Any] = {"facecolor": "white", "edgecolor": GREY, "hatch": "//////", "linewidth": 0.0}
 
-AREAS: dict[str, dict[str, Any]] = {
+AREA_STYLES: dict[str, dict[str, Any]] = {
     "block": {"facecolor": LIGHT, "edgecolor": BLACK, "linewidth": 0.9, "zorder": 1.8},
     "payload": {"facecolor": to_rgba(GREY, 0.45), "edgecolor": BLACK, "linewidth": 0.9, "zorder": 2.2},
     "panel": {"facecolor": to_rgba(PURPLE, 0.25), "edgecolor": PURPLE, "linewidth": 0.6, "zorder": 1.7},
     "plate": {"linewidth": 1.6, "zorder": 1.9},
 }
-LINES: dict[str, dict[str, Any]] = {
+LINE_STYLES: dict[str, dict[str, Any]] = {
     "bar": {"linewidth": 2.0, "zorder": 2.0, "solid_capstyle": "round"},
     "component": {"color": PURPLE, "linewidth": 1.0, "zorder": 2.5},
     "rod": {"color": PURPLE, "linewidth": 1.4, "linestyle": (0, (4, 1.5)), "zorder": 2.5},
     "guide": {"color": GREY, "linewidth": 0.7, "linestyle": (0, (6, 2, 1, 2)), "zorder": 1.0},
 }
-"""How shapes look by their kind."""
+"""Style of shapes by their kind."""
 
-NAMED = {"joint": VERMILION, "guide": VERMILION, "component": PURPLE, "payload": BLACK}
+NAME_COLOURS = {"joint": VERMILION, "guide": VERMILION, "component": PURPLE, "payload": BLACK}
 
 
 class Drawing:
-    """A scene on Axes: the region of the scene, or a given one."""
+    """Artists of a scene on given Axes, for the scene's region or a given one."""
 
     def __init__(self, axes: Axes, scene: Scene, region: Corners | None = None) -> None:
         self.axes, self.scene = axes, scene
@@ -62,15 +72,15 @@ class Drawing:
         axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
         label_axes(axes, scene.turns)
         self.shapes = [self._artist(shape) for shape in scene.shapes]
-        self.diagram = _OnBars(axes, scene) if scene.on_bars else None
+        self.diagram = _BarDiagram(axes, scene) if scene.on_bars else None
         size = 0.025 * float(np.max(scene.high - scene.low))
         for pin in scene.supports:
             corners = pin + size * np.array([[0.0, 0.0], [-1.0, -1.6], [1.0, -1.6]])
             axes.add_patch(Polygon(corners, facecolor="white", edgecolor=BLACK, linewidth=0.9, zorder=1.5))
-            axes.add_patch(Rectangle(pin - size * np.array([1.6, 2.3]), 3.2 * size, 0.7 * size, zorder=1.4, **HATCHED))
+            axes.add_patch(Rectangle(pin - size * np.array([1.6, 2.3]), 3.2 * size, 0.7 * size, zorder=1.4, **HATCH_STYLE))
         pins: dict[str, Any] = {"markersize": 4.0, "color": BLACK, "markerfacecolor": "white", "markeredgewidth": 0.9}
         (self.pins,) = axes.plot([], [], "o", zorder=4.0, **pins)
-        ring: dict[str, Any] = {"markersize": RING, "markerfacecolor": "none", "markeredgewidth": 1.4, "color": BLACK}
+        ring: dict[str, Any] = {"markersize": RING_DIAMETER, "markerfacecolor": "none", "markeredgewidth": 1.4, "color": BLACK}
         self.rings = [axes.plot([], [], "o", zorder=5.0, **ring)[0] for _ in scene.rings]
         self.touched = {joint.name: joint.touched for joint in scene.clearance_joints}
 
@@ -81,33 +91,33 @@ class Drawing:
             tone = {"facecolor": to_rgba(color, 0.15), "edgecolor": color}
         elif shape.kind == "bar":
             tone = {"color": (BLUE, GREEN)[shape.tone]}
-            if self.scene.on_bars:  # without a colour of its own below those of a diagram
+            if self.scene.on_bars:  # neutral colours below a diagram, which has its own
                 coloured = not QUANTITIES[self.scene.on_bars].tone
                 tone = {"color": BLACK, "linewidth": 4.4 if coloured else 1.6} if shape.parts else {"color": GREY}
-        if shape.kind in AREAS:
-            area = Polygon(shape.points[0], **AREAS[shape.kind], **tone)
+        if shape.kind in AREA_STYLES:
+            area = Polygon(shape.points[0], **AREA_STYLES[shape.kind], **tone)
             self.axes.add_patch(area)
             return area
-        return self.axes.plot([], [], scalex=False, scaley=False, **LINES[shape.kind] | tone)[0]
+        return self.axes.plot([], [], scalex=False, scaley=False, **LINE_STYLES[shape.kind] | tone)[0]
 
     def fit_rings(self) -> float:
-        """Size the rings for the scale that the layout gives the drawing; the length of its longer side [pt]."""
+        """Fit the size of the rings to the scale of the laid-out drawing; return the length of its longer side [pt]."""
         figure = self.axes.get_figure(root=True)
         assert figure is not None
         longer = 72.0 / figure.dpi * max(self.axes.bbox.width, self.axes.bbox.height)
         if self.rings:
             places = np.stack([place for _, place in self.scene.rings], axis=1)
-            size = ring_size(places, longer / float(np.max(np.subtract(*self.region[::-1]))), RING)
+            size = ring_size(places, longer / float(np.max(np.subtract(*self.region[::-1]))), RING_DIAMETER)
             for ring in self.rings:
-                ring.set(markersize=size, markeredgewidth=1.4 * math.sqrt(size / RING))
+                ring.set(markersize=size, markeredgewidth=1.4 * math.sqrt(size / RING_DIAMETER))
         return longer
 
     def labels(self, frame: int) -> list[Label]:
-        """The names of clearance joints, components and payloads, and where they belong."""
-        return [Label(name, places[frame], NAMED[kind]) for name, kind, places in self.scene.names]
+        """Return the names of clearance joints, components and payloads with their positions."""
+        return [Label(name, places[frame], NAME_COLOURS[kind]) for name, kind, places in self.scene.names]
 
     def show(self, frame: int, diagram: Diagram | None = None) -> None:
-        """Update all artists to a frame, with the samples of a diagram on bars in place of that frame's."""
+        """Update all artists to a frame; `diagram` replaces the frame's own diagram on bars."""
         for artist, shape in zip(self.shapes, self.scene.shapes, strict=True):
             if isinstance(artist, Polygon):
                 artist.set_xy(shape.points[frame])
@@ -122,8 +132,8 @@ class Drawing:
                 ring.set_color(VERMILION if self.touched[name][frame] else SKY)
 
 
-class _OnBars:
-    """A diagram on bars that bend: their colours, or ordinates."""
+class _BarDiagram:
+    """Diagram on bending bars, drawn as colours or as ordinates."""
 
     def __init__(self, axes: Axes, scene: Scene) -> None:
         self.bars = [shape for shape in scene.shapes if shape.parts]
@@ -141,7 +151,7 @@ class _OnBars:
             self.areas.set(facecolor=tone, label=self.diagram.label)
 
     def show(self, frame: int, now: Diagram) -> None:
-        """Draw the samples of a diagram, one over the other, on the bars of a frame."""
+        """Draw all samples of a diagram on the bars of a frame."""
         places = [shape.places[frame] for shape in self.bars]
         order = np.concatenate([shape.parts for shape in self.bars])
         if now.coloured:
@@ -151,8 +161,8 @@ class _OnBars:
         areas, lines = [], []
         for shape, bar in zip(self.bars, places, strict=True):
             of_bar = dataclasses.replace(now, values=now.values[:, list(shape.parts)])
-            for outer in of_bar.ordinates(bar[None], ORDINATE * self.size):
-                between, along = edges(bar, outer)
+            for outer in of_bar.ordinates(bar[None], ORDINATE_LENGTH * self.size):
+                between, along = ordinate_edges(bar, outer)
                 areas += between
                 lines += along
         self.areas.set_verts(areas)
@@ -160,15 +170,15 @@ class _OnBars:
 
 
 class MagnifiedBlock:
-    """A clearance guide with magnified clearance, its line horizontal: the block in its channel."""
+    """Magnified view of a clearance guide: the block in its channel."""
 
     def __init__(self, axes: Axes, joint: Channel) -> None:
         self.joint = joint
         for face, height in joint.surfaces.items():
             low = min(height, height + 0.25 * face)
-            axes.add_patch(Rectangle((-EDGE, low), 2.0 * EDGE, 0.25, **HATCHED))
-            axes.plot([-EDGE, EDGE], [height, height], color=BLACK, linewidth=1.2)
-        axes.plot([-EDGE, EDGE], [0.0, 0.0], **LINES["guide"])
+            axes.add_patch(Rectangle((-CHANNEL_HALF_LENGTH, low), 2.0 * CHANNEL_HALF_LENGTH, 0.25, **HATCH_STYLE))
+            axes.plot([-CHANNEL_HALF_LENGTH, CHANNEL_HALF_LENGTH], [height, height], color=BLACK, linewidth=1.2)
+        axes.plot([-CHANNEL_HALF_LENGTH, CHANNEL_HALF_LENGTH], [0.0, 0.0], **LINE_STYLES["guide"])
         _frame(axes, 1.75)
         self.block = Polygon(joint.block[0], facecolor="none" if joint.hollow else LIGHT, linewidth=1.6)
         axes.add_patch(self.block)
@@ -182,17 +192,17 @@ class MagnifiedBlock:
 
 
 class MagnifiedJournal:
-    """A clearance joint with magnified clearance: the journal in its bearing, with its recent path."""
+    """Magnified view of a clearance joint: the journal in its bearing and its recent path."""
 
     def __init__(self, axes: Axes, joint: ClearanceJoint) -> None:
         self.joint = joint
-        axes.add_patch(Circle((0.0, 0.0), 1.0 + GAP, facecolor="white", edgecolor=BLACK, linewidth=1.2))
+        axes.add_patch(Circle((0.0, 0.0), 1.0 + MAGNIFIED_CLEARANCE, facecolor="white", edgecolor=BLACK, linewidth=1.2))
         self.journal = Circle((0.0, 0.0), 1.0, facecolor=LIGHT, linewidth=1.6)
         axes.add_patch(self.journal)
         (self.path,) = axes.plot([], [], color=ORANGE, linewidth=0.9)
         (self.centre,) = axes.plot([], [], "+", markersize=6.0, markeredgewidth=1.0)
         axes.plot(0.0, 0.0, ".", markersize=3.0, color=BLACK)
-        _frame(axes, max(1.5, 1.05 + float(np.max(np.abs(joint.journal)))))  # with the journal of a deep contact
+        _frame(axes, max(1.5, 1.05 + float(np.max(np.abs(joint.journal)))))  # large enough for the journal of a deep contact
 
     def show(self, frame: int) -> None:
         joint = self.joint
@@ -201,7 +211,7 @@ class MagnifiedJournal:
         self.journal.set_edgecolor(color)
         self.centre.set_data(*joint.journal[frame, None].T)
         self.centre.set_color(color)
-        first = max(0, joint.reached[max(0, frame - TRAIL)] - 1)
+        first = max(0, joint.reached[max(0, frame - TRAIL_FRAMES)] - 1)
         self.path.set_data(*joint.path[first : joint.reached[frame]].T)
 
 

@@ -1,4 +1,4 @@
-"""Pictures on disk, written whole or not at all."""
+"""Write pictures to files, completely or not at all."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from scissordyn.file.output_file import check_target, write_file
 
 FORMATS = ("png", "svg", "pdf")
 
-DPI = 150  # Dots per inch of a PNG
+DPI = 150  # Resolution of a PNG [dots per inch]
 
 
 def check_format(format: str) -> None:
-    """Raise `InputError` if pictures cannot be written in a format."""
+    """Raise `InputError` if the format of a picture is unknown."""
     if format not in FORMATS:
         raise InputError(f"picture format '{format}'{did_you_mean(format, FORMATS)}", ", ".join(FORMATS), "format='png'")
 
 
 def figure_of(drawn: Figure | Axes | Sequence[Axes]) -> Figure:
-    """The figure of a picture that a function of this room returns."""
+    """Return the figure of what a plot function returned."""
     picture = drawn[0] if isinstance(drawn, Sequence) else drawn
     figure = picture if isinstance(picture, Figure) else picture.get_figure(root=True)
     assert figure is not None
@@ -34,7 +34,7 @@ def figure_of(drawn: Figure | Axes | Sequence[Axes]) -> Figure:
 
 
 def write(drawn: Figure | Axes | Sequence[Axes], path: str | os.PathLike[str]) -> Path:
-    """Write a picture to a file in the format of its ending; the same picture gives the same file."""
+    """Write a picture in the format of the file's ending; equal pictures give equal files."""
     target = Path(path)
     format = target.suffix.lower().removeprefix(".")
     check_format(format)
@@ -49,7 +49,7 @@ def svg(drawn: Figure | Axes | Sequence[Axes]) -> str:
 
 def _content(figure: Figure, format: str) -> bytes:
     drawn = io.BytesIO()
-    # without these a vector file would carry the date and random names
+    # removes the date and random identifiers from vector files
     with mpl.rc_context({"svg.hashsalt": "scissordyn"}):
         dated = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
         figure.savefig(drawn, format=format, dpi=DPI, metadata=dated.get(format))

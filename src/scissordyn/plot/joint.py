@@ -1,4 +1,4 @@
-"""Pictures of clearance joints: their forces, the orbit of the journal in its bearing, and the film of oil."""
+"""Draw the forces of clearance joints, the orbit of a journal in its bearing, and the oil film."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plot.contact import contact_times, force_curve
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.series import (
-    BEYOND,
+    BEYOND_HORIZON,
     Joints,
     chosen_joints,
     clearance_pins,
     draw_curves,
-    finish,
+    finish_time_axes,
     names_of,
     note_more,
     picture,
     predictability_horizon,
+    select_window,
     time_scale,
-    window,
 )
 from scissordyn.plot.style import (
     BLACK,
@@ -33,24 +33,19 @@ from scissordyn.plot.style import (
     GREEN,
     GREY,
     IDEAL,
-    LINE,
+    LINE_WIDTH,
     SKY,
     VERMILION,
     Canvas,
     figure_width,
-    in_lines,
     legend,
     literal,
     normal,
     panels,
     small,
+    wrap_text,
 )
 from scissordyn.record.film import MIXED
-
-STRIP = 0.06  # Height of the strip of contacts, as a fraction of the panel
-COLUMNS, LEAST = 3, 1.7  # Orbits in a row, and their least width in a figure of a width that the user has chosen [inch]
-VISIBLE = 0.1  # Drawn depth of the largest indentation, as a fraction of the clearance
-DRY = 0.1  # Films are drawn down to this part of the roughness; contacts are drawn there
 
 
 @picture("One per joint, followed by one for its friction if it has any.")
@@ -63,19 +58,19 @@ def force(
     end: float | None = None,
     axes: Canvas = None,
 ) -> list[Axes]:
-    """Force of each clearance joint, its friction and film, its contacts, and the ideal mechanism's reaction.
+    """Draw the force of each clearance joint with its friction, oil film, contacts and the ideal mechanism's reaction.
 
     Parameters
     ----------
     ideal : Dataset, optional
-        The run of the ideal mechanism; the magnitude of its reaction is drawn dashed.
+        Run of the ideal mechanism; the magnitude of its reaction is drawn as a dashed line.
 
     Raises
     ------
     InputError
-        If no joint has clearance, or a named one has none.
+        If no joint has clearance, or a named joint has none.
     """
-    run = window(run, start, end)
+    run = select_window(run, start, end)
     chosen = chosen_joints(run, joint)
     frictional = [bool(np.any(np.nan_to_num(run["friction_force"].sel(joint=name).values))) for name in chosen]
     ratios = [ratio for has_friction in frictional for ratio in ((2.0, 1.2) if has_friction else (2.0,))]
@@ -88,7 +83,7 @@ def force(
             panel.set_title(f"joint {literal(name)}", loc="left", fontsize=normal())
         if has_friction:
             draw_curves(next(following), "friction force", [(run["friction_force"].sel(joint=name), {"color": BLUE})], time)
-    finish(drawn, run, time)
+    finish_time_axes(drawn, run, time)
     legend(drawn)
     if joint is None and axes is None:
         note_more(drawn, run, chosen)
@@ -96,6 +91,7 @@ def force(
 
 
 def _force(axes: Axes, run: xr.Dataset, ideal: xr.Dataset | None, joint: str, time: Scale) -> None:
+    strip = 0.06  # height of the strip that marks contacts as a fraction of the panel
     oiled = "film" in run.dims and joint in run["film"].values
     contacts = contact_times(run, joint, normal=oiled)
     curves: list[tuple[xr.DataArray, dict[str, Any]]] = [(force_curve(run, joint), {"color": BLUE, "label": "force"})]
@@ -109,13 +105,13 @@ def _force(axes: Axes, run: xr.Dataset, ideal: xr.Dataset | None, joint: str, ti
         look: dict[str, Any] = {"linestyle": "", "marker": "o", "markersize": 2.5, "color": BLACK}
         axes.plot(time.factor * contacts.peak_time, scale.factor * contacts.peak, label="peak of a contact", **look)
     top = scale.factor * max([0.0, *contacts.peak.tolist(), *(float(np.nanmax(curve.values)) for curve, _ in curves)]) or 1.0
-    # sizes of forces are never negative: the region below zero is used for the strip of contacts
-    axes.set_ylim(-1.5 * STRIP * top, 1.06 * top)
+    # forces are magnitudes, so the region below zero is free for the strip of contacts
+    axes.set_ylim(-1.5 * strip * top, 1.06 * top)
     axes.axhline(0.0, color=GREY, linewidth=0.6)
     if contacts.start.size:
         spans = list(zip(time.factor * contacts.start, time.factor * (contacts.end - contacts.start), strict=True))
         look = {"facecolor": VERMILION, "edgecolor": VERMILION, "linewidth": 0.5, "label": "in contact"}
-        axes.broken_barh(spans, (0.0, STRIP), transform=axes.get_xaxis_transform(), **look)
+        axes.broken_barh(spans, (0.0, strip), transform=axes.get_xaxis_transform(), **look)
     else:
         axes.text(0.5, 0.5, "no contact in this run", transform=axes.transAxes, ha="center", fontsize=small(), color=GREY)
 
@@ -135,22 +131,26 @@ def orbit(
     end: float | None = None,
     axes: Canvas = None,
 ) -> list[Axes]:
-    """Journal centre relative to the bearing centre, with the clearance circle; free flight and contact in two colours.
+    """Draw the path of the journal centre in the clearance circle, with free flight and contact in two colours.
 
     Parameters
     ----------
     exaggeration : float, optional
-        Magnification of indentations, noted in the picture; chosen for each joint if not given.
+        Magnification of indentations, shown in the title. By default chosen for each joint.
 
     Raises
     ------
     InputError
-        If no revolute joint has clearance, or a named one has none.
+        If no revolute joint has clearance, or a named joint has none.
     """
-    run = window(run, start, end)
+    least_width = 1.7  # least width of an orbit's panel in a figure of user-defined width [inch]
+    most_columns = 3  # largest number of orbits in a row
+    run = select_window(run, start, end)
     pins = run.sel(joint=clearance_pins(run)) if "plane_contact" in run else run
     chosen = chosen_joints(pins, joint)
-    columns = max(1, min(len(chosen), COLUMNS, int(min(figure_width() / LEAST, COLUMNS)))) if axes is None else 1
+    columns = (
+        max(1, min(len(chosen), most_columns, int(min(figure_width() / least_width, most_columns)))) if axes is None else 1
+    )
     rows = math.ceil(len(chosen) / columns)
     width = 5.4 if columns == 1 else 3.8 * columns
     if axes is None:
@@ -170,12 +170,17 @@ def orbit(
 
 
 def _orbit(axes: Axes, run: xr.Dataset, joint: str, exaggeration: float | None, room: float) -> None:
+    visible_depth = 0.1  # drawn depth of the largest indentation as a fraction of the clearance
     place = run["eccentricity"].sel(joint=joint).transpose("time", "axis").values
     clearance = float(run["clearance"].sel(joint=joint))
     touching = run["in_contact"].sel(joint=joint).values.astype(bool)
     distance = np.hypot(place[:, 0], place[:, 1])
     depth = np.maximum(distance - clearance, 0.0)
-    gain = _round_gain(VISIBLE * clearance / np.max(depth)) if exaggeration is None and np.any(depth) else exaggeration or 1.0
+    gain = (
+        _round_gain(visible_depth * clearance / np.max(depth))
+        if exaggeration is None and np.any(depth)
+        else exaggeration or 1.0
+    )
     stretch = np.ones_like(distance)
     np.divide(distance + (gain - 1.0) * depth, distance, out=stretch, where=distance > 0.0)
     scale = engineering("m", clearance)
@@ -187,7 +192,7 @@ def _orbit(axes: Axes, run: xr.Dataset, joint: str, exaggeration: float | None, 
     axes.plot(*circle, color=GREY, linewidth=0.8, linestyle=(0, (2, 2)), label="clearance circle")
     until = predictability_horizon(run)
     before = run["time"].values <= (math.inf if until is None else until)
-    # a flight is drawn from the last sample before it to the first one after it, so that the orbit is continuous
+    # a flight includes the samples before and after, so that the orbit is continuous
     flying = ~touching
     flying[:-1] |= ~touching[1:]
     flying[1:] |= ~touching[:-1]
@@ -195,23 +200,23 @@ def _orbit(axes: Axes, run: xr.Dataset, joint: str, exaggeration: float | None, 
         for when, alpha in ((before, 1.0), (~before, 0.3)):
             if np.any(part & when):
                 curve = np.where((part & when)[:, None], drawn, np.nan)
-                shown = label if alpha == 1.0 else f"pale: {BEYOND}"
-                axes.plot(curve[:, 0], curve[:, 1], color=color, linewidth=LINE, alpha=alpha, label=shown)
+                shown = label if alpha == 1.0 else f"pale: {BEYOND_HORIZON}"
+                axes.plot(curve[:, 0], curve[:, 1], color=color, linewidth=LINE_WIDTH, alpha=alpha, label=shown)
     axes.plot(*drawn[0], linestyle="", marker="o", markersize=4.0, color=BLACK, label="start")
     axes.set_xlabel(scale.label("x of the journal"))
     axes.set_ylabel(scale.label("y of the journal"))
     title = f"joint {literal(joint)}" + (f", indentation magnified {gain:g} times" if gain != 1.0 else "")
-    title = in_lines(title, room, normal())
+    title = wrap_text(title, room, normal())
     axes.set_title(title, loc="left", fontsize=normal())
     reach = 1.08 * scale.factor * max(clearance, float(np.max(distance * stretch)))
     axes.set(xlim=(-reach, reach), ylim=(-reach, reach))
 
 
 def _round_gain(gain: float) -> float:
-    """The largest of 1, 2, 5, 10, 20, ... that is not above `gain`."""
+    """Return the largest of 1, 2, 5, 10, 20, ... that does not exceed `gain`."""
     if gain < 2.0 - 1e-9:
         return 1.0
-    almost = gain * (1.0 + 1e-9)  # 49.999999 is 50 after round-off
+    almost = gain * (1.0 + 1e-9)  # accepts 49.999999 as 50
     power = 10.0 ** math.floor(math.log10(almost))
     return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= almost)
 
@@ -225,23 +230,24 @@ def film(
     end: float | None = None,
     axes: Canvas = None,
 ) -> list[Axes]:
-    """Thickness of the film on a logarithmic scale with the roughness, its largest pressure, and the force of the film.
+    """Draw the thickness of the oil film with the roughness, its largest pressure, and its force.
 
     Parameters
     ----------
     joint : str or sequence of str, optional
-        One lubricated joint; that with the thinnest film if not given.
+        Lubricated joint; by default the one with the thinnest film.
 
     Raises
     ------
     InputError
-        If no joint is lubricated, or a named one is not.
+        If no joint is lubricated, or a named joint is not.
     """
-    run = window(run, start, end)
+    dry_fraction = 0.1  # films thinner than this fraction of the roughness are drawn as contact
+    run = select_window(run, start, end)
     films = [] if "film" not in run.dims else run["film"].values.astype(str).tolist()
     if not films:
         sample = "sd.Clearance(..., lubrication=sd.Lubrication(viscosity=0.05))"
-        raise InputError("a run without oil", "a run with a lubricated joint", sample)
+        raise InputError("the run has no lubricated joint", "a run with a lubricated joint", sample)
     chosen = films[int(np.argmin(run["film_least_thickness"].values))] if joint is None else names_of(joint)[0]
     if chosen not in films:
         raise InputError(f"joint '{chosen}'{did_you_mean(chosen, films)}", "a lubricated joint: " + ", ".join(films))
@@ -251,16 +257,16 @@ def film(
     drawn = panels(axes, 3, size=(8.0, 7.0))
     size = engineering("m", rough)
     thickness = size.factor * here["film_thickness"].values
-    dry = size.factor * DRY * rough
-    drawn[0].plot(x, np.where(thickness > dry, thickness, np.nan), color=BLUE, linewidth=LINE, label="film")
+    dry = size.factor * dry_fraction * rough
+    drawn[0].plot(x, np.where(thickness > dry, thickness, np.nan), color=BLUE, linewidth=LINE_WIDTH, label="film")
     touching = np.where(thickness <= dry, dry, np.nan)
-    drawn[0].plot(x, touching, color=VERMILION, linewidth=3.0 * LINE, label="contact")
-    drawn[0].axhline(size.factor * MIXED * rough, color=GREY, linewidth=LINE, linestyle="--", label="three roughnesses")
+    drawn[0].plot(x, touching, color=VERMILION, linewidth=3.0 * LINE_WIDTH, label="contact")
+    drawn[0].axhline(size.factor * MIXED * rough, color=GREY, linewidth=LINE_WIDTH, linestyle="--", label="three roughnesses")
     drawn[0].set_ylabel(size.label("film thickness"))
     drawn[0].set_title(literal(chosen), fontsize="medium")
     draw_curves(drawn[1], "largest pressure", [(here["film_pressure"], {"color": BLUE})], time)
     draw_curves(drawn[2], "force of the film", [(_size(here["film_force"]), {"color": BLUE})], time)
-    finish(drawn, run, time)
+    finish_time_axes(drawn, run, time)
     drawn[0].set_yscale("log")
     legend(drawn, above=axes is None)
     return drawn

@@ -1,4 +1,4 @@
-"""Names in drawings: beside what they name, on top of little, and not on one another; in films they move with their joints."""
+"""Place names in drawings, next to their objects and clear of lines and other names; in films names move with their joints."""
 
 from __future__ import annotations
 
@@ -16,40 +16,36 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.text import Annotation
 
-REGION = 440.0  # Longer side of the region as pages and the explorer draw it, about [pt]
-LETTER, LINE, ROUND = 5.0, 9.0, 2.0  # Width of a letter, height of a line, and room around a name [pt]
-APART = np.array([6.0, 1.5])  # Least distance of two names of a still beside and above each other [pt]
+REGION = 440.0  # Approximate longer side of the drawn region on pages and in the explorer [pt]
+LETTER_WIDTH = 5.0  # Width of a letter [pt]
+LINE_HEIGHT = 9.0  # Height of a line of text [pt]
+NAME_SPACING = np.array([6.0, 1.5])  # Least horizontal and vertical distance between two names of a still [pt]
 
-NEAR, DIRECTIONS = (8.0, 12.0, 18.0, 26.0, 38.0, 54.0), 16
-FAR, MORE_DIRECTIONS = (7.0, 11.0, 16.0, 23.0, 32.0, 44.0, 60.0, 82.0, 112.0, 150.0), 24
-"""Distances of the edge of a name from what it names [pt], and directions that are tried at each: in films, and in stills."""
+FILM_DISTANCES = (8.0, 12.0, 18.0, 26.0, 38.0, 54.0)  # Tried distances from a joint to the edge of its name, in films [pt]
+STILL_DISTANCES = (7.0, 11.0, 16.0, 23.0, 32.0, 44.0, 60.0, 82.0, 112.0, 150.0)  # The same distances in stills [pt]
 
-LOOKS = 9  # So many instants are looked at where a film is shown at once
-LEADER = 13.0  # Names of a still further away than this have a line to what they name [pt]
-RING = 6.5  # Radius that a name keeps free about each joint [pt]
-STEP = 4.0  # Lines are looked at in points so far apart [pt]
-CLEAR = 4.0  # A name is so much nearer to its own joint than to others, and its leader passes others so far away [pt]
+FILM_INSTANTS = 9  # Number of instants considered when all names of a film are placed together
+LEADER_MIN = 13.0  # Names of a still further away than this get a leader line [pt]
+JOINT_MARGIN = 6.5  # Radius around each joint that names should leave free [pt]
+POINT_SPACING = 4.0  # Distance of the points that represent lines [pt]
+# Least difference of a name's distances to its own and to other joints, and least distance of leaders to other joints [pt]
+CLEARANCE_DIFFERENCE = 4.0
 
-HIDDEN, COVERED, CROSSED, TOUCHED, MISLED, BEYOND = 3.0, 1e4, 40.0, 12.0, 25.0, 0.4
-"""What a hidden point of a line, a name on another one, a leader across another name, a name on a joint, what seems to be the
-name of another joint, and a point beyond the region weigh."""
-
-MOVING, STILL = 0.5, 0.03  # What a point of distance weighs in films, and to the power of 1.2 in stills
-
-JUMP = 3.0  # What another place than before weighs, times the number of instants: so much less must be hidden by it in the mean
+COVERED_PENALTY = 1e4  # Penalty of each covered name
+MISLEADING_PENALTY = 25.0  # Penalty of a name that seems to belong to another joint
 
 
 @dataclass(frozen=True)
 class Label:
-    """A name and where it belongs."""
+    """Name and its position."""
 
-    text: str  # Shown letter by letter; it is no markup
+    text: str  # Literal text without markup
     place: np.ndarray  # (2,) [m]
     color: str
 
 
-def annotated(axes: Axes, label: Label, size: float, **look: Any) -> Annotation:
-    """A name that is readable over bars, so far at its place."""
+def write_name(axes: Axes, label: Label, size: float, **look: Any) -> Annotation:
+    """Write a name at its position, with an outline that keeps it readable over bars; return its artist."""
     from matplotlib.patheffects import withStroke
 
     place = float(label.place[0]), float(label.place[1])
@@ -60,10 +56,12 @@ def annotated(axes: Axes, label: Label, size: float, **look: Any) -> Annotation:
 
 
 def write_labels(axes: Axes, labels: Sequence[Label], *, size: float | None = None, crowded: bool = True) -> list[str]:
-    """Write names into a drawing whose limits are final, each where it hides least; returns those without a free place.
+    """Write each name where it hides least; return the names without a free place.
 
-    `crowded`: whether these are written, too.
+    The limits of the drawing must be final. With `crowded`, names without a free place are written as well.
     """
+    directions = 24  # tried at each distance
+    still_weight = 0.03  # penalty of the distance to the joint, to the power 1.2
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     figure = axes.get_figure(root=True)
@@ -75,18 +73,18 @@ def write_labels(axes: Axes, labels: Sequence[Label], *, size: float | None = No
     renderer, point = canvas.get_renderer(), 72.0 / figure.dpi
     region = point * axes.get_window_extent(renderer).get_points()
     anchors = point * axes.transData.transform([label.place for label in labels])
-    ink = np.concatenate([sampled([point * line for line in _drawn(axes)], STEP), anchors])
+    ink = np.concatenate([sample_lines([point * line for line in _drawn_lines(axes)], POINT_SPACING), anchors])
     markers = point * _markers(axes)
     middles, halves, left = np.empty((0, 2)), np.empty((0, 2)), list[str]()
     for label, anchor in zip(labels, anchors, strict=True):
-        text = annotated(axes, label, small() if size is None else size)
+        text = write_name(axes, label, small() if size is None else size)
         extent = text.get_window_extent(renderer)
-        half = 0.5 * (point * np.array([extent.width, extent.height]) + APART)
-        tries, distance = around(half, FAR, 2.0 * math.pi * (np.arange(MORE_DIRECTIONS) + 0.5) / MORE_DIRECTIONS)
-        others = markers[np.linalg.norm(markers - anchor, axis=1) > RING]
-        cost, nearer, free = _weighed(anchor, others, tries, half, ink, region, middles, halves)
-        misleading = np.where(distance > LEADER, _passes(tries, others - anchor), nearer)
-        best = int(np.argmin(cost + STILL * distance**1.2 + MISLED * misleading + COVERED * ~free))
+        half = 0.5 * (point * np.array([extent.width, extent.height]) + NAME_SPACING)
+        tries, distance = candidate_places(half, STILL_DISTANCES, 2.0 * math.pi * (np.arange(directions) + 0.5) / directions)
+        others = markers[np.linalg.norm(markers - anchor, axis=1) > JOINT_MARGIN]
+        cost, nearer, free = _place_penalties(anchor, others, tries, half, ink, region, middles, halves)
+        misleading = np.where(distance > LEADER_MIN, _passes(tries, others - anchor), nearer)
+        best = int(np.argmin(cost + still_weight * distance**1.2 + MISLEADING_PENALTY * misleading + COVERED_PENALTY * ~free))
         if not free[best] and not crowded:
             text.remove()
             left.append(label.text)
@@ -95,22 +93,22 @@ def write_labels(axes: Axes, labels: Sequence[Label], *, size: float | None = No
         text.set_position(tuple(tries[best]))
         middles, halves = np.vstack([middles, middle]), np.vstack([halves, half])
         leader = np.stack([anchor, np.clip(anchor, middle - half, middle + half)])
-        if math.dist(*leader) > LEADER:
-            ink = np.concatenate([ink, sampled([leader], STEP)])
+        if math.dist(*leader) > LEADER_MIN:
+            ink = np.concatenate([ink, sample_lines([leader], POINT_SPACING)])
             axes.plot(*axes.transData.inverted().transform(leader / point).T, color=label.color, linewidth=0.4, zorder=3.0)
     return left
 
 
 def _passes(leaders: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Whether lines from a joint at the origin come near to others."""
+    """Return whether leader lines from a joint at the origin pass close to other joints."""
     nearest = np.clip(leaders @ others.T / np.sum(leaders**2, axis=1, keepdims=True), 0.0, 1.0)
     apart = np.linalg.norm(nearest[..., None] * leaders[:, None] - others, axis=2)
-    return np.asarray(np.any(apart < RING + CLEAR, axis=1))
+    return np.asarray(np.any(apart < JOINT_MARGIN + CLEARANCE_DIFFERENCE, axis=1))
 
 
-def _drawn(axes: Axes) -> list[np.ndarray]:
-    """The lines and outlines in a drawing, in dots."""
-    # what would connect markers is not seen
+def _drawn_lines(axes: Axes) -> list[np.ndarray]:
+    """Return the lines and outlines in a drawing [dots]."""
+    # lines that have markers only are not visible
     artists: list[Any] = [*(line for line in axes.lines if line.get_linestyle() != "None"), *axes.patches]
     paths = [artist.get_transform().transform_path(artist.get_path()) for artist in artists]
     polygons = [np.asarray(points) for path in paths for points in path.to_polygons(closed_only=False)]
@@ -118,12 +116,12 @@ def _drawn(axes: Axes) -> list[np.ndarray]:
 
 
 def _markers(axes: Axes) -> np.ndarray:
-    """The joints in a drawing, shape (joints, 2), in dots."""
+    """Return the positions of the joints in a drawing, shape (joints, 2) [dots]."""
     marked = [line for line in axes.lines if line.get_marker() not in (None, "", " ", "None", "none")]
     return np.concatenate([np.empty((0, 2)), *(line.get_transform().transform(line.get_xydata()) for line in marked)])
 
 
-def asides(
+def name_offsets(
     names: Sequence[str],
     joints: np.ndarray,
     lines: Sequence[np.ndarray],
@@ -131,50 +129,59 @@ def asides(
     region: tuple[np.ndarray, np.ndarray],
     *,
     longer: float = REGION,
-    looks: int = LOOKS,
+    looks: int = FILM_INSTANTS,
     alone: bool = False,
 ) -> np.ndarray:
-    """Where the middles of names are, relative to their joints, at instants that are equally spread over a film.
+    """Return the offsets of names from their joints at instants that are equally spaced over a film.
 
-    At each time a place that hides little, and rarely another one than before. `alone`: whether one name is shown at a time.
+    Each place hides little, and changes of place are rare. With `alone`, only one name is shown at a time.
 
     Shapes: `joints` (frames, names, 2) [m], `lines` (frames, points, 2) [m], `others` (frames, joints, 2) [m]; returns
     (instants, names, 2) [pt].
     """
+    jump = 3.0  # penalty of a name's change of place, per instant
+    moving_weight = 0.5  # penalty of the distance to the joint [1/pt]
+    free_margin = 2.0  # around each name [pt]
     chosen = np.linspace(0, len(joints) - 1, min(looks, len(joints))).round().astype(int)
     scale = longer / float(np.max(region[1] - region[0]))
     places = scale * np.concatenate([joints, others], axis=1)[chosen]
-    ink = [sampled([scale * line[min(look, len(line) - 1)] for line in lines], STEP) for look in chosen]
+    ink = [sample_lines([scale * line[min(look, len(line) - 1)] for line in lines], POINT_SPACING) for look in chosen]
     edges = scale * np.stack(region)
     chosen_places = np.empty((len(chosen), len(names), 2))
-    halves = np.array([(0.5 * LETTER * len(name) + ROUND, 0.5 * LINE + ROUND) for name in names]).reshape(-1, 2)
+    halves = np.array(
+        [(0.5 * LETTER_WIDTH * len(name) + free_margin, 0.5 * LINE_HEIGHT + free_margin) for name in names]
+    ).reshape(-1, 2)
     for k, half in enumerate(halves):
-        tries, distance = _tried(*half.tolist())
+        tries, distance = _film_candidates(*half.tolist())
         cost = np.empty((len(chosen), len(tries)))
         before = slice(0 if alone else k)
         for look, (here, points) in enumerate(zip(places, ink, strict=True)):
             middles = here[before] + chosen_places[look, before]
             apart = np.delete(here, k, axis=0)
-            hidden, nearer, _ = _weighed(here[k], apart, tries, half, points, edges, middles, halves[before])
-            cost[look] = MOVING * distance + hidden + MISLED * nearer
-        chosen_places[:, k] = tries[_calmest(cost, JUMP * len(chosen))]
+            hidden, nearer, _ = _place_penalties(here[k], apart, tries, half, points, edges, middles, halves[before])
+            cost[look] = moving_weight * distance + hidden + MISLEADING_PENALTY * nearer
+        chosen_places[:, k] = tries[_steadiest_places(cost, jump * len(chosen))]
     return chosen_places
 
 
-def around(half: np.ndarray, distances: Sequence[float], turns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Middles of a box of half a width and height that touches circles about the origin from outside, and their radii."""
+def candidate_places(half: np.ndarray, distances: Sequence[float], turns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the centres of boxes that touch circles about the origin from outside, and the radii of these circles.
+
+    `half` is half the width and height of the box.
+    """
     ray = np.round(np.stack([np.cos(turns), np.sin(turns)], axis=1), 12)
     tries = [far * ray + np.sign(ray) * half * np.minimum(1.0, 1.5 * np.abs(ray)) for far in distances]
     return np.concatenate(tries), np.repeat(distances, len(turns))
 
 
 @lru_cache(256)
-def _tried(wide: float, high: float) -> tuple[np.ndarray, np.ndarray]:
-    """Middles of a name of half a width and height that are tried, and how far its edge is from the middle of the joint."""
-    return around(np.array([wide, high]), NEAR, 2.0 * math.pi * np.arange(DIRECTIONS) / DIRECTIONS)
+def _film_candidates(wide: float, high: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the candidate centres of a name, and their distances from the joint to the name's edge."""
+    directions = 16  # tried at each distance
+    return candidate_places(np.array([wide, high]), FILM_DISTANCES, 2.0 * math.pi * np.arange(directions) / directions)
 
 
-def _weighed(
+def _place_penalties(
     joint: np.ndarray,
     others: np.ndarray,
     tries: np.ndarray,
@@ -184,29 +191,36 @@ def _weighed(
     middles: np.ndarray,
     halves: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """What a name of a joint hides and covers at each place; whether another joint is about as near, and whether it is free.
+    """Return three arrays over the candidate places of a name: penalty, misleading, free.
 
-    Shapes: `others` (joints, 2), `tries` (tries, 2), `ink` (points, 2), `middles, halves` (names, 2) of the names before [pt].
+    A place is misleading if another joint is about as near to the name as its own joint.
+
+    Shapes: `others` (joints, 2), `tries` (tries, 2), `ink` (points, 2), `middles, halves` (names, 2) of the placed names
+    [pt].
     """
+    beyond_region = 0.4  # penalty of each point outside the region [1/pt]
+    touched_joint = 12.0  # penalty of each joint under a name
+    crossed_name = 40.0  # penalty of each name that the leader crosses
+    hidden_point = 3.0  # penalty of each hidden point of a line
     low, high = joint + tries - half, joint + tries + half
     reach = np.max(np.abs(tries), axis=0) + half
     ink = ink[np.all(np.abs(ink - joint) < reach, axis=1)]
-    others = others[np.all(np.abs(others - joint) < reach + NEAR[-1] + CLEAR, axis=1)]
+    others = others[np.all(np.abs(others - joint) < reach + FILM_DISTANCES[-1] + CLEARANCE_DIFFERENCE, axis=1)]
     joints = np.concatenate([joint[None], others])
     away = np.hypot(*(np.maximum(np.maximum(low[:, [d]] - joints[:, d], joints[:, d] - high[:, [d]]), 0.0) for d in (0, 1)))
-    nearer = np.any(away[:, 1:] < away[:, :1] + CLEAR, axis=1)
+    nearer = np.any(away[:, 1:] < away[:, :1] + CLEARANCE_DIFFERENCE, axis=1)
     outside = np.sum(np.maximum(region[0] - low, 0.0) + np.maximum(high - region[1], 0.0), axis=1)
     apart = (joint - middles)[:, None]
     on = np.all(np.abs(apart + tries) < half + halves[:, None], axis=2).sum(axis=0)
     leader = [np.all(np.abs(apart + part * tries) < halves[:, None], axis=2) for part in (0.25, 0.5, 0.75)]
     crossed = np.any(leader, axis=0).sum(axis=0)
-    hidden = HIDDEN * _inside(ink, low, high).sum(axis=1) + TOUCHED * (away < RING).sum(axis=1)
-    cost = hidden + BEYOND * outside + COVERED * on + CROSSED * crossed
+    hidden = hidden_point * _inside(ink, low, high).sum(axis=1) + touched_joint * (away < JOINT_MARGIN).sum(axis=1)
+    cost = hidden + beyond_region * outside + COVERED_PENALTY * on + crossed_name * crossed
     return np.asarray(cost), np.asarray(nearer), np.asarray((outside == 0.0) & (on == 0))
 
 
-def _calmest(cost: np.ndarray, jump: float) -> np.ndarray:
-    """The places, instant by instant, with the least sum of their costs and of those of jumps from one to another."""
+def _steadiest_places(cost: np.ndarray, jump: float) -> np.ndarray:
+    """Return the sequence of places with the smallest sum of penalties, including those of jumps between places."""
     total, came = cost[0].copy(), np.empty(cost.shape, int)
     for look in range(1, len(cost)):
         best = int(np.argmin(total))
@@ -219,7 +233,7 @@ def _calmest(cost: np.ndarray, jump: float) -> np.ndarray:
 
 
 def _inside(points: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Which points are in which boxes; coordinate by coordinate, which costs a third of a reduction over them."""
+    """Return which points are in which boxes, shape (boxes, points)."""
     within: np.ndarray = np.ones((len(low), len(points)), bool)
     for axis in range(2):
         at = np.ascontiguousarray(points[:, axis])
@@ -227,8 +241,8 @@ def _inside(points: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray
     return within
 
 
-def sampled(lines: Sequence[np.ndarray], step: float) -> np.ndarray:
-    """Points along lines, about so far apart."""
+def sample_lines(lines: Sequence[np.ndarray], step: float) -> np.ndarray:
+    """Return points along lines at about the given spacing."""
     start = np.concatenate([np.empty((0, 2)), *(line[:-1] for line in lines)])
     along = np.concatenate([start[:0], *(line[1:] for line in lines)]) - start
     count = np.maximum(1, (np.hypot(*along.T) / step).astype(int))

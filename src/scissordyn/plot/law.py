@@ -1,4 +1,4 @@
-"""Laws of contact and friction: the loop of one impact, friction against slip, and a comparison of all laws."""
+"""Draw contact and friction laws: the loop of one impact, friction over slip, and a comparison of all laws."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from scissordyn.plot.style import (
     GREEN,
     GREY,
     IDEAL,
-    LINE,
+    LINE_WIDTH,
     ORANGE,
     PURPLE,
     SKY,
@@ -35,47 +35,50 @@ from scissordyn.plot.style import (
 )
 from scissordyn.plugin.element import pointers, row_of
 
-JOINT = JointContact(clearance=0.5e-3, journal_radius=10e-3, length=15e-3, journal=STEEL, bearing=STEEL)
-"""The default joint: that of `Clearance`, with c = 0.5 mm."""
+DEFAULT_JOINT = JointContact(clearance=0.5e-3, journal_radius=10e-3, length=15e-3, journal=STEEL, bearing=STEEL)
+"""Default joint: that of `Clearance` with c = 0.5 mm."""
 
 OSCILLATION = 2e-6, 5.0
-"""Amplitude [m] and frequency [Hz] of the oscillation with sticking and sliding: a few bristle lengths, up to 63 um/s."""
+"""Amplitude [m] and frequency [Hz] of an oscillation with sticking and sliding: a few bristle lengths, up to 63 um/s."""
 
-SPEEDS = np.logspace(-6, 0, 400)  # Slip speeds of the curve of steady sliding [m/s]
-SOFT = 0.5  # Restitution coefficient of the comparison of damping laws, which agree near 1
+SLIP_SPEEDS = np.logspace(-6, 0, 400)  # Slip speeds of the steady sliding curve [m/s]
+SOFT_RESTITUTION = 0.5  # Restitution coefficient in the comparison of damping laws; all laws agree near 1
 
 COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY, GREY)
 DASHES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (1, 1.5)))
-"""There are more laws than distinguishable colours, so the line styles differ too."""
+"""Line styles distinguish the laws when the colours repeat."""
 
 
-MASS, SPEED = 5.0, 0.5  # Of the free body [kg], and of its impact [m/s]
+IMPACT_MASS = 5.0  # Mass of the free body [kg]
+IMPACT_SPEED = 0.5  # Approach speed of the free body [m/s]
 
 
-def draw_law(law: Elastic | Damping | Friction, *, axes: Canvas = None, joint: JointContact = JOINT) -> list[Axes]:
-    """The curves of one law.
+def draw_law(law: Elastic | Damping | Friction, *, axes: Canvas = None, joint: JointContact = DEFAULT_JOINT) -> list[Axes]:
+    """Draw the curves of one law.
 
-    An elastic part is shown in the loop of an impact with Flores's damping, a damping in one on Liu's elastic part, each
-    beside the elastic part alone; a friction law in steady sliding and in an oscillation of a few micrometres.
+    An elastic law is shown in the loop of an impact with Flores's damping, a damping law in an impact with Liu's elastic
+    law. The
+    elastic part alone is drawn next to each loop. A friction law is shown in steady sliding and in an oscillation of a few
+    micrometres.
     """
     if isinstance(law, Friction):
         return _draw_friction(law, axes, joint)
     stiffness, damping = (law, Flores()) if isinstance(law, Elastic) else (Liu(), law)
     (panel,) = panels(axes, 1, size=(5.6, 3.6))
-    history = impact(stiffness, damping, joint, mass=MASS, speed=SPEED)
+    history = impact(stiffness, damping, joint, mass=IMPACT_MASS, speed=IMPACT_SPEED)
     depth = np.linspace(0.0, float(history.indentation.max()), 200)[1:]
     row, pointer = row_of(stiffness, joint), pointers(stiffness)["force"]
     elastic = np.array([elastic_force(pointer, delta, row) for delta in depth])
     force, length = engineering("N", history.force, elastic), engineering("m", depth)
     x, y = length.factor * history.indentation, force.factor * history.force
-    panel.plot(x, y, linewidth=LINE, color=BLUE, label=literal(f"{stiffness.name} + {damping.name}"))
+    panel.plot(x, y, linewidth=LINE_WIDTH, color=BLUE, label=literal(f"{stiffness.name} + {damping.name}"))
     panel.plot(length.factor * depth, force.factor * elastic, **IDEAL, label=literal(f"{stiffness.name} alone"))
     for part in (0.35, 0.65):  # arrow heads show the direction of the loop
         k = int(part * history.time.size)
         arrow = {"arrowstyle": "-|>", "color": BLUE, "lw": 0.0}
         panel.annotate("", xy=(x[k], y[k]), xytext=(x[k - 8], y[k - 8]), arrowprops=arrow)
-    back = history.restitution * SPEED
-    title = f"{law.name}: {MASS:g} kg at {SPEED:g} m/s, rebounds at {back:.3g} m/s"
+    back = history.restitution * IMPACT_SPEED
+    title = f"{law.name}: {IMPACT_MASS:g} kg at {IMPACT_SPEED:g} m/s, rebounds at {back:.3g} m/s"
     panel.set_title(literal(title), loc="left", fontsize=normal())
     _label(panel, force, length)
     panel.legend(loc="upper left", frameon=False, fontsize="small")
@@ -88,13 +91,13 @@ def _label(axes: Axes, force: Scale, length: Scale) -> None:
 
 def _draw_friction(friction: Friction, axes: Canvas, joint: JointContact) -> list[Axes]:
     sliding, sticking = panels(axes, 1, 2, size=(8.0, 3.4), share=False)
-    sliding.semilogx(SPEEDS, steady_coefficient(friction, joint, SPEEDS), color=BLUE, linewidth=LINE)
+    sliding.semilogx(SLIP_SPEEDS, steady_coefficient(friction, joint, SLIP_SPEEDS), color=BLUE, linewidth=LINE_WIDTH)
     sliding.set(xlabel="slip speed [m/s]", ylabel="friction force / normal force", ylim=(0.0, None))
     sliding.set_title(literal(f"{friction.name}: steady sliding"), loc="left", fontsize=normal())
     amplitude, frequency = OSCILLATION
     history = oscillation(friction, joint, amplitude=amplitude, frequency=frequency)
     length = engineering("m", history.displacement)
-    sticking.plot(length.factor * history.displacement, history.coefficient, color=BLUE, linewidth=LINE)
+    sticking.plot(length.factor * history.displacement, history.coefficient, color=BLUE, linewidth=LINE_WIDTH)
     sticking.set(xlabel=length.label("slip"), ylabel="friction force / normal force")
     sticking.set_title(f"oscillation at {frequency:g} Hz", loc="left", fontsize=normal())
     for panel in (sliding, sticking):
@@ -102,23 +105,25 @@ def _draw_friction(friction: Friction, axes: Canvas, joint: JointContact) -> lis
     return [sliding, sticking]
 
 
-def _look(index: int) -> dict[str, Any]:
+def _line_style(index: int) -> dict[str, Any]:
     return {"color": COLOURS[index % len(COLOURS)], "linestyle": DASHES[index // len(COLOURS) % len(DASHES)]}
 
 
-def _soft(law: type[Any]) -> Any:
-    return law(restitution=SOFT) if any(field.name == "restitution" for field in fields(law)) else law()
+def _soft_law(law: type[Any]) -> Any:
+    return law(restitution=SOFT_RESTITUTION) if any(field.name == "restitution" for field in fields(law)) else law()
 
 
-def draw_gallery(*, axes: Canvas = None, joint: JointContact = JOINT) -> list[Axes]:
-    """All laws in one impact and in steady sliding, with default parameters except for a restitution coefficient of 0.5."""
+def draw_gallery(*, axes: Canvas = None, joint: JointContact = DEFAULT_JOINT) -> list[Axes]:
+    """Draw all laws in one impact and in steady sliding, with default parameters except a restitution coefficient of 0.5."""
     elastic, damping, friction = panels(axes, 3, size=(7.2, 9.6), share=False)
     for panel, pairs in (
         (elastic, [(name, law(), Flores()) for name, law in ELASTIC.items()]),
-        (damping, [(name, Liu(), _soft(law)) for name, law in DAMPING.items()]),
+        (damping, [(name, Liu(), _soft_law(law)) for name, law in DAMPING.items()]),
     ):
-        # an elastic part that is far softer would compress the curves of the others at the axis
-        histories = [(name, impact(spring, damper, joint, mass=MASS, speed=SPEED)) for name, spring, damper in pairs]
+        # a much softer elastic law would squeeze the other curves against the axis
+        histories = [
+            (name, impact(spring, damper, joint, mass=IMPACT_MASS, speed=IMPACT_SPEED)) for name, spring, damper in pairs
+        ]
         deepest = np.array([history.indentation.max() for _, history in histories])
         shown = deepest <= 3.0 * np.median(deepest)
         length = engineering("m", deepest[shown])
@@ -126,13 +131,15 @@ def draw_gallery(*, axes: Canvas = None, joint: JointContact = JOINT) -> list[Ax
         for index, (name, history) in enumerate(histories):
             label = name if shown[index] else f"{name} (to {length.factor * deepest[index]:.3g} {length.unit})"
             x, y = length.factor * history.indentation, force.factor * history.force
-            panel.plot(x, y, linewidth=LINE, label=label, **_look(index))
+            panel.plot(x, y, linewidth=LINE_WIDTH, label=label, **_line_style(index))
         _label(panel, force, length)
         panel.set_xlim(0.0, 1.05 * length.factor * float(deepest[shown].max()))
-    elastic.set_title(f"stiffness, with flores: {MASS:g} kg at {SPEED:g} m/s", loc="left", fontsize=normal())
-    damping.set_title(f"damping, on liu, restitution {SOFT:g} where the law has one", loc="left", fontsize=normal())
+    elastic.set_title(f"stiffness, with flores: {IMPACT_MASS:g} kg at {IMPACT_SPEED:g} m/s", loc="left", fontsize=normal())
+    damping.set_title(f"damping, on liu, restitution {SOFT_RESTITUTION:g} where the law has one", loc="left", fontsize=normal())
     for index, (name, law) in enumerate(FRICTION.items()):
-        friction.semilogx(SPEEDS, steady_coefficient(law(), joint, SPEEDS), linewidth=LINE, label=name, **_look(index))
+        friction.semilogx(
+            SLIP_SPEEDS, steady_coefficient(law(), joint, SLIP_SPEEDS), linewidth=LINE_WIDTH, label=name, **_line_style(index)
+        )
     friction.set(xlabel="slip speed [m/s]", ylabel="friction force / normal force")
     friction.set_title("friction, in steady sliding", loc="left", fontsize=normal())
     for panel in (elastic, damping, friction):

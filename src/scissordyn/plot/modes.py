@@ -1,4 +1,4 @@
-"""Natural frequencies over the motion of the drive, mode shapes, and a mode as a motion for films."""
+"""Draw natural frequencies over the drive's motion and mode shapes, and turn a mode into a motion for films."""
 
 from __future__ import annotations
 
@@ -12,19 +12,21 @@ from matplotlib.ticker import ScalarFormatter
 
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plot.animation_scene import corners_of, scene_of
+from scissordyn.plot.animation_scene import picture_corners, scene_of
 from scissordyn.plot.drawing import Drawing
 from scissordyn.plot.style import Canvas, figure_size, legend, panels, small
 from scissordyn.record.placement import Placement
 
-AMPLITUDE = 0.06  # Largest displacement of a drawn mode, as a fraction of the mechanism's longer side
-PERIODS, FRAMES = 2, 100  # Of a film
+FILM_PERIODS = 2  # Number of oscillation periods in a film of a mode
+FILM_FRAMES = 100  # Number of frames in a film of a mode
 
 
 def frequencies(eigenmodes: xr.Dataset, *, axes: Canvas = None) -> Axes:
-    """Natural frequencies over what the first drive holds."""
+    """Draw the natural frequencies over the coordinate of the first drive."""
     if "time" not in eigenmodes.dims or eigenmodes.sizes["time"] < 2:
-        raise InputError("frequencies of one position", "modes along the motion", "sd.modes(mechanism, times=[0.0, 0.1, 0.2])")
+        raise InputError(
+            "the modes belong to one position", "modes along the motion", "sd.modes(mechanism, times=[0.0, 0.1, 0.2])"
+        )
     drawn = panels(axes, 1, size=(7.0, 4.5))[0]
     inputs = eigenmodes["input"].values[:, 0]
     angle = str(eigenmodes["unit"].values[0]) == "rad"
@@ -42,7 +44,7 @@ def frequencies(eigenmodes: xr.Dataset, *, axes: Canvas = None) -> Axes:
 
 
 def shapes(eigenmodes: xr.Dataset, mechanism: Mechanism, *, count: int = 6) -> list[Axes]:
-    """The first modes, each at its largest displacement on both sides."""
+    """Draw the first modes, each at both extremes of its motion."""
     here, still = eigenmodes.isel(time=0) if "time" in eigenmodes.dims else eigenmodes, mechanism.ideal()
     modes = here["mode"].values[:count].tolist()
     drawn = [oscillation(here, still, mode, frames=5, periods=1) for mode in modes]
@@ -67,15 +69,16 @@ def shapes(eigenmodes: xr.Dataset, mechanism: Mechanism, *, count: int = 6) -> l
 
 
 def oscillation(
-    eigenmodes: xr.Dataset, mechanism: Mechanism, mode: int, *, frames: int = FRAMES, periods: int = PERIODS
+    eigenmodes: xr.Dataset, mechanism: Mechanism, mode: int, *, frames: int = FILM_FRAMES, periods: int = FILM_PERIODS
 ) -> xr.Dataset:
-    """A mode as a motion: what pictures and films need of a run."""
+    """Return a mode as a run-like motion, for pictures and films."""
+    amplitude = 0.06  # largest drawn displacement as a fraction of the mechanism's longer side
     if mode not in eigenmodes["mode"].values:
         raise InputError(f"mode {mode}", f"1 to {eigenmodes.sizes['mode']}", "count=20")
     shape = eigenmodes.sel(mode=mode)
     placed = eigenmodes[["position", "angle"]].expand_dims(time=[0.0])
-    low, high = corners_of(Placement.at(mechanism, placed, [0]))
-    size = AMPLITUDE * float(np.max(high - low))
+    low, high = picture_corners(Placement.at(mechanism, placed, [0]))
+    size = amplitude * float(np.max(high - low))
     phase = np.sin(2.0 * np.pi * periods * np.linspace(0.0, 1.0, frames))
     frequency = abs(float(shape["frequency"])) or 1.0
     time = xr.DataArray(periods / frequency * np.linspace(0.0, 1.0, frames), dims="time", attrs={"units": "s"})

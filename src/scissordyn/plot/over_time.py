@@ -1,4 +1,4 @@
-"""Pictures over time: motion, torques, deviations of tracked points, energies, and two runs beside each other."""
+"""Draw quantities over time: motion, torques, deviations of tracked points, energies, and the comparison of two runs."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ from matplotlib.axes import Axes
 
 from scissordyn.casefile.configuration import ATTRIBUTE, read_configuration
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.plot.contact import TorqueSource, force_curve, torque_sources, with_instants
+from scissordyn.plot.contact import TorqueSource, force_curve, insert_points, torque_sources
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.series import (
     compare,
     draw_curves,
     draw_limit,
-    finish,
+    finish_time_axes,
     largest_forces,
     mark_largest,
     picture,
+    select_window,
     time_scale,
-    window,
 )
 from scissordyn.plot.style import (
     BLACK,
     BLUE,
     GREEN,
-    LINE,
+    LINE_WIDTH,
     ORANGE,
     PURPLE,
     SKY,
@@ -46,17 +46,15 @@ from scissordyn.record.summary import at_limit, summary_of
 if TYPE_CHECKING:
     import xarray as xr
 
-ROUND_OFF = 1e-10  # Relative change over a run that is none
 
 DEFAULT_BODY = "unit 1/bar 2"
 
 SLIDER = {"displacement": "slider_position", "velocity": "slider_velocity", "acceleration": "slider_acceleration"}
 ROTATION = {name: name.replace(" ", "_") for name in ("angle", "angular velocity", "angular acceleration")}
-"""Variables of a position and of its two derivatives, by the labels of their axes."""
+"""Variables of a position and its two derivatives, by their axis labels."""
 
 RPM = Scale(30.0 / math.pi, "rpm")
 
-ROUND = 1.15  # The curve is drawn up to so many times the speed and the torque that are needed, at least
 
 ENERGIES = (
     (
@@ -85,15 +83,14 @@ ENERGIES = (
 )
 """Panels from top to bottom; quantities of different magnitude have separate scales."""
 
-ALWAYS = ("kinetic_energy", "potential_energy", "elastic_energy", "dissipated_energy", "energy_residual")
-"""Drawn also if they are zero throughout; other accounts only if something was booked on them."""
+ALWAYS_DRAWN = ("kinetic_energy", "potential_energy", "elastic_energy", "dissipated_energy", "energy_residual")
+"""Energies that are always drawn; the others are drawn only if they are not zero throughout."""
 
-NOT_OF_CONTACTS = ("damper_loss", "switching_loss")
+NON_CONTACT_LOSSES = ("damper_loss", "switching_loss")
 
-JOINTS = 3  # Most joints whose forces are compared, those with the largest forces
 
-SECOND: dict[str, Any] = {"color": VERMILION, "linewidth": LINE, "linestyle": (0, (5, 1.5)), "zorder": 3.0}
-"""The second run is dashed and on top, so that both are visible where they agree."""
+SECOND_RUN_STYLE: dict[str, Any] = {"color": VERMILION, "linewidth": LINE_WIDTH, "linestyle": (0, (5, 1.5)), "zorder": 3.0}
+"""Style of the second run: dashed and on top, so that both runs are visible where they agree."""
 
 WORKS = ("drive_work", "motor_work", "load_work")
 
@@ -108,24 +105,24 @@ def response(
     end: float | None = None,
     axes: Canvas = None,
 ) -> list[Axes]:
-    """Displacement, velocity and acceleration of the slider; angle, angular velocity and acceleration of a body.
+    """Draw displacement, velocity and acceleration of the slider, and the rotation of a body.
 
     Parameters
     ----------
     body : str
-        The body of the angle. If not given: the output body; where that is the slider, the coupler of the first scissor unit,
-        or the first body.
+        Body whose rotation is drawn. By default the output body; if that is the slider, the coupler of the first scissor
+        unit, or else the first body.
 
     Raises
     ------
     InputError
-        If there is no such body.
+        If the run has no body of that name.
     """
-    run = window(run, start, end)
+    run = select_window(run, start, end)
     bodies = [str(name) for name in run["body"].values]
     chosen = body or _body(run, bodies)
     if chosen not in bodies:
-        raise InputError(f"body '{chosen}'{did_you_mean(chosen, bodies)}", "one of " + ", ".join(bodies))
+        raise InputError(f"unknown body '{chosen}'{did_you_mean(chosen, bodies)}", "one of " + ", ".join(bodies))
     moving: list[tuple[str, dict[str, str], dict[str, str]]] = []
     if SLIDER["displacement"] in run:
         moving.append(("slider", SLIDER, {}))
@@ -138,21 +135,22 @@ def response(
         for panel, (label, variable) in zip(drawn[column::columns], variables.items(), strict=True):
             curve = _without_round_off(run[list(variables.values())].sel(of), variable)
             compare(panel, label, curve, None if ideal is None else ideal[variable].sel(of), time=time)
-    finish(drawn, run, time, bottom=drawn[-columns:])
+    finish_time_axes(drawn, run, time, bottom=drawn[-columns:])
     legend(drawn, above=axes is None)
     return drawn
 
 
 def _without_round_off(motion: xr.Dataset, name: str) -> xr.DataArray:
-    """A quantity of a motion; zero where it could not change what it is the derivative of by more than its last digits."""
+    """Return a quantity of a motion, or zero if its integral over the run is only round-off of the quantity one order lower."""
+    round_off = 1e-10  # relative change over a run that counts as round-off
     values, at = motion[name], list(motion).index(name)
     duration = float(motion["time"].values[-1] - motion["time"].values[0])
     before = 0.0 if at == 0 else float(abs(list(motion.values())[at - 1]).max())
-    return 0.0 * values if float(abs(values).max()) * duration < ROUND_OFF * before else values
+    return 0.0 * values if float(abs(values).max()) * duration < round_off * before else values
 
 
 def _body(run: xr.Dataset, bodies: list[str]) -> str:
-    """The output body where its rotation is the output; with a slider as output a coupler, or the first body."""
+    """Return the output body if its rotation is the output; otherwise a coupler, or the first body."""
     output = str(read_configuration(run).mechanism.output_body) if ATTRIBUTE in run.attrs else ""
     if output in bodies and SLIDER["displacement"] not in run:
         return output
@@ -168,19 +166,21 @@ def torque(
     end: float | None = None,
     axes: Canvas = None,
 ) -> list[Axes]:
-    """The torques of drives, actuators and motors with their located maxima, beside the ideal mechanism's; one panel for each.
+    """Draw the torques of drives, actuators and motors with their maxima and the ideal mechanism's torques, one panel for each.
 
-    A limit is a dotted line in either sense; where the torque is at its limit the panel is shaded.
+    Dotted lines mark a limit in both directions; the panel is shaded where the torque is at its limit.
 
     Raises
     ------
     InputError
-        If there is no drive, no actuator and no motor.
+        If the run has no drive, actuator or motor.
     """
-    run = window(run, start, end)
+    run = select_window(run, start, end)
     sources = torque_sources(run)
     if not sources:
-        raise InputError("a run without a drive", "a run of a driven or controlled mechanism", "arm.driven(speed=rpm(150))")
+        raise InputError(
+            "the run has no drive, actuator or motor", "a run of a driven or controlled mechanism", "arm.driven(speed=rpm(150))"
+        )
     beside = {} if ideal is None else {source.name: source.curve for source in torque_sources(ideal)}
     drawn = panels(axes, len(sources), size=(8.0, 0.7 + 2.6 * len(sources)))
     time = time_scale(run)
@@ -188,14 +188,14 @@ def torque(
         scale = compare(panel, literal(source.name), source.curve, beside.get(source.name), time=time)
         if source.peak is not None:
             mark_largest(panel, time.factor * source.peak[0], scale.factor * source.peak[1])
-        _limit(panel, source, scale, time)
-    finish(drawn, run, time)
+        _draw_torque_limit(panel, source, scale, time)
+    finish_time_axes(drawn, run, time)
     legend(drawn, above=axes is None)
     return drawn
 
 
-def _limit(axes: Axes, source: TorqueSource, scale: Scale, time: Scale) -> None:
-    """Lines at the limit where the curve comes near it, and shading where the torque is there."""
+def _draw_torque_limit(axes: Axes, source: TorqueSource, scale: Scale, time: Scale) -> None:
+    """Draw lines at the limit if the curve exceeds half of it, and shade the intervals in which the torque is at the limit."""
     if source.limit is None:
         return
     values = source.curve.values
@@ -214,11 +214,12 @@ def torque_speed(
     torques: np.ndarray | None = None,
     axes: Canvas = None,
 ) -> list[Axes]:
-    """Torque over speed of a drive, an actuator or a motor."""
+    """Draw the torque of a drive, an actuator or a motor over its speed."""
+    least_range = 1.15  # least drawn range of the speed, as a multiple of the required speed
     (panel,) = panels(axes, 1, size=(5.4, 4.2))
     scale = engineering("N m", needed["torque"].values, *(() if torques is None else (torques,)))
     speed, torque = RPM.factor * needed["speed"].values, scale.factor * needed["torque"].values
-    panel.plot(speed, torque, color=BLUE, linewidth=0.7 * LINE, label=literal(f"torque of {needed.attrs['of']}"))
+    panel.plot(speed, torque, color=BLUE, linewidth=0.7 * LINE_WIDTH, label=literal(f"torque of {needed.attrs['of']}"))
     k = int(np.argmax(np.abs(torque)))
     panel.plot(speed[k], torque[k], linestyle="", marker="o", markersize=3.0, color=BLACK, label="largest")
     if speeds is not None and torques is not None:
@@ -226,8 +227,8 @@ def torque_speed(
         for sense in (1.0, -1.0):
             for side in (1.0, -1.0):
                 label = "motor" if sense == side == 1.0 else None
-                panel.plot(side * at, sense * most, color=VERMILION, linewidth=1.5 * LINE, label=label)
-        wide = ROUND * max(float(np.max(np.abs(speed))), float(at[-1]))
+                panel.plot(side * at, sense * most, color=VERMILION, linewidth=1.5 * LINE_WIDTH, label=label)
+        wide = least_range * max(float(np.max(np.abs(speed))), float(at[-1]))
         panel.set_xlim(-wide if speed.min() < -0.02 * wide else -0.02 * wide, wide)
     panel.set(xlabel=RPM.label("speed"), ylabel=scale.label("torque"))
     legend([panel], above=axes is None)
@@ -240,19 +241,19 @@ def has_tracks(run: xr.Dataset) -> bool:
 
 @picture("One for each tracked point.")
 def track(run: xr.Dataset, *, start: float | None = None, end: float | None = None, axes: Canvas = None) -> list[Axes]:
-    """Deviation of tracked points from their commanded paths, with the located maximum and the tolerance; one panel for each.
+    """Draw the deviation of tracked points from their commanded paths, with the maximum and the tolerance.
 
-    Where a point is outside its tolerance the panel is shaded.
+    There is one panel for each point. The panel is shaded where the point is outside its tolerance.
 
     Raises
     ------
     InputError
         If the run has no tracked point with a deviation.
     """
-    run = window(run, start, end)
+    run = select_window(run, start, end)
     if not has_tracks(run):
         raise InputError(
-            "a run without the deviation of a tracked point",
+            "the run has no deviation of a tracked point",
             "a run of a mechanism with clearance and a tracked point",
             'arm.track("tip", "unit 2/bar 1", "end", 1e-3)',
         )
@@ -265,10 +266,10 @@ def track(run: xr.Dataset, *, start: float | None = None, end: float | None = No
         point = answers.get(name)
         tolerance = None if point is None else point.tolerance
         peak = ([], []) if point is None else ([point.when], [point.deviation])
-        instants, values = with_instants(run["time"].values, sampled, *map(np.array, peak))
+        instants, values = insert_points(run["time"].values, sampled, *map(np.array, peak))
         scale = engineering("m", values, *(() if tolerance is None else (tolerance,)))
         at, deviation = time.factor * instants, scale.factor * values
-        panel.plot(at, deviation, color=BLUE, linewidth=LINE, label="deviation")
+        panel.plot(at, deviation, color=BLUE, linewidth=LINE_WIDTH, label="deviation")
         if point is not None and instants[0] <= point.when <= instants[-1]:
             mark_largest(panel, time.factor * point.when, scale.factor * point.deviation)
         if tolerance is not None:
@@ -279,20 +280,20 @@ def track(run: xr.Dataset, *, start: float | None = None, end: float | None = No
         panel.set_ylim(bottom=0.0)
         panel.set_ylabel(scale.label("deviation"))
         panel.set_title(f"tracked point {literal(name)}", loc="left", fontsize=small())
-    finish(drawn, run, time)
+    finish_time_axes(drawn, run, time)
     legend(drawn)
     return drawn
 
 
 @picture("Three Axes, or two for a run in which no contact stored or dissipated energy.")
 def energy(run: xr.Dataset, *, start: float | None = None, end: float | None = None, axes: Canvas = None) -> list[Axes]:
-    """Energies and work; elastic energy and losses of contacts and components; residual of the balance."""
-    run = window(run, start, end)
+    """Draw energies and work, elastic energy and losses of contacts and components, and the residual of the energy balance."""
+    run = select_window(run, start, end)
     shown = []
     for name, declared in ENERGIES:
-        kept = [line for line in declared if line[0] in run and (line[0] in ALWAYS or np.any(run[line[0]].values))]
+        kept = [line for line in declared if line[0] in run and (line[0] in ALWAYS_DRAWN or np.any(run[line[0]].values))]
         if kept and (name != "contacts" or any(np.any(run[variable].values) for variable, _, _ in kept)):
-            losses = any(variable in NOT_OF_CONTACTS for variable, _, _ in kept)
+            losses = any(variable in NON_CONTACT_LOSSES for variable, _, _ in kept)
             shown.append(("losses" if losses else name, kept))
     ratios = [1.0 if name == "residual" else 1.8 for name, _ in shown]
     drawn = panels(axes, len(shown), size=(8.5, 0.6 + 1.25 * sum(ratios)), ratios=ratios)
@@ -300,26 +301,27 @@ def energy(run: xr.Dataset, *, start: float | None = None, end: float | None = N
     for panel, (name, lines) in zip(drawn, shown, strict=True):
         curves = [(run[variable], {"color": color, "label": label}) for variable, label, color in lines]
         draw_curves(panel, name, curves, time)
-    finish(drawn, run, time)
+    finish_time_axes(drawn, run, time)
     for panel in drawn:
         legend([panel])
     return drawn
 
 
 def shared_curves(runs: Sequence[xr.Dataset]) -> Iterator[tuple[str, list[xr.DataArray]]]:
-    """Quantities over time that all runs have, with their curves: output, torques, forces, energy, work."""
+    """Yield the name of each quantity that all runs have, with its curves: output, torques, forces, energies, work."""
+    most_joints = 3  # those with the largest forces
     if all("slider_position" in run for run in runs):
         yield "displacement", [run["slider_position"] for run in runs]
     torques = [{source.name: source.curve for source in torque_sources(run)} for run in runs]
-    for name in _shared([list(curves) for curves in torques]):
+    for name in _common_names([list(curves) for curves in torques]):
         yield name, [curves[name] for curves in torques]
     if not all("slider_position" in run for run in runs):
-        for body in _shared([run["body"].values.astype(str).tolist() for run in runs])[-1:]:
+        for body in _common_names([run["body"].values.astype(str).tolist() for run in runs])[-1:]:
             yield f"angle of {body}", [run["angle"].sel(body=body) for run in runs]
-    joints = _shared([clearance_joints(run) for run in runs])
+    joints = _common_names([clearance_joints(run) for run in runs])
     largest = [largest_forces(run) for run in runs]
     peaks = [max(curves[joint] for curves in largest) for joint in joints]
-    chosen = {joints[k] for k in np.argsort(-np.array(peaks), kind="stable")[:JOINTS]}
+    chosen = {joints[k] for k in np.argsort(-np.array(peaks), kind="stable")[:most_joints]}
     for joint in joints:
         if joint in chosen:
             yield f"force at {joint}", [force_curve(run, joint) for run in runs]
@@ -330,7 +332,7 @@ def shared_curves(runs: Sequence[xr.Dataset]) -> Iterator[tuple[str, list[xr.Dat
         yield "work", [sum((run[name] for name in WORKS[1:]), run[WORKS[0]]).assign_attrs(units="J") for run in runs]
 
 
-def _shared(names: Sequence[Sequence[str]]) -> list[str]:
+def _common_names(names: Sequence[Sequence[str]]) -> list[str]:
     return [name for name in names[0] if all(name in other for other in names[1:])]
 
 
@@ -338,7 +340,7 @@ def _shared(names: Sequence[Sequence[str]]) -> list[str]:
 def comparison(
     run: xr.Dataset, other: xr.Dataset, *, labels: tuple[str, str] = ("first run", "second run"), axes: Canvas = None
 ) -> list[Axes]:
-    """Output, torque, contact forces and energies of two runs, each pair of curves in one panel.
+    """Draw output, torque, contact forces and energies of two runs, each pair of curves in one panel.
 
     Parameters
     ----------
@@ -351,9 +353,11 @@ def comparison(
     longer = max(run, other, key=lambda part: float(part["time"].values[-1]))
     time = time_scale(longer)
     for panel, (name, pair) in zip(drawn, curves, strict=True):
-        looks = [look | {"label": literal(label)} for look, label in zip(({"color": BLUE}, SECOND), labels, strict=True)]
+        looks = [
+            look | {"label": literal(label)} for look, label in zip(({"color": BLUE}, SECOND_RUN_STYLE), labels, strict=True)
+        ]
         draw_curves(panel, literal(name), list(zip(pair, looks, strict=True)), time)
         panel.set_ylabel(panel.get_ylabel().replace(" [", "\n["))
-    finish(drawn, longer, time)
+    finish_time_axes(drawn, longer, time)
     legend(drawn, above=axes is None)
     return drawn

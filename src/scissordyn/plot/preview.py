@@ -1,4 +1,4 @@
-"""The assembled mechanism with its names, before any run."""
+"""Draw the assembled mechanism with its names, before any run."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from scissordyn.components.place import GROUND
 from scissordyn.kinematics.closure import Inputs
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import plan
-from scissordyn.plot.animation_scene import SYMBOL, scene_of, upright
+from scissordyn.plot.animation_scene import SYMBOL_RADIUS, scene_of, upright
 from scissordyn.plot.drawing import Drawing
 from scissordyn.plot.label import Label, write_labels
 from scissordyn.plot.scale import engineering
@@ -28,61 +28,59 @@ from scissordyn.run.simulate import simulate
 if TYPE_CHECKING:
     import xarray as xr
 
-INSTANT = 1e-9  # A run of this length gives the assembled position [s]
-SMALLEST, LARGEST = 6.0, 15.0  # Longer side of the figure [inch]
-PER_NAME = 0.11  # By how much a name enlarges it [inch]
-MOST = 160  # So many names are written at most; names of joints with clearance, drives and components come first
-LETTERS = 7.0  # Size of the names [pt]
-NARROWEST = 0.46  # Shorter side of the region over the scene's longer side, at least: names need room beside a line of bars
-MANY = 3  # If more joints than these have the same clearance, it is said once
-MARGIN = 0.05  # Around the scene, as a fraction of its longer side
+FIGURE_SIZE_MIN = 6.0  # Longer side of the figure of a mechanism without names [inch]
+MAX_NAMES = 160  # Largest number of names; names of joints with clearance, drives and components come first
 
 
 def preview(mechanism: Mechanism, *, axes: Canvas = None, start: xr.Dataset | None = None) -> Axes:
-    """The assembled mechanism with the names of its bodies, joints, drives and components.
+    """Draw the assembled mechanism with the names of its bodies, joints, drives and components.
 
     Parameters
     ----------
     mechanism : Mechanism
     axes : Axes, optional
-        A new figure if not given.
+        New figure if not given.
     start : Dataset, optional
-        A run of the mechanism with ideal joints, whose first sample is drawn; one is made if not given.
+        Run of the mechanism with ideal joints; its first sample is drawn. It is computed if not given.
 
     Returns
     -------
     Axes
-        Names for which there is no room are left out, and counted below the drawing.
+        The number of names without a free place is given above the drawing.
 
     Raises
     ------
     InputError
         If the mechanism cannot be assembled.
     """
-    run = simulate(mechanism.ideal(), until=INSTANT, samples=2) if start is None else start
+    margin = 0.05  # margin around the scene as a fraction of its longer side
+    least_ratio = 0.46  # least ratio of the region's sides, which leaves room for names next to a line of bars
+    letters = 7.0  # size of the names [pt]
+    instant = 1e-9  # length of the run that computes the assembled position [s]
+    run = simulate(mechanism.ideal(), until=instant, samples=2) if start is None else start
     scene = scene_of(run, mechanism, np.array([0]), [])
     span = scene.high - scene.low
-    aside = np.maximum(MARGIN * np.max(span), 0.5 * (NARROWEST * np.max(span) - span))
+    aside = np.maximum(margin * np.max(span), 0.5 * (least_ratio * np.max(span) - span))
     region = low, high = scene.low - aside, scene.high + aside
     placed = Placement.at(mechanism, run, [0], turns=upright(mechanism))
     shared = _shared_clearance(mechanism)
-    # what acts at a point, as a stop does from outside the picture, is named there
+    # the name of a component at a point is written at that point, even if its symbol ends outside the picture
     acting: dict[str, Any] = {part.name: part for part in mechanism.components if hasattr(part, "point")}
-    drawn = symbols(run, mechanism, placed, [0], SYMBOL * float(np.max(span)))
+    drawn = symbols(run, mechanism, placed, [0], SYMBOL_RADIUS * float(np.max(span)))
     places = {part.name: placed.place(acting[part.name].point) if part.name in acting else part.anchor for part in drawn}
     names = _names(mechanism, placed, places, shared)
     if axes is None:
         size = _size(high - low, len(names))
         figure = Figure(figsize=size)
         axes = figure.add_axes((0.7 / size[0], 0.55 / size[1], 1.0 - 0.85 / size[0], 1.0 - 0.85 / size[1]))
-    (chosen,) = panels(axes, 1, size=(SMALLEST, SMALLEST))
+    (chosen,) = panels(axes, 1, size=(FIGURE_SIZE_MIN, FIGURE_SIZE_MIN))
     drawing = Drawing(chosen, scene, region)
     drawing.show(0)
     _draw_drives(chosen, mechanism, placed, 0.05 * float(np.max(high - low)))
     _draw_gravity(chosen, mechanism, placed)
     chosen.get_figure(root=True).draw_without_rendering()  # type: ignore[union-attr]
     drawing.fit_rings()
-    left = write_labels(chosen, names[:MOST], size=LETTERS, crowded=False) + [name.text for name in names[MOST:]]
+    left = write_labels(chosen, names[:MAX_NAMES], size=letters, crowded=False) + [name.text for name in names[MAX_NAMES:]]
     notes = [f"{shared} at each large circle"] if shared else []
     notes += [f"{len(left)} names are left out for lack of room"] if left else []
     chosen.set_title("; ".join(notes), loc="right", fontsize=small(), color=GREY)
@@ -90,15 +88,17 @@ def preview(mechanism: Mechanism, *, axes: Canvas = None, start: xr.Dataset | No
 
 
 def _size(span: np.ndarray, names: int) -> tuple[float, float]:
-    """Width and height of a figure for a region [inch]."""
-    longer = min(LARGEST, SMALLEST + PER_NAME * min(names, MOST))
+    """Return width and height of a figure for a region [inch]."""
+    per_name = 0.11  # increase of the longer side for each name [inch]
+    largest = 15.0  # largest longer side of the figure [inch]
+    longer = min(largest, FIGURE_SIZE_MIN + per_name * min(names, MAX_NAMES))
     ratio = float(span[0] / span[1])
     width, height = (longer, longer / ratio) if ratio > 1.0 else (longer * ratio, longer)
     return max(width, 4.0) + 0.85, max(height, 2.6) + 0.85
 
 
 def _names(mechanism: Mechanism, placed: Placement, parts: Mapping[str, np.ndarray], shared: str) -> list[Label]:
-    """All names, the most important ones first: clearances, drives, components and couplings, bodies, ideal joints."""
+    """Return all names, the most important first: clearances, drives, components and couplings, bodies, ideal joints."""
     joints: list[tuple[Any, tuple[str, str], str]] = [(joint, joint.bearing, BLACK) for joint in mechanism.joints]
     joints += [(guide, guide.follower, GREY) for guide in mechanism.guides]
     labels = [
@@ -111,19 +111,20 @@ def _names(mechanism: Mechanism, placed: Placement, parts: Mapping[str, np.ndarr
     bars = [body for body in mechanism.bodies if len(set(body.points.values())) > 1]
     for body in mechanism.bodies:
         color = (BLUE, GREEN)[bars.index(body) % 2] if body in bars else GREY
-        labels.append(Label(body.name, _middle(placed, body.name), color))
+        labels.append(Label(body.name, _name_place(placed, body.name), color))
     return labels + [Label(joint.name, placed.place(end)[0], color) for joint, end, color in joints if joint.clearance is None]
 
 
 def _shared_clearance(mechanism: Mechanism) -> str:
-    """The clearance of all clearance joints, if it is that of many; "" otherwise."""
+    """Return the clearance that all of many clearance joints share; "" otherwise."""
+    many = 3  # a clearance shared by more joints than this is stated once
     joints: list[Any] = [*mechanism.joints, *mechanism.guides]
     texts = [_clearance(joint) for joint in joints if joint.clearance is not None]
-    return texts[0] if len(texts) > MANY and len(set(texts)) == 1 else ""
+    return texts[0] if len(texts) > many and len(set(texts)) == 1 else ""
 
 
-def _middle(placed: Placement, body: str) -> np.ndarray:
-    """Where the name of a body belongs: on it, away from its joints [m]."""
+def _name_place(placed: Placement, body: str) -> np.ndarray:
+    """Return a place for the name of a body: on the body and away from its joints [m]."""
     points = [placed.place((body, point))[0] for point in placed.mechanism.body(body).points]
     if len(points) < 2:
         return np.asarray(points[0] if points else placed.centre(body)[0])
@@ -132,7 +133,7 @@ def _middle(placed: Placement, body: str) -> np.ndarray:
 
 
 def _pivot(placed: Placement, body: str) -> np.ndarray:
-    """Where a body is pinned to the ground, or its mass centre [m]."""
+    """Return the position of a body's pivot on the ground, or of its mass centre [m]."""
     for joint in placed.mechanism.joints:
         if set(joint.bodies) == {body, GROUND}:
             return np.asarray(placed.place(joint.bearing)[0])
@@ -140,7 +141,7 @@ def _pivot(placed: Placement, body: str) -> np.ndarray:
 
 
 def _draw_drives(axes: Axes, mechanism: Mechanism, placed: Placement, radius: float) -> None:
-    """Arrows around the pivots of driven bodies, in the direction in which they turn at first."""
+    """Draw arrows around the pivots of driven bodies, in the direction of their initial rotation."""
     driven = [drive.body for drive in mechanism.drives]
     driven += [part.body for part in mechanism.components if isinstance(part, Actuator)]
     for body in dict.fromkeys(driven):
@@ -152,7 +153,7 @@ def _draw_drives(axes: Axes, mechanism: Mechanism, placed: Placement, radius: fl
 
 
 def _draw_gravity(axes: Axes, mechanism: Mechanism, placed: Placement) -> None:
-    """An arrow in the direction of gravity, in a corner."""
+    """Draw an arrow in the direction of gravity in a corner."""
     if mechanism.gravity == 0.0:
         return
     turn = mechanism.gravity_direction + float(placed.angle(GROUND)[0])
@@ -169,13 +170,13 @@ def _draw_gravity(axes: Axes, mechanism: Mechanism, placed: Placement) -> None:
 
 
 def _clearance(joint: Any) -> str:
-    """The clearance of a joint or guide in words."""
+    """Return the clearance of a joint or guide as text."""
     clearance = joint.clearance.clearance
     return f"clearance {engineering('m', clearance).with_unit(clearance, 3)}"
 
 
 def _direction(mechanism: Mechanism, body: str) -> float:
-    """The sense in which a driven body turns at first; counter-clockwise if it does not."""
+    """Return the sign of a driven body's initial rotation; 1.0 (counter-clockwise) if it does not rotate."""
     inputs = Inputs(plan(mechanism))
     if body not in inputs.bodies:
         return 1.0

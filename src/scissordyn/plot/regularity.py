@@ -1,4 +1,4 @@
-"""Pictures of the regularity of a motion: maps, spectra, bifurcations, the 0-1 test, recurrences, distributions."""
+"""Draw the regularity of a motion: maps, spectra, bifurcations, the 0-1 test, recurrences, distributions."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from matplotlib.ticker import MaxNLocator
 
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plot.scale import Scale, engineering, scale_of
-from scissordyn.plot.series import BEYOND, chosen_joints, picture
-from scissordyn.plot.style import BLACK, BLUE, GREY, LINE, VERMILION, Canvas, legend, literal, normal, panels, small
+from scissordyn.plot.series import BEYOND_HORIZON, chosen_joints, picture
+from scissordyn.plot.style import BLACK, BLUE, GREY, LINE_WIDTH, VERMILION, Canvas, legend, literal, normal, panels, small
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,48 +27,46 @@ __all__ = [
     "zero_one",
 ]
 
-DOTS: dict[str, Any] = {"linestyle": "", "marker": ".", "markeredgewidth": 0.0}
+DOT_STYLE: dict[str, Any] = {"linestyle": "", "marker": ".", "markeredgewidth": 0.0}
 
-BARS = 30  # Bars of a distribution
-DECADE = 10.0  # Ratio of largest to smallest value from which a distribution is drawn logarithmically
-MOST_PIXELS = 1000  # Points along the side of a recurrence plot, about its resolution
+BARS = 30  # Number of bars of a distribution
 
 
 @picture()
 def stroboscopic_map(
     strobe: xr.Dataset, *, x: str = "slider_position", y: str = "slider_velocity", joint: str = "", axes: Canvas = None
 ) -> list[Axes]:
-    """A Poincare map: one dot per period or crossing.
+    """Draw a Poincare map with one dot per period or crossing.
 
     Parameters
     ----------
     strobe : Dataset
-        Of `stroboscopic`, `section`, or the cycles of a long periodic run.
+        Result of `stroboscopic` or `section`, or the cycles of a long periodic run.
     x, y : str
-        Variables of it; "eccentricity" is its x along the abscissa and its y along the ordinate.
+        Variables of `strobe`; "eccentricity" is its x component on the abscissa and its y component on the ordinate.
     joint : str
-        Whose, for variables of joints; the first one if not given.
+        Joint of a joint variable; by default the first one.
 
     Raises
     ------
     InputError
-        If there is no such variable or joint.
+        If the variable or joint does not exist.
     """
     (drawn,) = panels(axes, 1, size=(5.4, 4.6))
     time = np.asarray(strobe["time"].values, float) if "time" in strobe.coords else np.zeros(0)
     trusted = float(strobe.attrs.get("trusted_until", np.nan))
     shown, labels = [], []
     for side, name in enumerate((x, y)):
-        variable = _along(strobe, name, side, joint)
+        variable = _select_series(strobe, name, side, joint)
         scale = engineering(variable.attrs.get("units", "1"), variable.values)
         shown.append(scale.factor * variable.values)
         labels.append(scale.label(_long_name(variable, name)))
     drawn.set(xlabel=labels[0], ylabel=labels[1])
     count = shown[0].size
     before = time <= trusted if np.isfinite(trusted) and time.size else np.ones(count, bool)
-    for part, color, label in ((before, BLUE, "one period"), (~before, GREY, BEYOND)):
+    for part, color, label in ((before, BLUE, "one period"), (~before, GREY, BEYOND_HORIZON)):
         if np.any(part):
-            look: dict[str, Any] = {"color": color, "markersize": _dot(count, 3.0, 9.0), **DOTS}
+            look: dict[str, Any] = {"color": color, "markersize": _dot_size(count, 3.0, 9.0), **DOT_STYLE}
             drawn.plot(shown[0][part], shown[1][part], label=None if np.all(before) else label, **look)
     drawn.ticklabel_format(style="plain", useOffset=False)
     legend([drawn], above=axes is None)
@@ -77,20 +75,20 @@ def stroboscopic_map(
 
 @picture()
 def velocity_acceleration(scatter: xr.Dataset, ideal: xr.Dataset | None = None, *, axes: Canvas = None) -> list[Axes]:
-    """Velocity against acceleration at every sample: the paper's "Poincare map".
+    """Draw velocity over acceleration at every sample: the paper's "Poincare map".
 
     Parameters
     ----------
     scatter : Dataset
-        With `velocity` and `acceleration`.
+        Dataset with `velocity` and `acceleration`.
     ideal : Dataset, optional
-        The same of the ideal mechanism, drawn as a line.
+        The same dataset of the ideal mechanism, drawn as a line.
     """
     (drawn,) = panels(axes, 1, size=(5.4, 4.6))
     both, names = [scatter] if ideal is None else [scatter, ideal], ("velocity", "acceleration")
     scales = [engineering(scatter[name].attrs["units"], *(part[name].values for part in both)) for name in names]
-    dots: dict[str, Any] = {"color": BLUE, "markersize": 3.0, "label": None if ideal is None else "with clearance", **DOTS}
-    line = {"color": BLACK, "linewidth": LINE, "label": "ideal joints"}
+    dots: dict[str, Any] = {"color": BLUE, "markersize": 3.0, "label": None if ideal is None else "with clearance", **DOT_STYLE}
+    line = {"color": BLACK, "linewidth": LINE_WIDTH, "label": "ideal joints"}
     for part, look in zip(both, (dots, line), strict=False):
         drawn.plot(*(scale.factor * part[name].values for scale, name in zip(scales, names, strict=True)), **look)
     drawn.set(xlabel=scales[0].label("velocity"), ylabel=scales[1].label("acceleration"))
@@ -100,21 +98,21 @@ def velocity_acceleration(scatter: xr.Dataset, ideal: xr.Dataset | None = None, 
 
 @picture()
 def power_spectrum(spectrum: xr.Dataset, *, peaks: int = 3, axes: Canvas = None) -> list[Axes]:
-    """The power spectral density on a logarithmic scale, with its dominant frequencies marked.
+    """Draw the power spectral density on a logarithmic scale and mark its dominant frequencies.
 
     Parameters
     ----------
     spectrum : Dataset
-        Of the measure `spectrum`.
+        Result of the measure `spectrum`.
     peaks : int
-        Number of dominant frequencies that are marked and named.
+        Number of dominant frequencies that are marked.
     """
     (drawn,) = panels(axes, 1, size=(7.2, 3.8))
     frequency, density = spectrum["frequency"].values[1:], spectrum["power_density"].values[1:]
     top = float(np.max(density, initial=0.0)) or 1.0
-    # values below are round-off
+    # smaller values are round-off
     floor = 1e-16 * top
-    drawn.semilogy(frequency, np.maximum(density, floor), color=BLUE, linewidth=LINE)
+    drawn.semilogy(frequency, np.maximum(density, floor), color=BLUE, linewidth=LINE_WIDTH)
     marked = [spectrum[name].values[:peaks] for name in ("dominant_frequency", "dominant_density")]
     drawn.plot(*marked, linestyle="", marker="v", markersize=5.0, color=VERMILION)
     look: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "fontsize": small(), "color": BLACK}
@@ -132,30 +130,30 @@ def power_spectrum(spectrum: xr.Dataset, *, peaks: int = 3, axes: Canvas = None)
 
 @picture()
 def bifurcation(diagram: xr.Dataset, *, variable: str = "", joint: str = "", axes: Canvas = None) -> list[Axes]:
-    """A bifurcation diagram: the asymptotic motion over a parameter.
+    """Draw a bifurcation diagram: the asymptotic motion over a parameter.
 
     Parameters
     ----------
     diagram : Dataset
-        Variables along `value` and `cycle`, with the coordinate `value` in its unit.
+        Dataset with variables along `value` and `cycle`, and the coordinate `value` in its unit.
     variable : str
-        Which; slider_velocity if not given, or the first one along both.
+        Variable to draw; by default slider_velocity, or the first variable along both dimensions.
     joint : str
-        Whose, for variables of joints; the first one if not given.
+        Joint of a joint variable; by default the first one.
 
     Raises
     ------
     InputError
-        If there is no such variable or joint.
+        If the variable or joint does not exist.
     """
     usable = [str(name) for name in diagram if {"value", "cycle"} <= set(diagram[name].dims)]
     chosen = variable or ("slider_velocity" if "slider_velocity" in usable else (usable or [""])[0])
     _check("a bifurcation diagram of", chosen, usable)
     (drawn,) = panels(axes, 1, size=(7.2, 4.6))
-    values = _along(diagram, chosen, 0, joint).transpose("value", "cycle")
+    values = _select_series(diagram, chosen, 0, joint).transpose("value", "cycle")
     value = diagram["value"]
     across, up = scale_of(value), scale_of(values)
-    look: dict[str, Any] = {"markersize": _dot(values.size, 0.8, 4.0), "rasterized": values.size > 20_000, **DOTS}
+    look: dict[str, Any] = {"markersize": _dot_size(values.size, 0.8, 4.0), "rasterized": values.size > 20_000, **DOT_STYLE}
     x = np.repeat(across.factor * value.values, values.shape[1])
     drawn.plot(x, up.factor * values.values.ravel(), color=BLUE, **look)
     drawn.set(xlabel=across.label(_long_name(value, "parameter")), ylabel=up.label(_long_name(values, chosen)))
@@ -165,12 +163,12 @@ def bifurcation(diagram: xr.Dataset, *, variable: str = "", joint: str = "", axe
 
 @picture("Two.")
 def zero_one(test: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
-    """The 0-1 test: the translation for one angle, and the distribution of K over the angles.
+    """Draw the 0-1 test: the translation at one angle, and the distribution of K over the angles.
 
     Parameters
     ----------
     test : Dataset
-        Of `zero_one_test`.
+        Result of `zero_one_test`.
     """
     plane, spread = panels(axes, 1, 2, size=(8.4, 4.0), share=False)
     plane.plot(test["p"].values, test["q"].values, color=BLUE, linewidth=0.6)
@@ -182,26 +180,27 @@ def zero_one(test: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
     if finite:
         spread.axvline(float(test["K"]), color=VERMILION, linewidth=1.5)
     spread.set(xlim=(-1.0, 1.05), xlabel="growth at one angle", ylabel="angles")
-    title = f"median K = {float(test['K']):.3f}" if finite else "K undecided: nothing but errors varies"
+    title = f"median K = {float(test['K']):.3f}" if finite else "K undecided: only round-off varies"
     spread.set_title(title, loc="left", fontsize=normal(), color=VERMILION)
     return [plane, spread]
 
 
 @picture()
 def recurrence_plot(recurrence: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
-    """A recurrence plot: dark where two samples are near each other.
+    """Draw a recurrence plot, which is dark where two samples are close to each other.
 
     Parameters
     ----------
     recurrence : Dataset
-        Of the measure `recurrence`.
+        Result of the measure `recurrence`.
     """
+    most_pixels = 1000  # largest number of pixels along a side
     (drawn,) = panels(axes, 1, size=(5.2, 5.4))
     matrix = recurrence["recurrent"].values.astype(float)
     count = len(matrix)
-    block = -(-count // MOST_PIXELS)
+    block = -(-count // most_pixels)
     whole = count // block
-    # a pixel of several samples is as dark as the fraction of them that recur
+    # a pixel of several samples shows the fraction of recurrent pairs
     shown = matrix[: whole * block, : whole * block].reshape(whole, block, whole, block).mean(axis=(1, 3))
     end = whole * block
     drawn.imshow(shown, cmap="Greys", vmin=0.0, vmax=1.0, origin="lower", extent=(0, end, 0, end), interpolation="nearest")
@@ -214,20 +213,21 @@ def recurrence_plot(recurrence: xr.Dataset, *, axes: Canvas = None) -> list[Axes
 
 @picture()
 def distribution(run: xr.Dataset, *, variable: str = "peak_force", joint: str = "", axes: Canvas = None) -> list[Axes]:
-    """The distribution of a quantity of the contacts of a joint, logarithmic if it spans more than a decade.
+    """Draw the distribution of a contact quantity of a joint, logarithmic if it spans more than a decade.
 
     Parameters
     ----------
     variable : str
-        A column of the table of contacts: peak_force, impulse, contact_duration, approach_speed, ...
+        Column of the contact table: peak_force, impulse, contact_duration, approach_speed, ...
     joint : str
-        Which; the clearance joint with the largest force if not given.
+        Clearance joint; by default the one with the largest force.
 
     Raises
     ------
     InputError
-        If there is no such column or joint.
+        If the column or joint does not exist.
     """
+    decade = 10.0  # ratio of largest to smallest value above which the distribution is logarithmic
     columns = [str(name) for name in run if run[name].dims == ("contact",) and run[name].dtype.kind == "f"]
     _check("a distribution of", variable, columns)
     names = chosen_joints(run, joint or None)
@@ -244,11 +244,11 @@ def distribution(run: xr.Dataset, *, variable: str = "peak_force", joint: str = 
         return [drawn]
     shown = scale.factor * values
     low, high = float(np.min(shown)), float(np.max(shown))
-    decades = high / low > DECADE
+    decades = high / low > decade
     if high / low < 1.0 + 1e-9:
         low, high = 0.9 * low, 1.1 * high
     edges = np.geomspace(low, high, BARS + 1) if decades else np.linspace(low, high, BARS + 1)
-    # the round-off at the ends of a geometric series would exclude the extreme contacts
+    # round-off at the ends of a geometric series would exclude the extreme contacts
     edges[0], edges[-1] = low, high
     drawn.hist(shown, bins=edges.tolist(), color=BLUE)
     if decades:
@@ -264,8 +264,8 @@ def _check(what: str, name: str, allowed: Sequence[str]) -> None:
         raise InputError(f"{what} '{name}'{did_you_mean(name, allowed)}", "one of " + (", ".join(allowed) or "none"))
 
 
-def _along(data: xr.Dataset, name: str, side: int, joint: str) -> xr.DataArray:
-    """One series of a map or diagram."""
+def _select_series(data: xr.Dataset, name: str, side: int, joint: str) -> xr.DataArray:
+    """Return one series of a map or diagram."""
     _check("variable", name, [str(other) for other in data])
     values = data[name]
     if "joint" in values.dims:
@@ -282,10 +282,10 @@ def _along(data: xr.Dataset, name: str, side: int, joint: str) -> xr.DataArray:
 
 
 def _long_name(data: xr.DataArray, otherwise: str) -> str:
-    """What an axis is called: a saved file may say anything."""
+    """Return the name of an axis, safe for any text in a saved file."""
     return literal(str(data.attrs.get("long_name", otherwise)).split(" along ")[0])
 
 
-def _dot(count: int, least: float, largest: float) -> float:
-    """Size of dots [pt], smaller for more dots, so that bands stay visible."""
+def _dot_size(count: int, least: float, largest: float) -> float:
+    """Return a size of dots that decreases with their number [pt], so that bands remain visible."""
     return float(np.clip(120.0 / np.sqrt(max(count, 1)), least, largest))

@@ -1,4 +1,4 @@
-"""All pictures of a run, written as files."""
+"""Write all pictures of a run as files."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ KINDS = {
     "structure": "its mechanism",
     "bending": "bars that bend",
 }
-"""All pictures in order, with what a run must have for each."""
+"""All pictures in order, each with what a run must have for it."""
 
 
 def check_kinds(only: Sequence[str] | None) -> None:
-    """Raise `InputError` for a kind of picture that there is not."""
+    """Raise `InputError` for an unknown kind of picture."""
     for kind in only or ():
         if kind not in KINDS:
-            raise InputError(f"picture '{kind}'{did_you_mean(kind, KINDS)}", ", ".join(KINDS), "--only force,orbit")
+            raise InputError(f"unknown picture '{kind}'{did_you_mean(kind, KINDS)}", ", ".join(KINDS), "--only force,orbit")
 
 
 def draw_all(
@@ -56,7 +56,7 @@ def draw_all(
     bars: str | None = None,
     envelope: bool = False,
 ) -> list[Path]:
-    """Every picture that a run has data for, see `KINDS`; nothing is written before all are drawn."""
+    """Write every picture of `KINDS` for which the run has data. Nothing is written before all pictures are drawn."""
     check_format(format)
     check_kinds(only)
     pins = clearance_pins(run)
@@ -78,7 +78,9 @@ def draw_all(
     makers = {kind: make for kind, (has_data, make) in kinds.items() if has_data}
     for kind in only or ():
         if kind not in makers:
-            raise InputError(f"picture '{kind}' of this run", f"a run with {KINDS[kind]}", f"--only {','.join(makers)}")
+            raise InputError(
+                f"picture '{kind}': the run lacks the data", f"a run with {KINDS[kind]}", f"--only {','.join(makers)}"
+            )
     drawn = {kind: make() for kind, make in makers.items() if only is None or kind in only}
     target = Path(folder)
     try:

@@ -1,4 +1,4 @@
-"""Engineering scales: ms, mm, kN in place of powers of ten."""
+"""Engineering scales: ms, mm or kN instead of powers of ten."""
 
 from __future__ import annotations
 
@@ -15,39 +15,39 @@ if TYPE_CHECKING:
     import xarray as xr
 
 PREFIXED = {"m": (-9, 0), "s": (-9, 0), "N": (-12, 9), "N m": (-12, 9), "J": (-12, 9), "W": (-12, 9), "Pa": (0, 9)}
-"""Units that take a prefix, and the smallest and largest power of ten of their prefixes."""
+"""Smallest and largest power of ten of the prefixes of each unit that takes one."""
 
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 @dataclass(frozen=True)
 class Scale:
-    factor: float  # Shown number per number in SI units
-    unit: str  # Unit of the shown numbers; "" for pure numbers
-    labels: tuple[str, ...] = ()  # Names that are shown in place of the numbers 0, 1,
+    factor: float  # Displayed value divided by the value in SI units
+    unit: str  # Displayed unit; "" for dimensionless values
+    labels: tuple[str, ...] = ()  # Names displayed instead of the values 0, 1, ...
 
     def label(self, quantity: str) -> str:
-        """A quantity with its unit, for an axis."""
+        """Return a quantity with its unit, as the label of an axis."""
         return f"{quantity} [{self.unit}]" if self.unit else quantity
 
     def text(self, value: float, digits: int = 4) -> str:
-        """A number in SI units as a shown number, without the unit; or the name in its place."""
+        """Return a value in SI units as displayed, without its unit; or the name that replaces it."""
         if self.labels:
             return self.labels[round(value)] if math.isfinite(value) else "-"
         return f"{value * self.factor + 0.0:.{digits}g}"  # minus zero is zero
 
     def cells(self, *values: float, digits: int = 4) -> list[str]:
-        """Numbers in SI units, or names, as the cells of a table, see `numeral.numerals`."""
+        """Return values in SI units as the cells of a table, aligned by `numeral.numerals`; or the names that replace them."""
         if self.labels:
             return [self.text(value) for value in values]
         return numerals([value * self.factor for value in values], digits)
 
     def cell(self, value: float, digits: int = 4) -> str:
-        """One number in SI units as the cell of a table, with its unit."""
+        """Return a value in SI units as the cell of a table, with its unit."""
         return f"{self.cells(value, digits=digits)[0]} {self.unit}".rstrip()
 
     def with_unit(self, value: float, digits: int = 4) -> str:
-        """A number in SI units as a shown number with its unit."""
+        """Return a value in SI units as displayed, with its unit."""
         return f"{self.text(value, digits)} {self.unit}".rstrip()
 
 
@@ -55,7 +55,7 @@ DEGREES = Scale(180.0 / math.pi, "deg")
 
 
 def engineering(unit: str, *values: ArrayLike) -> Scale:
-    """The engineering scale of the largest of the values."""
+    """Return the engineering scale of the largest magnitude among the values."""
     parts = [np.abs(np.asarray(part, float)) for part in values]
     largest = max((float(np.max(part, initial=0.0, where=np.isfinite(part))) for part in parts), default=0.0)
     shown = "" if unit == "1" else _printed(unit)
@@ -70,13 +70,13 @@ def engineering(unit: str, *values: ArrayLike) -> Scale:
 
 
 def _printed(unit: str) -> str:
-    """A unit with raised powers and a dot for the product."""
+    """Return a unit with superscript powers, and dots for products."""
     product = "·".join(unit.replace("**", "^").replace("*", " ").replace("/", " / ").split()).replace("·/·", "/")
     return product.replace("^2", "²").replace("^3", "³")
 
 
 def scale_of(values: xr.DataArray) -> Scale:
-    """The scale of a variable: the unit in which the user wrote it, degrees of an angle, an engineering one otherwise."""
+    """Return the scale of a variable: the user's unit, degrees for angles, or else an engineering scale."""
     if "labels" in values.attrs:
         return Scale(1.0, "", tuple(values.attrs["labels"]))
     if values.attrs.get("shown_unit"):

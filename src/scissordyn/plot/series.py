@@ -1,4 +1,4 @@
-"""Common parts of pictures of a run: parameters in words, part of a run, joints, curves over time, predictability horizon."""
+"""Common parts of pictures of a run: docstrings, time window, choice of joints, curves over time, predictability horizon."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plot.scale import DEGREES, Scale, engineering
-from scissordyn.plot.style import BLACK, BLUE, GREY, IDEAL, LIGHT, LINE, VERMILION, in_lines, normal, small
+from scissordyn.plot.style import BLACK, BLUE, GREY, IDEAL, LIGHT, LINE_WIDTH, VERMILION, normal, small, wrap_text
 from scissordyn.record.joint_force import clearance_joints, joint_force, largest_force, some_clearance_joints
 
 if TYPE_CHECKING:
@@ -22,13 +22,13 @@ if TYPE_CHECKING:
 
     from scissordyn.model.mechanism import Mechanism
 
-Joints: TypeAlias = "str | Sequence[str] | None"  # One joint, several, or those that a picture chooses
+Joints: TypeAlias = "str | Sequence[str] | None"  # One joint, several, or None for the picture's own choice
 
-BEYOND = "beyond predictability horizon"
+BEYOND_HORIZON = "beyond predictability horizon"
 
 MOST_JOINTS = 6  # Largest number of joints in one picture, unless the caller names more
 
-COMMON = {
+COMMON_PARAMETERS = {
     "run": "run : Dataset",
     "ideal": "ideal : Dataset, optional\n    The run of the ideal mechanism, drawn dashed.",
     "mechanism": "mechanism : Mechanism, optional\n    The one that was run; the one that the run holds if not given.",
@@ -36,22 +36,22 @@ COMMON = {
     "start": "start, end : float, optional\n    Part of the run to draw [s]; the whole run if not given.",
     "axes": "axes : Axes or iterable of Axes, optional\n    {} A new figure if not given.",
 }
-"""Parameters by name, for pictures that do not describe them themselves."""
+"""Descriptions of common parameters, for pictures that do not describe them."""
 
-SECTION = re.compile(r"\n\n(Parameters|Returns|Raises)\n-+\n")
-ENTRY = re.compile(r"(?m)^(?=\w)")
+DOC_SECTION = re.compile(r"\n\n(Parameters|Returns|Raises)\n-+\n")
+DOC_ENTRY = re.compile(r"(?m)^(?=\w)")
 
 Draw = TypeVar("Draw", bound=Callable[..., object])
 
 
 def picture(axes: str = "One.") -> Callable[[Draw], Draw]:
-    """Complete the docstring of a picture by the parameters that all share, what `axes` are, and what is returned."""
+    """Complete the docstring of a plot function by its common parameters and its return value; `axes` describes the Axes."""
 
     def completed(draw: Draw) -> Draw:
-        summary, *parts = SECTION.split(inspect.cleandoc(draw.__doc__ or ""))
+        summary, *parts = DOC_SECTION.split(inspect.cleandoc(draw.__doc__ or ""))
         sections = {"Parameters": "", "Returns": "list of Axes", **dict(zip(parts[::2], parts[1::2], strict=True))}
-        special = {entry.split(" ")[0].strip(","): entry.strip() for entry in ENTRY.split(sections["Parameters"]) if entry}
-        described = COMMON | {"axes": COMMON["axes"].format(axes)} | special
+        special = {entry.split(" ")[0].strip(","): entry.strip() for entry in DOC_ENTRY.split(sections["Parameters"]) if entry}
+        described = COMMON_PARAMETERS | {"axes": COMMON_PARAMETERS["axes"].format(axes)} | special
         names = [name for name in inspect.signature(draw).parameters if name in described]
         sections["Parameters"] = "\n".join(described[name] for name in names)
         written = [f"{title}\n{'-' * len(title)}\n{text}" for title, text in sections.items()]
@@ -66,13 +66,13 @@ def time_scale(run: xr.Dataset) -> Scale:
 
 
 def predictability_horizon(run: xr.Dataset) -> float | None:
-    """The predictability horizon of a run [s]; None if it is the end or was not computed."""
+    """Return the predictability horizon of a run [s]; None if it is the end of the run or was not computed."""
     until = float(run.attrs.get("trusted_until", math.nan))
     return until if math.isfinite(until) and until < float(run["time"].values[-1]) else None
 
 
 def clearance_pins(run: xr.Dataset) -> list[str]:
-    """Names of the clearance joints whose journal moves in a bearing, without the contact points of guides."""
+    """Return the names of the clearance joints that are journal bearings; contact points of guides are left out."""
     plane = set(run["joint"].values[run["plane_contact"].values].astype(str)) if "plane_contact" in run else set()
     return [name for name in clearance_joints(run) if name not in plane]
 
@@ -88,12 +88,12 @@ def names_of(joint: str | Sequence[str]) -> list[str]:
 
 
 def chosen_joints(run: xr.Dataset, joint: Joints) -> list[str]:
-    """The clearance joints to draw: those named, or the `MOST_JOINTS` with the largest forces, in order."""
+    """Return the clearance joints to draw, in order: the named ones, or the `MOST_JOINTS` with the largest forces."""
     names = some_clearance_joints(run)
     if joint is not None:
         for name in names_of(joint):
             if name not in names:
-                raise InputError(f"joint '{name}'{did_you_mean(name, names)}", "one of " + ", ".join(names))
+                raise InputError(f"unknown clearance joint '{name}'{did_you_mean(name, names)}", "one of " + ", ".join(names))
         return names_of(joint)
     largest = largest_forces(run)
     kept = set(sorted(names, key=lambda name: -largest[name])[:MOST_JOINTS])
@@ -101,21 +101,21 @@ def chosen_joints(run: xr.Dataset, joint: Joints) -> list[str]:
 
 
 def largest_forces(run: xr.Dataset) -> dict[str, float]:
-    """The largest force of each clearance joint [N], between samples too."""
+    """Return the largest force of each clearance joint, including maxima between samples [N]."""
     return {
         name: float(np.nanmax([largest_force(run, name), np.max(joint_force(run, name))])) for name in clearance_joints(run)
     }
 
 
 def note_more(axes: Sequence[Axes], run: xr.Dataset, chosen: Sequence[str]) -> None:
-    """Say below a figure how many clearance joints it leaves out."""
+    """Write below a figure how many clearance joints are left out."""
     figure = axes[0].get_figure(root=True)
     if figure is not None:
         write_more(figure, len(set(clearance_joints(run)) - set(chosen)))
 
 
 def write_more(figure: Figure, more: int) -> None:
-    """Say below a figure that so many more clearance joints have smaller forces; nothing if there are none."""
+    """Write below a figure that `more` clearance joints have smaller forces; write nothing for zero."""
     if more:
         note = f"{more} more clearance joint{'s' * (more > 1)} with smaller forces"
         figure.supxlabel(note, fontsize=small(), color=GREY)
@@ -129,11 +129,11 @@ def draw_curves(
     *,
     scale: Scale | None = None,
 ) -> Scale:
-    """Draw curves of one quantity over time, each with its look, in one unit: an engineering one, or degrees of angles."""
+    """Draw curves of one quantity over time, each in its style, in degrees or an engineering unit."""
     unit = curves[0][0].attrs.get("units", "1")
     chosen = scale or (DEGREES if unit == "rad" else engineering(unit, *(curve.values for curve, _ in curves)))
     for curve, look in curves:
-        axes.plot(time.factor * curve["time"].values, chosen.factor * curve.values, **{"linewidth": LINE, **look})
+        axes.plot(time.factor * curve["time"].values, chosen.factor * curve.values, **{"linewidth": LINE_WIDTH, **look})
     axes.set_ylabel(chosen.label(name))
     return chosen
 
@@ -149,23 +149,23 @@ def compare(
     color: str = BLUE,
     labels: tuple[str, str] = ("with clearance", "ideal joints"),
 ) -> Scale:
-    """Draw one quantity over time, beside the ideal mechanism's."""
+    """Draw one quantity over time together with that of the ideal mechanism."""
     beside = [] if ideal is None else [(ideal, IDEAL | {"label": labels[1]})]
     return draw_curves(axes, name, [(run, {"color": color, "label": labels[0]}), *beside], time, scale=scale)
 
 
 def mark_largest(axes: Axes, when: float, value: float) -> None:
-    """A dot where a curve is largest, between its samples too."""
+    """Mark the largest value of a curve, which may lie between samples, by a dot."""
     axes.plot(when, value, label="largest", linestyle="", marker="o", markersize=2.5, color=BLACK)
 
 
 def draw_limit(axes: Axes, value: float, label: str) -> None:
-    """A dotted line that a curve should not cross."""
+    """Draw a dotted line that a curve should not cross."""
     axes.axhline(value, color=VERMILION, linewidth=0.8, linestyle=(0, (1, 1.5)), label=label)
 
 
-def finish(axes: Sequence[Axes], run: xr.Dataset, time: Scale, *, bottom: Sequence[Axes] | None = None) -> None:
-    """Label the time axes, keep constants level, and shade the time beyond the predictability horizon, labelled once.
+def finish_time_axes(axes: Sequence[Axes], run: xr.Dataset, time: Scale, *, bottom: Sequence[Axes] | None = None) -> None:
+    """Label the time axes, keep constant curves flat, and shade the time beyond the predictability horizon.
 
     Labels that are longer than their axes are broken into lines.
     """
@@ -175,7 +175,7 @@ def finish(axes: Sequence[Axes], run: xr.Dataset, time: Scale, *, bottom: Sequen
         if last > first:
             panel.set_xlim(first, last)
         if until is not None:
-            label = BEYOND if k == 0 else None
+            label = BEYOND_HORIZON if k == 0 else None
             panel.axvspan(time.factor * until, last, facecolor=LIGHT, alpha=0.7, linewidth=0.0, zorder=0.0, label=label)
         panel.ticklabel_format(axis="y", style="plain", useOffset=False)
         _keep_constants_flat(panel)
@@ -185,20 +185,20 @@ def finish(axes: Sequence[Axes], run: xr.Dataset, time: Scale, *, bottom: Sequen
     if figure is not None:
         for panel in axes:
             height = figure.get_figheight() * panel.get_position().height
-            panel.set_ylabel(in_lines(panel.get_ylabel(), 1.1 * height, normal()))
+            panel.set_ylabel(wrap_text(panel.get_ylabel(), 1.1 * height, normal()))
         figure.align_ylabels(axes)
 
 
 def _keep_constants_flat(axes: Axes) -> None:
-    # matplotlib would scale the round-off of a constant to the height of the panel
+    # matplotlib would magnify the round-off of a constant to the height of the panel
     low, high = axes.get_ylim()
     middle, size = 0.5 * (low + high), max(abs(low), abs(high))
     if high - low < 1e-6 * size:
         axes.set_ylim(middle - 0.1 * size, middle + 0.1 * size)
 
 
-def window(run: xr.Dataset, first: float | None = None, last: float | None = None) -> xr.Dataset:
-    """The samples, contacts and events of a run between two instants."""
+def select_window(run: xr.Dataset, first: float | None = None, last: float | None = None) -> xr.Dataset:
+    """Return the samples, contacts and events of a run between two instants."""
     if first is None and last is None:
         return run
     begin, end = -math.inf if first is None else first, math.inf if last is None else last
@@ -206,7 +206,9 @@ def window(run: xr.Dataset, first: float | None = None, last: float | None = Non
     inside = (time >= begin) & (time <= end)
     if np.count_nonzero(inside) < 2:
         bounds = f"{time[0]:g} to {time[-1]:g} s" if time.size else "no samples"
-        raise InputError(f"fewer than two samples between {begin:g} and {end:g} s", f"more; the run has {bounds}")
+        raise InputError(
+            f"fewer than two samples between {begin:g} and {end:g} s", f"at least two samples; the run has {bounds}"
+        )
     part = run.isel(time=np.flatnonzero(inside))
     if "contact" in run.sizes:
         start = run["contact_start"].values

@@ -1,4 +1,4 @@
-"""Stills of the mechanism: at several instants with its clearance joints magnified, and what bars that bend carry."""
+"""Draw stills of the mechanism with magnified clearance joints, and diagrams of bending bars."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ from matplotlib.patches import Rectangle
 from scissordyn.equilibrium.deflection import magnified_deflection
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plot.animation_scene import Channel, ClearanceJoint, Corners, guides_of, scene_of
-from scissordyn.plot.bar_diagram import AXIAL, MOMENT, ORDINATE, colour_bar, diagram_of, is_known
+from scissordyn.plot.animation_scene import Channel, ClearanceJoint, Corners, guides_for_contacts, scene_of
+from scissordyn.plot.bar_diagram import AXIAL, MOMENT, ORDINATE_LENGTH, colour_bar, diagram_of, is_known
 from scissordyn.plot.drawing import Drawing, draw_magnified
 from scissordyn.plot.file import figure_of
 from scissordyn.plot.label import write_labels
 from scissordyn.plot.series import (
-    BEYOND,
+    BEYOND_HORIZON,
     Joints,
     chosen_joints,
     clearance_pins,
     draw_curves,
-    finish,
+    finish_time_axes,
     mechanism_of,
     note_more,
     picture,
     predictability_horizon,
+    select_window,
     time_scale,
-    window,
 )
 from scissordyn.plot.style import (
     BLACK,
@@ -42,24 +42,19 @@ from scissordyn.plot.style import (
     dress,
     figure_size,
     figure_width,
-    in_lines,
     is_column,
     legend,
     literal,
     small,
+    wrap_text,
 )
 from scissordyn.record.joint_force import clearance_joints
 
 if TYPE_CHECKING:
     import xarray as xr
 
-TALL = 2.0  # Largest ratio of width to height of structures drawn side by side; wider ones are drawn one below the other
 
-FEW, WIDE = 1, 2.0
-"""Magnified joints in the column of a page, and the largest ratio of width to height of the room for a structure there."""
-
-LARGER = 1.6  # Blocks, loads and symbols of stills, over those of films, which are larger pictures
-CLOSE = 4  # With more magnified joints their panels are narrow, and their titles have one more line
+WIDE_PANELS_MAX = 4  # With more magnified joints the panels are narrow, and their titles take one more line
 
 
 @picture()
@@ -74,47 +69,50 @@ def structure(
     start: float | None = None,
     end: float | None = None,
 ) -> list[Axes]:
-    """The mechanism at several instants, each with its clearance joints magnified beside it, on a new figure.
+    """Draw the mechanism at several instants on a new figure, each with magnified views of its clearance joints.
 
     Parameters
     ----------
     joint : str or sequence of str, optional
-        Clearance joints to magnify; those with the largest forces if not given.
+        Clearance joints to magnify; by default those with the largest forces.
     times : int or sequence of float
-        Number of instants, equally spaced from start to end; or instants [s], each at the nearest sample.
+        Number of instants, equally spaced from start to end; or instants [s], each replaced by the nearest sample.
     magnify : float
-        Factor of the deflections of bars that bend, which the titles say.
+        Factor that multiplies the deflections of bending bars; the titles show it.
     bars : {"stress", "utilisation", "bending moment", "axial force"}, optional
-        What is drawn on bars that bend: a stress of the extreme fibre as their colours, moments on the side in tension.
+        Quantity drawn on bending bars: extreme-fibre stress as colours, or moments on the side in tension.
 
     Returns
     -------
     list of Axes
-        Instant by instant: the structure, then its joints.
+        For each instant the structure, then its joints.
 
     Raises
     ------
     InputError
-        If no instant is asked for, a named joint has no clearance, or bars lack what is to be drawn on them.
+        If `times` is empty, a named joint has no clearance, or the bars lack data for `bars`.
     """
-    run, mechanism = window(run, start, end), mechanism or mechanism_of(run)
+    larger_symbols = 1.6  # size of blocks, loads and symbols relative to films, whose pictures are larger
+    few = 1  # number of magnified joints in a one-column figure
+    side_by_side = 2.0  # structures narrower than this ratio of width to height are drawn side by side
+    run, mechanism = select_window(run, start, end), mechanism or mechanism_of(run)
     time = run["time"].values
     wanted = np.linspace(time[0], time[-1], times) if isinstance(times, int) else np.asarray(times, float)
     if wanted.size == 0:
-        raise InputError(f"times = {times!r}", "a whole number >= 1, or instants [s]", "times=4")
+        raise InputError(f"times = {times!r}", "an integer >= 1, or instants [s]", "times=4")
     samples = [int(np.argmin(np.abs(time - instant))) for instant in wanted]
     if magnify != 1.0:
         run = magnified_deflection(run, mechanism, magnify, samples=samples)
     largest = chosen_joints(run, joint) if joint is not None or clearance_joints(run) else []
-    chosen = guides_of(mechanism, largest)
+    chosen = guides_for_contacts(mechanism, largest)
     if is_column() and joint is None:
-        chosen = chosen[:FEW]
+        chosen = chosen[:few]
     guides = [guide.name for guide in mechanism.guides if guide.name in chosen]
-    look: dict[str, Any] = {"guides": guides, "on_bars": bars, "larger": LARGER, "between": False}
+    look: dict[str, Any] = {"guides": guides, "on_bars": bars, "larger": larger_symbols, "between": False}
     scene = scene_of(run, mechanism, np.array(samples), clearance_pins(run), **look)
     width, height = scene.high - scene.low
-    tall = bool(width < TALL * height) and not is_column()
-    rows = _grid(tall, float(width / height), len(samples), len(chosen))
+    tall = bool(width < side_by_side * height) and not is_column()
+    rows = _structure_panels(tall, float(width / height), len(samples), len(chosen))
     until, larger = predictability_horizon(run), f", deflections {magnify:g}×" if magnify != 1.0 else ""
     magnified = {view.name: view for view in scene.magnified}
     drawings = []
@@ -123,12 +121,12 @@ def structure(
         drawings[-1].show(k)
         axes.set_title(f"{scene.instant(k)}{larger}", loc="left", fontsize=small())
         if until is not None and scene.time[k] > until:
-            shade: dict[str, Any] = {"facecolor": LIGHT, "alpha": 0.7, "zorder": 0.0, "label": BEYOND}
+            shade: dict[str, Any] = {"facecolor": LIGHT, "alpha": 0.7, "zorder": 0.0, "label": BEYOND_HORIZON}
             axes.add_patch(Rectangle((0.0, 0.0), 1.0, 1.0, transform=axes.transAxes, **shade))
         _share_labels(axes, k, len(samples), tall=tall)
         for name, panel in zip(chosen, panels, strict=True):
-            _magnify(panel, magnified[name], k)
-            if len(chosen) > CLOSE:
+            _draw_magnified_view(panel, magnified[name], k)
+            if len(chosen) > WIDE_PANELS_MAX:
                 panel.set_title(panel.get_title().replace("magnified ", "magnified\n"), fontsize=small(), color=BLACK)
     drawn = [axes for row in rows for axes in row]
     legend(drawn, above=True)
@@ -142,7 +140,7 @@ def structure(
 
 
 def _write_names(drawings: Sequence[Drawing], left_out: Set[str]) -> None:
-    """Write the names, which come last: their places depend on the layout of the whole figure."""
+    """Write the names after everything else, because their places depend on the layout of the whole figure."""
     figure_of([drawing.axes for drawing in drawings]).draw_without_rendering()
     for k, drawing in enumerate(drawings):
         drawing.fit_rings()
@@ -150,7 +148,7 @@ def _write_names(drawings: Sequence[Drawing], left_out: Set[str]) -> None:
 
 
 def _share_labels(axes: Axes, k: int, count: int, *, tall: bool) -> None:
-    """Label the outer ones of structures that stand beside or below each other."""
+    """Label only the outer ones of structures that share a row or a column."""
     if tall:
         axes.locator_params(axis="x", nbins=4)
     if tall and k > 0:
@@ -161,25 +159,26 @@ def _share_labels(axes: Axes, k: int, count: int, *, tall: bool) -> None:
         axes.tick_params(labelbottom=False)
 
 
-def _grid(tall: bool, aspect: float, instants: int, joints: int) -> list[list[Axes]]:
-    """Panels of a new figure, one list per instant: the structure's, then one per joint."""
+def _structure_panels(tall: bool, aspect: float, instants: int, joints: int) -> list[list[Axes]]:
+    """Return the panels of a new figure, one list for each instant: the structure's panel, then one for each joint."""
+    widest = 2.0  # largest ratio of width to height of a structure in a one-column figure
     if tall:
         width = 2.6
         lengths = [1.0 / aspect + 0.25, *[0.62] * joints]
         figure = Figure(figsize=figure_size(0.6 + width * instants, 0.6 + width * sum(lengths)), layout="constrained")
         grid = figure.subplots(1 + joints, instants, squeeze=False, height_ratios=lengths).T
     else:
-        lengths = [min(aspect, WIDE) if is_column() else aspect, *[1.2] * joints]
+        lengths = [min(aspect, widest) if is_column() else aspect, *[1.2] * joints]
         height = min(1.6, min(11.0, figure_width() - 0.8) / sum(lengths))
-        titles = 1.0 if joints > CLOSE else 0.7 if is_column() else 0.45
+        titles = 1.0 if joints > WIDE_PANELS_MAX else 0.7 if is_column() else 0.45
         size = (figure_width() if is_column() else 0.8 + height * sum(lengths), 0.7 + (titles + height) * instants)
         figure = Figure(figsize=size if is_column() else figure_size(*size), layout="constrained")
         grid = figure.subplots(instants, 1 + joints, squeeze=False, width_ratios=lengths)
     return [list(row) for row in grid]
 
 
-def _magnify(axes: Axes, joint: Channel | ClearanceJoint, k: int) -> None:
-    """A clearance joint or guide at one instant, with magnified clearance: journal and bearing, or block and channel."""
+def _draw_magnified_view(axes: Axes, joint: Channel | ClearanceJoint, k: int) -> None:
+    """Draw the magnified view of a clearance joint or guide at one instant."""
     draw_magnified(axes, joint).show(k)
     state = "contact" if joint.touched[k] else "free flight"
     if isinstance(joint, Channel) and joint.touched[k]:
@@ -187,7 +186,7 @@ def _magnify(axes: Axes, joint: Channel | ClearanceJoint, k: int) -> None:
         state = f"{count} corner{'s' * (count > 1)} in contact"
     width, letters = figure_of(axes).get_figwidth() * axes.get_position(original=True).width, small()
     caption = (f"{literal(joint.name)}: {state}", f"clearance magnified {joint.gain:.2g} times")
-    axes.set_title("\n".join(in_lines(line, 1.35 * width, letters) for line in caption), fontsize=letters, color=BLACK)
+    axes.set_title("\n".join(wrap_text(line, 1.35 * width, letters) for line in caption), fontsize=letters, color=BLACK)
 
 
 @picture()
@@ -200,31 +199,31 @@ def bending(
     start: float | None = None,
     end: float | None = None,
 ) -> list[Axes]:
-    """Bending moment and axial force as ordinates, stress as colours of the bars, and the largest stress over time.
+    """Draw bending moment and axial force as ordinates, stress as colours of the bars, and the largest stress over time.
 
-    Ordinates of the bending moment stand on the side of a bar whose fibres are in tension, those of a positive axial force on
-    the side of -y of its frame.
+    Ordinates of the bending moment are drawn on the side in tension, those of a positive axial force on the side of -y of the
+    bar's frame.
 
     Parameters
     ----------
     mechanism : Mechanism, optional
-        The one that was run, with bars that bend; the one that the run holds if not given.
+        Mechanism of the run, with bending bars; by default the one stored in the run.
     time : float, optional
-        Instant of the diagrams [s], at the nearest sample; that with the largest strain of a fibre if not given.
+        Instant of the diagrams [s], replaced by the nearest sample; by default the instant of the largest fibre strain.
     envelope : bool
-        The largest and the least value at each place over all samples, on the mechanism at that instant.
+        Draw the largest and the smallest value at each place over all samples, on the mechanism at that instant.
 
     Returns
     -------
     list of Axes
-        Bending moment, axial force, stress where the material of all bars is known, and stress (or strain) over time.
+        Bending moment, axial force, stress if the material of all bars is known, and stress (or strain) over time.
 
     Raises
     ------
     InputError
-        If no bar bends.
+        If the mechanism has no bending bar.
     """
-    run, mechanism = window(run, start, end), mechanism or mechanism_of(run)
+    run, mechanism = select_window(run, start, end), mechanism or mechanism_of(run)
     quantities = [quantity for quantity in (MOMENT, AXIAL, "stress") if is_known(quantity, mechanism)]
     beams = list(diagram_of(run, mechanism, quantities[0]).parts)
     strain = run["beam_fibre_strain"].sel(beam=beams).transpose("time", "beam").values
@@ -234,9 +233,9 @@ def bending(
     shown = [diagram.envelope() for diagram in shown] if envelope else shown
     scene = scene_of(run, mechanism, np.array([when]), clearance_pins(run), between=False)
     scene = dataclasses.replace(scene, diagrams=tuple(shown))
-    reach = 1.2 * ORDINATE * float(np.max(scene.high - scene.low))  # room for the diagrams around the mechanism
+    reach = 1.2 * ORDINATE_LENGTH * float(np.max(scene.high - scene.low))  # room for the diagrams around the mechanism
     corners = scene.low - reach, scene.high + reach
-    drawn, below = _diagrams(len(shown), corners)
+    drawn, below = _diagram_panels(len(shown), corners)
     title = "envelope" if envelope else scene.instant(0)
     drawings = []
     for axes, diagram in zip(drawn, shown, strict=True):
@@ -246,21 +245,21 @@ def bending(
             colour_bar([axes], diagram)
         most, where = diagram.most()
         caption = f"{diagram.quantity}, {title}: {diagram.scale.with_unit(most, 3)} in {where}"
-        axes.set_title(in_lines(caption, min(figure_width(), 5.5) - 1.0, small()), loc="left", fontsize=small())
+        axes.set_title(wrap_text(caption, min(figure_width(), 5.5) - 1.0, small()), loc="left", fontsize=small())
     figure = figure_of(drawn)
     drawn.append(figure.add_subplot(below))
-    _stress(drawn[-1], run, beams, when)
+    _draw_stress(drawn[-1], run, beams, when)
     figure.draw_without_rendering()
     for drawing in drawings:
         drawing.fit_rings()
     return drawn
 
 
-def _diagrams(diagrams: int, corners: Corners) -> tuple[list[Axes], SubplotSpec]:
-    """Panels of a new figure for two or three diagrams, and the place of the curve."""
+def _diagram_panels(diagrams: int, corners: Corners) -> tuple[list[Axes], SubplotSpec]:
+    """Return the panels of a new figure for two or three diagrams, and the place of the curve over time."""
     width, height = corners[1] - corners[0]
     tall = 1.0 + min(1.6, max(0.35, 5.0 * float(height / width)))
-    if is_column():  # the diagrams stand one below the other
+    if is_column():  # one diagram below the other
         figure = Figure(figsize=figure_size(5.5, diagrams * tall + 3.2), layout="constrained")
         grid = figure.add_gridspec(diagrams + 1, 1, height_ratios=(*[tall] * diagrams, 2.2))
         return [figure.add_subplot(grid[k, 0]) for k in range(diagrams)], grid[diagrams, 0]
@@ -271,8 +270,8 @@ def _diagrams(diagrams: int, corners: Corners) -> tuple[list[Axes], SubplotSpec]
     return [figure.add_subplot(place) for place in places], grid[1, 1] if diagrams > 2 else grid[1, :]
 
 
-def _stress(axes: Axes, run: xr.Dataset, beams: list[str], when: int) -> None:
-    """The largest stress of all bars over time, with the yield strength where it is known; or the largest strain."""
+def _draw_stress(axes: Axes, run: xr.Dataset, beams: list[str], when: int) -> None:
+    """Draw the largest stress of all bars over time, with the yield strength if it is known; or the largest strain."""
     stress, used, strain = (run[f"beam_{name}"].sel(beam=beams) for name in ("stress", "utilisation", "fibre_strain"))
     has_stress = bool(stress.max() > 0.0)
     dress(axes)
@@ -284,4 +283,4 @@ def _stress(axes: Axes, run: xr.Dataset, beams: list[str], when: int) -> None:
         axes.legend(loc="best", fontsize=small())
     axes.axvline(time.factor * run["time"].values[when], color=GREY, linewidth=0.7)
     axes.set_ylim(bottom=0.0)
-    finish([axes], run, time)
+    finish_time_axes([axes], run, time)

@@ -1,4 +1,4 @@
-"""Pictures along the stroke: the ideal kinematics over time, and forces without inertia."""
+"""Draw the ideal kinematics over time, and static forces along the stroke."""
 
 from __future__ import annotations
 
@@ -17,45 +17,42 @@ if TYPE_CHECKING:
 
 COLORS = (BLUE, VERMILION, GREEN, PURPLE, SKY, ORANGE)
 
-STEEPEST = 4.0
-"""Forces grow without limit towards a singular position: axes end at this multiple of their 90th percentile there."""
 
-HIGH = 90.0
+SINGULAR_LINE_STYLES = {"change point": (0, (5, 2)), "near change point": (0, (1, 2)), "locking position": "solid"}
 
-MARKS = {"change point": (0, (5, 2)), "near change point": (0, (1, 2)), "locking position": "solid"}
+OVER_EXAMPLE = "over='time'"
 
-SAMPLE = "over='time'"
+# Forces that vary by less than this fraction of the largest are drawn as constants, on an axis that includes zero
 
-CONSTANT = 1e-6  # Forces that vary by less than this part of the largest are constant but for round-off, and drawn from zero on
-ROUND_OFF = 1e-12  # Forces below this part of the largest number are round-off; a panel of such is left out
-
-STARTS = {
+NAME_PREFIXES = {
     "drive": ("drive torque", "rod force ", "coordinate drive "),
     "coupling": ("coupling ",),
     "reaction": ("reaction ", "weld "),
 }
-"""Panels, and how the names of their forces begin; those of components have other names."""
+"""First words of the force names in each panel; forces of components have other names."""
 
 
 def kinematics(ideal: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
-    """The ideal kinematics over time, with the singular positions marked."""
+    """Draw the ideal kinematics over time and mark the singular positions."""
     drawn = panels(axes, 4, size=(7.5, 8.5))
     time = time_scale(ideal)
     t = time.factor * ideal["time"].values
-    _output(drawn[0], ideal, t)
-    _transmission(drawn[1], ideal, t)
-    _drive(drawn[2], ideal, t)
-    _reactions(drawn[3], ideal, t)
+    _draw_output(drawn[0], ideal, t)
+    _draw_transmission(drawn[1], ideal, t)
+    _draw_drive(drawn[2], ideal, t)
+    _draw_reactions(drawn[3], ideal, t)
     for panel in drawn:
         for kind, at in zip(ideal["singular_kind"].values, ideal["singular_time"].values, strict=True):
-            panel.axvline(time.factor * at, color=BLACK, linewidth=0.8, linestyle=MARKS[str(kind)], label=str(kind))
+            panel.axvline(
+                time.factor * at, color=BLACK, linewidth=0.8, linestyle=SINGULAR_LINE_STYLES[str(kind)], label=str(kind)
+            )
         legend([panel])
     drawn[-1].set_xlabel(time.label("time"))
     return drawn
 
 
-def _curves(axes: Axes, t: np.ndarray, values: np.ndarray, names: np.ndarray) -> None:
-    """Curves with the names of the first and of those that differ from it; the rest are counted."""
+def _draw_curves(axes: Axes, t: np.ndarray, values: np.ndarray, names: np.ndarray) -> None:
+    """Draw and name curves that differ from each other; state how many more are equal to a drawn one."""
     shown: list[np.ndarray] = []
     alike = 0
     for name, column in zip(names.astype(str).tolist(), values.T, strict=True):
@@ -70,13 +67,13 @@ def _curves(axes: Axes, t: np.ndarray, values: np.ndarray, names: np.ndarray) ->
         axes.plot([], [], color=GREY, linewidth=0.0, label=f"{alike} more alike")
 
 
-def _note(axes: Axes, label: str, text: str) -> None:
-    """A panel without curves, and why."""
+def _write_note(axes: Axes, label: str, text: str) -> None:
+    """Write a text in an empty panel."""
     axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", color=GREY)
     axes.set_ylabel(label)
 
 
-def _output(axes: Axes, ideal: xr.Dataset, t: np.ndarray) -> None:
+def _draw_output(axes: Axes, ideal: xr.Dataset, t: np.ndarray) -> None:
     if "slider_position" in ideal:
         values = ideal["slider_position"].values
         scale = engineering("m", values)
@@ -85,51 +82,56 @@ def _output(axes: Axes, ideal: xr.Dataset, t: np.ndarray) -> None:
         return
     angle = np.degrees(ideal["angle"].transpose("time", "body").values)
     moving = np.flatnonzero(np.ptp(angle, axis=0) > 0.0)
-    _curves(axes, t, angle[:, moving], ideal["body"].values[moving])
+    _draw_curves(axes, t, angle[:, moving], ideal["body"].values[moving])
     axes.set_ylabel("angle [deg]")
 
 
-def _transmission(axes: Axes, ideal: xr.Dataset, t: np.ndarray) -> None:
-    """Transmission angles, the smallest first."""
+def _draw_transmission(axes: Axes, ideal: xr.Dataset, t: np.ndarray) -> None:
+    """Draw the transmission angles, the smallest first."""
     values = DEGREES.factor * ideal["transmission_angle"].values
     if not values.size:
-        _note(axes, "", "no dyads behind a drive")
+        _write_note(axes, "", "no dyads behind a drive")
     order = np.argsort(values.min(axis=0), kind="stable")
-    _curves(axes, t, values[:, order], ideal["dyad"].values[order])
+    _draw_curves(axes, t, values[:, order], ideal["dyad"].values[order])
     axes.set(ylim=(0.0, 90.0), yticks=[0.0, 30.0, 60.0, 90.0], ylabel="transmission angle [deg]")
 
 
-def _drive(axes: Axes, ideal: xr.Dataset, t: np.ndarray) -> None:
-    """Torques of the drives, or forces of the driven rods."""
+def _draw_drive(axes: Axes, ideal: xr.Dataset, t: np.ndarray) -> None:
+    """Draw the torques of the drives, or the forces of the driven rods."""
     coordinates = ideal["coordinate_drive_unit"].values if "coordinate_drive_unit" in ideal else ["m"]
     of_coordinate = ("coordinate_drive_force", "coordinate_drive", "N m" if coordinates[0] == "rad" else "N")
     for variable, along, unit in (("drive_torque", "drive", "N m"), of_coordinate, ("rod_force", "rod", "N")):
         if variable in ideal and ideal[variable].size:
             label, array = variable.replace("_", " "), ideal[variable]
             names = ideal[along].values if along in array.dims else np.array([label])
-            _scaled(axes, ideal, t, array.values.reshape(len(t), -1), names, unit, label)
+            _draw_scaled(axes, ideal, t, array.values.reshape(len(t), -1), names, unit, label)
             return
-    _note(axes, "drive", "no drive")
+    _write_note(axes, "drive", "no drive")
 
 
-def _reactions(axes: Axes, ideal: xr.Dataset, t: np.ndarray) -> None:
-    """Reactions, the largest first."""
+def _draw_reactions(axes: Axes, ideal: xr.Dataset, t: np.ndarray) -> None:
+    """Draw the reactions, the largest first."""
     force = np.linalg.norm(ideal["reaction"].transpose("time", "joint", "axis").values, axis=2)
     determined = np.flatnonzero(np.isfinite(force).any(axis=0))
     if not determined.size:
-        _note(axes, "reaction", "not determined: redundant joints")
+        _write_note(axes, "reaction", "not determined: redundant joints")
         return
     order = determined[np.argsort(-np.nanmax(force[:, determined], axis=0), kind="stable")]
-    _scaled(axes, ideal, t, force[:, order], ideal["joint"].values[order], "N", "reaction")
+    _draw_scaled(axes, ideal, t, force[:, order], ideal["joint"].values[order], "N", "reaction")
 
 
-def _scaled(axes: Axes, ideal: xr.Dataset, t: np.ndarray, values: np.ndarray, names: np.ndarray, unit: str, label: str) -> None:
-    """Curves in a suitable unit, on an axis that singular positions do not stretch."""
-    large = float(np.nanpercentile(np.abs(values), HIGH)) if np.isfinite(values).any() else 0.0
-    steep = ideal.sizes["singular"] > 0 and float(np.nanmax(np.abs(values))) > STEEPEST * large > 0.0
-    shown = np.clip(values, -STEEPEST * large, STEEPEST * large) if steep else values
+def _draw_scaled(
+    axes: Axes, ideal: xr.Dataset, t: np.ndarray, values: np.ndarray, names: np.ndarray, unit: str, label: str
+) -> None:
+    """Draw curves in a suitable unit, on an axis that singular positions do not stretch."""
+    percentile = 90.0  # forces above it are near a singular position
+    # axes end at this multiple of the forces' 90th percentile near singular positions, where forces are unbounded
+    steepest = 4.0
+    large = float(np.nanpercentile(np.abs(values), percentile)) if np.isfinite(values).any() else 0.0
+    steep = ideal.sizes["singular"] > 0 and float(np.nanmax(np.abs(values))) > steepest * large > 0.0
+    shown = np.clip(values, -steepest * large, steepest * large) if steep else values
     scale = engineering(unit, shown[np.isfinite(shown)])
-    _curves(axes, t, scale.factor * values, names)
+    _draw_curves(axes, t, scale.factor * values, names)
     axes.set_ylabel(scale.label(label))
     if steep:
         low, high = float(np.nanmin(shown)), float(np.nanmax(shown))
@@ -138,28 +140,32 @@ def _scaled(axes: Axes, ideal: xr.Dataset, t: np.ndarray, values: np.ndarray, na
 
 
 def statics(forces: xr.Dataset, *, over: str = "input", axes: Canvas = None) -> list[Axes]:
-    """Forces of drives and rods, of components, of couplings and of joints over the stroke.
+    """Draw forces of drives, rods, components, couplings and joints over the stroke.
 
     Parameters
     ----------
     forces : Dataset
-        What `sd.statics` returns.
+        Result of `sd.statics`.
     over : str
-        "time", "input", what the first drive holds, or a coordinate of a tracked point, as "table.x".
+        "time", "input" (the coordinate of the first drive), or a coordinate of a tracked point, for example "table.x".
     axes : Axes or sequence of Axes, optional
-        One for each panel.
+        One Axes for each panel.
 
     Returns
     -------
     list of Axes
     """
+    round_off = 1e-12  # forces below this fraction of the largest are round-off; panels with only such forces are left out
+    # forces that vary by less than this fraction of the largest are drawn on an axis that includes zero
+    constant_fraction = 1e-6
     names, units = forces["quantity"].values.astype(str), forces["quantity_unit"].values.astype(str)
     starts = (
-        (next((kind for kind, begin in STARTS.items() if name.startswith(begin)), "component")) for name in names.tolist()
+        (next((kind for kind, begin in NAME_PREFIXES.items() if name.startswith(begin)), "component"))
+        for name in names.tolist()
     )
     panel_of = np.array(list(starts))
     sizes = np.nan_to_num(np.abs(forces["quantity_value"].values)).max(axis=0)
-    loaded = (sizes >= ROUND_OFF * sizes.max(initial=0.0)) & np.isfinite(forces["quantity_value"].values).any(axis=0)
+    loaded = (sizes >= round_off * sizes.max(initial=0.0)) & np.isfinite(forces["quantity_value"].values).any(axis=0)
     chosen_of = {
         (kind, unit): (panel_of == kind) & (units == unit)
         for kind in ("drive", "component", "coupling", "reaction")
@@ -167,13 +173,15 @@ def statics(forces: xr.Dataset, *, over: str = "input", axes: Canvas = None) -> 
     }
     groups = {key: np.flatnonzero(chosen) for key, chosen in chosen_of.items() if np.any(chosen & loaded)}
     drawn = panels(axes, len(groups), size=(7.5, 2.2 * len(groups) + 0.8))
-    values, label = _over(forces, over)
+    values, label = _abscissa(forces, over)
     for panel, ((kind, unit), chosen) in zip(drawn, groups.items(), strict=True):
         force = forces["quantity_value"].values[:, chosen]
         order = np.argsort(-np.nanmax(np.abs(force), axis=0), kind="stable")
         scale = engineering(unit, force)
-        _curves(panel, values, scale.factor * force[:, order], np.strings.replace(names[chosen][order], "reaction ", "", 1))
-        if np.nanmax(np.ptp(force, axis=0)) <= CONSTANT * np.nanmax(np.abs(force)):
+        _draw_curves(
+            panel, values, scale.factor * force[:, order], np.strings.replace(names[chosen][order], "reaction ", "", 1)
+        )
+        if np.nanmax(np.ptp(force, axis=0)) <= constant_fraction * np.nanmax(np.abs(force)):
             ends = 0.0, *(1.2 * scale.factor * force[0])
             panel.set_ylim(np.nanmin(ends), np.nanmax(ends))
         panel.set_ylabel(scale.label(kind))
@@ -182,8 +190,8 @@ def statics(forces: xr.Dataset, *, over: str = "input", axes: Canvas = None) -> 
     return drawn
 
 
-def _over(forces: xr.Dataset, over: str) -> tuple[np.ndarray, str]:
-    """What the forces are drawn over, and its label."""
+def _abscissa(forces: xr.Dataset, over: str) -> tuple[np.ndarray, str]:
+    """Return the values on the abscissa and its label."""
     track, _, axis = over.rpartition(".")
     tracks = forces["track"].values.tolist() if "track" in forces else []
     if over == "time":
@@ -196,5 +204,5 @@ def _over(forces: xr.Dataset, over: str) -> tuple[np.ndarray, str]:
         scale = engineering("m", values)
     else:
         allowed = ["time", "input", *(f"{name}.{axis}" for name in tracks for axis in "xy")]
-        raise InputError(f"forces over {over!r}", ", ".join(allowed), SAMPLE)
+        raise InputError(f"forces over {over!r}", ", ".join(allowed), OVER_EXAMPLE)
     return scale.factor * values, scale.label(name)

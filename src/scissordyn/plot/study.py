@@ -1,4 +1,4 @@
-"""Pictures of studies: feasibility maps over interpolated fields, response curves, sensitivity, Pareto fronts."""
+"""Draw results of studies: feasibility maps over interpolated fields, response curves, sensitivity, Pareto fronts."""
 
 from __future__ import annotations
 
@@ -19,74 +19,66 @@ from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, StrMethodF
 from scissordyn.errors import InputError
 from scissordyn.plot.file import figure_of
 from scissordyn.plot.scale import Scale, engineering, scale_of
-from scissordyn.plot.style import BLACK, BLUE, GREY, LINE, ORANGE, VERMILION, Canvas, legend, literal, panels, small
+from scissordyn.plot.style import BLACK, BLUE, GREY, LINE_WIDTH, ORANGE, VERMILION, Canvas, legend, literal, panels, small
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-TWO_SIDED = 1.96  # Standard deviations of a 95 % interval
-VEIL = 0.75  # Opacity of the veil where the interpolation knows no more than the mean of all points
 
 COLOURS = (BLACK, VERMILION, BLUE, ORANGE, GREY)
 
-MOST_FACTORS = 5  # Columns of response curves; of more numbers those that matter first
-LONGEST = 84  # Characters of a line of a label beside a bar; longer labels take several lines
-BINS = 12  # Largest number of parts of a factor's range, for each of which a curve has a median
+MAX_FACTORS = 5  # Largest number of response curve columns; the most important factors are chosen
 
-MOST_LEVELS = 120
-"""A factor with at most so many values, and `EACH` points for each on average, has a point of the curve for each."""
 
-EACH = 6  # Least number of points of which a median and a middle 80 % are drawn
-FEW = 200  # Up to so many points on a map are marked with a white edge, which shows on every colour
-MARK = 6.0  # Size of a dot in a legend, however small it is in the picture
+MAX_EDGED_POINTS = 200  # Up to this number of points on a map have a white edge, which is visible on every colour
+LEGEND_DOT_SIZE = 6.0  # Size of dots in a legend, which may be larger than those in the picture [pt]
 
 DOTS: dict[str, Any] = {"linestyle": "", "marker": ".", "markeredgewidth": 0.0}
 
-MET = LinearSegmentedColormap.from_list("met", colormaps["RdYlBu"](np.linspace(0.12, 0.88, 256)))
-"""From none to all: without the darkest ends, on which marks do not show."""
+MET_COLOURS = LinearSegmentedColormap.from_list("met", colormaps["RdYlBu"](np.linspace(0.12, 0.88, 256)))
+"""Colours from "no requirement met" to "all met", without the darkest ends, on which marks would be invisible."""
 
-LEVEL = 30  # Characters of all names at an axis up to which they stand level
-DECADES = 30.0  # Ratio of largest to smallest value from which colours and axes are logarithmic
-SHORT = 300.0  # That below which a logarithmic axis has numbers between powers of ten
+LOG_SCALE_RATIO = 30.0  # Ratio of largest to smallest value above which colours and axes are logarithmic
 
 
 @dataclass(frozen=True)
 class Field:
-    """A response over two numbers, in SI."""
+    """Interpolated response over two factors, in SI units."""
 
     x: np.ndarray  # (n,)
     y: np.ndarray  # (n,)
     mean: np.ndarray  # (m, n)
-    deviation: np.ndarray  # (m, n) Standard deviation of the prediction
+    deviation: np.ndarray  # (m, n) Standard deviation of the interpolation error
     spread: float  # Standard deviation of the response over all points
-    error: float  # Of points left out, as a fraction of the mean response
+    error: float  # Mean leave-one-out error as a fraction of the mean response
 
 
 @dataclass(frozen=True)
 class Bound:
-    """A requirement on a response with a field."""
+    """Requirement on a response that has an interpolated field."""
 
     label: str
     field: Field
-    value: float  # In SI
+    value: float  # Limit of the response, in SI units
 
 
 def _draw_bounds(axes: Axes, bounds: Sequence[Bound], scales: tuple[Scale, Scale]) -> list[Line2D | Patch]:
-    """Lines at which requirements are met, hatched where it is uncertain on which side of them a point is."""
+    """Draw lines on which requirements are just met, hatched where the side of a point is uncertain."""
+    two_sided = 1.96  # half width of a 95 % interval in standard deviations
     shown: list[Line2D | Patch] = []
     hatched = False
     for k, bound in enumerate(bounds):
         field, colour = bound.field, COLOURS[k % len(COLOURS)]
         x, y = field.x * scales[0].factor, field.y * scales[1].factor
         with np.errstate(divide="ignore", invalid="ignore"):
-            away = np.abs(field.mean - bound.value) / (TWO_SIDED * field.deviation)
+            away = np.abs(field.mean - bound.value) / (two_sided * field.deviation)
         if np.nanmin(away) < 1.0:
             axes.contourf(x, y, away, levels=[0.0, 1.0], colors="none", hatches=["////"], zorder=0.7)
             hatched = True
         if field.mean.min() < bound.value < field.mean.max():
-            axes.contour(x, y, field.mean, levels=[bound.value], colors=[colour], linewidths=1.5 * LINE, zorder=1.5)
-            shown.append(Line2D([], [], color=colour, linewidth=1.5 * LINE, label=literal(bound.label)))
+            axes.contour(x, y, field.mean, levels=[bound.value], colors=[colour], linewidths=1.5 * LINE_WIDTH, zorder=1.5)
+            shown.append(Line2D([], [], color=colour, linewidth=1.5 * LINE_WIDTH, label=literal(bound.label)))
     if hatched:
         shown.append(Patch(facecolor="none", edgecolor=GREY, hatch="////", label=literal("side of the line uncertain (95 %)")))
     return shown
@@ -97,20 +89,20 @@ def _with_role(points: xr.Dataset, role: str) -> list[str]:
 
 
 def _ratio(values: np.ndarray) -> float:
-    """Of the largest of positive values to the smallest; 1 where some are not positive."""
+    """Return the ratio of the largest to the smallest value; 1 unless all values are positive."""
     return float(values.max() / values.min()) if values.size and values.min() > 0.0 else 1.0
 
 
 def _legend(axes: Sequence[Axes]) -> None:
-    """A legend whose dots can be seen."""
+    """Add a legend with dots of a visible size."""
     shown = legend(axes, above=True)
     for handle in shown.legend_handles if shown is not None else ():
         if isinstance(handle, Line2D) and handle.get_marker() == DOTS["marker"]:
-            handle.set(markersize=MARK, alpha=1.0)
+            handle.set(markersize=LEGEND_DOT_SIZE, alpha=1.0)
 
 
 def _is_logarithmic(values: np.ndarray) -> bool:
-    """Whether values are spaced by ratios over more than a decade."""
+    """Return whether values are spaced by ratios over more than a decade."""
     levels = np.unique(values[np.isfinite(values)])
     if levels.size < 3 or levels[0] <= 0.0 or levels[-1] < 10.0 * levels[0]:
         return False
@@ -128,10 +120,10 @@ def feasibility_map(
     bounds: Sequence[Bound] = (),
     axes: Canvas = None,
 ) -> list[Axes]:
-    """A response, or the fraction of cases that meet the requirements, over two factors."""
+    """Draw a response, or the fraction of cases that meet the requirements, over two factors."""
     names = _with_role(points, "factor")
     if len(names) < 2:
-        raise InputError(f"a map over {len(names)} factors", "two factors or more")
+        raise InputError(f"the study has {len(names)} factor(s)", "two factors or more for a map")
     x, y = x or names[0], y or next(name for name in names if name != (x or names[0]))
     (panel,) = panels(axes, 1, size=(5.4, 4.2))
     sx, sy = scale_of(points[x]), scale_of(points[y])
@@ -139,21 +131,21 @@ def feasibility_map(
     sc = Scale(1.0, "") if colour == "met" else scale_of(points[colour])
     c = c * sc.factor
     finite = c[np.isfinite(c)]
-    norm: Normalize = Normalize(0.0, 1.0) if colour == "met" else LogNorm() if _ratio(finite) > DECADES else Normalize()
-    look: dict[str, Any] = {"cmap": MET if colour == "met" else "viridis", "norm": norm, "rasterized": True}
+    norm: Normalize = Normalize(0.0, 1.0) if colour == "met" else LogNorm() if _ratio(finite) > LOG_SCALE_RATIO else Normalize()
+    look: dict[str, Any] = {"cmap": MET_COLOURS if colour == "met" else "viridis", "norm": norm, "rasterized": True}
     ua, ub = np.unique(a), np.unique(b)
     on_grid = points.sizes["point"] % (ua.size * ub.size) == 0 and ua.size > 1 and ub.size > 1
     if on_grid:
-        table = _means(a, b, c, ua, ub)
+        table = _grid_means(a, b, c, ua, ub)
         drawn: Any = panel.pcolormesh(ua, ub, table, shading="nearest", **look)
         if limit is not None and not (sx.labels or sy.labels) and np.nanmin(table) < limit * sc.factor < np.nanmax(table):
-            lines = panel.contour(ua, ub, table, levels=[limit * sc.factor], colors=[BLACK], linewidths=LINE)
+            lines = panel.contour(ua, ub, table, levels=[limit * sc.factor], colors=[BLACK], linewidths=LINE_WIDTH)
             panel.clabel(lines, fmt=lambda value: f"{value:g} {sc.unit}", fontsize=small())
     else:
-        drawn = _scattered(panel, (a, b, c), (sx, sy, sc), look, field, bounds)
-    if (unmet := np.isinf(c)).any():  # points that do not meet a requirement for want of a number
+        drawn = _draw_scattered(panel, (a, b, c), (sx, sy, sc), look, field, bounds)
+    if (unmet := np.isinf(c)).any():  # points without a value do not meet the requirement
         panel.plot(a[unmet], b[unmet], "x", color=BLACK, markersize=4.0, zorder=3.0, label="not reached: not met")
-    _disagreement(panel, a, b, points["disagrees"].values, (ua, ub) if on_grid else None)
+    _draw_disagreement(panel, a, b, points["disagrees"].values, (ua, ub) if on_grid else None)
     if panel.lines:
         _legend([panel])
     panel.set(xlabel=sx.label(literal(x)), ylabel=sy.label(literal(y)))
@@ -169,22 +161,22 @@ def feasibility_map(
     return [panel]
 
 
-def _disagreement(
+def _draw_disagreement(
     panel: Axes, a: np.ndarray, b: np.ndarray, marked: np.ndarray, grid: tuple[np.ndarray, np.ndarray] | None
 ) -> None:
-    """Dots where members disagree; on a grid at its places."""
+    """Draw dots at points whose members disagree; on a grid one dot per node."""
     places = (a[marked], b[marked])
     if grid is not None:
-        at = np.argwhere(_means(a, b, marked.astype(float), *grid) > 0.0)
+        at = np.argwhere(_grid_means(a, b, marked.astype(float), *grid) > 0.0)
         places = (grid[0][at[:, 1]], grid[1][at[:, 0]])
     if places[0].size:
-        few = places[0].size <= FEW
+        few = places[0].size <= MAX_EDGED_POINTS
         size = 8.0 if few else float(np.clip(70.0 / np.sqrt(places[0].size), 0.4, 4.0))
         edge = {"markeredgecolor": "white", "markeredgewidth": 0.8} if few else {}
         panel.plot(*places, **(DOTS | edge), markersize=size, color=BLACK, zorder=3.0, label="members disagree")
 
 
-def _scattered(
+def _draw_scattered(
     panel: Axes,
     values: tuple[np.ndarray, np.ndarray, np.ndarray],
     scales: tuple[Scale, Scale, Scale],
@@ -192,7 +184,8 @@ def _scattered(
     field: Field | None,
     bounds: Sequence[Bound],
 ) -> Any:
-    """Points that are no grid, over the field between them, with the lines of requirements."""
+    """Draw scattered points over the interpolated field, with the lines of the requirements."""
+    veil_opacity = 0.75  # where the interpolation has no information beyond the mean of all points
     a, b, c = values
     size = float(np.clip(6000.0 / a.size, 3.0, 40.0))
     if field is not None:
@@ -201,8 +194,8 @@ def _scattered(
         look["norm"].vmax = float(max(part.max() for part in shown))
         x, y = field.x * scales[0].factor, field.y * scales[1].factor
         panel.pcolormesh(x, y, field.mean * scales[2].factor, shading="nearest", zorder=0.5, **look)
-        veil = np.ones((*field.mean.shape, 4))  # white over what is uncertain
-        veil[..., 3] = VEIL * np.clip(field.deviation / max(field.spread, 1e-300), 0.0, 1.0)
+        veil = np.ones((*field.mean.shape, 4))  # a white overlay marks uncertain regions
+        veil[..., 3] = veil_opacity * np.clip(field.deviation / max(field.spread, 1e-300), 0.0, 1.0)
         panel.pcolormesh(x, y, veil, shading="nearest", zorder=0.6, rasterized=True)
         text = literal(f"kriging between the points: {field.error:.1%} error at points left out; pale is uncertain")
         panel.set_title(text, loc="left", fontsize=small())
@@ -215,12 +208,12 @@ def _scattered(
 
 
 def _is_whole(values: np.ndarray) -> bool:
-    """Whether values are counts, whose ticks are whole numbers."""
+    """Return whether all values are integers, which then get integer ticks."""
     return bool(np.all(values == np.round(values)))
 
 
-def _means(a: np.ndarray, b: np.ndarray, c: np.ndarray, ua: np.ndarray, ub: np.ndarray) -> np.ndarray:
-    """Means of c over a grid, shape (len(ub), len(ua))."""
+def _grid_means(a: np.ndarray, b: np.ndarray, c: np.ndarray, ua: np.ndarray, ub: np.ndarray) -> np.ndarray:
+    """Return the means of c over a grid, shape (len(ub), len(ua))."""
     ia, ib, finite = np.searchsorted(ua, a), np.searchsorted(ub, b), np.isfinite(c)
     total, count = np.zeros((ub.size, ua.size)), np.zeros((ub.size, ua.size))
     np.add.at(total, (ib[finite], ia[finite]), c[finite])
@@ -229,10 +222,11 @@ def _means(a: np.ndarray, b: np.ndarray, c: np.ndarray, ua: np.ndarray, ub: np.n
 
 
 def response_curves(points: xr.Dataset, *, limits: dict[str, float] | None = None, axes: Canvas = None) -> list[Axes]:
-    """Each response over each factor: all points, and median and middle 80 % over the other factors."""
+    """Draw each response over each factor: all points, and the median and middle 80 % over the other factors."""
+    short = 300.0  # ratio below which a logarithmic axis also has numbers between powers of ten
     every, names = (_with_role(points, role) for role in ("factor", "response"))
     if not every or not names:
-        raise InputError("response curves without a factor or a response", "at least one of each")
+        raise InputError("the study has no factor or no response", "at least one of each for response curves")
     factors = _most_important(points, every, names)
     size = (1.2 + 2.6 * len(factors), 0.8 + 2.0 * len(names))
     panels_drawn = panels(axes, len(names), len(factors), size=size, share=True)
@@ -244,27 +238,27 @@ def response_curves(points: xr.Dataset, *, limits: dict[str, float] | None = Non
             x = points[factor].values * sx.factor
             dot = float(np.clip(200.0 / np.sqrt(x.size), 1.0, 6.0))
             panel.plot(x, values, **DOTS, color=GREY, alpha=0.5, markersize=dot, label="points", rasterized=True)
-            middle, low, high, at = _binned(x, values, by_level=bool(sx.labels))
+            middle, low, high, at = _interval_quantiles(x, values, by_level=bool(sx.labels))
             if sx.labels:
-                panel.vlines(at, low, high, color=BLUE, alpha=0.4, linewidth=4.0 * LINE, label=literal("middle 80 %"))
+                panel.vlines(at, low, high, color=BLUE, alpha=0.4, linewidth=4.0 * LINE_WIDTH, label=literal("middle 80 %"))
                 panel.plot(at, middle, linestyle="", marker="_", markersize=12.0, color=BLUE, label="median")
             elif len(factors) == 1 and np.unique(x).size == x.size:
                 order = np.argsort(x)
-                panel.plot(x[order], values[order], color=BLUE, linewidth=LINE)
+                panel.plot(x[order], values[order], color=BLUE, linewidth=LINE_WIDTH)
             elif at.size > 1:
                 panel.fill_between(at, low, high, color=BLUE, alpha=0.2, linewidth=0.0, label=literal("middle 80 %"))
-                panel.plot(at, middle, color=BLUE, linewidth=1.5 * LINE, label="median")
+                panel.plot(at, middle, color=BLUE, linewidth=1.5 * LINE_WIDTH, label="median")
             marked = points["disagrees"].values
             if marked.any():
-                larger = max(dot, 4.0 if np.count_nonzero(marked) <= FEW else 1.0)
+                larger = max(dot, 4.0 if np.count_nonzero(marked) <= MAX_EDGED_POINTS else 1.0)
                 panel.plot(x[marked], values[marked], **DOTS, color=VERMILION, markersize=larger, label="members disagree")
             if limits and name in limits:
-                panel.axhline(limits[name] * sy.factor, color=ORANGE, linewidth=LINE, label="required")
+                panel.axhline(limits[name] * sy.factor, color=ORANGE, linewidth=LINE_WIDTH, label="required")
             _scale_axis(panel.xaxis, sx, points[factor].values)
             finite = values[np.isfinite(values)]
-            if (ratio := _ratio(finite)) > DECADES:
+            if (ratio := _ratio(finite)) > LOG_SCALE_RATIO:
                 panel.set_yscale("log")
-                if ratio < SHORT:  # numbers at 1, 2 and 5 of each decade
+                if ratio < short:  # numbers at 1, 2 and 5 of each decade
                     panel.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
                     panel.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
                     panel.yaxis.set_minor_formatter(NullFormatter())
@@ -275,15 +269,15 @@ def response_curves(points: xr.Dataset, *, limits: dict[str, float] | None = Non
             if place == 0:
                 panel.set_ylabel(sy.label(literal(name)))
     if len(factors) < len(every):
-        title = f"{len(factors)} of {len(every)} numbers: those with the largest rank correlations"
+        title = f"{len(factors)} of {len(every)} factors: those with the largest rank correlations"
         panels_drawn[0].set_title(title, loc="left", fontsize=small())
     _legend(panels_drawn)
     return panels_drawn
 
 
 def _most_important(points: xr.Dataset, factors: list[str], names: list[str]) -> list[str]:
-    """Those with the largest rank correlation to any response, in their order, where there is no room for all."""
-    if len(factors) <= MOST_FACTORS:
+    """Return the factors with the largest rank correlation to any response, in order; all if there are few."""
+    if len(factors) <= MAX_FACTORS:
         return factors
     from scipy.stats import spearmanr
 
@@ -296,33 +290,42 @@ def _most_important(points: xr.Dataset, factors: list[str], names: list[str]) ->
                 x = points[factor].values[finite]
                 if np.unique(x).size > 1:
                     largest[k] = max(largest[k], abs(float(spearmanr(x, values[finite]).statistic)))
-    return [factors[k] for k in sorted(np.argsort(-largest, kind="stable")[:MOST_FACTORS])]
+    return [factors[k] for k in sorted(np.argsort(-largest, kind="stable")[:MAX_FACTORS])]
 
 
 def _scale_axis(axis: Axis, scale: Scale, values: np.ndarray) -> None:
-    """A logarithmic scale for values that want one, or a tick for each name; long names beside each other are turned."""
+    """Set a logarithmic scale where the values suggest it, or one tick per name; long names are rotated."""
+    level = 30  # tick names are rotated if they have more characters than this in total
     across = isinstance(axis, XAxis)
     if _is_logarithmic(values):
         (axis.axes.set_xscale if across else axis.axes.set_yscale)("log")
     if not scale.labels:
         return
     axis.set_ticks(range(len(scale.labels)), [literal(label) for label in scale.labels])
-    if across and sum(map(len, scale.labels)) > LEVEL:
+    if across and sum(map(len, scale.labels)) > level:
         axis.set_tick_params(rotation=25)
         for label in axis.get_ticklabels():
             label.set(ha="right", rotation_mode="anchor")
     (axis.axes.set_xlim if across else axis.axes.set_ylim)(-0.5, len(scale.labels) - 0.5)
 
 
-def _binned(x: np.ndarray, values: np.ndarray, *, by_level: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Median, 10 % and 90 % quantile for each part of x or, `by_level`, each level, and where; linear between sorted values."""
+def _interval_quantiles(
+    x: np.ndarray, values: np.ndarray, *, by_level: bool
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return the median, 10 % and 90 % quantiles for each interval of x, and the positions.
+
+    With `by_level` there is one interval per value of x. Quantiles are interpolated linearly.
+    """
+    each = 6  # least number of points for a median and a middle 80 %
+    most_levels = 120  # factors with at most this number of values get one median per value
+    bins = 12  # largest number of intervals of a factor's range; the curve has one median for each
     finite = np.isfinite(values)
     x, values = x[finite], values[finite]
     levels = np.unique(x)
-    if by_level or (levels.size <= MOST_LEVELS and x.size >= EACH * levels.size):
+    if by_level or (levels.size <= most_levels and x.size >= each * levels.size):
         parts, at = [values[x == level] for level in levels], levels
     else:
-        count = min(BINS, x.size // EACH)
+        count = min(bins, x.size // each)
         if count < 1:
             return (np.empty(0),) * 4
         edges = np.quantile(x, np.linspace(0.0, 1.0, count + 1))
@@ -334,9 +337,9 @@ def _binned(x: np.ndarray, values: np.ndarray, *, by_level: bool) -> tuple[np.nd
 
 
 def sensitivity_bars(indices: dict[str, xr.Dataset], *, axes: Canvas = None) -> list[Axes]:
-    """Sobol indices or Morris's mean effects of each factor, with 95 % intervals."""
+    """Draw Sobol indices, or Morris's mean effects, of each factor with 95 % intervals."""
     if not indices:
-        raise InputError("no indices", "a Saltelli or Morris design")
+        raise InputError("no sensitivity indices", "a study with a Saltelli or Morris design")
     factors = next(iter(indices.values()))["factor"].values
     panels_drawn = panels(axes, len(indices), size=(5.4, 0.9 + len(indices) * (0.6 + 0.34 * len(factors))), share=False)
     for panel, (name, table) in zip(panels_drawn, indices.items(), strict=True):
@@ -349,7 +352,7 @@ def sensitivity_bars(indices: dict[str, xr.Dataset], *, axes: Canvas = None) -> 
             scale = Scale(1.0, "")
         for key, label, colour, shift, height in shown:
             values, width = table[key].values * scale.factor, table[f"{key}_interval"].values * scale.factor
-            error = {"elinewidth": LINE, "ecolor": BLACK, "capsize": 2.0}
+            error = {"elinewidth": LINE_WIDTH, "ecolor": BLACK, "capsize": 2.0}
             panel.barh(places + shift, values, height, xerr=width, color=colour, label=label, error_kw=error)
         panel.set_yticks(places, [literal(str(factor)) for factor in factors])
         panel.invert_yaxis()
@@ -360,19 +363,20 @@ def sensitivity_bars(indices: dict[str, xr.Dataset], *, axes: Canvas = None) -> 
 
 
 def requirement_bars(labels: Sequence[str], fractions: np.ndarray, intervals: np.ndarray, *, axes: Canvas = None) -> list[Axes]:
-    """The fraction of a study's range that meets each requirement, with its 95 % interval.
+    """Draw the fraction of a study's points that meets each requirement, with its 95 % interval.
 
     Shapes: `fractions` (n,), `intervals` (n, 2).
     """
-    lines = [wrap(label, LONGEST) or [""] for label in labels]
-    # inches of the bars, and of the characters beside them
+    longest = 84  # characters per line of a label; longer labels are wrapped
+    lines = [wrap(label, longest) or [""] for label in labels]
+    # width of the bars and of the characters next to them [inch]
     width = 3.6 + 0.062 * max((len(line) for label in lines for line in label), default=0)
     high = max(0.24, 0.02 + 0.14 * max(map(len, lines), default=0))
     (panel,) = panels(axes, 1, size=(width, 0.9 + high * len(labels)))
     places = np.arange(len(labels), dtype=float)
     panel.barh(places, 100.0 * fractions, 0.62, color=BLUE, alpha=0.75)
     finite = np.isfinite(intervals).all(axis=1)
-    panel.hlines(places[finite], *(100.0 * intervals[finite]).T, color=BLACK, linewidth=2.0 * LINE)
+    panel.hlines(places[finite], *(100.0 * intervals[finite]).T, color=BLACK, linewidth=2.0 * LINE_WIDTH)
     panel.set_yticks(places, ["\n".join(map(literal, label)) for label in lines], linespacing=1.0)
     heading = literal("met by [%]" + (", line: 95 % interval" if finite.any() else ""))
     panel.set(xlim=(0.0, 100.0), ylim=(len(labels) - 0.4, -0.6), xlabel=heading)
@@ -382,7 +386,7 @@ def requirement_bars(labels: Sequence[str], fractions: np.ndarray, intervals: np
 def pareto_front(
     tried: xr.Dataset, goals: tuple[str, str], *, confirmed: pd.DataFrame | None = None, axes: Canvas = None
 ) -> list[Axes]:
-    """All points that were tried, and the front of those that no other point beats in both goals."""
+    """Draw all evaluated points, and the Pareto front of points that no other point beats in both goals."""
     (panel,) = panels(axes, 1, size=(5.0, 3.8))
     signs = [-1.0 if goal.startswith("maximise") else 1.0 for goal in goals]
     scales = [scale_of(tried[goal]) for goal in goals]
@@ -390,12 +394,12 @@ def pareto_front(
     x, y = (tried[goal].values * factor for goal, factor in zip(goals, shown, strict=True))
     meets, front = tried["violation"].values <= 0.0, tried["front"].values
     if not meets.all():
-        panel.plot(x[~meets], y[~meets], **DOTS, color=GREY, markersize=MARK, label="does not meet the requirements")
+        panel.plot(x[~meets], y[~meets], **DOTS, color=GREY, markersize=LEGEND_DOT_SIZE, label="does not meet the requirements")
     tried_only = meets & ~front
-    panel.plot(x[tried_only], y[tried_only], **DOTS, color=BLUE, alpha=0.6, markersize=MARK, label="other points")
+    panel.plot(x[tried_only], y[tried_only], **DOTS, color=BLUE, alpha=0.6, markersize=LEGEND_DOT_SIZE, label="other points")
     order = np.argsort(x[front])
     cheap = "" if confirmed is None else " of cheap runs"
-    look: dict[str, Any] = {"color": VERMILION, "marker": "o", "markersize": 3.5, "linewidth": LINE}
+    look: dict[str, Any] = {"color": VERMILION, "marker": "o", "markersize": 3.5, "linewidth": LINE_WIDTH}
     panel.plot(x[front][order], y[front][order], label=f"Pareto front{cheap}", **look)
     if confirmed is not None:
         _draw_confirmed(panel, confirmed, goals, shown)
@@ -406,7 +410,7 @@ def pareto_front(
 
 
 def _draw_confirmed(axes: Axes, confirmed: pd.DataFrame, goals: tuple[str, str], shown: Sequence[float]) -> None:
-    """Points in accurate runs, by whether they meet the requirements there, with thin lines from their cheap values."""
+    """Draw the accurately computed points by whether they meet the requirements, with lines to their approximate values."""
     there, here = (
         np.stack([factor * confirmed[f"{kind}{goal}"].to_numpy() for goal, factor in zip(goals, shown, strict=True)], axis=1)
         for kind in ("", "accurate ")

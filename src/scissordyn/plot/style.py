@@ -1,4 +1,4 @@
-"""The style of all pictures: colours, lines, panels and legends, set on the Axes; sizes for a column, a page or slides."""
+"""Common style of all pictures: colours, lines, panels and legends, and the sizes for a column, a page or slides."""
 
 from __future__ import annotations
 
@@ -15,28 +15,23 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.legend import Legend
 
-# Colours that are distinguishable with common colour blindness: Wong 2011, doi:10.1038/nmeth.1618.
+# Colours that remain distinguishable with common colour blindness: Wong 2011, doi:10.1038/nmeth.1618.
 BLUE, VERMILION, GREEN, ORANGE, SKY, PURPLE = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#56B4E9", "#CC79A7"
 BLACK, GREY, LIGHT = "#222222", "#767676", "#E4E4E4"
 
-LINE = 1.0  # Width of a curve [pt]
+LINE_WIDTH = 1.0  # Width of a curve [pt]
 
-SMALL, NORMAL = 0.8, 0.9
-"""Letters of ticks and legends, and of labels, as a fraction of matplotlib's size: 8 and 9 pt of its 10 pt."""
+SMALL_FRACTION = 0.8  # Size of the letters of ticks and legends as a fraction of matplotlib's font size (8 pt of 10 pt)
+NORMAL_FRACTION = 0.9  # Size of the letters of labels and titles as a fraction of matplotlib's font size (9 pt of 10 pt)
 
-IDEAL: dict[str, Any] = {"color": BLACK, "linewidth": LINE, "linestyle": (0, (4, 3)), "zorder": 3.0}
+IDEAL: dict[str, Any] = {"color": BLACK, "linewidth": LINE_WIDTH, "linestyle": (0, (4, 3)), "zorder": 3.0}
 """Style of curves of the ideal mechanism: dashed and on top, so that both curves are visible where they agree."""
 
-AXES = ((("x", 1), ("y", 1)), (("y", -1), ("x", 1)), (("x", -1), ("y", -1)), (("y", 1), ("x", -1)))
-"""Coordinates along and up a picture, and their signs, after 0 to 3 quarter turns."""
+TURNED_AXES = ((("x", 1), ("y", 1)), (("y", -1), ("x", 1)), (("x", -1), ("y", -1)), (("y", 1), ("x", -1)))
+"""Coordinates along and up a picture, with their signs, after 0 to 3 quarter turns."""
 
-LETTER, SHORTEST = 0.58, 8  # Width of a letter of their size, and fewest letters of a line that is broken
-ENTRY = 0.18  # Largest width of an entry of a legend, for each point of the letters' size [inch]
-BESIDE, EACH = 0.072, 0.0075  # Width of an entry beside its text, and of each letter, over the size of the letters [in/pt]
-COLUMN = 5.0  # Width of new figures [inch] below which few panels stand beside each other
-NARROW = 4.2  # Width of Axes [inch] below which a legend does not stand beside them
 
-TEX = str.maketrans(
+LATEX_ESCAPES = str.maketrans(
     {
         **{sign: f"\\{sign}" for sign in "$%&#_{}"},
         "\\": r"\textbackslash{}",
@@ -46,7 +41,7 @@ TEX = str.maketrans(
         ">": r"\textgreater{}",
     }
 )
-"""How LaTeX writes signs that mean something to it."""
+"""LaTeX commands for characters with a special meaning in LaTeX."""
 
 STYLES = {
     "screen": ((6.4, 4.8), 10.0),
@@ -54,45 +49,50 @@ STYLES = {
     "double-column": ((7.48, 3.6), 8.75),
     "slides": ((10.0, 5.6), 18.0),
 }
-"""Width and height of figures [inch] and size of letters [pt]; those of a screen are matplotlib's own. Columns are 90 and
-190 mm wide, as most journals of mechanics have them; letters are then 7 pt (ticks, legends) and 8 pt (labels) in print."""
+"""Width and height of figures [inch] and letter size [pt]; "screen" has matplotlib's defaults.
+
+Columns are 90 and 190 mm wide, as in most journals of mechanics; printed letters are then 7 pt (ticks, legends) and 8 pt
+(labels).
+"""
 
 Canvas: TypeAlias = "Axes | Iterable[Axes] | None"  # Target of a picture: one Axes, several, or None for a new figure
 
 
 def style(name: str = "screen", **parameters: Any) -> AbstractContextManager[object]:
-    """Set the size of new pictures and of their letters, for the rest of a program or in a ``with`` block.
+    """Set the size of new pictures and their letters, for the rest of a program or within a ``with`` block.
 
-    ``with sd.style("single-column"): sd.plot.force(run)``. Pictures follow matplotlib's rcParams: figure.figsize (of pictures
-    with several rows of panels its width), font.size, font.family, axes.labelsize, xtick.labelsize, text.usetex.
+    Pictures follow matplotlib's rcParams: font.size, font.family, axes.labelsize, xtick.labelsize, text.usetex, and
+    figure.figsize. A picture with several rows of panels uses only the width of figure.figsize.
 
     Parameters
     ----------
     name : str
         "screen", "single-column" (90 mm), "double-column" (190 mm) or "slides".
     **parameters
-        Further rcParams, with underscores in place of dots: ``font_family="serif"``, ``text_usetex=True``.
+        Further rcParams, with underscores instead of dots: ``font_family="serif"``, ``text_usetex=True``.
 
     Returns
     -------
     context manager
-        At its end the parameters are as before.
+        Restores the previous parameters when it exits.
 
     Raises
     ------
     InputError
-        For an unknown style or parameter, or a value that matplotlib refuses.
+        If the style or parameter is unknown, or matplotlib rejects a value.
     """
     import matplotlib as mpl
 
     if name not in STYLES:
-        raise InputError(f"style '{name}'{did_you_mean(name, STYLES)}", ", ".join(STYLES), 'sd.style("single-column")')
+        raise InputError(f"unknown style '{name}'{did_you_mean(name, STYLES)}", ", ".join(STYLES), 'sd.style("single-column")')
     current: Any = mpl.rcParams  # its keys are annotated one by one
     by_word = {parameter.replace(".", "_"): parameter for parameter in current}
     chosen = dict(zip(("figure.figsize", "font.size"), STYLES[name], strict=True))
     for word, value in parameters.items():
         if word not in by_word:
-            raise InputError(f"style: {word}{did_you_mean(word, by_word)}", "rcParams of matplotlib", 'font_family="serif"')
+            raise InputError(
+                f"style: unknown parameter {word}{did_you_mean(word, by_word)}", "rcParams of matplotlib", 'font_family="serif"'
+            )
         chosen[by_word[word]] = value
     before = {parameter: current[parameter] for parameter in chosen}
     try:
@@ -106,25 +106,25 @@ def style(name: str = "screen", **parameters: Any) -> AbstractContextManager[obj
 
 
 def literal(name: str) -> str:
-    r"""A name of the user's as text of a picture: no sign of it begins a formula, and control characters are made visible."""
+    """Return a user's name as literal text: no character begins a formula, and control characters are visible."""
     from matplotlib import rcParams
 
     shown = printable(name)
-    return shown.translate(TEX) if rcParams["text.usetex"] else shown.replace("$", r"\$")
+    return shown.translate(LATEX_ESCAPES) if rcParams["text.usetex"] else shown.replace("$", r"\$")
 
 
 def small() -> float:
-    """Size of the letters of ticks and legends [pt], from matplotlib's rcParams."""
-    return _letters("xtick.labelsize", SMALL)
+    """Return the letter size of ticks and legends [pt], from matplotlib's rcParams."""
+    return _letters("xtick.labelsize", SMALL_FRACTION)
 
 
 def normal() -> float:
-    """Size of the letters of labels and titles [pt], from matplotlib's rcParams."""
-    return _letters("axes.labelsize", NORMAL)
+    """Return the letter size of labels and titles [pt], from matplotlib's rcParams."""
+    return _letters("axes.labelsize", NORMAL_FRACTION)
 
 
 def _letters(parameter: str, fraction: float) -> float:
-    """The size that a user gives, or else a fraction of the size of all letters."""
+    """Return the user's value of a size parameter, or else a fraction of the font size [pt]."""
     from matplotlib import rcParams, rcParamsDefault
     from matplotlib.font_manager import FontProperties
 
@@ -136,14 +136,16 @@ def _letters(parameter: str, fraction: float) -> float:
     return float(FontProperties(size=value).get_size_in_points())
 
 
-def in_lines(text: str, inches: float, letters: float) -> str:
-    """A text in as many lines as it takes to keep within a width."""
-    fitting = int(inches * 72.0 / (LETTER * letters))
-    return text if len(text) <= fitting else "\n".join(wrap(text, max(fitting, SHORTEST), break_long_words=False))
+def wrap_text(text: str, inches: float, letters: float) -> str:
+    """Break a text into lines that fit a width."""
+    shortest = 8  # least number of letters in a line
+    letter_width = 0.58  # as a fraction of its size
+    fitting = int(inches * 72.0 / (letter_width * letters))
+    return text if len(text) <= fitting else "\n".join(wrap(text, max(fitting, shortest), break_long_words=False))
 
 
 def figure_size(width: float, height: float, rows: int = 2) -> tuple[float, float]:
-    """Width and height of a new figure: those of matplotlib's rcParams, where the user has changed them."""
+    """Return width and height of a new figure; a figure.figsize that the user changed takes precedence."""
     from matplotlib import rcParams, rcParamsDefault
 
     size = list(rcParams["figure.figsize"])
@@ -153,18 +155,19 @@ def figure_size(width: float, height: float, rows: int = 2) -> tuple[float, floa
 
 
 def figure_width() -> float:
-    """Width of a new figure that the user has chosen [inch]; infinite without a choice."""
+    """Return the user's width of new figures [inch]; infinite if not set."""
     return figure_size(math.inf, 1.0, 1)[0]
 
 
 def is_column() -> bool:
-    """Whether new figures are as narrow as the column of a page."""
-    return figure_width() < COLUMN
+    """Return whether new figures are as narrow as the column of a page."""
+    column = 5.0  # [inch]
+    return figure_width() < column
 
 
 def label_axes(axes: Axes, turns: int) -> None:
-    """Name the axes of a drawing that is turned, and number them in the coordinates of the mechanism."""
-    (across, first), (up, second) = AXES[turns % 4]
+    """Label the axes of a turned drawing with the coordinates of the mechanism."""
+    (across, first), (up, second) = TURNED_AXES[turns % 4]
     axes.set(xlabel=f"{across} [m]", ylabel=f"{up} [m]")
     for axis, sign in ((axes.xaxis, first), (axes.yaxis, second)):
         if sign < 0:
@@ -191,7 +194,7 @@ def panels(
     ratios: Sequence[float] | None = None,
     share: bool = True,
 ) -> list[Axes]:
-    """The Axes to draw on, in the style of the package: those given, or the panels of a new figure."""
+    """Return the Axes to draw on, in the common style: the given ones, or the panels of a new figure."""
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -203,14 +206,18 @@ def panels(
     else:
         chosen = [canvas] if isinstance(canvas, Axes) else list(canvas)
     if len(chosen) != rows * columns:
-        raise InputError(f"{len(chosen)} Axes for a picture of {rows * columns} panels", f"{rows * columns} Axes, or none")
+        raise InputError(f"got {len(chosen)} Axes", f"{rows * columns} Axes for this picture, or None", "axes=None")
     for axes in chosen:
         dress(axes)
     return chosen
 
 
 def legend(axes: Sequence[Axes], *, above: bool = False) -> Legend | None:
-    """A legend of all labelled artists, each label once."""
+    """Add a legend of all labelled artists, with each label once."""
+    narrow_width = 4.2  # narrower Axes have their legend above instead of on the right [inch]
+    entry_width = 0.18  # largest width of a legend entry, per point of letter size [inch]
+    per_letter = 0.0075  # width of each letter of a legend entry, per point of letter size [inch]
+    entry_base = 0.072  # width of a legend entry without its text, per point of letter size [inch]
     entries: dict[str, Artist] = {}
     for panel in axes:
         for handle, label in zip(*panel.get_legend_handles_labels(), strict=True):
@@ -222,16 +229,17 @@ def legend(axes: Sequence[Axes], *, above: bool = False) -> Legend | None:
     handles, labels = list(entries.values()), list(entries)
     figure = axes[0].get_figure(root=True)
     assert figure is not None
-    narrow = figure.get_figwidth() * axes[0].get_position().width < NARROW
+    narrow = figure.get_figwidth() * axes[0].get_position().width < narrow_width
     alone = {id(panel) for panel in figure.axes} <= {id(panel) for parent in axes for panel in (parent, *parent.child_axes)}
-    if narrow and not alone and figure.get_layout_engine():  # its room is taken from the panel, not from the curves
-        columns = int(figure.get_figwidth() * axes[0].get_position().width / (ENTRY * letters)) or 1
+    # the legend takes its room from the panel's surroundings, not from the curves
+    if narrow and not alone and figure.get_layout_engine():
+        columns = int(figure.get_figwidth() * axes[0].get_position().width / (entry_width * letters)) or 1
         look |= {"borderaxespad": 0.2, "columnspacing": 1.2}
         return axes[0].legend(handles, labels, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, **look)
     if (above or narrow) and not (alone and figure.get_layout_engine()):
         return axes[0].legend(handles, labels, loc="best", **{**look, "frameon": True, "framealpha": 0.8, "edgecolor": "none"})
     if above or narrow:
         longest = max(map(len, labels))
-        columns = int(figure.get_figwidth() / (max(ENTRY, BESIDE + EACH * longest) * letters)) or 1
+        columns = int(figure.get_figwidth() / (max(entry_width, entry_base + per_letter * longest) * letters)) or 1
         return figure.legend(handles, labels, loc="outside upper left", ncols=columns, **look)
     return axes[0].legend(handles, labels, loc="upper left", bbox_to_anchor=(1.0, 1.03), borderaxespad=0.0, **look)

@@ -1,6 +1,6 @@
-"""Symbols of components, couplings and coordinate drives: lines in the fixed frame, the same in pictures and in films.
+"""Symbols of components, couplings and coordinate drives, as lines in the fixed frame for pictures and films.
 
-A component is drawn by the symbol that its class declares, whose strokes and place its port knows.
+Each component class declares its symbol; the component's port returns the strokes and their position.
 """
 
 from __future__ import annotations
@@ -22,32 +22,29 @@ from scissordyn.record.placement import Placement
 if TYPE_CHECKING:
     import xarray as xr
 
-RING = 0.4  # By how much of the first one's radius each further symbol at the same hinge is larger
 
+CIRCLE_ANGLES = np.linspace(0.0, 2.0 * math.pi, 97)
 
-CIRCLE = np.linspace(0.0, 2.0 * math.pi, 97)
-
-NEAR = 0.5
-"""Radii of wheels whose pivots coincide, or of a pulley, at most: as a multiple of the symbols' size, or of their distance."""
+WHEEL_RADIUS_MAX = 0.5  # Largest radius of a pulley over the wheel distance, and of wheels with one pivot over the symbol size
 
 
 @dataclass(frozen=True)
 class Symbol:
     name: str
     kind: str  # The symbol
-    strokes: Strokes  # (samples, points, 2) In the fixed frame [m]
-    anchor: np.ndarray  # (samples, 2) Where its name belongs [m]
+    strokes: Strokes  # (samples, points, 2) Lines in the fixed frame [m]
+    anchor: np.ndarray  # (samples, 2) Position of the name [m]
 
     @property
     def bar(self) -> str:
-        """The bar that bends of which it is an element; "" if it is none."""
+        """Name of the bending bar that contains this element; "" if there is none."""
         bar, element, _ = self.name.rpartition("/beam")
         return bar if element and self.kind == "beam" else ""
 
 
 @dataclass
 class _Scene:
-    """What ports ask of a picture (`component.port.stroke.Scene`)."""
+    """Picture data that ports request (`component.port.stroke.Scene`)."""
 
     run: xr.Dataset
     mechanism: Mechanism
@@ -63,14 +60,20 @@ class _Scene:
         return self.placement.angle(body)
 
     def pivot(self, body: str, base: str) -> tuple[np.ndarray, float]:
-        """At the joint between two bodies; at the mass centre of the first where no joint connects them."""
+        """Return the position of the joint between two bodies and a scale of the symbol.
+
+        Without a joint the position is the mass centre of the first body.
+
+        The second value scales the symbol so that symbols at one hinge do not coincide.
+        """
+        ring = 0.4  # increase of the radius of each further symbol at the same hinge, as a fraction of the first radius
         where, anchor = f"body {body}", None
         for joint in self.mechanism.joints:
             if {joint.journal[0], joint.bearing[0]} == {body, base}:
                 where, anchor = f"joint {joint.name}", self.place(joint.bearing)
                 break
         rank = self.symbols_at[where] = self.symbols_at.get(where, -1) + 1
-        return self.placement.centre(body) if anchor is None else anchor, 1.0 + RING * rank
+        return self.placement.centre(body) if anchor is None else anchor, 1.0 + ring * rank
 
     def force(self, component: Any) -> np.ndarray:
         section = component.declaration.section
@@ -80,7 +83,7 @@ class _Scene:
 
 
 def cross_sections(mechanism: Mechanism) -> frozenset[str]:
-    """The bodies that are cross-sections of bars that bend: the elements are drawn in their place."""
+    """Return the bodies that are cross-sections of bending bars; the beam elements are drawn instead of these bodies."""
     beams: list[Any] = [part for part in mechanism.components if part.declaration.symbol == "beam"]
     bent = [part for part in beams if part.mass_per_length > 0.0]
     sections = [part.sections if part.declaration.port is AXIS else (part.start[0], part.end[0]) for part in bent]
@@ -105,7 +108,7 @@ def coupling_symbols(mechanism: Mechanism, placement: Placement, size: float) ->
 
 
 def coupling_strokes(part: Coupling, placement: Placement, size: float) -> tuple[Strokes, np.ndarray]:
-    """The lines of a coupling and where its name belongs: wheels at the pivots of its angles, and what connects them."""
+    """Return the lines of a coupling and the position of its name: wheels at the pivots, and what connects them."""
     ends = [_anchor(coordinate, placement) for coordinate in (part.output, part.input)]
     middle = 0.5 * (ends[0] + ends[1])
     distance = float(np.max(np.linalg.norm(ends[1] - ends[0], axis=-1)))
@@ -113,7 +116,11 @@ def coupling_strokes(part: Coupling, placement: Placement, size: float) -> tuple
     if angles[0] and angles[1] and distance > 0.0:
         ratio, moving = part.ratio, GROUND not in (angles[0].base, angles[1].base)
         meshes = ratio < 0.0 or (moving and ratio != 1.0)
-        first = distance / abs(1.0 - ratio) if meshes else NEAR * distance / max(1.0, abs(ratio)) / (1.0 + NEAR)
+        first = (
+            distance / abs(1.0 - ratio)
+            if meshes
+            else WHEEL_RADIUS_MAX * distance / max(1.0, abs(ratio)) / (1.0 + WHEEL_RADIUS_MAX)
+        )
         radii = first, first * abs(ratio)
         strokes = [_wheel(angle, end, radius, placement) for angle, end, radius in zip(angles, ends, radii, strict=True)]  # type: ignore[arg-type]
         return (*strokes, *(() if meshes else _belt(ends, radii))), middle
@@ -125,21 +132,23 @@ def coupling_strokes(part: Coupling, placement: Placement, size: float) -> tuple
     if len(wheels) == 1 and distance > 0.0 and wheels[0][2] > size:  # a pinion
         return (_wheel(*wheels[0], placement),), wheels[0][1]
     if len(wheels) == 2:
-        return tuple(_wheel(angle, end, (1.0 + NEAR * k) * size, placement) for k, (angle, end, _) in enumerate(wheels)), middle
+        return tuple(
+            _wheel(angle, end, (1.0 + WHEEL_RADIUS_MAX * k) * size, placement) for k, (angle, end, _) in enumerate(wheels)
+        ), middle
     return (np.stack(ends, axis=1),), middle
 
 
 def drive_strokes(coordinate: Coordinate, placement: Placement, size: float) -> tuple[Strokes, np.ndarray]:
-    """The lines of a driven coordinate and where its name belongs: an arc, an arrow along a slide, or a line between points."""
+    """Return the lines of a driven coordinate and the position of its name: an arc, an arrow or a line between points."""
     anchor = _anchor(coordinate, placement)
     if isinstance(coordinate, RelativeAngle):
         turn = placement.angle(coordinate.body)[:, None] + np.linspace(0.3, 2.0, 17)
-        arc = anchor[:, None] + 1.5 * size * _unit(turn)
-        return (arc, _head(arc[:, -1], turn[:, -1] + 0.5 * math.pi, size)), anchor
+        arc = anchor[:, None] + 1.5 * size * _unit_vector(turn)
+        return (arc, _arrow_head(arc[:, -1], turn[:, -1] + 0.5 * math.pi, size)), anchor
     if isinstance(coordinate, Slide):
         along = placement.angle(coordinate.base) + coordinate.direction
-        tip = anchor + 3.0 * size * _unit(along)
-        return (np.stack([anchor, tip], axis=1), _head(tip, along, size)), anchor
+        tip = anchor + 3.0 * size * _unit_vector(along)
+        return (np.stack([anchor, tip], axis=1), _arrow_head(tip, along, size)), anchor
     start, end = placement.place(coordinate.start), placement.place(coordinate.end)
     span = end - start
     barrel = start + 0.55 * span
@@ -149,7 +158,7 @@ def drive_strokes(coordinate: Coordinate, placement: Placement, size: float) -> 
 
 
 def wheel_points(placement: Placement) -> np.ndarray:
-    """Points of the wheels of couplings and of cams, for the region of a picture, shape (points, 2) [m]."""
+    """Return points of coupling wheels and of cams, for the region of a picture, shape (points, 2) [m]."""
     strokes = [stroke for part in placement.mechanism.couplings for stroke in coupling_strokes(part, placement, 0.0)[0]]
     cams: list[Any] = [part for part in placement.mechanism.components if isinstance(part, Cam)]
     for cam in cams:
@@ -158,7 +167,7 @@ def wheel_points(placement: Placement) -> np.ndarray:
 
 
 def _anchor(coordinate: Coordinate, placement: Placement) -> np.ndarray:
-    """The pivot of an angle, the point of a slide, or the middle of a distance, shape (samples, 2) [m]."""
+    """Return the pivot of an angle, the point of a slide, or the middle of a distance, shape (samples, 2) [m]."""
     if isinstance(coordinate, RelativeAngle):
         bodies = coordinate.bodies if coordinate.body != GROUND else coordinate.bodies[::-1]
         joints = (joint for joint in placement.mechanism.joints if {joint.journal[0], joint.bearing[0]} == set(bodies))
@@ -170,28 +179,30 @@ def _anchor(coordinate: Coordinate, placement: Placement) -> np.ndarray:
     return 0.5 * ends
 
 
-def _unit(angle: np.ndarray) -> np.ndarray:
+def _unit_vector(angle: np.ndarray) -> np.ndarray:
     return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
 
 
 def _wheel(angle: RelativeAngle, centre: np.ndarray, radius: float, placement: Placement) -> np.ndarray:
-    """A pitch circle with a line to where the body points."""
-    rim = centre[:, None] + radius * _unit(placement.angle(angle.body)[:, None] + CIRCLE)
+    """Return a pitch circle with a radius line that turns with the body."""
+    rim = centre[:, None] + radius * _unit_vector(placement.angle(angle.body)[:, None] + CIRCLE_ANGLES)
     return np.concatenate([centre[:, None], rim], axis=1)
 
 
 def _belt(centres: list[np.ndarray], radii: tuple[float, float]) -> Strokes:
-    """Both outer tangents of two circles."""
+    """Return both outer tangents of two circles."""
     span = centres[1] - centres[0]
     distance = np.linalg.norm(span, axis=-1)
     along = np.arctan2(span[:, 1], span[:, 0])
     lean = np.arccos(np.clip((radii[0] - radii[1]) / distance, -1.0, 1.0))
     return tuple(
-        np.stack([centre + radius * _unit(along + side * lean) for centre, radius in zip(centres, radii, strict=True)], axis=1)
+        np.stack(
+            [centre + radius * _unit_vector(along + side * lean) for centre, radius in zip(centres, radii, strict=True)], axis=1
+        )
         for side in (1.0, -1.0)
     )
 
 
-def _head(tip: np.ndarray, along: np.ndarray, size: float) -> np.ndarray:
-    wings: list[Any] = [tip - 0.9 * size * _unit(along + side) for side in (0.45, -0.45)]
+def _arrow_head(tip: np.ndarray, along: np.ndarray, size: float) -> np.ndarray:
+    wings: list[Any] = [tip - 0.9 * size * _unit_vector(along + side) for side in (0.45, -0.45)]
     return np.stack([wings[0], tip, wings[1]], axis=1)

@@ -14,7 +14,7 @@ from scissordyn.analysis.scatter import velocity_acceleration
 from scissordyn.plot.file import figure_of
 from scissordyn.plot.regularity import bifurcation, stroboscopic_map
 from scissordyn.plot.regularity import velocity_acceleration as scatter
-from scissordyn.plot.style import BLUE, GREEN, GREY, IDEAL, LINE, ORANGE, VERMILION, legend, normal, panels, small
+from scissordyn.plot.style import BLUE, GREEN, GREY, IDEAL, LINE_WIDTH, ORANGE, VERMILION, legend, normal, panels, small
 from scissordyn_paper.cases import ARRAY, CLEARANCES, CONTROLLED, FRICTION, PaperCase
 from scissordyn_paper.controlled import MANOEUVRES, ControlledRun
 from scissordyn_paper.measures import JOINT
@@ -85,14 +85,14 @@ def draw_torques(runs: Mapping[PaperCase, xr.Dataset], controlled: Mapping[Contr
         ("concentric start, no control", PaperCase(ARRAY), BLUE),
         ("constrained contact", PaperCase(ARRAY, constrained=True), VERMILION),
     ):
-        stroke.plot(milli, 1e-3 * runs[case]["drive_torque"].values, color=color, linewidth=LINE, label=label)
+        stroke.plot(milli, 1e-3 * runs[case]["drive_torque"].values, color=color, linewidth=LINE_WIDTH, label=label)
     stroke.plot(milli, 1e-3 * ideal["drive_torque"].values, label="ideal joints", **IDEAL)
     stroke.set(ylabel="torque [kN·m]", xlabel="time [ms]")
     stroke.set_title(f"(a) stroke, {1e3 * ARRAY:g} mm", loc="left", fontsize=normal())
 
     for size, color in zip(CONTROLLED, COLOURS, strict=True):
         more = runs[PaperCase(size, constrained=True)]["drive_torque"].values - ideal["drive_torque"].values
-        difference.plot(milli, more, color=color, linewidth=LINE, label=f"{1e3 * size:g} mm")
+        difference.plot(milli, more, color=color, linewidth=LINE_WIDTH, label=f"{1e3 * size:g} mm")
     difference.set(ylabel="torque [N·m]", xlabel="time [ms]")
     difference.set_title("(b) constrained contact: torque above that of ideal joints", loc="left", fontsize=normal())
 
@@ -104,7 +104,7 @@ def draw_torques(runs: Mapping[PaperCase, xr.Dataset], controlled: Mapping[Contr
         ("feed-forward, feedback", steered, "control_torque", VERMILION),
     ):
         torque = run[name].values.reshape(run.sizes["time"], -1).sum(axis=1)
-        deployment.plot(run["time"].values, torque, color=color, linewidth=LINE, label=label)
+        deployment.plot(run["time"].values, torque, color=color, linewidth=LINE_WIDTH, label=label)
     deployment.plot(wanted["time"].values, wanted["drive_torque"].values, label="ideal joints", **IDEAL)
     deployment.set(ylabel="torque [N·m]", xlabel="time [s]")
     deployment.set_title(f"(c) {MANOEUVRES['deployment'].title}", loc="left", fontsize=normal())

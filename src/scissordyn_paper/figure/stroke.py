@@ -15,7 +15,7 @@ from scissordyn.plot.file import figure_of
 from scissordyn.plot.joint import orbit
 from scissordyn.plot.over_time import response
 from scissordyn.plot.scale import Scale, engineering
-from scissordyn.plot.series import compare, finish, time_scale
+from scissordyn.plot.series import compare, finish_time_axes, time_scale
 from scissordyn.plot.style import BLUE, GREEN, IDEAL, VERMILION, legend, normal, panels
 from scissordyn_paper.cases import PaperCase
 from scissordyn_paper.measures import JOINT
@@ -49,7 +49,7 @@ def draw_loads(runs: Runs, cases: Sequence[PaperCase]) -> Figure:
             label = f"{case.rpm} rpm" if by_speed else case.words
             compare(axes, name, curve, None, scale=scale, time=time, color=color, labels=(label, ""))
         axes.set_title(f"({letter}) {name}", loc="left", fontsize=normal())
-    finish(drawn, runs[cases[0]], time)
+    finish_time_axes(drawn, runs[cases[0]], time)
     legend(drawn, above=True)
     return figure_of(drawn)
 

@@ -43,7 +43,7 @@ def test_a_four_bar_moves_as_the_one_that_is_described():
     other = sd.four_bar(**lengths, angle=math.atan2(40, 30))
     exact = sd.simulate(other.driven(speed=sd.rpm(60)), until=1.0, samples=50)
     assert run["angle"].sel(body="bar 2").values == pytest.approx(exact["angle"].sel(body="coupler").values, abs=1e-9)
-    assert any("1 TEXT left out, because it is no bar" in note for note in notes)
+    assert any("1 TEXT left out: it is not a bar" in note for note in notes)
     assert any("kg/m along each bar is assumed" in note for note in notes)
 
 
@@ -105,7 +105,7 @@ def test_the_mass_of_a_polyline_is_that_of_its_sides_without_overlaps(corners, c
     assert body.inertia == pytest.approx(
         sum(m * ((a - b) @ (a - b) / 12 + r @ r) for m, (a, b), r in zip(masses, rods, arms, strict=True))
     )
-    assert any(note.startswith("1 LWPOLYLINE left out, because it is curved") for note in notes)
+    assert any(note.startswith("1 LWPOLYLINE left out: it is curved") for note in notes)
 
 
 def arcs_only():
@@ -118,8 +118,8 @@ def arcs_only():
 @pytest.mark.parametrize(
     ("content", "options", "said"),
     [
-        (arcs_only(), {}, "without lines that are bars; it has 2 ARC"),
-        ("not a drawing", {}, "no DXF"),
+        (arcs_only(), {}, "the DXF has no line that is a bar; it has 2 ARC"),
+        ("not a drawing", {}, "cannot read the DXF"),
         (text(four_bar()[0]), {"unit": "cm"}, "unit 'cm', but the DXF says 'mm'"),
         (text(four_bar()[0]), {"unit": "parsec"}, "unit 'parsec'"),
         (text(drawing(0)[0]), {}, "without a unit of length"),

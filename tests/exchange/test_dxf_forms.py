@@ -147,7 +147,7 @@ def test_a_reference_hides_what_its_layer_hides():
         reference = document.modelspace().add_blockref("PAIR", (0, 0), dxfattribs=attributes)
         mechanism, notes = drawn(document)
         counts.append(len(mechanism.bodies) - 5)
-        hidden = [note for note in notes if "LINE left out, because" in note]
+        hidden = [note for note in notes if "LINE left out: " in note]
         assert len(hidden) == bool(attributes)
         assert all("of block 'PAIR'" in note for note in hidden)
         document.modelspace().delete_entity(reference)
@@ -165,7 +165,7 @@ def test_old_polylines_are_read():
     document.modelspace().add_polyline2d([(0, 0, 0.5), (9, 9, 0)], format="xyb")
     mechanism, notes = drawn(document, unit="mm")
     assert structure(mechanism)[1] == structure(drawn(plain()).mechanism)[1]
-    assert any(note.startswith("1 POLYLINE left out, because it is curved") for note in notes)
+    assert any(note.startswith("1 POLYLINE left out: it is curved") for note in notes)
     bare = "0 SECTION 2 ENTITIES 0 ARC 8 0 10 3 20 4 40 1 50 0 51 9 0 LINE 8 0 10 0 20 0 11 8 21 6 0 ENDSEC 0 EOF "
     assert any(note.endswith("ARC at (3, 4)") for note in sd.read_dxf(bare.replace(" ", "\n"), unit="mm").notes)
 
@@ -210,10 +210,10 @@ def test_old_polylines_are_read():
             lambda s: s.add_line((9, 9), (90, 9), dxfattribs={"layer": "input"}),
             "bar 3, bar 6 on layer 'input': only the first one is driven",
         ),
-        (lambda s: s.add_arc((0, 0), 5, 0, 90), "1 ARC left out, because it is no bar, pin or guide: ARC {}"),
+        (lambda s: s.add_arc((0, 0), 5, 0, 90), "1 ARC left out: it is not a bar, pin or guide: ARC {}"),
         (
             lambda s: s.add_ellipse((0, 0), (5, 0), 0.5, 0, 3),
-            "1 ELLIPSE left out, because it is no bar, pin or guide: ELLIPSE {}",
+            "1 ELLIPSE left out: it is not a bar, pin or guide: ELLIPSE {}",
         ),
     ],
 )
@@ -240,8 +240,8 @@ def test_other_layouts_references_and_attributes_are_named():
     XClip(reference).set_block_clipping_path([(0, 0), (20, 20)])
     notes = "\n".join(drawn(document).notes)
     assert "layout 'Layout1' left out (1 entities): only the model space is read" in notes
-    assert "1 INSERT left out, because block 'XREF' is in another file" in notes
-    assert "1 ATTRIB left out, because it is no bar, pin or guide" in notes
+    assert "1 INSERT left out: block 'XREF' is in another file" in notes
+    assert "1 ATTRIB left out: it is not a bar, pin or guide" in notes
     assert "clipping (XCLIP) of INSERT" in notes
 
 

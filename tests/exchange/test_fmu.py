@@ -29,7 +29,7 @@ from fmpy.validation import validate_fmu  # noqa: E402
 
 LOOSE = sd.Clearance(5e-4, friction=sd.LuGre(kinetic=0.05))
 
-QUICK = tuple("-O0" if flag == "-O2" else flag for flag in pack.FLAGS)  # Compilers take a fifth of the time so
+QUICK = tuple("-O0" if flag == "-O2" else flag for flag in pack.COMPILER_FLAGS)  # Compilers take a fifth of the time so
 
 
 def crane():
@@ -103,7 +103,7 @@ def units(tmp_path_factory):
         mechanism, until = CASES[name]
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(driver, "make_history", lambda signals: make_history(signals, steps=3000))
-            patch.setattr(pack, "FLAGS", QUICK)
+            patch.setattr(pack, "COMPILER_FLAGS", QUICK)
             content = pack.fmu(mechanism, sd.Options(until=until, **OURS[name]), name=name)
         (folder / f"{name}.fmu").write_bytes(content)
         return str(folder / f"{name}.fmu")
@@ -409,7 +409,7 @@ def test_change_point_is_refused(tmp_path, monkeypatch, capfd):
     """Contract: a unit, which makes no steps across singular positions, ends short of one and says where."""
     from benchmarks.change_points import linkage
 
-    monkeypatch.setattr(pack, "FLAGS", QUICK)
+    monkeypatch.setattr(pack, "COMPILER_FLAGS", QUICK)
     mechanism = linkage((4.0, 1.0, 3.0, 2.0), math.pi - 0.2, -1.0, "driven", 1.0)
     unit = tmp_path / "unit.fmu"
     unit.write_bytes(pack.fmu(mechanism, sd.Options(until=1.0), name="unit"))

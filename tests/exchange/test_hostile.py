@@ -71,7 +71,7 @@ def test_what_the_library_says_is_a_note(capfd: pytest.CaptureFixture[str]) -> N
     twice = re.sub(r"\n  5\n30\n", "\n  5\n2F\n", foreign)
     notes = sd.read_dxf(twice).notes
     assert any(note.startswith("ezdxf: Found non-unique entity handle") for note in notes)
-    assert any(note.startswith("1 RPOLYGON left out, because it is no bar, pin or guide") for note in notes)
+    assert any(note.startswith("1 RPOLYGON left out: it is not a bar, pin or guide") for note in notes)
     assert capfd.readouterr() == ("", "")
     assert not any("ezdxf" in note for note in drawn(plain()).notes)
 
@@ -83,11 +83,11 @@ def test_what_the_library_says_is_a_note(capfd: pytest.CaptureFixture[str]) -> N
         ("a.dxf", b"AC1032\0\0", "is a DWG; allowed: a drawing in DXF"),
         ("a.csv", b"PK\x03\x04", "is a workbook or a ZIP archive"),
         ("a.ods", b"PK\x03\x04", "is a workbook"),
-        ("a.csv", b"\xff\xfen", "the text is not in utf-16"),
+        ("a.csv", b"\xff\xfen", "is not valid utf-16"),
         ("a.xml", b"<?xml version='1.0' encoding='klingon'?><mujoco/>", "encoding 'klingon' of the file"),
-        ("a.xml", b"<?xml version='1.0' encoding='ascii'?><mujoco model='\xe4'/>", "the text is not in ascii"),
+        ("a.xml", b"<?xml version='1.0' encoding='ascii'?><mujoco model='\xe4'/>", "is not valid ascii"),
         ("a.csv", None, f"has more than {SIZE_MAX // 2**20} MiB"),
-        ("a.pmks", b"?" + b"0." * 30_000, "a link of PMKS+ with more than 50000 characters"),
+        ("a.pmks", b"?" + b"0." * 30_000, "the link of PMKS+ has more than 50000 characters"),
     ],
 )
 def test_files_of_other_kinds(
@@ -131,4 +131,4 @@ def test_text_of_a_dxf_is_in_its_code_page(version: str, encoding: str, layer: s
     document.modelspace().add_line((0, 0), (0, 1), dxfattribs={"layer": layer})
     path = tmp_path / "a.dxf"
     path.write_bytes(text(document).encode(encoding))
-    assert any(f"because layer '{layer}' is off" in note for note in sd.read_drawing(path).notes)
+    assert any(f"left out: layer '{layer}' is off" in note for note in sd.read_drawing(path).notes)

@@ -75,7 +75,7 @@ def test_a_loop_closed_by_connections_is_a_slider_crank():
     other = sd.simulate(sd.slider_crank(crank=0.3, rod=0.8).driven(speed=5.0), until=1.0, samples=40)
     assert run["angle"].sel(body="rod").values == pytest.approx(other["angle"].sel(body="rod").values, abs=1e-9)
     assert mechanism.components[0].damping == 0.1
-    for left_out in ("1 <motor> left out: line 21", "geoms that may touch"):
+    for left_out in ("1 <motor> left out: line 21", "geoms with contact"):
         assert any(left_out in note for note in notes)
 
 
@@ -92,12 +92,12 @@ def test_a_urdf_is_a_chain():
 @pytest.mark.parametrize(
     ("content", "said"),
     [
-        ("<mujoco>", "no model of MuJoCo"),
-        ('<mujoco><include file="/etc/passwd"/></mujoco>', "line 1: <include file='/etc/passwd'> names a further file"),
+        ("<mujoco>", "cannot read the model"),
+        ('<mujoco><include file="/etc/passwd"/></mujoco>', "line 1: <include file='/etc/passwd'> refers to another file"),
         ('<mujoco><worldbody><body><joint type="ball"/><geom size="1"/></body></worldbody></mujoco>', "1 ball joints"),
         (
             DOUBLE.replace('name="knee" type="hinge" axis="0 1 0"', 'name="knee" type="hinge" axis="0 0 1"'),
-            "hinges 'hip' and 'knee' are at 90 deg",
+            "hinges 'hip' and 'knee' form an angle of 90 deg",
         ),
         (
             CRANK.replace('name="track" type="slide" axis="1 0 0"', 'name="track" type="slide" axis="1 0 1"'),
@@ -162,7 +162,7 @@ def test_a_urdf_with_a_mesh_to_look_at_and_a_loop():
     mechanism, notes = sd.read_mjcf(text)
     assert [body.name for body in mechanism.bodies] == ["arm"]
     assert "1 <constraint_joint> left out: 'closure' (line 4)" in notes
-    assert "joint 'closure' (line 4) left out: a loop that it closes is open here" in notes
+    assert "joint 'closure' (line 4) left out: if it closes a loop, the loop is open here" in notes
 
 
 SLIDING = """<mujoco><compiler angle="radian"/><option gravity="0 0 -9.81" timestep="1e-4" integrator="RK4"/>

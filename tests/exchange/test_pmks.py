@@ -196,12 +196,15 @@ def test_a_link_of_the_earlier_form_has_the_forces_that_pmks_shows():
 @pytest.mark.parametrize(
     ("address", "said"),
     [
-        ("https://app.pmksplus.com/", "is no link of PMKS+"),
-        ("https://example.org/?q=1", "is no link of PMKS+"),
+        ("https://app.pmksplus.com/", "is not a link of PMKS+"),
+        ("https://example.org/?q=1", "is not a link of PMKS+"),
         (GOOD[:-4] + GOOD[-3:], "is damaged"),
-        (linkage(CRANK_ROCKER, FOUR_BARS, "AD", "A", decimals="TY,Fe,Fe"), "a later version"),
-        (links.link(["-A,A,0,0,0", links.joint("B", (1, 0))], [links.bar("AB", "AB", 1, 1, (0, 0))]), "a later version"),
-        (links.link([links.joint("A", (0, 0)), links.joint("B", (1, 0))], ["zRAB,AB,Fe,Fe,0,0,,A,B,,"]), "a later version"),
+        (linkage(CRANK_ROCKER, FOUR_BARS, "AD", "A", decimals="TY,Fe,Fe"), "later version of PMKS"),
+        (links.link(["-A,A,0,0,0", links.joint("B", (1, 0))], [links.bar("AB", "AB", 1, 1, (0, 0))]), "later version of PMKS"),
+        (
+            links.link([links.joint("A", (0, 0)), links.joint("B", (1, 0))], ["zRAB,AB,Fe,Fe,0,0,,A,B,,"]),
+            "later version of PMKS",
+        ),
         (links.link([links.joint("A", (0, 0)), links.joint("B", (1, 0))], [], units="9011"), "units"),
         (
             links.link([links.joint("A", (0, 0), PRISMATIC), links.joint("B", (1, 0))], [links.bar("AB", "AB", 1, 1, (0, 0))]),
@@ -209,13 +212,13 @@ def test_a_link_of_the_earlier_form_has_the_forces_that_pmks_shows():
         ),
         (
             links.link([links.joint("A", (0, 0)), links.joint("B", (1, 0))], [links.bar("AB", "AC", 1, 1, (0, 0))]),
-            "through 'C'",
+            "unknown joint 'C'",
         ),
         (earlier().replace("B,1.67,0.99,,R", "B,1.67,0.99,,P"), "joint 'B', which slides"),
         (earlier(speed="10,false,false,furlong"), "unit 'furlong'"),
         (earlier().replace("1.67", "x"), "'x' in the link"),
-        (earlier(force="F1,GF,1,1,1,1,t,true,0,100"), "without direction"),
-        (earlier().partition("&l=")[0], "without links"),
+        (earlier(force="F1,GF,1,1,1,1,t,true,0,100"), "has no direction"),
+        (earlier().partition("&l=")[0], "has no links"),
     ],
 )
 def test_what_cannot_be_understood_is_one_line(address, said):

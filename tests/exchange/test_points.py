@@ -41,15 +41,15 @@ def test_other_columns(delimiter: str) -> None:
     [
         (
             "x,y\n0,1\n",
-            "a table of points without the column 'name'; allowed: name, x, y, bars, support; type: name,x,y,bars,support",
+            "the table of points has no column 'name'; allowed: name, x, y, bars, support; type: name,x,y,bars,support",
         ),
         (TABLE.replace("900", "wide"), r"x = 'wide' \(line 3\); allowed: a number"),
         (
             TABLE.replace("fixed", "welded"),
-            r"support 'welded' of point 'O' \(line 2\); allowed: fixed, slide ANGLE, or nothing",
+            r"unknown support 'welded' of point 'O' \(line 2\); allowed: fixed, slide ANGLE, or nothing",
         ),
-        (TABLE.replace("left right", "left"), "bar 'right' has one point only, 'Q'; allowed: two points or more of each bar"),
-        (TABLE + "O,1,1,,\n", r"point 'O' given twice \(line 5\); allowed: each point once"),
+        (TABLE.replace("left right", "left"), "bar 'right' has only one point, 'Q'; allowed: two points or more of each bar"),
+        (TABLE + "O,1,1,,\n", r"point 'O' is given twice \(line 5\); allowed: each point once"),
     ],
 )
 def test_refused(text: str, line: str) -> None:
@@ -64,7 +64,7 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "note: no gravity and no drive" in capsys.readouterr().out
     assert sd.read_case(case).mechanism.bodies == sd.read_points(TABLE, unit="mm").mechanism.bodies
     assert status_of(["import", str(path), "--unit", "furlong", "-o", str(case)]) == 2
-    assert "unit 'furlong' of a table; allowed: mm, cm, dm, m, um, in, ft" in capsys.readouterr().err
+    assert "unknown unit 'furlong' of a table; allowed: mm, cm, dm, m, um, in, ft" in capsys.readouterr().err
 
 
 ARMS = """name,x,y,bars,support
@@ -194,13 +194,13 @@ def test_encodings(encoding: str, said: str, tmp_path: Path) -> None:
     ("text", "said"),
     [
         (TABLE.replace("900,500", "900,5,500,5"), r"line 3 of the table has 7 cells for 5 columns"),
-        (TABLE.replace("support", "x"), "2 columns 'x' in a table of points"),
-        (TABLE.replace("O,0", ",0"), r"a point without a name \(line 2\)"),
-        (TABLE.replace("left right", "left.1 left_1"), r"'left_1' \(line 3\) beside 'left.1'"),
+        (TABLE.replace("support", "x"), "the table of points has 2 columns 'x'"),
+        (TABLE.replace("O,0", ",0"), r"line 2: the point has no name"),
+        (TABLE.replace("left right", "left.1 left_1"), r"'left_1' \(line 3\) and 'left.1' both become 'left_1'"),
         (TABLE.replace("slide 0", "slide far"), r"the angle of a slide = 'far' \(line 4\)"),
-        (TABLE.replace("slide 0", "slide 3 grad"), r"support 'slide 3 grad' of point 'Q' \(line 4\)"),
-        ("name,x,y,bars\nA,0,0,\nB,1,0,\n", "a table of points without bars"),
-        ("", "without the column 'name'"),
+        (TABLE.replace("slide 0", "slide 3 grad"), r"unknown support 'slide 3 grad' of point 'Q' \(line 4\)"),
+        ("name,x,y,bars\nA,0,0,\nB,1,0,\n", "the table of points has no bars"),
+        ("", "has no column 'name'"),
         ('name,x,y,bars\nA,0,0,"' + "a" * 200_000, "field larger than field limit"),
         ("name,x,y,bars\n" + "\n".join(f"P{k},{k},0,a" for k in range(10_001)), "more than 10000 points"),
     ],

@@ -127,7 +127,7 @@ def test_rounded_right_angles_are_read_with_a_note(first, axis, second, other, s
 
 def test_hinges_that_are_not_parallel_are_an_error():
     """Contract: beyond roundings the two joints are named with their angle."""
-    with pytest.raises(InputError, match=r"hinges 'j' and 'k' are at 1\.146 deg to each other"):
+    with pytest.raises(InputError, match=r"hinges 'j' and 'k' form an angle of 1\.146 deg"):
         sd.read_mjcf(ARMS.format("", "0 0 0", "0 1 0", "0.02 0 0", "0 1 0", ""))
 
 
@@ -274,12 +274,12 @@ def test_a_default_namespace_and_lines_of_errors():
     [
         (
             "<gazebo><joint name='c' type='revolute'><parent>arm</parent><child>base</child></joint></gazebo>",
-            "joint 'c' (line 1) in <gazebo> between 'arm' and 'base' left out: a loop that it closes is open here",
+            "joint 'c' (line 1) in <gazebo> between 'arm' and 'base' left out: if it closes a loop, the loop is open here",
         ),
         ("\n<gazebo reference='arm'><material>Red</material></gazebo>", "1 <gazebo> left out: line 2"),
         (
             "<d:loop_joint xmlns:d='d' name='c'><parent link='arm'/><child link='base'/></d:loop_joint>",
-            "joint 'c' (line 1) between 'arm' and 'base' left out: a loop that it closes is open here",
+            "joint 'c' (line 1) between 'arm' and 'base' left out: if it closes a loop, the loop is open here",
         ),
         ("<transmission name='t'><joint name='j'/></transmission>", "1 <transmission> left out: 't' (line 1)"),
     ],
@@ -342,7 +342,7 @@ def test_included_files_are_part_of_the_model(tmp_path):
         ("zero.xml", "line 1: 'zero.xml' is outside the folder of the model"),
         ("itself.xml", "line 1: 'itself.xml' is included twice"),
         ("none.xml", "No such file or directory"),
-        ("broken.xml", "no model of MuJoCo: no element found"),
+        ("broken.xml", "cannot read the model: no element found"),
     ],
 )
 def test_includes_that_are_not_read(file, said, tmp_path):
@@ -364,7 +364,7 @@ FLEX = '<flexcomp name="f" type="grid" count="1000000 1000000 1" spacing=".1 .1 
 def test_bodies_that_are_not_made_are_named():
     """Contract: 10^12 particles are one note."""
     (note,) = (note for note in sd.read_mjcf(arm(f'<joint axis="0 1 0"/>{FLEX}')).notes if "flexcomp" in note)
-    assert note == "1 <flexcomp> left out, with the bodies that it makes: 'f' (line 2)"
+    assert note == "1 <flexcomp> left out, with the bodies that it generates: 'f' (line 2)"
 
 
 @pytest.mark.parametrize(
@@ -377,18 +377,18 @@ def test_bodies_that_are_not_made_are_named():
             f"more than {BODIES_MAX} bodies",
         ),
         ("<mujoco><worldbody>" + "<body/>" * (BODIES_MAX + 1) + "</worldbody></mujoco>", f"more than {BODIES_MAX} bodies"),
-        ("<mujoco>" + "<a>" * 100_000, f"within more than {DEPTH_MAX} elements"),
+        ("<mujoco>" + "<a>" * 100_000, f"nested in more than {DEPTH_MAX} elements"),
         ('<!DOCTYPE m [<!ENTITY a "b">]><mujoco>&a;</mujoco>', "line 1 of the model declares a document type"),
         (
             "<mujoco><asset><mesh name='m' builtin='sphere'/></asset><worldbody><geom mesh='m'/></worldbody></mujoco>",
             "<mesh builtin>",
         ),
-        ("<robot name='r'><xacro:arm xmlns:xacro='x'/></robot>", "line 1: <xacro:arm> in a URDF"),
-        ("<sdf/>", "its root is <sdf>"),
+        ("<robot name='r'><xacro:arm xmlns:xacro='x'/></robot>", "line 1: the URDF contains <xacro:arm>"),
+        ("<sdf/>", "the root of the model is <sdf>"),
         (arm('<joint name="inf" axis="0 1 0" ref="-NaN"/>'), "line 2: ref = '-NaN' of <joint>"),
         (arm('<joint axis="0 1 0" pos="0 inf 0"/>'), "line 2: pos = '0 inf 0' of <joint>"),
-        ("<mujoco>\0</mujoco>", "no model of MuJoCo"),
-        (arm("<freejoint/>"), "without hinges and slides"),
+        ("<mujoco>\0</mujoco>", "cannot read the model"),
+        (arm("<freejoint/>"), "has no hinges and no slides"),
     ],
 )
 def test_models_without_bounds_are_one_line(text, said):

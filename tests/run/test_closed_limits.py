@@ -15,7 +15,7 @@ from scissordyn.kinematics.branching import drive_warnings
 from scissordyn.kinematics.path import instants, path_of
 from scissordyn.kinematics.singular import CHANGE, LOCKING, NEAR
 from scissordyn.plan.plan import plan
-from scissordyn.plot.stroke import MARKS, kinematics
+from scissordyn.plot.stroke import SINGULAR_LINE_STYLES, kinematics
 
 GAPS = (0.0, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, -1e-7, -1e-6, -1e-5, -1e-4, -1e-3)
 """By how much lengths miss the change point; negative: the input is at a limit before it."""
@@ -171,7 +171,7 @@ def test_many_random_mechanisms(make: Generator) -> None:
 
 def test_every_kind_is_drawn() -> None:
     """Contract: the figure of the kinematics has a line style for each kind of singular position."""
-    assert set(MARKS) == {CHANGE, LOCKING, NEAR}
+    assert set(SINGULAR_LINE_STYLES) == {CHANGE, LOCKING, NEAR}
     passing = sd.four_bar(ground=1.0, crank=0.4, coupler=0.9, rocker=0.5001, angle=1.0).driven(speed=3.0)
     ideal = sd.ideal_kinematics(passing, until=1.0, samples=51)
     assert ideal["singular_kind"].values.tolist() == [NEAR]

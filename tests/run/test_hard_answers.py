@@ -129,7 +129,7 @@ def test_a_batch_that_names_no_measures_has_forces_of_its_contacts(kinds: tuple[
 
 def test_what_hard_contact_does_not_have_is_refused_in_one_line() -> None:
     """Bad input: an FMU, and a requirement on forces that impacts do not have."""
-    with pytest.raises(InputError, match="joint 'A' with hard contact, for which an FMU has no equations"):
+    with pytest.raises(InputError, match="joint 'A' has hard contact, which an FMU does not support"):
         fmu(array("hard"), Options(until=0.01), sources_only=True)
     with pytest.raises(InputError, match="'peak_force' of joint 'A', whose contact is hard: its impacts have no largest force"):
         sd.study(array("hard"), {"A.clearance": (1e-4, 5e-4)}, until=0.01, requirements={"peak_force": 500.0}, points=2)

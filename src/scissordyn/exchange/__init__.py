@@ -1,1 +1,1 @@
-"""Mechanisms that other programs drew, and mechanisms and forces for other programs."""
+"""Read mechanisms from files of other programs, and write mechanisms and forces for other programs."""

@@ -1,8 +1,8 @@
-"""The assembled mechanism in a DXF of its parts: a block that is not inserted, which `import` reads.
+"""Write the assembled mechanism into the DXF of its parts, as a block that is not inserted; `import` reads this block.
 
-Bars are polylines through their pins, points on layer ``pins`` join two bodies, those on layer ``ground`` are fixed, and lines
-on layer ``guide`` lead a pin. Names, masses
-and what is joined are extended data (XDATA) of these entities, in JSON.
+Bars are polylines through their pins. Points on layer ``pins`` join two bodies, points on layer ``ground`` are fixed, and lines
+on
+layer ``guide`` are guides. Names, masses and joined bodies are extended data (XDATA) of these entities, in JSON.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from scissordyn.model.body import Body
 from scissordyn.model.mechanism import Mechanism
 
 BLOCK = "scissordyn_assembly"
-APPLICATION = "SCISSORDYN"  # Of the extended data
-CHUNK = 240  # Characters of one string of extended data, of at most 255
+APPLICATION = "SCISSORDYN"  # Application name of the extended data
+CHUNK_LENGTH = 240  # Characters of one string of extended data; DXF allows 255
 
 EXPECTED = "a DXF that scissordyn export wrote, with its data"
 
 
 def assemble(mechanism: Mechanism) -> dict[str, Body] | None:
-    """The bodies with their positions and angles at the start; None if they cannot be assembled."""
+    """Return the bodies with their positions and angles at the start; None if they cannot be assembled."""
     from scissordyn.exchange.mjcf_text import place_bodies
 
     try:
@@ -43,7 +43,7 @@ def assemble(mechanism: Mechanism) -> dict[str, Body] | None:
 
 
 def left_out(mechanism: Mechanism) -> list[str]:
-    """What of a mechanism is not in its DXF."""
+    """Return a line for each part of a mechanism that its DXF does not contain."""
     if assemble(mechanism) is None:
         return ["the assembly: left out of the DXF, as the bodies cannot be assembled"]
     parts: dict[str, tuple[Any, ...]] = {
@@ -73,7 +73,7 @@ def add_assembly(document: Any, mechanism: Mechanism) -> None:
 
     def add(entity: Any, **data: Any) -> None:
         text = json.dumps(data)
-        entity.set_xdata(APPLICATION, [(1000, text[k : k + CHUNK]) for k in range(0, len(text), CHUNK)])
+        entity.set_xdata(APPLICATION, [(1000, text[k : k + CHUNK_LENGTH]) for k in range(0, len(text), CHUNK_LENGTH)])
 
     def mm(place: Point) -> Point:
         return 1e3 * place[0], 1e3 * place[1]
@@ -112,13 +112,13 @@ def add_assembly(document: Any, mechanism: Mechanism) -> None:
 
 
 def _unguided(mechanism: Mechanism) -> list[Body]:
-    """Bodies that do not rotate and that no guide leads."""
+    """Return the bodies that neither rotate nor follow a guide."""
     guided = {guide.follower[0] for guide in mechanism.guides}
     return [body for body in mechanism.bodies if not body.rotates and body.name not in guided]
 
 
 def _pins(mechanism: Mechanism, places: Mapping[str, Body]) -> tuple[dict[BodyPoint, str], dict[str, Point]]:
-    """The pin at each point of a body, which joined points share, and the places of the pins."""
+    """Return the pin of each body point, and the position of each pin; joined points share a pin."""
     at = {(GROUND, point): place for point, place in mechanism.ground}
     at |= {(body.name, point): places[body.name].place(point) for body in mechanism.bodies for point in body.points}
     group = {point: {point} for point in at}
@@ -142,20 +142,20 @@ def _pins(mechanism: Mechanism, places: Mapping[str, Body]) -> tuple[dict[BodyPo
 
 
 def _common_start(names: list[str]) -> str:
-    """The letters with which all names begin, such as "A" of "A 1" and "A 2"."""
+    """Return the common start of all names, for example "A" for "A 1" and "A 2"."""
     first, last = min(names, default=""), max(names, default="")
     return first[: next((k for k, pair in enumerate(zip(first, last, strict=False)) if pair[0] != pair[1]), None)].strip()
 
 
 def assembly_of(document: Any) -> Any:
-    """The block with the assembly, if the drawing has one that is not inserted."""
+    """Return the block with the assembly; None if the drawing has none, or if it is inserted."""
     if BLOCK not in document.blocks or any(insert.dxf.name == BLOCK for insert in document.modelspace().query("INSERT")):
         return None
     return document.blocks.get(BLOCK)
 
 
 def read_assembly(block: Any, factor: float, notes: list[str]) -> Mechanism:
-    """The mechanism of the entities that `add_assembly` wrote."""
+    """Return the mechanism from the entities that `add_assembly` wrote."""
     pins: dict[str, Point] = {}
     fixed: list[str] = []
     bars: list[DrawnBar] = []
@@ -194,7 +194,7 @@ def _entities(block: Any, factor: float) -> Iterator[tuple[dict[str, Any], list[
     """Yield the data of each entity and its corners [m]."""
     for entity in block:
         if not entity.has_xdata(APPLICATION):
-            raise ValueError(f"{entity.dxftype()} {entity.dxf.handle} has none")
+            raise ValueError(f"{entity.dxftype()} {entity.dxf.handle} has no extended data")
         data = json.loads("".join(str(tag.value) for tag in entity.get_xdata(APPLICATION) if tag.code == 1000))
         kind = entity.dxftype()
         if kind == "LWPOLYLINE":

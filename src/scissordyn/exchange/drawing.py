@@ -1,4 +1,4 @@
-"""What drawings of linkages have in common: pins, bars, blocks that slide, and the mechanism that they describe."""
+"""Represent a drawn linkage by pins, bars and sliding blocks, and build its mechanism."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ from scissordyn.model.linkage import common_pin
 from scissordyn.model.mechanism import Mechanism
 
 UNITS = {"mm": 1e-3, "cm": 1e-2, "dm": 0.1, "m": 1.0, "um": 1e-6, "in": 0.0254, "ft": 0.3048}
-"""Units of length of drawings and tables [m]."""
+"""Length units of drawings and tables [m]."""
 
-LINEAR_DENSITY = 1.0  # Mass of a drawn bar whose mass nobody gave [kg/m]
+LINEAR_DENSITY = 1.0  # Default mass per length of a drawn bar [kg/m]
 
 
 class Imported(NamedTuple):
-    """A mechanism that was read from the file or the link of another program.
+    """Mechanism read from a file or link of another program.
 
     Parameters
     ----------
     mechanism : Mechanism
     notes : tuple of str
-        What was not understood and left out, and what the source does not say and was assumed; one line each.
+        Parts that were left out, and values that were assumed; one line each.
     """
 
     mechanism: Mechanism
@@ -40,7 +40,7 @@ class Imported(NamedTuple):
 
 
 def imported(mechanism: Mechanism, notes: Iterable[str]) -> Imported:
-    """The mechanism with notes of one line each."""
+    """Return the mechanism with its notes, each made printable."""
     return Imported(mechanism, tuple(map(printable, notes)))
 
 
@@ -49,7 +49,7 @@ class DrawnBar:
     """A rigid bar or plate between pins."""
 
     name: str
-    pins: tuple[str, ...]  # One or more; the second one gives its direction
+    pins: tuple[str, ...]  # One or more; the line from the first to the second is the bar's direction
     mass: float  # [kg]
     inertia: float  # About the mass centre [kg m^2]
     centre: Point  # Mass centre, in the plane of the drawing [m]
@@ -57,16 +57,16 @@ class DrawnBar:
 
 @dataclass(frozen=True)
 class Block:
-    """A block that slides along a line and does not rotate by itself, or a bar that slides there with one of its pins."""
+    """Block that slides along a line without rotating, or bar that slides there with one of its pins."""
 
     name: str
-    pin: str  # The pin that it carries
-    direction: float  # Of the line through the pin, in the plane of the drawing [rad]
-    mass: float = 0.0  # Of the block [kg]
-    carrier: str = GROUND  # The bar that carries the line, or the ground
-    follower: str = ""  # The bar that slides there itself, without a block
-    aligned: bool = False  # Whether that bar keeps its angle against the line
-    guide: str = ""  # Name of the line; "guide of NAME" if empty
+    pin: str  # Pin that slides
+    direction: float  # Direction of the line through the pin, in the plane of the drawing [rad]
+    mass: float = 0.0  # Mass of the block [kg]
+    carrier: str = GROUND  # Bar that carries the line, or the ground
+    follower: str = ""  # Bar that slides without a block; "" for a block
+    aligned: bool = False  # True if the follower keeps its angle to the line
+    guide: str = ""  # Name of the guide; "guide of NAME" if empty
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ class Load:
 
 
 class Pair(NamedTuple):
-    """A joint of two bodies on a pin, for a source that says who carries whom."""
+    """Joint of two bodies on a pin, for sources that state which body has the journal."""
 
     name: str
     pin: str
@@ -93,18 +93,18 @@ class Pair(NamedTuple):
 class Drawing:
     """Pins, bars and blocks in a plane."""
 
-    pins: Mapping[str, Point]  # Places [m]
-    fixed: tuple[str, ...]  # The pins on the ground
+    pins: Mapping[str, Point]  # Positions [m]
+    fixed: tuple[str, ...]  # Pins on the ground
     bars: tuple[DrawnBar, ...]
     blocks: tuple[Block, ...] = ()
     drives: Mapping[str, TimeFunction] = field(default_factory=dict)  # Prescribed angles of bars
     loads: tuple[Load, ...] = ()
     gravity: float = 0.0  # Along -y [m/s^2]
-    pairs: tuple[Pair, ...] = ()  # On their pins these are the joints
+    pairs: tuple[Pair, ...] = ()  # Joints of pins for which the source states journal and bearing
 
 
 def plain_name(name: str, taken: Iterable[str]) -> str:
-    """A name that a case file can address: without dots and slashes, and unlike those that are taken."""
+    """Return a name without dots and slashes that is not taken, so that a case file can refer to it."""
     name_so_far = "".join("_" if letter in "./*" else letter for letter in name.strip()) or "part"
     if name_so_far == GROUND:
         name_so_far = f"{name_so_far} part"
@@ -122,23 +122,23 @@ def uniform(
     density: float,
     sides: Collection[tuple[str, str]] = (),
 ) -> DrawnBar:
-    """A body made of thin straight rods along its sides, or along the shortest lines that join its pins."""
+    """Return a body made of thin uniform rods along its sides, or along the shortest lines that join its pins."""
     for pin in pins:
         check_place(f"pin '{pin}' in m", places[pin])
     legs = [(places[a], places[b]) for a, b in sides or shortest_tree(pins, places)]
     lengths = [math.dist(a, b) for a, b in legs]
     mass = density * sum(lengths)
     if not mass > 0.0:
-        raise InputError(f"bar '{name}' without length", "pins at different places")
+        raise InputError(f"bar '{name}' has no length", "pins at different places")
     middles = [(0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])) for a, b in legs]
     centre, inertia = uniform_legs(mass, lengths, middles)
     return DrawnBar(name, pins, mass, inertia, centre)
 
 
 def shortest_tree(pins: Iterable[str], places: Mapping[str, Point]) -> list[tuple[str, str]]:
-    """The lines of least total length that join pins (Prim), whatever the order of the pins.
+    """Return the lines of least total length that join the pins (Prim's algorithm), independent of the order of the pins.
 
-    For pins on one line these are the parts of that line.
+    For pins on one line these are the segments of that line.
     """
     names = sorted(set(pins), key=lambda pin: (places[pin], pin))
     xy = np.array([places[pin] for pin in names], float)
@@ -157,7 +157,7 @@ def shortest_tree(pins: Iterable[str], places: Mapping[str, Point]) -> list[tupl
 
 
 def assembled(drawing: Drawing) -> Mechanism:
-    """The mechanism of a drawing."""
+    """Return the mechanism of a drawing."""
     bodies = {bar.name: _body(bar, drawing.pins) for bar in drawing.bars}
     blocks = [block for block in drawing.blocks if not block.follower]
     for block in blocks:
@@ -193,7 +193,7 @@ def assembled(drawing: Drawing) -> Mechanism:
 
 
 def with_point_mass(bar: DrawnBar, place: Point, mass: float) -> DrawnBar:
-    """The bar with a point mass fixed to it."""
+    """Return the bar with a point mass fixed to it."""
     total = bar.mass + mass
     centre = (bar.mass * bar.centre[0] + mass * place[0]) / total, (bar.mass * bar.centre[1] + mass * place[1]) / total
     inertia = bar.inertia + bar.mass * math.dist(bar.centre, centre) ** 2 + mass * math.dist(place, centre) ** 2
@@ -201,7 +201,7 @@ def with_point_mass(bar: DrawnBar, place: Point, mass: float) -> DrawnBar:
 
 
 def _bodies_on_pins(drawing: Drawing) -> dict[str, list[BodyPoint]]:
-    """The bodies on each pin and their points: bars, then blocks, then the ground."""
+    """Return the bodies and their points on each pin: bars first, then blocks, then the ground."""
     on: dict[str, list[BodyPoint]] = {pin: [] for pin in drawing.pins}
     for bar in drawing.bars:
         for pin in dict.fromkeys(bar.pins):
@@ -243,10 +243,10 @@ def _guide(block: Block, drawing: Drawing, bodies: Mapping[str, Body]) -> Guide:
 
 
 def _force(load: Load, body: Body) -> Any:
-    """The force on a named point of its body; one with the place of a pin acts there."""
+    """Return the force of a load on the named point of its body."""
     at = _turned(load.place, body.placed_position, -body.placed_angle)
     near = min(body.points, key=lambda point: math.dist(body.points[point], at))
     if math.dist(body.points[near], at) > 1e-9 * max(1.0, body.extent):
-        raise InputError(f"force '{load.name}' beside the points of '{load.bar}'", "a force on one of its points")
+        raise InputError(f"force '{load.name}' acts on no point of '{load.bar}'", "a force on one of its points")
     force = _turned(load.force, (0.0, 0.0), -body.placed_angle) if load.follows else load.force
     return Force(load.name, (load.bar, near), force, follows=load.follows)

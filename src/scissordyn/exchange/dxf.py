@@ -1,7 +1,8 @@
-"""Drawings in DXF: lines are bars, common ends are pins.
+"""Read drawings in DXF: lines are bars, and common ends are pins.
 
-Layers say the rest: what is on ``ground`` is fixed, a line on ``guide`` is one that pins slide along, a bar on ``input`` is to
-be driven. A point or a circle joins all bars through its place, so that it is the pivot of two bars that cross.
+Layers mark the other parts: entities on ``ground`` are fixed, a line on ``guide`` guides pins, and a bar on ``input`` is the
+driven one.
+A point or circle joins all bars that pass through it, for example two crossing bars at their pivot.
 """
 
 from __future__ import annotations
@@ -38,32 +39,32 @@ from scissordyn.lookup import library
 
 GROUND_LAYER, GUIDE_LAYER, INPUT_LAYER = "ground", "guide", "input"
 
-TOLERANCE = 1e-6  # Ends nearer than this fraction of the drawing are one pin
-NEAR = 1e-3  # Ends nearer than this fraction that are not one pin are named
-NUMBERED = {1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m", 13: "um", 14: "dm"}  # Units of length by the number of $INSUNITS
+PIN_TOL = 1e-6  # Ends nearer than this fraction of the drawing's size are one pin
+NEAR_FRACTION = 1e-3  # Separate pins nearer than this fraction of the drawing's size are reported
+UNIT_CODES = {1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m", 13: "um", 14: "dm"}  # Length units by their $INSUNITS number
 
-ENTITIES_MAX = 100_000  # Entities, vertices, layers and so on of a file, which take about 20 s and 250 MB to read
-PLACES_MAX = 10_000  # Corners and points of a drawing; a structure of this size takes minutes to simulate
-LINES_MAX = 20  # Notes of one kind
+ENTITIES_MAX = 100_000  # Largest number of entities of a file; reading this many takes about 20 s and 250 MB
+PLACES_MAX = 10_000  # Largest number of corners and points; a structure of this size takes minutes to simulate
+LINES_MAX = 20  # Largest number of notes of one kind
 
-END = re.compile(r"^[ \t]*0[ \t]*\r?\n[ \t]*EOF[\s\x1a]*\Z", re.MULTILINE)
+EOF_PATTERN = re.compile(r"^[ \t]*0[ \t]*\r?\n[ \t]*EOF[\s\x1a]*\Z", re.MULTILINE)
 
 SAMPLE = "scissordyn import linkage.dxf --unit mm -o case.toml"
 
 
 def read_dxf(text: str, *, unit: str = "", linear_density: float = LINEAR_DENSITY, tolerance: float | None = None) -> Imported:
-    """The mechanism of a drawing in DXF.
+    """Return the mechanism of a drawing in DXF.
 
     Parameters
     ----------
     text : str
         Content of the file.
     unit : str
-        Unit of length, for a drawing that names none: "mm", "cm", "m", "in" or "ft".
+        Length unit of a drawing without one: "mm", "cm", "m", "in" or "ft".
     linear_density : float
-        Mass per length of its bars [kg/m].
+        Mass per length of the bars [kg/m].
     tolerance : float, optional
-        Ends nearer than this are one pin [m]; a millionth of the drawing if not given.
+        Largest distance of ends that form one pin [m]; by default a millionth of the drawing's size.
 
     Returns
     -------
@@ -73,7 +74,7 @@ def read_dxf(text: str, *, unit: str = "", linear_density: float = LINEAR_DENSIT
     Raises
     ------
     InputError
-        If it is no DXF, has no lines, or no unit or another one than is given.
+        If the text is not a DXF, has no lines, has no unit, or has another unit than the given one.
     """
     notes: list[str] = []
     codes = [code.strip() for code in text.split("\n")[::2]]  # Codes and values are on alternate lines
@@ -98,7 +99,7 @@ def read_dxf(text: str, *, unit: str = "", linear_density: float = LINEAR_DENSIT
 
 
 class _Messages(logging.Handler):
-    """Warnings of the library, each once, as notes."""
+    """Logging handler that turns each warning of ezdxf into one note."""
 
     def __init__(self, notes: list[str]) -> None:
         super().__init__(logging.WARNING)
@@ -117,24 +118,24 @@ def _document(text: str, notes: list[str]) -> Any:
     try:
         document = ezdxf.read(io.StringIO(text))
     except (ezdxf.DXFError, ArithmeticError, AttributeError, LookupError, OSError, TypeError, ValueError) as error:
-        raise InputError(f"no DXF: {str(error) or 'it is cut off'}", "a drawing in DXF", SAMPLE) from None
+        raise InputError(f"cannot read the DXF: {str(error) or 'it is cut off'}", "a drawing in DXF", SAMPLE) from None
     finally:
         logger.removeHandler(messages)
         logger.propagate = propagates
-    if not END.search(text):
+    if not EOF_PATTERN.search(text):
         raise InputError("the DXF does not end with EOF: it is cut off", "the whole file", SAMPLE)
     return document
 
 
 def _unit(document: Any, text: str, unit: str) -> str:
-    """The drawing's unit of length."""
-    # a document of the library has units of its own where the file has none
+    """Return the drawing's unit of length."""
+    # ezdxf sets a default unit if the file has none
     code = int(document.header.get("$INSUNITS", 0)) if "$INSUNITS" in text else 0
-    named = NUMBERED.get(code, "")
+    named = UNIT_CODES.get(code, "")
     if unit and unit not in UNITS:
-        raise InputError(f"unit '{unit}'{did_you_mean(unit, UNITS)} of a drawing", "one of " + ", ".join(UNITS), SAMPLE)
+        raise InputError(f"unknown unit '{unit}'{did_you_mean(unit, UNITS)} of a drawing", "one of " + ", ".join(UNITS), SAMPLE)
     if code and not named:
-        raise InputError(f"$INSUNITS = {code} in the DXF", "one of " + ", ".join(UNITS), SAMPLE)
+        raise InputError(f"unknown unit $INSUNITS = {code} in the DXF", "one of " + ", ".join(UNITS), SAMPLE)
     if unit and named and unit != named:
         raise InputError(f"unit '{unit}', but the DXF says '{named}'", f"'{named}', or a DXF with another $INSUNITS")
     if not unit and not named:
@@ -151,7 +152,7 @@ def _other_layouts(document: Any) -> Iterator[str]:
 
 
 class _Pins:
-    """Places that differ by more than a tolerance, by name."""
+    """Named places that differ by more than a tolerance."""
 
     def __init__(self, near: float) -> None:
         self.near = near
@@ -165,7 +166,7 @@ class _Pins:
             self._cells.setdefault(self._cell(place), []).append(name)
 
     def find(self, place: Point) -> str:
-        """Return the pin at a place; empty if there is none."""
+        """Return the name of the pin at a place; "" if there is none."""
         i, j = self._cell(place)
         for cell in ((i + k, j + m) for k in (-1, 0, 1) for m in (-1, 0, 1)):
             for name in self._cells.get(cell, ()):
@@ -178,12 +179,12 @@ class _Pins:
 
 
 class _Bar(NamedTuple):
-    """A bar as it is drawn."""
+    """Bar as drawn."""
 
     name: str
     shape: Shape
-    corners: tuple[str, ...]  # Its pins in the order of the drawing, the first one again at the end of a closed outline
-    sides: tuple[tuple[str, str], ...]  # Without overlaps
+    corners: tuple[str, ...]  # Pins in drawing order; a closed outline repeats the first pin at the end
+    sides: tuple[tuple[str, str], ...]  # Sides without overlaps, as pairs of pins
 
     @property
     def label(self) -> str:
@@ -191,7 +192,7 @@ class _Bar(NamedTuple):
 
 
 class _Linkage:
-    """The pins, bars and guides among the shapes of a drawing."""
+    """Pins, bars and guides among the shapes of a drawing."""
 
     def __init__(self, found: Entities, unit: str, tolerance: float | None, density: float) -> None:
         self.unit, self.factor, self.density = unit, UNITS[unit], density
@@ -207,9 +208,9 @@ class _Linkage:
         self.size = math.hypot(np.ptp(x), np.ptp(y))
         if tolerance is not None and not tolerance > 0.0:
             raise InputError(f"tolerance = {tolerance:g} m", "a length above 0", "--tolerance '5 um'")
-        self.near = TOLERANCE * self.size if tolerance is None else tolerance
+        self.near = PIN_TOL * self.size if tolerance is None else tolerance
         if not self.near > 0.0:
-            raise InputError("a DXF whose lines have no length", "lines between two places", SAMPLE)
+            raise InputError("the lines of the DXF have no length", "lines between two places", SAMPLE)
         self._name_heights(found.shapes)
         self.pins = _Pins(self.near)
         self.bars = self._bars(drawn)
@@ -234,7 +235,7 @@ class _Linkage:
         )
 
     def _note(self, lines: Iterable[str]) -> None:
-        """Add notes of one kind."""
+        """Add notes of one kind, at most `LINES_MAX` of them."""
         lines = list(lines)
         self.notes += lines[:LINES_MAX]
         if len(lines) > LINES_MAX:
@@ -247,7 +248,7 @@ class _Linkage:
         return f"{length / self.factor:.3g} {self.unit}"
 
     def _name_heights(self, shapes: Iterable[Shape]) -> None:
-        """Name the entities that are not at the height of most."""
+        """Report entities whose height differs from the median height."""
         shapes = list(shapes)
         middle = float(np.median([z for shape in shapes for z in shape.heights]))
         heights = [(max(abs(z - middle) for z in shape.heights), shape.label) for shape in shapes]
@@ -272,11 +273,11 @@ class _Linkage:
         if short:
             self.notes.append(f"{listed(short)} left out: no length")
         if not bars:
-            raise InputError("a DXF whose lines have no length", "lines between two places", SAMPLE)
+            raise InputError("the lines of the DXF have no length", "lines between two places", SAMPLE)
         return bars
 
     def _joined(self) -> tuple[DrawnBar, ...]:
-        """The bars with the marks on them; name the ends of other bars that are on a bar without a mark."""
+        """Return the bars with the marks on them; report ends of other bars that touch a bar without a mark."""
         marked = np.zeros(len(self.names), bool)
         number = {name: k for k, name in enumerate(self.names)}
         marked[[number[self.pins.find(mark.places[0])] for mark in self.marks]] = True
@@ -310,7 +311,7 @@ class _Linkage:
         return f"'{self.names[k]}' at {self._at(self.pins.places[self.names[k]])}"
 
     def _fixed(self, shapes: list[Shape]) -> tuple[str, ...]:
-        """The pins on the ground; name places and lines of the ground that fix nothing."""
+        """Return the fixed pins; report places and lines on the ground layer that fix nothing."""
         fixed, empty, passed = dict[str, None](), list[str](), list[str]()
         for shape in shapes:
             for place in shape.places:
@@ -340,7 +341,7 @@ class _Linkage:
         )
 
     def _name_near(self) -> None:
-        """Name pins that almost meet."""
+        """Report pins that almost coincide."""
         from scipy.spatial import cKDTree
 
         names = [name for name in self.names if name in self.used]
@@ -348,7 +349,9 @@ class _Linkage:
             return
         xy = np.array([self.pins.places[name] for name in names])
         gaps, others = (found[:, 1].tolist() for found in map(np.asarray, cKDTree(xy).query(xy, k=2)))
-        pairs = {(min(k, other), max(k, other)): gaps[k] for k, other in enumerate(others) if gaps[k] <= NEAR * self.size}
+        pairs = {
+            (min(k, other), max(k, other)): gaps[k] for k, other in enumerate(others) if gaps[k] <= NEAR_FRACTION * self.size
+        }
         self._note(
             f"'{names[a]}' and '{names[b]}' at {self._at(self.pins.places[names[a]])} are not joined: they are "
             f"{self._length(gap)} apart"
@@ -356,7 +359,7 @@ class _Linkage:
         )
 
     def _guided(self, guides: list[Shape], bars: tuple[DrawnBar, ...], fixed: tuple[str, ...]) -> list[Block]:
-        """The pins on guide lines, each led by the first bar on it; those that are fixed cannot slide."""
+        """Return a block for each pin on a guide line that is not fixed; the first bar on the pin follows the guide."""
         first = {pin: bar.name for bar in reversed(bars) for pin in bar.pins}
         blocks: dict[tuple[str, float], Block] = {}
         for shape in guides:
@@ -376,7 +379,7 @@ class _Linkage:
                 self.notes.append(f"{where}: no pin is on it")
             for pin in led:
                 known = [block for (other, _), block in blocks.items() if other == pin]
-                if pin in fixed or any(abs(math.sin(block.direction - direction)) <= TOLERANCE for block in known):
+                if pin in fixed or any(abs(math.sin(block.direction - direction)) <= PIN_TOL for block in known):
                     continue
                 name = plain_name(pin, (block.name for block in blocks.values()))
                 blocks[pin, direction] = Block(name, pin, direction, follower=first[pin])
@@ -384,26 +387,26 @@ class _Linkage:
 
 
 def _extremes(places: tuple[Point, ...]) -> tuple[Point, Point]:
-    """The two ends of places on one line, in the order in which they are drawn."""
+    """Return the two ends of places on one line, in drawing order."""
     far = max(places, key=lambda place: math.dist(place, places[0]))
     other = max(places, key=lambda place: math.dist(place, far))
     return (other, far) if places.index(other) < places.index(far) else (far, other)
 
 
 def _no_bars(found: Entities) -> InputError:
-    """The error for a drawing without bars."""
+    """Return the error for a drawing without bars."""
     kinds = Counter(label.split()[0] for labels in found.left_out.values() for label in labels)
     kinds.update(shape.label.split()[0] for shape in found.shapes)
     listed_kinds = ", ".join(f"{count} {kind}" for kind, count in sorted(kinds.items()))
     return InputError(
-        f"a DXF without lines that are bars; it has {listed_kinds or 'nothing'}",
+        f"the DXF has no line that is a bar; it has {listed_kinds or 'nothing'}",
         "LINE or straight LWPOLYLINE, one for each bar"
         + ("; outlines of parts do not say where they are joined" if "LWPOLYLINE" in kinds else ""),
     )
 
 
 def _sides(corners: tuple[str, ...], places: dict[str, Point], near: float) -> tuple[tuple[str, str], ...]:
-    """The sides of a polyline without overlaps: each is divided at the corners on it."""
+    """Return the sides of a polyline without overlaps; each side is divided at the corners on it."""
     own = list(dict.fromkeys(corners))
     if len(own) == 2:
         return ((own[0], own[1]),)
@@ -418,14 +421,14 @@ def _sides(corners: tuple[str, ...], places: dict[str, Point], near: float) -> t
 
 
 def _distances(xy: np.ndarray, start: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Distances of places from a side, and the part of the side at which each is nearest to it."""
+    """Return the distances of places from a side, and the fraction of the side at the nearest point."""
     along = end - start
     part = np.clip((xy - start) @ along / max(float(along @ along), 1e-300), 0.0, 1.0)
     return np.hypot(*(xy - start - part[:, None] * along).T), part
 
 
 def _inside(xy: np.ndarray, outline: np.ndarray) -> np.ndarray:
-    """Whether places are inside a closed outline (even-odd rule)."""
+    """Return which places are inside a closed outline (even-odd rule)."""
     inside = np.zeros(len(xy), bool)
     for (x0, y0), (x1, y1) in pairwise(outline):
         if y0 != y1:

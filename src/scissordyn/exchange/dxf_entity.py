@@ -1,6 +1,6 @@
-"""Entities of a DXF as straight lines and points of the plane, in world coordinates.
+"""Convert entities of a DXF to straight lines and points in the plane, in world coordinates.
 
-Blocks are expanded; entities that the drawing does not show and kinds that are no linkage are counted and named.
+Blocks are expanded. Hidden entities and unsupported kinds are counted and reported.
 """
 
 from __future__ import annotations
@@ -15,21 +15,19 @@ from scissordyn.components.place import Point
 from scissordyn.errors import InputError
 from scissordyn.model.body import check_place
 
-EXPANDED_MAX = 50_000  # Entities and block references of a drawing after its blocks are expanded
-NESTED_MAX = 32  # Blocks within each other
+EXPANDED_MAX = 50_000  # Largest number of entities and block references after blocks are expanded
+NESTED_MAX = 32  # Largest depth of nested blocks
 
-STRAIGHT_BULGE_MAX = 1e-6  # A bulge below it bends a side by less than a millionth of its length
-FULL_TURN_TOL = 1e-6  # [rad] an ellipse that is open by less is closed
 
-LOCATIONS = ("start", "center", "location", "insert")  # Attributes that say where an entity is
+LOCATIONS = ("start", "center", "location", "insert")  # Attributes that hold the place of an entity
 
-NO_PART = "it is no bar, pin or guide"
+UNSUPPORTED = "it is not a bar, pin or guide"
 
-CURVE_FIT, SPLINE_FIT = 2, 4  # Flags of a POLYLINE whose vertices are not on its curve
+CURVE_FIT, SPLINE_FIT = 2, 4  # POLYLINE flags whose vertices are not on the curve
 
 
 class Shape(NamedTuple):
-    """A bar, guide or ground line with its corners, or a point or circle with its place."""
+    """Line with its corners (bar, guide or ground), or point or circle with its place."""
 
     places: tuple[Point, ...]  # [m]
     closed: bool
@@ -40,7 +38,7 @@ class Shape(NamedTuple):
 
 @dataclass
 class Entities:
-    """The shapes of a drawing, and by reason the labels of the entities that are left out."""
+    """Shapes of a drawing, and the labels of left-out entities by reason."""
 
     factor: float  # Unit of the drawing [m]
     layers: Any
@@ -55,17 +53,17 @@ class Entities:
         self._visit(space, None, "0", "", ())
 
     def _visit(self, space: Iterable[Any], matrix: Any, layer_of_insert: str, hidden: str, blocks: tuple[str, ...]) -> None:
-        """Add entities of a block whose reference is on a layer, or is not shown for a reason."""
+        """Add the entities of a block; `hidden` is the reason why its reference is not shown."""
         for entity in space:
             self._add_count(1)
             kind, own_layer = entity.dxftype(), str(_value(entity, "layer", "0"))
-            if kind == "ATTDEF":  # its values are attributes of the reference
+            if kind == "ATTDEF":  # attribute definitions: their values belong to the reference
                 continue
             layer = layer_of_insert if own_layer == "0" else own_layer
             label = self._label(entity, kind, blocks)
             reason = hidden or self._hidden(entity, layer)
             if kind == "INSERT":
-                # a reference on a layer that is off hides only what takes its layer
+                # a reference on a layer that is off hides only the entities that take its layer
                 shown = "" if reason.endswith(" is off") else reason
                 self._expand(entity, matrix, layer, shown, blocks, label)
             elif reason:
@@ -78,7 +76,7 @@ class Entities:
         name = str(insert.dxf.get("name", ""))
         block = insert.block()
         if block is None:
-            raise InputError(f"{label} refers to block '{name}', which the DXF does not hold", "a DXF with all its blocks")
+            raise InputError(f"{label} refers to block '{name}', which is not in the DXF", "a DXF with all its blocks")
         if name.lower() in [outer.lower() for outer in blocks]:
             raise InputError(f"block '{name}' of the DXF inserts itself", "blocks that hold other ones")
         if len(blocks) == NESTED_MAX:
@@ -88,7 +86,7 @@ class Entities:
             self.left_out[f"block '{name}' is in another file"].append(label)
             return
         for attribute in insert.attribs:
-            self.left_out[NO_PART].append(self._label(attribute, "ATTRIB", blocks))
+            self.left_out[UNSUPPORTED].append(self._label(attribute, "ATTRIB", blocks))
         if _is_clipped(insert):
             self.notes.append(f"clipping (XCLIP) of {label} left out: the whole block '{name}' is read")
         for one in insert.multi_insert() if insert.mcount > 1 else [insert]:
@@ -109,7 +107,7 @@ class Entities:
             check_place(f"z of {label} of the DXF in m", (z, 0.0))
         if not scaled:
             curved = kind in ("LWPOLYLINE", "POLYLINE")
-            self.left_out["it is curved, or has one corner" if curved else NO_PART].append(label)
+            self.left_out["it is curved, or has one corner" if curved else UNSUPPORTED].append(label)
             return
         plane = tuple((x, y) for x, y, _ in scaled)
         self.shapes.append(Shape(plane, closed, layer, label, tuple(z for *_, z in scaled)))
@@ -122,7 +120,7 @@ class Entities:
             )
 
     def _hidden(self, entity: Any, layer: str) -> str:
-        """Why the drawing does not show an entity; empty if it does."""
+        """Return the reason why the drawing does not show an entity; "" if it does."""
         if _value(entity, "invisible", 0):
             return "it is invisible"
         described = self.layers.get(layer) if layer in self.layers else None
@@ -133,7 +131,7 @@ class Entities:
         return f"layer '{layer}' is off" if described.is_off() else ""
 
     def _label(self, entity: Any, kind: str, blocks: tuple[str, ...]) -> str:
-        """Kind and handle of an entity, or where it is, and its block."""
+        """Return the kind, handle (or place) and block of an entity."""
         handle = str(_value(entity, "handle", "") or "") if self.has_handles else ""
         where = handle or next(
             (f"at ({p.x:g}, {p.y:g})" for name in LOCATIONS if (p := _value(entity, name, None)) is not None), ""
@@ -142,7 +140,12 @@ class Entities:
 
 
 def _geometry(entity: Any, kind: str) -> tuple[list[Any], bool]:
-    """Corners in world coordinates and whether they are closed; one place for a pin, none for a kind that is left out."""
+    """Return the corners in world coordinates, and whether they form a closed line.
+
+    A pin has one place. The list is empty for a kind that is left out.
+    """
+    full_turn_tol = 1e-6  # an ellipse that is open by less is closed [rad]
+    bulge_max = 1e-6  # a smaller bulge bends a side by less than a millionth of its length
     dxf = entity.dxf
     if kind == "LINE":
         return [dxf.start, dxf.end], False
@@ -152,24 +155,24 @@ def _geometry(entity: Any, kind: str) -> tuple[list[Any], bool]:
         return [entity.ocs().to_wcs(dxf.center)], False
     if kind == "ELLIPSE":
         turn = abs(dxf.end_param - dxf.start_param)
-        return ([dxf.center] if abs(turn - 2.0 * math.pi) < FULL_TURN_TOL else []), False
+        return ([dxf.center] if abs(turn - 2.0 * math.pi) < full_turn_tol else []), False
     if kind == "LWPOLYLINE":
-        straight = all(abs(bulge) <= STRAIGHT_BULGE_MAX for *_, bulge in entity.get_points("xyb"))
+        straight = all(abs(bulge) <= bulge_max for *_, bulge in entity.get_points("xyb"))
         return (list(entity.vertices_in_wcs()) if straight and len(entity) > 1 else []), bool(entity.closed)
     if kind == "POLYLINE" and (entity.is_2d_polyline or entity.is_3d_polyline):
-        straight = all(abs(vertex.dxf.get("bulge", 0.0)) <= STRAIGHT_BULGE_MAX for vertex in entity.vertices)
+        straight = all(abs(vertex.dxf.get("bulge", 0.0)) <= bulge_max for vertex in entity.vertices)
         straight &= not dxf.flags & (CURVE_FIT | SPLINE_FIT)
         return (list(entity.points_in_wcs()) if straight and len(entity.vertices) > 1 else []), bool(entity.is_closed)
     return [], False
 
 
 def _value(entity: Any, name: str, default: Any) -> Any:
-    """An attribute of an entity; the default for a kind that does not have it, such as one of another program."""
+    """Return an attribute of an entity; `default` if its kind does not support the attribute."""
     return entity.dxf.get(name, default) if entity.dxf.is_supported(name) else default
 
 
 def _is_clipped(insert: Any) -> bool:
-    """Whether a clipping path hides a part of a block."""
+    """Return whether a clipping path hides a part of a block."""
     if not insert.has_extension_dict:
         return False
     from ezdxf.xclip import XClip
@@ -179,7 +182,7 @@ def _is_clipped(insert: Any) -> bool:
 
 
 def listed(labels: Iterable[str], most: int = 5) -> str:
-    """The first labels, and how many more there are."""
+    """Return the first labels as text, and the number of further ones."""
     names = list(labels)
     further = len(names) - most
     return ", ".join(names[:most]) + (f" and {further} more" if further > 0 else "")
@@ -192,4 +195,4 @@ def notes_of(left_out: dict[str, list[str]]) -> Iterator[str]:
         for label in labels:
             kinds[label.split()[0]].append(label)
         for kind, same in sorted(kinds.items()):
-            yield f"{len(same)} {kind} left out, because {reason}: {listed(same)}"
+            yield f"{len(same)} {kind} left out: {reason}: {listed(same)}"

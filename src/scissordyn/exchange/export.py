@@ -1,4 +1,4 @@
-"""Runs and mechanisms for other programs, by the ending of the file; bars as outlines with holes, in DXF, and as a cut list."""
+"""Write runs and mechanisms for other programs, in the format of the file's ending, and draw bars with holes in DXF."""
 
 from __future__ import annotations
 
@@ -21,13 +21,12 @@ from scissordyn.model.clearance import Clearance
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 
-FORCES = (".csv", ".json", ".inp")  # Endings of files of pin forces
-MECHANISMS = (".dxf", ".csv", ".xml", ".fmu")  # Endings of files that a mechanism is written into
-MARGIN = 2.0  # Distance of the outline from a hole's centre, in hole radii, unless a width is given
+FORCES = (".csv", ".json", ".inp")  # Endings of pin-force files
+MECHANISMS = (".dxf", ".csv", ".xml", ".fmu")  # Endings of mechanism files
 
 
 def check_ending(path: str | os.PathLike[str], allowed: tuple[str, ...], what: str, sample: str) -> str:
-    """The ending of a file name."""
+    """Return the lower-case ending of a file name; raise `InputError` if it is not allowed."""
     ending = Path(path).suffix.lower()
     if ending not in allowed:
         raise InputError(
@@ -51,31 +50,31 @@ def export(
     width: float | None = None,
     sources_only: bool = False,
 ) -> Path:
-    """Write a run or a mechanism for another program, whole or not at all.
+    """Write a run or a mechanism for another program, completely or not at all.
 
     Parameters
     ----------
     what : Dataset, Mechanism or Case
-        A run: ends the name in .csv or .parquet, a table over time; in .mat, a structure `run` with every array. A mechanism:
-        in .dxf, its bars with their holes, and assembled in a block; in .csv, a cut list; in .xml, the ideal mechanism in
-        MJCF; in .fmu, a unit of FMI 3.0.
+        A run is written as a table over time (.csv, .parquet) or as a structure `run` with every array (.mat). A mechanism is
+        written as bars with their holes and their assembly (.dxf), as a cut list (.csv), as the ideal mechanism in MJCF
+        (.xml), or as an FMI 3.0 unit (.fmu).
     path : path
     contacts : bool
-        Of a run: whether a table has one row for each contact in place of each instant.
+        Write one row for each contact of a run instead of each instant.
     forces : bool
-        Of a run: the forces of the pins on each bar, as .csv or .json, or as .inp for CalculiX and FreeCAD's FEM.
+        Write the forces of the pins on each bar of a run, as .csv, .json, or .inp for CalculiX and FreeCAD's FEM.
     envelope : bool
-        With `forces` as .csv: their extremes in place of their course over time.
+        Write the extremes of the forces instead of their values over time; with `forces` and .csv only.
     mechanism : Mechanism, optional
-        That was run; read from the run if not given, as far as that needs no code of the user.
+        Mechanism of the run; by default read from the run, if that needs no user code.
     run : Options, optional
-        Of an FMU; those of the case, or the defaults for 50 ms, if not given.
+        Options of an FMU; by default those of the case, or a run of 50 ms with default options.
     section, material : str
-        Of beams in an .inp, as "20x30 mm" and "steel".
+        Section and material of the beams in an .inp, for example "20x30 mm" and "steel".
     pin_radius, width : float, optional
-        Of bars in a DXF and a cut list: of the pins of ideal joints, and of the outline [m].
+        Radius of the pins of ideal joints, and width of the bars' outlines, in a DXF and a cut list [m].
     sources_only : bool
-        Of an FMU: C source without a library.
+        Write an FMU as C source without a compiled library.
 
     Returns
     -------
@@ -84,7 +83,7 @@ def export(
     Raises
     ------
     InputError
-        If the ending is another one, the file cannot be written or holds something else, or the content does not exist.
+        If the ending is unknown, the file cannot be written, the path holds a different kind of file, or data are missing.
     """
     target = Path(path)
     if isinstance(what, xr.Dataset):
@@ -96,7 +95,9 @@ def export(
     else:
         described = getattr(what, "mechanism", what)
         if not isinstance(described, Mechanism):
-            raise InputError(f"export of a {type(what).__name__}", "a run, a mechanism or a case", "export(run, 'table.csv')")
+            raise InputError(
+                f"cannot export a {type(what).__name__}", "a run, a mechanism or a case", "export(run, 'table.csv')"
+            )
         ending = check_ending(target, MECHANISMS, "a mechanism", "bars.dxf")
         check_target(target, sample=f"mechanism{ending}")
         options = run or getattr(what, "run", None) or Options(until=0.05)
@@ -117,7 +118,7 @@ def _forces(run: xr.Dataset, mechanism: Mechanism | None, ending: str, *, envelo
     if ending == ".json":
         return of_pins.force_json(forces)
     if not section:
-        raise InputError("beams without a section", "width x depth of a rectangle", "--section '20x30 mm'")
+        raise InputError("no section is given for the beams", "width x depth of a rectangle", "--section '20x30 mm'")
     return of_pins.beam_file(forces, run, described, section=section, material=material)
 
 
@@ -145,7 +146,7 @@ def _mechanism(
 
 
 class Hole(NamedTuple):
-    """A hole of a bar or the journal that sits in one."""
+    """Hole of a bar, or journal in a hole of another bar."""
 
     joint: str
     place: Point
@@ -154,10 +155,11 @@ class Hole(NamedTuple):
 
 
 def holes_of(mechanism: Mechanism, body: Body, pin_radius: float | None) -> list[Hole]:
-    """The holes of a bar, one for each joint on it.
+    """Return the holes of a bar, one for each joint on it.
 
-    A joint with clearance has a bore of the journal's radius plus the clearance; an ideal one has pin and bore of the radius
-    that is given for it.
+    In a joint with clearance the bore's radius is the journal's radius plus the clearance. In an ideal joint pin and bore
+    have
+    the radius `pin_radius`.
     """
     holes = []
     for joint in mechanism.joints:
@@ -178,7 +180,7 @@ def holes_of(mechanism: Mechanism, body: Body, pin_radius: float | None) -> list
 
 
 def drawing(mechanism: Mechanism, *, pin_radius: float | None = None, width: float | None = None) -> str:
-    """A drawing in DXF, in millimetres: each bar on its own, with its holes at their sizes and its name."""
+    """Return a drawing in DXF, in millimetres: each bar separately, with its name and its holes at full size."""
     ezdxf = library("ezdxf", "exchange", "DXF")
     document = ezdxf.new("R2010")
     document.header["$INSUNITS"] = 4
@@ -209,21 +211,22 @@ def _bars(mechanism: Mechanism, pin_radius: float | None) -> list[tuple[Body, li
     bodies = [(body, holes_of(mechanism, body, pin_radius)) for body in mechanism.bodies]
     bars = [(body, holes) for body, holes in bodies if holes and len(set(body.points.values())) > 1]
     if not bars:
-        raise InputError("no bar with a joint in the mechanism", "bars", "scissordyn new scissor")
+        raise InputError("the mechanism has no bar with a joint", "bars", "scissordyn new scissor")
     return bars
 
 
 def _edge(body: Body, holes: list[Hole], width: float | None) -> float:
+    margin = 2.0  # default distance of the outline from a hole's centre, in hole radii
     largest = max(hole.radius for hole in holes)
     if width is None:
-        return MARGIN * largest
+        return margin * largest
     if not 0.5 * width > largest:
-        raise InputError(f"bar '{body.name}' {1e3 * width:g} mm wide with a hole of {2e3 * largest:g} mm", "a wider bar")
+        raise InputError(f"bar '{body.name}' is {1e3 * width:g} mm wide but has a hole of {2e3 * largest:g} mm", "a wider bar")
     return 0.5 * width
 
 
 def _outline(body: Body, radius: float) -> list[Point]:
-    """The convex hull of the points of a bar, anticlockwise (Andrew's monotone chain)."""
+    """Return the convex hull of a bar's points, counter-clockwise (Andrew's monotone chain)."""
     places = sorted(set(body.points.values()))
 
     def half(points: list[Point]) -> list[Point]:
@@ -242,7 +245,7 @@ def _left(a: Point, b: Point, c: Point) -> float:
 
 
 def _draw_outline(space: object, corners: list[Point], radius: float, down: float) -> None:
-    """A closed polyline around the hull at a distance, round at its corners."""
+    """Draw a closed polyline at a distance around the hull, with rounded corners."""
     points = []
     count = len(corners)
     for k, corner in enumerate(corners):
@@ -256,13 +259,13 @@ def _draw_outline(space: object, corners: list[Point], radius: float, down: floa
 
 
 def _normal(a: Point, b: Point) -> Point:
-    """Outwards from a side of an anticlockwise outline."""
+    """Return the outward normal of a side of a counter-clockwise outline."""
     length = math.dist(a, b)
     return (b[1] - a[1]) / length, (a[0] - b[0]) / length
 
 
 def cut_list(mechanism: Mechanism, *, pin_radius: float | None = None) -> bytes:
-    """One row for each hole or pin of a bar, bars with equal holes together."""
+    """Return a table with one row for each hole or pin of a bar; bars with equal holes are grouped."""
     groups: dict[tuple[object, ...], list[tuple[Body, list[Hole]]]] = {}
     for body, holes in _bars(mechanism, pin_radius):
         key = tuple(sorted((round(h.place[0], 9), round(h.place[1], 9), round(h.radius, 9), h.journal) for h in holes))
@@ -280,5 +283,5 @@ def cut_list(mechanism: Mechanism, *, pin_radius: float | None = None) -> bytes:
 
 
 def _length(body: Body) -> float:
-    """Between its outermost points [m]."""
+    """Return the distance between a bar's outermost points [m]."""
     return round(max(math.dist(a, b) for a in body.points.values() for b in body.points.values()), 9)

@@ -1,6 +1,6 @@
-"""Forces on the pins of each bar, for strength calculations: over time, their envelopes, and the worst load of a bar as beams.
+"""Compute the forces on the pins of each bar for strength calculations, and write a bar's worst load as a beam model.
 
-The beams are for CalculiX, the solver of FreeCAD's FEM, which reads these files too.
+The beam model is for CalculiX, the solver of FreeCAD's FEM workbench.
 """
 
 from __future__ import annotations
@@ -26,13 +26,10 @@ from scissordyn.record.joint_force import joint_force
 if TYPE_CHECKING:
     import pandas as pd
 
-NAMES = ("body", "joint", "point")  # Of an end
+END_NAMES = ("body", "joint", "point")  # Names of the coordinates of an end
 
-MISSED = 0.01  # Samples that miss a located peak by more than this fraction are said
 
-PIECES = 12  # Elements between two points of a bar
-STRAIGHT = 1e-9  # Points this fraction of a bar's length beside its line are on it
-UNIFORM = 1e-6  # A bar whose mass centre and inertia are this near those of a uniform one has its mass along its length
+STRAIGHT_TOL = 1e-9  # A point is on a bar's line if its distance is below this fraction of the bar's length
 
 RECTANGLE = re.compile(r"\s*([\d.]+)\s*x\s*([\d.]+)\s*(mm|cm|m)\s*")
 METRES = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
@@ -43,41 +40,44 @@ class End(NamedTuple):
 
     body: str
     joint: str
-    point: str  # "" on the carrier of a guide, where the follower is
-    sign: float  # Of the joint's reported force there
+    point: str  # "" on the carrier of a guide, where the force acts at the follower
+    sign: float  # Sign of the joint's reported force on this body
     guide: Guide | None = None
     of_weld: bool = False
 
 
 def pin_forces(run: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
-    """What the joints, guides and welds exert on each bar.
+    """Compute the forces that joints, guides and welds exert on each bar.
 
     Parameters
     ----------
     run : Dataset
     mechanism : Mechanism
-        That was run.
+        Mechanism of the run.
 
     Returns
     -------
     Dataset
-        Dimension `end`: a body at one of its joints, guides or welds, with coordinates `end_body`, `end_joint`, `end_point`.
-        `force (time, end, axis)`: on the body, in the fixed frame [N]; `force_along (time, end, axis)`: in the frame of the
-        body, the first component along its x axis [N]; `moment (time, end)`: on the body about that point [N m], of welds,
-        guides, and friction and oil in joints with clearance. `other_force (time, body, axis)` and `other_torque (time,
-        body)`: what acts on the body beside these and gravity, such as drives, springs, teeth and friction in ideal joints,
-        about its mass centre, from the balance of momentum [N, N m]; NaN for bodies with a reaction that is not determined.
-        `located_peak (end)`: largest force, between samples too [N]: located in steps at joints with clearance, at the ends
-        of steps at others; NaN at hard contacts.
+        Dimension `end` is a body at one of its joints, guides or welds, with coordinates `end_body`, `end_joint`, `end_point`.
+
+        * `force (time, end, axis)`: force on the body in the fixed frame [N].
+        * `force_along (time, end, axis)`: the same force in the frame of the body [N].
+        * `moment (time, end)`: moment on the body about that point, from welds, guides, and friction and oil in joints with
+          clearance [N m].
+        * `other_force (time, body, axis)`, `other_torque (time, body)`: all further loads on the body except gravity, about its
+          mass centre, from the balance of momentum [N, N m]. Examples are drives, springs, teeth and friction in ideal
+          joints. NaN for bodies with an undetermined reaction.
+        * `located_peak (end)`: largest force, including maxima between samples [N]. It is located within steps at joints
+          with clearance, and at the ends of steps elsewhere; NaN at hard contacts.
     """
     ends = _ends(mechanism)
     if not ends:
-        raise InputError("a mechanism without joints", "bars with joints", "scissordyn new four-bar")
+        raise InputError("the mechanism has no joints", "bars with joints", "scissordyn new four-bar")
     force, moment = (np.stack(parts, axis=1) for parts in zip(*(_at_end(run, mechanism, end) for end in ends), strict=True))
     bodies = [str(name) for name in run["body"].values]
     angle = np.nan_to_num(run["angle"].transpose("time", "body").values)
     along = np.stack([_turned(force[:, k], -angle[:, bodies.index(end.body)]) for k, end in enumerate(ends)], axis=1)
-    other, torque = _others(run, mechanism, ends, force, moment)
+    other, torque = _other_loads(run, mechanism, ends, force, moment)
     peaks = np.array([located_peak(run, end.joint) for end in ends])
     variables = (
         ("force", ("time", "end", "axis"), force, "N", "force on the body"),
@@ -87,7 +87,7 @@ def pin_forces(run: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
         ("other_torque", ("time", "body"), torque, "N m", "further torque about the mass centre"),
         ("located_peak", ("end",), peaks, "N", "largest force within the steps"),
     )
-    columns = zip(NAMES, zip(*(end[:3] for end in ends), strict=True), strict=True)
+    columns = zip(END_NAMES, zip(*(end[:3] for end in ends), strict=True), strict=True)
     return xr.Dataset(
         {name: (dims, values, {"units": unit, "long_name": text}) for name, dims, values, unit, text in variables},
         coords={
@@ -98,18 +98,19 @@ def pin_forces(run: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
 
 
 def located_peak(run: xr.Dataset, joint: str) -> float:
-    """Largest force of a joint, a guide or a weld [N]: also between the samples; NaN where it is not known."""
+    """Return the largest force of a joint, guide or weld, including maxima between samples [N]; NaN if unknown."""
     dim = "joint" if joint in run["joint"].values else "weld"
     return float(run[f"{dim}_peak_force"].sel({dim: joint})) if f"{dim}_peak_force" in run else math.nan
 
 
 def missed_peaks(run: xr.Dataset) -> list[str]:
-    """A sentence for each joint, guide and weld whose samples miss its largest force by more than a hundredth."""
+    """Return a sentence for each joint, guide and weld whose samples miss its largest force by more than a hundredth."""
+    missed = 0.01  # samples lower than the located peak by more than this fraction are reported
     lines = []
     for joint in sorted(name for dim in ("joint", "weld") if dim in run.dims for name in run[dim].values.tolist()):
         peak = located_peak(run, joint)
         sampled = float(np.max(joint_force(run, joint)))
-        if sampled < (1.0 - MISSED) * peak:
+        if sampled < (1.0 - missed) * peak:
             lines.append(
                 f"joint '{joint}': the samples reach {sampled:.4g} N of the force, whose largest is {peak:.4g} N "
                 'between them; samples = "auto" in [run] records it'
@@ -118,7 +119,7 @@ def missed_peaks(run: xr.Dataset) -> list[str]:
 
 
 def _ends(mechanism: Mechanism) -> list[End]:
-    """Bodies at their joints, then at their guides and welds."""
+    """Return the ends of all bodies: at joints first, then at guides and welds."""
     ends = [End(*place, sign) for joint in mechanism.joints for place, sign in _sides(joint.name, joint.journal, joint.bearing)]
     for guide in mechanism.guides:
         ends += [End(*place, sign, guide) for place, sign in _sides(guide.name, guide.follower, (guide.body, ""))]
@@ -132,7 +133,10 @@ def _sides(name: str, first: BodyPoint, second: BodyPoint) -> tuple[tuple[tuple[
 
 
 def _at_end(run: xr.Dataset, mechanism: Mechanism, end: End) -> tuple[np.ndarray, np.ndarray]:
-    """Force (nt, 2) and moment (nt,) on the body of an end, about its point; on a guide's carrier where the follower is."""
+    """Return the force (nt, 2) and moment (nt,) on the body of an end, about its point.
+
+    On the carrier of a guide, the point is the position of the follower.
+    """
     if end.of_weld:
         at = run.sel(weld=end.joint)
         return end.sign * at["weld_force"].transpose("time", "axis").values, end.sign * at["weld_moment"].values
@@ -150,10 +154,10 @@ def _turned(vector: np.ndarray, angle: np.ndarray) -> np.ndarray:
     return np.stack([cos * vector[:, 0] - sin * vector[:, 1], sin * vector[:, 0] + cos * vector[:, 1]], axis=1)
 
 
-def _others(
+def _other_loads(
     run: xr.Dataset, mechanism: Mechanism, ends: list[End], force: np.ndarray, moment: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """What is missing in the balance of momentum of each body."""
+    """Return the loads that are missing in the balance of momentum of each body."""
     count = run.sizes["time"]
     other, torque = np.zeros((count, len(mechanism.bodies), 2)), np.zeros((count, len(mechanism.bodies)))
     down = mechanism.gravity * np.array([math.cos(mechanism.gravity_direction), math.sin(mechanism.gravity_direction)])
@@ -169,29 +173,29 @@ def _others(
             if not body.rotates:
                 continue
             if end.point:
-                arm = _arm(run, body, end.point)
-            else:  # where the follower of a guide is on its carrier
+                arm = _arm_of(run, body, end.point)
+            else:  # on the carrier of a guide the force acts at the follower
                 assert end.guide is not None
                 led, led_point = end.guide.follower
                 between = run["position"].sel(body=led) - motion["position"]
-                arm = between.transpose("time", "axis").values + _arm(run, mechanism.body(led), led_point)
+                arm = between.transpose("time", "axis").values + _arm_of(run, mechanism.body(led), led_point)
             torque[:, b] -= arm[:, 0] * force[:, k, 1] - arm[:, 1] * force[:, k, 0] + moment[:, k]
     return other, torque
 
 
-def _arm(run: xr.Dataset, body: Body, point: str) -> np.ndarray:
-    """From the mass centre of a body to one of its points, shape (samples, 2) [m]."""
+def _arm_of(run: xr.Dataset, body: Body, point: str) -> np.ndarray:
+    """Return the vector from a body's mass centre to one of its points, shape (samples, 2) [m]."""
     angle = np.nan_to_num(run["angle"].sel(body=body.name).values)
     return _turned(np.tile(np.subtract(body.points[point], body.centre), (angle.size, 1)), angle)
 
 
 def force_table(forces: xr.Dataset) -> pd.DataFrame:
-    """One row for each instant and end."""
+    """Return a table with one row for each instant and end."""
     import pandas as pd
 
     count, ends = forces.sizes["time"], forces.sizes["end"]
     columns: dict[str, Any] = {"time [s]": np.repeat(forces["time"].values, ends)}
-    for name in NAMES:
+    for name in END_NAMES:
         columns[name] = np.tile(forces[f"end_{name}"].values, count)
     for name, label in (("force", "{} [N]"), ("force_along", "along {} of the body [N]")):
         for axis, letter in enumerate("xy"):
@@ -201,14 +205,14 @@ def force_table(forces: xr.Dataset) -> pd.DataFrame:
 
 
 def envelope(forces: xr.Dataset) -> pd.DataFrame:
-    """Extremes over time of each end: the largest force, when it acts and its components, and the range of these."""
+    """Return the extremes of each end: the largest force with its instant and components, and the range of the components."""
     import pandas as pd
 
     rows = []
     time, along = forces["time"].values, forces["force_along"].values
     for k in range(forces.sizes["end"]):
         size = np.hypot(along[:, k, 0], along[:, k, 1])
-        row: dict[str, Any] = {name: str(forces[f"end_{name}"].values[k]) for name in NAMES}
+        row: dict[str, Any] = {name: str(forces[f"end_{name}"].values[k]) for name in END_NAMES}
         if np.isnan(size).all():  # not determined
             row |= dict.fromkeys(ENVELOPE, math.nan)
         else:
@@ -227,7 +231,7 @@ ENVELOPE = (
     "largest force [N]", "at time [s]", "x of the body then [N]", "y of the body then [N]",
     "least x [N]", "largest x [N]", "least y [N]", "largest y [N]",
 )  # fmt: skip
-"""Columns of an envelope behind the names."""
+"""Columns of an envelope after the names."""
 
 MOMENT = "largest moment [N m]"
 
@@ -239,10 +243,10 @@ def to_csv(table: pd.DataFrame) -> bytes:
 
 
 def force_json(forces: xr.Dataset) -> bytes:
-    """Forces over time and their envelope as JSON; what is not determined is null."""
+    """Return forces over time and their envelope as JSON; undetermined values are null."""
     ends = []
     for k, row in enumerate(envelope(forces).to_dict("records")):
-        names = {name: row.pop(name) for name in NAMES}
+        names = {name: row.pop(name) for name in END_NAMES}
         courses = {name: _plain(forces[name].values[:, k].tolist()) for name in ("force", "force_along", "moment")}
         ends.append({**names, "envelope": {key: _plain(value) for key, value in row.items()}, **courses})
     whole = {"scissordyn": "pin forces", "units": "SI", "time": forces["time"].values.tolist(), "ends": ends}
@@ -250,22 +254,25 @@ def force_json(forces: xr.Dataset) -> bytes:
 
 
 def _plain(value: Any) -> Any:
-    """A number or lists of them, with None for what is not determined."""
+    """Return a number or nested lists of numbers, with None for values that are not finite."""
     if isinstance(value, list):
         return [_plain(part) for part in value]
     return value if math.isfinite(value) else None
 
 
 def beam_file(forces: xr.Dataset, run: xr.Dataset, mechanism: Mechanism, *, section: str, material: str = "steel") -> bytes:
-    """An input file of CalculiX: each straight bar as beams in its own frame, with its load when the force on it is largest.
+    """Return a CalculiX input file with each straight bar as beams in its own frame, at the instant of its largest force.
 
-    The forces of the pins, the weight and the inertia of the bar are in equilibrium; three supports in the plane take nothing
-    but what is missing to that, so that their reactions tell how exact it is.
+    The pin forces, the weight and the inertia of each bar are in equilibrium. Three supports in the plane carry only the
+    residual, so
+    that their reactions show the error.
     """
     matched = RECTANGLE.fullmatch(section)
     if matched is None or not float(matched[1]) > 0.0 < float(matched[2]):
         raise InputError(
-            f"section '{section}' of beams", "a rectangle: width across the plane x depth in it", "--section '20x30 mm'"
+            f"section '{section}' of the beams is not a rectangle",
+            "a rectangle: width across the plane x depth in it",
+            "--section '20x30 mm'",
         )
     width, depth = (float(matched[k]) * METRES[matched[3]] for k in (1, 2))
     chosen = read_material(material)
@@ -273,11 +280,11 @@ def beam_file(forces: xr.Dataset, run: xr.Dataset, mechanism: Mechanism, *, sect
     loads: list[str] = []
     supports: list[str] = []
     for number, body in enumerate(mechanism.bodies):
-        at = _worst(forces, run, mechanism, body)
+        at = _worst_sample(forces, run, mechanism, body)
         if isinstance(at, str):
             left_out.append(f"** '{body.name}': left out, {at}")
             continue
-        places = _nodes(body)
+        places = _beam_nodes(body)
         label = re.sub(r"\W", "_", body.name).upper()
         height = number * 2.0 * mechanism.size
         lines.append(f"** {body.name}: load at t = {float(run['time'].values[at]):.9g} s")
@@ -291,7 +298,7 @@ def beam_file(forces: xr.Dataset, run: xr.Dataset, mechanism: Mechanism, *, sect
         supports += [f"N_{label}, 3, 3", f"{node + 1}, 1, 2", f"{last}, 2, 2", f"{node + 1}, 4, 4"]
         node, element = last, element + len(places) - 1
     if not node:
-        raise InputError("no bar that can be written as beams", "a straight bar with joints on its line")
+        raise InputError("no bar can be written as beams", "a straight bar with joints on its line")
     text = [
         "** Written by scissordyn: bars as beams, SI units, each along x of its own frame.",
         *left_out,
@@ -311,14 +318,14 @@ def beam_file(forces: xr.Dataset, run: xr.Dataset, mechanism: Mechanism, *, sect
     return "\n".join(text).encode()
 
 
-def _worst(forces: xr.Dataset, run: xr.Dataset, mechanism: Mechanism, body: Body) -> int | str:
-    """The sample of the largest force on a pin of the bar; or why it is no beam."""
+def _worst_sample(forces: xr.Dataset, run: xr.Dataset, mechanism: Mechanism, body: Body) -> int | str:
+    """Return the sample with the largest pin force on the bar, or the reason why the bar is not a beam."""
     ends = forces["end_body"].values == body.name
     points = forces["end_point"].values[ends].astype(str).tolist()
-    if not body.rotates or not points or len(_line(body)) < 2:
-        return "it is no bar with a joint and a length"
+    if not body.rotates or not points or len(_points_on_line(body)) < 2:
+        return "it has no joint or no length"
     beside = [abs(body.points[point][1]) if point else math.inf for point in points]
-    if max(*beside, abs(body.centre[1])) > STRAIGHT * body.extent:
+    if max(*beside, abs(body.centre[1])) > STRAIGHT_TOL * body.extent:
         return "its joints and its mass centre are not on its x axis"
     along = forces["force_along"].values[:, ends]
     if np.isnan(along).any() or np.isnan(forces["moment"].values[:, ends]).any():
@@ -326,28 +333,30 @@ def _worst(forces: xr.Dataset, run: xr.Dataset, mechanism: Mechanism, body: Body
     at = int(np.argmax(np.max(np.hypot(along[..., 0], along[..., 1]), axis=1)))
     other = float(np.hypot(*forces["other_force"].values[at, mechanism.bodies.index(body)]))
     if other > 1e-6 * max(float(np.max(abs(along[at]))), 1.0):
-        return f"components pull at it with {other:.4g} N at t = {run['time'].values[at]:.6g} s"
+        return f"components act on it with {other:.4g} N at t = {run['time'].values[at]:.6g} s"
     return at
 
 
-def _line(body: Body) -> list[float]:
-    """Places of the points and of the mass centre along the bar's x axis."""
-    return sorted({round(x, 12) for x, y in (*body.points.values(), body.centre) if abs(y) <= STRAIGHT * body.extent})
+def _points_on_line(body: Body) -> list[float]:
+    """Return the coordinates of the points and the mass centre along the bar's x axis."""
+    return sorted({round(x, 12) for x, y in (*body.points.values(), body.centre) if abs(y) <= STRAIGHT_TOL * body.extent})
 
 
-def _nodes(body: Body) -> list[float]:
-    """These, and some between them."""
-    fixed = _line(body)
+def _beam_nodes(body: Body) -> list[float]:
+    """Return the coordinates of the beam nodes along the bar's x axis."""
+    pieces = 12  # elements between two points of a bar
+    fixed = _points_on_line(body)
     places = [fixed[0]]
     for a, b in pairwise(fixed):
-        places += [a + (b - a) * k / PIECES for k in range(1, PIECES + 1)]
+        places += [a + (b - a) * k / pieces for k in range(1, pieces + 1)]
     return places
 
 
 def _loads(
     forces: xr.Dataset, motion: xr.Dataset, mechanism: Mechanism, body: Body, places: list[float], before: int
 ) -> list[str]:
-    """Forces and torques at the nodes: of the pins, the weight, and the inertia with its sign turned."""
+    """Return the load lines of all nodes: forces of the pins, weight, and inertia with opposite sign."""
+    uniform_tol = 1e-6  # largest relative difference from the mass centre and inertia of a uniform bar
     lines: list[str] = []
 
     def put(x: float, force: complex, torque: float = 0.0) -> None:
@@ -369,14 +378,16 @@ def _loads(
     rate, angular = float(motion["angular_velocity"]), float(motion["angular_acceleration"])
     length, middle = places[-1] - places[0], 0.5 * (places[0] + places[-1])
     inertia = body.mass * length**2 / 12.0
-    uniform = abs(body.centre[0] - middle) < UNIFORM * length and abs((body.inertia or 0.0) - inertia) < UNIFORM * inertia
+    uniform = (
+        abs(body.centre[0] - middle) < uniform_tol * length and abs((body.inertia or 0.0) - inertia) < uniform_tol * inertia
+    )
     if not uniform:
         lines.append("** weight and inertia, at the mass centre: the bar is not uniform")
         put(body.centre[0], body.mass * (gravity - acceleration), -(body.inertia or 0.0) * angular)
         return lines
     lines.append("** weight and inertia, along the bar")
     for a, b in pairwise(places):
-        for x, weight in _consistent(a, b):
+        for x, weight in _gauss_points(a, b):
             local = acceleration - (rate**2 - 1j * angular) * (x - body.centre[0])
             part = body.mass * weight / length
             for place, share in ((a, (b - x) / (b - a)), (b, (x - a) / (b - a))):
@@ -384,7 +395,7 @@ def _loads(
     return lines
 
 
-def _consistent(a: float, b: float) -> list[tuple[float, float]]:
-    """Two Gauss points: exact for the product of linear shapes and a linear load."""
+def _gauss_points(a: float, b: float) -> list[tuple[float, float]]:
+    """Return two Gauss points with weights, exact for the product of a linear shape function and a linear load."""
     half, middle = 0.5 * (b - a), 0.5 * (a + b)
     return [(middle - half / math.sqrt(3.0), half), (middle + half / math.sqrt(3.0), half)]

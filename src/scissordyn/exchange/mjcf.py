@@ -1,7 +1,8 @@
-"""MJCF and URDF, read by MuJoCo: the planar mechanisms among them.
+"""Read planar mechanisms from MJCF and URDF with MuJoCo.
 
-A mechanism is understood if all hinges have parallel axes and all slides are at right angles to these. What the import does
-not use is named.
+A model is accepted if all hinges have parallel axes and all slides are perpendicular to them. Parts that the import does not
+use are
+reported.
 """
 
 from __future__ import annotations
@@ -29,35 +30,35 @@ from scissordyn.model.coupling import Coordinate, Coupling, RelativeAngle, Slide
 from scissordyn.model.joint import Guide, Revolute, Weld
 from scissordyn.model.mechanism import Mechanism
 
-AT_LIMIT = 1e-9  # [rad] a stop at which a hinge starts lies this far beyond, so that its side is known
+LIMIT_MARGIN = 1e-9  # [rad or m] offset of a stop at which a joint starts, so that the stop's side is unambiguous
 
 
 def read_mjcf(text: str, *, folder: str | Path | None = None) -> Imported:
-    """The planar mechanism of a model in MJCF, or in URDF, at its start.
+    """Return the planar mechanism of a model in MJCF or URDF at its start.
 
     Parameters
     ----------
     text : str
-        XML; MuJoCo reads both. A URDF is a tree: of mechanisms only chains without loops are in it.
+        XML of the model. A URDF is a tree, so it cannot contain closed loops.
     folder : path, optional
-        Where the files are that a model in MJCF includes. Without it, or outside it, an include is an error; so are files of
-        meshes whose mass counts.
+        Folder of the files that a model in MJCF includes. Without a folder, or outside it, an include is an error. Mesh files
+        whose mass counts are always an error.
 
     Returns
     -------
     Imported
-        Bodies, joints and connections have the names of the model. The plane is at right angles to the hinges: its x and y are
-        x and y for hinges about z, x and z for hinges about y, y and z for hinges about x. Notes name lines of the text.
+        Bodies, joints and connections have the names of the model. The plane is perpendicular to the hinges: its x and y are
+        x and y for hinges about z, x and z for hinges about y, y and z for hinges about x. Notes refer to lines of the text.
 
     Raises
     ------
     InputError
-        If it cannot be read, or is not planar.
+        If the model cannot be read, or is not planar.
     """
     mujoco = library("mujoco", "exchange", "MJCF")
     source = used_part(text, None if folder is None else Path(folder))
     warn = mujoco.get_mju_user_warning()
-    # without a function MuJoCo writes its warnings into a file of the current folder
+    # by default MuJoCo writes its warnings into a file of the current folder
     mujoco.set_mju_user_warning(lambda message: source.notes.append(f"MuJoCo warns: {message}"))
     try:
         model = mujoco.MjModel.from_xml_string(source.text)
@@ -68,17 +69,19 @@ def read_mjcf(text: str, *, folder: str | Path | None = None) -> Imported:
         mujoco.mj_comPos(model, data)
         mujoco.mj_comVel(model, data)
     except (ValueError, mujoco.FatalError) as error:
-        raise InputError(f"no model of MuJoCo: {str(error)[:500]}", "MJCF or URDF without further files", SAMPLE) from None
+        raise InputError(
+            f"MuJoCo cannot read the model: {str(error)[:500]}", "MJCF or URDF without further files", SAMPLE
+        ) from None
     finally:
         mujoco.set_mju_user_warning(warn)
     for numbers in (model.body_mass, model.body_inertia, data.xpos, data.xipos, data.xmat, data.cvel):
         if not np.all(np.isfinite(numbers)):
-            raise InputError("a model of MuJoCo whose masses or positions are not finite", "finite numbers", SAMPLE)
+            raise InputError("the model has masses or positions that are not finite", "finite numbers", SAMPLE)
     return _Reader(mujoco, model, data, source).imported()
 
 
 class _Reader:
-    """A model at its start, and the parts made of it so far."""
+    """Model at its start, and the mechanism parts built from it."""
 
     def __init__(self, mujoco: Any, model: Any, data: Any, source: Source) -> None:
         self.mujoco, self.model, self.data, self.notes = mujoco, model, data, source.notes
@@ -87,7 +90,7 @@ class _Reader:
             self.notes.append(f"start: positions and velocities of keyframe '{name}', the first of {source.key_count}")
         if not source.gives_gravity:
             self.notes.append("gravity: a URDF has none; that of MuJoCo is assumed, 9.81 m/s^2 along -z")
-        # those without mass and joints are points of the body that they are fixed to
+        # bodies without mass and joints become points of the body they are fixed to
         self.host = [0]
         for index in range(1, model.nbody):
             fixed = not model.body_jntnum[index] and not model.body_mass[index] > 0.0
@@ -98,7 +101,7 @@ class _Reader:
             for kind in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
         )
         if balls := int(np.sum(model.jnt_type == mujoco.mjtJoint.mjJNT_BALL)):
-            raise InputError(f"a model with {balls} ball joints", "hinges and slides, in one plane", SAMPLE)
+            raise InputError(f"the model has {balls} ball joints", "hinges and slides, in one plane", SAMPLE)
         hinges, slides = ([(self._joint_name(j), data.xaxis[j]) for j in joints] for joints in (self.hinged, self.sliding))
         self.basis = plane_of(hinges, slides, model.opt.gravity, self.notes)
         self.names = [GROUND]
@@ -122,10 +125,10 @@ class _Reader:
             self._equality(k)
         touching = int(np.sum((self.model.geom_contype != 0) | (self.model.geom_conaffinity != 0)))
         if touching:
-            self.notes.append(f"{touching} geoms that may touch: only their masses are kept, bodies do not collide here")
+            self.notes.append(f"{touching} geoms with contact: only their masses are kept, because bodies do not collide here")
         bodies = tuple(self._body(index) for index in self.bodies)
         if not bodies:
-            raise InputError("a model of MuJoCo without bodies", "one body or more", SAMPLE)
+            raise InputError("the model has no bodies", "one body or more", SAMPLE)
         gravity, direction = self._gravity()
         mechanism = Mechanism(
             bodies=bodies,
@@ -145,16 +148,16 @@ class _Reader:
         return self.model.joint(j).name or f"joint {j}"
 
     def _disabled(self, *kinds: str) -> bool:
-        """Whether a <flag> of the model disables a kind of force; versions of MuJoCo differ in the kinds they know."""
+        """Return whether a <flag> of the model disables a kind of force; unknown kinds of this MuJoCo version are ignored."""
         bits = [getattr(self.mujoco.mjtDisableBit, f"mjDSBL_{kind}", 0) for kind in kinds]
         return any(self.model.opt.disableflags & int(bit) for bit in bits)
 
     def _gravity(self) -> tuple[float, float]:
-        """Size and direction of its part in the plane."""
+        """Return magnitude and direction of gravity in the plane."""
         gravity = self._flat(self.model.opt.gravity)
         size, across = math.hypot(*gravity), float(np.linalg.norm(self.model.opt.gravity))
         if self._disabled("GRAVITY") or not size > PARALLEL_TOL * across:
-            self.notes += [f"gravity of {across:g} m/s^2: left out, it is at right angles to the plane"] * (
+            self.notes += [f"gravity of {across:g} m/s^2: left out, because it is perpendicular to the plane"] * (
                 across > size == 0.0
             )
             return 0.0, -math.pi / 2
@@ -167,7 +170,7 @@ class _Reader:
         return float(x), float(y)
 
     def _angle(self, index: int) -> float:
-        """Direction of a body's x axis in the plane; of its y axis where x is the normal."""
+        """Return the direction of a body's x axis in the plane; of its y axis if its x axis is normal to the plane."""
         if index == 0:
             return 0.0
         axes = self.data.xmat[index].reshape(3, 3)
@@ -176,13 +179,13 @@ class _Reader:
         return math.atan2(y, x)
 
     def _local(self, index: int, place: Any) -> Point:
-        """A place in space, in the plane and in the frame of a body."""
+        """Return a point in space in the coordinates of a body, projected to the plane."""
         x, y = self._flat(np.asarray(place) - self.data.xpos[index])
         cos, sin = math.cos(self._angle(index)), math.sin(self._angle(index))
         return cos * x + sin * y, cos * y - sin * x
 
     def _at(self, index: int, place: Any, name: str) -> BodyPoint:
-        """A point of a body at a place in space."""
+        """Return the point of a body at a place in space; add the point if it is new."""
         index = self.host[index]
         local, points = self._local(index, place), self.points[self.names[index]]
         for named, other in points.items():
@@ -200,13 +203,15 @@ class _Reader:
         return self.host[int(self.model.body_parentid[index])]
 
     def _attach(self, index: int) -> None:
-        """The joints of a body with its parent."""
+        """Add the joints between a body and its parent."""
         model, data, parent, joints = self.model, self.data, self._parent(index), self._joints_of(index)
         hinges, slides = ([j for j in joints if j in kind] for kind in (self.hinged, self.sliding))
         body = self.names[index]
         name = plain_name(next((model.joint(j).name for j in joints), "") or f"joint of {body}", ())
         if len(hinges) > 1 or len(slides) > 2:
-            raise InputError(f"body '{body}' with {len(hinges)} hinges and {len(slides)} slides", "one hinge", SAMPLE)
+            raise InputError(
+                f"body '{body}' has {len(hinges)} hinges and {len(slides)} slides", "at most one hinge and two slides", SAMPLE
+            )
         if joints and not hinges and not slides:
             self.notes.append(f"body '{body}' moves freely: here in the plane")
             return
@@ -249,7 +254,7 @@ class _Reader:
             self.fixed_angle.add(index)
 
     def _hinge(self, j: int, index: int, parent: int) -> None:
-        """Spring, damping, friction and limits of a hinge, as parts of the mechanism."""
+        """Add the spring, damping, friction and limits of a hinge."""
         joint, name = self.model.joint(j), self._joint_name(j)
         ends, label = (self.names[index], self.names[parent]), plain_name(name, ())
         sense, start = self._sense(j), self._angle(index) - self._angle(parent)
@@ -272,18 +277,18 @@ class _Reader:
             self.components.append(AngleStop(f"{side} limit of {label}", ends[0], angle(limit), ends[1]))
 
     def _slide(self, j: int, index: int, parent: int, hinges: list[int], others: list[int]) -> None:
-        """Spring and damping of a slide as a bushing along its line, limits on the ground as end stops."""
+        """Add the spring and damping of a slide as a bushing along its line, and limits on the ground as end stops."""
         joint, along, name = self.model.joint(j), self.data.xaxis[j], self._joint_name(j)
         label, measure = plain_name(name, ()), np.array(self._flat(along))
         if others:
-            # what is measured along one of two slides does not change along the other one
+            # motion along one slide does not change the coordinate of the other
             x, y = self._flat(self.data.xaxis[others[0]])
             measure = np.array([-y, x]) / float(np.array([-y, x]) @ measure)
         q, rest = float(self.data.joint(j).qpos[0]), float(joint.qpos_spring[0])
-        # the anchor of a hinge stays when the body turns; that of a slide is where it was before the joint moved
+        # the anchor of a hinge does not move when the body turns; the anchor of a slide moves with the joint
         moved = self.data.xanchor[j] + (q - float(joint.qpos0[0])) * along
         place = self.data.xanchor[hinges[0]] if hinges else moved
-        if index in self.fixed_angle:  # a body that does not turn is held at its mass centre, and all its points move alike
+        if index in self.fixed_angle:  # a body that does not turn is held at its mass centre; all its points move alike
             place = self.data.xipos[index]
         size, direction = float(np.hypot(*measure)), math.atan2(measure[1], measure[0])
         stiffness, damping = self._spring(joint, name, "m")
@@ -308,7 +313,7 @@ class _Reader:
             self.notes.append(f"dry friction of joint '{name}': left out")
 
     def _spring(self, joint: Any, name: str, unit: str) -> tuple[float, float]:
-        """Stiffness and damping of a joint that act; of polynomials the linear part."""
+        """Return the active stiffness and damping of a joint; only the linear part of a polynomial is kept."""
         kept, torque = [], "N m" if unit == "rad" else "N"
         parts = (("stiffness", "spring", "SPRING", unit), ("damping", "damper", "DAMPER", f"{unit}/s"))
         for (what, flag, kind, per), (value, *further) in zip(parts, _coefficients(joint), strict=True):
@@ -325,7 +330,7 @@ class _Reader:
         return kept[0], kept[1]
 
     def _friction(self, joint: Any, name: str) -> float:
-        """Dry friction of a joint that acts [N m or N]."""
+        """Return the active dry friction of a joint [N m or N]."""
         friction = float(joint.frictionloss[0])
         if friction and self._disabled("FRICTIONLOSS", "CONSTRAINT"):
             self.notes.append(f"dry friction of joint '{name}': left out, as <flag frictionloss='disable'> says")
@@ -333,7 +338,7 @@ class _Reader:
         return friction
 
     def _limits(self, joint: Any, name: str, q: float, unit: str, stop: str) -> list[tuple[str, float]]:
-        """The limits of a joint that become end stops; one at which it starts is not violated."""
+        """Return the limits of a joint that become end stops; a limit at which the joint starts is moved slightly outwards."""
         if not joint.limited[0]:
             return []
         if self._disabled("LIMIT", "CONSTRAINT"):
@@ -342,20 +347,20 @@ class _Reader:
         low, high = joint.range.tolist()
         stops = []
         for side, limit, beyond in (("lower", low, low - q), ("upper", high, q - high)):
-            if beyond > (TILT_MAX if unit == "rad" else AT_LIMIT):
+            if beyond > (TILT_MAX if unit == "rad" else LIMIT_MARGIN):
                 self.notes.append(f"{side} limit of joint '{name}': left out; it is {limit:g} {unit}, the start {q:g} {unit}")
                 continue
-            if beyond > AT_LIMIT:
+            if beyond > LIMIT_MARGIN:
                 self.notes.append(
                     f"{side} limit of joint '{name}': its end stop is at the start, {beyond:.2g} {unit} beyond it"
                 )
-            stops.append((side, min(limit, q - AT_LIMIT) if side == "lower" else max(limit, q + AT_LIMIT)))
+            stops.append((side, min(limit, q - LIMIT_MARGIN) if side == "lower" else max(limit, q + LIMIT_MARGIN)))
         if stops:
             self.notes.append(f"limits of joint '{name}': end stops of the stiffness and restitution that {stop} has")
         return stops
 
     def _sense(self, j: int) -> float:
-        """Whether a hinge turns as angles in the plane do, or against them."""
+        """Return 1.0 if a hinge turns counter-clockwise in the plane, otherwise -1.0."""
         return math.copysign(1.0, float(self.data.xaxis[j] @ self.basis[2]))
 
     def _equality(self, k: int) -> None:
@@ -363,7 +368,9 @@ class _Reader:
         name = plain_name(equality.name or f"connection {k + 1}", ())
         kind, a, b = (int(part[0]) for part in (equality.type, equality.obj1id, equality.obj2id))
         if kind not in (kinds.mjEQ_CONNECT, kinds.mjEQ_WELD, kinds.mjEQ_JOINT) or not equality.active0[0]:
-            self.notes.append(f"equality '{name}': left out; it is inactive, or none of two joints, a connection or a weld")
+            self.notes.append(
+                f"equality '{name}': left out; it is inactive, or not a connection, a weld or an equality of joints"
+            )
             return
         if self._disabled("EQUALITY", "CONSTRAINT"):
             self.notes.append(f"equality '{name}': left out, as <flag equality='disable'> says")
@@ -375,7 +382,7 @@ class _Reader:
             places = self.data.site_xpos[a], self.data.site_xpos[b]
             a, b = int(model.site_bodyid[a]), int(model.site_bodyid[b])
         else:
-            # data of a connection: anchors in both bodies; of a weld: in the second one, then in the first one
+            # anchors of a connection are in both bodies; those of a weld in the second body, then in the first
             first, second = equality.data[:3], equality.data[3:6]
             if kind == kinds.mjEQ_WELD:
                 first, second = second, first
@@ -393,7 +400,7 @@ class _Reader:
             self.welds.append(Weld(name, *points))
 
     def _weld_angle(self, k: int) -> float:
-        """The angle in the plane by which the second body or site of a weld is turned against its place in the weld [rad]."""
+        """Return the angle in the plane between the second body or site of a weld and its place in the weld [rad]."""
         a, b = int(self.model.eq_obj1id[k]), int(self.model.eq_obj2id[k])
         if self.model.eq_objtype[k] == self.mujoco.mjtObj.mjOBJ_SITE:
             first, second = (self.data.site_xmat[site].reshape(3, 3) for site in (a, b))
@@ -405,7 +412,7 @@ class _Reader:
         return math.atan2(y, x)
 
     def _couple(self, equality: Any, output: int, driver: int) -> None:
-        """The equality q1 - q1_0 = c0 + c1 (q2 - q2_0) + ... of two joints, where q_0 is that of the model."""
+        """Add the coupling q1 - q1_0 = c0 + c1 (q2 - q2_0) of two joints, where q_0 is the model's reference position."""
         constant, factor, *further = equality.data[:5].tolist()
         parts: tuple[Any, ...] = (*self.joints, *self.guides, *self.welds, *self.couplings)
         label = equality.name or f"coupling of {self.model.joint(output).name or equality.id + 1}"
@@ -432,7 +439,7 @@ class _Reader:
         self.couplings.append(Coupling(name, first, second, ratio, here1 + sense1 * gap - ratio * here2))
 
     def _coordinate(self, j: int) -> tuple[Coordinate, float, float] | None:
-        """The coordinate of a hinge or of the only slide of a body, its sense, and its value at the start."""
+        """Return the coordinate of a hinge or of a body's only slide, its sign, and its value at the start."""
         index = int(self.model.jnt_bodyid[j])
         parent = self._parent(index)
         name, base = self.names[index], self.names[parent]
@@ -441,7 +448,7 @@ class _Reader:
         if len(set(self._joints_of(index)).intersection(self.sliding)) > 1:
             return None
         guide = next(guide for guide in self.guides if guide.follower[0] == name)
-        through = guide.through  # where the follower is at the start
+        through = guide.through  # the position of the follower at the start
         here = math.cos(guide.direction) * through[0] + math.sin(guide.direction) * through[1]
         return Slide(guide.follower, guide.direction, base), 1.0, here
 
@@ -455,7 +462,7 @@ class _Reader:
         if index in self.fixed_angle:
             return self._block(index, mass)
         if not mass > 0.0 or not inertia > 0.0:
-            what = f"body '{name}' of the model without mass or inertia"
+            what = f"body '{name}' of the model has no mass or no inertia"
             raise InputError(what, "an <inertial>, or geoms with a mass", SAMPLE)
         twist = self._twist(index)
         return Body(
@@ -471,14 +478,14 @@ class _Reader:
         )
 
     def _block(self, index: int, mass: float) -> Body:
-        """A body that slides in two directions and does not turn."""
+        """Return the body that slides in two directions and does not turn."""
         name, twist = self.names[index], self._twist(index)
         centre, position = self._local(index, self.data.xipos[index]), self._flat(self.data.xpos[index])
         points = self.points[name] or {"origin": (0.0, 0.0)}
         return Body(name, mass, None, points, centre, position, self._angle(index), velocity=self._flat(twist[3:]))
 
     def _twist(self, index: int) -> np.ndarray:
-        """Angular velocity of a body and velocity of its origin, in space; what is out of the plane is named."""
+        """Return a body's angular velocity and its origin's velocity in space; report components out of the plane."""
         twist = np.zeros(6)
         self.mujoco.mj_objectVelocity(self.model, self.data, self.mujoco.mjtObj.mjOBJ_XBODY, index, twist, 0)
         normal = self.basis[2]
@@ -489,7 +496,7 @@ class _Reader:
 
 
 def _coefficients(joint: Any) -> tuple[list[float], list[float]]:
-    """Coefficients of the polynomials of stiffness and damping of a joint; older versions of MuJoCo have the linear ones."""
+    """Return the polynomial coefficients of a joint's stiffness and damping; older MuJoCo versions have only linear ones."""
     parts = ([getattr(joint, name, []) for name in (what, f"{what}poly")] for what in ("stiffness", "damping"))
     stiffness, damping = ([float(value) for part in pair for value in np.ravel(part)] for pair in parts)
     return stiffness, damping

@@ -1,6 +1,7 @@
-"""The ideal mechanism in MJCF, for MuJoCo: a tree of hinges and slides, whose loops are closed by connections.
+"""Write the ideal mechanism in MJCF for MuJoCo: a tree of hinges and slides, whose loops are closed by connections.
 
-Couplings are equalities of joints, or of tendons along joints or between two points; coordinate drives pull at such tendons.
+Couplings become equalities of joints, or of tendons along joints or between two points. Coordinate drives become motors on such
+tendons.
 """
 
 from __future__ import annotations
@@ -22,12 +23,10 @@ from scissordyn.model.joint import Guide, Revolute, Weld
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.simulate import simulate
 
-TIMESTEP = 1e-4
-STIFF: dict[str, Any] = {"solref": f"{2 * TIMESTEP:g} 1", "solimp": "0.9999 0.9999 0.001"}
-"""MuJoCo's constraints are soft; so they are as stiff as its time step allows."""
+TIMESTEP = 1e-4  # [s]
+STIFF_SOLVER: dict[str, Any] = {"solref": f"{2 * TIMESTEP:g} 1", "solimp": "0.9999 0.9999 0.001"}
+"""Solver parameters of constraints, which are soft in MuJoCo: as stiff as the time step allows."""
 
-SHORT = 1e-6  # Time of the run whose start is taken [s]
-SAME = 1e-12  # Weights of a joint below this are those of a slide across it
 
 HINGE = {"type": "hinge", "axis": "0 0 1"}
 
@@ -35,43 +34,42 @@ Edge: TypeAlias = Guide | Revolute | Weld
 
 
 class Model(NamedTuple):
-    """A mechanism in MJCF."""
+    """Mechanism in MJCF."""
 
     text: str
-    notes: tuple[str, ...]  # What is not in it
+    notes: tuple[str, ...]  # Parts that are left out
 
 
 @dataclass
 class _Placed:
-    """A body at the start, with what it is attached to and the joints by which it moves against that; places are complex."""
+    """Body at the start, its parent, and the joints between them; positions are complex numbers."""
 
     body: Body
     origin: complex
     angle: float
-    velocity: complex  # Of its origin
+    velocity: complex  # Velocity of the origin
     rate: float
     parent: str = GROUND
     by: Edge | None = None
     hinge: str = ""
-    slides: list[str] = field(default_factory=list)  # Two of a body that moves freely
+    slides: list[str] = field(default_factory=list)  # Two for a body that moves freely
 
     def arm(self, point: str) -> complex:
-        """From its origin to a point."""
+        """Return the vector from the origin to a point."""
         return cmath.rect(1.0, self.angle) * complex(*self.body.points[point])
 
 
 def mjcf(mechanism: Mechanism) -> Model:
-    """The mechanism with ideal joints, as it is assembled at its start."""
+    """Return the mechanism with ideal joints in MJCF, as assembled at its start."""
     ideal, backlashes = closed(mechanism.ideal())
     refused: tuple[Any, ...] = (*ideal.rods, *ideal.latches)
     if refused:
-        raise InputError(f"'{refused[0].name}' in MJCF", "joints, guides, welds and couplings; no rods and latches")
+        raise InputError(f"MJCF cannot represent '{refused[0].name}'", "joints, guides, welds and couplings")
     notes = [f"{type(part).__name__} '{part.name}': left out" for part in ideal.components]
     notes += [
-        f"the prescribed angle of '{drive.body}': a motor in its place; its speed at the start is kept"
-        for drive in ideal.drives
+        f"the prescribed angle of '{drive.body}': replaced by a motor; its speed at the start is kept" for drive in ideal.drives
     ]
-    notes += [f"the motion of drive '{drive.name}': a motor in its place" for drive in ideal.coordinate_drives]
+    notes += [f"the motion of drive '{drive.name}': replaced by a motor" for drive in ideal.coordinate_drives]
     notes += [f"the backlash of coupling '{name}': left out" for name in backlashes]
     notes += ["joints with clearance are ideal"] if mechanism.clearance_joints else []
     root = _Writer(ideal).root
@@ -80,11 +78,11 @@ def mjcf(mechanism: Mechanism) -> Model:
 
 
 class _Writer:
-    """A model, whose parts are added in the order of the file."""
+    """Writer that adds the parts of a model in the order of the file."""
 
     def __init__(self, ideal: Mechanism) -> None:
         self.ideal, self.placed = ideal, place_bodies(ideal)
-        loops = _spanned(ideal, self.placed)
+        loops = _build_tree(ideal, self.placed)
         self.root = ET.Element("mujoco", model="mechanism")
         self.add("compiler", angle="radian", inertiafromgeom="false")
         down = cmath.rect(ideal.gravity, ideal.gravity_direction)
@@ -114,7 +112,7 @@ class _Writer:
         return ET.SubElement(self.root, tag, **attributes)
 
     def _add_bodies(self, parent: str) -> None:
-        """Add the bodies that are attached to another one or to the ground, with their joints, and so on."""
+        """Add the bodies attached to a parent with their joints, and recursively the bodies attached to these."""
         above = self.placed.get(parent)
         origin, turn = (above.origin, above.angle) if above else (0j, 0.0)
         for name, here in self.placed.items():
@@ -140,12 +138,12 @@ class _Writer:
             self._add_bodies(name)
 
     def _close(self, loop: Revolute | Weld) -> None:
-        """A connection, or a weld, of two bodies that are both in the tree."""
+        """Add a connection or weld that closes a loop between two bodies of the tree."""
         ends = (loop.journal, loop.bearing) if isinstance(loop, Revolute) else (loop.start, loop.end)
         (body, point), (other, _) = ends if ends[0][0] != GROUND else ends[::-1]
         revolute = isinstance(loop, Revolute)
         pair: dict[str, Any] = {"anchor": _vector(complex(*self.placed[body].body.points[point]))} if revolute else {}
-        pair |= {"body1": body} | ({} if other == GROUND else {"body2": other}) | STIFF
+        pair |= {"body1": body} | ({} if other == GROUND else {"body2": other}) | STIFF_SOLVER
         ET.SubElement(self.equality, "connect" if revolute else "weld", name=loop.name, **pair)
 
     def _couple(self, part: Coupling) -> None:
@@ -158,10 +156,11 @@ class _Writer:
             kind, factor = "tendon", part.ratio
             first, second = (self._tendon(part, side, end) for side, end in zip(("output", "input"), ends, strict=True))
         pair: dict[str, Any] = {f"{kind}1": first, f"{kind}2": second, "polycoef": f"0 {factor!r} 0 0 0"}
-        ET.SubElement(self.equality, kind, name=part.name, **pair, **STIFF)
+        ET.SubElement(self.equality, kind, name=part.name, **pair, **STIFF_SOLVER)
 
     def _weights(self, coordinate: Coordinate, what: str) -> dict[str, float] | None:
-        """Weights of the joints whose sum a coordinate is, but for a constant; None of a distance."""
+        """Return the joints whose weighted sum is a coordinate, up to a constant; None for a distance."""
+        least_weight = 1e-12  # smaller weights belong to a slide perpendicular to the coordinate
         if isinstance(coordinate, Distance):
             return None
         if isinstance(coordinate, RelativeAngle):
@@ -179,14 +178,14 @@ class _Writer:
             if leads or not here.hinge:
                 turned = coordinate.direction - (guide.direction if guide else 0.0)
                 pairs = zip(here.slides, (math.cos(turned), math.sin(turned)), strict=False)
-                return {joint: weight for joint, weight in pairs if abs(weight) > SAME}
+                return {joint: weight for joint, weight in pairs if abs(weight) > least_weight}
         raise InputError(
-            f"{what} of the slide of '{body}.{point}' in MJCF",
-            "a slide along the guide of its body, of the point that the guide leads if the body turns",
+            f"{what}: MJCF cannot represent the slide of '{body}.{point}'",
+            "a slide along the guide of its body; for a turning body, a slide of the guided point",
         )
 
     def _tendon(self, part: Coupling | CoordinateDrive, side: str, weights: Mapping[str, float] | None) -> str:
-        """A tendon whose length is a coordinate but for a constant; its name."""
+        """Add a tendon whose length is a coordinate up to a constant; return its name."""
         name, coordinate = f"{part.name} {side}", getattr(part, side)
         tendon = ET.SubElement(self.tendons, "spatial" if weights is None else "fixed", name=name)
         for joint, weight in (weights or {}).items():
@@ -200,8 +199,9 @@ class _Writer:
 
 
 def place_bodies(ideal: Mechanism) -> dict[str, _Placed]:
-    """The bodies at the start of a run."""
-    run = simulate(ideal, until=SHORT, samples=2).isel(time=0)
+    """Return the bodies at the start of a run."""
+    until = 1e-6  # a short run computes the start [s]
+    run = simulate(ideal, until=until, samples=2).isel(time=0)
     bodies = {}
     for body in ideal.bodies:
         motion = run.sel(body=body.name)
@@ -213,14 +213,14 @@ def place_bodies(ideal: Mechanism) -> dict[str, _Placed]:
     return bodies
 
 
-def _spanned(ideal: Mechanism, placed: dict[str, _Placed]) -> list[Revolute | Weld]:
-    """Attach each body to another one or to the ground, by guides first; returns the joints that close loops."""
+def _build_tree(ideal: Mechanism, placed: dict[str, _Placed]) -> list[Revolute | Weld]:
+    """Attach each body to another one or to the ground, through guides first; return the joints that close loops."""
     edges: list[tuple[Edge, str, str]] = [(guide, guide.body, guide.follower[0]) for guide in ideal.guides]
     edges += [(joint, joint.bearing[0], joint.journal[0]) for joint in ideal.joints]
     edges += [(weld, weld.start[0], weld.end[0]) for weld in ideal.welds]
     while True:
         ways = ((k, *way) for k, (_, first, second) in enumerate(edges) for way in ((first, second), (second, first)))
-        step = next((way for way in ways if _attaches(edges[way[0]][0], *way[1:], placed)), None)
+        step = next((way for way in ways if _can_attach(edges[way[0]][0], *way[1:], placed)), None)
         if step is None:
             break
         k, parent, child = step
@@ -228,20 +228,20 @@ def _spanned(ideal: Mechanism, placed: dict[str, _Placed]) -> list[Revolute | We
     loops: list[Revolute | Weld] = []
     for edge, _, _ in edges:
         if isinstance(edge, Guide):
-            raise InputError(f"guide '{edge.name}' closes a loop, which MJCF cannot say", "guides that lead a body each")
+            raise InputError(f"guide '{edge.name}' closes a loop, which MJCF cannot represent", "one guide for each body")
         loops.append(edge)
     return loops
 
 
-def _attaches(edge: Edge, parent: str, child: str, placed: dict[str, _Placed]) -> bool:
-    """Whether an edge can attach a body to what is in the tree already: a guide its follower, others what rotates."""
+def _can_attach(edge: Edge, parent: str, child: str, placed: dict[str, _Placed]) -> bool:
+    """Return whether an edge can attach a body to the tree: a guide attaches its follower, other edges a rotating body."""
     if child == GROUND or placed[child].by or not (parent == GROUND or placed[parent].by):
         return False
     return child == edge.follower[0] if isinstance(edge, Guide) else placed[child].body.rotates
 
 
 def _joints(here: _Placed, parent: _Placed | None) -> Iterator[tuple[dict[str, Any], float]]:
-    """Joints of a body with its parent, and their speeds at the start."""
+    """Yield the joints between a body and its parent, each with its speed at the start."""
     by, name = here.by, here.body.name
     turning = here.rate - (parent.rate if parent else 0.0)
     if isinstance(by, Revolute):

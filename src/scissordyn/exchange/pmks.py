@@ -1,15 +1,20 @@
-"""Links of PMKS+, the planar mechanism kinematic simulator of Worcester Polytechnic Institute: the address holds the linkage.
+"""Read links of PMKS+, the planar linkage simulator of Worcester Polytechnic Institute, whose address holds the linkage.
 
-The form of the address was read from the public source of PMKS+ (github.com/PMKS-Web/PMKSWeb, src/app/services/transcoding):
-behind the question mark stand sections with a dot after each: truth values, decimal settings, whole settings, units, then one
-section for each joint, an empty one, one for each link, an empty one, one for each force, an empty one, and what was selected.
-The last character is the length of all before it, modulo 62. Numbers are whole numbers of thousandths to the base of 64, a zero
-in front means negative. There is no field for the version: a later one is known by the sections and characters that it adds.
+The format was read from the public source of PMKS+ (github.com/PMKS-Web/PMKSWeb, src/app/services/transcoding). Sections after
+the question mark end with a dot: truth values, decimal settings, integer settings, units, one section for each joint, an empty
+one,
+one for each link, an empty one, one for each force, an empty one, and the selected part. The last character is the length of
+all
+previous characters modulo 62. Numbers are integers of thousandths in base 64; a leading zero marks a negative one. The format
+has no
+version field: a later version is recognised by additional sections and characters.
 
-An earlier form is ``?j=A,1.4,0.485,AB,R,t,0,0.1,t,%0A...&l=...&f=...&s=10,false,false,m``: one line for each joint (name,
-place, links, R or P, on the ground, angle of a slide, friction, input), link (name, mass, inertia, mass centre, joints, forces,
-outline) and force (name, link, two ends of an arrow, global, outward, size), and the settings: speed of the input, clockwise,
-gravity, unit of length. A later one of this form has R or P behind the name of a link.
+An earlier format is ``?j=A,1.4,0.485,AB,R,t,0,0.1,t,%0A...&l=...&f=...&s=10,false,false,m`` with one line for each part. Joint:
+name, place, links, R or P, on the ground, angle of a slide, friction, input. Link: name, mass, inertia, mass centre, joints,
+forces,
+outline. Force: name, link, two ends of an arrow, global, outward, magnitude. Settings: input speed, clockwise, gravity, length
+unit. A
+later version of this format has R or P after the name of a link.
 """
 
 from __future__ import annotations
@@ -41,33 +46,32 @@ from scissordyn.units import rpm
 
 DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_-"
 SAMPLE = "scissordyn import 'https://app.pmksplus.com/?...' -o case.toml"
-ALLOWED = "a link that 'Share' of PMKS+ gives"
-AGAIN = "links of bars, pins and forces; open the link in PMKS+, and share it again"
+EXPECTED_LINK = "a link from 'Share' in PMKS+"
+SUPPORTED_LINKS = "links of bars, pins and forces; open the link in PMKS+, and share it again"
 
-LINK_MAX = 50_000  # Characters of a link, of about a thousand joints
-DIGITS_MAX = 12  # Digits of a number to the base of 64, with its sign: 64^11 thousandths of a unit
+LINK_MAX = 50_000  # Largest number of characters of a link, which has about a thousand joints then
+DIGITS_MAX = 12  # Largest number of base-64 digits of a number, including its sign
 
-PRISMATIC, INPUT, GROUNDED, WELDED, _, SEALED = range(6)  # Bits of a joint
-CLOCKWISE, GRAVITY = 0, 1  # Bits of the settings
+PRISMATIC, INPUT, GROUNDED, WELDED, _, SEALED = range(6)  # Bit positions in the flags of a joint
+CLOCKWISE, GRAVITY = 0, 1  # Bit positions in the settings
 
-TRUE = ("t", "true")  # In the earlier form
+TRUE_TEXTS = ("t", "true")  # Truth values of the earlier format
 
-LENGTHS = (("in", 0.0254, 0.45359237, 4.4482216152605), ("cm", 0.01, 1.0, 1.0), ("m", 1.0, 1.0, 1.0))
-"""Length in m, mass in kg and force in N of each unit of length; masses of drawings in inches are pounds."""
-NEAR = 0.5e-3  # A force this near to a pin acts there: half the last digit of a place, in its unit of length
+LENGTH_UNITS = (("in", 0.0254, 0.45359237, 4.4482216152605), ("cm", 0.01, 1.0, 1.0), ("m", 1.0, 1.0, 1.0))
+"""Length in m, mass in kg and force in N for each length unit; masses of drawings in inches are pounds."""
+PIN_TOL = 0.5e-3  # A force nearer to a pin than this acts there: half the last digit of a place [length unit]
 
-SWING = 0.98  # Part of the way between two locking positions that an input takes
 
-RAMP, STROKES = 0.05, 10_000
-"""Part of a stroke in which an input that reverses slows down, and as many strokes as a motion can have."""
+RAMP_FRACTION = 0.05  # Fraction of a stroke in which an oscillating input decelerates
+STROKES_MAX = 10_000  # Largest number of strokes of a motion
 
-LINKS = {"Y": True, "A": True, "M": True, "G": True, "N": False, "a": False, "m": False, "g": False} | {
+LINK_KINDS = {"Y": True, "A": True, "M": True, "G": True, "N": False, "a": False, "m": False, "g": False} | {
     str(digit): digit < 4 for digit in range(8)
 }
-"""First character of a link: whether it is a link of its own, not a part of a welded one. All but Y and N came later."""
+"""First characters of links: True for a separate link, False for part of a welded one. Later versions added most of them."""
 
-AUTOMATIC = {"inertia": "AMam1256", "centre": "AGag1357"}
-"""First characters of links whose inertia or mass centre PMKS+ computes from the outline that it draws."""
+COMPUTED_BY_PMKS = {"inertia": "AMam1256", "centre": "AGag1357"}
+"""First characters of links whose inertia or mass centre PMKS+ computes from the drawn outline."""
 
 
 @dataclass(frozen=True)
@@ -90,65 +94,65 @@ class _Link:
     inertia: float
     centre: Point
     joints: tuple[str, ...]
-    first: str = "Y"  # Its first character
+    first: str = "Y"  # First character of the link's record
     piston: bool = False
 
 
 @dataclass(frozen=True)
 class _Sketch:
-    """What a link of either form says, in SI units; joints and links by their keys."""
+    """Content of a link of either format, in SI units; joints and links are keyed by their names."""
 
     joints: dict[str, _Joint]
     links: dict[str, _Link]
-    loads: list[Load]  # Their bars are keys of links
-    speed: float  # Of the input [rpm], negative clockwise
+    loads: list[Load]  # With the keys of their links as bars
+    speed: float  # Input speed [rpm], negative clockwise
     gravity: bool
-    scale: float  # Its unit of length [m]
+    scale: float  # Length unit [m]
 
 
 def read_pmks(link: str, *, linear_density: float = LINEAR_DENSITY) -> Imported:
-    """The mechanism of a link of PMKS+.
+    """Return the mechanism of a PMKS+ link.
 
     Parameters
     ----------
     link : str
-        The whole address, or what stands behind its question mark.
+        Complete address, or the part after its question mark.
     linear_density : float
-        Mass per length of links that have none in the drawing [kg/m].
+        Mass per length of links without mass in the drawing [kg/m].
 
     Returns
     -------
     Imported
-        Joints have the names of the drawing. A link that turns about the input has a drive with the speed of the drawing; a
-        block that slides is a body without rotation in a guide.
+        Joints have the names of the drawing. A link that turns at the input joint has a drive with the speed of the drawing.
+        A sliding block is a body without rotation in a guide.
 
     Raises
     ------
     InputError
-        If it is not such a link, is damaged, or has what only a later version writes.
+        If the text is not a PMKS+ link, is damaged, or uses features of later versions.
     """
     if len(link) > LINK_MAX:
-        raise InputError(f"a link of PMKS+ with more than {LINK_MAX} characters", ALLOWED, SAMPLE)
+        raise InputError(f"the link of PMKS+ has more than {LINK_MAX} characters", EXPECTED_LINK, SAMPLE)
     notes: list[str] = []
-    sketch = (_earlier if link.partition("?")[2].startswith("j=") else _present)(link.strip(), notes)
-    drawing = _with_loads(_drawing(sketch, linear_density, notes), NEAR * sketch.scale)
+    sketch = (_read_earlier if link.partition("?")[2].startswith("j=") else _read_present)(link.strip(), notes)
+    drawing = _with_loads(_drawing(sketch, linear_density, notes), PIN_TOL * sketch.scale)
     if not drawing.gravity:
-        notes.append("gravity: the link does not ask for it, and it is 0; set structure.gravity")
-    return imported(_reversing(assembled(drawing), notes), notes)
+        notes.append("gravity: off in the link, so it is 0; set structure.gravity")
+    return imported(_with_oscillation(assembled(drawing), notes), notes)
 
 
 def _drawing(sketch: _Sketch, density: float, notes: list[str]) -> Drawing:
-    """Pins, bars and blocks; loads have the names of their bars from now on."""
+    """Return pins, bars and blocks; the loads of the result refer to bars by name."""
     joints = sketch.joints
     names: dict[str, str] = {}
     for key, link in sketch.links.items():
         names[key] = plain_name(link.name or key, names.values())
     places = {joint.name: joint.place for joint in joints.values()}
     bars: dict[str, DrawnBar] = {}
-    blocks: list[tuple[Block, float]] = []  # With their masses
+    blocks: list[tuple[Block, float]] = []  # Blocks with their masses
     for key, link in sketch.links.items():
         if unknown := [joint for joint in link.joints if joint not in joints]:
-            raise InputError(f"link '{link.name}' through '{unknown[0]}'", "joints of the link", SAMPLE)
+            raise InputError(f"link '{link.name}' refers to the unknown joint '{unknown[0]}'", "joints of the drawing", SAMPLE)
         on = [joints[joint] for joint in link.joints]
         if link.piston or (len(on) == 2 and any(joint.has(PRISMATIC) for joint in on) and on[0].place == on[1].place):
             blocks.append((_block(link, on, sketch, names, names[key], notes), link.mass))
@@ -161,11 +165,11 @@ def _drawing(sketch: _Sketch, density: float, notes: list[str]) -> Drawing:
             raise InputError(f"block '{block.name}' slides on '{block.carrier}'", "a link", SAMPLE)
     slides = {joint.name for joint in joints.values() if joint.has(PRISMATIC)}
     if ending := [name for name, bar in bars.items() if slides.intersection(bar.pins)]:
-        what = f"link '{min(ending)}' ends in a joint that slides without a block"
+        what = f"link '{min(ending)}' ends in a sliding joint without a block"
         raise InputError(what, "a slider with its block", SAMPLE)
     for load in sketch.loads:
         if names.get(load.bar) not in bars:
-            raise InputError(f"force '{load.name}' on '{load.bar}'", "a force on a link", SAMPLE)
+            raise InputError(f"force '{load.name}' acts on the unknown link '{load.bar}'", "a force on a link", SAMPLE)
     return Drawing(
         pins={pin: place for pin, place in places.items() if pin not in slides},
         fixed=tuple(joint.name for joint in joints.values() if joint.has(GROUNDED) and not joint.has(PRISMATIC)),
@@ -179,7 +183,7 @@ def _drawing(sketch: _Sketch, density: float, notes: list[str]) -> Drawing:
 
 def _bar(name: str, link: _Link, pins: tuple[str, ...], places: dict[str, Point], density: float, notes: list[str]) -> DrawnBar:
     if len(pins) < 2:
-        raise InputError(f"link '{name}' with one joint", "two joints or more", SAMPLE)
+        raise InputError(f"link '{name}' has fewer than two joints", "two joints or more", SAMPLE)
     thin = uniform(name, pins, places, density)
     if not link.mass > 0.0:
         notes.append(f"link '{name}' has no mass in the drawing: {density:g} kg/m is assumed")
@@ -188,7 +192,7 @@ def _bar(name: str, link: _Link, pins: tuple[str, ...], places: dict[str, Point]
     if not link.inertia > 0.0:
         notes.append(f"link '{name}' has no inertia in the drawing: that of a uniform bar is assumed")
         drawn = replace(drawn, inertia=thin.inertia * link.mass / thin.mass)
-    for what, letters in AUTOMATIC.items():
+    for what, letters in COMPUTED_BY_PMKS.items():
         if link.first in letters:
             notes.append(f"{what} of link '{name}': as PMKS+ last computed it from the outline that it draws")
     return drawn
@@ -198,10 +202,10 @@ def _block(link: _Link, on: list[_Joint], sketch: _Sketch, names: dict[str, str]
     slides = [joint for joint in on if joint.has(PRISMATIC)]
     pins = [joint for joint in on if not joint.has(PRISMATIC)]
     if len(slides) != 1 or len(pins) != 1:
-        raise InputError(f"block '{name}' with {len(pins)} pins and {len(slides)} slides", "one of each", SAMPLE)
+        raise InputError(f"block '{name}' has {len(pins)} pins and {len(slides)} slides", "one of each", SAMPLE)
     slide = slides[0]
     if not link.mass > 0.0:
-        raise InputError(f"block '{name}' without mass", "a mass in PMKS+: edit the slider", SAMPLE)
+        raise InputError(f"block '{name}' has no mass", "a mass, set in PMKS+ at the slider", SAMPLE)
     carrier, direction = GROUND, slide.angle
     if slide.slot:
         carrier = names.get(slide.slot[0], "")
@@ -211,7 +215,9 @@ def _block(link: _Link, on: list[_Joint], sketch: _Sketch, names: dict[str, str]
     if not carrier or not (slide.slot or slide.has(GROUNDED)):
         raise InputError(f"block '{name}' slides on nothing", "a slide on the ground or on a link", SAMPLE)
     if slide.has(INPUT):
-        notes.append(f"the input at slide '{slide.name}' is left out: a block is not driven here; add a rod or an actuator")
+        notes.append(
+            f"the input at slide '{slide.name}' is left out: drives on blocks are not supported; add a rod or an actuator"
+        )
     if not pins[0].has(WELDED):
         return Block(name, pins[0].name, direction, link.mass, carrier)
     on_pin = [
@@ -220,7 +226,7 @@ def _block(link: _Link, on: list[_Joint], sketch: _Sketch, names: dict[str, str]
         if pins[0].name in [sketch.joints[joint].name for joint in other.joints] and not other.piston
     ]
     if len(on_pin) != 1:
-        raise InputError(f"block '{name}' welded to {len(on_pin)} links", "one", SAMPLE)
+        raise InputError(f"block '{name}' is welded to {len(on_pin)} links", "one link", SAMPLE)
     return Block(name, pins[0].name, direction, 0.0, carrier, follower=on_pin[0], aligned=True)
 
 
@@ -242,7 +248,7 @@ def _drives(joints: dict[str, _Joint], bars: dict[str, DrawnBar], speed: float, 
 
 
 def _with_loads(drawing: Drawing, near: float) -> Drawing:
-    """The drawing with each load at a pin of its bar; if none is near, at a further one, which is on that bar alone."""
+    """Return the drawing with each load at a pin of its bar; a load without a near pin gets a new one on that bar alone."""
     pins, bars, loads = dict(drawing.pins), {bar.name: bar for bar in drawing.bars}, []
     for load in drawing.loads:
         bar = bars[load.bar]
@@ -255,8 +261,9 @@ def _with_loads(drawing: Drawing, near: float) -> Drawing:
     return replace(drawing, pins=pins, bars=tuple(bars.values()), loads=tuple(loads))
 
 
-def _reversing(mechanism: Mechanism, notes: list[str]) -> Mechanism:
-    """The mechanism with an input that goes to and fro between the positions at which it locks, where PMKS+ reverses it."""
+def _with_oscillation(mechanism: Mechanism, notes: list[str]) -> Mechanism:
+    """Return the mechanism with an oscillating input if its input locks at two positions, where PMKS+ reverses it."""
+    swing = 0.98  # amplitude as a fraction of half the range between the locking positions
     from scissordyn.plan.plan import plan
     from scissordyn.run.ideal import motion_range
 
@@ -265,24 +272,24 @@ def _reversing(mechanism: Mechanism, notes: list[str]) -> Mechanism:
     body, speed = mechanism.drives[0].body, mechanism.drives[0].motion.speed
     try:
         low, high, _ = motion_range(plan(mechanism))
-    except InputError:  # what cannot be assembled is said where the mechanism is used
+    except InputError:  # an assembly error is reported when the mechanism is used
         return mechanism
     if not speed or not (math.isfinite(low) and math.isfinite(high)):
         return mechanism
     mean, first = 0.5 * (low + high), mechanism.body(body).angle or 0.0
-    amplitude = math.copysign(max(SWING * 0.5 * (high - low), abs(first - mean)), speed)
-    duration = 2.0 * amplitude / speed / (1.0 - RAMP)
-    strokes = Trapezoidal(mean - amplitude, mean + amplitude, duration, RAMP, STROKES)
+    amplitude = math.copysign(max(swing * 0.5 * (high - low), abs(first - mean)), speed)
+    duration = 2.0 * amplitude / speed / (1.0 - RAMP_FRACTION)
+    strokes = Trapezoidal(mean - amplitude, mean + amplitude, duration, RAMP_FRACTION, STROKES_MAX)
     notes.append(
         f"the input '{body}' locks at {math.degrees(low):.6g} and {math.degrees(high):.6g} deg, where PMKS+ reverses it: here "
-        f"it turns a hundredth of the way before each, within {2.0 * RAMP * duration:.3g} s from the speed of the link to the "
-        f"opposite one, {STROKES} times"
+        f"it stops a hundredth of the range before each and reverses within {2.0 * RAMP_FRACTION * duration:.3g} s, "
+        f"for {STROKES_MAX} strokes"
     )
     return replace(mechanism, drives=(Drive(body, replace(strokes, begin=min(strokes.after(first), 0.999999 * duration))),))
 
 
-def _present(link: str, notes: list[str]) -> _Sketch:
-    """What a link of the present form says."""
+def _read_present(link: str, notes: list[str]) -> _Sketch:
+    """Return the content of a link of the present format."""
     sections = _sections(link)
     scale, kilogram, newton = _units(sections[3], notes)
     flags = _unsigned(sections[0], "settings")
@@ -294,7 +301,7 @@ def _present(link: str, notes: list[str]) -> _Sketch:
     _check_rest(list(at), notes)
     return _Sketch(
         joints,
-        {key[2:]: part for key, part in links if LINKS[part.first]},
+        {key[2:]: part for key, part in links if LINK_KINDS[part.first]},
         loads,
         speed=-speed if flags & 1 << CLOCKWISE else speed,
         gravity=bool(flags & 1 << GRAVITY),
@@ -303,31 +310,31 @@ def _present(link: str, notes: list[str]) -> _Sketch:
 
 
 def _sections(link: str) -> list[str]:
-    """The sections of the address, after a check of its length."""
+    """Return the sections of the address after checking its length."""
     text = unquote(link)
     content = text.partition("?")[2] if "?" in text else text
     if "#" in content:
         content = content.partition("#")[0]
     if content.count(".") < 6 or not all(letter.isprintable() for letter in content):
-        raise InputError(f"'{link if len(link) <= 60 else f'{link[:57]}...'}' is no link of PMKS+", ALLOWED, SAMPLE)
+        raise InputError(f"'{link if len(link) <= 60 else f'{link[:57]}...'}' is not a link of PMKS+", EXPECTED_LINK, SAMPLE)
     body, check = content[:-1], content[-1]
     if DIGITS[len(body) % 62] != check:
         raise InputError(
-            f"the link of PMKS+ is damaged: {len(body)} characters end in '{check}' in place of '{DIGITS[len(body) % 62]}'",
-            f"{ALLOWED}, copied whole",
+            f"the link of PMKS+ is damaged: {len(body)} characters end in '{check}' instead of '{DIGITS[len(body) % 62]}'",
+            f"{EXPECTED_LINK}, copied completely",
             SAMPLE,
         )
     sections = body.split(".")
     counts = [len(part.split(",")) for part in sections[1:3]]
     if counts[0] > 2 or counts[1] > 2 or not 3 <= len(sections[3]) <= 4 or len(sections[0]) > 2:
-        raise _newer(f"{counts[0]} decimal and {counts[1]} whole settings and {len(sections[3])} units")
+        raise _unsupported_version(f"{counts[0]} decimal and {counts[1]} integer settings and {len(sections[3])} units")
     return sections
 
 
-def _newer(what: str) -> InputError:
+def _unsupported_version(what: str) -> InputError:
     return InputError(
-        f"the link comes from a later version of PMKS+ than is understood here: {what}",
-        "links of PMKS+ up to version 2.0.3, and later ones that use nothing new",
+        f"the link is from an unsupported later version of PMKS+: {what}",
+        "a link of PMKS+ up to version 2.0.3, or one without newer features",
         SAMPLE,
     )
 
@@ -336,14 +343,14 @@ def _units(digits: str, notes: list[str]) -> tuple[float, float, float]:
     length, angle, force = (DIGITS.index(digit) if digit in DIGITS else 99 for digit in digits[:3])
     if length > 2 or angle > 1 or force > 1:
         raise InputError(f"units '{digits}' of the link", "inch, cm or m; degree or radian; pound or newton", SAMPLE)
-    name, scale, mass, newton = LENGTHS[length]
+    name, scale, mass, newton = LENGTH_UNITS[length]
     pounds = force == 0
     notes.append(
         f"units: lengths in {name}, masses in {'lb' if name == 'in' else 'kg'}, inertias in "
         f"{'lb in^2' if name == 'in' else 'kg cm^2' if name == 'cm' else 'kg m^2'}, forces in {'lbf' if pounds else 'N'}; "
-        "the link names those of length and force, PMKS+ shows those of masses"
+        "length and force units are those of the link, mass units those that PMKS+ displays"
     )
-    return scale, mass, LENGTHS[0][3] if pounds else 1.0 if name != "in" else newton / LENGTHS[0][3]
+    return scale, mass, LENGTH_UNITS[0][3] if pounds else 1.0 if name != "in" else newton / LENGTH_UNITS[0][3]
 
 
 def _records(sections: Iterator[str], what: str, *, last: bool = False) -> Iterator[list[str]]:
@@ -352,27 +359,27 @@ def _records(sections: Iterator[str], what: str, *, last: bool = False) -> Itera
             return
         yield section.split(",")
     if not last:
-        raise InputError(f"the link of PMKS+ ends within its {what}", f"{ALLOWED}, copied whole", SAMPLE)
+        raise InputError(f"the link of PMKS+ ends within its {what}", f"{EXPECTED_LINK}, copied completely", SAMPLE)
 
 
 def _joint(record: list[str], scale: float) -> _Joint:
     if len(record) not in (5, 8, 9):
-        raise _newer(f"a joint of {len(record)} fields")
+        raise _unsupported_version(f"a joint of {len(record)} fields")
     flags = _unsigned(record[0][:1], "kind of a joint")
     if flags >> SEALED:
-        raise _newer(f"joint '{record[1]}' is part of a cylinder")
+        raise _unsupported_version(f"joint '{record[1]}' is part of a cylinder")
     x, y, angle = (_decimal(field, f"place of joint '{record[1]}'") for field in record[2:5])
     slot = tuple(record[5:8])
     if any(slot) and not all(slot):
-        raise InputError(f"slot of joint '{record[1]}' without its link or one of its two joints", ALLOWED, SAMPLE)
+        raise InputError(f"the slot of joint '{record[1]}' lacks its link or one of its two joints", EXPECTED_LINK, SAMPLE)
     speed = _decimal(record[8], f"speed of joint '{record[1]}'") if len(record) > 8 else 0.0
     return _Joint(plain_name(record[1], ()), flags, (scale * x, scale * y), angle, slot if any(slot) else (), speed)
 
 
 def _link(record: list[str], scale: float, kilogram: float) -> _Link:
     first, kind = record[0][:1], record[0][1:2]
-    if first not in LINKS or kind not in ("R", "P") or len(record) < 9:
-        raise _newer(f"a link that begins with '{record[0][:2]}'")
+    if first not in LINK_KINDS or kind not in ("R", "P") or len(record) < 9:
+        raise _unsupported_version(f"a link that begins with '{record[0][:2]}'")
     mass, inertia, x, y = (_decimal(field, f"link '{record[1]}'") for field in record[2:6])
     joints = record[7 : record.index("", 7)] if "" in record[7:] else record[7:]
     centre = scale * x, scale * y
@@ -381,7 +388,7 @@ def _link(record: list[str], scale: float, kilogram: float) -> _Link:
 
 def _force(record: list[str], scale: float, newton: float) -> Load:
     if len(record) != 8:
-        raise _newer(f"a force of {len(record)} fields")
+        raise _unsupported_version(f"a force of {len(record)} fields")
     flags = _unsigned(record[0][:1], "kind of a force")
     x, y, to_x, to_y, size = (_decimal(field, f"force '{record[2]}'") for field in record[3:8])
     arrow = (x, y), (to_x - x, to_y - y)
@@ -389,35 +396,35 @@ def _force(record: list[str], scale: float, newton: float) -> Load:
 
 
 def _load(name: str, bar: str, arrow: tuple[Point, Point], size: float, scale: float, newton: float, *, follows: bool) -> Load:
-    """A force of a size along an arrow, its foot and its span, in the units of a link."""
+    """Return a force along an arrow, given by its foot and span in the units of a link."""
     (x, y), (along, up) = arrow
     length = math.hypot(along, up)
     if not length > 0.0:
-        raise InputError(f"force '{name}' without direction", "an arrow with a length", SAMPLE)
+        raise InputError(f"force '{name}' has no direction", "an arrow with a length", SAMPLE)
     signed = newton * size / length
     return Load(plain_name(name, ()), bar, (scale * x, scale * y), (signed * along, signed * up), follows)
 
 
 def _check_rest(rest: list[str], notes: list[str]) -> None:
-    """What stands behind the forces: the selected part, which says nothing here, and entries of later versions."""
+    """Check the sections after the forces: the selected part, which is ignored, and entries of later versions."""
     kinds = {"S": "a synthesis", "K": "colours", "C": "anchors of mass centres", "J": "locks", "L": "locks", "F": "locks"}
     if len(rest) > 2:
-        raise _newer(f"{len(rest)} sections behind the forces")
+        raise _unsupported_version(f"{len(rest)} sections behind the forces")
     letters = {entry[:1] for section in rest[1:] for entry in section.split(",") if entry}
     if letters - kinds.keys():
-        raise _newer(f"an entry '{min(letters - kinds.keys())}' behind the forces")
+        raise _unsupported_version(f"an entry '{min(letters - kinds.keys())}' behind the forces")
     notes += [f"{kinds[entry]} of the drawing: left out" for entry in sorted(letters)]
 
 
 def _unsigned(text: str, what: str) -> int:
-    """A whole number to the base of 64."""
+    """Return an unsigned integer in base 64."""
     if not 0 < len(text) <= DIGITS_MAX:
         wrong = f"has {len(text)} digits" if text else "is missing in the link of PMKS+"
-        raise InputError(f"{what} {wrong}", f"{ALLOWED}, copied whole", SAMPLE)
+        raise InputError(f"{what} {wrong}", f"{EXPECTED_LINK}, copied completely", SAMPLE)
     value = 0
     for letter in text:
         if letter not in DIGITS:
-            raise InputError(f"{what}: '{letter}'", ALLOWED, SAMPLE)
+            raise InputError(f"{what} contains '{letter}', which is not a base-64 digit", EXPECTED_LINK, SAMPLE)
         value = value * len(DIGITS) + DIGITS.index(letter)
     return value
 
@@ -427,54 +434,54 @@ def _decimal(text: str, what: str) -> float:
 
 
 def _integer(text: str, what: str) -> int:
-    """One that begins with a zero is negative."""
+    """Return a signed integer in base 64; a leading zero marks a negative one."""
     value = _unsigned(text, what)
     return -value if text[0] == "0" else value
 
 
-def _earlier(link: str, notes: list[str]) -> _Sketch:
-    """What a link of the earlier form says; what is not used is added to the notes."""
+def _read_earlier(link: str, notes: list[str]) -> _Sketch:
+    """Return the content of a link of the earlier format; unused parts are added to the notes."""
     query = (unquote(link) if "%3D" in link else link).partition("?")[2].partition("#")[0]
     parts = {key: values[0] for key, values in parse_qs(query, keep_blank_values=True).items()}
     if "l" not in parts:
-        raise InputError("a link of the earlier form of PMKS+ without links ('&l=')", AGAIN)
+        raise InputError("the link of the earlier PMKS+ format has no links ('&l=')", SUPPORTED_LINKS)
     joints, links, forces = (
         [line.split(",") for line in parts.pop(key, "").splitlines() if line.strip()] for key in ("j", "l", "f")
     )
     speed, clockwise, gravity, unit = [*parts.pop("s", "").split(","), "", "", "", ""][:4]
     notes += [f"'{key}' of the link: left out" for key, value in parts.items() if value]
-    lengths = {name: row for name, *row in LENGTHS}
+    lengths = {name: row for name, *row in LENGTH_UNITS}
     if unit not in lengths:
-        raise InputError(f"unit '{unit}' of the link", ", ".join(lengths), SAMPLE)
+        raise InputError(f"unknown unit '{unit}' of the link", ", ".join(lengths), SAMPLE)
     scale, kilogram, newton = lengths[unit]
     sliding = [joint[0] for joint in joints if len(joint) > 4 and joint[4] == "P"]
     if sliding or any(len(joint) < 9 for joint in joints):
-        what = f"joint '{sliding[0]}', which slides" if sliding else "a joint of fewer than 9 entries"
-        raise InputError(f"a link of the earlier form of PMKS+ with {what}", AGAIN)
+        what = f"joint '{sliding[0]}', which slides" if sliding else "a joint with fewer than 9 entries"
+        raise InputError(f"the link of the earlier PMKS+ format has {what}", SUPPORTED_LINKS)
     frictional = sum(_number(joint[7] or "0", f"joint '{joint[0]}'") != 0.0 for joint in joints)
     notes += [f"friction of {frictional} joints: left out"] * bool(frictional) + ["outlines of links: left out"] * bool(links)
-    notes.append(f"units: lengths in {unit}, masses, inertias and forces as PMKS+ shows them beside it")
+    notes.append(f"units: lengths in {unit}, masses, inertias and forces in the units that PMKS+ displays")
     rpms = _number(speed or "0", "speed of the input")
     return _Sketch(
         {joint[0]: _earlier_joint(joint, scale) for joint in joints},
         {name: _earlier_link(name, entries, scale, kilogram) for name, *entries in links},
         [_earlier_force(force, scale, newton) for force in forces],
-        speed=-rpms if clockwise in TRUE else rpms,
-        gravity=gravity in TRUE,
+        speed=-rpms if clockwise in TRUE_TEXTS else rpms,
+        gravity=gravity in TRUE_TEXTS,
         scale=scale,
     )
 
 
 def _earlier_joint(entries: list[str], scale: float) -> _Joint:
     x, y = (_number(entry, f"joint '{entries[0]}'") for entry in entries[1:3])
-    flags = (entries[5] in TRUE) << GROUNDED | (entries[8] in TRUE) << INPUT
+    flags = (entries[5] in TRUE_TEXTS) << GROUNDED | (entries[8] in TRUE_TEXTS) << INPUT
     return _Joint(plain_name(entries[0], ()), flags, (scale * x, scale * y))
 
 
 def _earlier_link(name: str, entries: list[str], scale: float, kilogram: float) -> _Link:
     entries = entries[1:] if entries[:1] in (["R"], ["P"]) else entries
     if len(entries) < 5:
-        raise InputError(f"link '{name}' of {len(entries) + 1} entries", AGAIN)
+        raise InputError(f"link '{name}' has {len(entries) + 1} entries", SUPPORTED_LINKS)
     mass, inertia, x, y = (_number(entry, f"link '{name}'") for entry in entries[:4])
     joints = tuple(filter(None, entries[4].split("|")))
     return _Link(name, kilogram * mass, kilogram * scale**2 * inertia, (scale * x, scale * y), joints)
@@ -483,11 +490,11 @@ def _earlier_link(name: str, entries: list[str], scale: float, kilogram: float) 
 def _earlier_force(entries: list[str], scale: float, newton: float) -> Load:
     name = entries[0]
     if len(entries) not in (9, 10):
-        raise InputError(f"force '{name}' of {len(entries)} entries", AGAIN)
+        raise InputError(f"force '{name}' has {len(entries)} entries", SUPPORTED_LINKS)
     x, y, to_x, to_y, *parts = (_number(entry, f"force '{name}'") for entry in (*entries[2:6], *entries[8:]))
-    size = math.hypot(*parts) * (1.0 if entries[7] in TRUE else -1.0)
+    size = math.hypot(*parts) * (1.0 if entries[7] in TRUE_TEXTS else -1.0)
     arrow = (x, y), (to_x - x, to_y - y)
-    return _load(name, entries[1], arrow, size, scale, newton, follows=entries[6] not in TRUE)
+    return _load(name, entries[1], arrow, size, scale, newton, follows=entries[6] not in TRUE_TEXTS)
 
 
 def _number(text: str, what: str) -> float:
@@ -496,5 +503,5 @@ def _number(text: str, what: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise InputError(f"{what}: '{text}' in the link of PMKS+", "a number")
+        raise InputError(f"{what}: '{text}' in the link of PMKS+ is not a number", "a number")
     return value

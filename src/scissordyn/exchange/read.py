@@ -1,4 +1,4 @@
-"""A mechanism from whatever another program gave: a link or a file, by what it is."""
+"""Read a mechanism from a link or a file of another program, by the kind of source."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ ENDINGS = (".dxf", ".xml", ".mjcf", ".urdf", *TABLES)
 def read_drawing(
     source: str | Path, *, unit: str = "", linear_density: float = LINEAR_DENSITY, tolerance: float | None = None
 ) -> Imported:
-    """The mechanism of a link of PMKS+, a drawing in DXF, a model in MJCF or URDF, or a table of points.
+    """Return the mechanism of a PMKS+ link, a drawing in DXF, a model in MJCF or URDF, or a table of points.
 
     Parameters
     ----------
     source : str or path
-        A link, or a file that ends in .dxf, .xml, .mjcf, .urdf, .csv or .tsv; a file with any other ending holds a link.
+        Link, or file that ends in .dxf, .xml, .mjcf, .urdf, .csv or .tsv; a file with any other ending holds a link.
     unit : str
-        Of a DXF that names none, see `read_dxf`; of a table of points, metres if not given.
+        Length unit of a DXF without one (see `read_dxf`) or of a table of points (metres if not given).
     linear_density : float
-        Mass per length of what has no mass in the drawing [kg/m].
+        Mass per length of bars without mass [kg/m].
     tolerance : float, optional
-        Of a DXF, see `read_dxf` [m].
+        Largest distance of ends that form one pin in a DXF, see `read_dxf` [m].
 
     Returns
     -------
@@ -36,7 +36,7 @@ def read_drawing(
     Raises
     ------
     InputError
-        If it cannot be read, or is no mechanism.
+        If the source cannot be read, or is not a mechanism.
     """
     if isinstance(source, str) and ("://" in source or "?" in source):
         from scissordyn.exchange.pmks import read_pmks
@@ -55,14 +55,14 @@ def read_drawing(
 
 
 def _read(path: Path, text: str, *, unit: str, linear_density: float, tolerance: float | None) -> Imported:
-    """The mechanism of the text of a file, by its ending."""
+    """Return the mechanism of a file's text, by the file's ending."""
     ending = path.suffix.lower()
     if ending == ".dxf":
         from scissordyn.exchange.dxf import read_dxf
 
         return read_dxf(text, unit=unit, linear_density=linear_density, tolerance=tolerance)
     if tolerance is not None:
-        raise InputError(f"tolerance = {tolerance:g} m for '{path}'", "a tolerance for a DXF only; this one names its joints")
+        raise InputError(f"tolerance = {tolerance:g} m does not apply to '{path}'", "a tolerance for a DXF only")
     if ending in TABLES:
         from scissordyn.exchange.points import read_points
 
@@ -74,11 +74,11 @@ def _read(path: Path, text: str, *, unit: str, linear_density: float, tolerance:
         return read_mjcf(text, folder=path.parent)
     if "?" not in text.strip() or "\n" in text.strip():
         raise InputError(
-            f"'{path}' is no drawing", "a file that ends in " + ", ".join(ENDINGS) + ", or one with a link of PMKS+"
+            f"'{path}' is not a drawing", "a file that ends in " + ", ".join(ENDINGS) + ", or one with a link of PMKS+"
         )
     return read_drawing(text.strip(), unit=unit, linear_density=linear_density)
 
 
 def _no_unit(unit: str, what: str) -> None:
     if unit:
-        raise InputError(f"unit '{unit}' for {what}", "a unit for a DXF or a table only; this one has its own")
+        raise InputError(f"unit '{unit}' does not apply to {what}", "a unit for a DXF or a table only")

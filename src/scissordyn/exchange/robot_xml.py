@@ -1,6 +1,6 @@
-"""The text of a model in MJCF or URDF without what the import does not use.
+"""Blank out the parts of an MJCF or URDF text that the import does not use.
 
-What is left out is overwritten with blanks. MuJoCo compiles nothing of it, and its messages have the lines of the user's text.
+Unused parts are overwritten with blanks. MuJoCo ignores them, and its messages keep the line numbers of the user's text.
 """
 
 from __future__ import annotations
@@ -13,19 +13,19 @@ from typing import NamedTuple
 from scissordyn.errors import InputError
 from scissordyn.exchange.xml_element import NAME_MAX, SAMPLE, Element, further_file, parse, with_includes
 
-BODIES_MAX = 1_000  # Bodies of a model, replicated ones included; the matrices of a chain grow with their square
+BODIES_MAX = 1_000  # Largest number of bodies including replicated ones; the matrices of a chain grow with its square
 
 ATTRIBUTE = re.compile(rb"""\s([^\s=<>"'/]+)\s*=\s*(?:"[^"]*"|'[^']*')""")
 COUNT = re.compile(r"[0-9]{1,9}")
 NOT_FINITE = re.compile(r"(?i)(?<![\w.])(?:nan|inf|infinity)(?![\w.])")
-BLANKS = bytes(byte if byte in b"\r\n" else 32 for byte in range(256))
+BLANK_TABLE = bytes(byte if byte in b"\r\n" else 32 for byte in range(256))
 
 TEXTS = frozenset({"name", "class", "childclass", "model", "mesh", "link", "joint", "file", "filename"}) | {
     f"{what}{number}" for what in ("body", "joint", "site") for number in (1, 2)
 }
-"""Attributes that are no numbers."""
+"""Attributes that are texts, not numbers."""
 
-PLACE = "name class pos quat euler axisangle xyaxes zaxis"
+PLACE_ATTRIBUTES = "name class pos quat euler axisangle xyaxes zaxis"
 
 ATTRIBUTES = {
     "mujoco": "model",
@@ -33,14 +33,14 @@ ATTRIBUTES = {
     "default": "class",
     "option": "gravity",
     "flag": "gravity spring damper passive equality limit frictionloss constraint contact",
-    "body": f"{PLACE} childclass",
-    "frame": f"{PLACE} childclass",
+    "body": f"{PLACE_ATTRIBUTES} childclass",
+    "frame": f"{PLACE_ATTRIBUTES} childclass",
     "replicate": "count offset euler sep",
-    "inertial": f"{PLACE} mass diaginertia fullinertia",
+    "inertial": f"{PLACE_ATTRIBUTES} mass diaginertia fullinertia",
     "joint": "name class type axis pos ref range limited damping stiffness springref springdamper frictionloss armature "
     "joint1 joint2 polycoef active",
     "freejoint": "name align",
-    "geom": f"{PLACE} type size fromto mass density contype conaffinity mesh shellinertia fitscale",
+    "geom": f"{PLACE_ATTRIBUTES} type size fromto mass density contype conaffinity mesh shellinertia fitscale",
     "site": "name class pos fromto type size",
     "mesh": "name class vertex face scale refpos refquat inertia file builtin",
     "equality": "active",
@@ -48,23 +48,23 @@ ATTRIBUTES = {
     "weld": "name class active body1 body2 anchor relpose site1 site2",
     "key": "name qpos qvel",
 }
-"""Attributes of MJCF that the import uses, or names itself; "*" are all."""
+"""Attributes of MJCF that the import uses or reports itself; "*" stands for all."""
 
-TREE = "body frame replicate inertial joint freejoint geom site"
+TREE_ELEMENTS = "body frame replicate inertial joint freejoint geom site"
 
 CHILDREN = {
     "mujoco": "compiler default option worldbody equality keyframe asset actuator tendon sensor contact deformable",
     "default": "default joint geom site mesh equality",
     "option": "flag",
-    "worldbody": TREE,
-    "body": TREE,
-    "frame": TREE,
-    "replicate": TREE,
+    "worldbody": TREE_ELEMENTS,
+    "body": TREE_ELEMENTS,
+    "frame": TREE_ELEMENTS,
+    "replicate": TREE_ELEMENTS,
     "equality": "connect weld joint",
     "keyframe": "key",
     "asset": "mesh",
 }
-"""Elements of MJCF that are used within an element."""
+"""Child elements that are used within each element of MJCF."""
 
 URDF_ATTRIBUTES = {
     "robot": "name",
@@ -101,38 +101,38 @@ URDF_CHILDREN = {
     "option": "flag",
 }
 
-MAKING_BODIES = ("attach", "composite", "flexcomp")  # Elements of MJCF whose bodies are left out with them
+BODY_GENERATORS = ("attach", "composite", "flexcomp")  # MJCF elements that generate bodies; these bodies are left out as well
 
 
 class Source(NamedTuple):
-    """The text that MuJoCo compiles."""
+    """Text that MuJoCo compiles."""
 
     text: str
     notes: list[str]
-    gives_gravity: bool  # Whether the model has it, or MuJoCo's own default
-    key_count: int  # Keyframes of the whole model
+    gives_gravity: bool  # False if MuJoCo's default gravity applies
+    key_count: int  # Number of keyframes of the whole model
 
 
 def used_part(text: str, folder: Path | None) -> Source:
-    """Return a model without what is not used, and a line for each kind of element and attribute that is left out."""
+    """Return a model without unused parts, and a note for each kind of element and attribute that is left out."""
     notes: list[str] = []
     content = bytearray(with_includes(text, folder, notes).encode("utf-8"))
     root = parse(bytes(content))
     if root.tag not in ("mujoco", "robot"):
-        raise InputError(f"no model of MuJoCo: its root is <{root.tag}>", "<mujoco> or <robot> (URDF)", SAMPLE)
+        raise InputError(f"the root of the model is <{root.tag}>", "<mujoco> or <robot> (URDF)", SAMPLE)
     part = _UsedPart(content, is_urdf=root.tag == "robot")
     part.visit(root)
     return Source(content.decode("utf-8"), notes + part.notes(), part.gives_gravity or not part.is_urdf, part.key_count)
 
 
 class _UsedPart:
-    """A model whose unused parts are overwritten one after another."""
+    """Model whose unused parts are blanked out while it is visited."""
 
     def __init__(self, content: bytearray, *, is_urdf: bool) -> None:
         self.content, self.is_urdf = content, is_urdf
         self.attributes, self.children = (URDF_ATTRIBUTES, URDF_CHILDREN) if is_urdf else (ATTRIBUTES, CHILDREN)
         self.key_count, self.body_count, self.gives_gravity = 0, 0, False
-        self.meshes: set[str] = set()  # Names of those that geoms use
+        self.meshes: set[str] = set()  # Names of the meshes that geoms use
         self.elements = defaultdict[str, list[Element]](list)
         self.unused = defaultdict[tuple[str, str], list[int]](list)
         self.lost: list[str] = []
@@ -151,9 +151,9 @@ class _UsedPart:
             if element.tag == "replicate":
                 copies *= _count(element)
             if max(self.body_count, copies) > BODIES_MAX:
-                raise InputError(f"a model of MuJoCo with more than {BODIES_MAX} bodies", "fewer bodies", SAMPLE)
+                raise InputError(f"the model has more than {BODIES_MAX} bodies", "fewer bodies", SAMPLE)
             allowed = self.children.get(element.tag, "").split()
-            # the last one is visited first: assets come behind the geoms that use them
+            # the last element is visited first, so assets come after the geoms that use them
             assets = [child for child in element.children if child.tag == "asset"]
             for child in (*assets, *(child for child in reversed(element.children) if child.tag != "asset")):
                 if child.tag in allowed and not self._is_unused(child, element):
@@ -162,7 +162,7 @@ class _UsedPart:
                     self._leave_out(child)
 
     def _is_unused(self, child: Element, parent: Element) -> bool:
-        """Whether an element of a kind that is used is not used here."""
+        """Return whether an element of a supported kind is not needed here."""
         given = parent.tag in ("body", "link") and any(
             sibling.tag == "inertial" and (not self.is_urdf or any(part.tag == "mass" for part in sibling.children))
             for sibling in parent.children
@@ -183,7 +183,7 @@ class _UsedPart:
         self._blank(element.start, element.end)
         if element.tag.startswith("xacro:"):
             raise InputError(
-                f"line {element.line}: <{element.tag}> in a URDF", "its expansion", "xacro robot.xacro > robot.urdf"
+                f"line {element.line}: the URDF contains <{element.tag}>", "an expanded URDF", "xacro robot.xacro > robot.urdf"
             )
         if element.tag == "key":
             return
@@ -200,11 +200,13 @@ class _UsedPart:
         for name, value in element.attributes.items():
             if name not in TEXTS and NOT_FINITE.search(value):
                 raise InputError(
-                    f"line {element.line}: {name} = '{value[:NAME_MAX]}' of <{element.tag}>", "finite numbers", SAMPLE
+                    f"line {element.line}: {name} = '{value[:NAME_MAX]}' of <{element.tag}> is not finite",
+                    "finite numbers",
+                    SAMPLE,
                 )
         if element.tag == "mesh" and "builtin" in element.attributes:
             raise InputError(
-                f"line {element.line}: <mesh builtin>, which MuJoCo makes itself", "vertices, or an <inertial>", SAMPLE
+                f"line {element.line}: <mesh builtin> is generated by MuJoCo", "vertices, or an <inertial>", SAMPLE
             )
 
     def _blank_attributes(self, element: Element) -> None:
@@ -220,15 +222,15 @@ class _UsedPart:
                 self.unused[element.tag, name[:NAME_MAX]].append(element.line)
 
     def _blank(self, start: int, end: int) -> None:
-        self.content[start:end] = self.content[start:end].translate(BLANKS)
+        self.content[start:end] = self.content[start:end].translate(BLANK_TABLE)
 
     def notes(self) -> list[str]:
-        """A line for each kind of element and attribute that is left out."""
+        """Return a note for each kind of element and attribute that is left out."""
         lines = []
         for elements in self.elements.values():
             elements.sort(key=lambda element: element.start)
         for tag, elements in sorted(self.elements.items(), key=lambda group: group[1][0].start):
-            bodies = ", with the bodies that it makes" if tag in MAKING_BODIES else ""
+            bodies = ", with the bodies that it generates" if tag in BODY_GENERATORS else ""
             lines.append(f"{len(elements)} <{tag}> left out{bodies}: {_listed([element.shown for element in elements])}")
         for (tag, name), numbers in self.unused.items():
             where = _listed([str(number) for number in dict.fromkeys(numbers)])
@@ -237,11 +239,11 @@ class _UsedPart:
 
 
 def _lost_joint(joint: Element, outer: Element) -> str:
-    """The line for a joint between links that a URDF holds in a foreign element."""
+    """Return the note for a joint that a URDF holds inside an unsupported element."""
     ends = [child.attributes.get("link") or child.text.strip() for child in joint.children if child.tag in ("parent", "child")]
     between = f" between {' and '.join(f'{end!r}' for end in ends)}" if len(ends) == 2 else ""
     within = f" in <{outer.tag}>" if outer is not joint else ""
-    return f"joint {joint.shown}{within}{between} left out: a loop that it closes is open here"
+    return f"joint {joint.shown}{within}{between} left out: if it closes a loop, the loop is open here"
 
 
 def _listed(names: list[str], most: int = 5) -> str:
@@ -249,8 +251,8 @@ def _listed(names: list[str], most: int = 5) -> str:
 
 
 def _count(element: Element) -> int:
-    """How often an element is replicated."""
+    """Return how often an element is replicated."""
     text = element.attributes.get("count", "").strip()
     if not COUNT.fullmatch(text):
-        raise InputError(f"line {element.line}: count = '{text}' of <replicate>", f"a whole number up to {BODIES_MAX}", SAMPLE)
+        raise InputError(f"line {element.line}: count = '{text}' of <replicate>", f"an integer up to {BODIES_MAX}", SAMPLE)
     return int(text)

@@ -1,4 +1,4 @@
-"""Files of other programs: their size, and the encoding of their text."""
+"""Read files of other programs: check their size and decode their text."""
 
 from __future__ import annotations
 
@@ -23,15 +23,14 @@ BOMS = (
 XML_ENCODING = re.compile(rb"""\A\s*<\?xml[^>]{0,200}?encoding\s*=\s*["']([\w.:-]{1,40})["']""")
 DXF_VERSION = re.compile(rb"\$ACADVER\s+1\s+AC(\d{4})\b")
 DXF_CODEPAGE = re.compile(rb"\$DWGCODEPAGE\s+3\s+(\w{1,40})")
-UTF8_DXF = 1021  # AC1021 is the first version whose text is always UTF-8
 
-REFUSED = (
+UNSUPPORTED_FILES = (
     (b"AutoCAD Binary DXF", "a binary DXF", "a DXF in ASCII"),
     (b"AC10", "a DWG", "a drawing in DXF"),
     (b"PK\x03\x04", "a workbook or a ZIP archive", "the file in it, or a sheet saved as .csv"),
     (b"\x89HDF", "a saved run, in NetCDF", "a drawing, a model or a table"),
 )
-"""First bytes of files that are not read, what they are, and what is expected."""
+"""First bytes of unsupported files, the kind of these files, and what is expected."""
 
 
 def read_source(path: Path) -> bytes:
@@ -50,7 +49,7 @@ def read_source(path: Path) -> bytes:
         raise InputError(f"cannot read '{path}': {reason}", "a file or a link", sample) from None
     if len(content) > SIZE_MAX:
         raise InputError(f"'{path}' has more than {SIZE_MAX // 2**20} MiB", "a smaller file, of the linkage alone", sample)
-    for start, what, expected in REFUSED:
+    for start, what, expected in UNSUPPORTED_FILES:
         if content.startswith(start):
             raise InputError(f"'{path}' is {what}", expected, sample)
     return content
@@ -82,16 +81,19 @@ def _decode(content: bytes, encoding: str) -> str:
     try:
         return content.decode(encoding)
     except LookupError:
-        raise InputError(f"encoding '{encoding}' of the file", "UTF-8, UTF-16 or Latin-1") from None
+        raise InputError(f"unknown encoding '{encoding}' of the file", "UTF-8, UTF-16 or Latin-1") from None
     except UnicodeDecodeError as error:
-        raise InputError(f"the text is not in {encoding}, as the file says: byte {error.start}", "a text in UTF-8") from None
+        raise InputError(
+            f"byte {error.start} is not valid {encoding}, the encoding that the file declares", "a text in UTF-8"
+        ) from None
 
 
 def _decode_dxf(content: bytes) -> str:
     """Return the text of a DXF: in UTF-8, or before AutoCAD 2007 in the code page that it names."""
+    utf8_version = 1021  # AC1021 is the first version whose text is always UTF-8
     version, page = DXF_VERSION.search(content), DXF_CODEPAGE.search(content)
     encoding = "utf-8"
-    if version and int(version[1]) < UTF8_DXF:
+    if version and int(version[1]) < utf8_version:
         pages = library("ezdxf.tools.codepage", "exchange", "DXF")
         encoding = pages.toencoding(page[1].decode()) if page else "cp1252"
     return content.decode(encoding, errors="surrogateescape")

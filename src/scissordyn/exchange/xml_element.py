@@ -1,4 +1,4 @@
-"""Elements of an XML text with the bytes that they take, and the text of a model with its includes."""
+"""Parse XML elements with their byte ranges, and insert the files that a model includes."""
 
 from __future__ import annotations
 
@@ -13,11 +13,8 @@ from scissordyn.exchange.source import SIZE_MAX, decode, read_source
 
 SAMPLE = "scissordyn import model.xml -o case.toml"
 
-ELEMENTS_MAX = 200_000  # Elements of a text, used or not
-DEPTH_MAX = 200  # Elements within each other
-FILES_MAX = 100  # Files that a model includes
-NAME_MAX = 60  # Characters of a name in a note
-TEXT_MAX = 200  # Characters of the text of an element that are kept, such as the name of a link
+DEPTH_MAX = 200  # Largest nesting depth of elements
+NAME_MAX = 60  # Largest number of characters of a name in a note
 
 START_TAG = re.compile(rb"""<[^"'>]*(?:"[^"]*"[^"'>]*|'[^']*'[^"'>]*)*>""")
 LINE_BREAKS = bytes.maketrans(b"\r\n", b"  ")
@@ -25,7 +22,7 @@ LINE_BREAKS = bytes.maketrans(b"\r\n", b"  ")
 
 @dataclass
 class Element:
-    """An element of the text and the bytes that it takes."""
+    """Element of a text and its byte range."""
 
     tag: str
     attributes: dict[str, str]
@@ -43,7 +40,7 @@ class Element:
         return f"'{name}' (line {self.line})" if name else f"line {self.line}"
 
     def descendants(self) -> Iterator[Element]:
-        """Yield the elements within it, in any order."""
+        """Yield the elements inside this one, in any order."""
         stack = list(self.children)
         while stack:
             element = stack.pop()
@@ -52,17 +49,19 @@ class Element:
 
 
 def parse(content: bytes) -> Element:
-    """The root of a text."""
+    """Return the root element of a text."""
+    text_max = 200  # characters kept of an element's text
+    elements_max = 200_000  # elements of a text, used or not
     parser = expat.ParserCreate("utf-8")
     top = Element("", {}, 0, 0, 0, 0)
     open_elements, count = [top], [0]
 
     def start(tag: str, attributes: dict[str, str]) -> None:
         if len(open_elements) > DEPTH_MAX:
-            raise InputError(f"line {parser.CurrentLineNumber} is within more than {DEPTH_MAX} elements", "fewer", SAMPLE)
+            raise InputError(f"line {parser.CurrentLineNumber} is nested in more than {DEPTH_MAX} elements", "fewer", SAMPLE)
         count[0] += 1
-        if count[0] > ELEMENTS_MAX:
-            raise InputError(f"a model of MuJoCo with more than {ELEMENTS_MAX} elements", "a smaller model", SAMPLE)
+        if count[0] > elements_max:
+            raise InputError(f"the model has more than {elements_max} elements", "a smaller model", SAMPLE)
         first = parser.CurrentByteIndex
         tag_text = START_TAG.match(content, first)
         last = tag_text.end() if tag_text else first
@@ -78,7 +77,7 @@ def parse(content: bytes) -> Element:
 
     def text(data: str) -> None:
         element = open_elements[-1]
-        element.text += data[: TEXT_MAX - len(element.text)]
+        element.text += data[: text_max - len(element.text)]
 
     def doctype(*_: object) -> None:
         raise InputError(f"line {parser.CurrentLineNumber} of the model declares a document type", "a model without it", SAMPLE)
@@ -89,15 +88,16 @@ def parse(content: bytes) -> Element:
     try:
         parser.Parse(content, True)
     except expat.ExpatError as error:
-        raise InputError(f"no model of MuJoCo: {error}", "MJCF or URDF without further files", SAMPLE) from None
+        raise InputError(f"cannot read the model: {error}", "MJCF or URDF without further files", SAMPLE) from None
     return top.children[0]
 
 
 def with_includes(text: str, folder: Path | None, notes: list[str]) -> str:
-    """Return a model with the content of the files that it includes, each on the line of its element.
+    """Return a model in which each include element is replaced by the content of its file, on the same line.
 
-    The files are within a folder; without one an include is an error.
+    All files must be inside `folder`; without a folder an include is an error.
     """
+    files_max = 100  # included files
     content = text.encode("utf-8", "replace")
     files: set[Path] = set()
     while found := [part for part in _mjcf_elements(content) if part.tag == "include"]:
@@ -105,28 +105,28 @@ def with_includes(text: str, folder: Path | None, notes: list[str]) -> str:
         name = include.attributes.get("file", "")
         path = _included(include, name, folder)
         if path in files:
-            raise InputError(f"line {include.line}: '{name}' is included twice", "each file once, as MuJoCo demands", SAMPLE)
-        if len(files) == FILES_MAX:
-            raise InputError(f"line {include.line}: more than {FILES_MAX} files are included", "fewer", SAMPLE)
+            raise InputError(f"line {include.line}: '{name}' is included twice", "each file once, as MuJoCo requires", SAMPLE)
+        if len(files) == files_max:
+            raise InputError(f"line {include.line}: more than {files_max} files are included", "fewer", SAMPLE)
         files.add(path)
         inner, further = decode(read_source(path), path.suffix.lower())
         part = inner.encode("utf-8", "replace")
         root = parse(part)
         content = content[: include.start] + part[root.inside : root.close].translate(LINE_BREAKS) + content[include.end :]
         if len(content) > SIZE_MAX:
-            raise InputError(f"a model with more than {SIZE_MAX // 2**20} MiB in its files", "a smaller model", SAMPLE)
+            raise InputError(f"the files of the model have more than {SIZE_MAX // 2**20} MiB", "a smaller model", SAMPLE)
         notes += [f"'{name}' (line {include.line}) is included", *further]
     return content.decode("utf-8")
 
 
 def _mjcf_elements(content: bytes) -> Iterator[Element]:
-    """The elements of a model in MJCF; none of a URDF, which has no includes."""
+    """Return the elements of a model in MJCF; none for a URDF, which has no includes."""
     root = parse(content)
     return root.descendants() if root.tag == "mujoco" else iter(())
 
 
 def _included(include: Element, name: str, folder: Path | None) -> Path:
-    """The file that an element includes."""
+    """Return the path of the file that an element includes."""
     if folder is None:
         raise further_file(include, "file")
     path = (folder / name).resolve()
@@ -136,9 +136,9 @@ def _included(include: Element, name: str, folder: Path | None) -> Path:
 
 
 def further_file(element: Element, name: str) -> InputError:
-    """The error for an attribute that names a file."""
+    """Return the error for an attribute that refers to another file."""
     return InputError(
-        f"line {element.line}: <{element.tag} {name}='{element.attributes.get(name, '')[:NAME_MAX]}'> names a further file",
-        "a model in one text, with masses",
+        f"line {element.line}: <{element.tag} {name}='{element.attributes.get(name, '')[:NAME_MAX]}'> refers to another file",
+        "a model in one file, with masses",
         SAMPLE,
     )

@@ -1,1 +1,1 @@
-"""Functional mock-up units (FMI 3.0) of one mechanism, as C source that is generated for it."""
+"""Generate functional mock-up units (FMI 3.0) of one mechanism as C source."""

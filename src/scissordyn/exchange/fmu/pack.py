@@ -1,4 +1,4 @@
-"""A unit as a file: source, ``modelDescription.xml`` and, where there is a compiler, the library for this machine."""
+"""Pack a unit: source, ``modelDescription.xml`` and, if a compiler is available, the library for this machine."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ from scissordyn.run.trajectory import make_driver
 if TYPE_CHECKING:
     from scissordyn.model.mechanism import Mechanism
 
-FLAGS = ("-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-fno-strict-aliasing", "-ffp-contract=off")
-"""No contraction of products and sums: the numbers are to be those of the package."""
+COMPILER_FLAGS = ("-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-fno-strict-aliasing", "-ffp-contract=off")
+"""Compiler flags; products and sums are not contracted, so that results equal those of the package."""
 
 ARCHITECTURES = {"amd64": "x86_64", "arm64": "aarch64"}
 SYSTEMS = {"Linux": ("linux", ".so"), "Darwin": ("darwin", ".dylib"), "Windows": ("windows", ".dll")}
@@ -48,7 +48,7 @@ UNITS: dict[str, dict[str, Any]] = {
 TIME = Variable(0, "time", "s", "time")
 
 CALCULATED = {"causality": "local", "variability": "continuous", "initial": "calculated"}
-ROLES = {
+ROLE_ATTRIBUTES = {
     "time": {"causality": "independent", "variability": "continuous"},
     "states": CALCULATED,
     "rates": CALCULATED,
@@ -57,13 +57,13 @@ ROLES = {
     "inputs": {"causality": "input", "variability": "continuous"},
     "outputs": CALCULATED | {"causality": "output"},
 }
-"""Attributes of variables."""
+"""FMI attributes of the variables in each role."""
 
 TOOL = f"scissordyn {version('scissordyn')}"
 
 
 def fmu(mechanism: Mechanism, run: Options, *, name: str = "mechanism", sources_only: bool = False) -> bytes:
-    """A functional mock-up unit (FMI 3.0) of a mechanism, for model exchange and for co-simulation."""
+    """Return a functional mock-up unit (FMI 3.0) of a mechanism, for model exchange and co-simulation."""
     if not sources_only:
         try:
             compiler_command()
@@ -75,7 +75,7 @@ def fmu(mechanism: Mechanism, run: Options, *, name: str = "mechanism", sources_
     tables = plan(mechanism)
     if tables.hard_places:
         name = tables.contacts[tables.hard_places[0]].name
-        raise InputError(f"joint '{name}' with hard contact, for which an FMU has no equations", "compliant contact", SAMPLE)
+        raise InputError(f"joint '{name}' has hard contact, which an FMU does not support", "compliant contact", SAMPLE)
     driver, _, _ = make_driver(tables, run)
     identifier = re.sub(r"\W", "_", name) or "mechanism"
     identifier = identifier if identifier[0].isalpha() else f"m_{identifier}"
@@ -102,7 +102,7 @@ def fmu(mechanism: Mechanism, run: Options, *, name: str = "mechanism", sources_
             folder = f"{ARCHITECTURES.get(machine, machine)}-{system}"
             with tempfile.TemporaryDirectory() as temporary:
                 library = Path(temporary, "model.so")
-                compile_library(source.text, library, FLAGS)
+                compile_library(source.text, library, COMPILER_FLAGS)
                 archive.write(library, f"binaries/{folder}/{identifier}{ending}")
     return buffer.getvalue()
 
@@ -110,7 +110,7 @@ def fmu(mechanism: Mechanism, run: Options, *, name: str = "mechanism", sources_
 def _model_description(
     name: str, identifier: str, token: str, variables: Variables, *, until: float, tolerance: float, exchange: bool = True
 ) -> bytes:
-    """The description of a unit."""
+    """Return the XML description of a unit."""
     root = ET.Element(
         "fmiModelDescription",
         fmiVersion="3.0",
@@ -118,7 +118,7 @@ def _model_description(
         instantiationToken=token,
         generationTool=TOOL,
         variableNamingConvention="flat",
-        description="a mechanism with joints as they are",
+        description="planar mechanism with clearance joints",
     )
     able: dict[str, Any] = {"canGetAndSetFMUState": "true", "canSerializeFMUState": "true"}
     if exchange:
@@ -145,7 +145,7 @@ def _model_description(
             element = ET.SubElement(listed, kind, name=row.name, valueReference=str(row.reference))
             if row.description:
                 element.set("description", row.description)
-            element.attrib.update(ROLES[role])
+            element.attrib.update(ROLE_ATTRIBUTES[role])
             if role == "rates":
                 element.set("derivative", str(variables.states[k].reference))
             if row.start is not None:
@@ -166,7 +166,7 @@ def _model_description(
 
 
 def _build_description(identifier: str) -> bytes:
-    """Which source makes the library, for whoever compiles it."""
+    """Return the XML that states which source file builds the library."""
     root = ET.Element("fmiBuildDescription", fmiVersion="3.0")
     build = ET.SubElement(root, "BuildConfiguration", modelIdentifier=identifier)
     files = ET.SubElement(build, "SourceFileSet", language="C99")

@@ -1,4 +1,4 @@
-"""The variables of a unit, with names, units, starts and places in an instance, and its C source."""
+"""Write the C source of a unit, and list its variables with names, units, start values and storage places."""
 
 from __future__ import annotations
 
@@ -29,53 +29,51 @@ STATUSES = (
     *("ADVANCING", "FINISHED", "LOG_FULL", "STEP_TOO_SMALL", "NOT_FINITE", "STUCK", "HISTORY_FULL", "RECORD_FULL"),
     "CHANGE_POINT",
 )
-"""What `advance` returns, by names in C."""
+"""Return values of `advance`, by their names in C."""
 
-PARTS = ("fmi3", "absent", "fmu_state", "model_exchange", "co_simulation")  # Files of C behind the generated text
+C_FILES = ("fmi3", "absent", "fmu_state", "model_exchange", "co_simulation")  # C files appended to the generated text
 
-KERNELS = (("model", ("force_kernel", "gap_kernel", "switch_kernel")), ("parameters", ("law", "controller")))
-"""Arrays of addresses, by the tuple that has them."""
-
-GAP = 6  # So many zeros in a row begin a new run of numbers
+KERNEL_ARRAYS = (("model", ("force_kernel", "gap_kernel", "switch_kernel")), ("parameters", ("law", "controller")))
+"""Kernel address arrays, by the tuple that holds them."""
 
 
 @dataclass(frozen=True)
 class Variable:
-    """One number of a unit."""
+    """Variable of a unit."""
 
     reference: int
     name: str
     unit: str = ""
     description: str = ""
     start: float | bool | None = None
-    place: str = ""  # In C, for an output
-    factor: float = 1.0  # Of what is there
+    place: str = ""  # C expression of an output's address
+    factor: float = 1.0  # Output value divided by the value at that address
 
 
-CONTACT = {
+CONTACT_OUTPUTS = {
     "normal": ("N", "normal force"),
     "tangential": ("N", "friction force"),
     "depth": ("m", "indentation; the gap with a minus sign"),
     "slip": ("m/s", "slip speed of the surfaces"),
 }
-"""Of a contact what is an output, with its unit."""
+"""Outputs of each contact, with unit and description."""
 
-VALUES = {"rad": "angle", "m": "length"}  # What is prescribed, by its unit
+VALUE_NAMES = {"rad": "angle", "m": "length"}  # Name of a prescribed quantity by its unit
 
 
 @dataclass(frozen=True)
 class Prescribed:
-    """A prescribed angle or length that an input can take the place of."""
+    """Prescribed angle or length that an input can replace."""
 
     name: str
-    function: int  # Which time function
+    function: int  # Index of the time function
     start: tuple[float, float, float]  # Value, speed and acceleration at t = 0
-    unit: str  # Of the value
+    unit: str  # Unit of the value
 
 
 @dataclass(frozen=True)
 class Variables:
-    """All variables of a unit, in the order of their references."""
+    """Variables of a unit, in the order of their references."""
 
     states: tuple[Variable, ...]
     rates: tuple[Variable, ...]
@@ -85,8 +83,8 @@ class Variables:
     outputs: tuple[Variable, ...]
 
 
-def prescribed(plan: Plan, driver: Driver) -> tuple[Prescribed, ...]:
-    """The drives, the references of actuators, and the motions of coordinates and rods."""
+def prescribed_motions(plan: Plan, driver: Driver) -> tuple[Prescribed, ...]:
+    """Return the prescribed motions: drives, references of actuators, and motions of coordinates and rods."""
     model, parameters = driver.system.content.model, driver.system.content.parameters
     motions = [(f"drives.{drive.body}", k, "rad") for k, drive in enumerate(plan.drives)]
     for i, component in enumerate(plan.acting):
@@ -106,8 +104,8 @@ def prescribed(plan: Plan, driver: Driver) -> tuple[Prescribed, ...]:
 
 
 def variables(plan: Plan, driver: Driver, record: Record) -> Variables:
-    """The variables of a mechanism."""
-    references, motions = count(1), prescribed(plan, driver)
+    """Return the variables of a mechanism."""
+    references, motions = count(1), prescribed_motions(plan, driver)
     states = range(driver.state.y.size)
     guards = [getattr(contact, "name", str(k)) for k, contact in enumerate(plan.contacts)]
     guards += [f"component {k + 1}" for k in range(driver.state.mode.size - len(guards))]
@@ -124,7 +122,7 @@ def variables(plan: Plan, driver: Driver, record: Record) -> Variables:
             (f"{motion.name}.{order}", motion.unit + per, f"prescribed {order}", start)
             for motion in motions
             for order, per, start in zip(
-                (VALUES[motion.unit], "speed", "acceleration"), ("", "/s", "/s2"), motion.start, strict=True
+                (VALUE_NAMES[motion.unit], "speed", "acceleration"), ("", "/s", "/s2"), motion.start, strict=True
             )
         ),
         outputs=group(_outputs(plan, record)),
@@ -161,7 +159,7 @@ def _outputs(plan: Plan, record: Record) -> list[tuple[Any, ...]]:
     for j, contact in enumerate(plan.contacts):
         for axis, letter in enumerate("xy"):
             add(f"joints.{contact.name}.force_{letter}", "N", "force on the journal", "wrench", j, axis)
-        for name, (unit, what) in CONTACT.items():
+        for name, (unit, what) in CONTACT_OUTPUTS.items():
             add(f"joints.{contact.name}.{name}", unit, what, f"contact.{name}", j)
     for i, component in enumerate(plan.acting):
         port = component.declaration.port
@@ -173,11 +171,11 @@ def _outputs(plan: Plan, record: Record) -> list[tuple[Any, ...]]:
 
 
 class Source:
-    """The source of a mechanism at its start."""
+    """C source of a mechanism at its start."""
 
     def __init__(self, plan: Plan, driver: Driver, *, tolerance: float, token: str) -> None:
         system = driver.system.content
-        self.looks_back = system.state.initial_history.size  # signals that controllers look back at
+        self.looks_back = system.state.initial_history.size  # number of delayed signals that controllers use
         self.known: dict[Any, Any] = {}
         self.unit = Unit(self.known, table=True)
         driver.monitor(False)
@@ -210,14 +208,14 @@ class Source:
             self._instance(plan, driver, tolerance, token),
             data,
             self._places(),
-            *(files("scissordyn.exchange.fmu").joinpath(f"{name}.c").read_text(encoding="utf-8") for name in PARTS),
+            *(files("scissordyn.exchange.fmu").joinpath(f"{name}.c").read_text(encoding="utf-8") for name in C_FILES),
         )
         self.text = "\n".join(parts)
 
     def _with_numbers(self, system: Any) -> Any:
-        """The system with the numbers of kernels in the place of their addresses."""
+        """Return the system with kernel indices instead of kernel addresses."""
         changed = {}
-        for owner, names in KERNELS:
+        for owner, names in KERNEL_ARRAYS:
             part = getattr(system, owner)
             arrays = {}
             for name in names:
@@ -230,7 +228,7 @@ class Source:
         return system._replace(**changed)
 
     def _functions(self, roots: dict[str, Any]) -> None:
-        """Translate what the runtime calls."""
+        """Translate the functions that the runtime calls."""
         kinds = {name: kind_of(root, name, self.known) for name, root in roots.items()}
         system, vector = kinds["system"], Array(FLOAT, 1)
         named = functions.FUNCTIONS
@@ -245,8 +243,8 @@ class Source:
         call(loop.advance, (Functions(MECHANICS), system, kinds["integration"], INT), "root_advance")
 
     def _instance(self, plan: Plan, driver: Driver, tolerance: float, token: str) -> str:
-        """Constants of the mechanism and the type of an instance."""
-        groups, motions, weights = vars(self.variables), prescribed(plan, driver), driver.integration.content.work
+        """Return the mechanism's constants and the type of an instance."""
+        groups, motions, weights = vars(self.variables), prescribed_motions(plan, driver), driver.integration.content.work
         pairs = zip(driver.state.y, weights.atol, weights.rtol, strict=True)
         nominal = [max(abs(float(y)), float(atol / rtol)) for y, atol, rtol in pairs]
         start = [number for motion in motions for number in motion.start]
@@ -265,7 +263,7 @@ class Source:
                 f"static const double NOMINAL[STATES + 1] = {{{', '.join(map(written, [*nominal, 1.0]))}}};",
                 f"static const int FUNCTION[INPUTS + 1] = {{{', '.join(str(motion.function) for motion in motions) or '0'}}};",
                 f"static const double START[3 * INPUTS + 1] = {{{', '.join(map(written, [*start, 0.0]))}}};",
-                INSTANCE,
+                INSTANCE_TYPE,
             )
         )
 
@@ -273,11 +271,13 @@ class Source:
         outputs = self.variables.outputs
         places = [f"        case {output.reference}: return {output.place};" for output in outputs]
         factors = [f"        case {row.reference}: return {written(row.factor)};" for row in outputs if row.factor != 1.0]
-        return "\n".join((PLACE, *places, OTHERWISE.format("NULL"), FACTOR, *factors, OTHERWISE.format("1.0"), ""))
+        return "\n".join(
+            (PLACE_FUNCTION, *places, DEFAULT_CASE.format("NULL"), FACTOR_FUNCTION, *factors, DEFAULT_CASE.format("1.0"), "")
+        )
 
 
 def _observer(system: Any) -> System:
-    """A copy of what a system changes, but for the one history that there is."""
+    """Return a copy of the mutable parts of a system, except the history, which is shared."""
     once = ("history", "history_length", "initial_history")
     state = {name: part if name in once else np.array(part) for name, part in system.state._asdict().items()}
     work = type(system.work)(*(np.array(part) for part in system.work))
@@ -285,7 +285,7 @@ def _observer(system: Any) -> System:
 
 
 class _Block:
-    """All arrays of some named tuples, each in one place however often it is named."""
+    """Numbers of all arrays in some named tuples; an array that occurs several times is stored once."""
 
     def __init__(self, roots: Mapping[str, Any], known: dict[Any, Any]) -> None:
         self.known = known
@@ -311,7 +311,7 @@ class _Block:
             self.lines.append(f"    {name} = {written(content)};")
 
     def _place(self, array: np.ndarray) -> int:
-        """Where an array begins; one that is there already, as that of another tuple, is not repeated."""
+        """Return the position of an array; append the array unless it is stored already."""
         key = (array.ctypes.data, array.size)
         if array.size and key in self.places:
             return self.places[key]
@@ -323,12 +323,13 @@ class _Block:
         return place
 
     def text(self) -> str:
-        """The numbers at the start, where they are not zero, and `connect`, which puts them into an instance."""
+        """Return C code: the nonzero start values, and `connect`, which copies them into an instance."""
+        zero_gap = 6  # number of consecutive zeros that start a new run of nonzero numbers
         runs: list[tuple[int, list[Any]]] = []
         for place, number in enumerate(self.words):
             if number == 0 and not (isinstance(number, float) and np.signbit(number)):
                 continue
-            if runs and place - (runs[-1][0] + len(runs[-1][1])) < GAP:
+            if runs and place - (runs[-1][0] + len(runs[-1][1])) < zero_gap:
                 start, numbers = runs[-1]
                 numbers += [0] * (place - start - len(numbers)) + [number]
             else:
@@ -366,7 +367,7 @@ INCLUDES = """\
 typedef union { double f; int64_t i; } word;
 """
 
-INSTANCE = """\
+INSTANCE_TYPE = """\
 
 typedef struct {
     word *w; /* all numbers of the instance */
@@ -387,7 +388,7 @@ typedef struct {
 static void begin(Fmu *m) { memcpy(m->input, START, sizeof START); }
 """
 
-PLACE = """\
+PLACE_FUNCTION = """\
 static const double *place(Fmu *m, uint32_t reference) {
     int64_t r = reference;
     if (r >= FIRST_STATE && r < FIRST_STATE + STATES) return m->integration.state.y.p + (r - FIRST_STATE);
@@ -396,11 +397,11 @@ static const double *place(Fmu *m, uint32_t reference) {
     if (r >= FIRST_INPUT && r < FIRST_INPUT + 3 * INPUTS) return m->input + (r - FIRST_INPUT);
     switch (reference) {"""
 
-OTHERWISE = """\
+DEFAULT_CASE = """\
         default: return {};
     }}
 }}"""
 
-FACTOR = """\
+FACTOR_FUNCTION = """\
 static double factor(uint32_t reference) {
     switch (reference) {"""

@@ -236,14 +236,14 @@ def _server(path: Path, runs: int) -> float:
     """Processor time of the server for one change of a number, its run in it; a median [s]."""
     from scissordyn.explore.case import open_case
     from scissordyn.explore.page import Page
-    from scissordyn.explore.serve import packed
+    from scissordyn.explore.serve import pack_message
     from scissordyn.explore.session import Session
 
     case, shown = open_case(path), threading.Event()
     used: list[float] = []
 
     def send(message: Any) -> None:
-        packed(message)
+        pack_message(message)
         if "scene" in message and not message["bar"]["note"]:
             shown.set()
         if "scene" in message:

@@ -9,7 +9,7 @@ from typing import Any
 
 from scissordyn.explore.case import Case
 from scissordyn.explore.page import Page
-from scissordyn.explore.serve import packed
+from scissordyn.explore.serve import pack_message
 from scissordyn.explore.session import Session
 
 PATIENCE = 600.0  # A thread may have to compile all kernels first, on a machine that does other things [s]
@@ -34,7 +34,7 @@ class Heard:
 
     def send(self, message: Mapping[str, Any]) -> None:
         """Keep a message of the page."""
-        packed(message)
+        pack_message(message)
         self.messages.append(message)
 
     def say(self, kind: str, **more: Any) -> None:

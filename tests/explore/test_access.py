@@ -27,7 +27,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
 from scissordyn.explore.listener import MAX_STRANGERS
-from scissordyn.explore.serve import FILES, LARGEST, MOST_PAGES, Access, listen
+from scissordyn.explore.serve import FILES, MAX_MESSAGE_SIZE, MAX_PAGES, Access, listen
 
 from .browser import CASE, served
 
@@ -178,10 +178,10 @@ def opened(url: str) -> Any:
 def test_pages_are_counted(url: str) -> None:
     """Limit: beyond the largest number of pages no further one is begun; the answer says so; one that is closed leaves room."""
     with ExitStack() as pages:
-        for _ in range(MOST_PAGES):
+        for _ in range(MAX_PAGES):
             pages.enter_context(opened(url)).recv(30.0)
         with opened(url) as further:
-            assert f"{MOST_PAGES} pages of this case".encode() in further.recv(30.0)
+            assert f"{MAX_PAGES} pages of this case".encode() in further.recv(30.0)
     time.sleep(0.5)
     with opened(url) as later:
         assert b'"early"' in later.recv(30.0)
@@ -190,7 +190,7 @@ def test_pages_are_counted(url: str) -> None:
 def test_message_that_is_too_long_ends_its_page(url: str) -> None:
     """Limit: a message of more than the largest size closes the connection; the server goes on."""
     with opened(url) as page:
-        page.send("x" * (LARGEST + 1))
+        page.send("x" * (MAX_MESSAGE_SIZE + 1))
         with pytest.raises(ConnectionClosed):
             list(iter(lambda: page.recv(30.0), None))
     assert get(url, "")[0] == 200
@@ -324,7 +324,7 @@ def test_malformed_messages_get_no_more_than_a_line(case_file: Path) -> None:
         answers = _talk(url, random.Random(5), MALFORMED)
         for answer in answers:
             _clean(answer.decode("latin-1"))
-        assert any(b"a message that the page does not send" in answer for answer in answers)
+        assert any(b"unknown message" in answer for answer in answers)
         assert get(url, "")[0] == 200
 
 

@@ -17,15 +17,15 @@ import scissordyn as sd
 
 pytest.importorskip("tomlkit", reason="the package tomlkit is not installed")
 
-from scissordyn.explore.answers import MOST_POINTS, Chosen, cards, contact_table, curves_as_csv, differences, figures, orbit
+from scissordyn.explore.answers import MAX_POINTS, Chosen, cards, contact_table, curves_as_csv, differences, figures, orbit
 from scissordyn.explore.case import Case, open_case
 from scissordyn.explore.drag import assembled
 from scissordyn.laws.elastic.linear import Linear
 from scissordyn.model.clearance import GuideClearance
 from scissordyn.model.linkage import slider_crank
 from scissordyn.numeral import numeral
-from scissordyn.plot.animation_scene import GAP
-from scissordyn.plot.canvas import packed_scene
+from scissordyn.plot.animation_scene import MAGNIFIED_CLEARANCE
+from scissordyn.plot.canvas import pack_run
 from scissordyn.plot.scale import engineering
 from scissordyn.record.summary import summary_of
 
@@ -83,7 +83,7 @@ def test_legend_names_the_numbers_that_differ(case: Case) -> None:
         "drive speed 150 rpm, clearance A clearance 0.5 mm",
         "drive speed 100 rpm, clearance A clearance 0.3 mm",
     ]
-    assert differences([case, case]) == ["the same numbers"] * 2
+    assert differences([case, case]) == ["the same values"] * 2
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
@@ -114,7 +114,7 @@ def test_controller_and_motor_have_torque_and_work() -> None:
     assert run["motor_work"].values[-1] > 0.1
 
 
-@pytest.mark.parametrize("samples", [41, 3 * MOST_POINTS])
+@pytest.mark.parametrize("samples", [41, 3 * MAX_POINTS])
 def test_curves_of_the_page_reach_their_peaks(crank: sd.Mechanism, samples: int) -> None:
     """Contract: the curves of few and of very many samples reach the located peaks of force and torque."""
     run = sd.simulate(crank.driven(speed=sd.rpm(600)), until=0.2, samples=samples)
@@ -124,18 +124,18 @@ def test_curves_of_the_page_reach_their_peaks(crank: sd.Mechanism, samples: int)
         scale, line = engineering("N" if name == "force" else "N m", peak), figure["lines"][0]
         assert figure["unit"] == scale.unit
         assert np.abs(line["y"]).max() == pytest.approx(scale.factor * peak, rel=1e-12)
-        assert line["x"].size <= MOST_POINTS + 2
+        assert line["x"].size <= MAX_POINTS + 2
 
 
 def test_long_orbit_keeps_its_outermost_points(crank: sd.Mechanism) -> None:
     """Contract: of an orbit with more points than are drawn the deepest indentation and the range of both axes stay."""
-    run = sd.simulate(crank.driven(speed=sd.rpm(600)), until=0.2, samples=3 * MOST_POINTS)
+    run = sd.simulate(crank.driven(speed=sd.rpm(600)), until=0.2, samples=3 * MAX_POINTS)
     drawn = orbit(run, "slider pin", 1.0)
     place = run["eccentricity"].sel(joint="slider pin")
     assert np.hypot(drawn["x"], drawn["y"]).max() == np.hypot(*place.transpose("axis", "time").values).max()
     for axis in "xy":
         assert (drawn[axis].min(), drawn[axis].max()) == (place.sel(axis=axis).min(), place.sel(axis=axis).max())
-    assert drawn["x"].size <= MOST_POINTS + 2
+    assert drawn["x"].size <= MAX_POINTS + 2
 
 
 CLEARANCE, WIDTH = 1e-4, 0.02
@@ -146,10 +146,13 @@ def test_canvas_gets_the_channel_of_a_clearance_guide() -> None:
     linkage = slider_crank(slider_inertia=2e-5, gravity=9.81, angle=0.5).driven(speed=0.1)
     linkage = linkage.with_clearance("guide", GuideClearance(CLEARANCE, 0.04, WIDTH, stiffness=Linear(1e6)))
     run = sd.simulate(linkage, until=0.05, samples=201)
-    (channel,) = json.loads(packed_scene(run, linkage))["channels"]
+    (channel,) = json.loads(pack_run(run, linkage))["channels"]
     assert channel["name"] == "guide"
     assert channel["joint"].startswith("guide/corner ")
-    assert dict(channel["surfaces"]) == {1.0: pytest.approx(1.0 + GAP), -1.0: pytest.approx(-1.0 - GAP)}
+    assert dict(channel["surfaces"]) == {
+        1.0: pytest.approx(1.0 + MAGNIFIED_CLEARANCE),
+        -1.0: pytest.approx(-1.0 - MAGNIFIED_CLEARANCE),
+    }
     block = np.frombuffer(base64.b64decode(channel["block"]), np.float32).reshape(201, channel["count"], 2)
     touching = np.frombuffer(base64.b64decode(channel["touching"]), np.uint8).reshape(201, channel["count"])
     assert np.abs(block[0, :, 1]).max() == pytest.approx(1.0, rel=1e-6)

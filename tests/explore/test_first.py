@@ -101,8 +101,8 @@ def test_ideal_motion_is_shown_before_the_run(case: Case, gate: tuple[threading.
 
 def test_long_run_is_preceded_by_a_coarse_one(case: Case, monkeypatch: pytest.MonkeyPatch) -> None:
     """Contract: ideal joints, coarse and accurate come in this order with rising numbers, each with its own tolerance."""
-    monkeypatch.setattr("scissordyn.explore.session.JUDGED", 0.0)
-    monkeypatch.setattr("scissordyn.explore.session.LONG", 0.0)
+    monkeypatch.setattr("scissordyn.explore.session.ESTIMATE_AFTER", 0.0)
+    monkeypatch.setattr("scissordyn.explore.session.LONG_RUN", 0.0)
     found: list[Outcome] = []
     worker = Worker(lambda outcome: found.append(outcome) if outcome.fine is None else None, lambda number, fraction: None)
     number = worker.order(case, staged=True)

@@ -15,7 +15,7 @@ from scissordyn.errors import InputError
 from scissordyn.explore.answers import cards
 from scissordyn.explore.case import open_case
 from scissordyn.explore.drag import Drag
-from scissordyn.explore.page import factor_of, wish
+from scissordyn.explore.page import magnification_of, read_magnification
 from scissordyn.record.summary import summary_of
 
 from .browser import Tab, served
@@ -49,22 +49,22 @@ def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.parametrize("given", ["much", None, True, 0.5, float("nan"), float("inf"), [2.0]])
 def test_wish_is_a_number_or_auto(given: Any) -> None:
     """Bad input: what a page may ask for is "auto", or a number from 1 on."""
-    assert (wish("auto"), wish(20)) == ("auto", 20.0)
+    assert (read_magnification("auto"), read_magnification(20)) == ("auto", 20.0)
     with pytest.raises(InputError, match="magnification"):
-        wish(given)
+        read_magnification(given)
 
 
 def test_factor_of_auto_shows_the_largest_deflection(path: Path) -> None:
     """Contract: "auto" is 1, 2 or 5 times a power of ten; the largest deflection is then a 50th to a 20th of the mechanism."""
     case = read_case(path)
     run = sd.simulate(case.mechanism, until=case.run.until, samples=case.run.samples)
-    factor = factor_of("auto", run, case.mechanism)
+    factor = magnification_of("auto", run, case.mechanism)
     assert f"{factor:e}"[0] in "125"
     assert float(f"{factor:.0e}") == factor
     shown = factor * float(abs(run["bar_largest_deflection"]).max()) / case.mechanism.size
     assert 0.02 * (1.0 - 1e-9) <= shown <= 0.05 * (1.0 + 1e-9)
-    assert factor_of(7.0, run, case.mechanism) == 7.0
-    assert factor_of("auto", run, sd.scissor(units=1)) == 1.0
+    assert magnification_of(7.0, run, case.mechanism) == 7.0
+    assert magnification_of("auto", run, sd.scissor(units=1)) == 1.0
     (card,) = (card for card in cards(summary_of(run)) if card["title"] == "largest stress")
     assert "of yield strength" in card["detail"]
 
@@ -75,7 +75,7 @@ def test_joints_of_bent_bars_are_dragged_and_their_lengths_not(path: Path) -> No
     drag = Drag(case, "pin", "unit 1/pivot")
     drag.to(0.01, 0.02)
     assert drag.note.startswith("bar length 1.03")
-    with pytest.raises(InputError, match="no length of 'unit 1/bar 1'"):
+    with pytest.raises(InputError, match="'unit 1/bar 1' has no length to drag"):
         Drag(case, "length", "unit 1/bar 1")
 
 
@@ -83,7 +83,7 @@ def test_page_draws_bars_bent_and_magnified(browser: Any, path: Path) -> None:
     """Cross-check: the shapes on the canvas are those of `magnified_deflection` and change with a section."""
     case = read_case(path)
     run = sd.simulate(case.mechanism, until=case.run.until, samples=case.run.samples)
-    factor = factor_of("auto", run, case.mechanism)
+    factor = magnification_of("auto", run, case.mechanism)
     script = "() => JSON.parse(window.scissordyn.shown.scene)"
     with served(path) as url:
         tab = Tab(browser, url)

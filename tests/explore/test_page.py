@@ -13,7 +13,7 @@ pytest.importorskip("tomlkit", reason="the package tomlkit is not installed")
 
 from scissordyn.explore.case import Case, open_case
 from scissordyn.explore.drag import assembled
-from scissordyn.plot.canvas import declared
+from scissordyn.plot.canvas import declared_positions
 
 from .heard import Heard, until
 
@@ -26,7 +26,7 @@ GUESSED = {"four_bar": 0.2, "lift": 1e-4, "press": 1e-6}
 def test_declared_position_is_the_assembled_one(path: Path) -> None:
     """Cross-check: bodies of every example are drawn where the solver assembles them, but where the case declares a guess."""
     mechanism = open_case(path).mechanism
-    first = declared(mechanism.ideal())
+    first = declared_positions(mechanism.ideal())
     solved, _ = assembled(mechanism)
     apart = first["position"].values[0] - solved["position"].sel(body=first["body"]).transpose("time", "body", "axis").values[0]
     assert np.abs(apart).max() < GUESSED.get(path.stem, 1e-12)
@@ -70,13 +70,13 @@ def test_next_run_waits_until_one_is_drawn(heard: Heard) -> None:
 @pytest.mark.parametrize(
     ("message", "words"),
     [
-        ("{", "a message that the page does not send"),
-        ('{"type": "close"}', "a message that the page does not send"),
-        ('{"type": "change", "key": 1}', "whose 'key' is no text"),
-        ('{"type": "change", "key": "nothing", "text": "1"}', "no number 'nothing' in this case"),
+        ("{", "unknown message"),
+        ('{"type": "close"}', "unknown message"),
+        ('{"type": "change", "key": 1}', "'key' in a message is not a printable text"),
+        ('{"type": "change", "key": "nothing", "text": "1"}', "the case has no field 'nothing'"),
         ('{"type": "magnify", "factor": -1}', "magnification of deflections"),
         ('{"type": "drag", "phase": "start", "kind": "pin", "name": "O"}', "no length or angle of the case moves joint 'O'"),
-        ('{"type": "film", "time": 1e999}', "whose 'time' is no number"),
+        ('{"type": "film", "time": 1e999}', "'time' in a message is not a number"),
     ],
 )
 def test_what_cannot_be_done_is_said_in_one_line(heard: Heard, message: str, words: str) -> None:

@@ -11,7 +11,7 @@ import pytest
 
 pytest.importorskip("websockets", reason="the package websockets is not installed")
 
-from scissordyn.explore.serve import ASSETS, packed
+from scissordyn.explore.serve import ASSETS, pack_message
 from scissordyn.numeral import LEAST, decimals, numeral, numerals
 
 LOAD = """async code => {
@@ -36,7 +36,7 @@ def test_message_comes_as_it_was_sent(page: Any) -> None:
     """Identity: numbers bit for bit, what is not finite in arrays, an array of two places once, bytes."""
     numbers = np.array([0.1, -1e-300, np.pi, np.inf, -0.0])
     message = {"type": "run", "one": {"x": numbers, "words": "ä µ"}, "two": [numbers, 3, None], "file": b"\x00\xff!"}
-    sent = packed(message)
+    sent = pack_message(message)
     assert len(sent) < 300
     script = """bytes => {
       const { one, two, file, type } = unpack(new Uint8Array(bytes).buffer), list = Array.from;
@@ -48,7 +48,7 @@ def test_message_comes_as_it_was_sent(page: Any) -> None:
     assert [float(text.replace("Infinity", "inf")) for text, _ in values] == numbers.tolist()
     assert values[-1][1] is True
     with pytest.raises(ValueError, match="JSON"):
-        packed({"x": float("nan")})
+        pack_message({"x": float("nan")})
 
 
 @pytest.mark.parametrize("count", [50, 100_000])

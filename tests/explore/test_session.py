@@ -275,7 +275,7 @@ def test_no_other_file_is_read(tmp_path: Path, named: str, capsys: pytest.Captur
         (place / "law.py").write_text("raise SystemExit('it was executed')\n")
     assert status_of(["explore", str(path), "--no-browser"]) == 2
     error = capsys.readouterr().err
-    assert "which the explorer does not read or execute unasked" in error
+    assert "which the explorer reads or executes only with permission" in error
     assert "--allow" in error
 
 

@@ -1,1 +1,1 @@
-"""The explorer: a page in the browser that changes the numbers of a case and shows the new run."""
+"""Explorer: a page in the browser that changes the values of a case and shows the new run."""

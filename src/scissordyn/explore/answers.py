@@ -1,4 +1,4 @@
-"""What the page shows of a run: cards from its summary, its contacts as a table, curves and orbit as figures of curves.js."""
+"""Prepare what the page shows of a run: cards, the contact table, and the curves and orbit as figures of curves.js."""
 
 from __future__ import annotations
 
@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from scissordyn.record.results import Run
     from scissordyn.record.summary import ActuatorAnswer, PointAnswer, Summary
 
-MOST_CARDS = 3  # Cards of tracked points, and of torques; those that are furthest beyond what is allowed come first
-MOST_NUMBERS = 4  # Of one run in a legend; of more the number is said
 
 COLUMNS = (
     ("contact_start", "start", "s"),
@@ -36,20 +34,20 @@ COLUMNS = (
     ("rebound_speed", "rebound", "m/s"),
 )
 
-SMALL = {"s": (10.0, "ms"), "m/s": (0.2, "mm/s")}
-"""Columns of smaller numbers are in a thousandth of the unit: contacts last for less than a digit of seconds."""
+SMALL_UNITS = {"s": (10.0, "ms"), "m/s": (0.2, "mm/s")}
+"""Columns whose values are below this bound are shown in a thousandth of the unit, because contacts are short."""
 
-NOW, PINNED = "blue", ("vermilion", "green", "purple")
-"""Colours of the run that is shown and of pinned ones, the newest first, by their names in page.css."""
+CURRENT_COLOUR, PINNED_COLOURS = "blue", ("vermilion", "green", "purple")
+"""Colours of the shown run and of pinned runs, the newest first, by their names in page.css."""
 
-COLORS = ("blue", "orange", "green", "purple", "vermilion", "sky")
-"""Of the lines of one figure, in order; those of energies stand for the same quantity in every picture."""
+LINE_COLOURS = ("blue", "orange", "green", "purple", "vermilion", "sky")
+"""Colours of the lines of one figure, in order. Each energy has the same colour in every picture."""
 
-ENERGY_COLORS = ("blue", "green", "purple", "vermilion", "orange", "sky")
+ENERGY_COLOURS = ("blue", "green", "purple", "vermilion", "orange", "sky")
 
-MOST_POINTS = 100_000  # Points of a curve in the browser; of longer runs each interval keeps its smallest and its largest value
-MOST_TORQUES = 4  # Torques in one figure, those with the largest values
-NEAR = 5.0  # What is allowed is drawn from a fifth of it on: further off it would flatten the curve
+# Largest number of points of a curve in the browser; of longer runs each interval keeps its smallest and largest value
+MAX_POINTS = 100_000
+LIMIT_SHOWN_RATIO = 5.0  # A limit is drawn if the curve reaches a fifth of it; a more distant limit would flatten the curve
 
 ENERGY = {
     "kinetic_energy": ("kinetic", "kinetic energy"),
@@ -59,25 +57,26 @@ ENERGY = {
     "motor_work": ("motors", "work of motors"),
     "load_work": ("loads", "work of loads"),
 }
-"""Variables of energies, with the labels of their lines and their heads in a file."""
+"""Energy variables, with the labels of their lines and their column names in a file."""
 
-NOTHING = ("friction", "stored_energy", "drive_work", "motor_work", "load_work", "dissipated_energy", "stress")
-"""Columns that are left out where they are zero throughout."""
+OPTIONAL_COLUMNS = ("friction", "stored_energy", "drive_work", "motor_work", "load_work", "dissipated_energy", "stress")
+"""Columns that are left out if they are zero throughout."""
 
 Card = dict[str, str]
 Columns = dict[str, np.ndarray]
 
 
 def cards(summary: Summary) -> Iterator[Card]:
-    """What the designer asked for, in short."""
+    """Yield the cards with the main results."""
+    most_cards = 3  # cards of points, and of torques; those furthest beyond their limit come first
     force, bars = summary.force, summary.bars
     if force is not None:
-        less = "" if force.loose is None else f"{short(force.loose.force, 'N')} at {_of_joint(force.loose)}"
-        yield _card("largest force", short(force.force, "N"), _of_joint(force), less)
-    yield from map(_of_point, sorted(summary.points, key=lambda point: -point.share)[:MOST_CARDS])
+        less = "" if force.loose is None else f"{short(force.loose.force, 'N')} at {_describe_joint(force.loose)}"
+        yield _card("largest force", short(force.force, "N"), _describe_joint(force), less)
+    yield from map(_point_card, sorted(summary.points, key=lambda point: -point.share)[:most_cards])
     torques = [actuator for actuator in summary.actuators if math.isfinite(actuator.torque)]
     torques.sort(key=lambda actuator: -actuator.torque / (actuator.limit or math.inf))
-    yield from map(_of_torque, torques[:MOST_CARDS])
+    yield from map(_torque_card, torques[:most_cards])
     if bars is not None and math.isfinite(bars.stress):
         detail = f"{bars.bar}, at {short(bars.when, 's')}"
         limited = math.isfinite(bars.utilisation)
@@ -96,17 +95,17 @@ def _card(title: str, value: str, *details: str, met: bool | None = None) -> Car
     return {"title": title, "value": value, "detail": "; ".join(filter(None, details)), "judged": judged}
 
 
-def _of_joint(force: ForceAnswer) -> str:
+def _describe_joint(force: ForceAnswer) -> str:
     where = f"{force.kind} {force.joint}, at {short(force.when, 's')}"
-    return f"{where}{_estimated(force)}{parts_of_oiled(force.metal, force.film)}"
+    return f"{where}{_estimate_note(force)}{parts_of_oiled(force.metal, force.film)}"
 
 
-def _estimated(force: ForceAnswer) -> str:
+def _estimate_note(force: ForceAnswer) -> str:
     least = f" from {short(force.least, 'N')} on" if force.least < LESS * force.force else ""
     return f", an estimate{least}" if force.estimated else ""
 
 
-def _of_point(point: PointAnswer) -> Card:
+def _point_card(point: PointAnswer) -> Card:
     title = f"{point.name} off by"
     if not math.isfinite(point.deviation):
         return _card(title, "unknown", "the ideal mechanism ends earlier")
@@ -115,7 +114,7 @@ def _of_point(point: PointAnswer) -> Card:
     return _card(title, short(point.deviation, "m"), f"at {short(point.when, 's')}", allowed, met=met)
 
 
-def _of_torque(actuator: ActuatorAnswer) -> Card:
+def _torque_card(actuator: ActuatorAnswer) -> Card:
     quantity = "force" if actuator.unit == "N" else "torque"
     title = f"{f'driving {quantity} on' if actuator.kind == 'drive' else f'{quantity} of'} {actuator.name}"
     value = short(actuator.torque, actuator.unit)
@@ -127,7 +126,7 @@ def _of_torque(actuator: ActuatorAnswer) -> Card:
 
 
 def contact_table(run: Run) -> dict[str, Any]:
-    """The contacts of a run as columns, in units that suit its numbers."""
+    """Return the contacts of a run as columns, in suitable units."""
     columns = []
     left_out = kinds_left_out(run)
     for name, title, unit in COLUMNS:
@@ -136,7 +135,7 @@ def contact_table(run: Run) -> dict[str, Any]:
         values = run[name].values
         finite = np.abs(values[np.isfinite(values)])
         scale = engineering(unit, finite) if unit in ("s", "N") else Scale(1.0, unit)
-        bound, smaller = SMALL.get(scale.unit, (0.0, ""))
+        bound, smaller = SMALL_UNITS.get(scale.unit, (0.0, ""))
         if finite.max(initial=0.0) < bound:
             scale = Scale(1e3, smaller)
         shown = scale.factor * values
@@ -146,42 +145,44 @@ def contact_table(run: Run) -> dict[str, Any]:
 
 
 def differences(cases: Sequence[Case]) -> list[str]:
-    """Of each of some cases the numbers that are not the same in all of them, as text."""
+    """Return for each case the values that are not equal in all cases, as text."""
+    most_values = 4  # differing values of one run in a legend; of more the count is given
     keys = dict.fromkeys(key for case in cases for key in case.fields)
     numbers = {key: [case.fields.get(key) for case in cases] for key in keys}
     differing = [key for key, fields in numbers.items() if len({field and (field.value or field.text) for field in fields}) > 1]
     texts = []
     for k in range(len(cases)):
         parts = [f"{field.label} {field.shown}" for key in differing if (field := numbers[key][k])]
-        more = len(parts) - MOST_NUMBERS
-        texts.append(", ".join(parts[:MOST_NUMBERS]) + (f" and {more} more" if more > 0 else "") or "the same numbers")
+        more = len(parts) - most_values
+        texts.append(", ".join(parts[:most_values]) + (f" and {more} more" if more > 0 else "") or "the same values")
     return texts
 
 
 class Figure(NamedTuple):
-    """A figure over time."""
+    """Figure over time."""
 
-    unit: str  # In SI
+    unit: str  # SI unit
     title: str
-    lines: Mapping[str, tuple[str, str]]  # Label of the line and head in a file, by the name of the column
+    lines: Mapping[str, tuple[str, str]]  # Label of each line, and its column name in a file, by the name of the column
 
 
 class Chosen:
-    """What is drawn of a run: joint, output body, torques, and of several tracked points the one that is furthest off."""
+    """Parts of a run that are drawn: joint, output body, torques, and the tracked point with the largest deviation."""
 
     def __init__(self, run: xr.Dataset, summary: Summary, joint: str, output: str) -> None:
+        most_torques = 4  # those with the largest values are drawn
         self.joint, bodies = joint, run["body"].values.astype(str).tolist()
         self.output = output if output in bodies else bodies[-1]
         self.point: PointAnswer | None = max(summary.points, key=lambda point: point.share, default=None)
         self._run, self._sources = run, torque_sources(run)
         sources = self._sources
         largest = sorted(range(len(sources)), key=lambda k: -float(np.abs(sources[k].curve.values).max(initial=0.0)))
-        drawn = sorted(largest[:MOST_TORQUES])
+        drawn = sorted(largest[:most_torques])
         self.torques = {f"torque {number}": sources[k] for number, k in enumerate(drawn, start=1)}
         self.figures = self._figures(len(sources) - len(drawn))
 
     def _figures(self, further: int) -> dict[str, Figure]:
-        """The figures by name; there are further torques, which are not drawn."""
+        """Return the figures by name; `further` is the number of torques that are not drawn."""
         at, point = f" at {self.joint}" if self.joint else "", self.point
         output = Figure("rad", f"angle of {self.output}", {"output": ("", "output angle")})
         if "slider_position" in self._run:
@@ -214,9 +215,9 @@ class Chosen:
         }
 
     def columns(self, run: xr.Dataset) -> tuple[np.ndarray, Columns]:
-        """The curves in SI with their instants: the samples, and the located peaks of force and torque between them.
+        """Return the instants and the curves in SI units, including the located peaks of force and torque between samples.
 
-        Straight between samples, as a line is drawn. What a run does not have is left out.
+        Other curves are interpolated linearly between samples. Curves that the run does not have are left out.
         """
         variables, joint, time = run.variables, self.joint, run.variables["time"].values
         labels = {dim: variables[dim].values.astype(str).tolist() for dim in ("joint", "body", "film", "track") if dim in run}
@@ -246,31 +247,31 @@ class Chosen:
         every = np.unique(np.concatenate([time, *(curve["time"].values for curve in exact.values())]))
         values = {name: np.interp(every, curve["time"].values, curve.values) for name, curve in exact.items()}
         for name, column in sampled.items():
-            if name not in NOTHING or np.any(np.nan_to_num(column)):
+            if name not in OPTIONAL_COLUMNS or np.any(np.nan_to_num(column)):
                 values[name] = column if every.size == time.size else np.interp(every, time, column)
         present = (name for figure in self.figures.values() for name in figure.lines if name in values)
         return every, {name: values[name] for name in present if np.isfinite(values[name]).any()}
 
     def levels(self, figure: str, data: Columns) -> list[float]:
-        """What is allowed in a figure, where the curves come near it."""
+        """Return the limits in a figure that the curves come near to."""
         point = self.point
         if figure == "track" and point is not None and point.tolerance is not None:
-            return [point.tolerance] if NEAR * point.deviation >= point.tolerance else []
+            return [point.tolerance] if LIMIT_SHOWN_RATIO * point.deviation >= point.tolerance else []
         limits = self.torques if figure == "torque" else {}
         near = (
             side * source.limit
             for name, source in limits.items()
             for side in (1.0, -1.0)
-            if source.limit is not None and NEAR * np.nanmax(side * data[name], initial=0.0) >= source.limit
+            if source.limit is not None and LIMIT_SHOWN_RATIO * np.nanmax(side * data[name], initial=0.0) >= source.limit
         )
         return list(dict.fromkeys(near))
 
 
-def thinned(count: int, curves: Sequence[np.ndarray]) -> np.ndarray | slice:
-    """Points to draw: all of a short run, of a long one the extreme ones of each interval."""
-    if count <= MOST_POINTS or not curves:
+def drawn_points(count: int, curves: Sequence[np.ndarray]) -> np.ndarray | slice:
+    """Return the indices of the points to draw: all of a short run; of a long run the extremes of each interval."""
+    if count <= MAX_POINTS or not curves:
         return slice(None)
-    long = -(-2 * max(1, len(curves)) * count // MOST_POINTS)
+    long = -(-2 * max(1, len(curves)) * count // MAX_POINTS)
     firsts = np.arange(0, count - long + 1, long)
     points = [np.array([0, count - 1]), np.arange(firsts.size * long, count)]
     for curve in curves:
@@ -280,16 +281,17 @@ def thinned(count: int, curves: Sequence[np.ndarray]) -> np.ndarray | slice:
 
 
 def figures(run: xr.Dataset, summary: Summary, pins: Sequence[xr.Dataset], joint: str, output: str) -> dict[str, Any]:
-    """What is drawn of a run beside its scene, and of pinned ones, the newest last, with it.
+    """Return the figures of a run and of the pinned runs (the newest last).
 
-    The scales suit all runs; of a long one only those points are there that a line of pixels needs. "figures" over time,
-    "orbit" (None without one), "factor" from seconds to the time axis, "until" and "horizon" on it.
+    Scales suit all runs, and long runs are thinned. Keys: "figures" over time, "orbit" (None without one), "factor" from
+    seconds to the
+    time axis, and "until" and "horizon" on that axis.
     """
     chosen, columns = Chosen(run, summary, joint, output), []
     time, horizon = engineering("s", run["time"].values), predictability_horizon(run)
     for compared in (run, *reversed(pins)):
         instants, curves = chosen.columns(compared)
-        kept = thinned(instants.size, list(curves.values()))
+        kept = drawn_points(instants.size, list(curves.values()))
         columns.append({"time": time.factor * instants[kept], **{name: curve[kept] for name, curve in curves.items()}})
     drawn, (data, *before) = [], columns
     for name, (unit, title, heads) in chosen.figures.items():
@@ -298,8 +300,11 @@ def figures(run: xr.Dataset, summary: Summary, pins: Sequence[xr.Dataset], joint
         labels = {line: label for line, (label, _) in heads.items() if line in data}
         if len(labels) == 1 and name != "torque":
             labels = dict.fromkeys(labels, "")
-        first, colors = next(iter(heads), ""), dict(zip(heads, ENERGY_COLORS if name == "energy" else COLORS, strict=False))
-        pinned = [(PINNED[k], pin) for k, pin in enumerate(before) if first in pin]
+        first, colors = (
+            next(iter(heads), ""),
+            dict(zip(heads, ENERGY_COLOURS if name == "energy" else LINE_COLOURS, strict=False)),
+        )
+        pinned = [(PINNED_COLOURS[k], pin) for k, pin in enumerate(before) if first in pin]
         lines = [_line("", color, pin["time"], scale.factor * pin[first], "dash") for color, pin in pinned]
         lines += [_line(label, colors[line], data["time"], scale.factor * data[line]) for line, label in labels.items()]
         levels = [scale.factor * level for level in chosen.levels(name, data)]
@@ -319,10 +324,10 @@ def _line(label: str, color: str, x: np.ndarray, y: np.ndarray, style: str = "so
 
 
 def orbit(run: xr.Dataset, joint: str, factor: float) -> Columns:
-    """The journal's orbit as columns "x" and "y"; of a long run the outermost points of each interval."""
+    """Return the journal's orbit as columns "x" and "y"; of a long run the outermost points of each interval."""
     k = run.variables["joint"].values.tolist().index(joint)
     x, y = factor * along(run.variables["eccentricity"], "joint", "axis", "time")[k]
-    kept = thinned(x.size, [x, y, np.hypot(x, y)])
+    kept = drawn_points(x.size, [x, y, np.hypot(x, y)])
     return {"x": x[kept].copy(), "y": y[kept].copy()}
 
 
@@ -342,16 +347,16 @@ def _orbit(run: xr.Dataset, pins: Sequence[xr.Dataset], joint: str) -> dict[str,
         "axis": f"x [{scale.unit}]",
         "lines": [
             _line("", "faint", size * np.cos(around), size * np.sin(around), "dots"),
-            *(_line("", PINNED[k], path["x"], path["y"], "dash") for k, path in enumerate(before)),
+            *(_line("", PINNED_COLOURS[k], path["x"], path["y"], "dash") for k, path in enumerate(before)),
             _line("", "sky", now["x"], now["y"]),
         ],
         "levels": [],
-        "reach": _rounded(1.1 * max(size, largest)),
+        "reach": _round_up(1.1 * max(size, largest)),
     }
 
 
-def _rounded(reach: float) -> float:
-    """A length rounded up to two digits, so that an axis stays when a curve changes little."""
+def _round_up(reach: float) -> float:
+    """Return a length rounded up to two digits, so that the axis stays the same when a curve changes little."""
     if reach <= 0.0:
         return 1.0
     digit = 10.0 ** (math.floor(math.log10(reach)) - 1)
@@ -359,7 +364,7 @@ def _rounded(reach: float) -> float:
 
 
 def curves_as_csv(run: xr.Dataset, summary: Summary, joint: str, output: str) -> str:
-    """The curves of a run as the page draws them, with the instants of located peaks between the samples."""
+    """Return the curves of a run as drawn by the page, as CSV, including located peaks between samples."""
     chosen = Chosen(run, summary, joint, output)
     time, values = chosen.columns(run)
     heads = {"time": "time [s]"}

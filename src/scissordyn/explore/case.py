@@ -1,4 +1,4 @@
-"""The case that the explorer changes: a case file, or what a saved run, a point of a study or of a diagram carries."""
+"""Hold the case that the explorer changes: a case file, or the case of a saved run or of a point of a study or diagram."""
 
 from __future__ import annotations
 
@@ -36,22 +36,21 @@ if TYPE_CHECKING:
     from scissordyn.studies.result import StudyResult
 
 
-MOST_FIGURES = 6  # Responses that are drawn, those of requirements first
-CYCLES = 4  # A point of a diagram is run for so many periods of its drive
-WIDTH = 110  # Of a line of Python
-SMALL, LARGE = 3.0, 6.0  # Radius of a point, and of the recommended one [pixel]
+MAX_FIGURES = 6  # Largest number of responses drawn; those of requirements come first
+DIAGRAM_PERIODS = 4  # A point of a diagram is run for this number of periods of its drive
+POINT_RADIUS, BEST_POINT_RADIUS = 3.0, 6.0  # Radius of a point, and of the recommended point [pixel]
 
 Figure = dict[str, Any]
 
-NOTHING: Mapping[str, str] = MappingProxyType({})
+NO_VALUES: Mapping[str, str] = MappingProxyType({})
 
 
 class Case:
-    """A case, frozen: a change makes another one."""
+    """Immutable case; every change returns a new one."""
 
-    saved: xr.Dataset | None = None  # Its run, if that was read from a file
-    points: Points | None = None  # Those of the study or the diagram that it was opened from
-    chosen: Mapping[str, str] = NOTHING  # Of such a point: what varies between the points, as text
+    saved: xr.Dataset | None = None  # Run of the case, if it was read from a file
+    points: Points | None = None  # Points of the study or diagram from which the case was opened
+    chosen: Mapping[str, str] = NO_VALUES  # Values of the varied parameters at that point, as text
 
     def __init__(self, name: str, source: str, code: Code, tree: dict[str, Any] | None = None) -> None:
         self.name, self.source, self.code = name, source, code
@@ -67,56 +66,56 @@ class Case:
         mechanism: Mechanism,
         options: Options,
         allowed: Sequence[Path] = (),
-        chosen: Mapping[str, str] = NOTHING,
+        chosen: Mapping[str, str] = NO_VALUES,
     ) -> Case:
-        """The case of a point of a study or a diagram."""
+        """Return the case of a point of a study or diagram."""
         case = cls.carried(name, record_text(mechanism, options), allowed)
         case.chosen = chosen
         return case
 
     @classmethod
     def carried(cls, name: str, source: str, allowed: Sequence[Path]) -> Case:
-        """The case that a run carries."""
+        """Return the case that a run contains."""
         tree = tomllib.loads(source)
         return cls(name, source, AllowedCode([file for file in allowed if file.suffix == ".py"], tree.get("code", {})), tree)
 
     @cached_property
     def fields(self) -> dict[str, Field]:
-        """Every number of the tables, by its key."""
+        """All fields of the tables, by their keys."""
         return {field.key: field for field in fields_of(self.tree, self.code)}
 
     def field(self, key: str) -> Field:
-        """A field by its key."""
+        """Return a field by its key."""
         if key not in self.fields:
-            raise InputError(f"no number '{key}' in this case", "a number of the form")
+            raise InputError(f"the case has no field '{key}'", "a field of the form")
         return self.fields[key]
 
     def changed(self, texts: Mapping[str, str]) -> Case:
-        """The case with other numbers."""
+        """Return the case with other field texts."""
         tree = copy.deepcopy(self.tree)
         for key, text in texts.items():
-            _put(tree, self.field(key), _value(text, self.field(key)))
+            _write_value(tree, self.field(key), _value(text, self.field(key)))
         return self._with(tree)
 
     def with_horizon(self, wanted: bool) -> Case:
-        """The case with or without the predictability horizon, for which each run is computed twice."""
+        """Return the case with or without the predictability horizon, which requires two runs."""
         return self._with({**self.tree, "run": {**self.tree.get("run", {}), "trust": wanted}})
 
     def _with(self, tree: dict[str, Any]) -> Case:
-        """The case with other tables."""
+        """Return the case with other tables."""
         return Case(self.name, self.source, self.code, tree)
 
     def text(self) -> str:
-        """The case file with the changed values in it; its comments and its order stay."""
+        """Return the case file with the changed values; comments and order are kept."""
         import tomlkit
 
         document = tomlkit.parse(self.source)
-        _carry(document, tomllib.loads(self.source), self.tree)
+        _copy_changes(document, tomllib.loads(self.source), self.tree)
         return str(tomlkit.dumps(document))
 
 
 def open_case(path: Path, allowed: Sequence[Path] = ()) -> Case:
-    """The case of a file; no other file is read unless it is allowed."""
+    """Return the case of a file; other files are read only if they are allowed."""
     if path.suffix.lower() == ".db":
         return open_study_case(path, allowed)
     if path.suffix.lower() == ".nc":
@@ -138,16 +137,16 @@ def open_case(path: Path, allowed: Sequence[Path] = ()) -> Case:
     for named in _files(tree):
         if (path.parent / named).resolve() not in may:
             raise InputError(
-                f"'{path}' names the file '{named}', which the explorer does not read or execute unasked",
-                "the given file alone, or further files by name",
+                f"'{path}' refers to the file '{named}', which the explorer reads or executes only with permission",
+                "a file without references, or the referenced files by name",
                 command("scissordyn", "explore", path, "--allow", named),
             )
-    read_case(path)  # its errors name the line
+    read_case(path)  # reports errors with their lines
     return Case(path.name, source, Code(path.parent), tree)
 
 
 def _files(value: Any, key: str = "") -> Iterator[str]:
-    """Names of files in a case file: Python functions and classes, and tables."""
+    """Yield the names of files in a case file: Python functions and classes, and tables."""
     if isinstance(value, Mapping):
         for name, inner in value.items():
             yield from _files(inner, name)
@@ -161,7 +160,7 @@ def _files(value: Any, key: str = "") -> Iterator[str]:
 
 
 def _value(text: str, field: Field) -> Any:
-    """A text of the form as the value of a case file: a plain number where there is no unit."""
+    """Return a text of the form as a value of the case file; a number if the quantity has no unit."""
     text = text.strip()
     if field.choices and text.isdecimal():
         return int(text)
@@ -175,8 +174,8 @@ def _value(text: str, field: Field) -> Any:
     return text
 
 
-def _put(tree: dict[str, Any], field: Field, value: Any) -> None:
-    """Write a value at the place of a field, whose tables need not be there yet."""
+def _write_value(tree: dict[str, Any], field: Field, value: Any) -> None:
+    """Write a value at the place of a field, and create missing tables."""
     here: Any = tree
     *path, last = field.place
     for key in path:
@@ -187,30 +186,31 @@ def _put(tree: dict[str, Any], field: Field, value: Any) -> None:
     here[last] = value
 
 
-def _carry(document: Any, before: Any, after: Any) -> None:
-    """Write what has changed between two trees into a document of the same shape."""
+def _copy_changes(document: Any, before: Any, after: Any) -> None:
+    """Copy the differences between two trees into a document of the same shape."""
     keys = range(len(after)) if isinstance(after, list) else list(after)
     for key in keys:
         new = isinstance(before, Mapping) and key not in before
         if not new and type(before[key]) is type(after[key]) and isinstance(after[key], dict | list):
-            _carry(document[key], before[key], after[key])
+            _copy_changes(document[key], before[key], after[key])
         elif new or before[key] != after[key]:
             document[key] = after[key]
 
 
 def python_of(case: Case) -> str:
-    """Python that describes the mechanism of a case and simulates it; its numbers are those of the case bit for bit."""
+    """Return Python code that builds the mechanism of a case and simulates it, with bit-identical values."""
+    width = 110  # line length of generated Python
     from rich.pretty import pretty_repr
 
     imports: dict[str, str] = {}
-    body = pretty_repr(_code(case.mechanism, imports), max_width=WIDTH)
+    body = pretty_repr(_code(case.mechanism, imports), max_width=width)
     options = [f"{field.name}={value!r}" for field, value in given(case.options)]
     lines = ["import scissordyn as sd", *(f"from {module} import {name}" for name, module in sorted(imports.items()))]
     return "\n".join([*lines, "", f"mechanism = {body}", f"run = sd.simulate(mechanism, {', '.join(options)})", ""])
 
 
 def _code(value: Any, imports: dict[str, str]) -> Any:
-    """A value as an object whose representation is Python: a description is a call with what is not its default."""
+    """Return an object whose representation is Python code for a value; a description becomes a call without default values."""
     if is_described(value):
         arguments = [(field.name, _code(inner, imports)) for field, inner in given(value)]
         return type(_name(type(value), imports), (), {"__rich_repr__": lambda _: iter(arguments)})()
@@ -221,8 +221,8 @@ def _code(value: Any, imports: dict[str, str]) -> Any:
     if value is None or isinstance(value, str | int | float):
         return value
     raise InputError(
-        f"'{getattr(value, '__name__', value)}', a function of yours, in the case",
-        "a case without functions of your own",
+        f"the case contains the user-defined function '{getattr(value, '__name__', value)}'",
+        "a case without user-defined functions",
         "Save run",
     )
 
@@ -231,29 +231,31 @@ def _name(kind: type, imports: dict[str, str]) -> str:
     if getattr(scissordyn, kind.__name__, None) is kind:
         return f"sd.{kind.__name__}"
     if origin_of(kind) is not None:
-        raise InputError(f"the class '{kind.__name__}' of yours in the case", "a case without classes of your own", "Save run")
+        raise InputError(
+            f"the case contains the user-defined class '{kind.__name__}'", "a case without user-defined classes", "Save run"
+        )
     imports[kind.__name__] = kind.__module__
     return kind.__name__
 
 
 @dataclass(frozen=True)
 class Points:
-    """What the page shows of many runs."""
+    """Points of a study or a diagram as the page shows them."""
 
-    axes: Sequence[str]  # numbers that the points can be drawn over
-    figures: Callable[[str], list[Figure]]  # over one of them
-    opened: Callable[[int], Case]  # the case of a point
+    axes: Sequence[str]  # Parameters that can be the abscissa
+    figures: Callable[[str], list[Figure]]  # Figures over one of these parameters
+    opened: Callable[[int], Case]  # Case of a point
     note: str
 
     def case(self, point: int) -> Case:
-        """The case that the page begins with."""
+        """Return the case of the page's first point."""
         case = self.opened(point)
         case.points = self
         return case
 
 
 def open_study_case(path: Path, allowed: Sequence[Path] = ()) -> Case:
-    """The recommended point of a study as a case, with all its points."""
+    """Return the recommended point of a study as a case, together with all points."""
     from scissordyn.config.studies import open_study
     from scissordyn.studies.answer.verdict import recommended_point
 
@@ -262,7 +264,7 @@ def open_study_case(path: Path, allowed: Sequence[Path] = ()) -> Case:
     complete, failed, pending = result.counts.values()
     if not complete:
         raise InputError(
-            f"'{path}', a study without a complete case", "a study with results", command("scissordyn", "study", "resume", path)
+            f"the study '{path}' has no complete case", "a study with results", command("scissordyn", "study", "resume", path)
         )
     best = recommended_point(study, result.dataset) if study.requirements or study.optimisation else -1
 
@@ -278,20 +280,20 @@ def open_study_case(path: Path, allowed: Sequence[Path] = ()) -> Case:
         f"{pending} pending" if pending else "",
         "green: all cases meet the requirements, orange: some, red: none" if study.requirements else "",
         f"the large point {best} is the recommended one" if best >= 0 else "",
-        "a click on a point opens it" + (", in its worst case" if study.per_point > 1 else ""),
+        "click a point to open it" + (", in its worst case" if study.per_point > 1 else ""),
     ]
     axes = [factor.path for factor in study.factors] or ("case",)
     return Points(axes, lambda axis: _figures(result, axis, best), opened, "; ".join(filter(None, notes))).case(max(best, 0))
 
 
 def open_diagram_case(path: Path, diagram: xr.Dataset, allowed: Sequence[Path] = ()) -> Case:
-    """The first point of a bifurcation diagram as a case, with all its points."""
+    """Return the first point of a bifurcation diagram as a case, together with all points."""
     configuration = read_configuration(diagram)
     mechanism = configuration.build_mechanism([file for file in allowed if file.suffix == ".py"])
     parameter, values = str(diagram.attrs["parameter"]), diagram["value"].values
-    usable = [str(name) for name in diagram if set(diagram[name].dims) == {"value", "cycle"}][:MOST_FIGURES]
+    usable = [str(name) for name in diagram if set(diagram[name].dims) == {"value", "cycle"}][:MAX_FIGURES]
     across = scale_of(diagram["value"])
-    until = CYCLES * float(diagram.attrs["period"]) if "period" in diagram.attrs else 1.0
+    until = DIAGRAM_PERIODS * float(diagram.attrs["period"]) if "period" in diagram.attrs else 1.0
 
     def opened(point: int) -> Case:
         value, options = float(values[point]), configuration.options or Options(until)
@@ -308,12 +310,12 @@ def open_diagram_case(path: Path, diagram: xr.Dataset, allowed: Sequence[Path] =
             drawn.append(_figure(name, name.replace("_", " "), scale, across.label(parameter), [line], []))
         return drawn
 
-    note = f"{values.size} values of {parameter}; a click on a point runs the mechanism with its value"
+    note = f"{values.size} values of {parameter}; click a point to run the mechanism with its value"
     return Points((parameter,), figures, opened, note).case(0)
 
 
 def _worst_case(result: StudyResult, point: int) -> int:
-    """The case of a point that is farthest beyond a requirement, or nearest to it; the first one without requirements."""
+    """Return the case of a point with the smallest margin to any requirement; the first case without requirements."""
     from scissordyn.studies.answer.verdict import least_margins
 
     study = result.study
@@ -335,10 +337,10 @@ def _figures(result: StudyResult, axis: str, best: int) -> list[Figure]:
         names = ", ".join(f"{k} {name}" for k, name in enumerate(across.labels))
         label = f"{axis}: {names}" if names else across.label(axis)
     met = points["met"].values if study.requirements else np.full(count, np.nan)
-    sizes = np.where(np.arange(count) == best, LARGE, SMALL)
+    sizes = np.where(np.arange(count) == best, BEST_POINT_RADIUS, POINT_RADIUS)
     colours = {"green": met == 1.0, "orange": (met > 0.0) & (met < 1.0), "vermilion": met == 0.0, "blue": np.isnan(met)}
     drawn = []
-    for name in [str(name) for name in points if points[name].attrs.get("role") == "response"][:MOST_FIGURES]:
+    for name in [str(name) for name in points if points[name].attrs.get("role") == "response"][:MAX_FIGURES]:
         scale = scale_of(points[name])
         of_all = study.per_point > 1 and f"worst {name}" in points
         y = scale.factor * points[f"worst {name}" if of_all else name].values

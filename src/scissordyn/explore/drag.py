@@ -1,4 +1,4 @@
-"""What a drag in the drawing means: which lengths and angles of the case bring a joint to the pointer."""
+"""Find the lengths and angles of a case that move a dragged joint to the pointer."""
 
 from __future__ import annotations
 
@@ -18,26 +18,22 @@ from scissordyn.plot.animation_scene import outline, upright
 from scissordyn.record.placement import Placement, turned
 from scissordyn.run.simulate import simulate
 
-INSTANT = 1e-9  # A run of this length with ideal joints gives the assembled position [s]
-STEP = 1e-5  # Of finite differences: relative to the mechanism's size, and for angles [rad]
-LEAST = 1e-3  # Numbers that move the target by less than this, relative to those that move it most, do not take part
-CLOSE = 1e-4  # The target counts as reached at this distance, relative to the mechanism's size
-ONE_POINT = 1.5  # By how much the two numbers of one point are preferred to numbers of two parts
-SHORTEST = 0.02  # A length is drawn down to this fraction of what it was
+DIFFERENCE_STEP = 1e-5  # Step of finite differences, as a fraction of the mechanism's size, or [rad] for angles
 
 TABLES = ("structure", "body", "ground", "guide", "rod")
 NOT_GEOMETRY = ("gravity_direction", "corner_radius", "thickness", "journal_radius", "bearing_length", "phase")
 
 
 def assembled(mechanism: Mechanism) -> tuple[xr.Dataset, Mechanism]:
-    """The mechanism with ideal joints at the start, as a run of two samples."""
+    """Return the mechanism with ideal joints at its start, as a run of two samples."""
+    instant = 1e-9  # length of the run that computes the assembled position [s]
     ideal = mechanism.ideal()
-    return simulate(ideal, until=INSTANT, samples=2), ideal
+    return simulate(ideal, until=instant, samples=2), ideal
 
 
 @dataclass(frozen=True)
-class _Number:
-    """One number of a case that a drag may change: a field, or one of the two numbers of a point."""
+class _Parameter:
+    """Scalar parameter that a drag may change: a field, or one coordinate of a point."""
 
     field: Field
     part: int
@@ -48,10 +44,11 @@ class _Number:
 
 
 class Drag:
-    """One drag of a joint or of the length of a bar.
+    """Drag of a joint, or of the length of a bar.
 
-    It changes as few declared numbers as the pointer has directions: two for a joint, one for a length. Among all of them those
-    are taken that move the target with the smallest changes.
+    A drag changes two parameters for a joint and one for a length. Among all candidates, those that move the target with
+    the smallest
+    changes are chosen.
     """
 
     def __init__(self, case: Case, kind: str, name: str) -> None:
@@ -72,13 +69,13 @@ class Drag:
         if self.kind == "pin":
             return np.asarray(placement.place(ideal.joint(self.name).bearing)[0])
         ends = outline(ideal.body(self.name))
-        if len(ends) < 2:  # a cross-section of a bar that bends
-            raise InputError(f"no length of '{self.name}' to drag", "a rigid bar, a joint, or the fields of the form")
+        if len(ends) < 2:  # a cross-section of a bending bar
+            raise InputError(f"'{self.name}' has no length to drag", "a rigid bar, a joint, or the fields of the form")
         return np.array([math.dist(ends[0], ends[-1])])
 
-    def _numbers(self) -> list[_Number]:
+    def _numbers(self) -> list[_Parameter]:
         return [
-            _Number(field, part)
+            _Parameter(field, part)
             for field in self.start.fields.values()
             if str(field.place[0]) in TABLES
             and field.quantity.unit in ("m", "rad")
@@ -88,10 +85,10 @@ class Drag:
         ]
 
     def _slopes(self) -> np.ndarray:
-        """How the target moves with each number, by finite differences; zero where the mechanism cannot be assembled."""
+        """Return the derivatives of the target by finite differences; zero if the changed mechanism cannot be assembled."""
         slopes = np.zeros((self.origin.size, len(self.numbers)))
         for k, number in enumerate(self.numbers):
-            step = STEP * (1.0 if number.field.quantity.unit == "rad" else self.size)
+            step = DIFFERENCE_STEP * (1.0 if number.field.quantity.unit == "rad" else self.size)
             try:
                 changed = self.start.changed(self._texts({k: number.value + step}, exact=True))
                 slopes[:, k] = (self._target(*assembled(changed.mechanism)) - self.origin) / step
@@ -100,14 +97,16 @@ class Drag:
         return slopes
 
     def _choice(self) -> tuple[tuple[int, ...], np.ndarray]:
-        """The numbers to change and the inverse of how they move the target."""
+        """Return the indices of the parameters to change, and the pseudo-inverse of their derivatives."""
+        one_point = 1.5  # preference of both coordinates of one point over parameters of different parts
+        least = 1e-3  # parameters with a smaller effect than this fraction of the largest are ignored
         slopes = self._slopes()
-        # an angle counts as the length of an arc
+        # weights angles by the length of an arc
         scale = np.array([1.0 if number.field.quantity.unit == "m" else 1.0 / self.size for number in self.numbers])
         effect = slopes * scale
         strength = np.linalg.norm(effect, axis=0)
-        moving = np.flatnonzero(strength > LEAST * max(1e-9, float(strength.max(initial=0.0))))
-        if moving.size == 0 or strength.max(initial=0.0) < LEAST:
+        moving = np.flatnonzero(strength > least * max(1e-9, float(strength.max(initial=0.0))))
+        if moving.size == 0 or strength.max(initial=0.0) < least:
             what = f"joint '{self.name}'" if self.kind == "pin" else f"the length of '{self.name}'"
             raise InputError(f"no length or angle of the case moves {what}", "another joint, or the fields of the form")
         most = min(self.origin.size, moving.size)
@@ -115,8 +114,8 @@ class Drag:
         for count in range(most, 0, -1):
             for chosen in itertools.combinations(moving.tolist(), count):
                 weakest = float(np.linalg.svd(effect[:, chosen], compute_uv=False)[-1])
-                if len({self.numbers[k].field.key for k in chosen}) < count:  # both numbers of one point
-                    weakest *= ONE_POINT
+                if len({self.numbers[k].field.key for k in chosen}) < count:  # both coordinates of one point
+                    weakest *= one_point
                 if weakest > best[0] * (1.0 + 1e-9):
                     best = weakest, chosen
             if best[0] > 0.05:
@@ -124,7 +123,7 @@ class Drag:
         return best[1], np.linalg.pinv(slopes[:, best[1]])
 
     def _texts(self, values: dict[int, float], *, exact: bool = False) -> dict[str, str]:
-        """The texts of the fields with other numbers in them, in their own units."""
+        """Return the texts of the fields with changed values, in the fields' own units."""
         fields: dict[str, tuple[Field, list[float]]] = {}
         for k, value in values.items():
             number = self.numbers[k]
@@ -139,11 +138,12 @@ class Drag:
         return texts
 
     def to(self, dx: float, dy: float, *, steps: int = 2) -> None:
-        """Bring the target so far from where it was: a few steps of Newton's method with the slopes of the start."""
+        """Move the target by (dx, dy) from its original place, in a few Newton steps with the initial derivatives."""
+        close = 1e-4  # the target is reached at this distance, as a fraction of the mechanism's size
         wanted = self._wanted(dx, dy)
         for _ in range(steps):
             off = wanted - self.present
-            if np.linalg.norm(off) < CLOSE * self.size:
+            if np.linalg.norm(off) < close * self.size:
                 return
             change = self.inverse @ off
             values = self.values.copy()
@@ -155,6 +155,7 @@ class Drag:
             self.values, self.case, self.run, self.ideal, self.texts = values, case, run, ideal, texts
 
     def _wanted(self, dx: float, dy: float) -> np.ndarray:
+        shortest = 0.02  # least length of a dragged bar as a fraction of its original length
         moved = turned(np.array([dx, dy]), -upright(self.ideal))
         if self.kind == "pin":
             return np.asarray(self.origin + moved)
@@ -162,10 +163,10 @@ class Drag:
         ends = placement.points(self.name, outline(self.ideal.body(self.name))[[0, -1]])[0]
         along = (ends[1] - ends[0]) / max(1e-12, float(np.linalg.norm(ends[1] - ends[0])))
         longer = float(along @ moved)
-        wanted: np.ndarray = np.maximum(self.origin + longer, SHORTEST * self.origin)
+        wanted: np.ndarray = np.maximum(self.origin + longer, shortest * self.origin)
         return wanted
 
     @property
     def note(self) -> str:
-        """The changed numbers in words."""
+        """Changed values as text."""
         return ", ".join(f"{self.start.field(key).label} {text}" for key, text in self.texts.items())

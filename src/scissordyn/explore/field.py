@@ -1,4 +1,4 @@
-"""The numbers of a case as fields of a form: unit, bounds and help come from their declarations."""
+"""Present the values of a case as form fields, with unit, bounds and help from their declarations."""
 
 from __future__ import annotations
 
@@ -27,12 +27,11 @@ from scissordyn.model.section import MATERIALS, SECTIONS
 from scissordyn.model.walk import Route
 from scissordyn.units import Quantity, short
 
-STARRED = ("clearance", "speed", "kinetic", "angle", "end", "duration", "limit")
-"""Names of fields that have a slider at first, in the tables of `STARRED_IN`."""
+STARRED_FIELDS = ("clearance", "speed", "kinetic", "angle", "end", "duration", "limit")
+"""Fields in the tables of `STARRED_IN` that initially have a slider."""
 
-STARRED_IN = ("drive", "control", "clearance", "guide_clearance")  # Tables with such fields, and that of the structure
-SPREAD = 4.0  # A slider goes from a value divided by this number to the value times it, on a logarithmic scale
-TURN = math.radians(30.0)  # The slider of an angle goes so far to either side [rad]
+# Tables with such fields; the structure's table also has them
+STARRED_IN = ("drive", "control", "clearance", "guide_clearance")
 
 READERS: Mapping[str, Reader] = {
     "drive": DriveTable.reader(),
@@ -47,72 +46,74 @@ CHOICES: Mapping[tuple[Any, str], str] = {
     (ClearanceTable, "lubrication"): ", ".join(OILS),
     (plain_table(Lubrication), "oil"): ", ".join(OILS),
 }
-"""What can be written where a table takes a text or a number of parts, which has a field without a slider."""
+"""Allowed texts of fields that take a text or a count; these fields have no slider."""
 PAIRS = {"position": "m", "centre": "m", "through": "m", "coupler_point": "m", "velocity": "m/s"}
-"""Keys of two numbers, with their units."""
+"""Keys of two coordinates, with their units."""
 
-LONG = 14  # Letters of a text that has room in the form
 
 NUMBER = r"\s*[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?\s*"
 
 
 @dataclass(frozen=True)
 class Field:
-    """One number of a case, or the two numbers of a point."""
+    """Value of a case, or both coordinates of a point."""
 
     place: Route
-    group: str  # The table or part that it belongs to
+    group: str  # Table or part that contains it
     name: str
-    text: str  # As it is written, with its unit
-    value: tuple[float, ...]  # In SI
+    text: str  # Text as written, with its unit
+    value: tuple[float, ...]  # Values in SI units
     quantity: Quantity
-    starred: bool = False  # Whether it has a slider at first
-    law: str = ""  # Name of the law that holds it, where the case gives the law by name alone
-    choices: str = ""  # What is allowed, of a text that is no number
+    starred: bool = False  # True if the field initially has a slider
+    law: str = ""  # Name of the law that contains the field, if the case gives only the law's name
+    choices: str = ""  # Allowed texts, for a field that is not numeric
 
     @property
     def key(self) -> str:
-        """The place as one text."""
+        """Place as one text."""
         return ".".join(map(str, self.place))
 
     @property
     def label(self) -> str:
-        """Its name with that of its group, in words."""
+        """Name of the field with its group, in words."""
         return f"{self.group if self.group != 'structure' else ''} {self.name.replace('_', ' ')}".strip()
 
     @property
     def range(self) -> tuple[float, float, bool] | None:
-        """Ends of a slider in SI, and whether its scale is logarithmic; None where there is none."""
+        """Ends of the slider in SI units, and True for a logarithmic scale; None without a slider."""
+        turn = math.radians(30.0)  # range of an angle's slider to either side [rad]
+        spread = 4.0  # range of a slider: its value divided and multiplied by this factor, on a logarithmic scale
         if len(self.value) != 1:
             return None
         value = self.value[0]
         low = max(bound for bound in (self.quantity.above, self.quantity.minimum) if bound is not None)
         high = min(bound for bound in (self.quantity.below, self.quantity.maximum) if bound is not None)
         if self.quantity.unit == "rad":
-            return max(low, value - TURN), min(high, value + TURN), False
+            return max(low, value - turn), min(high, value + turn), False
         if value == 0.0:
-            # without a size to go by, only what is bounded on both sides has a range
+            # zero has no scale, so only a bounded parameter has a range
             return (low, high, False) if math.isfinite(high - low) and high - low <= 10.0 else None
         if value < 0.0:
-            return max(low, SPREAD * value), min(high, value / SPREAD), False
-        ends = max(low, value / SPREAD), min(high, SPREAD * value)
+            return max(low, spread * value), min(high, value / spread), False
+        ends = max(low, value / spread), min(high, spread * value)
         return *ends, ends[0] > 0.0 and ends[1] / ends[0] > 3.0
 
     @property
     def unit(self) -> str:
-        """The unit in which it is written; "" without one."""
+        """Unit in which the value is written; "" without one."""
         return re.sub(rf"^{NUMBER}(?:,{NUMBER})*", "", self.text)
 
     @property
     def shown(self) -> str:
-        """Its text; of one with many digits the first ones."""
-        if len(self.text) <= LONG or len(self.value) != 1:
+        """Text of the field, shortened if it has many digits."""
+        longest = 14  # characters that fit in the form
+        if len(self.text) <= longest or len(self.value) != 1:
             return self.text
         value = self.value[0]
         return short(value, "m") if self.quantity.unit == "m" else f"{value:.5g} {self.quantity.unit}".removesuffix(" 1")
 
     def plain(self) -> dict[str, Any]:
-        """The field for the form."""
+        """Return the field as data for the form."""
         span = self.range
         slider = None if span is None else {"low": span[0], "high": span[1], "logarithmic": span[2], "value": self.value[0]}
         unit = self.unit if len(self.value) == 1 else ""
@@ -134,10 +135,10 @@ class Field:
 
 
 def fields_of(tree: Mapping[str, Any], code: Code) -> list[Field]:
-    """The fields of a case file."""
+    """Return the fields of a case file."""
     structure = tree.get("structure", {})
     kind = STRUCTURES[structure["kind"]]
-    fields = list(_of_table(kind, structure, ("structure",), "structure", code, star=not _places(tree)))
+    fields = list(_table_fields(kind, structure, ("structure",), "structure", code, star=not _sets_start(tree)))
     for section in (section for section in READERS if section in tree):
         tables = tree[section]
         many = isinstance(tables, list)
@@ -145,20 +146,20 @@ def fields_of(tree: Mapping[str, Any], code: Code) -> list[Field]:
             group = f"{section.replace('_', ' ')} {handle(item)}".strip()
             place: Route = (section, index) if many else (section,)
             table = _component(item["type"], code) if section == "component" else _table_in(READERS[section].shape())
-            fields += _of_table(table, item, place, group, code, star=section in STARRED_IN)
+            fields += _table_fields(table, item, place, group, code, star=section in STARRED_IN)
     options = table_of(Options, until="50 ms", step="0.1 ms")
-    return [*fields, *_of_table(options, tree.get("run", {}), ("run",), "run", code)]
+    return [*fields, *_table_fields(options, tree.get("run", {}), ("run",), "run", code)]
 
 
 def _table_in(shape: Shape) -> Any:
-    """The table that a reader accepts, alone or as one of several shapes; None if there is none."""
+    """Return the table that a reader accepts, alone or as one of several shapes; None if there is none."""
     if isinstance(shape, Mapping):
         return next(filter(None, map(_table_in, (*shape.get("anyOf", ()), shape.get("items")))), None)
-    return shape if isinstance(shape, type) else None  # a reader may take a number or a text as well
+    return shape if isinstance(shape, type) else None  # a reader may also accept a number or a text
 
 
 def _table_of_key(key: Key, reader: Reader, given: Mapping[str, Any]) -> Any:
-    """The table that is the value of a key; the motion of a coordinate is read by what the coordinate is."""
+    """Return the table of a key's value; the motion of a coordinate is read according to the coordinate."""
     if key.name == "motion" and "coordinate" in given:
         return DriveTable if "angle" in given["coordinate"] else TABLES["m"]
     return BendingTable if key.name == "bars" else _table_in(reader.shape())
@@ -169,44 +170,46 @@ def _component(kind: str, code: Code) -> type[Table]:
     return component_part(named, code.folder or Path()).table
 
 
-def _places(tree: Mapping[str, Any]) -> bool:
-    """Whether a drive, a reference or an actuated length, and not the structure's angle, says where the motion starts."""
+def _sets_start(tree: Mapping[str, Any]) -> bool:
+    """Return whether a drive, a reference or an actuated length sets the start, instead of the structure's angle."""
     many = [table if isinstance(table, list) else [table] for table in (tree.get("drive", []), tree.get("control", []))]
     references = (control.get("reference", {}) for control in many[1])
     actuated = any("motion" in rod for rod in tree.get("rod", []))
     return actuated or any({*motion} - {"speed", "body"} for motion in (*many[0], *references))
 
 
-def _of_table(
+def _table_fields(
     table: type[Table], given: Mapping[str, Any], place: Route, group: str, code: Code, *, star: bool = False, law: str = ""
 ) -> Iterator[Field]:
-    """The fields of one table, those that are not written included."""
+    """Yield the fields of one table, including those not written."""
     for key, declaration in table.declared_keys().items():
         here = (*place, key)
         value = given.get(key, None if declaration.required else declaration.default)
         quantity = declaration.quantity
         if isinstance(value, str | int) and (table, key) in CHOICES:
-            yield _choice(here, group, str(value), declaration.help, CHOICES[table, key])
+            yield _text_field(here, group, str(value), declaration.help, CHOICES[table, key])
         elif quantity is not None and quantity.unit and not isinstance(value, tuple | Mapping | list):
-            yield from _field(here, group, key, value, quantity, star=star, law=law)
+            yield from _number_field(here, group, key, value, quantity, star=star, law=law)
         elif key == "points" and isinstance(value, Mapping):
             for name, point in value.items():
-                yield from _field((*here, name), group, f"point {name}", point, Quantity("m", help=declaration.help), count=2)
+                yield from _number_field(
+                    (*here, name), group, f"point {name}", point, Quantity("m", help=declaration.help), count=2
+                )
         elif isinstance(value, str) and key in PAIRS:
-            yield from _field(here, group, key, value, Quantity(PAIRS[key], help=declaration.help), count=2)
+            yield from _number_field(here, group, key, value, Quantity(PAIRS[key], help=declaration.help), count=2)
         elif key in BY_KIND or key == "controller":
-            yield from _of_law(key, value, given, here, group, code, star=star)
+            yield from _law_fields(key, value, given, here, group, code, star=star)
         elif isinstance(value, Mapping) and declaration.reader is not None:
             inner = _table_of_key(declaration, declaration.reader, given)
             if inner is not None:
                 within = f"{group}, {key.replace('_', ' ')}"
-                yield from _of_table(inner, value, here, within, code, star=star and key != "reference")
+                yield from _table_fields(inner, value, here, within, code, star=star and key != "reference")
 
 
-def _of_law(
+def _law_fields(
     key: str, value: Any, given: Mapping[str, Any], place: Route, group: str, code: Code, *, star: bool
 ) -> Iterator[Field]:
-    """The fields of a contact law or of a controller."""
+    """Yield the fields of a contact law or a controller."""
     inner = value if isinstance(value, Mapping) else {}
     name = str(inner.get("name" if key == "controller" else "law") if inner else value)
     kind: Any = CONTROLLERS.get(name) if key == "controller" else BY_KIND[key].get(name)
@@ -214,25 +217,25 @@ def _of_law(
         kind = code.element(key, name, inner)
     if kind is None:
         return
-    for field in _of_table(plain_table(kind), inner, place, f"{group}, {key}", code, star=star, law=name):
+    for field in _table_fields(plain_table(kind), inner, place, f"{group}, {key}", code, star=star, law=name):
         if not (field.name == "restitution" and key == "damping" and given.get("restitution") is not None):
             yield field
 
 
-def _choice(place: Route, group: str, value: str, help: str, choices: str) -> Field:
+def _text_field(place: Route, group: str, value: str, help: str, choices: str) -> Field:
     return Field(place, group, str(place[-1]), value, (), Quantity("", help=help), choices=choices)
 
 
-def _field(
+def _number_field(
     place: Route, group: str, name: str, value: Any, quantity: Quantity, *, star: bool = False, law: str = "", count: int = 1
 ) -> Iterator[Field]:
-    """The field of one number, written or by default, or of two; none of anything else."""
+    """Yield the field of one or two numbers, written or default; yield nothing for other values."""
     if isinstance(value, str):
         try:
             numbers = read_numbers(value, quantity.unit) if count > 1 else (read_quantity(value, quantity),)
-        except InputError:  # of a unit that depends on other keys; the reader of the case knows it
+        except InputError:  # the unit depends on other keys, which only the reader of the case evaluates
             return
-        if quantity.unit == "K":  # degrees Celsius have no factor, which sliders need
+        if quantity.unit == "K":  # a slider requires a factor, which degrees Celsius do not have
             value = written(numbers[0], "K")
     elif isinstance(value, int | float) and not isinstance(value, bool):
         numbers = (float(value),)
@@ -240,4 +243,4 @@ def _field(
     else:
         return
     if len(numbers) == count:
-        yield Field(place, group, name, value, numbers, quantity, star and name in STARRED, law)
+        yield Field(place, group, name, value, numbers, quantity, star and name in STARRED_FIELDS, law)

@@ -1,4 +1,4 @@
-"""Listening socket of the explorer. It bounds connections that have not shown the token, and outlives a lack of descriptors."""
+"""Provide the explorer's listening socket, which bounds connections without the token and survives a lack of descriptors."""
 
 from __future__ import annotations
 
@@ -9,18 +9,17 @@ import threading
 import time
 from typing import Any
 
-MAX_STRANGERS = 32  # Connections without the token at the same time; a browser opens 6 to one server
-STRANGER_DESCRIPTORS = 2  # Of a connection: its socket, and what its thread waits with
-STRANGER_FRACTION = 0.25  # Of the descriptors that the process may open, which strangers may have
-STRANGER_SECONDS = 5.0  # [s] time in which a connection has to show the token; a browser sends it at once
-RETRY_SECONDS = 0.05  # [s] until the next attempt when the system has no descriptor left
+MAX_STRANGERS = 32  # Largest number of connections without the token; a browser opens 6 to one server
+STRANGER_SECONDS = 5.0  # [s] time within which a connection must show the token; a browser sends it at once
 
 TRANSIENT = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM, errno.ECONNABORTED, errno.EPERM, errno.EPROTO)
-"""Errors of `accept` that are not about the listening socket: no resources, or a connection that is gone already."""
+"""Errors of `accept` that do not concern the listening socket: lack of resources, or a connection that is already closed."""
 
 
 def max_strangers() -> int:
     """Return how many connections without the token may be open at the same time."""
+    fraction = 0.25  # of the process's descriptors for connections without the token
+    per_stranger = 2  # descriptors of a connection: its socket, and its thread's wait
     try:
         import resource
     except ImportError:  # Windows has no such limit
@@ -28,7 +27,7 @@ def max_strangers() -> int:
     descriptors = resource.getrlimit(resource.RLIMIT_NOFILE)[0]
     if descriptors == resource.RLIM_INFINITY:
         return MAX_STRANGERS
-    return max(1, min(MAX_STRANGERS, int(STRANGER_FRACTION * descriptors / STRANGER_DESCRIPTORS)))
+    return max(1, min(MAX_STRANGERS, int(fraction * descriptors / per_stranger)))
 
 
 class Listener(socket.socket):
@@ -42,6 +41,7 @@ class Listener(socket.socket):
 
     def accept(self) -> tuple[socket.socket, Any]:
         """Return the next connection and its address."""
+        retry = 0.05  # pause before the next attempt when the system has no descriptor left [s]
         while True:
             try:
                 connection, address = super().accept()
@@ -49,7 +49,7 @@ class Listener(socket.socket):
                 if error.errno not in TRANSIENT:
                     raise
                 self._drop_down_to(0)
-                time.sleep(RETRY_SECONDS)
+                time.sleep(retry)
                 continue
             self._drop_down_to(self._most - 1)
             with self._lock:
@@ -57,7 +57,7 @@ class Listener(socket.socket):
             return connection, address
 
     def admit(self, connection: socket.socket) -> None:
-        """Count a connection that has shown the token as a stranger no more."""
+        """Stop counting a connection as a stranger after it has shown the token."""
         with self._lock:
             self._strangers.pop(id(connection), None)
 

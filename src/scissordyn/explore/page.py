@@ -1,4 +1,4 @@
-"""One open page: the messages that it gets of its session, what it asks for, and the files that it saves."""
+"""Handle one open page: the messages from its session, its requests, and the files that it saves."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scissordyn.errors import InputError, ScissordynError
-from scissordyn.explore.answers import NOW, PINNED, cards, contact_table, curves_as_csv, differences, figures
+from scissordyn.explore.answers import CURRENT_COLOUR, PINNED_COLOURS, cards, contact_table, curves_as_csv, differences, figures
 from scissordyn.explore.case import python_of
 from scissordyn.explore.session import Outcome, Session
 from scissordyn.plan.bending import bends
-from scissordyn.plot.canvas import packed_scene
+from scissordyn.plot.canvas import pack_run
 from scissordyn.plot.series import largest_forces
 from scissordyn.record.joint_force import clearance_joints
 from scissordyn.record.warn import warnings_of
@@ -33,15 +33,12 @@ if TYPE_CHECKING:
     from scissordyn.explore.drag import Drag
     from scissordyn.model.mechanism import Mechanism
 
-FAULT = "a fault of scissordyn: the terminal of the explorer says where"
+FAULT = "internal error: see the terminal of the explorer"
 
-AUTO = "auto"  # The magnification that makes deflections visible
-LARGEST = 1e6  # Magnification
-SHARE = 0.05  # The largest deflection, magnified, is at most this part of the size of the mechanism
-STEPS = (1.0, 2.0, 5.0)  # Magnifications, times a power of ten
-FRAMES = 61  # Of a drawing with magnified deflections: each needs the mechanism assembled with straight bars
+AUTO = "auto"  # Magnification that makes deflections visible
+MAX_MAGNIFICATION = 1e6  # Largest magnification
+MAGNIFICATION_STEPS = (1.0, 2.0, 5.0)  # Mantissas of magnifications, multiplied by a power of ten
 
-LONGEST = 200  # Letters of a text from the browser: a number with its unit, or a name
 
 SAVED = {
     "case": ("toml", "text/plain"),
@@ -50,10 +47,10 @@ SAVED = {
     "picture": ("svg", "image/svg+xml"),
     "film": ("html", "text/html"),
 }
-"""What is saved: the end of its name, and its type."""
+"""File ending and MIME type of each kind of saved file."""
 
-MOST_MADE = 2  # Files that are made at the same time, by all pages together: each keeps a processor busy
-_slots = threading.BoundedSemaphore(MOST_MADE)  # One is taken while a file is made
+MAX_FILES_AT_ONCE = 2  # Largest number of files made at the same time by all pages; each occupies one processor
+_slots = threading.BoundedSemaphore(MAX_FILES_AT_ONCE)  # acquired while a file is made
 
 log = logging.getLogger(__name__)
 
@@ -61,7 +58,7 @@ Message = Mapping[str, Any]
 
 
 class Page:
-    """One open page with its session; what it does is done by one thread at a time. `send` takes messages, see page.js."""
+    """Open page with its session, used by one thread at a time; `send` accepts the messages of page.js."""
 
     def __init__(self, session: Session, send: Callable[[Message], None]) -> None:
         self.session, self.send = session, send
@@ -74,15 +71,17 @@ class Page:
         self._wish: float | str = 1.0
         self._larger: tuple[tuple[int, float], str] | None = None
         self._answering: dict[str, Callable[[Message], object]] = {
-            "change": lambda of: session.change({text(of, "key"): text(of, "text")}, final=bool(of.get("final", True))),
+            "change": lambda of: session.change(
+                {read_text(of, "key"): read_text(of, "text")}, final=bool(of.get("final", True))
+            ),
             "select": self._select,
-            "drawn": lambda of: self._drawn(whole(of, "run")),
+            "drawn": lambda of: self._drawn(read_integer(of, "run")),
             "horizon": lambda of: session.open(session.case.with_horizon(bool(of.get("wanted")))),
             "magnify": self._magnify,
             "drag": self._dragged,
             "pin": self._pin,
             "python": self._python,
-            "axis": lambda of: self._show_points(text(of, "name")),
+            "axis": lambda of: self._show_points(read_text(of, "name")),
             "open": self._open,
             "undo": lambda of: session.undo(),
             "redo": lambda of: session.undo(again=True),
@@ -92,7 +91,7 @@ class Page:
         }
 
     def begin(self) -> None:
-        """Show the numbers of the case, and what there is of its run."""
+        """Send the fields of the case and the available results of its run."""
         with self._lock:
             self.session.updated = self._updated
             if self.session.opened.points is not None:
@@ -101,10 +100,10 @@ class Page:
                 self._updated(what)
 
     def close(self) -> None:
-        """End the page."""
+        """End the page and its worker."""
         self.session.worker.close()
 
-    # what comes from the session, also from its thread
+    # messages from the session, also from its thread
 
     def _updated(self, what: str) -> None:
         with self._lock:
@@ -114,19 +113,19 @@ class Page:
                 self.send({"type": "form", "fields": [field.plain() for field in case.fields.values()], **about})
             elif what == "pins":
                 self._publish(pins=True)
-            elif what == "fine" and self.session.good is self.shown:  # else they come with their run
+            elif what == "fine" and self.session.good is self.shown:  # otherwise sent together with the run
                 self._publish()
             elif what == "run":
                 self._show_run()
             elif what == "status" and self.drag is None and not self.session.computing and self.session.message:
-                self.send({"type": "draft", "draft": ""})  # what was dragged cannot be run
+                self.send({"type": "draft", "draft": ""})  # the dragged mechanism cannot be run
             if what != "fine":
                 self._show_state()
 
-    # the run that is shown: all of it goes to the browser in one message, and the next when it has been drawn
+    # the shown run: one message holds all of it, and the next is sent after the browser has drawn it
 
     def _show_run(self) -> None:
-        """Show the newest run, unless the browser is still drawing the one before: then when it has."""
+        """Send the newest run, unless the browser is still drawing the previous one."""
         good = self.session.good
         if good is None or good.run is None or good is self.shown or self._drawing:
             return
@@ -144,7 +143,7 @@ class Page:
             self._show_state()
 
     def _publish(self, *, scene: bool = False, pins: bool = False) -> None:
-        """Send what is shown of the present run, with its number, as one message."""
+        """Send the shown run with its number as one message."""
         if self.shown is None or self.shown.run is None or self.shown.curves is None:
             return
         run, mechanism, pinned = self.shown.run, self.shown.case.mechanism, self.session.pins
@@ -164,11 +163,11 @@ class Page:
                 "selected": self.selected,
             }
         if pins:
-            message["ghost"] = packed_scene(before[-1], pinned[-1].case.mechanism) if before else ""
+            message["ghost"] = pack_run(before[-1], pinned[-1].case.mechanism) if before else ""
         self.send(message)
 
     def _bar(self, shown: Outcome, run: xr.Dataset) -> dict[str, Any]:
-        """What the bar says of a run."""
+        """Return the contents of the status bar for a run."""
         statistics = json.loads(run.attrs["statistics"])
         pins = self.session.pins[::-1]
         steps = f"{statistics['steps']} steps of {statistics['method']} in {short(statistics['seconds'], 's')}"
@@ -178,35 +177,36 @@ class Page:
             "fine": shown.fine is not None,
             "text": f"{shown.note}: {steps}" if shown.note else steps,
             "pins": len(pins),
-            "legend": [list(pair) for pair in zip((NOW, *PINNED), legend, strict=False)],
+            "legend": [list(pair) for pair in zip((CURRENT_COLOUR, *PINNED_COLOURS), legend, strict=False)],
             "warnings": [line(alike) for alike in group(warnings_of(run))],
         }
 
     def _factor(self, shown: Outcome) -> float:
-        """The magnification of the deflections of a run; runs that precede another have none."""
+        """Return the magnification of a run's deflections; 1.0 for preliminary runs."""
         if shown.run is None or shown.note or self._wish == 1.0:
             return 1.0
-        return factor_of(self._wish, shown.run, shown.case.mechanism)
+        return magnification_of(self._wish, shown.run, shown.case.mechanism)
 
     def _scene(self, shown: Outcome, run: xr.Dataset) -> str:
-        """The scene of a run; with magnified deflections when it has been made, in a thread."""
+        """Return the scene of a run; magnified deflections are computed in a thread and sent later."""
         factor = self._factor(shown)
         if self._larger is not None and self._larger[0] == (shown.number, factor):
             return self._larger[1]
-        if factor != 1.0 and not self._enlarging:  # else it is asked for once more when the one before is there
+        if factor != 1.0 and not self._enlarging:  # otherwise requested again when the previous one is finished
             self._enlarging = True
-            self._apart("magnifies", lambda: self._enlarge(shown, run, factor))
-        return packed_scene(run, shown.case.mechanism, number=shown.number)
+            self._in_thread("magnifies", lambda: self._enlarge(shown, run, factor))
+        return pack_run(run, shown.case.mechanism, number=shown.number)
 
     def _enlarge(self, shown: Outcome, run: xr.Dataset, factor: float) -> None:
+        most_frames = 61  # each frame requires one assembly of the mechanism
         from scissordyn.equilibrium.deflection import magnified_deflection
         from scissordyn.record.sampling import spread_samples
 
-        mechanism, frames = shown.case.mechanism, min(run.sizes["time"], FRAMES)
+        mechanism, frames = shown.case.mechanism, min(run.sizes["time"], most_frames)
         try:
             samples = spread_samples(run["time"].values, frames).tolist()
             larger = magnified_deflection(run, mechanism, factor, samples=samples)
-            self._larger = (shown.number, factor), packed_scene(larger, mechanism, number=shown.number, frames=frames)
+            self._larger = (shown.number, factor), pack_run(larger, mechanism, number=shown.number, frames=frames)
         except BaseException:
             self._wish = 1.0
             raise
@@ -216,56 +216,56 @@ class Page:
             if self.drag is None:
                 self._publish(scene=True)
 
-    # what is not of a run
+    # messages that do not concern a run
 
     def _show_points(self, axis: str) -> None:
         points = self.session.opened.points
         if points is None or axis not in points.axes:
-            raise InputError(f"points over '{axis}'", "the numbers of a study that vary")
+            raise InputError(f"cannot draw the points over '{axis}'", "a varied parameter of the study")
         message = {"type": "points", "axes": list(points.axes), "axis": axis, "note": points.note}
         self.send({**message, "figures": points.figures(axis)})
 
     def _open(self, message: Message) -> None:
         points = self.session.opened.points
         if points is None:
-            raise InputError("a point of a case that is no study", "a study or a bifurcation diagram")
-        self.session.open(points.opened(whole(message, "point")))
+            raise InputError("the case is not part of a study", "a study or a bifurcation diagram")
+        self.session.open(points.opened(read_integer(message, "point")))
 
     def _show_state(self) -> None:
         state = self.session.state()
         self.send({"type": "state", **state, "computing": state["computing"] or self.shown is not self.session.good})
 
-    # what comes from the browser
+    # messages from the browser
 
     def hear(self, content: str | bytes) -> None:
-        """Answer a message; what cannot be understood gets one line, without traces or paths."""
+        """Answer a message from the browser; an invalid one gets a one-line reply without traces or paths."""
         try:
             message = json.loads(content) if isinstance(content, str) else None
         except (ValueError, RecursionError):
             message = None
         answer = self._answering.get(str(message.get("type"))) if isinstance(message, dict) else None
         if answer is None:
-            self._complain("a message that the page does not send")
+            self._send_error("unknown message")
             return
         with self._lock, self._in_one_line():
             answer(message)  # type: ignore[arg-type]
 
     @contextmanager
     def _in_one_line(self) -> Iterator[None]:
-        """What goes wrong is one line on the page; a fault of the program is in the terminal, too."""
+        """Report errors as one line on the page; log internal errors in the terminal as well."""
         try:
             yield
         except ScissordynError as error:
-            self._complain(str(error))
+            self._send_error(str(error))
         except Exception:
             log.exception(FAULT)
-            self._complain(FAULT)
+            self._send_error(FAULT)
 
-    def _complain(self, words: str) -> None:
+    def _send_error(self, words: str) -> None:
         self.send({"type": "said", "text": words})
 
-    def _apart(self, what: str, make: Callable[[], None]) -> None:
-        """Do what takes seconds in a thread."""
+    def _in_thread(self, what: str, make: Callable[[], None]) -> None:
+        """Run a task that takes seconds in a thread."""
 
         def work() -> None:
             with self._in_one_line():
@@ -274,7 +274,7 @@ class Page:
         threading.Thread(target=work, name=f"scissordyn {what}", daemon=True).start()
 
     def _select(self, message: Message) -> None:
-        joint = text(message, "name")
+        joint = read_text(message, "name")
         if self.shown is not None and self.shown.run is not None and joint in clearance_joints(self.shown.run):
             self.selected = joint
             self._publish()
@@ -287,13 +287,13 @@ class Page:
             self.session.pin(replace(self.shown, run=self.shown.curves))
 
     def _save(self, message: Message) -> None:
-        """Make a file: one at a time for this page, and few for all pages."""
-        what, time = text(message, "type"), number(message, "time")
+        """Make a file, one at a time for this page and at most `MAX_FILES_AT_ONCE` for all pages."""
+        what, time = read_text(message, "type"), read_number(message, "time")
         if self._making:
-            raise InputError(f"'{what}' is asked for while another file is being made", "one file at a time", "wait for it")
+            raise InputError(f"cannot make '{what}' while another file is being made", "one file at a time", "wait for it")
         if not _slots.acquire(blocking=False):
             raise InputError(
-                f"'{what}' is asked for while {MOST_MADE} other pages make files", "two at a time", "try again soon"
+                f"cannot make '{what}' while other pages make {MAX_FILES_AT_ONCE} files", "two files at a time", "try again"
             )
         self._making = True
         shown, joint = self.shown, self.selected
@@ -301,32 +301,32 @@ class Page:
 
         def make() -> None:
             try:
-                name, mime, content = saved(self.session, shown, what, time, joint, magnify)
+                name, mime, content = make_file(self.session, shown, what, time, joint, magnify)
                 self.send({"type": "file", "name": name, "mime": mime, "content": content})
             finally:
                 self._making = False
                 _slots.release()
 
-        self._apart("saves", make)
+        self._in_thread("saves", make)
 
     def _magnify(self, message: Message) -> None:
-        self._wish = wish(message.get("factor"))
+        self._wish = read_magnification(message.get("factor"))
         self._publish(scene=True)
 
     def _dragged(self, message: Message) -> None:
         from scissordyn.explore.drag import Drag
 
-        phase = text(message, "phase")
+        phase = read_text(message, "phase")
         try:
             if phase == "start":
                 self.drag = None
-                self.drag = Drag(self.session.case, text(message, "kind"), text(message, "name"))
+                self.drag = Drag(self.session.case, read_text(message, "kind"), read_text(message, "name"))
                 self._draft()
             elif self.drag is not None:
-                self.drag.to(number(message, "dx"), number(message, "dy"), steps=2 if phase == "move" else 4)
+                self.drag.to(read_number(message, "dx"), read_number(message, "dy"), steps=2 if phase == "move" else 4)
                 self._draft()
         except ScissordynError as error:
-            self._complain(str(error))
+            self._send_error(str(error))
             if self.drag is not None:
                 self._draft()
         if phase == "end" and self.drag is not None:
@@ -335,18 +335,18 @@ class Page:
                 self.send({"type": "draft", "draft": ""})
 
     def _draft(self) -> None:
-        """Show what the drag has made; each answer differs from the one before, as the browser waits for it."""
+        """Send the dragged mechanism; each message has a new number, because the browser waits for it."""
         assert self.drag is not None
         self._answers += 1
         note = f"Drag: {self.drag.note}" if self.drag.note else "Drag"
-        self.send({"type": "draft", "draft": packed_scene(self.drag.run, self.drag.ideal, number=self._answers, note=note)})
+        self.send({"type": "draft", "draft": pack_run(self.drag.run, self.drag.ideal, number=self._answers, note=note)})
 
 
-def saved(
+def make_file(
     session: Session, shown: Outcome | None, what: str, time: float, joint: str, magnify: float
 ) -> tuple[str, str, bytes]:
-    """A file of what a page shows: its name, type and content; nothing of it stays on the server's side."""
-    from scissordyn.plot.animation import animate  # with matplotlib, which the page does not need
+    """Return the name, type and content of a file of what a page shows; the server keeps no copy."""
+    from scissordyn.plot.animation import animate  # imports matplotlib, which the page does not need otherwise
     from scissordyn.plot.file import svg
     from scissordyn.plot.still import structure
     from scissordyn.record.store import save
@@ -356,7 +356,7 @@ def saved(
     if what == "case":
         return name, mime, session.case.text().encode()
     if shown is None or shown.run is None or shown.curves is None:
-        raise InputError("no run yet", "a case that can be run")
+        raise InputError("there is no run yet", "a case that can be run")
     run, mechanism = shown.curves, shown.case.mechanism
     if what == "curves":
         return name, mime, curves_as_csv(run, shown.summary, joint, mechanism.output_body).encode()
@@ -369,48 +369,50 @@ def saved(
         return name, mime, written.read_bytes()
 
 
-def text(message: Mapping[Any, Any], name: str) -> str:
-    """A printable text of bounded length."""
+def read_text(message: Mapping[Any, Any], name: str) -> str:
+    """Return a printable text of bounded length from a message."""
+    longest = 200  # largest number of characters of a text from the browser
     value = message.get(name)
-    if not isinstance(value, str) or len(value) > LONGEST or not value.isprintable():
-        raise InputError(f"a message of the page whose '{name}' is no text", f"at most {LONGEST} letters", "reload the page")
+    if not isinstance(value, str) or len(value) > longest or not value.isprintable():
+        raise InputError(f"'{name}' in a message is not a printable text", f"at most {longest} characters", "reload the page")
     return value
 
 
-def number(message: Mapping[Any, Any], name: str) -> float:
-    """A finite number."""
+def read_number(message: Mapping[Any, Any], name: str) -> float:
+    """Return a finite number from a message."""
     value = message.get(name)
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < math.inf or abs(value) > 1e300:
-        raise InputError(f"a message of the page whose '{name}' is no number", "a finite number", "reload the page")
+        raise InputError(f"'{name}' in a message is not a number", "a finite number", "reload the page")
     return float(value)
 
 
-def whole(message: Mapping[Any, Any], name: str) -> int:
-    """A whole number."""
-    value = number(message, name)
+def read_integer(message: Mapping[Any, Any], name: str) -> int:
+    """Return an integer from a message."""
+    value = read_number(message, name)
     if value != int(value):
-        raise InputError(f"a message of the page whose '{name}' is no whole number", "a whole number", "reload the page")
+        raise InputError(f"'{name}' in a message is not an integer", "an integer", "reload the page")
     return int(value)
 
 
-def wish(given: Any) -> float | str:
-    """A magnification as the page asks for it: "auto", or a number."""
+def read_magnification(given: Any) -> float | str:
+    """Return the requested magnification: "auto" or a number."""
     if given == AUTO:
         return AUTO
-    if isinstance(given, bool) or not isinstance(given, int | float) or not 1.0 <= given <= LARGEST:
-        raise InputError("magnification of deflections", f"'{AUTO}', 1 to {LARGEST:g}", AUTO)
+    if isinstance(given, bool) or not isinstance(given, int | float) or not 1.0 <= given <= MAX_MAGNIFICATION:
+        raise InputError(f"magnification of deflections = {given!r}", f"'{AUTO}', 1 to {MAX_MAGNIFICATION:g}", AUTO)
     return float(given)
 
 
-def factor_of(wanted: float | str, run: xr.Dataset, mechanism: Mechanism) -> float:
-    """How many times deflections are drawn as large as they are; 1 without bars that bend."""
+def magnification_of(wanted: float | str, run: xr.Dataset, mechanism: Mechanism) -> float:
+    """Return the magnification of deflections; 1.0 without bending bars."""
+    share = 0.05  # largest magnified deflection as a fraction of the mechanism's size
     if not bends(mechanism):
         return 1.0
     if isinstance(wanted, float):
         return wanted
     largest = float(abs(run["bar_largest_deflection"]).max()) if "bar_largest_deflection" in run else 0.0
-    room = SHARE * mechanism.size / largest if largest > 0.0 else 1.0
-    if not 1.0 < room < LARGEST:
-        return LARGEST if room >= LARGEST else 1.0
+    room = share * mechanism.size / largest if largest > 0.0 else 1.0
+    if not 1.0 < room < MAX_MAGNIFICATION:
+        return MAX_MAGNIFICATION if room >= MAX_MAGNIFICATION else 1.0
     power = 10.0 ** math.floor(math.log10(room))
-    return float(max(step * power for step in STEPS if step * power <= room * (1.0 + 1e-12)))
+    return float(max(step * power for step in MAGNIFICATION_STEPS if step * power <= room * (1.0 + 1e-12)))

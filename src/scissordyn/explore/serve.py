@@ -1,8 +1,9 @@
-"""The server of the explorer's page, on this machine unless asked otherwise: its files, and one socket for each page.
+"""Serve the files of the explorer's page and one socket for each page, on this machine unless configured otherwise.
 
-Whoever knows the page's address, which has a random part, may use it, if he calls this machine by a name of its own. A page of
-another site can have its own name lead to this machine (DNS rebinding): its browser then sends requests here, as to the site's
-own server, with the site's name as their host. So every request is looked at, whatever it asks for.
+Access requires the page's address, which has a random part, and a known name of this machine as host. The host check is against
+DNS
+rebinding: another site can map its name to this machine, so that a browser sends requests here with that site's name. Therefore
+every request is checked.
 """
 
 from __future__ import annotations
@@ -42,17 +43,16 @@ if TYPE_CHECKING:
 
 log = logging.getLogger(__name__)
 quiet = logging.getLogger("scissordyn.explore.connections")
-quiet.setLevel(logging.CRITICAL + 1)  # what does not speak the protocol is no fault of this program
+quiet.setLevel(logging.CRITICAL + 1)  # clients that do not speak the protocol are not errors of this program
 
 LOCAL = ("127.0.0.1", "localhost", "::1")
 
-ELSEWHERE = "open the address that 'scissordyn explore' has printed"
+ADDRESS_HINT = "open the address printed by 'scissordyn explore'"
 
-LAST_WORDS = 0.5  # Time for open pages to show why the case cannot be read, before the server ends [s]
-LARGEST = 2**16  # Of a message from a page [byte]
-MOST_PAGES = 20  # Pages that are open at the same time: each has a thread, its runs and its undo
+MAX_MESSAGE_SIZE = 2**16  # Largest message from a page [byte]
+MAX_PAGES = 20  # Largest number of open pages; each has a thread, its runs and its undo history
 
-CAREFUL = {
+SECURITY_HEADERS = {
     "X-Content-Type-Options": "nosniff",
     "X-Frame-Options": "DENY",
     "Referrer-Policy": "no-referrer",
@@ -60,7 +60,7 @@ CAREFUL = {
     "Content-Security-Policy": "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:",
     "Cache-Control": "no-store",
 }
-"""For browsers: no other site may show the page in a frame, read what it has, or learn its address."""
+"""Response headers: no other site may show the page in a frame, read its data, or learn its address."""
 
 REDIRECT = """<!DOCTYPE html><meta charset="utf-8"><meta name="referrer" content="no-referrer">
 <meta http-equiv="refresh" content="0; url={url}"><title>scissordyn</title><a href="{url}">the page</a>
@@ -71,17 +71,17 @@ ASSETS = Path(__file__).parent / "assets"
 KINDS = {".html": "text/html", ".css": "text/css", ".js": "text/javascript"}
 
 FILES = frozenset({path.name for path in ASSETS.glob("*.*") if path.suffix in KINDS} | {"canvas.js"})
-"""Files of the page, below its address; canvas.js is that of films."""
+"""Files of the page below its address; canvas.js is shared with films."""
 
 
 def bound_address(listening: socket.socket) -> ipaddress.IPv4Address | ipaddress.IPv6Address:
-    """The address that a socket listens on: of this machine alone (loopback), or of all its networks (unspecified)."""
+    """Return the address that a socket listens on; "unspecified" stands for all networks of this machine."""
     return ipaddress.ip_address(str(listening.getsockname()[0]).partition("%")[0])
 
 
 @dataclass(frozen=True)
 class Access:
-    """The first part of the path, and the names of this machine; `any_number`: also any address in numbers."""
+    """Access token and accepted host names; `any_number` also accepts any numeric address."""
 
     token: str
     names: Collection[str]
@@ -89,7 +89,7 @@ class Access:
 
     @classmethod
     def to(cls, listening: socket.socket, address: str) -> Access:
-        """To a socket that listens on an address, with a new token."""
+        """Return the access to a socket that listens on an address, with a new token."""
         bound, host = bound_address(listening), socket.gethostname().lower()
         if bound.is_loopback:
             names = {*LOCAL, str(bound), address.lower()}
@@ -101,18 +101,18 @@ class Access:
 
     @property
     def folder(self) -> str:
-        """The path of the page."""
+        """Path of the page."""
         return f"/{self.token}/"
 
     def refusal(self, path: str, hosts: Sequence[str], origins: Sequence[str]) -> tuple[int, str] | None:
-        """Why a request with these headers is refused: status and one line; None if it is not."""
+        """Return status and reason for rejecting a request with these headers; None if it is accepted."""
         if len(hosts) != 1 or not self._is_ours(hosts[0]):
-            return 403, f"no page of this host; {ELSEWHERE}"
+            return 403, f"this host has no page; {ADDRESS_HINT}"
         if origins and list(origins) not in ([f"http://{hosts[0]}"], [f"https://{hosts[0]}"]):
-            return 403, "no page of another site may talk to this one"
+            return 403, "requests from other sites are not allowed"
         first = path.split("/", 2)
         has_token = len(first) == 3 and hmac.compare_digest(first[1].encode("utf-8", "replace"), self.token.encode())
-        return None if has_token else (404, f"nothing here; {ELSEWHERE}")
+        return None if has_token else (404, f"not found; {ADDRESS_HINT}")
 
     def _is_ours(self, host: str) -> bool:
         try:
@@ -123,9 +123,9 @@ class Access:
 
 
 def listen(address: str, wanted: int) -> Listener:
-    """Listen for pages on a port of this machine, 0 for any."""
+    """Listen on a port of this machine; port 0 selects any free one."""
     if not address.strip():
-        raise InputError("--address ''", "an address or a name of this machine", "--address 127.0.0.1")
+        raise InputError("--address is empty", "an address or a name of this machine", "--address 127.0.0.1")
     try:
         return Listener(socket.create_server((address, wanted), family=socket.AF_INET6 if ":" in address else socket.AF_INET))
     except OSError as error:
@@ -143,17 +143,18 @@ def serve(
     show: bool,
     said: Callable[[str], None],
 ) -> None:
-    """Serve the page of a case until Ctrl-C, which ends it as a `KeyboardInterrupt`; raise what is wrong with the case.
+    """Serve the page of a case until Ctrl-C, which raises `KeyboardInterrupt`; raise the error of a case that cannot be read.
 
-    `opened` reads the case, in a thread of its own: the browser gets the page meanwhile. `said` is called with the address of
-    the page, which has a random part: whoever has it may use the page.
+    `opened` reads the case in a separate thread, while the browser already loads the page. `said` is called with the
+    address of the
+    page; its random part grants access.
     """
     access = Access.to(listening, address)
     host = "127.0.0.1" if bound_address(listening).is_unspecified else f"[{address}]" if ":" in address else address
     url = f"http://{host}:{listening.getsockname()[1]}{access.folder}"
     pages = Pages(name, access, opened, listening)
     with tempfile.TemporaryDirectory(prefix="scissordyn-explore-") as private:
-        # threads end with this one: also those of a browser that never says what it connects for
+        # daemon threads end with this one, including those of browsers that never send a request
         threading.Thread(target=pages.serve, name="scissordyn explore serves", daemon=True).start()
         threading.Thread(target=pages.read, name="scissordyn explore opens", daemon=True).start()
         said(url)
@@ -161,26 +162,26 @@ def serve(
             threading.Thread(target=_show, args=(url, Path(private)), daemon=True).start()
         pages.ended.wait()
     if pages.fault:
-        raise ScissordynError(f"the explorer cannot serve its page any more: {pages.fault}")
+        raise ScissordynError(f"the explorer cannot serve its page any longer: {pages.fault}")
     pages.first.result()
 
 
 def _show(url: str, private: Path) -> None:
-    """Open the page in a browser by a file that only its user can read: the command of a browser is seen by all users."""
+    """Open the page through a file that only this user can read, because all users can see a browser's command line."""
     import webbrowser
 
     redirect = private / "explore.html"
     try:
         redirect.write_text(REDIRECT.format(url=url), encoding="utf-8")
-    except FileNotFoundError:  # the explorer has ended meanwhile
+    except FileNotFoundError:  # the explorer has already ended
         return
     webbrowser.open(redirect.as_uri())
 
 
-def packed(message: Mapping[str, Any]) -> bytes:
-    """A message as page.js unpacks it: the length of a head, the head, and its arrays of 64-bit floats or bytes.
+def pack_message(message: Mapping[str, Any]) -> bytes:
+    """Return a message in the format that page.js unpacks: head length, head, and arrays of 64-bit floats or bytes.
 
-    An array that stands in several places of the message is sent once. What is not finite can stand in arrays only.
+    An array that occurs several times is sent once. Values that are not finite may occur only in arrays.
     """
     arrays: list[Any] = []
     places: dict[int, int] = {}
@@ -192,7 +193,7 @@ def packed(message: Mapping[str, Any]) -> bytes:
             raise TypeError(f"{type(value).__name__} in a message of the page")
         if id(value) not in places:
             places[id(value)] = len(arrays)
-            arrays.append(value)  # it stays alive: the number of another one could be the same otherwise
+            arrays.append(value)  # keeps the array alive, because `id` may be reused otherwise
         return {"$": places[id(value)]}
 
     content = json.dumps(message, default=place, allow_nan=False, separators=(",", ":"))
@@ -204,12 +205,12 @@ def packed(message: Mapping[str, Any]) -> bytes:
 
 
 class Pages:
-    """All pages of a case, and what they are made of; `opened` reads the case."""
+    """All pages of a case and their shared resources; `opened` reads the case."""
 
     def __init__(self, name: str, access: Access, opened: Callable[[], Case], listener: Listener) -> None:
         self.name, self.access, self._opened, self._listener = name, access, opened, listener
         self.ended = threading.Event()
-        self.fault = ""  # Why no page can be served any more
+        self.fault = ""  # Reason why no page can be served any longer
         self._early, self.first = (
             Future[str](),
             Future["Session"](),
@@ -219,7 +220,7 @@ class Pages:
         self._taken = False
 
     def serve(self) -> None:
-        """Answer requests until the process ends. Where that fails, the explorer ends with an error."""
+        """Answer requests until the process ends; a failure ends the explorer with an error."""
         try:
             self._serve()
             self.fault = "its listening socket was closed"
@@ -234,7 +235,7 @@ class Pages:
             open_timeout=STRANGER_SECONDS,
             process_request=self._answer,
             compression=None,
-            max_size=LARGEST,
+            max_size=MAX_MESSAGE_SIZE,
             server_header=None,
             close_timeout=1.0,
             logger=quiet,
@@ -242,13 +243,14 @@ class Pages:
         server.serve_forever()
 
     def read(self) -> None:
-        """Read the case, draw it as it is declared, and begin its run before there is a page."""
+        """Read the case, draw it as declared, and start its run before a page connects."""
+        last_words = 0.5  # time for open pages to show the error before the server ends [s]
         try:
             case = self._opened()
             from scissordyn.plot.canvas import declared_scene
 
             self._early.set_result(declared_scene(case.mechanism))
-            # all that a page and its run need, in one thread: modules that import each other must not be imported by two
+            # all imports are in one thread, because concurrent imports of modules that import each other can deadlock
             import scissordyn.explore.page
             import scissordyn.run.simulate  # noqa: F401
             from scissordyn.explore.session import Session
@@ -258,27 +260,27 @@ class Pages:
             if not self._early.done():
                 self._early.set_result("")
             self.first.set_exception(error)
-            time.sleep(LAST_WORDS if self._count else 0.0)
+            time.sleep(last_words if self._count else 0.0)
             self.ended.set()
 
     def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
-        """The answer to a request; None for a socket, which may open."""
+        """Return the response to a request; None accepts a socket."""
         headers = request.headers
         refusal = self.access.refusal(request.path, headers.get_all("Host"), headers.get_all("Origin"))
         if refusal is not None:
             return _response(refusal[0], f"{refusal[1]}\n".encode())
         self._listener.admit(connection.socket)
         if getattr(request, "method", "GET") not in ("GET", "HEAD"):
-            return _response(405, b"the page only answers GET\n")
+            return _response(405, b"only GET is allowed\n")
         name = request.path.partition("?")[0].removeprefix(self.access.folder) or "page.html"
         if name == "ws":
             return None
         if name not in FILES:
-            return _response(404, b"nothing here\n")
+            return _response(404, b"not found\n")
         if name == "canvas.js":
-            from scissordyn.plot.canvas import CANVAS
+            from scissordyn.plot.canvas import CANVAS_SCRIPT
 
-            content = CANVAS.encode()
+            content = CANVAS_SCRIPT.encode()
         else:
             content = (ASSETS / name).read_bytes()
         if name == "page.html":
@@ -286,22 +288,22 @@ class Pages:
         return _response(200, content, Path(name).suffix)
 
     def _connected(self, connection: ServerConnection) -> None:
-        """Talk to one page, in its own thread, until it is closed."""
+        """Exchange messages with one page in its thread until it is closed."""
 
         def send(message: Any) -> None:
-            with contextlib.suppress(ConnectionClosed):  # its thread ends by itself
-                connection.send(packed(message))
+            with contextlib.suppress(ConnectionClosed):  # the receiving loop ends by itself
+                connection.send(pack_message(message))
 
         with self._lock:
             self._count += 1
-            full = self._count > MOST_PAGES
+            full = self._count > MAX_PAGES
         try:
-            words = f"{MOST_PAGES} pages of this case are open: close one, then reload this" if full else ""
+            words = f"{MAX_PAGES} pages of this case are open: close one, then reload this page" if full else ""
             if not full:
                 if early := self._early.result():
                     send({"type": "early", "scene": early})
                 if error := self.first.exception():
-                    words = str(error) if isinstance(error, ScissordynError) else "a fault: see the terminal"
+                    words = str(error) if isinstance(error, ScissordynError) else "internal error: see the terminal"
             if words:
                 send({"type": "said", "text": words})
                 return
@@ -323,7 +325,7 @@ class Pages:
                 self._count -= 1
 
     def _session(self) -> Session:
-        """The session whose run has begun already, for the first page; a new one, with that run if it is there, for others."""
+        """Return the session whose run has already started for the first page, and a new session for other pages."""
         from scissordyn.explore.session import Session
 
         first = self.first.result()
@@ -336,5 +338,5 @@ class Pages:
 
 def _response(status: int, content: bytes, ending: str = "") -> Response:
     kind = f"{KINDS.get(ending, 'text/plain')}; charset=utf-8"
-    headers = Headers({"Content-Type": kind, "Content-Length": str(len(content)), "Connection": "close", **CAREFUL})
+    headers = Headers({"Content-Type": kind, "Content-Length": str(len(content)), "Connection": "close", **SECURITY_HEADERS})
     return Response(status, HTTPStatus(status).phrase, headers, content)

@@ -1,4 +1,4 @@
-"""The state of one page: its case, what is wrong with its numbers, undo, and its runs, one at a time in the background."""
+"""Hold the state of one page: its case, input errors, undo history, and its runs, one at a time in the background."""
 
 from __future__ import annotations
 
@@ -22,37 +22,31 @@ if TYPE_CHECKING:
 
 log = logging.getLogger(__name__)
 
-MOST_PINS = 3  # Runs that can be compared at the same time
 
-MOST_UNDO = 200
+SLOW_RUN = 2.0  # If a run takes longer than this, later runs are preceded by the ideal motion and a coarse run [s]
+COARSE_TOL = 1e-5  # Relative and absolute tolerance of a coarse run
 
-SLOW = 2.0  # After a run that takes longer than this, the next is preceded by the ideal motion and a coarse run [s]
-LOOK = 0.2  # How often the progress of a run is reported [s]
-COARSE, COARSE_SAMPLES = 1e-5, 201  # Tolerances of a coarse run, and its most samples
-PREVIEW = 2.0  # Longest time that the motion with ideal joints may take [s]; what it has reached by then is shown
-PICTURE = 0.5  # Longest time that the finer curves of a run wait for its first picture [s]
-
-JUDGED, LONG = 1.0, 5.0
-"""When the length of an accurate run is estimated; a longer one than the second is preceded by a coarse one [s]."""
+ESTIMATE_AFTER = 1.0  # Time after which the duration of an accurate run is estimated [s]
+LONG_RUN = 5.0  # An accurate run with a longer estimated duration is preceded by a coarse one [s]
 
 
 @dataclass(eq=False)
 class Outcome:
-    """What became of the run of an order."""
+    """Result of one run of an order."""
 
     number: int
     case: Case
-    run: xr.Dataset | None  # None if it could not begin, or if a newer order took its place
-    error: str = ""  # Why it could not begin
-    note: str = ""  # What it is, if it precedes the run of the order
-    # The same motion with the instants of the contacts among its samples, for curves and orbits: the run is reported once
-    # more when it has been computed
+    run: xr.Dataset | None  # None if the run failed to start, or if a newer order replaced it
+    error: str = ""  # Reason why the run failed to start
+    note: str = ""  # Kind of run, for one that precedes the ordered run
+    # The same motion with the instants of contacts among its samples, for curves and orbits. It is computed later, and the
+    # outcome is then reported again.
     fine: xr.Dataset | None = None
-    results: Results | None = None  # What `run` was made of
+    results: Results | None = None  # Results from which `run` was made
 
     @cached_property
     def summary(self) -> Summary:
-        """What the run answers."""
+        """Summary of the run."""
         from scissordyn.casefile.configuration import ATTRIBUTE, Configuration
         from scissordyn.record.summary import summary_of
 
@@ -62,15 +56,16 @@ class Outcome:
 
     @property
     def curves(self) -> xr.Dataset | None:
-        """The run as its curves are drawn: with the instants of its contacts, when they have come."""
+        """Run from which curves are drawn: the fine one with the instants of contacts, once it is available."""
         return self.run if self.fine is None else self.fine
 
 
 class Worker:
-    """A thread that simulates the newest order.
+    """Thread that simulates the newest order.
 
-    `done` gets the outcome of each order that no newer one has replaced, and those that precede it, with smaller numbers;
-    `progress` the number of the order and the simulated part of its time. Orders before were numbered up to `earlier`.
+    `done` gets the outcome of each order that no newer order has replaced. Preliminary outcomes come first, with smaller
+    numbers.
+    `progress` gets the number of the order and the simulated fraction of its time. Numbers up to `earlier` are already used.
     """
 
     def __init__(self, done: Callable[[Outcome], None], progress: Callable[[int, float], None], *, earlier: int = 0) -> None:
@@ -83,10 +78,11 @@ class Worker:
         self._thread: threading.Thread | None = None
 
     def order(self, case: Case, *, staged: bool = False) -> int:
-        """Run a case in place of anything that is waiting or going on; the number of the order.
+        """Run a case instead of any waiting or current order; return the number of the order.
 
-        A staged order begins with the motion with ideal joints, and a coarse run if the accurate one takes long; their numbers
-        are the two before.
+        A staged order begins with the motion with ideal joints, and with a coarse run if the accurate one takes long.
+        These outcomes have
+        the two preceding numbers.
         """
         with self._changed:
             self.number += 3 if staged else 1
@@ -98,17 +94,17 @@ class Worker:
             return self.number
 
     def stop(self) -> None:
-        """Stop the present run; what it has computed so far is its result."""
+        """Stop the current run; its result is the part computed so far."""
         self._stopped = self.number
 
     def drawn(self, number: int) -> None:
-        """The browser shows a run: its finer curves can be computed."""
+        """Note that the browser shows a run, so that its fine curves can be computed."""
         with self._changed:
             self._drawn = number
             self._changed.notify()
 
     def close(self) -> None:
-        """End the thread, at the next look at it of a run that is going on."""
+        """End the thread at the next progress check of a current run."""
         with self._changed:
             self._closed, self._order = True, None
             self._changed.notify()
@@ -128,21 +124,22 @@ class Worker:
                 self._done(outcome)
 
     def _fine(self, outcome: Outcome) -> xr.Dataset | None:
-        """A run with the instants of its contacts, for curves; None if it has none, or another one is wanted."""
+        """Return a run with the instants of its contacts, for curves; None without contacts or if a newer order exists."""
+        picture = 0.5  # longest time that the fine curves wait for the first picture of their run [s]
         from scissordyn.casefile.configuration import write_configuration
         from scissordyn.model.options import AUTO
 
         run, results = outcome.run, outcome.results
         if run is None or results is None or outcome.note or not run.sizes.get("contact", 0):
             return None
-        with self._changed:  # a browser that draws has the processors for itself
-            self._changed.wait_for(lambda: self._closed or self._order is not None or self._drawn >= outcome.number, PICTURE)
+        with self._changed:  # leaves the processors to a browser that is drawing
+            self._changed.wait_for(lambda: self._closed or self._order is not None or self._drawn >= outcome.number, picture)
         if self._closed or outcome.number != self.number:
             return None
         try:
             fine = results.finer
-        except Exception:  # the run is there without it
-            log.exception("curves go through the samples of the run")
+        except Exception:  # the run is usable without fine curves
+            log.exception("fine curves failed: the curves use the samples of the run")
             return None
         if fine is results:
             return None
@@ -150,36 +147,38 @@ class Worker:
         return fine.dataset().assign_attrs(configuration=configuration)
 
     def _stages(self, number: int, case: Case) -> Iterator[Outcome]:
-        """The runs of a staged order, the accurate one last."""
-        ideal = brief(case)
+        """Yield the outcomes of a staged order, the accurate one last."""
+        preview = 2.0  # longest time for the motion with ideal joints; the part computed by then is shown [s]
+        ideal = coarse_case(case)
         ideal.mechanism = case.mechanism.ideal()
         if ideal.mechanism != case.mechanism:
             spent = _stopwatch()
-            early = self._outcome(number, ideal, lambda done: spent() > PREVIEW)
+            early = self._outcome(number, ideal, lambda done: spent() > preview)
             if early.run is not None:
                 yield replace(early, number=number - 2, note="ideal joints")
         spent_since, judged = _stopwatch(), list[bool]()
 
         def is_long(done: float) -> bool:
             spent = spent_since()
-            if not judged and spent > JUDGED:
-                judged.append(spent > LONG * done)
+            if not judged and spent > ESTIMATE_AFTER:
+                judged.append(spent > LONG_RUN * done)
             return judged == [True]
 
-        accurate = self._outcome(number, case, is_long if case.options.rtol < COARSE else None)
+        accurate = self._outcome(number, case, is_long if case.options.rtol < COARSE_TOL else None)
         if judged == [True]:
-            coarse = self._outcome(number, brief(case))
+            coarse = self._outcome(number, coarse_case(case))
             if coarse.run is not None:
-                yield replace(coarse, case=case, number=number - 1, note=f"coarse run, rtol {COARSE:.0e}".replace("e-0", "e-"))
+                note = f"coarse run, rtol {COARSE_TOL:.0e}".replace("e-0", "e-")
+                yield replace(coarse, case=case, number=number - 1, note=note)
             accurate = self._outcome(number, case)
         yield accurate
 
     def _outcome(self, number: int, case: Case, ends: Callable[[float], bool] | None = None) -> Outcome:
-        from scissordyn.run.simulate import results_of  # in the thread that needs it: the page comes first
+        from scissordyn.run.simulate import results_of  # imported in this thread, so that the page appears first
 
         def look(time: float) -> None:
             if self._closed or number != self.number or number <= self._stopped:
-                raise KeyboardInterrupt  # what a run takes as the wish to end between two steps
+                raise KeyboardInterrupt  # interrupts a run between two steps
             if ends is not None and ends(time / case.options.until):
                 raise KeyboardInterrupt
             self._progress(number, time / case.options.until)
@@ -191,12 +190,12 @@ class Worker:
             return Outcome(number, case, None, str(error))
         except KeyboardInterrupt:
             return Outcome(number, case, None, "stopped before the first step")
-        except Exception as error:  # a fault of the program must not end the thread silently
+        except Exception as error:  # an internal error must not end the thread silently
             return Outcome(number, case, None, f"{type(error).__name__}: {error}")
 
 
 def _stopwatch() -> Callable[[], float]:
-    """Seconds since the first call, which is after the mechanism has been assembled."""
+    """Return a function that returns the seconds since its first call, which happens after the assembly."""
     began: list[float] = []
 
     def spent() -> float:
@@ -207,20 +206,22 @@ def _stopwatch() -> Callable[[], float]:
     return spent
 
 
-def brief(case: Case) -> Case:
-    """The case with a coarse tolerance and few samples, and without the predictability horizon."""
+def coarse_case(case: Case) -> Case:
+    """Return the case with a coarse tolerance and few samples, without the predictability horizon."""
+    most_samples = 201  # largest number of samples of a coarse run
     options, shorter = case.options, copy.copy(case)
-    samples = COARSE_SAMPLES if isinstance(options.samples, str) else min(options.samples, COARSE_SAMPLES)
-    rtol, atol = max(options.rtol, COARSE), max(options.atol, COARSE)
+    samples = most_samples if isinstance(options.samples, str) else min(options.samples, most_samples)
+    rtol, atol = max(options.rtol, COARSE_TOL), max(options.atol, COARSE_TOL)
     shorter.options = replace(options, rtol=rtol, atol=atol, samples=samples, trust=False)
     return shorter
 
 
 class Session:
-    """The state of one page; it knows nothing of browsers.
+    """State of one page, independent of browsers.
 
     `updated` is called, also from a thread, with what has changed: "fields", "run", "fine" (its curves), "status", "pins".
-    `computed` is the run of the case as it was opened, where it has been computed for another session.
+    `computed` is
+    the run of the opened case, if another session has computed it.
     """
 
     def __init__(self, case: Case, updated: Callable[[str], None], computed: Outcome | None = None) -> None:
@@ -235,7 +236,7 @@ class Session:
         self.message = ""
         self.fraction: float | None = None
         self._began = self._stage = self._reported = 0.0
-        self._slow = True  # As far as is known before the first run
+        self._slow = True  # assumed before the first run
         self._base: Case | None = None
         if computed is None and case.saved is not None:
             computed = Outcome(1, case, case.saved)
@@ -247,11 +248,11 @@ class Session:
 
     @property
     def computing(self) -> bool:
-        """Whether a run is going on."""
+        """True while a run is in progress."""
         return self.fraction is not None
 
     def state(self) -> dict[str, Any]:
-        """What the bar shows; "left" is how much longer the present stage takes if it goes on like this [s]."""
+        """Return the contents of the status bar; "left" is the estimated remaining time of the current stage [s]."""
         stage = time.monotonic() - self._stage
         return {
             "undo": bool(self._undo),
@@ -267,44 +268,45 @@ class Session:
         }
 
     def _lasting(self) -> float:
-        """For how long the present run has been going on [s]; 0 without one."""
+        """Return the duration of the current run so far [s]; 0 without one."""
         return time.monotonic() - self._began if self.computing else 0.0
 
     def change(self, texts: dict[str, str], *, final: bool = True) -> bool:
-        """Change numbers and run again; wrong ones are kept in `wrong`, as typed and why. Whether they could be used.
+        """Change fields and run again; return False if a text is invalid.
 
-        Steps of a slider on its way, which are not final, are one change for undo.
+        Invalid texts are kept in `wrong` with their errors. Intermediate steps of a slider (`final=False`) count as one
+        change for undo.
         """
         before = self.case
         written = {key: field.text for key, field in before.fields.items()}
         try:
-            # a slider that is released says once more what it said last
+            # a released slider repeats its last text
             new = before if all(written.get(key) == text for key, text in texts.items()) else before.changed(texts)
         except ScissordynError as error:
             if not (wrong := written.keys() & texts):
                 raise
-            self.wrong |= {key: (texts[key], _beside_field(error)) for key in wrong}
+            self.wrong |= {key: (texts[key], _field_error(error)) for key in wrong}
             self.updated("fields")
             return False
         for key in texts:
             self.wrong.pop(key, None)
         self.case, self._base = new, self._base or before
         if final:
-            if _differ(self._base, new):
+            if _is_changed(self._base, new):
                 self._remember(self._base)
             self._base = None
-        if _differ(before, new):
+        if _is_changed(before, new):
             self._compute()
-        self.updated("fields")  # while the run is going on
+        self.updated("fields")  # sent while the run is in progress
         return True
 
     def open(self, case: Case) -> None:
-        """Go to another case; it is a change that can be taken back."""
+        """Switch to another case, as a change that can be undone."""
         self._remember(self.case)
         self._go(case)
 
     def undo(self, *, again: bool = False) -> None:
-        """Take the last change back, or make it again."""
+        """Undo the last change, or redo it with `again`."""
         cases, others = (self._redo, self._undo) if again else (self._undo, self._redo)
         if cases:
             others.append(self.case)
@@ -317,39 +319,42 @@ class Session:
         self.updated("fields")
 
     def _remember(self, case: Case) -> None:
-        self._undo = [*self._undo[1 - MOST_UNDO :], case]
+        most_undo = 200  # largest number of changes that can be undone
+        self._undo = [*self._undo[1 - most_undo :], case]
         self._redo.clear()
 
     def _compute(self) -> None:
-        """Run the present case, in stages if runs take long; a run that is going on ends."""
-        self._slow |= self._lasting() > SLOW
+        """Run the present case instead of a current run, in stages if runs take long."""
+        self._slow |= self._lasting() > SLOW_RUN
         self.fraction, self.message = 0.0, ""
         self._began = self._stage = self._reported = time.monotonic()
         self.worker.order(self.case, staged=self._slow)
         self.updated("status")
 
     def pin(self, *more: Outcome) -> None:
-        """Keep a run for comparison, the oldest goes if there are too many; without one, forget all."""
-        self.pins = [*self.pins, *more][-MOST_PINS:] if more else []
+        """Pin a run for comparison and drop the oldest if there are too many; without a run, unpin all."""
+        most_pins = 3  # largest number of pinned runs
+        self.pins = [*self.pins, *more][-most_pins:] if more else []
         self.updated("pins")
 
     def _progress(self, number: int, fraction: float) -> None:
+        interval = 0.2  # time between progress reports of a run [s]
         now = time.monotonic()
         if fraction < (self.fraction or 0.0):
-            self._stage = now  # the next of several stages
+            self._stage = now  # next of several stages
         self.fraction = fraction
-        if now - self._reported > LOOK:
+        if now - self._reported > interval:
             self._reported = now
             self.updated("status")
 
     def _take(self, outcome: Outcome) -> None:
         run = outcome.run
-        if outcome is self.good:  # once more, with its finer curves
+        if outcome is self.good:  # reported again with its fine curves
             self.updated("fine")
             return
         if not outcome.note:
-            self._slow, self.fraction = self._lasting() > SLOW, None
-            # what somebody has stopped is not the run of the case
+            self._slow, self.fraction = self._lasting() > SLOW_RUN, None
+            # an interrupted run is not the run of the case
             if self.first is None and outcome.case is self.opened and (run is None or run.attrs["status"] != "interrupted"):
                 self.first = outcome
             self.message = (
@@ -359,16 +364,16 @@ class Session:
             self.good = outcome
             self.updated("run")
         elif run is not None and not outcome.note:
-            self.message += "; it ended before its second sample: the run before stays"
+            self.message += "; it ended before its second sample: the previous run is kept"
         self.updated("status")
 
 
-def _differ(one: Case, other: Case) -> bool:
+def _is_changed(one: Case, other: Case) -> bool:
     return one.mechanism != other.mechanism or one.options != other.options
 
 
-def _beside_field(error: ScissordynError) -> str:
-    """An error beside the field that it is about: without the place in the file, with what is allowed and what to type."""
+def _field_error(error: ScissordynError) -> str:
+    """Return an error without its place in the file, for display at its field."""
     if not isinstance(error, InputError):
         return str(error)
     what = getattr(error, "text", "") or error.what

@@ -1,4 +1,4 @@
-"""One-step methods with dense output, guards looked for inside the step, and the one loop that advances them.
+"""Provide one-step methods with dense output, root finding of guards inside steps, and the loop that advances a problem.
 
-Nothing here knows mechanics: a problem is a handful of functions behind typed pointers and an opaque tuple of arrays.
+This room does not know mechanics: a problem is a set of functions with typed pointers and an opaque tuple of arrays.
 """

@@ -1,24 +1,24 @@
-"""The one loop that advances a problem: step, error control, guards, resets, quadratures, samples.
+"""Advance a problem by one loop: step, error control, guards, resets, quadratures, samples.
 
-A problem is a tuple of typed pointers
+A problem is a tuple of typed pointers:
 
-    rate(t, y, S, dy)              right-hand side
-    linearise(t, y, S, dy, dt)     right-hand side, its partial derivative by time, and what `factorize` needs
-    factorize(h gamma, S)          W = 1/(h gamma) - J; returns a singular row or -1
-    solve(r, S)                    r := W^-1 r
-    accept(t, y, S, answer)        called at the end of each step: back to the problem's manifold, count turns; writes whether y
-                                   changed, and the longest step that may follow, or minus the time to a singular position
-    guards(t, y, S, value, rate)   switching functions and their rates
-    guard(t, y, k, S, value, rate) those of guard k alone, from the entries of y that `Work.reads` lists for it
-    reset(t, y, k, S, data)        guard k has been crossed: change y and S, write data for the event log; returns whether it
-                                   has changed its mode
-    monitor(t, y, S, power, rows)  integrands, and the rows of monitored numbers; called right after `rate` or `linearise` for
-                                   the same t and y
-    probe(t, y, k, S, dy, row)     row k of monitored numbers alone, from the entries of y that `Work.reads` lists for it; dy is
-                                   scratch
-    record(t, y, S, signals)       signals that the problem looks back at later; see `history`
+    rate(t, y, S, dy)              compute the right-hand side
+    linearise(t, y, S, dy, dt)     compute the right-hand side, its partial time derivative, and what `factorize` needs
+    factorize(h gamma, S)          factorize W = 1/(h gamma) - J; return a singular row or -1
+    solve(r, S)                    solve r := W^-1 r
+    accept(t, y, S, answer)        project y to the problem's manifold at the end of a step and count turns; write whether y
+                                   changed and the longest next step, or minus the time to a singular position
+    guards(t, y, S, value, rate)   compute the switching functions and their rates
+    guard(t, y, k, S, value, rate) compute guard k alone, from the entries of y listed in `Work.reads`
+    reset(t, y, k, S, data)        handle a crossing of guard k: change y and S, write data for the event log; return whether
+                                   the guard's mode changed
+    monitor(t, y, S, power, rows)  compute the integrands and the monitored values; called right after `rate` or `linearise`
+                                   with the same t and y
+    probe(t, y, k, S, dy, row)     compute row k of the monitored values alone, from the entries of y listed in `Work.reads`;
+                                   dy is scratch
+    record(t, y, S, signals)       compute the signals that the problem reads later with a delay; see `history`
 
-with S the address of whatever they work on. A guard in mode 0 waits for its value to rise through zero, in mode 1 to fall.
+S is the address of the problem's data. A guard in mode 0 is crossed when its value rises through zero, in mode 1 when it falls.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ from __future__ import annotations
 import math
 
 from scissordyn.integrate.control import (
-    ATTEMPTS,
-    RESOLVED,
+    MAX_ATTEMPTS,
+    STEP_MIN_FRACTION,
     after_acceptance,
     after_event,
     after_rejection,
     choose_step,
     first_step,
 )
-from scissordyn.integrate.crossing import crossed, end_inactive, log_crossings
+from scissordyn.integrate.crossing import end_inactive, log_crossings, step_across
 from scissordyn.integrate.dense import complete, dense_value, integrals_at
 from scissordyn.integrate.event import find_crossings, sign_of
 from scissordyn.integrate.history import keep_history
@@ -57,23 +57,24 @@ from scissordyn.integrate.tableau import EXPLICIT
 from scissordyn.kernel import kernel
 
 ADVANCING, FINISHED, LOG_FULL, STEP_TOO_SMALL, NOT_FINITE, STUCK, HISTORY_FULL, RECORD_FULL, CHANGE_POINT = range(9)
-"""What `advance` returns: more to do, done, the event log wants more room, the ways to fail, other stores want more room.
+"""Return values of `advance`: more steps remain, finished, the event log is full, failures, other stores are full.
 
-After `CHANGE_POINT` the caller makes a step across a singular position."""
+After `CHANGE_POINT` the caller makes a step across a singular position.
+"""
 
 _EXPLICIT = EXPLICIT
 
-MOST_STALLED = 1000  # Trials and events without progress in time after which a run is stuck
+MAX_STALLED = 1000  # Number of trials and events without progress in time after which a run is stuck
 
 
-AT_THE_END = 0.999  # Part of a step beyond which a crossing is the one that it ends on
-TURNED = 1.1  # A step that is to end behind the turn of a guard goes this many times as far as its rate says
-MISSED = 100.0  # Error with which a step is rejected whose crossings were not all found; its size is about halved
+STEP_END_FRACTION = 0.999  # Fraction of a step beyond which a crossing is the step's own end
+TURN_OVERSHOOT = 1.1  # Overshoot of a step that should end after a guard's turning point, as a multiple of the secant estimate
+MISSED_CROSSING_ERROR = 100.0  # Error of a step that is rejected because crossings were missed; it about halves the step size
 
 
 @kernel
 def advance(problem, S, address, most_steps):
-    """Advance until the end of the clock, or for `most_steps` steps; returns a status."""
+    """Advance until the end of the clock, or for `most_steps` steps; return a status."""
     r = open_integration(address)
     T, s, w = r.method, r.state, r.work
     clock = s.clock[0]
@@ -81,7 +82,7 @@ def advance(problem, S, address, most_steps):
         if clock.time >= clock.end:
             write_samples(T, clock.time, 0.0, clock.time, s, w, r.samples)
             return FINISHED
-        status = room(r)
+        status = check_room(r)
         if status == ADVANCING:
             status = advance_step(problem, T, clock.time, s, w, S, r)
         if status != ADVANCING:
@@ -90,8 +91,8 @@ def advance(problem, S, address, most_steps):
 
 
 @kernel
-def room(r):
-    """Whether all stores have room for what a step may leave."""
+def check_room(r):
+    """Return `ADVANCING` if all stores have room for the output of one step, or else which store is full."""
     s, counts = r.state, r.state.counts[0]
     if counts.events + 1 + 4 * s.mode.size > r.log.shape[0]:
         return LOG_FULL
@@ -106,41 +107,41 @@ def room(r):
 
 @kernel
 def advance_step(problem, T, t, s, w, S, r):
-    """Try one step; returns a status."""
+    """Try one step; return a status."""
     clock = s.clock[0]
     if clock.prepared != EVERYTHING:
         prepare(problem, T, t, s, w, S)
     if clock.first == 0.0:
         clock.first = clock.step = min(first_step(problem, T, t, s, w, S), clock.longest, clock.end - t)
-    # a step whose end is expected on the fall of a contact is repeated on it
+    # a step that should end on the fall of a contact has already been made
     h, last, guard = choose_step(problem, T, t, s, w, S)
     to_fall = guard >= 0
     ok = to_fall or attempt(problem, T, t, h, s, w, S)
     error = error_norm(T, h, s, w) if ok else math.nan
     if not (error <= 1.0 or (clock.fixed > 0.0 and error < math.inf)):
         failed = after_rejection(T, t, h, error, to_fall, s, w)
-        if clock.stalled > MOST_STALLED:
+        if clock.stalled > MAX_STALLED:
             return STUCK
         return (STEP_TOO_SMALL if error == error else NOT_FINITE) if failed else ADVANCING
     full, w.rise_count[0] = h, 0
     if clock.crosses == IGNORES:
-        guard = guard_passed(problem, t + h, s, w, S)
+        guard = find_passed_guard(problem, t + h, s, w, S)
         grow = after_acceptance(T, full, error, s, w)
         return accept(problem, T, t, h, full, grow, last, guard, s, w, S, r)
-    # events on the dense output of the accepted step
+    # events are located on the dense output of the accepted step
     if not find_crossings(problem, T, t, h, s, w, S, clock.crosses == CROSSES):
-        return again(T, t, h, to_fall, s, w)
+        return reject_for_crossing(T, t, h, to_fall, s, w)
     if to_fall:
-        if w.crossing_count[0] > 0 and not (w.crossing_guard[0] == guard and w.crossing_place[0] > AT_THE_END):
+        if w.crossing_count[0] > 0 and not (w.crossing_guard[0] == guard and w.crossing_place[0] > STEP_END_FRACTION):
             guard, h = end_on_event(problem, T, t, h, s, w, S)
     elif w.crossing_count[0] > 0:
-        # with many clearance joints a step may go on across events, if its error allows it
-        across = crossed(problem, T, t, h, error, s, w, S) if clock.crosses == CROSSES else -1.0
+        # with many clearance joints a step may continue across events, if its error allows
+        across = step_across(problem, T, t, h, error, s, w, S) if clock.crosses == CROSSES else -1.0
         if across >= 0.0:
             error = across
         else:
             if not find_crossings(problem, T, t, h, s, w, S, False):
-                return again(T, t, h, to_fall, s, w)
+                return reject_for_crossing(T, t, h, to_fall, s, w)
             if w.crossing_count[0] > 0:
                 guard, h = end_on_event(problem, T, t, h, s, w, S)
     grow = after_acceptance(T, full, error, s, w)
@@ -148,8 +149,8 @@ def advance_step(problem, T, t, s, w, S, r):
 
 
 @kernel
-def guard_passed(problem, now, s, w, S):
-    """A guard that is beyond zero at the end of a step that ignored its root, or -1."""
+def find_passed_guard(problem, now, s, w, S):
+    """Return a guard that is beyond zero at the end of a step that ignored its root, or -1."""
     w.crossing_count[0] = 0
     problem.guards(now, w.new, S, w.end_value, w.end_rate)
     for k in range(s.mode.size):
@@ -160,40 +161,41 @@ def guard_passed(problem, now, s, w, S):
 
 
 @kernel
-def again(T, t, h, to_fall, s, w):
-    """Status after a step at whose end a guard is on the wrong side of zero: it is to be made again with half its size."""
-    failed = after_rejection(T, t, h, MISSED, to_fall, s, w)
-    return STUCK if s.clock[0].stalled > MOST_STALLED else STEP_TOO_SMALL if failed else ADVANCING
+def reject_for_crossing(T, t, h, to_fall, s, w):
+    """Reject a step whose end is on the wrong side of a guard's root, to halve its size; return a status."""
+    failed = after_rejection(T, t, h, MISSED_CROSSING_ERROR, to_fall, s, w)
+    return STUCK if s.clock[0].stalled > MAX_STALLED else STEP_TOO_SMALL if failed else ADVANCING
 
 
 @kernel
 def end_on_event(problem, T, t, h, s, w, S):
-    """Repeat the step so that it ends on the first crossing of the list; returns that guard and the step's size.
+    """Repeat the step so that it ends on the first crossing of the list; return that guard and the step size.
 
-    The dense output of the shorter step is a more accurate one: where a crossing shows in it that did not show before, the step
-    ends on that.
+    The dense output of the shorter step is more accurate. If it shows an earlier crossing, the step ends there.
     """
     guard = -1
-    for _ in range(ATTEMPTS):
+    for _ in range(MAX_ATTEMPTS):
         guard = w.crossing_guard[0]
         h = step_to_event(problem, T, guard, w.crossing_place[0], t, h, s, w, S)
         if h == 0.0:
             break
         find_crossings(problem, T, t, h, s, w, S, False)
-        if w.crossing_count[0] == 0 or w.crossing_place[0] > AT_THE_END:
+        if w.crossing_count[0] == 0 or w.crossing_place[0] > STEP_END_FRACTION:
             break
     return guard, h
 
 
 @kernel
 def step_to_event(problem, T, guard, theta, t, h, s, w, S):
-    """Repeat the step so that it ends on the crossing; returns its size.
+    """Repeat the step so that it ends on the crossing; return its size.
 
-    The crossing was found on the dense output; the end of a step is more accurate than its inside, so a few Newton steps
-    on the step size follow. An event at the very start of the step leaves a step of no size. A guard that is beyond zero and
-    recedes is crossed where it turns: that step ends behind the turn, as what does not approach is no event.
+    The crossing was found on the dense output. The end of a step is more accurate than its inside, so a few Newton steps on
+    the step
+    size follow. An event at the very start leaves a step of size zero. A guard that is beyond zero and recedes is crossed
+    where it turns.
+    The step then ends after the turning point, because a receding guard causes no event.
     """
-    short, shortest = fraction(w.scaling[0], theta) * h, RESOLVED * max(abs(t), h)
+    short, shortest = fraction(w.scaling[0], theta) * h, STEP_MIN_FRACTION * max(abs(t), h)
     sign = sign_of(s.mode[guard])
     recedes = sign * w.start_rate[guard] <= 0.0
     if short <= shortest and not recedes:
@@ -203,37 +205,37 @@ def step_to_event(problem, T, guard, theta, t, h, s, w, S):
     turns = recedes and sign * w.start_value[guard] > w.precision[guard]
     short = max(short, shortest)
     before, rate_before = 0.0, w.start_rate[guard]
-    for attempted in range(ATTEMPTS):
+    for attempted in range(MAX_ATTEMPTS):
         if not attempt(problem, T, t, short, s, w, S):
             break
         problem.guards(t + short, w.new, S, w.value, w.rate)
         value, rate = w.value[guard], w.rate[guard]
-        # beyond zero and receding: to where the rate turns
+        # beyond zero and receding: continue to where the rate turns
         if sign * value > w.precision[guard] and sign * rate <= 0.0:
-            corrected = beyond_turn(before, rate_before, short, rate, shortest)
+            corrected = step_beyond_turn(before, rate_before, short, rate, shortest)
         elif turns or abs(value) <= w.precision[guard] or rate == 0.0:
             break
         else:
             corrected = short - value / rate
-        # the last size tried is the one that the new state belongs to
-        if not 0.0 < corrected <= h or attempted == ATTEMPTS - 1:
+        # the new state belongs to the last size tried
+        if not 0.0 < corrected <= h or attempted == MAX_ATTEMPTS - 1:
             break
         before, rate_before, short = short, rate, corrected
     return short
 
 
 @kernel
-def beyond_turn(before, rate_before, short, rate, shortest):
-    """Where a rate that still has its old sign after `short` has the other one, by the secant through two sizes of a step."""
+def step_beyond_turn(before, rate_before, short, rate, shortest):
+    """Return a step size at which the rate has changed its sign, by the secant through two step sizes."""
     ahead = short
     if abs(rate) < abs(rate_before):
-        ahead = min(short, TURNED * (short - before) * rate / (rate_before - rate))
+        ahead = min(short, TURN_OVERSHOOT * (short - before) * rate / (rate_before - rate))
     return short + max(ahead, shortest)
 
 
 @kernel
 def accept(problem, T, t, h, full, grow, last, guard, s, w, S, r):
-    """Take over the step just made, with what happens in it and at its end; returns a status."""
+    """Accept the step just made, with the events inside it and at its end; return a status."""
     clock, counts = s.clock[0], s.counts[0]
     counts.steps += 1
     now = clock.end if last else t + h
@@ -242,7 +244,7 @@ def accept(problem, T, t, h, full, grow, last, guard, s, w, S, r):
         log_crossings(problem, T, t, h, s, w, S, r.log, True)
     else:
         w.crossing_count[0] = 0
-    # what reads the inside of the step, before the state moves on
+    # uses of the inside of the step, before the state is updated
     if h > 0.0:
         if w.delays.size > 0:
             complete(problem, T, t, h, s, w, S)
@@ -260,15 +262,15 @@ def accept(problem, T, t, h, full, grow, last, guard, s, w, S, r):
     if across:
         log_crossings(problem, T, t, h, s, w, S, r.log, False)
         end_inactive(problem, now, s, w, S)
-    # back to the constraints (R7)
+    # project back to the constraints (R7)
     problem.accept(now, w.new, S, w.accepted)
     for i in range(s.y.size):
         s.y[i] = w.new[i]
     clock.time, clock.step, clock.longest = now, full * grow, w.accepted[1]
     clock.prepared = NOTHING
-    # the last step of all may end a rounding beside its own end
+    # the very last step may differ from its end by round-off
     if guard < 0 and now == t + h and w.accepted[0] == 0.0 and w.rise_count[0] + w.crossing_count[0] == 0:
-        carry(T, s, w)
+        carry_over(T, s, w)
     clock.stalled = clock.stalled + 1 if now <= t else 0
     if r.steps.time.size > 0:
         record_step(now, guard >= 0, s, r.steps)
@@ -276,7 +278,7 @@ def accept(problem, T, t, h, full, grow, last, guard, s, w, S, r):
         take_events(problem, T, now, full, guard, s, w, S, r.log)
     if clock.longest < 0.0:
         return CHANGE_POINT
-    return STUCK if clock.stalled > MOST_STALLED else ADVANCING
+    return STUCK if clock.stalled > MAX_STALLED else ADVANCING
 
 
 @kernel
@@ -291,7 +293,7 @@ def record_step(now, event, s, steps):
 
 @kernel
 def record_inside(problem, T, t, h, now, s, w, S, steps):
-    """Keep the instants of a step at which values are largest so far, and at which guards are crossed."""
+    """Record the instants of a step at which values are largest so far, and at which guards are crossed."""
     for row in range(s.peak.shape[0]):
         if t < s.peak[row, WHEN] < now:
             record_at(problem, T, s.peak[row, WHEN], t, h, s, w, S, steps)
@@ -303,7 +305,7 @@ def record_inside(problem, T, t, h, now, s, w, S, steps):
 
 @kernel
 def record_at(problem, T, when, t, h, s, w, S, steps):
-    """Keep an instant inside a step."""
+    """Record an instant inside a step."""
     complete(problem, T, t, h, s, w, S)
     at = s.counts[0].recorded
     steps.time[at], steps.end[at] = when, 0
@@ -312,8 +314,8 @@ def record_at(problem, T, when, t, h, s, w, S, steps):
 
 
 @kernel
-def carry(T, s, w):
-    """What is known at the end of a step, for the start of the next."""
+def carry_over(T, s, w):
+    """Reuse values at the end of a step as those at the start of the next step."""
     for k in range(s.mode.size):
         w.start_value[k], w.start_rate[k] = w.end_value[k], w.end_rate[k]
     s.clock[0].prepared = OUTPUTS
@@ -328,7 +330,7 @@ def carry(T, s, w):
 
 @kernel
 def take_events(problem, T, now, full, guard, s, w, S, log):
-    """The event of a guard at the end of a step, and those of guards that are crossed at the same instant."""
+    """Take the event of a guard at the end of a step, and the events of guards crossed at the same instant."""
     event = take_event(problem, now, guard, s, w, S, log)
     if event < 0:
         return
@@ -342,7 +344,7 @@ def take_events(problem, T, now, full, guard, s, w, S, log):
 
 @kernel
 def take_event(problem, now, guard, s, w, S, log):
-    """Reset after the event of a guard, and log it; returns `RISE`, `FALL`, or -1 if the guard did not change its mode."""
+    """Reset and log the event of a guard; return `RISE`, `FALL`, or -1 if the guard's mode did not change."""
     counts = s.counts[0]
     row = log[counts.events]
     event = RISE if s.mode[guard] == 0 else FALL
@@ -359,7 +361,7 @@ def take_event(problem, now, guard, s, w, S, log):
 
 @kernel
 def write_samples(T, t, h, reached, s, w, out):
-    """Write the samples up to the instant that a step of size h from t has reached."""
+    """Write the samples up to the instant `reached` by a step of size h from t."""
     counts = s.counts[0]
     while counts.samples < out.time.size and out.time[counts.samples] <= reached:
         if h > 0.0:
@@ -371,7 +373,7 @@ def write_samples(T, t, h, reached, s, w, out):
 
 @kernel
 def write_sample(T, when, t, h, at, s, w, out):
-    """Write a sample inside the step just made, before its end is taken over."""
+    """Write a sample inside the step just made, before its end is accepted."""
     theta = place(w.scaling[0], min(1.0, max(0.0, (when - t) / h)))
     write_state(at, s, out)
     dense_value(theta, T.pattern, s.y, w.dense, out.state[at])

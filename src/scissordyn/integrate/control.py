@@ -1,4 +1,4 @@
-"""The size of a step: the first one, the next one, and one that was rejected."""
+"""Control the step size: the first step, the next one, and a rejected one."""
 
 from __future__ import annotations
 
@@ -12,32 +12,32 @@ from scissordyn.kernel import kernel
 
 _EXPLICIT = EXPLICIT
 
-SAFETY = 0.9
-SMALLEST_FACTOR = 0.2
-LARGEST_FACTOR = 8.0  # A step's size changes by no more than these factors
-AIM = 1.3  # The end of a contact is tried to be reached in one step of this many times the size that worked after its start
-NEARER = 0.6  # Largest part of the way to the end of a contact that an even step goes
-ATTEMPTS = 8  # Attempts to end a step on an event; Newton's method needs two or three
+SAFETY_FACTOR = 0.9  # Factor on the step size that the error estimate suggests
+STEP_FACTOR_MIN = 0.2  # Least ratio of successive step sizes
+STEP_FACTOR_MAX = 8.0  # Largest ratio of successive step sizes
+FALL_STEP_FACTOR = 1.3  # One step to the end of a contact may be this many times as long as the one that worked after its start
+FALL_APPROACH_FRACTION = 0.6  # Largest fraction of the time to a contact's end that a step with even time covers
+MAX_ATTEMPTS = 8  # Largest number of attempts to end a step on an event; Newton's method needs two or three
 
-SMALL_START, LARGEST_FACTOR_WITHOUT_STATE = 1e-3, 1.5
-"""Without a state there is no error that steps go by, only their longest size, which follows the speed at their start: the
-first one is this part of the whole time, and they grow no faster, so that a motion from rest or back is not stepped over."""
+# Without a state no error controls the step size, only the longest step, which follows the speed at the start.
+# Small growth avoids stepping over a motion from rest or back.
+FIRST_STEP_FRACTION = 1e-3  # Size of the first step without a state, as a fraction of the whole time
+STATELESS_FACTOR_MAX = 1.5  # Largest ratio of successive step sizes without a state
 
-RESOLVED = 4e-16
-"""A step below this part of its instant is not one: the clock cannot resolve it, nor a Rosenbrock method divide by it."""
+STEP_MIN_FRACTION = 4e-16  # Least step size as a fraction of its instant: the clock does not resolve smaller ones
 
-REMAINDER = 1e-3  # A rest of the whole time shorter than this part of the step is added to it
+REMAINDER_FRACTION = 1e-3  # A last step shorter than this fraction of a step is merged with the step before
 
 
 @kernel
 def first_step(problem, T, t, s, w, S):
-    """A first step size, from the slope and its change over a small explicit step.
+    """Return the first step size, from the slope and its change over a small explicit step.
 
     Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd edition, section II.4.
     """
     size = s.y.size
     if size == 0:
-        return SMALL_START * (s.clock[0].end - t)
+        return FIRST_STEP_FRACTION * (s.clock[0].end - t)
     value = slope = bend = 0.0
     for g in range(w.group.size - 1):
         start, stop = w.group[g], w.group[g + 1]
@@ -63,22 +63,22 @@ def first_step(problem, T, t, s, w, S):
     largest = max(slope, bend)
     if not largest < math.inf:
         return small
-    if largest == 0.0:  # at rest, and nothing begins to move
+    if largest == 0.0:  # at rest, and no motion starts
         return math.inf
     return min(100.0 * small, (0.01 / largest) ** (1.0 / T.order))
 
 
 @kernel
 def choose_step(problem, T, t, s, w, S):
-    """The size of the step to come, whether it is the last, and the guard on whose fall it ends, or -1.
+    """Return the size of the next step, whether it is the last one, and the guard on whose fall it ends, or -1.
 
-    In the latter case the step has been made.
+    A step that ends on the fall of a guard has already been made on return.
     """
     clock = s.clock[0]
     h = min(clock.fixed if clock.fixed > 0.0 else clock.step, clock.longest)
     if w.delays.size > 0:
         h = up_to_multiple(t, h, w.delays)
-    last = t + h >= clock.end or clock.end - t - h < REMAINDER * h
+    last = t + h >= clock.end or clock.end - t - h < REMAINDER_FRACTION * h
     if last:
         h = clock.end - t
     w.scaling[0] = EVEN
@@ -89,14 +89,14 @@ def choose_step(problem, T, t, s, w, S):
         return h, last, -1
     most = min(clock.reach, clock.end - t, clock.longest)
     if clock.after_rise > 0.0:
-        most = min(most, AIM * clock.after_rise)
+        most = min(most, FALL_STEP_FACTOR * clock.after_rise)
     if w.delays.size > 0:
         most = up_to_multiple(t, most, w.delays)
-    guard, ahead = fall_ahead(max(most, h / NEARER), s, w)
+    guard, ahead = fall_ahead(max(most, h / FALL_APPROACH_FRACTION), s, w)
     if guard < 0:
         return h, last, -1
     if ahead > most:
-        return min(h, NEARER * ahead), last and h <= NEARER * ahead, -1
+        return min(h, FALL_APPROACH_FRACTION * ahead), last and h <= FALL_APPROACH_FRACTION * ahead, -1
     ahead = step_to_fall(problem, T, guard, t, ahead, most, s, w, S)
     if ahead > 0.0:
         return ahead, False, guard
@@ -105,7 +105,7 @@ def choose_step(problem, T, t, s, w, S):
 
 @kernel
 def fall_ahead(most, s, w):
-    """Guard in mode 1 that falls next, and when at its present rate: (guard, time to it), or (-1, 0) beyond `most`."""
+    """Return the guard in mode 1 that falls next at its present rate, and the time until then; (-1, 0) if beyond `most`."""
     falling, least = -1, most
     for k in range(s.mode.size):
         value, rate = w.start_value[k], w.start_rate[k]
@@ -116,9 +116,9 @@ def fall_ahead(most, s, w):
 
 @kernel
 def step_to_fall(problem, T, guard, t, h, most, s, w, S):
-    """One slowing step to the fall of a guard, first tried with size h; returns its size, or 0 if it does not get there."""
+    """Make one step with decelerating time to the fall of a guard, starting with size h; return its size, or 0 if it fails."""
     w.scaling[0] = BEFORE_END
-    for _ in range(ATTEMPTS):
+    for _ in range(MAX_ATTEMPTS):
         attempt(problem, T, t, h, s, w, S)
         problem.guards(t + h, w.new, S, w.value, w.rate)
         value, rate = w.value[guard], w.rate[guard]
@@ -135,43 +135,43 @@ def step_to_fall(problem, T, guard, t, h, most, s, w, S):
 
 @kernel
 def after_rejection(T, t, h, error, to_fall, s, w):
-    """Shrink the step; returns whether it fell to round-off."""
+    """Shrink the step; return whether its size fell to round-off."""
     clock = s.clock[0]
     s.counts[0].rejected += 1
     clock.stalled += 1
-    factor = SMALLEST_FACTOR
+    factor = STEP_FACTOR_MIN
     if error == error and not math.isinf(error):
-        factor = max(SMALLEST_FACTOR, SAFETY * error ** (-1.0 / T.order))
-    if w.scaling[0] == AFTER_START:  # the method steps in the root of time
+        factor = max(STEP_FACTOR_MIN, SAFETY_FACTOR * error ** (-1.0 / T.order))
+    if w.scaling[0] == AFTER_START:  # the method steps in the square root of time
         factor *= factor
     if to_fall:
         clock.reach = h * factor
         return False
     clock.step = h * factor
     clock.rejected = 1
-    return clock.step <= RESOLVED * max(abs(t), clock.first)
+    return clock.step <= STEP_MIN_FRACTION * max(abs(t), clock.first)
 
 
 @kernel
 def after_acceptance(T, h, error, s, w):
-    """How much larger than h the next step may be."""
+    """Return the largest allowed ratio of the next step size to h."""
     clock = s.clock[0]
-    grow = LARGEST_FACTOR
+    grow = STEP_FACTOR_MAX
     if error > 1e-12:
-        grow = min(LARGEST_FACTOR, max(SMALLEST_FACTOR, SAFETY * error ** (-1.0 / T.order)))
+        grow = min(STEP_FACTOR_MAX, max(STEP_FACTOR_MIN, SAFETY_FACTOR * error ** (-1.0 / T.order)))
     if s.y.size == 0:
-        grow = LARGEST_FACTOR_WITHOUT_STATE
+        grow = STATELESS_FACTOR_MAX
     if clock.rejected == 1:
         grow = min(grow, 1.0)
-    # towards the end of a contact steps shrink at a steady rate (Gustafsson 1994, doi:10.1145/198429.198437)
+    # towards the end of a contact steps shrink at a constant ratio (Gustafsson 1994, doi:10.1145/198429.198437)
     if clock.touching == 1 and w.scaling[0] == EVEN and error > 1e-2 and clock.previous_error > 0.0:
         steady = grow * (h / clock.previous_step) * (clock.previous_error / error) ** (1.0 / T.order)
-        grow = min(grow, max(SMALLEST_FACTOR, steady))
+        grow = min(grow, max(STEP_FACTOR_MIN, steady))
     clock.previous_step, clock.previous_error = h, error if w.scaling[0] == EVEN else 0.0
     clock.rejected = 0
     if w.scaling[0] == AFTER_START:
         clock.after_rise = h * min(4.0, grow * grow)
-        # the singularity is as near as the step is long, so the next even step is no longer
+        # the singularity is as close as the step is long, so the next even step must not be longer
         grow = min(grow, 1.0)
     elif clock.last_event != NO_EVENT:
         size = h * max(1.0, grow) if T.kind == _EXPLICIT else 2.0 * h
@@ -185,7 +185,7 @@ def after_acceptance(T, h, error, s, w):
 
 @kernel
 def after_event(T, full, event, s):
-    """Step size after an event that ended a step of size `full`."""
+    """Set the step size after an event that ended a step of size `full`."""
     clock = s.clock[0]
     remembered = clock.after_rise if event == RISE else clock.after_fall
     if remembered > 0.0:

@@ -1,8 +1,10 @@
-"""Steps across the rises and falls of guards, under error control.
+"""Step across the rises and falls of guards under error control.
 
-A fall needs nothing: beyond it the guard's force vanishes by itself. A rise inside the step is prepared: the guard is put into
-mode 1 with what its reset finds at the rise, and the step is made again from its start. Where its error allows that, the events
-inside take their instants and data from the dense output; where it does not, the step is to end on its first event.
+A fall needs no preparation, because the guard's force vanishes beyond it. For a rise inside the step, the guard is put into
+mode 1
+with the result of its reset at the rise, and the step is repeated from its start. If the error is small enough, the events take
+their
+instants and data from the dense output. Otherwise the step ends on its first event.
 """
 
 from __future__ import annotations
@@ -14,12 +16,12 @@ from scissordyn.integrate.monitor import begin_peak, end_peak
 from scissordyn.integrate.step import NOTHING, attempt, error_norm, fraction, prepare
 from scissordyn.kernel import kernel
 
-LARGEST_ERROR = 1.0  # Error of a step across rises beyond which it is better to end on the first of them
+CROSSING_ERROR_MAX = 1.0  # Largest error of a step across rises; with a larger one the step ends on the first of them
 
 
 @kernel
-def crossable(s, w):
-    """Whether all crossings of the list can be stepped across: no guard rises again after a fall."""
+def can_cross(s, w):
+    """Return whether all crossings of the list can be stepped across; a guard that rises again after a fall cannot."""
     if w.crossing_count[0] >= w.crossing_guard.size:
         return False
     for c in range(w.crossing_count[0]):
@@ -33,31 +35,31 @@ def crossable(s, w):
 
 
 @kernel
-def crossed(problem, T, t, h, error, s, w, S):
-    """Make the step again with the guards in mode 1 that rise inside it; returns its error, or -1 if it cannot be crossed."""
+def step_across(problem, T, t, h, error, s, w, S):
+    """Repeat the step with its rising guards in mode 1; return its error, or -1 if it cannot be stepped across."""
     w.rise_count[0] = 0
-    if not crossable(s, w):
+    if not can_cross(s, w):
         return -1.0
     for c in range(w.crossing_count[0]):
         if s.mode[w.crossing_guard[c]] == 0:
             note_rise(w.crossing_guard[c], w.crossing_place[c], w)
     if w.rise_count[0] == 0:
         return error
-    save(s, w)
+    save_state(s, w)
     s.clock[0].prepared = NOTHING
     if not raise_guards(problem, T, t, h, s, w, S):
-        restore(s, w)
+        restore_state(s, w)
         return -1.0
     prepare(problem, T, t, s, w, S)
-    again = error_norm(T, h, s, w) if attempt(problem, T, t, h, s, w, S) else 2.0 * LARGEST_ERROR
-    fits = again <= LARGEST_ERROR and find_crossings(problem, T, t, h, s, w, S, True)
+    again = error_norm(T, h, s, w) if attempt(problem, T, t, h, s, w, S) else 2.0 * CROSSING_ERROR_MAX
+    fits = again <= CROSSING_ERROR_MAX and find_crossings(problem, T, t, h, s, w, S, True)
     if fits:
-        for c in range(w.crossing_count[0]):  # what the prepared contacts change must not be another rise
+        for c in range(w.crossing_count[0]):  # the prepared contacts must not cause another rise
             if s.mode[w.crossing_guard[c]] == 0:
                 fits = False
-    if fits and crossable(s, w):
+    if fits and can_cross(s, w):
         return again
-    restore(s, w)
+    restore_state(s, w)
     prepare(problem, T, t, s, w, S)
     attempt(problem, T, t, h, s, w, S)
     return -1.0
@@ -65,7 +67,7 @@ def crossed(problem, T, t, h, error, s, w, S):
 
 @kernel
 def note_rise(k, theta, w):
-    """Add a rise to the list, unless the guard is in it."""
+    """Add a rise to the list, unless the list contains the guard."""
     for c in range(w.rise_count[0]):
         if w.rise_guard[c] == k:
             return
@@ -75,7 +77,7 @@ def note_rise(k, theta, w):
 
 @kernel
 def raise_guards(problem, T, t, h, s, w, S):
-    """Put the guards of the list into mode 1 from the start of the step; returns whether all of them rise there."""
+    """Put the guards of the list into mode 1 from the start of the step; return whether all of them rise in it."""
     for c in range(w.rise_count[0]):
         theta = w.rise_place[c]
         dense_value(theta, T.pattern, w.saved, w.dense, w.inside)
@@ -84,15 +86,15 @@ def raise_guards(problem, T, t, h, s, w, S):
         begun = problem.reset(t + fraction(w.scaling[0], theta) * h, w.inside, w.rise_guard[c], S, w.rise_data[c])
         if not begun:
             return False
-        for i in range(s.y.size):  # the guard's own states, which nothing reads before the rise
+        for i in range(s.y.size):  # states of the guard, which are not read before the rise
             if w.inside[i] != w.new[i]:
                 s.y[i] = w.inside[i]
     return True
 
 
 @kernel
-def save(s, w):
-    """Keep what `restore` brings back."""
+def save_state(s, w):
+    """Save the state and modes for `restore_state`."""
     for i in range(s.y.size):
         w.saved[i] = s.y[i]
     for k in range(s.mode.size):
@@ -100,8 +102,8 @@ def save(s, w):
 
 
 @kernel
-def restore(s, w):
-    """State and modes from before the guards were prepared, of whose start nothing is known any longer."""
+def restore_state(s, w):
+    """Restore the state and modes before the guards were prepared; values at the step's start become invalid."""
     s.clock[0].prepared = NOTHING
     for i in range(s.y.size):
         s.y[i] = w.saved[i]
@@ -135,19 +137,19 @@ def log_crossings(problem, T, t, h, s, w, S, log, rises):
 
 @kernel
 def end_inactive(problem, t, s, w, S):
-    """Back to mode 0 with guards that were prepared but do not rise within the step."""
+    """Set prepared guards that do not rise within the step back to mode 0."""
     if w.rise_count[0] == 0:
         return
     problem.guards(t, w.new, S, w.value, w.rate)
     for c in range(w.rise_count[0]):
         k = w.rise_guard[c]
-        if s.mode[k] == 1 and w.value[k] < -w.precision[k] and not falls(k, w):
+        if s.mode[k] == 1 and w.value[k] < -w.precision[k] and not has_fall(k, w):
             s.mode[k] = 0
 
 
 @kernel
-def falls(k, w):
-    """Whether a guard's fall is in the list."""
+def has_fall(k, w):
+    """Return whether the list contains a fall of the guard."""
     for c in range(w.crossing_count[0]):  # noqa: SIM110 -- kernels have no generator expressions
         if w.crossing_guard[c] == k:
             return True

@@ -1,7 +1,8 @@
-"""Dense output of a step, nested: y(theta) = y0 + f1 (F0 + f2 (F1 + f3 (F2 + ...))) with factors f = theta or 1 - theta.
+"""Evaluate the dense output of a step, nested: y(theta) = y0 + f1 (F0 + f2 (F1 + f3 (F2 + ...))), f = theta or 1 - theta.
 
-Both families of methods share it, so whatever looks inside a step need not know which method made it. Explicit methods have it
-of the integrals of the powers too; for the others these are integrated on Gauss nodes.
+Both families of methods share this form, so its users do not depend on the method. Explicit methods also have dense output of
+the
+integrals of the powers; the other methods integrate powers on Gauss nodes.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ _EXPLICIT = EXPLICIT
 
 @kernel
 def complete(problem, T, t, h, s, w, S):
-    """Coefficients of the dense output of the step just made, unless they are there."""
+    """Compute the coefficients of the dense output of the step just made, unless they exist."""
     if w.has_dense[0] == 1:
         return
     w.has_dense[0] = 1
@@ -28,7 +29,7 @@ def complete(problem, T, t, h, s, w, S):
 
 @kernel
 def explicit_dense(problem, T, t, h, s, w, S):
-    """Further stages, and the coefficients for the state and for the integrals of the powers."""
+    """Compute further stages, and the coefficients for the state and for the integrals of the powers."""
     last = T.stages
     for stage in range(last + 1, T.nodes.size):
         stage_state(T, stage, h, s.y, w.stages, w.inside)
@@ -48,7 +49,7 @@ def explicit_dense(problem, T, t, h, s, w, S):
 
 @kernel
 def nest(T, h, K, F):
-    """The other coefficients F of a dense output from the difference F[0] over the step and the slopes K."""
+    """Compute the coefficients F[1:] of a dense output from the difference F[0] over the step and the slopes K."""
     size = F.shape[1]
     for i in range(size):
         F[1, i] = h * K[0, i] - F[0, i]
@@ -71,7 +72,7 @@ def rosenbrock_dense(T, y, new, K, F):
 
 @kernel
 def dense_value(theta, pattern, y, F, out):
-    """State at a fraction theta of the step."""
+    """Compute the state at a fraction theta of the step."""
     size, last = y.size, pattern.size - 1
     factor = theta if pattern[last] == 0 else 1.0 - theta
     for i in range(size):
@@ -86,7 +87,7 @@ def dense_value(theta, pattern, y, F, out):
 
 @kernel
 def inside_at(T, theta, row, s, w):
-    """What a row of guards or monitored numbers reads of the dense output at theta, into w.inside: all if nothing is listed."""
+    """Write the entries that a row of guards or monitored values reads at theta into w.inside; all if none is listed."""
     first, stop = w.reads_start[row], w.reads_start[row + 1]
     if first == stop:
         dense_value(theta, T.pattern, s.y, w.dense, w.inside)
@@ -102,21 +103,21 @@ def inside_at(T, theta, row, s, w):
 
 @kernel
 def guard_at(problem, T, k, theta, t, h, s, w, S):
-    """Guard k on the dense output at theta, into w.value and w.rate."""
+    """Compute guard k on the dense output at theta, into w.value and w.rate."""
     inside_at(T, theta, k, s, w)
     problem.guard(t + fraction(w.scaling[0], theta) * h, w.inside, k, S, w.value, w.rate)
 
 
 @kernel
 def guards_at(problem, T, theta, t, h, s, w, S):
-    """Dense output at theta into w.inside, guards there into w.value and w.rate."""
+    """Compute the dense output at theta into w.inside, and all guards there into w.value and w.rate."""
     dense_value(theta, T.pattern, s.y, w.dense, w.inside)
     problem.guards(t + fraction(w.scaling[0], theta) * h, w.inside, S, w.value, w.rate)
 
 
 @kernel
 def integrals_at(T, theta, h, s, w, out):
-    """Integrals of the powers up to theta."""
+    """Compute the integrals of the powers up to theta."""
     if T.kind == _EXPLICIT:
         dense_value(theta, T.pattern, s.total, w.gain, out)
         return

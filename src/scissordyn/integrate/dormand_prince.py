@@ -1,8 +1,10 @@
-"""Dormand and Prince's explicit methods.
+"""Coefficients of Dormand and Prince's explicit methods.
 
-DOP853 is of order 8, with a dense output of order 7: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd
-edition, II.5 and II.6; the figures are those of their program. DOPRI5 is of order 5, with Shampine's dense output of order 4:
-table II.5.2 and section II.6.
+DOP853 has order 8 and a dense output of order 7: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd
+edition, II.5
+and II.6; the digits are those of their program. DOPRI5 has order 5 and Shampine's dense output of order 4: table II.5.2 and
+section
+II.6.
 """
 
 from __future__ import annotations
@@ -200,8 +202,8 @@ _D8 = (
     ),
 )
 
-_IDLE8 = (1, 2, 3, 4)  # Stages that neither the end of the step, nor its errors, nor the dense output weigh
-_THIRD8 = {0: 0.2440944881889764, 4: 0.7338466882816118, 7: 0.022058823529411766}  # Weights of the method of order 3 inside
+_IDLE8 = (1, 2, 3, 4)  # Stages with zero weight in the end of the step, its errors and the dense output
+_THIRD8 = {0: 0.2440944881889764, 4: 0.7338466882816118, 7: 0.022058823529411766}  # Weights of the embedded method of order 3
 _THIRD8_ERROR = tuple(weight - _THIRD8.get(k, 0.0) for k, weight in enumerate(_FURTHER8[0]))
 
 DOP853 = explicit_tableau(

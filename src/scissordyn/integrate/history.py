@@ -1,7 +1,7 @@
-"""What a problem looks back at: its signals over the steps made, for equations with delays.
+"""Store the signals that a problem reads with a delay, as polynomials over the steps made.
 
-A row of the history is a step: its start, its size, then for each signal the coefficients of its polynomial in s = -1 .. 1,
-from the constant up. It runs through the signal at the Chebyshev points of the step's dense output, both ends among them.
+A row of the history is a step: its start, its size, then for each signal the coefficients of its polynomial in s = -1 .. 1, in
+ascending order. The polynomial interpolates the signal at the Chebyshev points of the dense output, including both ends.
 """
 
 from __future__ import annotations
@@ -14,27 +14,28 @@ from scissordyn.integrate.dense import dense_value
 from scissordyn.integrate.step import place
 from scissordyn.kernel import kernel
 
-COUNT = 8  # Coefficients of a signal: the dense output of the most accurate method has degree seven
+COEFFICIENTS = 8  # Number of coefficients of a signal; the dense output of the most accurate method has degree seven
 
-NODES: np.ndarray = -np.cos(np.pi * np.arange(COUNT) / (COUNT - 1))
+NODES: np.ndarray = -np.cos(np.pi * np.arange(COEFFICIENTS) / (COEFFICIENTS - 1))
 TRANSFORM: np.ndarray = np.linalg.inv(np.vander(NODES, increasing=True))
-"""From values at the nodes to coefficients; its condition number is about a thousand."""
+"""Matrix from values at the nodes to coefficients; its condition number is about a thousand."""
 
 
 def make_history(signals: int, steps: int = 4096) -> np.ndarray:
-    return np.zeros((steps, 2 + COUNT * signals))
+    return np.zeros((steps, 2 + COEFFICIENTS * signals))
 
 
 @kernel
 def up_to_multiple(t, h, delays):
-    """A step size of at most h that does not pass a multiple of a delay.
+    """Return a step size of at most h that does not pass a multiple of a delay.
 
-    So a step never looks back into itself; and as the start makes a kink in a derivative that comes back after every delay, no
-    polynomial runs across one.
+    A step then never reads its own signals. The start makes a kink in a derivative that returns after every delay, and no
+    polynomial
+    contains such a kink.
     """
     for k in range(delays.size):
         rest = delays[k] * (math.floor(t / delays[k]) + 1.0) - t
-        if rest < 1e-9 * delays[k]:  # t is such a multiple, to within round-off
+        if rest < 1e-9 * delays[k]:  # t is a multiple within round-off
             rest += delays[k]
         h = min(h, rest)
     return h

@@ -1,4 +1,4 @@
-"""A problem as named functions, and the arrays of an integration: what goes on, what is scratch, what is recorded."""
+"""Define the functions of a problem and the arrays of an integration: its state, its scratch, and its records."""
 
 from __future__ import annotations
 
@@ -10,20 +10,22 @@ from scissordyn.integrate.history import NODES
 from scissordyn.integrate.tableau import Tableau, arrays_of
 from scissordyn.kernel import F1, F2, F3, I1, I2, ArrayType, fields_of, opener
 
-MONITORED = 3  # Monitored numbers of a row: the first one's largest value is wanted, all are integrated
-RESET_DATA = 3  # Numbers that a reset may write into the event log
-SPARE_ROWS = 4  # Rows of `Work.monitored` for points inside a step: three even ones, and one for the search of a maximum
-HALVINGS = 12  # How often the distance between two probes is halved in search of a rise that is followed by a fall
+MONITORED = 3  # Monitored values of a row: the largest value of the first is kept, and all are integrated
+RESET_DATA = 3  # Number of values that a reset may write into the event log
+SPARE_ROWS = 4  # Rows of `Work.monitored` for points inside a step: three equidistant ones, and one for the search of a maximum
+HALVINGS = 12  # Largest number of halvings between two probes in search of a rise that is followed by a fall
 
 TIME, GUARD, MODE, DATA = range(4)
 ENDED = DATA + RESET_DATA
-"""Columns of the event log: when, which guard, its new mode; from `DATA` on what the reset wrote, from `ENDED` on the peak."""
+"""Columns of the event log: instant, guard, new mode, data of the reset from `DATA` on, and the peak from `ENDED` on."""
 
 LARGEST, WHEN, INTEGRAL = range(3)
 STRUCK = INTEGRAL + MONITORED
 PEAK_COLUMNS = STRUCK + 2
-"""Columns of `State.peak`: the largest value, when, the integrals from `INTEGRAL` on; then a second value and when: where the
-state jumps the largest impact, else that of the guard's companion."""
+"""Columns of `State.peak`: largest value, its instant, integrals from `INTEGRAL` on, a second value and its instant.
+
+The second value is the largest impact if the state jumps, otherwise that of the guard's companion.
+"""
 
 LIMIT, LAST_ABOVE, FIRST_WITHIN = range(3)  # Columns of `State.band`
 
@@ -32,29 +34,29 @@ LOG_COLUMNS = ENDED + PEAK_COLUMNS
 NO_EVENT, FALL, RISE = -1, 0, 1  # Kinds of events; a rise ends in mode 1, a fall in mode 0
 
 ENDS, CROSSES, IGNORES = range(3)
-"""What steps do at roots of guards: end there, go across as long as their error allows it, or ignore them, so that the modes
-change at the end of the step."""
+"""Treatment of guards' roots: end the step there, cross them if the error allows, or ignore them until the end of the step."""
 
 CLOCK = np.dtype(
     [
         ("time", "f8"),
         ("end", "f8"),
         ("step", "f8"),  # size to try next
-        ("after_rise", "f8"),  # size that worked after the last rise of a guard, 0 before the first
-        ("after_fall", "f8"),
-        ("previous_step", "f8"),  # size and error of the last step, if its time ran evenly
-        ("previous_error", "f8"),
-        ("reach", "f8"),  # longest step that is tried to end on the fall of a guard
-        ("longest", "f8"),  # longest step that the problem allows from here
+        ("after_rise", "f8"),  # size of the last successful step after a rise of a guard, 0 before the first rise
+        ("after_fall", "f8"),  # size of the last successful step after a fall of a guard
+        ("previous_step", "f8"),  # size of the last step with even time
+        ("previous_error", "f8"),  # error of the last step with even time
+        ("reach", "f8"),  # longest trial step that should end on the fall of a guard
+        ("longest", "f8"),  # longest step that the problem allows now
         ("first", "f8"),  # size of the first step
-        ("fixed", "f8"),  # size of every step, 0 if errors choose it
-        ("last_event", "i8"),  # kind of event before the step to come: `NO_EVENT`, `FALL` or `RISE`
-        ("touching", "i8"),  # whether an explicit method has a guard in mode 1
-        ("rejected", "i8"),  # whether the last trial was rejected
-        ("prepared", "i8"),  # what is known at the start of the step to come: `step.NOTHING` and so on
+        ("fixed", "f8"),  # size of every step, 0 for error control
+        ("last_event", "i8"),  # kind of event before the next step: `NO_EVENT`, `FALL` or `RISE`
+        ("touching", "i8"),  # 1 if the method is explicit and a guard is in mode 1
+        ("rejected", "i8"),  # 1 if the last trial was rejected
+        # values available at the start of the next step: `step.NOTHING`, `step.OUTPUTS` or `step.EVERYTHING`
+        ("prepared", "i8"),
         ("stalled", "i8"),  # trials and events without progress in time
-        ("crosses", "i8"),  # what steps do at roots of guards: `ENDS`, `CROSSES` or `IGNORES`
-        ("monitors", "i8"),  # whether powers are integrated and numbers monitored
+        ("crosses", "i8"),  # treatment of guards' roots: `ENDS`, `CROSSES` or `IGNORES`
+        ("monitors", "i8"),  # 1 if powers are integrated and values monitored
     ]
 )
 COUNTS = np.dtype([(name, "i8") for name in ("steps", "rejected", "rates", "jacobians", "events", "samples", "recorded")])
@@ -64,7 +66,7 @@ N1 = Annotated[np.ndarray, ArrayType(COUNTS, 1)]
 
 
 class Problem(NamedTuple):
-    """The functions of a problem; `advance` says what each one does."""
+    """Functions of a problem, as described in `advance`."""
 
     rate: Any
     linearise: Any
@@ -80,21 +82,19 @@ class Problem(NamedTuple):
 
 
 class State(NamedTuple):
-    """All that the integrator needs to go on.
+    """Complete state of an integration; `mode`, `memory`, `mass`, `reference` and the history are arrays of the problem.
 
-    `mode`, `memory`, `mass`, `reference` and the history are the problem's own arrays.
-
-    Annotations name the sizes of arrays that are made here. A row of `monitored` is a guard or, behind the guards, a quantity
-    that is monitored throughout.
+    Annotations give the sizes of arrays that are created here. A row of `monitored` is a guard or, after the guards, a
+    quantity that is always monitored.
     """
 
     clock: Annotated[C1, 1]
     counts: Annotated[N1, 1]
     y: Annotated[F1, "y"]
-    mode: I1  # (guards,) 0: waits for the guard's rise through zero, 1: for its fall
-    memory: F1  # (guards,) a number that goes with the mode
-    mass: F1  # (guards,) another one
-    reference: F1  # angles counted so far
+    mode: I1  # (guards,) 0: the guard's value must rise through zero, 1: it must fall
+    memory: F1  # (guards,) value that belongs to the mode
+    mass: F1  # (guards,) second value that belongs to the mode
+    reference: F1  # angles including full turns
     total: Annotated[F1, "quadratures"]
     monitored: Annotated[F2, "rows", MONITORED]  # at the present instant
     peak: Annotated[F2, "rows", PEAK_COLUMNS]  # since the last rise
@@ -104,23 +104,23 @@ class State(NamedTuple):
 
 
 STATE_TYPES: dict[str, np.dtype] = {name: get_args(kind)[1].dtype for name, kind in fields_of(State)}
-"""The table of what a state is: saving, restoring, comparing and checkpoints go over it."""
+"""Types of the state's arrays; saving, restoring, comparing and checkpoints use this table."""
 
 
 class Work(NamedTuple):
-    """Error weights and scratch."""
+    """Error weights and scratch arrays."""
 
-    atol: F1  # (ny,) weight of an error = atol + rtol * root mean square of its group
+    atol: F1  # (ny,) weight of an error = atol + rtol * root mean square of its group + rounding / h
     rtol: F1
-    rounding: Annotated[F1, "y"]  # and not less than rounding/h: what rounding of other components moves it by in a step
+    rounding: Annotated[F1, "y"]  # change of y in a step by round-off of other components, times h
     group: I1  # boundaries of the groups
-    precision: F1  # (guards,) a root is located when the guard is this small
-    crossable: I1  # (guards,) 1 where a step may go across the guard's roots, under error control
+    precision: F1  # (guards,) magnitude below which a guard is at its root
+    crossable: I1  # (guards,) 1 if a step may cross the guard's roots under error control
     new: Annotated[F1, "y"]
     inside: Annotated[F1, "y"]
     saved: Annotated[F1, "y"]
     stages: Annotated[F2, "stages", "y"]
-    estimate: Annotated[F2, 2, "y"]  # estimates of the error
+    estimate: Annotated[F2, 2, "y"]  # error estimates
     dense: Annotated[F2, "terms", "y"]
     slope: Annotated[F1, "y"]
     slope_t: Annotated[F1, "y"]
@@ -134,35 +134,36 @@ class Work(NamedTuple):
     right_rate: Annotated[F1, "guards"]
     end_value: Annotated[F1, "guards"]
     end_rate: Annotated[F1, "guards"]
-    ends: Annotated[F2, HALVINGS + 1, 4]  # places still to be searched for a crossing: value, rate and the error of a cubic
+    ends: Annotated[F2, HALVINGS + 1, 4]  # places still to be searched for a crossing: place, value, rate and the cubic's error
     saved_mode: Annotated[I1, "guards"]
     trial_mode: Annotated[I1, "guards"]
     trial_memory: Annotated[F1, "guards"]
     trial_mass: Annotated[F1, "guards"]
-    crossing_guard: Annotated[I1, "crossings"]  # guards that are crossed inside a step, in order
-    crossing_place: Annotated[F1, "crossings"]  # where
+    crossing_guard: Annotated[I1, "crossings"]  # guards crossed inside the step, in order
+    crossing_place: Annotated[F1, "crossings"]  # places of these crossings in the step
     crossing_count: Annotated[I1, 1]
-    rise_guard: Annotated[I1, "crossings"]  # guards that rise inside a step which goes across that
+    rise_guard: Annotated[I1, "crossings"]  # guards that rise inside a step that crosses their roots
     rise_place: Annotated[F1, "crossings"]
     rise_data: Annotated[F2, "crossings", RESET_DATA]
     rise_count: Annotated[I1, 1]
-    power: Annotated[F2, "evaluations", "quadratures"]  # at the stages, or at the nodes and the end
+    power: Annotated[F2, "evaluations", "quadratures"]  # at the stages (explicit), or at the nodes and the end
     power_at_start: Annotated[F1, "quadratures"]
     gain: Annotated[F2, "terms", "quadratures"]  # dense output of the integrals of an explicit step
-    # at the stages, or at the start, the nodes and the end; then `SPARE_ROWS`
+    # (explicit) stages, or start, nodes and end; then `SPARE_ROWS`
     monitored: Annotated[F3, "points", "rows", MONITORED]
-    reads_start: I1  # (rows+1,) entries of y that a guard or a monitored row depends on; none listed: on all
-    reads: I1
-    companion: I1  # (guards,) the monitored row whose largest value goes with that of a guard, -1 for none
+    reads_start: I1  # (rows+1,) ranges in `reads`; an empty range stands for all entries of y
+    reads: I1  # entries of y that a guard or a monitored row depends on
+    companion: I1  # (guards,) monitored row whose largest value is logged with the guard's, -1 for none
     delays: F1  # (delays,) steps end on their multiples
     signals: Annotated[F2, NODES.size, "signals"]
-    accepted: Annotated[F1, 3]  # whether `accept` changed the state, the longest step from there, the fastest rotation [1/s]
-    scaling: Annotated[I1, 1]  # how time runs inside the present step: see `step.fraction`
-    has_dense: Annotated[I1, 1]  # whether the dense output of the present step is there
+    # output of `accept`: whether the state changed, the longest next step [s], the fastest rotation [1/s]
+    accepted: Annotated[F1, 3]
+    scaling: Annotated[I1, 1]  # kind of time inside the present step, see `step.fraction`
+    has_dense: Annotated[I1, 1]  # 1 if the dense output of the present step is complete
 
 
 class Samples(NamedTuple):
-    """What is written at given instants."""
+    """Samples at given instants."""
 
     time: Annotated[F1, "samples"]
     state: Annotated[F2, "samples", "y"]
@@ -174,7 +175,7 @@ class Samples(NamedTuple):
 
 
 class StepRecord(NamedTuple):
-    """Samples at ends of steps, after which events follow, and at what is located inside steps; no rows: not wanted."""
+    """Samples at ends of steps, before the events there, and at located instants inside steps; no rows if not wanted."""
 
     time: F1
     state: F2
@@ -183,13 +184,13 @@ class StepRecord(NamedTuple):
     memory: F2
     mass: F2
     reference: F2
-    end: I1  # (rows,) whether it is the end of a step
-    every: I1  # (1,) of so many steps one end is kept, besides those on events
-    inside: I1  # (1,) whether events and largest values that are located inside steps are kept
+    end: I1  # (rows,) 1 for the end of a step
+    every: I1  # (1,) one end of this number of steps is kept, in addition to events
+    inside: I1  # (1,) 1 if events and largest values inside steps are kept
 
 
 class Integration(NamedTuple):
-    """Everything that the loop works on; it is handed the address of this."""
+    """All arrays that the loop uses; the loop gets the address of this tuple."""
 
     method: Tableau
     state: State
@@ -199,11 +200,11 @@ class Integration(NamedTuple):
     log: F2
 
 
-open_integration = opener(Integration)  # From the address of an integration's handle to the integration, inside kernels
+open_integration = opener(Integration)  # Kernel function from the address of an integration's handle to the integration
 
 
 def make_state(y: np.ndarray, *, quadratures: int, monitors: int, band: np.ndarray | None = None, **own: np.ndarray) -> State:
-    """The state at the start y of an integration at t = 0; `own` are the arrays of the problem."""
+    """Return the state of an integration at the start y and t = 0; `own` are the arrays of the problem."""
     sizes = {"y": y.size, "quadratures": quadratures, "monitors": monitors, "rows": own["mode"].size + monitors}
     state = State(**arrays_of(State, sizes, own))
     state.band[:, LIMIT] = np.inf if band is None else band
@@ -212,7 +213,7 @@ def make_state(y: np.ndarray, *, quadratures: int, monitors: int, band: np.ndarr
 
 
 def reset_state(state: State, y: np.ndarray, *, crosses: int = ENDS, fixed: float = 0.0) -> None:
-    """Begin anew at the start y at t = 0; what is the problem's own stays as it is."""
+    """Restart at the state y and t = 0; arrays of the problem stay as they are."""
     state.clock[:], state.counts[:] = 0, 0
     state.clock["last_event"], state.clock["reach"], state.clock["longest"] = NO_EVENT, np.inf, np.inf
     state.clock["crosses"], state.clock["fixed"], state.clock["monitors"] = crosses, fixed, 1
@@ -229,7 +230,7 @@ def make_work(
     delays: tuple[float, ...] = (),
     **weights: np.ndarray,
 ) -> Work:
-    """Scratch for an integration; `weights` are those of errors, and `companion`, if guards have some."""
+    """Return the scratch of an integration; `weights` are the error weights, and `companion` if guards have companions."""
     guards, rows = state.mode.size, state.monitored.shape[0]
     sizes = {
         "y": state.y.size,

@@ -1,7 +1,8 @@
-"""Largest values, integrals and limits of monitored numbers over a step, and the powers that the energy balance integrates.
+"""Find largest values, integrals and band crossings of monitored values over a step, and integrate the powers.
 
-An explicit method has evaluated everything at its stages; a Rosenbrock method, whose stages are less accurate than its steps,
-is followed on Gauss nodes of its dense output.
+An explicit method has evaluated everything at its stages. The stages of a Rosenbrock method are less accurate than its steps,
+so
+values are evaluated on Gauss nodes of its dense output.
 """
 
 from __future__ import annotations
@@ -26,26 +27,25 @@ from scissordyn.kernel import kernel
 
 _EXPLICIT = EXPLICIT
 
-INSIDE = SPARE_ROWS - 1
-"""Equidistant points inside an explicit step at which a maximum is looked for once its stages hint at one."""
+INNER_POINTS = SPARE_ROWS - 1  # Number of equidistant points inside an explicit step that are evaluated if a maximum is likely
 
-NEARLY = 0.5  # A maximum that its parabola puts so little outside a step, in parts of the step, may lie inside
-EDGE = 2e-5  # A maximum nearer to the end of a step, in parts of the step, is taken to be there
+VERTEX_OUTSIDE_MAX = 0.5  # A vertex outside the step by less than this fraction of the step may still be a maximum inside
+END_MAXIMUM_TOL = 2e-5  # A maximum nearer to an end of the step than this fraction of the step is taken to be at the end
 
-HINT = 0.98
-"""Stages this near to the largest number so far hint at a maximum, unless all of them are further below it than they differ, or
-they rise or fall throughout: they are less accurate than the dense output."""
+STAGE_HINT_FRACTION = 0.98
+"""Stages above this fraction of the largest value so far suggest a maximum inside the step, because stages are less
+accurate than dense output. Exceptions: all stages are further below it than they differ, or the stages are monotonic."""
 
-STEADY = 0.5  # A number rises to the end of a step if its slope there is at least this part of that over the whole step
+STEADY_SLOPE_FRACTION = 0.5  # A value rises to the end of a step if its slope there is at least this fraction of the mean slope
 
-GOLDEN = 0.3819660112501051
+GOLDEN_SECTION = 0.3819660112501051  # Golden section, (3 - sqrt(5)) / 2
 
-WIDTH = 1e-7  # A maximum is located within this part of the step: below it the parabola is flat to round-off
+MAXIMUM_TOL = 1e-7  # Accuracy of a maximum as a fraction of the step; the parabola is flat to round-off below it
 
 
 @kernel
 def begin_peak(now, guard, s, w):
-    """Follow a guard anew, and its companion."""
+    """Restart the peak of a guard and of its companion."""
     s.peak[guard, :] = 0.0
     s.peak[guard, WHEN] = now
     row = w.companion[guard]
@@ -55,7 +55,7 @@ def begin_peak(now, guard, s, w):
 
 @kernel
 def end_peak(guard, s, w, row):
-    """Write what a guard has come to into a row of the event log, with the largest value of its companion."""
+    """Write the peak of a guard and the largest value of its companion into a row of the event log."""
     other = w.companion[guard]
     if other >= 0:
         s.peak[guard, STRUCK], s.peak[guard, STRUCK + 1] = s.peak[other, LARGEST], s.peak[other, WHEN]
@@ -77,14 +77,14 @@ def step_integral(T, h, w, which):
 
 
 @kernel
-def followed(row, s):
-    """Whether a row is monitored now: a guard in mode 1, or a quantity that is monitored throughout."""
+def is_monitored(row, s):
+    """Return whether a row is monitored now: a guard in mode 1, or a quantity that is always monitored."""
     return row >= s.mode.size or s.mode[row] == 1
 
 
 @kernel
 def monitor_step(problem, T, t, h, s, w, S):
-    """Follow the monitored numbers over the step just made, and write those at its end."""
+    """Update the monitored values over the step just made, and store those at its end."""
     if T.kind == _EXPLICIT:
         monitor_stages(problem, T, t, h, s, w, S)
         last = T.stages
@@ -101,10 +101,10 @@ def monitor_step(problem, T, t, h, s, w, S):
 
 @kernel
 def monitor_stages(problem, T, t, h, s, w, S):
-    """Peaks and integrals over an explicit step."""
+    """Update peaks and integrals over an explicit step."""
     looked = False
     for row in range(s.peak.shape[0]):
-        if not followed(row, s):
+        if not is_monitored(row, s):
             continue
         peak, highest, lowest = s.peak[row], 0.0, math.inf
         for stage in range(T.stages):
@@ -115,9 +115,14 @@ def monitor_stages(problem, T, t, h, s, w, S):
                 highest = max(highest, w.monitored[stage, row, 0])
                 lowest = min(lowest, w.monitored[stage, row, 0])
         best = max(peak[LARGEST], w.monitored[T.stages, row, 0])
-        if highest >= HINT * best and 2.0 * highest - lowest >= best and highest > 0.0 and turns(T, row, peak[LARGEST], w):
+        if (
+            highest >= STAGE_HINT_FRACTION * best
+            and 2.0 * highest - lowest >= best
+            and highest > 0.0
+            and may_have_maximum(T, row, peak[LARGEST], w)
+        ):
             if not looked:
-                look_inside(problem, T, t, h, s, w, S)
+                probe_inside(problem, T, t, h, s, w, S)
                 looked = True
             find_peak(problem, T, row, t, h, s, w, S)
         elif best > peak[LARGEST]:
@@ -125,17 +130,18 @@ def monitor_stages(problem, T, t, h, s, w, S):
 
 
 @kernel
-def turns(T, row, largest, w):
-    """Whether the stages of a step leave room for a maximum inside, or its start is above the largest so far.
+def may_have_maximum(T, row, largest, w):
+    """Return whether the step may have a maximum inside, or starts above the largest value so far.
 
-    No room if the largest of its numbers is at an end, and the parabola through it and the two stages next to it is steep there
-    and has its vertex well outside.
+    It has none if its largest value is at an end, and the parabola through that end and the two nearest stages is steep
+    there with its
+    vertex well outside.
     """
     start, end = w.monitored[0, row, 0], w.monitored[T.stages, row, 0]
     rises, edge = end >= start, max(start, end)
     if start > largest and not rises:
         return True
-    near = far = 2.0  # places of the two stages, and their numbers: counted from the higher end
+    near = far = 2.0  # places and values of the two nearest stages, counted from the higher end
     first = second = 0.0
     for stage in range(1, T.stages):
         place, number = T.nodes[stage], w.monitored[stage, row, 0]
@@ -155,20 +161,20 @@ def turns(T, row, largest, w):
     slope = (first - edge) / near
     bend = ((second - first) / (far - near) - slope) / far
     slope -= bend * near
-    return not slope < -max(2.0 * NEARLY * abs(bend), STEADY * abs(end - start))
+    return not slope < -max(2.0 * VERTEX_OUTSIDE_MAX * abs(bend), STEADY_SLOPE_FRACTION * abs(end - start))
 
 
 @kernel
-def look_inside(problem, T, t, h, s, w, S):
-    """Monitored numbers at the points inside an explicit step, into the spare rows."""
+def probe_inside(problem, T, t, h, s, w, S):
+    """Compute the monitored values at points inside an explicit step, into the spare rows."""
     complete(problem, T, t, h, s, w, S)
-    for point in range(INSIDE):
-        probe(problem, T, (point + 1.0) / (INSIDE + 1.0), t, h, s, w, S, T.nodes.size + point)
+    for point in range(INNER_POINTS):
+        probe(problem, T, (point + 1.0) / (INNER_POINTS + 1.0), t, h, s, w, S, T.nodes.size + point)
 
 
 @kernel
 def monitor_nodes(problem, T, t, h, s, w, S):
-    """Powers on the Gauss nodes of a Rosenbrock step, peaks and integrals over it."""
+    """Compute powers on the Gauss nodes of a Rosenbrock step, and update peaks and integrals over it."""
     complete(problem, T, t, h, s, w, S)
     last = T.gauss.size + 1
     for row in range(s.peak.shape[0]):
@@ -183,7 +189,7 @@ def monitor_nodes(problem, T, t, h, s, w, S):
         problem.monitor(t + theta * h, target, S, w.power[node - 1], w.monitored[node])
     s.counts[0].rates += last
     for row in range(s.peak.shape[0]):
-        if followed(row, s):
+        if is_monitored(row, s):
             for node in range(T.gauss.size):
                 for q in range(w.monitored.shape[2]):
                     s.peak[row, INTEGRAL + q] += h * T.weight[node] * w.monitored[node + 1, row, q]
@@ -192,7 +198,7 @@ def monitor_nodes(problem, T, t, h, s, w, S):
 
 @kernel
 def probe(problem, T, theta, t, h, s, w, S, place):
-    """Monitored numbers at theta, into a place of Work.monitored."""
+    """Compute all monitored values at theta, into a place of Work.monitored."""
     dense_value(theta, T.pattern, s.y, w.dense, w.inside)
     now = t + fraction(w.scaling[0], theta) * h
     problem.rate(now, w.inside, S, w.slope)
@@ -202,7 +208,7 @@ def probe(problem, T, theta, t, h, s, w, S, place):
 
 @kernel
 def probe_row(problem, T, row, theta, t, h, s, w, S):
-    """One row of monitored numbers at theta, into the last spare place; returns the first."""
+    """Compute one row of monitored values at theta into the last spare place; return its first value."""
     spare = w.monitored[w.monitored.shape[0] - 1, row]
     inside_at(T, theta, row, s, w)
     problem.probe(t + fraction(w.scaling[0], theta) * h, w.inside, row, S, w.slope, spare)
@@ -211,25 +217,25 @@ def probe_row(problem, T, row, theta, t, h, s, w, S):
 
 @kernel
 def last_point(T):
-    """Number of the end of the step among the points at which a maximum is looked for; the start is 0."""
-    return (INSIDE if T.kind == _EXPLICIT else T.gauss.size) + 1
+    """Return the index of the step's end among the points at which a maximum is searched; the start has index 0."""
+    return (INNER_POINTS if T.kind == _EXPLICIT else T.gauss.size) + 1
 
 
 @kernel
 def index_of(T, point):
-    """Place in Work.monitored of a point."""
+    """Return the index in Work.monitored of a point."""
     if T.kind != _EXPLICIT:
         return point
     if point == 0:
         return 0
-    return T.nodes.size + point - 1 if point <= INSIDE else T.stages
+    return T.nodes.size + point - 1 if point <= INNER_POINTS else T.stages
 
 
 @kernel
 def place_of(T, point):
-    """Where in the step a point is."""
+    """Return the place of a point in the step."""
     if T.kind == _EXPLICIT:
-        return point / (INSIDE + 1.0)
+        return point / (INNER_POINTS + 1.0)
     if point == 0:
         return 0.0
     return T.gauss[point - 1] if point <= T.gauss.size else 1.0
@@ -237,7 +243,7 @@ def place_of(T, point):
 
 @kernel
 def vertex(T, row, first, w):
-    """Abscissa of the vertex of the parabola through three neighbouring monitored numbers."""
+    """Return the abscissa of the vertex of the parabola through three neighbouring monitored values."""
     a, b, c = place_of(T, first), place_of(T, first + 1), place_of(T, first + 2)
     middle = w.monitored[index_of(T, first + 1), row, 0]
     left = (middle - w.monitored[index_of(T, first), row, 0]) / (b - a)
@@ -249,7 +255,7 @@ def vertex(T, row, first, w):
 
 @kernel
 def find_peak(problem, T, row, t, h, s, w, S):
-    """Largest first monitored number of a row in the step, if it exceeds the largest so far."""
+    """Update the largest first value of a row if the step exceeds it."""
     last = last_point(T)
     best = 0
     for point in range(1, last + 1):
@@ -258,25 +264,25 @@ def find_peak(problem, T, row, t, h, s, w, S):
     value, theta = w.monitored[index_of(T, best), row, 0], place_of(T, best)
     inside = 0 < best < last
     if best == 0:
-        inside = vertex(T, row, 0, w) > -NEARLY
+        inside = vertex(T, row, 0, w) > -VERTEX_OUTSIDE_MAX
     elif best == last:
-        inside = vertex(T, row, last - 2, w) < 1.0 + NEARLY
+        inside = vertex(T, row, last - 2, w) < 1.0 + VERTEX_OUTSIDE_MAX
     peak = s.peak[row]
     if value < peak[LARGEST]:
         return
     if inside and not 0 < best < last:
-        # the parabola is too coarse to tell on which side of the step's end the maximum is
-        inside = probe_row(problem, T, row, EDGE if best == 0 else 1.0 - EDGE, t, h, s, w, S) > value
+        # the parabola is too coarse to decide on which side of the step's end the maximum is
+        inside = probe_row(problem, T, row, END_MAXIMUM_TOL if best == 0 else 1.0 - END_MAXIMUM_TOL, t, h, s, w, S) > value
     if inside:
         low, high = place_of(T, max(best - 1, 0)), place_of(T, min(best + 1, last))
-        theta, value = refine(problem, T, row, low, theta, high, value, t, h, s, w, S)
+        theta, value = refine_peak(problem, T, row, low, theta, high, value, t, h, s, w, S)
     if value > peak[LARGEST]:
         peak[LARGEST], peak[WHEN] = value, t + fraction(w.scaling[0], theta) * h
 
 
 @kernel
-def refine(problem, T, row, low, best, high, value, t, h, s, w, S):
-    """Largest monitored number around `best` by Brent's parabolas and golden sections; returns (theta, value).
+def refine_peak(problem, T, row, low, best, high, value, t, h, s, w, S):
+    """Find the largest monitored value around `best` with Brent's parabolas and golden sections; return (theta, value).
 
     Brent, Algorithms for Minimization without Derivatives, 1973, chapter 5.
     """
@@ -285,10 +291,10 @@ def refine(problem, T, row, low, best, high, value, t, h, s, w, S):
     move = before = 0.0
     for _ in range(40):
         middle = 0.5 * (low + high)
-        if abs(best - middle) <= 2.0 * WIDTH - 0.5 * (high - low):
+        if abs(best - middle) <= 2.0 * MAXIMUM_TOL - 0.5 * (high - low):
             break
         golden = True
-        if abs(before) > WIDTH:
+        if abs(before) > MAXIMUM_TOL:
             r = (best - second) * (value - third_value)
             q = (best - third) * (value - second_value)
             p, q = (best - third) * q - (best - second) * r, 2.0 * (q - r)
@@ -300,8 +306,8 @@ def refine(problem, T, row, low, best, high, value, t, h, s, w, S):
                 move, golden = p / q, False
         if golden:
             before = (low if best >= middle else high) - best
-            move = GOLDEN * before
-        theta = best + (move if abs(move) >= WIDTH else math.copysign(WIDTH, move))
+            move = GOLDEN_SECTION * before
+        theta = best + (move if abs(move) >= MAXIMUM_TOL else math.copysign(MAXIMUM_TOL, move))
         if not low <= theta <= high:
             break
         height = probe_row(problem, T, row, theta, t, h, s, w, S)
@@ -326,7 +332,7 @@ def refine(problem, T, row, low, best, high, value, t, h, s, w, S):
 
 @kernel
 def follow_band(problem, T, row, t, h, s, w, S):
-    """Note when a monitored number is last above its limit, and when it is first at or below it."""
+    """Record when a monitored value is last above its limit, and when it is first at or below it."""
     band = s.band[row - s.mode.size]
     limit, last = band[LIMIT], last_point(T)
     start, end = w.monitored[0, row, 0], w.monitored[index_of(T, last), row, 0]
@@ -340,21 +346,21 @@ def follow_band(problem, T, row, t, h, s, w, S):
             if start > limit:
                 band[LAST_ABOVE] = t + h
             return
-        look_inside(problem, T, t, h, s, w, S)
+        probe_inside(problem, T, t, h, s, w, S)
     for point in range(1, last + 1):
         before, after = w.monitored[index_of(T, point - 1), row, 0], w.monitored[index_of(T, point), row, 0]
         if after > limit:
             band[LAST_ABOVE] = t + fraction(w.scaling[0], place_of(T, point)) * h
         elif before > limit:
-            theta = passing(problem, T, row, place_of(T, point - 1), place_of(T, point), limit, t, h, s, w, S)
+            theta = locate_band_exit(problem, T, row, place_of(T, point - 1), place_of(T, point), limit, t, h, s, w, S)
             band[LAST_ABOVE] = t + fraction(w.scaling[0], theta) * h
             if math.isnan(band[FIRST_WITHIN]):
                 band[FIRST_WITHIN] = band[LAST_ABOVE]
 
 
 @kernel
-def passing(problem, T, row, low, high, limit, t, h, s, w, S):
-    """Where a monitored number falls through its limit between two places: bisection."""
+def locate_band_exit(problem, T, row, low, high, limit, t, h, s, w, S):
+    """Return where a monitored value falls through its limit between two places, by bisection."""
     for _ in range(30):
         middle = 0.5 * (low + high)
         if probe_row(problem, T, row, middle, t, h, s, w, S) > limit:

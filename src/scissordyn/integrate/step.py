@@ -1,11 +1,12 @@
-"""One step of an explicit Runge-Kutta or of a Rosenbrock method, and its error.
+"""Make one step of an explicit Runge-Kutta or a Rosenbrock method, and compute its error.
 
-Letters: T the method, s the state and w the scratch of an integration, S the address that the problem's functions are handed.
+Letters: T is the method, s the state and w the scratch of an integration, S the address passed to the problem's functions.
 
-Time runs evenly inside an explicit step, or slowly at that end where a contact begins or ends: the force of most contacts grows
-as the power 3/2 of the indentation, so a solution has half powers of the time since the contact began, and until it ends. In
-s = sqrt(time) it is smooth, and a method keeps its order: t = t0 + h s^2 after a contact begins, t = t0 + h (1 - (1 - s)^2)
-before it ends, s = 0 .. 1.
+Time runs evenly inside an explicit step, or slowly at the end where a contact begins or ends. The force of most contacts grows
+as the
+power 3/2 of the indentation, so a solution has half powers of the time from onset and to release. It is smooth in s =
+sqrt(time), and a
+method keeps its order: t = t0 + h s^2 after onset, t = t0 + h (1 - (1 - s)^2) before release, s = 0 .. 1.
 """
 
 from __future__ import annotations
@@ -18,15 +19,15 @@ from scissordyn.kernel import kernel
 _EXPLICIT = EXPLICIT
 
 NOTHING, OUTPUTS, EVERYTHING = range(3)
-"""What is known at the start of a step: nothing, its guards and monitored numbers, or these and its slope."""
+"""Values available at the start of a step: none, guards and monitored values, or these and the slope."""
 
 
-EVEN, AFTER_START, BEFORE_END = range(3)  # Ways in which time runs inside a step
+EVEN, AFTER_START, BEFORE_END = range(3)  # Kinds of time inside a step
 
 
 @kernel
 def fraction(scaling, s):
-    """Part of the step's time that has passed at s."""
+    """Return the fraction of the step's time that has passed at s."""
     if scaling == EVEN:
         return s
     return s * s if scaling == AFTER_START else s * (2.0 - s)
@@ -34,7 +35,7 @@ def fraction(scaling, s):
 
 @kernel
 def speed(scaling, s):
-    """Derivative of `fraction` by s."""
+    """Return the derivative of `fraction` by s."""
     if scaling == EVEN:
         return 1.0
     return 2.0 * s if scaling == AFTER_START else 2.0 * (1.0 - s)
@@ -42,7 +43,7 @@ def speed(scaling, s):
 
 @kernel
 def place(scaling, part):
-    """The s at which a part of the step's time has passed."""
+    """Return the s at which a fraction of the step's time has passed."""
     if scaling == EVEN:
         return part
     return math.sqrt(part) if scaling == AFTER_START else 1.0 - math.sqrt(max(0.0, 1.0 - part))
@@ -50,7 +51,7 @@ def place(scaling, part):
 
 @kernel
 def prepare(problem, T, t, s, w, S):
-    """Slope, monitored numbers and guards at the start of a step, and the linearisation that a Rosenbrock method needs."""
+    """Compute slope, monitored values and guards at the start of a step, and the linearisation for a Rosenbrock method."""
     clock, counts = s.clock[0], s.counts[0]
     counts.rates += 1
     if T.kind == _EXPLICIT:
@@ -67,7 +68,7 @@ def prepare(problem, T, t, s, w, S):
 
 @kernel
 def attempt(problem, T, t, h, s, w, S):
-    """One step from (t, s.y) to w.new; returns whether the arithmetic went through."""
+    """Make one step from (t, s.y) to w.new; return whether the factorization succeeded."""
     counts = s.counts[0]
     w.has_dense[0] = 0
     if T.kind == _EXPLICIT:
@@ -85,7 +86,7 @@ def attempt(problem, T, t, h, s, w, S):
 def add_rows(factor, coefficients, count, K, target):
     """Add the first rows of K, times a factor and their coefficients, to a vector.
 
-    Four rows at a time, and two columns, of which the compiler makes a vector.
+    Four rows and two columns are processed together, so that the compiler vectorises the loop.
     """
     size, whole = target.size, 4 * (count // 4)
     pairs = 2 * (size // 2)
@@ -109,7 +110,7 @@ def add_rows(factor, coefficients, count, K, target):
 
 @kernel
 def stage_state(T, stage, h, y, K, target):
-    """State at which a stage is evaluated."""
+    """Compute the state at which a stage is evaluated."""
     for i in range(y.size):
         target[i] = 0.0
     add_rows(1.0, T.a[stage], stage, K, target)
@@ -119,7 +120,7 @@ def stage_state(T, stage, h, y, K, target):
 
 @kernel
 def explicit_stage(problem, T, stage, t, h, target, s, w, S):
-    """Slope and powers by s at a stage, at the state `target`."""
+    """Compute slope and powers by s of a stage, at the state `target`."""
     scaling = w.scaling[0]
     now = t + fraction(scaling, T.nodes[stage]) * h
     problem.rate(now, target, S, w.stages[stage])
@@ -136,7 +137,7 @@ def explicit_stage(problem, T, stage, t, h, target, s, w, S):
 
 @kernel
 def explicit_step(problem, T, t, h, s, w, S):
-    """Stages of w.new = y(t + h) from the slope and powers at t; stage T.stages is the end."""
+    """Compute the stages of w.new = y(t + h) from the slope and powers at t; stage T.stages is the end."""
     factor = speed(w.scaling[0], 0.0)
     for i in range(s.y.size):
         w.stages[0, i] = factor * w.slope[i]
@@ -153,7 +154,10 @@ def explicit_step(problem, T, t, h, s, w, S):
 
 @kernel
 def rosenbrock_step(problem, T, t, h, s, w, S):
-    """Stages of w.new = y(t + h) with W already factorized; w.slope is y', w.slope_t its partial derivative by time, at t."""
+    """Compute the stages of w.new = y(t + h) with factorized W.
+
+    w.slope is y' and w.slope_t its partial derivative by time, both at t.
+    """
     size, inverse = s.y.size, 1.0 / h
     new, K = w.new, w.stages
     for stage in range(T.stages):
@@ -172,7 +176,7 @@ def rosenbrock_step(problem, T, t, h, s, w, S):
 
 @kernel
 def error_norm(T, h, s, w):
-    """Largest weighted error; a component's size is the root mean square over its group's components.
+    """Return the largest weighted error; a component's size is the root mean square over its group.
 
     For DOP853 the two estimates are combined as in Hairer's code.
     """
@@ -190,13 +194,13 @@ def error_norm(T, h, s, w):
         square = 0.0
         for i in range(start, stop):
             square += max(y[i] * y[i], new[i] * new[i])
-        # an overflow would make the weight infinite and any error nothing
+        # an overflow would make the weight infinite and hide any error
         if not square < math.inf:
             return math.nan
         size = math.sqrt(square / (stop - start))
         weigh_errors(T, h, size, start, stop, s, w)
         for i in range(start, stop):
-            # a NaN must not hide behind a comparison that is false
+            # a comparison with NaN is false and must not hide the NaN
             if not estimate[0, i] <= worst:
                 worst = estimate[0, i]
                 if worst != worst:
@@ -206,7 +210,7 @@ def error_norm(T, h, s, w):
 
 @kernel
 def weigh_errors(T, h, size, start, stop, s, w):
-    """From estimates to weighted errors of a group whose components are of some size; without branches."""
+    """Convert the error estimates of a group to weighted errors, without branches."""
     first, second = w.estimate[0, start:stop], w.estimate[1, start:stop]
     absolute, relative, rounding = w.atol[start:stop], w.rtol[start:stop], w.rounding[start:stop]
     if T.combined == 0:
@@ -218,5 +222,5 @@ def weigh_errors(T, h, size, start, stop, s, w):
         weight = absolute[i] + relative[i] * size + rounding[i] / h
         error, other = abs(h * first[i]) / weight, abs(h * second[i]) / weight
         root = math.sqrt(error * error + 0.01 * other * other)
-        # no error needs no quotient, which would be 0/0
+        # avoids 0/0 for a zero error
         first[i] = error * error / (root if error != 0.0 else 1.0)

@@ -1,4 +1,4 @@
-"""What the coefficients of a method are. Coefficients are data; the algorithms stand in `integrate.step`."""
+"""Define the coefficients of a method; the algorithms are in `integrate.step`."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ Rows = Sequence[Sequence[float]]
 
 
 class Tableau(NamedTuple):
-    """Coefficients of a one-step method with s stages; annotations name the sizes of those that only one kind has."""
+    """Coefficients of a one-step method with s stages; annotations give the sizes of coefficients that only one kind has."""
 
     kind: int  # `EXPLICIT` Runge-Kutta or `ROSENBROCK`
     order: float  # Order of the error estimate plus one: the step scales with error ** (-1/order)
-    stages: int  # Stages of the step itself; further rows serve the dense output
-    combined: int  # 1 where two error estimates are combined (Hairer's DOP853)
+    stages: int  # Stages of the step itself; further rows are for the dense output
+    combined: int  # 1 if two error estimates are combined (Hairer's DOP853)
     gamma: float  # Diagonal coefficient of a Rosenbrock method
     a: F2  # (s, s) Stage coefficients
     c: Annotated[F2, "s", "s"]  # Rosenbrock: coefficients C_ij / h of earlier stages on the right-hand side
@@ -29,16 +29,16 @@ class Tableau(NamedTuple):
     slopes: Annotated[F1, "s"]  # Rosenbrock: coefficients of the time derivative
     error: F2  # (2, s) Error estimates; the second is zero unless two are combined
     dense: F2  # (k, s) Rows of the dense output
-    # Explicit: 1 for stages that count in the step, in its dense output, or as its end; powers are evaluated at these alone
+    # Explicit: 1 for stages that contribute to the step, its dense output or its end; powers are evaluated only there
     followed: Annotated[I1, "s"]
-    pattern: I1  # (p,) Factors of the nested dense output from outside in: 0 for theta, 1 for 1 - theta
-    gauss: Annotated[F1, 0]  # Rosenbrock: nodes of the quadratures inside a step, enough for the order of the dense output
+    pattern: I1  # (p,) Factors of the nested dense output from outside to inside: 0 for theta, 1 for 1 - theta
+    gauss: Annotated[F1, 0]  # Rosenbrock: quadrature nodes inside a step, enough for the order of the dense output
     weight: Annotated[F1, 0]  # Weights of these nodes
-    primitive: Annotated[F2, 0, 0]  # See `primitives`
+    primitive: Annotated[F2, 0, 0]  # Polynomial coefficients from `primitives`
 
 
 def arrays_of(described: type, sizes: Mapping[str, int], ready: Mapping[str, Any]) -> dict[str, Any]:
-    """The fields of a named tuple: those that are ready, and zeros of the sizes that the annotations of the others name."""
+    """Return the fields of a named tuple: the given ones, and zero arrays with the sizes in the annotations of the others."""
     arrays = dict(ready)
     for name, hint in fields_of(described):
         if name not in ready:
@@ -53,7 +53,10 @@ def gauss_nodes(points: int) -> np.ndarray:
 
 
 def primitives(nodes: np.ndarray) -> np.ndarray:
-    """Integrals from 0 to theta of the Lagrange polynomials on some nodes, in a row the coefficients of theta, theta^2, ..."""
+    """Return the integrals from 0 to theta of the Lagrange polynomials on the nodes.
+
+    A row has the coefficients of theta, theta^2, ...
+    """
     rows = []
     for i, node in enumerate(nodes):
         others = np.delete(nodes, i)
@@ -62,8 +65,8 @@ def primitives(nodes: np.ndarray) -> np.ndarray:
     return np.array(rows)
 
 
-def _filled(rows: Rows, size: int, idle: Sequence[int] = (), count: int = 0) -> np.ndarray:
-    """Rows of coefficients with zeros for stages that are idle, and behind their ends."""
+def _pad_rows(rows: Rows, size: int, idle: Sequence[int] = (), count: int = 0) -> np.ndarray:
+    """Return rows of coefficients, padded with zeros for idle stages and at their ends."""
     matrix, columns = np.zeros((max(len(rows), count), size)), np.delete(np.arange(size), idle)
     for target, row in zip(matrix, rows, strict=False):
         target[columns[: len(row)]] = row
@@ -81,13 +84,13 @@ def explicit_tableau(
     further: Rows = (),
     idle: Sequence[int] = (),
 ) -> Tableau:
-    """An explicit Runge-Kutta method whose last stage of the step is the slope at its end.
+    """Return an explicit Runge-Kutta method whose last stage of the step is the slope at its end.
 
-    `further` rows of stages, errors and the dense output leave out the stages that are `idle`.
+    The `further` rows of stages, errors and the dense output omit the `idle` stages.
     """
     size = len(nodes)
-    coefficients = np.vstack([_filled([(), *rows], size), _filled(further, size, idle)])
-    rows_of_dense = _filled(dense, size, idle)
+    coefficients = np.vstack([_pad_rows([(), *rows], size), _pad_rows(further, size, idle)])
+    rows_of_dense = _pad_rows(dense, size, idle)
     followed = (coefficients[stages] != 0.0) | np.any(rows_of_dense != 0.0, axis=0)
     followed[stages] = True
     ready = {
@@ -98,7 +101,7 @@ def explicit_tableau(
         "gamma": 0.0,
         "a": coefficients,
         "nodes": np.array(nodes),
-        "error": _filled(error, size, idle, 2),
+        "error": _pad_rows(error, size, idle, 2),
         "dense": rows_of_dense,
         "followed": followed.astype(np.int64),
         "pattern": np.arange(3 + len(dense)) % 2,
@@ -109,7 +112,7 @@ def explicit_tableau(
 def rosenbrock_tableau(
     *, order: float, gamma: float, rows: Rows, couplings: Rows, nodes: Sequence[float], slopes: Sequence[float], dense: Rows
 ) -> Tableau:
-    """A stiffly accurate Rosenbrock method whose last stage is its error estimate."""
+    """Return a stiffly accurate Rosenbrock method whose last stage is its error estimate."""
     size, gauss = len(nodes), gauss_nodes(len(dense) + 1)
     primitive = primitives(gauss)
     ready = {
@@ -118,11 +121,11 @@ def rosenbrock_tableau(
         "stages": size,
         "combined": 0,
         "gamma": gamma,
-        "a": _filled([(), *rows], size),
-        "c": _filled([(), *couplings], size),
+        "a": _pad_rows([(), *rows], size),
+        "c": _pad_rows([(), *couplings], size),
         "nodes": np.array(nodes),
-        "slopes": _filled([slopes], size)[0],
-        "error": _filled([np.eye(size)[-1]], size, (), 2),
+        "slopes": _pad_rows([slopes], size)[0],
+        "error": _pad_rows([np.eye(size)[-1]], size, (), 2),
         "dense": np.array(dense),
         "pattern": np.array([0, 1, *([0] * (len(dense) - 1))], np.int64),
         "gauss": gauss,
@@ -139,6 +142,6 @@ def tableau(name: str) -> Tableau:
     from scissordyn.integrate import dormand_prince, rodas
 
     if name not in METHODS:
-        raise InputError(f"method '{name}'{did_you_mean(name, METHODS)}", "auto, " + ", ".join(METHODS))
+        raise InputError(f"unknown method '{name}'{did_you_mean(name, METHODS)}", "auto, " + ", ".join(METHODS))
     chosen: Tableau = getattr(dormand_prince if name in METHODS[:2] else rodas, name.upper())
     return chosen

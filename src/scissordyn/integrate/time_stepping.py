@@ -1,16 +1,15 @@
-"""The loop of time stepping: steps of one size without error control, for problems whose state jumps.
+"""Advance problems whose state jumps, by time stepping with a fixed step size and no error control.
 
-Beside the functions of `advance`, a problem that jumps has
+In addition to the functions of `advance`, such a problem has:
 
-    step(t, h, y, new, S, H)                a step of size h from y to `new`, with everything that touches in it
-    restore(H)                              forget the step just made, to make it anew
-    guards_ahead(t, y, S, H, value, rate)   the guards at the end of the step just made, which leaves S as the step did
-    impact(t, h, y, S, H)                   impacts at an instant; h is the size of a step
-    monitor(t, h, y, S, H, power, rows)     integrands and monitored numbers, means over the step just made; a NaN is left out
+    step(t, h, y, new, S, H)                make a step of size h from y to `new`, with all contacts in it
+    restore(H)                              discard the step just made, so that it can be repeated
+    guards_ahead(t, y, S, H, value, rate)   compute the guards at the end of the step just made; S is left as after the step
+    impact(t, h, y, S, H)                   compute the impacts at an instant; h is the step size
+    monitor(t, h, y, S, H, power, rows)     compute integrands and monitored values as means over the step; NaN is ignored
 
-with H the address of what touches. Where impacts are located, a step ends where the
-first open gap closes. Guards of other parts act at the ends of steps. What is read between two ends, as samples
-and signals that controllers look back at, is linear.
+H is the address of the contact data. If impacts are located, a step ends where the first open gap closes. Other guards act
+at the ends of steps. Samples and delayed signals between two ends are interpolated linearly.
 """
 
 from __future__ import annotations
@@ -24,12 +23,12 @@ from scissordyn.integrate.advance import (
     FINISHED,
     NOT_FINITE,
     STUCK,
+    check_room,
     record_step,
-    room,
     take_event,
     write_state,
 )
-from scissordyn.integrate.control import REMAINDER
+from scissordyn.integrate.control import REMAINDER_FRACTION
 from scissordyn.integrate.event import sign_of
 from scissordyn.integrate.history import NODES, keep_values, up_to_multiple
 from scissordyn.integrate.integration import (
@@ -52,17 +51,17 @@ from scissordyn.integrate.integration import (
 from scissordyn.kernel import F1, F2, I1, kernel, opener
 
 ANGLE, APPROACH, MASS, IMPULSE, RESTITUTION_LOSS, FRICTION_LOSS, REBOUND, CLOSED, SUDDEN, STRUCK_NOW = range(10)
-"""Columns of `Touching.result` that are read here, see `mechanics.hard_contact`."""
+"""Columns of `Touching.result` that are used here, see `mechanics.hard_contact`."""
 
-SHORTEST = 1.0 / 64.0  # A step that is still too long at this fraction of the size that was chosen is made all the same
-IN_ANY_CASE, AS_DEEP, STEP, TOO_LONG = range(-2, 2)  # What is asked of a step, or said of it, see `mechanics.hard_rows`
-ROUND_OFF, NEAR = 1e-14, 1e-9  # An impact is located to this part of a step, other events to that one
+FORCED_STEP_FRACTION = 1.0 / 64.0  # A step that is too long is made anyway below this fraction of the chosen size
+IN_ANY_CASE, AS_DEEP, STEP, TOO_LONG = range(-2, 2)  # Step requests and step status, see `mechanics.hard_rows`
+IMPACT_TIME_TOL = 1e-14  # Accuracy of the instant of an impact as a fraction of the step
+EVENT_TIME_TOL = 1e-9  # Accuracy of the instant of other events as a fraction of the step
 
-JUMPED = 1e-3
-"""Part of what a whole step goes beyond a guard's root, above which an impact has made it jump where the root is located."""
+JUMP_FRACTION = 1e-3  # Fraction of the whole step's penetration above which an impact elsewhere has made the located gap jump
 
 DRIVES, NORMAL_LOSSES, TANGENTIAL_LOSSES = range(3)
-"""Columns of `State.total` that impacts add to, see `mechanics.monitored.POWERS`."""
+"""Columns of `State.total` to which impacts add, see `mechanics.monitored.POWERS`."""
 
 
 class Jumps(NamedTuple):
@@ -74,20 +73,20 @@ class Jumps(NamedTuple):
 
 
 class Touching(NamedTuple):
-    """What touches, as the loop knows it."""
+    """Contact data that the loop uses."""
 
-    which: I1  # (k,) guards
-    result: F2  # (k, columns) of the last step
-    impact: I1  # (2,) whether the state jumped in it; `STEP` and so on
-    locate: I1  # (1,) whether impacts are located
-    ahead: F1  # (2,) largest indentation of what is open at the end of the step, time until what rebounds is back
-    work: F1  # (1,) of the drives in the last impact
-    size: F1  # (1,) of a step
+    which: I1  # (k,) guards of the contacts
+    result: F2  # (k, columns) results of the last step
+    impact: I1  # (2,) whether the state jumped in the step; the step request or status
+    locate: I1  # (1,) 1 if impacts are located
+    ahead: F1  # (2,) largest indentation of open contacts at the end of the step, time until a rebounding contact closes again
+    work: F1  # (1,) work of the drives in the last impact
+    size: F1  # (1,) step size
     ending: F1  # (k,) indentations at the end of the step
     longest: F1  # (1,) step that compliant contacts allow [s]
-    turn: F1  # (2,) the longest step at a fastest rotation of 1/s, which falls with its power -4/3, and the longest turn [rad]
-    sudden: I1  # (guards,) whether velocities may jump as it is crossed
-    smooth: I1  # (1,) leading coordinates of the state that do not jump: positions, beside drives that move on
+    turn: F1  # (2,) longest step at a rotation of 1/s (decreasing with its power -4/3), and largest rotation of a step [rad]
+    sudden: I1  # (guards,) 1 if velocities may jump when the guard is crossed
+    smooth: I1  # (1,) number of leading state coordinates that do not jump: positions and prescribed coordinates
 
 
 open_touching = opener(Touching)
@@ -95,7 +94,7 @@ open_touching = opener(Touching)
 
 @kernel
 def advance(problem, jumps, S, H, touching, address, most_steps):
-    """Advance until the end of the clock, or for `most_steps` steps; returns a status."""
+    """Advance until the end of the clock, or for `most_steps` steps; return a status."""
     r, K = open_integration(address), open_touching(touching)
     s, w = r.state, r.work
     clock = s.clock[0]
@@ -103,7 +102,7 @@ def advance(problem, jumps, S, H, touching, address, most_steps):
         if clock.time >= clock.end:
             write_present(clock.time, s, r.samples)
             return FINISHED
-        status = room(r)
+        status = check_room(r)
         if status == ADVANCING:
             status = step_and_events(problem, jumps, clock.time, s, w, S, H, K, r)
         if status != ADVANCING:
@@ -113,22 +112,22 @@ def advance(problem, jumps, S, H, touching, address, most_steps):
 
 @kernel
 def choose_size(t, s, w, K):
-    """Size of the step to come, and whether it is the last."""
+    """Return the size of the next step, and whether it is the last one."""
     clock, h = s.clock[0], K.size[0]
     if w.delays.size > 0:
         h = up_to_multiple(t, h, w.delays)
     h = min(h, clock.longest, K.longest[0])
-    if K.ahead[1] < h:  # not across the next impact of what rebounds and the one after it
+    if K.ahead[1] < h:  # the step must not contain two impacts of a rebounding contact
         h = 1.2 * K.ahead[1]
     K.ahead[1] = math.inf
-    if clock.end - t <= h * (1.0 + REMAINDER):
+    if clock.end - t <= h * (1.0 + REMAINDER_FRACTION):
         return clock.end - t, True
     return h, False
 
 
 @kernel
 def step_and_events(problem, jumps, t, s, w, S, H, K, r):
-    """One step, with what begins and ends to touch in it, and the guards of other parts at its end; returns a status."""
+    """Make one step with the contacts that close and open in it, and the other guards at its end; return a status."""
     clock, counts = s.clock[0], s.counts[0]
     if counts.samples < r.samples.time.size and r.samples.time[counts.samples] <= t:
         write_present(t, s, r.samples)  # the start
@@ -139,15 +138,17 @@ def step_and_events(problem, jumps, t, s, w, S, H, K, r):
         problem.guards(t, s.y, S, w.start_value, w.start_rate)
     K.impact[1] = STEP
     jumps.step(t, h, s.y, w.new, S, H)
-    # shorter until contacts are shallow and laws met; below a part of the size it is taken as it is
+    # shorten until contacts are shallow and laws are satisfied; below a fraction of the size any result is accepted
     while K.impact[1] > STEP:
         h, last = min(0.5 * h, K.longest[0]), False
         counts.rejected += 1
-        K.impact[1] = STEP if h > SHORTEST * K.size[0] else AS_DEEP if h > NEAR * K.size[0] else IN_ANY_CASE
+        K.impact[1] = (
+            STEP if h > FORCED_STEP_FRACTION * K.size[0] else AS_DEEP if h > EVENT_TIME_TOL * K.size[0] else IN_ANY_CASE
+        )
         jumps.step(t, h, s.y, w.new, S, H)
     strikes, whole = False, h
-    # ends on the first event, where it has one
-    if crossed(jumps, t + h, s, w, S, H, K) > 0.0:
+    # end on the first event, if the step has one
+    if penetration_at_end(jumps, t + h, s, w, S, H, K) > 0.0:
         h, strikes = first_event(jumps, t, h, s, w, S, H, K)
         last = last and h == whole and not strikes
     now = clock.end if last else t + h
@@ -158,12 +159,12 @@ def step_and_events(problem, jumps, t, s, w, S, H, K, r):
             return NOT_FINITE
     for i in range(K.which.size):
         if w.saved_mode[K.which[i]] == 0 and K.result[i, IMPULSE] > 0.0:
-            rise(t + 0.5 * h, i, s, K, r.log)
+            log_rise(t + 0.5 * h, i, s, K, r.log)
     if w.delays.size > 0:
         keep_linear(problem.record, t, h, s, w, S)
     if clock.monitors == 1:
         jumps.monitor(t + 0.5 * h, h, s.y, S, H, w.power[0], w.monitored[0])
-        follow(t, h, s, w, K)
+        update_monitored(t, h, s, w, K)
     while counts.samples < r.samples.time.size and r.samples.time[counts.samples] <= now:
         write_between(r.samples.time[counts.samples], counts.samples, t, now, s, w, K, r.samples)
         counts.samples += 1
@@ -175,44 +176,46 @@ def step_and_events(problem, jumps, t, s, w, S, H, K, r):
         for q in range(s.total.size):
             s.total[q] += h * w.power[0, q]
     for i in range(K.which.size):
-        fall(t + 0.5 * h, i, s, w, K, r.log)
-    # the impact changes velocities at the end of the step, with the forces that act then
-    longest = take_over(problem, now, w.new, w, S, K)
+        log_fall(t + 0.5 * h, i, s, w, K, r.log)
+    # an impact changes velocities at the end of the step, with the forces acting then
+    longest = accept_state(problem, now, w.new, w, S, K)
     for i in range(s.y.size):
         s.y[i] = w.new[i]
     clock.time, clock.longest = now, longest
     clock.stalled = clock.stalled + 1 if now <= t else 0
     if strikes:
         take_impacts(jumps, now, s, w, S, H, K, r.log)
-        clock.longest = take_over(problem, now, s.y, w, S, K)
+        clock.longest = accept_state(problem, now, s.y, w, S, K)
     if r.steps.time.size > 0:
         record_step(now, strikes, s, r.steps)
-    if pass_guards(problem, now, s, w, S, K, r.log):  # velocities may have changed: what touches answers at once
+    if pass_guards(problem, now, s, w, S, K, r.log):  # velocities may have changed, and closed contacts respond at once
         take_impacts(jumps, now, s, w, S, H, K, r.log)
-        clock.longest = take_over(problem, now, s.y, w, S, K)
+        clock.longest = accept_state(problem, now, s.y, w, S, K)
     if clock.longest < 0.0:
         return CHANGE_POINT
     return STUCK if clock.stalled > 1000 else ADVANCING
 
 
 @kernel
-def take_over(problem, now, y, w, S, K):
-    """Take a state over as the end of a step; returns how long the next one may be.
+def accept_state(problem, now, y, w, S, K):
+    """Accept a state as the end of a step; return the largest size of the next step.
 
-    Of a body that rotates at omega a step gains the part (3/8) (omega h)^4 of the speed.
+    A body that rotates at omega gains the fraction (3/8) (omega h)^4 of its speed in a step.
     """
     problem.accept(now, y, S, w.accepted)
     longest, fastest = w.accepted[1], w.accepted[2]
     if fastest > 0.0:
-        longest = min(longest, max(min(K.turn[0] * fastest ** (-4.0 / 3.0), K.turn[1] / fastest), SHORTEST * K.size[0]))
+        longest = min(
+            longest, max(min(K.turn[0] * fastest ** (-4.0 / 3.0), K.turn[1] / fastest), FORCED_STEP_FRACTION * K.size[0])
+        )
     return longest
 
 
 @kernel
-def crossed(jumps, now, s, w, S, H, K):
-    """How far what was open at the start is beyond its surface at the end of the step, and what waits beyond its guard's root.
+def penetration_at_end(jumps, now, s, w, S, H, K):
+    """Return how far the step goes beyond the first root of a contact or another guard; negative if nothing is crossed.
 
-    Of hard contacts only where impacts are located; negative if there is nothing.
+    Contacts that were open at the start count only if impacts are located.
     """
     farthest = K.ahead[0] if K.locate[0] == 1 else -math.inf
     if s.mode.size == K.which.size:
@@ -229,23 +232,25 @@ def crossed(jumps, now, s, w, S, H, K):
 
 @kernel
 def first_event(jumps, t, h, s, w, S, H, K):
-    """Make a step from t again that ends on its first event; returns its size, and whether a hard contact strikes there.
+    """Repeat a step from t so that it ends on its first event; return its size, and whether a hard contact strikes there.
 
-    What is at the end of a shorter and shorter step is looked at until nothing is crossed, then the size in between is found by
-    regula falsi with the Illinois rule. Where an impact inside the step makes it jump, the step ends before that.
+    The step is halved until nothing is crossed. The size in between is found by regula falsi with the Illinois rule. If an
+    impact inside
+    the step makes the function jump, the step ends before it.
     """
-    high, above = h, crossed(jumps, t + h, s, w, S, H, K)
+    high, above = h, penetration_at_end(jumps, t + h, s, w, S, H, K)
     low, below, deep = 0.0, 0.0, above
-    near = ROUND_OFF * h if K.locate[0] == 1 else NEAR * h
+    near = IMPACT_TIME_TOL * h if K.locate[0] == 1 else EVENT_TIME_TOL * h
     # halve until nothing is crossed
     while high > near:
         tried = 0.5 * high
-        beyond = repeat(jumps, t, tried, s, w, S, H, K)
+        beyond = repeat_step(jumps, t, tried, s, w, S, H, K)
         if beyond <= 0.0:
             low, below = tried, beyond
             break
         high, above = tried, beyond
-    if low == 0.0 and K.locate[0] == 1 and K.ahead[0] > 0.0:  # what begins on the surface, and its curvature keeps there
+    # the step starts on the surface, and the surface's curvature keeps it there
+    if low == 0.0 and K.locate[0] == 1 and K.ahead[0] > 0.0:
         jumps.restore(H)
         for k in range(s.mode.size):
             s.mode[k] = w.saved_mode[k]
@@ -254,41 +259,41 @@ def first_event(jumps, t, h, s, w, S, H, K):
                 s.mode[K.which[i]] = 1
         jumps.step(t, h, s.y, w.new, S, H)
         return h, False
-    # regula falsi; the weight of an end that stays is halved (Illinois)
+    # regula falsi; the weight of an unchanged end is halved (Illinois)
     weight_above, weight_below = above, below
     while low > 0.0 and high - low > near:
         tried = high - weight_above * (high - low) / (weight_above - weight_below)
         if not low < tried < high:
             tried = 0.5 * (low + high)
-        beyond = repeat(jumps, t, tried, s, w, S, H, K)
+        beyond = repeat_step(jumps, t, tried, s, w, S, H, K)
         if beyond > 0.0:
             high, above, weight_above, weight_below = tried, beyond, beyond, 0.5 * weight_below
         else:
             low, weight_below, weight_above = tried, beyond, 0.5 * weight_above
         if beyond == 0.0:
             break
-    # an impact elsewhere in the step makes the function jump there: end before it
-    jumped = low > near and above > JUMPED * deep
+    # an impact elsewhere in the step makes the function jump; end before it
+    jumped = low > near and above > JUMP_FRACTION * deep
     end = low if jumped else high
-    repeat(jumps, t, end, s, w, S, H, K)
+    repeat_step(jumps, t, end, s, w, S, H, K)
     return end, K.locate[0] == 1 and K.ahead[0] > 0.0
 
 
 @kernel
-def repeat(jumps, t, h, s, w, S, H, K):
-    """Make the step anew with another size; returns how far what is crossed in it is beyond its root."""
+def repeat_step(jumps, t, h, s, w, S, H, K):
+    """Repeat the step with another size; return the largest penetration at its end."""
     for k in range(s.mode.size):
         s.mode[k] = w.saved_mode[k]
     jumps.restore(H)
     K.impact[1] = IN_ANY_CASE
     jumps.step(t, h, s.y, w.new, S, H)
     s.counts[0].rates += 1
-    return crossed(jumps, t + h, s, w, S, H, K)
+    return penetration_at_end(jumps, t + h, s, w, S, H, K)
 
 
 @kernel
 def take_impacts(jumps, now, s, w, S, H, K, log):
-    """Impacts at the end of a step: velocities change, contacts begin, and end at once where the surfaces part."""
+    """Apply the impacts at the end of a step: velocities change, contacts begin, and end at once where surfaces separate."""
     for k in range(s.mode.size):
         w.saved_mode[k] = s.mode[k]
     jumps.impact(now, K.size[0], s.y, S, H)
@@ -298,27 +303,27 @@ def take_impacts(jumps, now, s, w, S, H, K, log):
         if not out[IMPULSE] > 0.0:
             continue
         if w.saved_mode[guard] == 0:
-            rise(now, i, s, K, log)
+            log_rise(now, i, s, K, log)
         peak = s.peak[guard]
         peak[INTEGRAL] += out[IMPULSE]
         peak[INTEGRAL + 1] += out[RESTITUTION_LOSS]
         peak[INTEGRAL + 2] += out[FRICTION_LOSS]
-        strike(now, guard, i, s, K)
+        update_impact(now, guard, i, s, K)
         s.total[NORMAL_LOSSES] += out[RESTITUTION_LOSS]
         s.total[TANGENTIAL_LOSSES] += out[FRICTION_LOSS]
-        fall(now, i, s, w, K, log)
+        log_fall(now, i, s, w, K, log)
 
 
 @kernel
-def strike(now, guard, i, s, K):
-    """Keep the largest impact of what touches."""
+def update_impact(now, guard, i, s, K):
+    """Update the largest impact of a contact."""
     if K.result[i, STRUCK_NOW] > s.peak[guard, STRUCK]:
         s.peak[guard, STRUCK], s.peak[guard, STRUCK + 1] = K.result[i, STRUCK_NOW], now
 
 
 @kernel
-def rise(now, i, s, K, log):
-    """Log that something begins to touch."""
+def log_rise(now, i, s, K, log):
+    """Log the start of a contact."""
     guard, out = K.which[i], K.result[i]
     row = log[s.counts[0].events]
     row[:] = 0.0
@@ -330,16 +335,16 @@ def rise(now, i, s, K, log):
 
 
 @kernel
-def parts(i, w, K):
-    """Whether something ends to touch in the step just made."""
+def contact_ends(i, w, K):
+    """Return whether a contact ends in the step just made."""
     touched = K.result[i, IMPULSE] > 0.0
     return (touched and K.result[i, CLOSED] != 1.0) or (not touched and w.saved_mode[K.which[i]] != 0)
 
 
 @kernel
-def fall(now, i, s, w, K, log):
-    """Log that something ends to touch, if it does."""
-    if not parts(i, w, K):
+def log_fall(now, i, s, w, K, log):
+    """Log the end of a contact, if it ends."""
+    if not contact_ends(i, w, K):
         return
     guard = K.which[i]
     row = log[s.counts[0].events]
@@ -352,10 +357,10 @@ def fall(now, i, s, w, K, log):
 
 
 @kernel
-def follow(t, h, s, w, K):
-    """Largest values, integrals and limits of what is monitored, from its means over the step, of guards that act in it.
+def update_monitored(t, h, s, w, K):
+    """Update largest values, integrals and band crossings of monitored values from their means over the step.
 
-    The largest value of what touches is one without impacts.
+    The largest value of a contact excludes impacts.
     """
     for row in range(s.peak.shape[0]):
         value = w.monitored[0, row, 0]
@@ -365,9 +370,9 @@ def follow(t, h, s, w, K):
             s.peak[row, INTEGRAL + q] += h * w.monitored[0, row, q]
     for i in range(K.which.size):
         guard = K.which[i]
-        # impulses at an instant are no force
+        # impulses at an instant are not forces
         w.monitored[0, guard, 0] -= K.result[i, SUDDEN] / h
-        strike(t + 0.5 * h, guard, i, s, K)
+        update_impact(t + 0.5 * h, guard, i, s, K)
     for row in range(s.peak.shape[0]):
         value = w.monitored[0, row, 0]
         if value != value or not acts_in_step(row, s, w):
@@ -387,13 +392,13 @@ def follow(t, h, s, w, K):
 
 @kernel
 def acts_in_step(row, s, w):
-    """Whether a row is of a guard that acts in the step just made, or of what is monitored throughout."""
+    """Return whether a row belongs to a guard that is active in the step just made, or is always monitored."""
     return row >= s.mode.size or s.mode[row] + w.saved_mode[row] > 0
 
 
 @kernel
 def pass_guards(problem, now, s, w, S, K, log):
-    """Take events of other guards than those of what jumps, at the end of the step; returns whether the state jumps."""
+    """Handle events of guards that are not hard contacts, at the end of the step; return whether the state jumps."""
     if s.mode.size == K.which.size:
         return False
     problem.guards(now, s.y, S, w.value, w.rate)
@@ -420,9 +425,9 @@ def keep_linear(record, t, h, s, w, S):
 
 @kernel
 def happens_inside(t, now, s, w, K):
-    """Whether something begins or ends to touch in the middle of a step, or a value is largest there."""
+    """Return whether a contact starts or ends inside a step, or a value is largest there."""
     for i in range(K.which.size):
-        if parts(i, w, K):
+        if contact_ends(i, w, K):
             return True
     for row in range(s.peak.shape[0]):  # noqa: SIM110 -- kernels have no generator expressions
         if t < s.peak[row, WHEN] < now:
@@ -432,7 +437,7 @@ def happens_inside(t, now, s, w, K):
 
 @kernel
 def write_between(when, at, t, now, s, w, K, out):
-    """Write a sample of the step just made, between s.y and w.new; what jumps in it is the nearer one."""
+    """Write a sample between s.y and w.new; values that jump are those of the nearer end."""
     along = min(1.0, max(0.0, (when - t) / (now - t))) if now > t else 1.0
     share = along
     if K.impact[0] == 1:

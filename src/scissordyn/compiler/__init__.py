@@ -1,1 +1,1 @@
-"""Kernels in C: functions of numbers and arrays, translated from Python."""
+"""Translate kernels, functions of numbers and arrays, from Python to C."""

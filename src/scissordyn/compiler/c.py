@@ -1,4 +1,4 @@
-"""The C compiler of this machine, or the one of the package `ziglang`."""
+"""Call the C compiler of this machine, or that of the package `ziglang`."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from scissordyn.errors import InputError
 COMPILERS = ("cc", "gcc", "clang")
 
 FLAGS = ("-std=gnu11", "-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno")
-"""Products and sums are not contracted: numbers are the same with every compiler and processor."""
+"""Products and sums are not contracted, so that results are equal with every compiler and processor."""
 
-LIMIT = 600  # Longest time that a compiler may take [s]
+LIMIT = 600  # Longest time of one compilation [s]
 
 
 def compiler_command(target: str = "") -> list[str]:
-    """How the C compiler is called, for this machine or another one."""
+    """Return the command of the C compiler, for this machine or another target."""
     zig = [sys.executable, "-m", "ziglang", "cc", "-s"] if find_spec("ziglang") else []
     wanted = os.environ.get("CC", "").split()
     if target:
@@ -33,16 +33,19 @@ def compiler_command(target: str = "") -> list[str]:
         if command and shutil.which(command[0]):
             return command
     raise InputError(
-        f"no C compiler ({' '.join(wanted) or ', '.join(COMPILERS)})",
-        "one on the PATH or in CC, or that of ziglang",
+        f"no C compiler found ({' '.join(wanted) or ', '.join(COMPILERS)})",
+        "a C compiler on the PATH or in CC, or the package ziglang",
         "pip install ziglang",
     )
 
 
 def compile_library(source: str, library: Path, flags: tuple[str, ...] = FLAGS, *, target: str = "") -> None:
-    """Compile a file of C to a shared library, which is replaced as a whole or stays as it is; `target` is another machine."""
+    """Compile C source to a shared library; a failure leaves an existing library unchanged.
+
+    `target` is the machine, by default this one.
+    """
     command = compiler_command(target)
-    name, allowed = " ".join(command), "a C compiler for C11 that works, in CC"
+    name, allowed = " ".join(command), "a working C11 compiler in CC"
     with tempfile.TemporaryDirectory(dir=library.parent, prefix=".build-") as folder:
         code, compiled = Path(folder, "kernels.c"), Path(folder, "kernels.so")
         code.write_text(source, encoding="utf-8")
@@ -58,7 +61,7 @@ def compile_library(source: str, library: Path, flags: tuple[str, ...] = FLAGS, 
 
 
 def loaded(source: str, *more: str) -> ctypes.CDLL:
-    """The library of a file of C that lives as long as this process, compiled with some more flags."""
+    """Return a library compiled from C source, with additional flags; it is kept as long as this process."""
     with tempfile.TemporaryDirectory(prefix="scissordyn-", ignore_cleanup_errors=True) as folder:
         target = Path(folder, "own.so")
         compile_library(source, target, (*FLAGS, *more))

@@ -1,4 +1,4 @@
-"""Expressions of kernels in C."""
+"""Translate expressions of kernels to C."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ return short signed sizeof static struct switch typedef union unsigned void vola
 """
 _KEYWORDS = frozenset(_C.split())
 RESERVED = frozenset(("floor", "ceil", "isnan", "isinf", "abs", "NAN", "INFINITY", "word", *_KEYWORDS, *_NAMES))
-"""Names that a variable in C is not to have."""
+"""Names that a variable in C must not have."""
 
 _NUMPY = {
     "arccos": "acos", "arcsin": "asin", "arctan": "atan", "arctan2": "atan2", "arccosh": "acosh", "arcsinh": "asinh",
@@ -59,7 +59,7 @@ MATH: Mapping[Any, str] = {
     math.degrees: "degrees",
     math.radians: "radians",
 }
-"""Functions of one or two numbers in C."""
+"""Functions of one or two numbers, by their names in C."""
 
 CASTS: Mapping[Any, tuple[str, Scalar]] = {
     **dict.fromkeys((int, np.int64), ("((int64_t)({}))", INT)),
@@ -73,7 +73,7 @@ CASTS: Mapping[Any, tuple[str, Scalar]] = {
         for module in (math, np)
     },
 }
-"""Conversions of a number, and questions about one."""
+"""Conversions and tests of a number."""
 
 OPERATORS: Mapping[type, str] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*"}
 COMPARISONS: Mapping[type, str] = {
@@ -82,22 +82,22 @@ COMPARISONS: Mapping[type, str] = {
 
 
 def plain(name: str) -> str:
-    """A variable's name in C."""
+    """Return the name of a variable in C."""
     return f"{name}_" if name in RESERVED else name
 
 
 def member(name: str) -> str:
-    """A field's name in C."""
+    """Return the name of a field in C."""
     return f"{name}_" if name in _KEYWORDS else name
 
 
 def field(pointer: str, name: str) -> str:
-    """A field of what a pointer points to."""
+    """Return the C expression of a field behind a pointer."""
     return f"{pointer[1:]}.{member(name)}" if pointer.startswith("&") else f"{pointer}->{member(name)}"
 
 
 class Scope:
-    """The variables of a function and the names that its module gives it."""
+    """Variables of a function, and the names of its module."""
 
     def __init__(self, names: Callable[[str], Any]) -> None:
         self.kinds: dict[str, Kind] = {}
@@ -105,20 +105,20 @@ class Scope:
         self.changed = False
 
     def assign(self, name: str, kind: Kind) -> None:
-        """A variable is given a value of some type."""
+        """Assign a value of some type to a variable."""
         new = joined(self.kinds.get(name), kind)
         if self.kinds.get(name) != new:
             self.kinds[name], self.changed = new, True
 
 
 class Expressions:
-    """Translates expressions within a scope."""
+    """Translator of expressions within a scope."""
 
     def __init__(self, unit: Unit, scope: Scope) -> None:
         self.unit, self.scope = unit, scope
 
     def value(self, node: ast.expr) -> Value:
-        """An expression in C."""
+        """Return an expression in C with its type."""
         method = getattr(self, f"_{type(node).__name__.lower()}", None)
         if method is None:
             raise TranslationError(f"{type(node).__name__} in a kernel: {ast.unparse(node)}", "numbers, arrays and arithmetic")
@@ -126,7 +126,7 @@ class Expressions:
         return result
 
     def text(self, node: ast.expr) -> str:
-        """The same, without its type."""
+        """Return an expression in C without its type."""
         return self.value(node).c
 
     def _constant(self, node: ast.Constant) -> Value:
@@ -153,7 +153,7 @@ class Expressions:
             return Value(f"&{inner}" if isinstance(kind, Struct) else inner, kind)
         if isinstance(base.kind, Array) and node.attr == "size":
             return Value(" * ".join(f"{base.c}.n{k}" for k in range(base.kind.dimensions)), INT)
-        raise TranslationError(f"'.{node.attr}' of a {base.kind.letter} in a kernel", "fields, size and shape")
+        raise TranslationError(f"unsupported '.{node.attr}' of a {base.kind.letter} in a kernel", "fields, size and shape")
 
     def _subscript(self, node: ast.Subscript) -> Value:
         if isinstance(node.value, ast.Attribute) and node.value.attr == "shape":
@@ -164,7 +164,7 @@ class Expressions:
         if isinstance(base.kind, Tuple):
             return self._item(base, node.slice)
         if not isinstance(base.kind, Array):
-            raise TranslationError(f"an index into a {base.kind.letter} in a kernel", "arrays and tuples")
+            raise TranslationError(f"a {base.kind.letter} in a kernel cannot be indexed", "arrays and tuples")
         indices = list(node.slice.elts) if isinstance(node.slice, ast.Tuple) else [node.slice]
         return self.indexed(base, indices)
 
@@ -175,11 +175,11 @@ class Expressions:
             at = place.constant % len(base.kind.items)
             return Value(item_of(base, at), base.kind.items[at])
         if not base.kind.alike:
-            raise TranslationError("a variable index into a tuple of unlike values in a kernel", "an array")
+            raise TranslationError("a tuple of different types in a kernel cannot have a variable index", "an array")
         return Value(f"{base.c}.v[{place.c}]", base.kind.items[0])
 
     def indexed(self, base: Value, indices: list[ast.expr]) -> Value:
-        """An entry, a row or a part of an array."""
+        """Return an entry, a row or a part of an array."""
         kind = base.kind
         assert isinstance(kind, Array)
         simple = [None if isinstance(index, ast.Slice) else self.place(base, k, index) for k, index in enumerate(indices)]
@@ -201,7 +201,7 @@ class Expressions:
             low, high = ranges[1]
             row = Array(kind.element, 1)
             return Value(f"({row.c}){{{base.c}.p + ({simple[0]}) * {base.c}.s + {low}, {high} - {low}}}", row)
-        raise TranslationError("a column of an array as a value in a kernel", "a row")
+        raise TranslationError("a column of an array cannot be a value in a kernel", "a row")
 
     def _rows(self, base: Value, at: list[str]) -> Value:
         assert isinstance(base.kind, Array)
@@ -214,19 +214,19 @@ class Expressions:
         return Value(f"({row.c}){{{a}.p + (({at[0]}) * {a}.n1 + {at[1]}) * {a}.n2, {a}.n2}}", row)
 
     def place(self, base: Value, axis: int, index: ast.expr) -> str:
-        """An index, counted from the end if it is a negative constant."""
+        """Return an index in C; a negative constant counts from the end."""
         index_value = self.value(index)
         if isinstance(index_value.constant, int) and index_value.constant < 0:
             return f"{base.c}.n{axis} - {-index_value.constant}"
         return index_value.c
 
     def bounds(self, base: Value, axis: int, index: ast.expr) -> tuple[str, str]:
-        """First and last place of a slice, or of one place."""
+        """Return the first index of a slice and the index after its last; a single index counts as a slice."""
         if not isinstance(index, ast.Slice):
             at = f"({self.place(base, axis, index)})"
             return at, f"({at} + 1)"
         if index.step is not None:
-            raise TranslationError("a slice with a step in a kernel", "a slice without")
+            raise TranslationError("a slice in a kernel has a step", "a slice without a step")
         low = "0" if index.lower is None else f"({self.place(base, axis, index.lower)})"
         return low, f"{base.c}.n{axis}" if index.upper is None else f"({self.place(base, axis, index.upper)})"
 
@@ -254,9 +254,9 @@ class Expressions:
         return self.arithmetic(node.op, left, right)
 
     def arithmetic(self, operator: ast.operator, left: Value, right: Value) -> Value:
-        """A sum, a difference, and so on, of two numbers."""
+        """Return the result of an arithmetic operation on two numbers."""
         if not isinstance(left.kind, Scalar) or not isinstance(right.kind, Scalar):
-            raise TranslationError("arithmetic of arrays in a kernel", "arithmetic of numbers")
+            raise TranslationError("arithmetic of arrays is not supported in a kernel", "arithmetic of numbers")
         kind = joined(joined(left.kind, right.kind), INT)
         if kind == DUAL and type(operator) in DUAL_OPERATIONS:
             return _dual_operation(operator, left, right)
@@ -273,7 +273,7 @@ class Expressions:
         suffix = "floats" if kind == FLOAT else "whole"
         names = {ast.FloorDiv: "floor_division", ast.Mod: "remainder"}
         if type(operator) not in names:
-            raise TranslationError(f"{type(operator).__name__} in a kernel", "+, -, *, /, //, % and **")
+            raise TranslationError(f"unsupported operator {type(operator).__name__} in a kernel", "+, -, *, /, //, % and **")
         return Value(f"{names[type(operator)]}_{suffix}({a}, {b})", kind)
 
     def _compare(self, node: ast.Compare) -> Value:
@@ -296,7 +296,7 @@ class Expressions:
     def _members(self, node: ast.expr) -> list[Value]:
         value = self.value(node)
         if not isinstance(value.constant, tuple):
-            raise TranslationError("'in' of something other than a tuple of constants in a kernel", "a tuple")
+            raise TranslationError("'in' in a kernel requires a tuple of constants", "a tuple of constants")
         return [self.unit.constant(member, "a constant") for member in value.constant]
 
     def _boolop(self, node: ast.BoolOp) -> Value:
@@ -309,7 +309,7 @@ class Expressions:
         self.unit.use(kind)
         chosen, otherwise = converted(chosen, kind), converted(otherwise, kind)
         if isinstance(kind, Tuple) and chosen.kind != otherwise.kind:
-            raise TranslationError("tuples of unlike numbers in a conditional expression of a kernel", "tuples alike")
+            raise TranslationError("a conditional expression in a kernel has tuples of different types", "tuples of one type")
         return Value(f"({test.c} ? {chosen.c} : {otherwise.c})", kind)
 
     def _call(self, node: ast.Call) -> Value:
@@ -324,7 +324,7 @@ class Expressions:
         else:
             called = self.value(node.func)
             if not isinstance(called.kind, Called):
-                raise TranslationError(f"a call of {ast.unparse(node.func)} in a kernel", "a function")
+                raise TranslationError(f"{ast.unparse(node.func)} in a kernel cannot be called", "a function")
             function = called.kind.function
         if function is float and isinstance(node.args[0], ast.Constant):
             return self.unit.constant(float(node.args[0].value), "a constant")  # type: ignore[arg-type]
@@ -333,7 +333,10 @@ class Expressions:
         return self._built_in(function, arguments) or self.unit.call(function, arguments, named)
 
     def _built_in(self, function: Any, arguments: list[Value]) -> Value | None:
-        """Functions of Python and of its library; where the result is whole, those of values without their derivatives."""
+        """Return a call of a built-in or library function; None for other functions.
+
+        Functions with an integer or boolean result use values without derivatives.
+        """
         first, kinds = arguments[0], [argument.kind for argument in arguments]
         if function in CASTS:
             text, kind = CASTS[function]
@@ -370,12 +373,12 @@ DUAL_OPERATIONS = {
 
 
 def _real(value: Value) -> str:
-    """A number without its derivatives."""
+    """Return a number without its derivatives."""
     return f"{value.c}.v" if value.kind == DUAL else value.c
 
 
 def _dual_operation(operator: ast.operator, left: Value, right: Value) -> Value:
-    """Arithmetic of numbers of which one at least has derivatives."""
+    """Return arithmetic of two numbers, at least one of which has derivatives."""
     name = DUAL_OPERATIONS[type(operator)]
     if isinstance(operator, ast.Pow) and isinstance(right.constant, int) and 0 <= right.constant <= 8:
         return Value(f"whole_power_dual({left.c}, {right.c})", DUAL)
@@ -386,7 +389,7 @@ def _dual_operation(operator: ast.operator, left: Value, right: Value) -> Value:
 
 
 def place_of(base: Value, at: list[str]) -> str:
-    """Where an entry lies among the numbers of an array."""
+    """Return the position of an entry among the numbers of an array."""
     if len(at) == 1:
         return at[0]
     if len(at) == 2:

@@ -1,4 +1,4 @@
-"""Functions of kernels in C."""
+"""Translate functions of kernels to C."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ from scissordyn.compiler.kind import (
 if TYPE_CHECKING:
     from scissordyn.compiler.unit import Unit
 
-MOST_PASSES = 8  # Passes over a function after which the types of its variables must have settled
+MOST_PASSES = 8  # Largest number of passes until the types of a function's variables settle
 
 
 class Body:
-    """The statements of one function, for arguments of given types."""
+    """Statements of one function, for arguments of given types."""
 
     def __init__(self, unit: Unit, definition: ast.FunctionDef, kinds: tuple[Kind, ...], names: Any, file: str = "") -> None:
         self.unit, self.definition, self.place = unit, definition, f"{file or 'kernel'}:{{}}: {definition.name}"
@@ -47,7 +47,7 @@ class Body:
         self.temporaries = 0
 
     def translate(self) -> None:
-        """Go through the statements until the types of the variables have settled."""
+        """Translate the statements repeatedly until the types of the variables settle."""
         for _ in range(MOST_PASSES):
             self.scope.changed, self.lines, self.temporaries = False, [], 0
             result = self.result
@@ -57,11 +57,11 @@ class Body:
         else:
             raise TranslationError(f"the types of variables in '{self.definition.name}' do not settle", "one type each")
         self.result = VOID if self.result is None else self.result
-        # an argument without derivatives that is given a value with some
+        # an argument without derivatives to which a value with derivatives is assigned
         self.given.update((key, DUAL) for key in self.given if self.scope.kinds[key] == DUAL)
 
     def text(self, name: str) -> str:
-        """The function in C."""
+        """Return the function in C."""
         head = self.head(name)
         local = {key: kind for key, kind in self.scope.kinds.items() if key not in self.given}
         changed = [key for key, kind in self.given.items() if self.scope.kinds[key] != kind]
@@ -75,7 +75,7 @@ class Body:
         return "\n".join((f"{head} {{", *declarations, *self.lines, "}"))
 
     def head(self, name: str) -> str:
-        """Its declaration."""
+        """Return the declaration of the function in C."""
         assert self.result is not None
         handed = [f"{declared(kind)}{plain(key)}" for key, kind in self.given.items() if not is_empty(kind)]
         return f"static {declared(self.result)}{name}({', '.join(handed) or 'void'})"
@@ -88,7 +88,9 @@ class Body:
             method = getattr(self, f"_{type(statement).__name__.lower()}", None)
             try:
                 if method is None:
-                    raise TranslationError(type(statement).__name__.lower(), "assignments, if, for, while and return")
+                    raise TranslationError(
+                        f"unsupported statement '{type(statement).__name__.lower()}'", "assignments, if, for, while and return"
+                    )
                 method(statement)
             except TranslationError as error:
                 raise error.at(statement, self.place) from None
@@ -125,13 +127,13 @@ class Body:
         self._line(f"return {result.c};")
 
     def _converted(self, found: Value, kind: Tuple) -> Value:
-        """A tuple of other numbers."""
+        """Convert the numbers of a tuple to other types."""
         assert isinstance(found.kind, Tuple)
         kept, old = self._kept(found), found.kind.items
         return Value(kind.of(converted(Value(item_of(kept, k), old[k]), item).c for k, item in enumerate(kind.items)), kind)
 
     def _raise(self, node: ast.Raise) -> None:
-        """An error of a function that gives one number is NaN."""
+        """Translate an error to a NaN result."""
         self._return(ast.copy_location(ast.Return(ast.copy_location(ast.Constant(math.nan), node)), node))
 
     def _if(self, node: ast.If) -> None:
@@ -152,18 +154,22 @@ class Body:
         self._line("}")
 
     def _for(self, node: ast.For) -> None:
-        """A loop over a range: its bounds are computed once, and the variable keeps its last value."""
+        """Translate a loop over a range; its bounds are computed once, and its variable keeps its last value."""
         ranged = node.iter
         if not (isinstance(ranged, ast.Call) and isinstance(ranged.func, ast.Name) and ranged.func.id == "range"):
-            raise TranslationError(f"a loop over {ast.unparse(ranged)} in '{self.definition.name}'", "a loop over a range")
+            raise TranslationError(
+                f"unsupported loop over {ast.unparse(ranged)} in '{self.definition.name}'", "a loop over a range"
+            )
         if node.orelse or not isinstance(node.target, ast.Name):
-            raise TranslationError(f"a loop with 'else' or several variables in '{self.definition.name}'", "one variable")
+            raise TranslationError(
+                f"a loop in '{self.definition.name}' has 'else' or several variables", "a loop with one variable"
+            )
         bounds = [self.expressions.value(bound) for bound in ranged.args]
         first = "0" if len(bounds) == 1 else bounds[0].c
         last = bounds[0].c if len(bounds) == 1 else bounds[1].c
         step = bounds[2].constant if len(bounds) == 3 else 1
         if not isinstance(step, int) or step == 0:
-            raise TranslationError(f"a range with a variable step in '{self.definition.name}'", "a whole number")
+            raise TranslationError(f"a range in '{self.definition.name}' has a variable step", "an integer constant")
         number = self._number()
         name, compared = f"loop_{number}", "<" if step > 0 else ">"
         self._line(
@@ -201,16 +207,18 @@ class Body:
         return value.constant is not None or is_empty(value.kind)
 
     def _kept(self, value: Value) -> Value:
-        """The value in a variable of its own, so that what follows does not change it."""
+        """Store a value in a temporary variable, so that later statements do not change it."""
         name = f"kept_{self._number()}"
         self._line(f"{declared(value.kind)}{name} = {value.c};")
         return Value(name, value.kind)
 
     def _put(self, target: ast.expr, value: Value) -> None:
-        """Give a variable, an entry or several of them a value."""
+        """Assign a value to a variable, an entry or several of them."""
         if isinstance(target, ast.Tuple):
             if not isinstance(value.kind, Tuple) or len(value.kind.items) != len(target.elts):
-                raise TranslationError(f"{ast.unparse(target)} in '{self.definition.name}'", "as many values as names")
+                raise TranslationError(
+                    f"cannot unpack into {ast.unparse(target)} in '{self.definition.name}'", "as many values as names"
+                )
             kept = self._kept(value)
             for k, part in enumerate(target.elts):
                 self._put(part, Value(item_of(kept, k), value.kind.items[k]))
@@ -230,13 +238,17 @@ class Body:
         elif isinstance(target, ast.Subscript):
             self._put_entry(target, value)
         else:
-            raise TranslationError(f"{ast.unparse(target)} in '{self.definition.name}'", "a variable or an entry")
+            raise TranslationError(
+                f"cannot assign to {ast.unparse(target)} in '{self.definition.name}'", "a variable or an entry"
+            )
 
     def _put_entry(self, target: ast.Subscript, value: Value) -> None:
         base = self.expressions.value(target.value)
         indices = list(target.slice.elts) if isinstance(target.slice, ast.Tuple) else [target.slice]
         if not isinstance(base.kind, Array):
-            raise TranslationError(f"{ast.unparse(target)} in '{self.definition.name}'", "an entry of an array")
+            raise TranslationError(
+                f"cannot assign to {ast.unparse(target)} in '{self.definition.name}'", "an entry of an array"
+            )
         if not any(isinstance(index, ast.Slice) for index in indices) and len(indices) == base.kind.dimensions:
             entry = self.expressions.indexed(base, indices)
             if isinstance(entry.kind, Record):
@@ -245,7 +257,9 @@ class Body:
                 self._store(entry, value)
             return
         if not isinstance(value.kind, Scalar) or len(indices) != base.kind.dimensions:
-            raise TranslationError(f"{ast.unparse(target)} in '{self.definition.name}'", "a number into a part of an array")
+            raise TranslationError(
+                f"cannot assign to {ast.unparse(target)} in '{self.definition.name}'", "a number for all entries of a part"
+            )
         places, loops = [], []
         for axis, index in enumerate(indices):
             low, high = self.expressions.bounds(base, axis, index)
@@ -256,7 +270,7 @@ class Body:
 
     def _store(self, place: Value, value: Value, loops: str = "") -> None:
         if value.kind == DUAL and place.kind != DUAL:
-            raise TranslationError(f"a number with derivatives into {place.c}", "a place for one")
+            raise TranslationError(f"{place.c} cannot hold a number with derivatives", "an entry with derivatives")
         self._line(f"{loops}{place.c} = {converted(value, place.kind).c};")
 
     def _augassign(self, node: ast.AugAssign) -> None:

@@ -1,4 +1,4 @@
-"""Types of what kernels work on, and how they are written in C."""
+"""Define the types of values in kernels, and how C writes them."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from scissordyn.kernel import ArrayType, fields_of
 
 
 class TranslationError(InputError):
-    """A kernel that is not in the language that is translated."""
+    """Error for a kernel that uses unsupported Python."""
 
     placed = False
 
     def at(self, node: ast.AST, place: str) -> TranslationError:
-        """The same with file and line, unless it has them."""
+        """Return the error with file and line, unless it has them."""
         if self.placed:
             return self
         error = type(self)(f"{place.format(getattr(node, 'lineno', '?'))}: {self.what}", self.allowed)
@@ -28,15 +28,15 @@ class TranslationError(InputError):
 
 
 class SourceError(TranslationError):
-    """A kernel whose text is not to be had, as of a function that was typed at a prompt."""
+    """Error for a kernel without source text, such as a function typed at a prompt."""
 
 
-# Each type has its name in C, `c`, and its letter or word in the names of functions, `letter`.
+# Each type has its name in C (`c`) and a letter or word (`letter`) for the names of functions.
 
 
 @dataclass(frozen=True)
 class Scalar:
-    """A number."""
+    """Type of a number."""
 
     c: str
     letter: str
@@ -47,12 +47,12 @@ VOID = Scalar("void", "v", -1)
 BOOL = Scalar("int", "b", 0)
 INT = Scalar("int64_t", "i", 1)
 FLOAT = Scalar("double", "f", 2)
-DUAL = Scalar("dual", "d", 3)  # A value and its derivatives, see dual.c
+DUAL = Scalar("dual", "d", 3)  # Value with derivatives, see dual.c
 
 
 @dataclass(frozen=True)
 class Record:
-    """An entry of a structured array; expressions of it are pointers."""
+    """Type of an entry of a structured array; its expressions are pointers."""
 
     c: str
     fields: tuple[tuple[str, Scalar], ...]
@@ -64,7 +64,7 @@ class Record:
 
 @dataclass(frozen=True)
 class Array:
-    """An array of numbers or records: where its entries lie, how many there are, and in two dimensions how rows follow."""
+    """Type of an array of numbers or records: a pointer, the shape, and in two dimensions the row stride."""
 
     element: Scalar | Record
     dimensions: int
@@ -80,7 +80,7 @@ class Array:
 
 @dataclass(frozen=True)
 class Tuple:
-    """Some values together."""
+    """Type of a tuple of values."""
 
     items: tuple[Kind, ...]
 
@@ -90,7 +90,7 @@ class Tuple:
 
     @property
     def alike(self) -> bool:
-        """Whether it can be indexed by a variable."""
+        """True if all items have one type, so that the tuple can have a variable index."""
         return len({item.letter for item in self.items}) == 1
 
     @property
@@ -98,13 +98,13 @@ class Tuple:
         return f"tuple_{len(self.items)}{self.items[0].letter}" if self.alike else f"tuple_{self.letter[1:]}"
 
     def of(self, items: Iterable[str]) -> str:
-        """An expression for a tuple of such items; nothing, if it has none."""
+        """Return an expression for a tuple of the given items; "" if there are none."""
         inner = ", ".join(items)
         return f"({self.c}){{{{{inner}}}}}" if self.alike else f"({self.c}){{{inner}}}" if self.items else ""
 
 
 class Struct:
-    """A named tuple of arrays; expressions of it are pointers."""
+    """Type of a named tuple of arrays; its expressions are pointers."""
 
     def __init__(self, name: str, fields: Mapping[str, Kind]) -> None:
         self.letter = self.c = name
@@ -113,7 +113,7 @@ class Struct:
 
 @dataclass(frozen=True)
 class Called:
-    """A function that is handed to another one; it is nothing in C: who calls it is translated for it."""
+    """Type of a function passed as an argument; C has no such argument, because the callee is translated for this function."""
 
     function: Any
     c = ""
@@ -125,7 +125,7 @@ class Called:
 
 @dataclass(frozen=True)
 class Functions:
-    """A named tuple of functions, nothing in C either."""
+    """Type of a named tuple of functions; C has no such argument either."""
 
     named: Any
     c = ""
@@ -139,13 +139,13 @@ Kind = Scalar | Record | Array | Tuple | Struct | Called | Functions
 
 
 def is_empty(kind: Kind) -> bool:
-    """Whether there is nothing of it in C."""
+    """Return whether a type has no representation in C."""
     return isinstance(kind, Called | Functions) or (isinstance(kind, Tuple) and not kind.items)
 
 
 @dataclass(frozen=True)
 class Value:
-    """An expression in C, its type, and its number if it is a constant."""
+    """Expression in C with its type, and its value if it is a constant."""
 
     c: str
     kind: Kind
@@ -157,7 +157,7 @@ SCALARS = {int: INT, float: FLOAT, bool: BOOL, type(None): VOID}
 
 
 def kind_of(value: Any, name: str = "", types: dict[Any, Any] | None = None) -> Kind:
-    """The type of a value of Python; `types` keeps those of records and named tuples by what they are."""
+    """Return the type of a Python value; `types` collects the types of records and named tuples."""
     types = {} if types is None else types
     if isinstance(value, bool | np.bool_):
         return BOOL
@@ -171,11 +171,11 @@ def kind_of(value: Any, name: str = "", types: dict[Any, Any] | None = None) -> 
         return kind_of_hint(type(value), name, types)
     if isinstance(value, tuple):
         return Tuple(tuple(kind_of(part, name, types) for part in value))
-    raise TranslationError(f"a {type(value).__name__} in a kernel", "numbers, arrays and tuples of them")
+    raise TranslationError(f"unsupported {type(value).__name__} in a kernel", "numbers, arrays and tuples of them")
 
 
 def kind_of_hint(hint: Any, name: str, types: dict[Any, Any], number: Scalar = FLOAT) -> Kind:
-    """The type that an annotation declares, `number` in the place of floats; `types` and `name` as in `kind_of`."""
+    """Return the type that an annotation declares, with `number` instead of floats; `types` and `name` as in `kind_of`."""
     if hint in SCALARS:
         return number if hint is float else SCALARS[hint]
     if get_origin(hint) is Annotated:
@@ -189,12 +189,12 @@ def kind_of_hint(hint: Any, name: str, types: dict[Any, Any], number: Scalar = F
         struct: Struct = types[hint]
         return struct
     raise TranslationError(
-        f"'{name}' of a kernel with the type {hint!r}", "int, float, F1, F2, F3, I1, I2 or a named tuple of these"
+        f"'{name}' of a kernel has the unsupported type {hint!r}", "int, float, F1, F2, F3, I1, I2 or a named tuple of these"
     )
 
 
 def _element(dtype: np.dtype, name: str, types: dict[Any, Any], number: Scalar = FLOAT) -> Scalar | Record:
-    """The type of the entries of an array."""
+    """Return the type of the entries of an array."""
     kinds = {**NUMBERS, "f": number}
     if dtype.names is None:
         return kinds[dtype.kind]
@@ -208,18 +208,20 @@ def _element(dtype: np.dtype, name: str, types: dict[Any, Any], number: Scalar =
 
 
 def joined(one: Kind | None, other: Kind) -> Kind:
-    """The type of a variable that is given values of two types."""
+    """Return the type of a variable to which values of two types are assigned."""
     if one is None or one == other:
         return other
     if isinstance(one, Scalar) and isinstance(other, Scalar):
         return one if one.rank >= other.rank else other
     if isinstance(one, Tuple) and isinstance(other, Tuple) and len(one.items) == len(other.items):
         return Tuple(tuple(joined(a, b) for a, b in zip(one.items, other.items, strict=True)))
-    raise TranslationError(f"a variable that is a {one.letter} and a {other.letter} in a kernel", "one kind of value")
+    raise TranslationError(
+        f"a variable in a kernel has values of the types {one.letter} and {other.letter}", "values of one type"
+    )
 
 
 def converted(value: Value, kind: Kind) -> Value:
-    """A number, or numbers of a tuple, as such with derivatives, if that is what is wanted."""
+    """Return a number, or the numbers of a tuple, with derivatives if the wanted type has them."""
     if kind == value.kind or not (kind == DUAL or (isinstance(kind, Tuple) and DUAL in kind.items)):
         return value
     if not isinstance(kind, Tuple) or not isinstance(value.kind, Tuple):
@@ -230,13 +232,13 @@ def converted(value: Value, kind: Kind) -> Value:
 
 
 def item_of(base: Value, at: int) -> str:
-    """An item of a tuple by its number."""
+    """Return the C expression of a tuple's item."""
     assert isinstance(base.kind, Tuple)
     return f"{base.c}.v[{at}]" if base.kind.alike else f"{base.c}.e{at}"
 
 
 def written(number: Any) -> str:
-    """A number as C has it."""
+    """Return a number as a C literal."""
     if isinstance(number, bool | np.bool_):
         return str(int(number))
     if isinstance(number, int | np.integer):
@@ -250,5 +252,5 @@ def written(number: Any) -> str:
 
 
 def declared(kind: Kind) -> str:
-    """How C declares a variable or an argument of a type."""
+    """Return the type of a variable or argument as C declares it."""
     return f"{kind.c} *" if isinstance(kind, Record | Struct) else f"{kind.c} "

@@ -1,4 +1,4 @@
-"""A file of C: the functions that are asked for, and all that they call, each once for the types of its arguments."""
+"""Assemble a file of C: requested functions and all functions they call, once for each combination of argument types."""
 
 from __future__ import annotations
 
@@ -46,14 +46,14 @@ from scissordyn.kernel import Entry, Opener, call_at
 
 
 class _Translated:
-    """A translated function."""
+    """Name and body of a translated function."""
 
     def __init__(self, name: str, body: Body) -> None:
         self.name, self.body = name, body
 
 
 class Unit:
-    """The functions of a file."""
+    """Functions of one C file."""
 
     whole = INT
 
@@ -71,7 +71,7 @@ class Unit:
         self.files: set[str] = set()
 
     def use(self, kind: Kind) -> None:
-        """Declare a type of tuple or array in the file."""
+        """Declare a tuple or array type in the file."""
         if isinstance(kind, Tuple) and kind.items:
             for item in kind.items:
                 self.use(item)
@@ -83,7 +83,7 @@ class Unit:
                 self.use(inner)
 
     def constant(self, value: Any, name: str) -> Value:
-        """A value that a module gives a name to."""
+        """Return the value of a module-level name."""
         if callable(value) or inspect.ismodule(value):
             return Value("", Called(value))
         if hasattr(value, "_asdict") and all(map(callable, value)):
@@ -96,11 +96,11 @@ class Unit:
         if isinstance(value, np.ndarray):
             return self._table(value, name)
         if value is None or isinstance(value, str):
-            raise TranslationError(f"{value!r} in a kernel", "numbers and arrays")
+            raise TranslationError(f"unsupported value {value!r} in a kernel", "numbers and arrays")
         return Value(written(value), kind_of(value), value)
 
     def together(self, parts: list[Value]) -> Value:
-        """Some values as a tuple."""
+        """Return some values as a tuple."""
         if any(part.kind == DUAL for part in parts):
             parts = [converted(part, DUAL if part.kind == FLOAT else part.kind) for part in parts]
         kind = Tuple(tuple(part.kind for part in parts))
@@ -116,19 +116,19 @@ class Unit:
         return Value(label, kind)
 
     def call(self, function: Any, arguments: list[Value], named: Mapping[str, Value]) -> Value:
-        """A call of a function of Python, translated for the types of its arguments."""
+        """Return a call of a Python function, translated for the types of its arguments."""
         if isinstance(function, Opener):
             return self._opened(function, arguments[0])
         if function is call_at:
             return self._at_address(arguments)
         plainly = python_of(function)
         if not inspect.isfunction(plainly):
-            raise TranslationError(f"a call of {function!r} in a kernel", "functions of numbers in Python")
+            raise TranslationError(f"unsupported call of {function!r} in a kernel", "Python functions of numbers")
         signature = inspect.signature(plainly)
         try:
             bound = signature.bind(*arguments, **named)
         except TypeError as error:
-            raise TranslationError(f"a call of '{plainly.__name__}' in a kernel: {error}", str(signature)) from None
+            raise TranslationError(f"invalid call of '{plainly.__name__}' in a kernel: {error}", str(signature)) from None
         handed = []
         for key, parameter in signature.parameters.items():
             if parameter.kind is inspect.Parameter.VAR_POSITIONAL:
@@ -142,7 +142,7 @@ class Unit:
         return Value(f"{callee.name}({', '.join(texts)})", callee.body.result)
 
     def function(self, function: Callable[..., Any], kinds: tuple[Kind, ...], name: str = "") -> _Translated:
-        """A function, translated for arguments of these types, under a name if that is given."""
+        """Translate a function for arguments of the given types, and optionally set its name."""
         function = python_of(function)
         key = (function, tuple(kind.letter for kind in kinds))
         if key not in self.translated:
@@ -174,7 +174,7 @@ class Unit:
         return Value(f"{function}({', '.join(pointers)})", self.number)
 
     def _opened(self, opener: Opener, address: Value) -> Value:
-        """A tuple by its address, or the tuple itself."""
+        """Return a tuple from its address, or the tuple itself."""
         if isinstance(address.kind, Struct):
             return address
         struct = kind_of_hint(opener.described, "", self.types, self.number)
@@ -182,7 +182,7 @@ class Unit:
         return Value(f"(({struct.c} *)(intptr_t)({address.c}))", struct)
 
     def entry(self, entry: Entry) -> None:
-        """Export an entry: arrays come as their address and shape, named tuples by their address."""
+        """Export an entry: arrays are passed as address and shape, named tuples as address."""
         *hints, (_, returned) = entry.hints.items()
         kinds = {name: kind_of_hint(hint, name, self.types, self.number) for name, hint in hints}
         translated = self.function(entry.python, tuple(kinds.values()))
@@ -203,11 +203,11 @@ class Unit:
         self.entries.append(f"EXPORT {c} {entry.symbol}({', '.join(declarations)}) {{ {call} }}")
 
     def kernel(self, recipe: Recipe) -> int:
-        """The number of a kernel that is called by its address, from one on."""
+        """Return the index of a kernel that is called by its address; the first has index 1."""
         return self.kernels.setdefault(recipe, len(self.kernels) + 1)
 
     def text(self) -> str:
-        """All of it: types, tables, declarations and functions."""
+        """Return the complete C file: types, tables, declarations and functions."""
         names = [f"kernel_{number}" if self.table else recipe.symbol for recipe, number in self.kernels.items()]
         number, signature = self.number.c, SIGNATURE.replace("double", self.number.c)
         head = f"{'static' if self.table else 'EXPORT'} {number}"
@@ -233,7 +233,7 @@ class Unit:
         )
 
     def _kernel_text(self, recipe: Recipe, head: str) -> str:
-        """The function at an address: it hands its inputs on, and stores the results."""
+        """Return the function behind a kernel pointer, which passes its inputs on and stores the results."""
         number, row = self.number, Array(self.number, 1)
         arguments = [
             Value(f"({row.c}){{p, 0}}", row) if text == "p" else Value(text, number if "[" in text else FLOAT)
@@ -270,7 +270,8 @@ class Unit:
                 texts.append(f"typedef struct {{ {kind.items[0].c} v[{len(kind.items)}]; }} {name};")
             else:
                 texts.append(_struct(name, [(f"e{k}", item) for k, item in enumerate(kind.items)]))
-        structs = [kind for kind in self.types.values() if isinstance(kind, Struct)]  # inner ones before those that have them
+        # a struct comes after the structs that it contains
+        structs = [kind for kind in self.types.values() if isinstance(kind, Struct)]
         return texts + [_struct(struct.c, list(struct.fields.items())) for struct in structs]
 
     def _tables(self) -> list[str]:
@@ -294,7 +295,7 @@ def _struct(name: str, fields: Iterable[tuple[str, Kind]]) -> str:
 
 
 def python_of(function: Any) -> Any:
-    """The Python function behind an entry."""
+    """Return the Python function of an entry."""
     return function.python if isinstance(function, Entry) else function
 
 
@@ -303,7 +304,7 @@ Function = ast.FunctionDef | ast.Lambda
 
 @cache
 def _functions(text: str) -> Mapping[tuple[int, str], list[tuple[Function, CodeType]]]:
-    """The functions of a file, by first line and name: syntax tree and code."""
+    """Return the syntax trees and codes of all functions in a file, by first line and name."""
     nodes: dict[tuple[int, str], list[Function]] = {}
     codes: dict[tuple[int, str], list[CodeType]] = {}
     for node in ast.walk(ast.parse(text)):
@@ -319,7 +320,7 @@ def _functions(text: str) -> Mapping[tuple[int, str], list[tuple[Function, CodeT
 
 
 def _codes(code: CodeType) -> Iterator[CodeType]:
-    """A code and those within it, in the order of the text."""
+    """Yield a code and the codes inside it, in the order of the text."""
     yield code
     for constant in code.co_consts:
         if isinstance(constant, CodeType):
@@ -327,7 +328,7 @@ def _codes(code: CodeType) -> Iterator[CodeType]:
 
 
 def _definition(function: Callable[..., Any]) -> ast.FunctionDef:
-    """The syntax tree of a function as it was loaded; a lambda as the function that it stands for."""
+    """Return the syntax tree of a function as loaded; a lambda becomes the equivalent function."""
     code, name = function.__code__, function.__name__
     linecache.checkcache(code.co_filename)
     text = "".join(linecache.getlines(code.co_filename))
@@ -341,8 +342,8 @@ def _definition(function: Callable[..., Any]) -> ast.FunctionDef:
                 return node
             body: list[ast.stmt] = [ast.copy_location(ast.Return(node.body), node)]
             return ast.FunctionDef("lambda_", node.args, body, [], None, lineno=node.lineno)
-    reason = "has changed since it was loaded" if text else "is not there"
-    raise SourceError(f"the source of '{name}' in '{code.co_filename}' {reason}", "a function in a file, as it is there")
+    reason = "has changed since it was loaded" if text else "is not available"
+    raise SourceError(f"the source of '{name}' in '{code.co_filename}' {reason}", "a function in an unchanged file")
 
 
 def _numbers(code: CodeType) -> list[Any]:
@@ -350,13 +351,13 @@ def _numbers(code: CodeType) -> list[Any]:
 
 
 def _names_of(function: Callable[..., Any]) -> Callable[[str], Any]:
-    """What a function's module, and what is around it, mean by a name."""
+    """Return a lookup of the names in a function's closure, module and builtins."""
     around = inspect.getclosurevars(function)
 
     def meaning(name: str) -> Any:
         for names in (around.nonlocals, function.__globals__, vars(builtins)):
             if name in names:
                 return names[name]
-        raise TranslationError(f"'{name}' in '{function.__name__}' has no value", "a variable that is given a value first")
+        raise TranslationError(f"'{name}' in '{function.__name__}' has no value", "a variable that is assigned before its use")
 
     return meaning

@@ -23,7 +23,7 @@ from scissordyn.components.port import ACTUATOR, LINE, PORTS
 from scissordyn.config.template import template
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.animation import Film
-from scissordyn.plot.animation_scene import corners_of, scene_of
+from scissordyn.plot.animation_scene import picture_corners, scene_of
 from scissordyn.plot.canvas import page as film_page
 from scissordyn.plot.still import structure
 from scissordyn.plot.symbol import symbols
@@ -66,7 +66,7 @@ def assert_drawn(run: xr.Dataset, mechanism: Mechanism, name: str, strokes: int)
     axes = structure(run, mechanism, times=[float(run["time"][3])])[0]
     assert name in [text.get_text() for text in axes.texts]
     placed = Placement.at(mechanism, run, [3])
-    low, high = corners_of(placed)
+    low, high = picture_corners(placed)
     (drawn,) = [symbol for symbol in symbols(run, mechanism, placed, [3], 0.03) if symbol.name == name]
     assert len(drawn.strokes) >= strokes
     for stroke in drawn.strokes:

@@ -197,11 +197,11 @@ def part_on_a_line(**options: Any) -> Any:
         ({"section": "my part"}, r"section = 'my part'.*letters, digits, underscores"),
         ({"context": ("hour",)}, "context 'hour'"),
         ({"port": "hinge"}, "has no field 'body'"),
-        ({"states": ("slip",)}, r"state 'slip' has no unit or no scale.*type: states=\(sd\.State\(\"slip\""),
-        ({"states": (sd.State("slip", "m"),)}, r"state 'slip' has no unit or no scale"),
+        ({"states": ("slip",)}, r"state 'slip' has no unit or no error scale.*type: states=\(sd\.State\(\"slip\""),
+        ({"states": (sd.State("slip", "m"),)}, r"state 'slip' has no unit or no error scale"),
         (
             {"gap": lambda length, spead: (length, spead)},
-            "kernel 'gap' names 'spead'.*length, rate",
+            "kernel 'gap' has the unknown argument 'spead'.*length, rate",
         ),
     ],
 )
@@ -220,7 +220,7 @@ def test_a_section_that_is_taken(section: str) -> None:
 
 def test_no_file_no_class_no_component(tmp_path: Path) -> None:
     """Contract: what a case file names must be a component in a file."""
-    with pytest.raises(InputError, match=r"no file '.*rubber\.py'"):
+    with pytest.raises(InputError, match=r"file '.*rubber\.py' of the component"):
         read(tmp_path, CASE)
     (tmp_path / "rubber.py").write_text("class RubberBand:\n    pass\n", encoding="utf-8")
     with pytest.raises(InputError, match=r"'RubberBand' in '.*rubber\.py' is not a component.*sd\.component"):

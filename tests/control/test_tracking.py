@@ -215,7 +215,7 @@ def test_catalogue():
     [
         (lambda: controller("pdi"), "did you mean 'pid'"),
         (lambda: PID(-1.0), "proportional = -1.0"),
-        (lambda: PID(1.0, ramp=0.1), "without a limit"),
+        (lambda: PID(1.0, ramp=0.1), "requires a limit"),
         (lambda: CONTROLLERS["pyragas"](1.0, 0.5, recorded="sped"), "did you mean 'speed'"),
         (lambda: hanging().controlled(FeedForward(eccentricity_rate_damping=1.0)), "without a sensor"),
         (lambda: hanging().controlled(PID(1.0), feed_forward=Polynomial((1.0,))), "does not use a feed-forward"),

@@ -111,7 +111,7 @@ def unknown_name(indentation):
     ("function", "says"),
     [
         (gives_nothing, "'gives_nothing' returns nothing"),
-        (gives_text, "gives_text: 'soft' in a kernel; allowed: numbers"),
+        (gives_text, "gives_text: unsupported value 'soft' in a kernel; allowed: numbers"),
         (unknown_name, "unknown_name: 'stiff_ness' in 'unknown_name' has no value"),
     ],
 )
@@ -149,11 +149,11 @@ def test_from_file(tmp_path):
         (
             "def soft(indentation):\n    return 1.0\n",
             "laws.py:soft",
-            "soft' is no stiffness law; allowed: a class or a function",
+            "soft' is not a stiffness law; allowed: a class or a function",
         ),
         ("def soft(d:\n", "laws.py:soft", "SyntaxError, line 1"),
         ("import a_module_that_is_not_there\n", "laws.py:soft", "a_module_that_is_not_there"),
-        ("", "laws.py:soft", "no stiffness law 'soft' in"),
+        ("", "laws.py:soft", "unknown stiffness law 'soft' in"),
         ("", "other.py:soft", "for the stiffness law 'soft'"),
         ("", "laws.txt:soft", "a Python file and a function in it"),
     ],

@@ -332,19 +332,19 @@ def test_commands(case: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 def test_steady_sliding_without_a_kernel_for_it(case: Path, tmp_path: Path) -> None:
     """Closed form: the picture of a law with states and no kernel of steady sliding shows mu_k."""
     from scissordyn.laws.experiment import steady_coefficient
-    from scissordyn.plot.law import JOINT
+    from scissordyn.plot.law import DEFAULT_JOINT
 
     law = sd.law("friction", f"{tmp_path}/mine.py:TwoBristles")
-    np.testing.assert_allclose(steady_coefficient(law(kinetic=0.3), JOINT, [1e-6, 1e-3, 1.0]), 0.3, rtol=1e-9)
+    np.testing.assert_allclose(steady_coefficient(law(kinetic=0.3), DEFAULT_JOINT, [1e-6, 1e-3, 1.0]), 0.3, rtol=1e-9)
 
 
 @pytest.mark.parametrize(
     ("options", "message"),
     [
         ({"slot": "frictoin"}, r"slot = 'frictoin' \(did you mean 'friction'\?\)"),
-        ({"slot": "stiffness", "states": (sd.State("z", "m", scale=1.0),)}, r"stiffness law 'Own' with internal states"),
-        ({"slot": "friction", "states": (sd.State("z", "m"),)}, r"state 'z' has no unit or no scale"),
-        ({"slot": "friction", "states": ("z",)}, r"state 'z' has no unit or no scale"),
+        ({"slot": "stiffness", "states": (sd.State("z", "m", scale=1.0),)}, r"stiffness law 'Own' cannot have internal states"),
+        ({"slot": "friction", "states": (sd.State("z", "m"),)}, r"state 'z' has no unit or no error scale"),
+        ({"slot": "friction", "states": ("z",)}, r"state 'z' has no unit or no error scale"),
         ({"slot": "friction", "froce": 1}, r"froce of a friction law \(did you mean 'force'\?\)"),
     ],
 )
@@ -364,14 +364,16 @@ def test_a_kernel_that_names_something_else() -> None:
     def force(slip_sped):
         return 0.0
 
-    with pytest.raises(InputError, match=r"its kernel 'force' names 'slip_sped' \(did you mean 'slip_speed'\?\)"):
+    with pytest.raises(
+        InputError, match=r"its kernel 'force' has the unknown argument 'slip_sped' \(did you mean 'slip_speed'\?\)"
+    ):
         sd.element(slot="friction", force=force)(type("Own", (), {}))
 
 
 def test_a_class_of_another_slot(case: Path) -> None:
     """Contract: a controller as a friction law is refused in one line, with the place in the file."""
     case.write_text(CASE.replace("mine.py:TwoBristles", "mine.py:FilteredRate"), encoding="utf-8")
-    with pytest.raises(InputError, match=r"FilteredRate' is no friction law"):
+    with pytest.raises(InputError, match=r"FilteredRate' is not a friction law"):
         sd.read_case(case)
 
 

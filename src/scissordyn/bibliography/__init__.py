@@ -1,1 +1,1 @@
-"""The one place of bibliographic data: what laws, methods, components, mechanisms and the documentation cite."""
+"""Bibliographic data of all publications that laws, methods, components, mechanisms and the documentation cite."""

@@ -1,4 +1,4 @@
-"""A publication: as text, as BibTeX, and found by what the source of a law or a mechanism says."""
+"""Represent publications as text and BibTeX, and find them by the source of a law or a mechanism."""
 
 from __future__ import annotations
 
@@ -17,28 +17,28 @@ FILE = Path(__file__).parent / "references.toml"
 DOI = re.compile(r"10\.\d{4,9}/(?!\.)[^\s}\"'`;,|<>\]]+")
 
 NAMED = re.compile(r"\b(?P<name>[^\W\d_a-z][\w'’-]+(?: (?:de|van|von|da) \w+)?).*?\b(?P<year>1[6-9]\d\d|20\d\d)\b")
-"""A source that names its first author and its year."""
+"""Pattern of a source that names its first author and year."""
 
-BIBTEX = {"software": "misc", "patent": "misc"}  # Kinds that BibTeX does not have
+BIBTEX = {"software": "misc", "patent": "misc"}  # BibTeX types of kinds that BibTeX does not have
 
 PLACES = ("journal", "booktitle", "publisher", "school", "institution")
 
 UMLAUTS = str.maketrans({umlaut: f"{plain}e" for umlaut, plain in zip("äöü", "aou", strict=True)})
 
-SIGNIFICANT = 9  # Letters of a family name that are compared: what follows is a particle or another author
-ENOUGH = 2  # Places at which a DOI was found, at least, for it to count as verified
+SIGNIFICANT = 9  # Number of letters of a family name that are compared; a particle or another author may follow
+MIN_DOI_PLACES = 2  # A DOI found at this number of places is verified
 
 
 @dataclass(frozen=True)
 class Reference:
-    """A publication."""
+    """Publication that is cited."""
 
-    key: str  # Of BibTeX
-    type: str  # Of BibTeX, or "software" or "patent"
+    key: str  # BibTeX key
+    type: str  # BibTeX type, or "software" or "patent"
     authors: tuple[str, ...]  # "Family, Given"
     title: str
     year: int | None = None
-    journal: str = ""  # Empty where there is none
+    journal: str = ""  # Empty if unknown
     booktitle: str = ""
     publisher: str = ""
     school: str = ""
@@ -50,16 +50,16 @@ class Reference:
     isbn: str = ""
     url: str = ""
     version: str = ""
-    seen: tuple[str, ...] = ()  # Where the DOI was found
+    seen: tuple[str, ...] = ()  # Places at which the DOI was found
 
     @property
     def verified(self) -> bool:
-        """Whether its DOI was found at two places."""
-        return bool(self.doi) and len(self.seen) >= ENOUGH
+        """True if the DOI was found at two places."""
+        return bool(self.doi) and len(self.seen) >= MIN_DOI_PLACES
 
     @property
     def text(self) -> str:
-        """Authors, year, title, where, and address, on one line."""
+        """Authors, year, title, place of publication and address, on one line."""
         names = [_family(author) for author in self.authors]
         who = ", ".join(names[:-1]) + (" and " if len(names) > 1 else "") + names[-1] if names else ""
         where = ", ".join(getattr(self, place) for place in PLACES if getattr(self, place))
@@ -71,7 +71,7 @@ class Reference:
 
     @property
     def bibtex(self) -> str:
-        """An entry for BibTeX in plain letters."""
+        """BibTeX entry in ASCII letters."""
         kind = BIBTEX.get(self.type, self.type)
         entries = {"author": " and ".join(self.authors)} if self.authors else {}
         entries["title"] = "{" + self.title + "}"
@@ -112,7 +112,7 @@ LETTERS = {
 
 
 def _latex(text: str) -> str:
-    """A text in letters that every BibTeX reads."""
+    """Return a text in letters that every BibTeX version reads."""
     if DOI.fullmatch(text) or text.startswith("http"):
         return text
     out: list[str] = []
@@ -125,7 +125,7 @@ def _latex(text: str) -> str:
 
 @cache
 def bibliography() -> Mapping[str, Reference]:
-    """Every publication that the package knows, by key."""
+    """Return every publication of the package by its key."""
     read = tomllib.loads(FILE.read_text(encoding="utf-8"))
     entries: dict[str, Reference] = {}
     for key, values in read.items():
@@ -135,13 +135,13 @@ def bibliography() -> Mapping[str, Reference]:
 
 
 def dois(text: str) -> tuple[str, ...]:
-    """The DOIs that a text names, each once, without the full stop or bracket behind it."""
+    """Return the DOIs in a text, each once, without trailing punctuation."""
     texts = (doi.rstrip(".:") for doi in DOI.findall(text))
     return tuple(dict.fromkeys(doi.rstrip(")") if doi.count(")") > doi.count("(") else doi for doi in texts))
 
 
 def references(source: str) -> tuple[Reference, ...]:
-    """The publications that a source names, as that of a law or a mechanism."""
+    """Return the publications that a source of a law or a mechanism names."""
     cited: list[Reference] = []
     for part in source.split(";"):
         doi, named = next(iter(dois(part)), ""), NAMED.search(part)
@@ -169,7 +169,7 @@ def _by_name() -> dict[tuple[str, int], Reference]:
 
 
 def _plain(name: str) -> tuple[str, str]:
-    """A family name in plain letters, in both spellings that texts have: umlauts without their dots, or with an e."""
+    """Return a family name in ASCII letters, in both usual spellings: umlauts without dots, or with an e."""
     german = name.lower().translate(UMLAUTS)
     both = (re.sub(r"[^a-z]", "", unicodedata.normalize("NFD", spelt)) for spelt in (name.lower(), german))
     first, second = (letters[:SIGNIFICANT] for letters in both)
@@ -177,7 +177,7 @@ def _plain(name: str) -> tuple[str, str]:
 
 
 def _unknown(text: str, doi: str) -> Reference:
-    """What the bibliography does not have, as it stands."""
+    """Return a reference for a source that the bibliography does not contain."""
     key = re.sub(r"[^a-z0-9]", "", unicodedata.normalize("NFD", text.lower()))[:24] or "source"
     year = re.search(r"\b(1[6-9]\d\d|20\d\d)\b", text)
     title = text.replace(f"doi:{doi}", "").strip(" ,()") if doi else text

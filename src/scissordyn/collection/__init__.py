@@ -1,1 +1,1 @@
-"""Named mechanisms with their sources and the numbers that a right program gives; each is a folder of data."""
+"""Named mechanisms with their sources and reference values; each is a folder of data."""

@@ -1,4 +1,4 @@
-"""The zoo: mechanisms with sources and numbers, each a folder of data beside this file, or in that of another package."""
+"""Provide the zoo: mechanisms with sources and reference values, in folders of this package or of other packages."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-DECLARATION, CASE = "zoo.toml", "case.toml"  # Files of an entry's folder
+DECLARATION, CASE = "zoo.toml", "case.toml"  # Files in the folder of an entry
 
 Kind = Literal["benchmark", "clearance joints", "linkage", "scissor structure", "deployable", "machine", "toy"]
 
 
-Origin = Literal["closed form", "published", "second formulation", "this program"]  # Who says how large a number is
-BETWEEN = 1e-6  # Samples are at an instant if they are no farther from it than this fraction of their distance
+Origin = Literal["closed form", "published", "second formulation", "this program"]  # Origin of a reference value
+BETWEEN = 1e-6  # A sample is at an instant if its distance is below this fraction of the sampling interval
 
 
 @reader(lambda: {"type": "object"})
@@ -47,7 +47,7 @@ def _where(given: Any, _: Context) -> Mapping[str, str | int]:
 
 @dataclass(frozen=True)
 class Number:
-    """A number that a right program gives: where it is in a run, how large it is, and who says so."""
+    """Reference value of a mechanism: its place in a run, its value, and its origin."""
 
     what: Annotated[str, About("what it is, in words", examples=["slider after 3 ms"])]
     variable: Annotated[str, About("variable of the run", examples=["position"])]
@@ -55,35 +55,37 @@ class Number:
     tolerance: Annotated[str, About("largest difference, with its unit", examples=["1 um"])]
     origin: Annotated[Origin, About("who says so", examples=get_args(Origin)[:1])]
     reason: Annotated[str, About("formula, publication or program", examples=["r cos a + l cos b"])]
-    # Names, or indices from 0, along the dimensions of the variable but for time
+    # Labels or indices from 0 along the dimensions of the variable except time
     where: Annotated[Mapping[str, str | int], _where, About("names along its dimensions")] = field(default_factory=dict)
-    # An instant is one of the samples; empty for a variable without time
+    # Instant of a sample; empty for a variable without time
     at: Annotated[str, About('an instant, "start", "end", "largest" or "smallest"', examples=["3 ms"])] = ""
     ideal: Annotated[bool, About("whether of the mechanism with ideal joints")] = True
 
     def measure(self, run: xr.Dataset) -> Found:
-        """The number in a run, compared with what it should be."""
+        """Measure the value in a run and compare it with the reference value."""
         with located(f"number '{self.what}'"):
             if self.variable not in run:
                 near = did_you_mean(self.variable, map(str, run.variables))
-                raise InputError(f"no variable '{self.variable}'{near}", "a variable of the run")
+                raise InputError(f"unknown variable '{self.variable}'{near}", "a variable of the run")
             values = self._selected(run)
             unit = str(values.attrs.get("units", "1"))
             expected, tolerance = (_read(text, unit) for text in (self.value, self.tolerance))
             if values.ndim:
-                raise InputError(f"'{self.variable}' along {', '.join(map(str, values.dims))}", "a name along each in `where`")
+                raise InputError(
+                    f"'{self.variable}' has the dimensions {', '.join(map(str, values.dims))}", "a label for each in `where`"
+                )
             return Found(self, float(values), expected, tolerance, unit)
 
     def _selected(self, run: xr.Dataset) -> xr.DataArray:
         values = run[self.variable]
         for dim, chosen in self.where.items():
             if dim not in values.dims:
-                raise InputError(f"'{self.variable}' along '{dim}'", ", ".join(map(str, values.dims)))
+                raise InputError(f"'{self.variable}' has no dimension '{dim}'", ", ".join(map(str, values.dims)))
             labels = [] if isinstance(chosen, int) else values[dim].values.astype(str).tolist()
             index = chosen if isinstance(chosen, int) else labels.index(chosen) if chosen in labels else -1
             if not 0 <= index < values.sizes[dim]:
                 allowed = ", ".join(labels) or f"0 to {values.sizes[dim] - 1}"
-                raise InputError(f"no {dim} '{chosen}'{did_you_mean(str(chosen), labels)}", allowed)
+                raise InputError(f"unknown {dim} '{chosen}'{did_you_mean(str(chosen), labels)}", allowed)
             values = values.isel({dim: index})
         if "time" not in values.dims:
             return values
@@ -95,7 +97,7 @@ class Number:
 
 @dataclass(frozen=True)
 class Found:
-    """What a run gives for a number."""
+    """Value measured in a run, with its reference value."""
 
     number: Number
     found: float  # In the unit of the variable
@@ -105,17 +107,17 @@ class Found:
 
     @property
     def difference(self) -> float:
-        """Found less expected."""
+        """Measured minus reference value."""
         return self.found - self.expected
 
     @property
     def met(self) -> bool:
-        """Whether the difference is within the tolerance."""
+        """True if the difference is within the tolerance."""
         return math.isfinite(self.found) and abs(self.difference) <= self.tolerance
 
 
 def _read(text: str, unit: str) -> float:
-    """A number with its unit, in SI."""
+    """Return a value with its unit in SI units."""
     given: float | str = text
     if unit == "1":
         with suppress(ValueError):
@@ -127,7 +129,7 @@ def _read(text: str, unit: str) -> float:
 
 
 def _instant(times: np.ndarray, at: str) -> int:
-    """The index of an instant among the samples."""
+    """Return the index of an instant among the samples."""
     if at in ("start", "end"):
         return 0 if at == "start" else len(times) - 1
     wanted = read_quantity(at, Quantity("s"))
@@ -139,52 +141,52 @@ def _instant(times: np.ndarray, at: str) -> int:
 
 @dataclass(frozen=True)
 class Entry:
-    """A named mechanism with its source and the numbers that a right program gives."""
+    """Named mechanism with its source and reference values."""
 
-    name: str  # As ``sd.zoo[name]`` and ``scissordyn zoo NAME`` have it
-    title: str  # What it is; `about` says where its parameters are from
+    name: str  # Name in ``sd.zoo[name]`` and ``scissordyn zoo NAME``
+    title: str  # Short description; `about` gives the origin of the parameters
     kind: str
     about: str
-    licence: str  # Of the files, as an SPDX expression; facts and figures of a source are not subject to it
+    licence: str  # Licence of the files, as an SPDX expression; facts of a source are not subject to it
     numbers: tuple[Number, ...]
     case_file: Path
-    package: str = "scissordyn"  # That it comes with
+    package: str = "scissordyn"  # Package that contains the entry
 
     @property
     def text(self) -> str:
-        """The case file."""
+        """Text of the case file."""
         return read_text(self.case_file, "a case file in TOML")
 
     @cached_property
     def case(self) -> Case:
-        """Mechanism and options of the simulation."""
+        """Mechanism and options of the case file."""
         return read_case(self.case_file)
 
     @property
     def mechanism(self) -> Mechanism:
-        """The mechanism."""
+        """Mechanism of the case."""
         return self.case.mechanism
 
     @property
     def references(self) -> tuple[Reference, ...]:
-        """Who describes it."""
+        """Publications that describe the mechanism."""
         return references(self.mechanism.source)
 
     def simulate(self, *, ideal: bool = False) -> xr.Dataset:
-        """Run it as its case file says."""
+        """Simulate the mechanism with the options of its case file."""
         return simulate(self.mechanism.ideal() if ideal else self.mechanism, **self.case.run.keywords)
 
     def check(self) -> tuple[Found, ...]:
-        """Run it, and compare its numbers with what they should be."""
+        """Simulate the mechanism and compare its values with the reference values."""
         runs = {ideal: self.simulate(ideal=ideal) for ideal in {number.ideal for number in self.numbers}}
         for run in runs.values():
             if run.attrs["status"] != "complete":
-                raise InputError(f"'{self.name}' {run.attrs['status']}: {run.attrs['cause']}", "a run that is complete")
+                raise InputError(f"'{self.name}' {run.attrs['status']}: {run.attrs['cause']}", "a complete run")
         return tuple(number.measure(runs[number.ideal]) for number in self.numbers)
 
 
 class _EntryTable(Table):
-    """The declaration of an entry."""
+    """Declaration of an entry in `zoo.toml`."""
 
     title: Annotated[str, About("what it is", examples=["Slider-crank with a clearance joint"])]
     kind: Annotated[Kind, About("what kind of mechanism", examples=["linkage"])]
@@ -195,7 +197,7 @@ class _EntryTable(Table):
 
 
 def read_entry(folder: Path, package: str) -> Entry:
-    """The entry that a folder describes."""
+    """Return the entry that a folder describes."""
     path = folder / DECLARATION
     text = read_text(path, "the declaration of a mechanism in TOML")
     tree = parsed(text, path)
@@ -203,20 +205,24 @@ def read_entry(folder: Path, package: str) -> Entry:
         table = instance(_EntryTable, tree, {"folder": folder})
     file = folder / CASE if table.example is None else folder_of_examples() / f"{table.example}.toml"
     if not file.is_file():
-        raise InputError(f"{path}: no case file '{file}'", f"{CASE} in its folder, or the name of an example as `example`")
+        raise InputError(
+            f"{path}: the case file '{file}' does not exist", f"{CASE} in the folder, or `example` with the name of an example"
+        )
     return Entry(folder.name, table.title, table.kind, table.about, table.licence, tuple(table.number), file, package)
 
 
-GROUP = "scissordyn.zoo"  # The group of entry points by which other packages name folders of theirs
+GROUP = "scissordyn.zoo"  # Entry-point group by which other packages add folders
 
 HERE = Path(__file__).parent / "entries"
 
 
 class Zoo(Mapping[str, Entry]):
-    """Named mechanisms with sources and numbers, as ``sd.zoo["flores slider-crank"]``.
+    """Named mechanisms with sources and reference values, for example ``sd.zoo["flores slider-crank"]``.
 
-    Spaces, hyphens, underscores and capital letters make no difference. Another package adds its own by an entry point of the
-    group "scissordyn.zoo" that names a folder (a path) with a folder for each mechanism: ``zoo.toml`` and ``case.toml``.
+    Spaces, hyphens, underscores and capital letters are equivalent. Another package adds mechanisms by an entry point of
+    the group
+    "scissordyn.zoo". The entry point names a folder (a path) that has a folder with ``zoo.toml`` and ``case.toml`` for each
+    mechanism.
     """
 
     @cached_property
@@ -225,7 +231,7 @@ class Zoo(Mapping[str, Entry]):
 
     @property
     def problems(self) -> tuple[str, ...]:
-        """What is wrong with the folders of other packages, which are left out then."""
+        """Errors in the folders of other packages; these mechanisms are left out."""
         return self._searched[1]
 
     @cached_property
@@ -236,7 +242,7 @@ class Zoo(Mapping[str, Entry]):
             package = point.dist.name if point.dist is not None else point.name
             try:
                 folders = _entries(Path(point.load()))
-            except Exception as error:  # of somebody else's package: the rest can be used without it
+            except Exception as error:  # an error of another package must not hide the rest
                 wrong.append(f"{package}: {type(error).__name__}: {error}")
                 continue
             for folder in folders:
@@ -250,7 +256,7 @@ class Zoo(Mapping[str, Entry]):
         names = {_plain(entry): entry for entry in self._folders}
         if _plain(str(name)) not in names:
             near = did_you_mean(str(name), self._folders)
-            raise InputError(f"no mechanism '{name}' in the zoo{near}", ", ".join(self._folders), "scissordyn zoo")
+            raise InputError(f"unknown mechanism '{name}' in the zoo{near}", ", ".join(self._folders), "scissordyn zoo")
         folder, package = self._folders[names[_plain(str(name))]]
         return read_entry(folder, package)
 
@@ -274,9 +280,9 @@ def _plain(name: str) -> str:
 def _entries(folder: Path) -> list[Path]:
     entries = sorted(path.parent for path in folder.glob(f"*/{DECLARATION}"))
     if not entries:
-        raise InputError(f"'{folder}' has no folder with a {DECLARATION}", "the folder of some mechanisms")
+        raise InputError(f"'{folder}' has no folder with a {DECLARATION}", "a folder with one folder for each mechanism")
     return entries
 
 
 zoo = Zoo()
-"""The mechanisms that come with the package and with others that are installed."""
+"""Mechanisms of this package and of other installed packages."""

@@ -1,1 +1,1 @@
-"""The catalogue of controllers: from the signals of an actuator to its torque."""
+"""Controllers, which compute the torque of an actuator from its signals."""

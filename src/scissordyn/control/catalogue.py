@@ -1,4 +1,4 @@
-"""Every controller by name: one entry for each file in the folders `tracking` and `delayed`."""
+"""List every controller by name; each file in the folders `tracking` and `delayed` defines one."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ CONTROLLERS: Mapping[str, type[Any]] = elements_in(tracking, delayed)  # Control
 
 
 def controller(name: str) -> type[Any]:
-    """The controller of a name.
+    """Return the controller class of a given name.
 
     Parameters
     ----------
     name : str
-        Of the package's, or ``"file.py:NAME"`` for one of your own; the file is executed.
+        Name in the catalogue, or ``"file.py:NAME"`` for a user-defined controller; the file is executed.
 
     Returns
     -------
     type
-        A frozen dataclass; call it with its parameters.
+        Frozen dataclass; call it with its parameters.
 
     Raises
     ------
     InputError
-        If there is none; names the nearest.
+        If no such controller exists; the message suggests the nearest name.
     """
     return element_named("controller", "controller", name, CONTROLLERS)

@@ -1,4 +1,4 @@
-"""What a controller is."""
+"""Base class of controllers."""
 
 from __future__ import annotations
 
@@ -12,10 +12,11 @@ DEFAULTS = {"delay": 0.0, "recorded": "", "recursion_gain": 0.0}
 
 
 class Controller(Part):
-    """From the signals of an actuator to its torque [N m], and the rates of its states.
+    """Base of controllers, which compute the torque [N m] of an actuator and the rates of internal states from signals.
 
-    Its kernel names the signals that it uses; `recorded` is the present value of the recorded signal, `delayed` the one of
-    S(t) = y(t) + R S(t - T) a delay ago.
+    The kernel's argument names select its signals. `recorded` is the present value of the recorded signal y. `delayed` is
+    the value of
+    S(t) = y(t) + R S(t - T) one delay ago.
     """
 
     slot = Slot(
@@ -30,18 +31,18 @@ class Controller(Part):
     delay: float
     """Delay of the recorded signal [s]; 0 for none."""
     recorded: str
-    """The signal whose delayed value it uses; empty for none."""
+    """Signal whose delayed value is used; empty for none."""
     recursion_gain: float
-    """R [1]."""
+    """Weight R of S(t - T) [1]."""
 
     @property
     def states(self) -> tuple[State, ...]:
-        """Its internal states; empty for none."""
+        """Internal states; empty for none."""
         states: tuple[State, ...] = self.declaration.states
         return states
 
     def _uses(self, signal: str) -> bool:
-        """Whether the kernel names a signal."""
+        """Return whether a kernel has an argument whose name starts with a signal's."""
         kernels: Any = self.declaration.kernels.values()
         return any(name.startswith(signal) for kernel in kernels for name in arguments_of(kernel))
 
@@ -51,7 +52,7 @@ class Controller(Part):
 
     @property
     def uses_sensor(self) -> bool:
-        """Whether it uses the actuator's sensor."""
+        """True if the controller uses the actuator's sensor."""
         return self.recorded.startswith("sensor") or self._uses("sensor")
 
 

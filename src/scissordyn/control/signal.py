@@ -1,6 +1,7 @@
-"""The signals of a controller, and functions that several controllers share.
+"""Define the signals of a controller, and functions shared by several controllers.
 
-The signals of an actuator are one row, in the order of `SIGNALS`; angles and speeds are its body's against its base.
+The signals of an actuator form one row, in the order of `SIGNALS`. Angles and speeds are those of its body relative to its
+base.
 """
 
 from __future__ import annotations
@@ -26,10 +27,11 @@ SIGNALS = (
     "delayed",
     "feed_forward",
 )
-"""Reference motion [rad, rad/s, rad/s^2]; reference less measured angle, in (-pi, pi]; measured speed; the sensor's vector [m]
-and its rate [m/s]; the recorded signal one delay ago; the feed-forward torque [N m]."""
+"""Reference motion [rad, rad/s, rad/s^2]; reference minus measured angle, in (-pi, pi]; measured speed; sensor vector [m]
+and its rate [m/s]; recorded signal one delay ago; feed-forward torque [N m].
+"""
 
-REFERENCE, ERROR, SPEED, SENSOR, DELAYED, FEED_FORWARD = 0, 3, 4, 5, 9, 10  # Their indices
+REFERENCE, ERROR, SPEED, SENSOR, DELAYED, FEED_FORWARD = 0, 3, 4, 5, 9, 10  # Indices of signals
 
 MEASURED: Mapping[str, str] = MappingProxyType(
     {"error": "rad", "speed": "rad/s", "sensor_x": "m", "sensor_y": "m", "sensor_rate_x": "m/s", "sensor_rate_y": "m/s"}
@@ -47,7 +49,7 @@ Recorded = Annotated[
 
 @kernel
 def control_torque(pointer, t, recorded, q, z, dz, p):
-    """Torque [N m] of a controller at time t and signals q; writes the rates of its internal states into dz."""
+    """Return the torque [N m] of a controller at time t and signals q; write the rates of its internal states into dz."""
     if pointer == 0:
         return 0.0
     return call_at(pointer, q, (), z, (t, recorded), p, dz)
@@ -56,12 +58,12 @@ def control_torque(pointer, t, recorded, q, z, dz, p):
 def check_signal(owner: str, name: str) -> None:
     """Raise `InputError` unless a signal of that name can be recorded."""
     if name not in MEASURED:
-        raise InputError(f"{owner}: recorded = {name!r}{did_you_mean(name, MEASURED)}", ", ".join(MEASURED))
+        raise InputError(f"{owner}: unknown signal recorded = {name!r}{did_you_mean(name, MEASURED)}", ", ".join(MEASURED))
 
 
 @kernel
 def limited(torque, limit):
-    """The torque clipped to [-limit, limit]; NaN stays NaN."""
+    """Return the torque clipped to [-limit, limit]; NaN stays NaN."""
     if torque > limit:
         return limit
     if torque < -limit:
@@ -71,7 +73,7 @@ def limited(torque, limit):
 
 @kernel
 def ramped(t, begin, duration):
-    """Zero before `begin`, one a duration later, linear between."""
+    """Return 0 before `begin` and 1 after the duration, with a linear transition."""
     if t < begin:
         return 0.0
     if t >= begin + duration:

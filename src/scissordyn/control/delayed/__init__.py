@@ -1,1 +1,1 @@
-"""Controllers that feed back the difference of a signal and its delayed value."""
+"""Controllers with feedback of the difference between a signal and its delayed value."""

@@ -1,4 +1,4 @@
-"""Extended delayed feedback: Pyragas's with a geometric sum over all periods before."""
+"""Extended delayed feedback: Pyragas's feedback with a geometric sum over all previous periods."""
 
 from __future__ import annotations
 

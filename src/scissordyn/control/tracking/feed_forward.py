@@ -1,4 +1,4 @@
-"""Feed-forward torque of the reference motion with feedback of the tracking error."""
+"""Feed-forward torque of the reference motion, with feedback of the tracking error."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def torque(
     eccentricity_rate_damping,
     regularisation_length,
 ):
-    """Torque [N m] and z' [N m/s]."""
+    """Return the torque [N m] and z' [N m/s]."""
     command = proportional * error + derivative * (reference_speed - speed) + feed_forward
     if eccentricity_rate_damping != 0.0:
         square = sensor_x * sensor_x + sensor_y * sensor_y + regularisation_length * regularisation_length
@@ -65,5 +65,5 @@ class FeedForward(PID):
 
     @property
     def uses_sensor(self) -> bool:
-        """Whether the rate damping is not zero."""
+        """True if the rate damping is not zero."""
         return self.eccentricity_rate_damping != 0.0

@@ -1,4 +1,4 @@
-"""Feedback of the angle error and of its filtered rate."""
+"""Feedback of the angle error and its filtered rate."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from scissordyn.units import Quantity, State
 
 
 def torque(error, reference_speed, speed, filtered_rate, proportional, derivative, filter_time, limit):
-    """Torque [N m] and z' [rad/s^2]."""
+    """Return the torque [N m] and z' [rad/s^2]."""
     command = proportional * error + derivative * filtered_rate
     return limited(command, limit), (reference_speed - speed - filtered_rate) / filter_time
 
@@ -24,7 +24,7 @@ def torque(error, reference_speed, speed, filtered_rate, proportional, derivativ
     source="Astrom and Hagglund 1995, PID Controllers, ISBN 1-55617-516-7",
 )
 class FilteredPD(Controller):
-    r"""Feedback of the angle error and of its rate behind a filter of first order, within a limit.
+    r"""Feedback of the angle error and its rate after a first-order filter, within a limit.
 
     .. math::
         u = \mathrm{sat}(k_p e + k_d z),\quad T_f z' = \dot e - z
@@ -38,5 +38,5 @@ class FilteredPD(Controller):
     limit: Annotated[float | None, Quantity("N m", above=0.0, help="largest torque in either sense")] = None
 
     def parameters(self) -> tuple[float, ...]:
-        """The limit is infinite unless given."""
+        """Return the kernel's parameters; by default the limit is infinite."""
         return numbers(self, limit=math.inf if self.limit is None else self.limit)

@@ -1,6 +1,6 @@
-"""Feedback of the angle error, of its rate and of its integral.
+"""Feedback of the angle error, its rate and its integral.
 
-Back-calculation keeps the integral from winding up (Astrom and Hagglund 1995, PID Controllers, section 3.5).
+Back-calculation prevents integral wind-up (Astrom and Hagglund 1995, PID Controllers, section 3.5).
 """
 
 from __future__ import annotations
@@ -16,17 +16,17 @@ from scissordyn.plugin.element import element, numbers
 from scissordyn.units import Quantity, State, check_quantities
 
 INTEGRAL = State("integral_torque", "N m", scale=1.0)
-"""The integral part of the torque. Errors are compared with the torques of the mechanism where these are smaller."""
+"""Integral part of the torque; its errors are weighed by the mechanism's torques where these are smaller."""
 
 
 def feedback_numbers(described: Any) -> dict[str, float]:
-    """Limit and 1/tracking time of a controller that has the fields of these."""
+    """Return the limit and the inverse tracking time of a controller with these fields."""
     name = type(described).__name__
     if described.ramp > 0.0 and described.limit is None:
-        raise InputError(f"{name}: ramp = {described.ramp:g} s without a limit", "a limit, which the ramp raises from zero")
+        raise InputError(f"{name}: ramp = {described.ramp:g} s requires a limit", "a limit that the ramp raises from zero")
     tracking = described.tracking_time
     if tracking is None and described.integral > 0.0:
-        # the integral time, which Astrom and Hagglund recommend as an upper bound
+        # the integral time, an upper bound recommended by Astrom and Hagglund
         tracking = described.proportional / described.integral or 1.0
     limit = math.inf if described.limit is None else described.limit
     return {"limit": limit, "back_calculation": 1.0 / tracking if tracking else 0.0}
@@ -34,7 +34,7 @@ def feedback_numbers(described: Any) -> dict[str, float]:
 
 @kernel
 def settled(time, command, error, integral_torque, integral, limit, ramp, back_calculation):
-    """Torque [N m] of a command with its integral part within the limit, and z' [N m/s]."""
+    """Return the limited torque [N m] of a command and its integral part, and z' [N m/s]."""
     command += integral_torque
     torque = limited(command, limit if ramp == 0.0 else limit * ramped(time, 0.0, ramp))
     return torque, integral * error + back_calculation * (torque - command)
@@ -43,7 +43,7 @@ def settled(time, command, error, integral_torque, integral, limit, ramp, back_c
 def torque(
     time, error, reference_speed, speed, integral_torque, proportional, derivative, integral, limit, ramp, back_calculation
 ):
-    """Torque [N m] and z' [N m/s]."""
+    """Return the torque [N m] and z' [N m/s]."""
     command = proportional * error + derivative * (reference_speed - speed)
     return settled(time, command, error, integral_torque, integral, limit, ramp, back_calculation)
 
@@ -73,9 +73,9 @@ class PID(Controller):
 
     @property
     def states(self) -> tuple[State, ...]:
-        """The integral part of the torque, if there is one."""
+        """Integral part of the torque; empty without integral gain."""
         return (INTEGRAL,) if self.integral > 0.0 else ()
 
     def parameters(self) -> tuple[float, ...]:
-        """The limit is infinite unless given; in place of the tracking time one over it."""
+        """Return the kernel's parameters: an infinite limit by default, and the inverse tracking time."""
         return numbers(self, **feedback_numbers(self))

@@ -1,1 +1,1 @@
-"""What lets a user's own Python function stand where the package's own kernels stand."""
+"""Let user-defined Python functions replace the package's kernels."""

@@ -1,7 +1,8 @@
-"""What makes a class an element: its slot, its kernels with named arguments, its states and facts; elements by their names.
+"""Make a class an element with a slot, kernels with named arguments, states and facts, and find elements by name.
 
-Kernels are reached by pointers to their machine code: those of the package's elements are in its library, that of an element of
-a user is compiled when it is first used, to a library that lives as long as the process.
+Kernels are called by pointers to machine code. Kernels of the package are in its library. A user-defined kernel is compiled at
+its
+first use, to a library that is kept as long as the process.
 """
 
 from __future__ import annotations
@@ -32,26 +33,27 @@ from scissordyn.units import Quantity, State, check_quantities, quantities
 
 Kernel = Callable[..., Any]
 
-RECIPES: dict[int, Recipe] = {}  # What was made into the function at each pointer
+RECIPES: dict[int, Recipe] = {}  # Recipe of the function at each pointer
 
 
 def check_names(what: str, key: str, kernel: Kernel, places: Mapping[str, str]) -> None:
-    """Raise `InputError` if a kernel names what it cannot be given."""
+    """Raise `InputError` if a kernel has an argument that its slot does not provide."""
     for argument in arguments_of(kernel):
         if argument not in places:
             raise InputError(
-                f"{what}: its kernel '{key}' names '{argument}'{did_you_mean(argument, places)}", ", ".join(places)
+                f"{what}: its kernel '{key}' has the unknown argument '{argument}'{did_you_mean(argument, places)}",
+                ", ".join(places),
             )
 
 
 def arguments_of(kernel: Kernel) -> tuple[str, ...]:
-    """Names of a kernel's arguments."""
+    """Return the names of a kernel's arguments."""
     return tuple(inspect.signature(kernel).parameters)
 
 
 @cache
 def pointer_of(recipe: Recipe) -> int:
-    """Where the machine code of an element's kernel lies."""
+    """Return the pointer to the machine code of an element's kernel."""
     if PYTHON:
         pointer = len(CALLED) + 1
         CALLED[pointer] = recipe.python()
@@ -64,13 +66,13 @@ def pointer_of(recipe: Recipe) -> int:
 
 
 _KEPT: list[Any] = []
-"""Libraries and functions of users' elements: they live as long as the process, since their pointers travel as numbers."""
+"""Libraries and functions of user-defined elements, kept as long as the process because their pointers are plain integers."""
 
 _POINTERS = ctypes.CFUNCTYPE(ctypes.c_double, *[ctypes.POINTER(ctypes.c_double)] * 6)
 
 
 def _compiled(recipe: Recipe) -> Any:
-    """A user's function in C; one without a source, as from a prompt, stays in Python and is about a hundred times slower."""
+    """Return a user-defined function in C; without a source it stays in Python and is about a hundred times slower."""
     unit = Unit()
     unit.kernel(recipe)
     try:
@@ -83,7 +85,7 @@ def _compiled(recipe: Recipe) -> Any:
 
 
 def _in_python(recipe: Recipe) -> Callable[..., float]:
-    """What is called by a pointer; errors are NaN, as C has no others."""
+    """Return a Python function that is called by a pointer; errors give NaN, because C has no exceptions."""
     called = recipe.python()
 
     def answer(*pointers: Any) -> float:
@@ -98,28 +100,28 @@ def _in_python(recipe: Recipe) -> Callable[..., float]:
     return answer
 
 
-PARAMETERS = 16  # Width of one row of numbers, a law's or a controller's, in the parameter tables that kernels read
-ABSENT = "-0.0"  # What a kernel is handed for a state that a part does not have: it changes no sum
+PARAMETERS = 16  # Largest number of parameters of an element: the width of a row in the parameter tables of kernels
+ABSENT = "-0.0"  # Argument for a state that a part does not have; -0.0 changes no sum
 
 
 @dataclass(frozen=True, eq=False)
 class Slot:
-    """Where elements of one kind act."""
+    """Place in a model where elements of one kind act."""
 
-    name: str  # What the slot is called in a case file
-    inputs: tuple[str, ...]  # What a kernel may name, in the order of their row
-    # The kernels that an element may have, the one it acts through first: how many of the inputs each may name, and its
-    # results: "force", one number and the rates of the states; "states"; or "number"
+    name: str  # Name of the slot in a case file
+    inputs: tuple[str, ...]  # Arguments that a kernel may have, in the order of their row
+    # Kernels that an element may have, its main kernel first. Each has the number of inputs that it may use, and its results:
+    # "force" (one number and the rates of the states), "states" or "number"
     kernels: Mapping[str, tuple[int, str]]
-    context: tuple[str, ...] = ()  # What a kernel may name beside, in the order of their row
-    defaults: Mapping[str, Any] = field(default_factory=dict)  # Of attributes that may be fields
-    stateful: bool = False  # Whether its elements may have internal states
-    title: str = ""  # What messages call an element
+    context: tuple[str, ...] = ()  # Further arguments that a kernel may have, in the order of their row
+    defaults: Mapping[str, Any] = field(default_factory=dict)  # Default values of attributes that may be fields
+    stateful: bool = False  # True if elements may have internal states
+    title: str = ""  # Name of an element in messages
 
 
 @dataclass(frozen=True, eq=False)
 class Element:
-    """What the package knows of a class of elements."""
+    """Declaration of a class of elements."""
 
     slot: Slot
     kernels: Mapping[str, Kernel]
@@ -128,21 +130,21 @@ class Element:
 
 
 class Part:
-    """Base of the elements of a slot, with what they declare beside their kernels."""
+    """Base of the elements of a slot, with attributes that they declare in addition to their kernels."""
 
     slot: ClassVar[Slot]
     declaration: ClassVar[Any]
     name: ClassVar[str]
     source: ClassVar[str]
     kernels: ClassVar[Mapping[str, Kernel]] = {}
-    """Those that all elements of a base have."""
+    """Kernels that all elements of a base share."""
 
     def parameters(self, *_: Any) -> tuple[float, ...]:
-        """The numbers that the kernels read."""
+        """Return the parameters that the kernels read."""
         return numbers(self)
 
 
-SLOTS: dict[str, type[Part]] = {}  # The bases by the names of their slots
+SLOTS: dict[str, type[Part]] = {}  # Base classes by the names of their slots
 
 Class = TypeVar("Class")
 
@@ -160,23 +162,23 @@ def element(
 ) -> _Declare:
     """Make a class or a function a contact law, a friction law or a controller.
 
-    A class becomes a frozen dataclass whose numbers its kernels name. A function becomes such a class, too: it is the first
-    kernel, and its arguments that are no inputs, context or states of the slot are the numbers, with their defaults.
+    A class becomes a frozen dataclass, and its kernels refer to its fields by name. A function becomes such a class with the
+    function as main kernel. Arguments that are not inputs, context or states of the slot become its fields with their defaults.
 
     Parameters
     ----------
     slot : str, optional
-        What it is: "stiffness", "damping", "friction" or "controller"; not for a class that inherits it.
+        Kind of element: "stiffness", "damping", "friction" or "controller"; not for a class that inherits from a base.
     name : str, optional
-        By default the name of the class in lower case with hyphens.
+        Name of the element; by default the class name in lower case with hyphens.
     source : str
-        A citation.
+        Citation.
     states : tuple of State
-        Internal states, each an argument of the kernels; without a `start` kernel they start at zero.
+        Internal states, each an argument of the kernels; they start at zero unless there is a `start` kernel.
     **declared
-        Kernels and facts of the slot. A kernel gets by name what it names: inputs of the slot, states and the numbers of the
-        class, which are its fields with a `Quantity`, or, where the class has a method `parameters`, what that returns, named
-        by the last arguments of the first kernel.
+        Kernels and facts of the slot. The arguments of a kernel are inputs of the slot, states, and parameters. Parameters are
+        the fields with a `Quantity`; or, if the class has a method `parameters`, its results, named by the last arguments of
+        the first kernel.
 
     Returns
     -------
@@ -185,14 +187,14 @@ def element(
     Raises
     ------
     InputError
-        If there is no such slot, kernel or fact, or a kernel names something else.
+        If the slot, kernel or fact does not exist, or a kernel has an unknown argument.
     """
 
     def declare(described: Any) -> Any:
         bases = getattr(described, "__mro__", ())
         base: Any = next((base_class for base_class in bases if base_class in SLOTS.values()), SLOTS.get(slot))
         if base is None:
-            raise InputError(f"slot = {slot!r}{did_you_mean(slot, SLOTS)}", ", ".join(SLOTS))
+            raise InputError(f"unknown slot = {slot!r}{did_you_mean(slot, SLOTS)}", ", ".join(SLOTS))
         kinds, declarations = base.slot.kernels, {**getattr(described, "kernels", {}), **declared}
         taken = {*base.slot.inputs, *base.slot.context, *(getattr(state, "name", "") for state in states)}
         if inspect.isfunction(described):
@@ -208,7 +210,7 @@ def element(
         for key in declarations:
             if key not in (*kinds, *facts):
                 raise InputError(
-                    f"{key} of a {base.slot.title}{did_you_mean(key, (*kinds, *facts))}", ", ".join((*kinds, *facts))
+                    f"unknown {key} of a {base.slot.title}{did_you_mean(key, (*kinds, *facts))}", ", ".join((*kinds, *facts))
                 )
         if not hasattr(described, "__post_init__"):
             described.__post_init__ = check_quantities
@@ -216,7 +218,7 @@ def element(
         kernels = {key: declarations[key] for key in kinds if declarations.get(key) is not None}
         main = kernels.get(next(iter(kinds)))
         named = tuple(quantities(cls))
-        if cls.parameters is not Part.parameters:  # the class says itself what its kernels read
+        if cls.parameters is not Part.parameters:  # the class computes the kernel's parameters
             named = () if main is None else tuple(argument for argument in arguments_of(main) if argument not in taken)
         spelled = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "-", cls.__name__).lower()
         chosen = {key: declarations[key] for key in facts if key in declarations}
@@ -235,7 +237,7 @@ def element(
 
 
 def _class_of(function: Kernel, taken: set[str]) -> type:
-    """A class without a decorator whose numbers are the arguments of a function that are not taken."""
+    """Return an undecorated class whose fields are the remaining arguments of a function."""
     content: dict[str, Any] = {key: getattr(function, key) or "" for key in ("__module__", "__qualname__", "__doc__")}
     hints = get_type_hints(function, include_extras=True)
     numbers = {key: argument for key, argument in inspect.signature(function).parameters.items() if key not in taken}
@@ -246,17 +248,17 @@ def _class_of(function: Kernel, taken: set[str]) -> type:
 
 
 def element_class(slot: str, reference: str, folder: Path) -> Any:
-    """The class of elements that ``"file.py:name"`` names."""
+    """Return the element class that ``"file.py:name"`` names."""
     base = SLOTS[slot]
     cls, name = class_in(base.slot.title, reference, folder)
     if cls is None or not (issubclass(cls, base) and "declaration" in vars(cls)):
-        sample = f'@sd.element(slot="{slot}") over it'
-        raise InputError(f"'{name}' is no {base.slot.title}", "a class or a function under sd.element", sample)
+        sample = f'@sd.element(slot="{slot}") above it'
+        raise InputError(f"'{name}' is not a {base.slot.title}", "a class or a function decorated with sd.element", sample)
     return cls
 
 
 def numbers(part: Any, **derived: float) -> tuple[float, ...]:
-    """The numbers that the kernels of an element read, in order: those derived, and otherwise its fields."""
+    """Return the parameters that an element's kernels read, in order: derived values, and otherwise its fields."""
     return tuple(float(derived[name] if name in derived else getattr(part, name)) for name in part.declaration.numbers)
 
 
@@ -264,15 +266,15 @@ def _check(made: Any) -> None:
     declared: Element = made.declaration
     what = f"{declared.slot.title} '{made.__name__}'"
     if len(declared.numbers) > PARAMETERS:
-        raise InputError(f"{what} with {len(declared.numbers)} parameters", f"at most {PARAMETERS}")
+        raise InputError(f"{what} has {len(declared.numbers)} parameters", f"at most {PARAMETERS}")
     if declared.states and not declared.slot.stateful:
         able = ", ".join(f'slot="{name}"' for name, base in SLOTS.items() if base.slot.stateful)
-        raise InputError(f"{what} with internal states", able)
+        raise InputError(f"{what} cannot have internal states", able)
     for state in declared.states:
         if not isinstance(state, State) or (state.scale is None and "start" not in declared.kernels):
             called = getattr(state, "name", state)
             raise InputError(
-                f"{what}: state {called!r} has no unit or no scale of its errors",
+                f"{what}: state {called!r} has no unit or no error scale",
                 "State(NAME, UNIT, scale=SIZE)",
                 f'states=(sd.State("{called}", "m", scale=1e-6),)',
             )
@@ -281,7 +283,7 @@ def _check(made: Any) -> None:
 
 
 def _places(declared: Element, key: str, present: tuple[str, ...]) -> dict[str, str]:
-    """Where a kernel finds what it may name, for a part with some of the declared states."""
+    """Return where a kernel finds each possible argument, for a part with some of the declared states."""
     count, results = declared.slot.kernels[key]
     places = {name: f"q[{k}]" for k, name in enumerate(declared.slot.inputs[:count])}
     places |= {name: f"x[{k}]" for k, name in enumerate(declared.slot.context)}
@@ -293,7 +295,7 @@ def _places(declared: Element, key: str, present: tuple[str, ...]) -> dict[str, 
 
 
 def _targets(declared: Element, key: str, present: tuple[str, ...]) -> tuple[str, ...]:
-    """Where the results of a kernel go."""
+    """Return where the results of a kernel are stored."""
     kind = declared.slot.kernels[key][1]
     written = tuple(
         f"out[{present.index(state.name)}]" if state.name in present else "_" for state in declared.states if kind != "number"
@@ -302,15 +304,15 @@ def _targets(declared: Element, key: str, present: tuple[str, ...]) -> tuple[str
 
 
 def pointers(part: Any) -> Mapping[str, int]:
-    """Pointers to the kernels of an element, by name; 0 for one that it does not have."""
+    """Return the pointers to an element's kernels by name; 0 for a missing kernel."""
     states = getattr(part, "states", ())
-    if not isinstance(states, tuple):  # of a class whose parts decide
+    if not isinstance(states, tuple):  # the states depend on the instance
         states = part.declaration.states
     return _pointers(part.declaration, tuple(state.name for state in states))
 
 
 def recipes(declared: Element, present: tuple[str, ...]) -> dict[str, Recipe]:
-    """What its kernels are made into, by their names, for a part with some of the declared states."""
+    """Return the recipes of an element's kernels by name, for a part with some of the declared states."""
     table = {}
     for key, kernel in declared.kernels.items():
         places = _places(declared, key, present)
@@ -325,11 +327,11 @@ def _pointers(declared: Element, present: tuple[str, ...]) -> Mapping[str, int]:
 
 
 def row_of(part: Any, *joint: Any) -> np.ndarray:
-    """The numbers of an element as its kernels read them, shape (PARAMETERS,)."""
+    """Return the parameters of an element as its kernels read them, shape (PARAMETERS,)."""
     numbers, row = part.parameters(*joint), np.zeros(PARAMETERS)
     if len(numbers) != len(part.declaration.numbers):
         raise InputError(
-            f"{part.declaration.slot.title} '{part.name}' with {len(numbers)} parameters",
+            f"{part.declaration.slot.title} '{part.name}' has {len(numbers)} parameters",
             f"{len(part.declaration.numbers)}: {', '.join(part.declaration.numbers)}",
         )
     row[: len(numbers)] = numbers
@@ -337,18 +339,18 @@ def row_of(part: Any, *joint: Any) -> np.ndarray:
 
 
 def is_ours(part: Any) -> bool:
-    """Whether an element is the package's own, and not a user's."""
+    """Return whether an element belongs to the package, and is not user-defined."""
     return type(part).__module__.startswith("scissordyn.")
 
 
 def declared_in(module: ModuleType) -> list[type[Any]]:
-    """Classes with a declaration that a module defines, in order."""
+    """Return the classes with a declaration that a module defines, in order."""
     classes = [thing for thing in vars(module).values() if isinstance(thing, type) and thing.__module__ == module.__name__]
     return [thing for thing in classes if "declaration" in vars(thing)]
 
 
 def elements_in(*folders: ModuleType) -> Mapping[str, type[Any]]:
-    """The elements that are defined in the modules of packages: an element has no other place than its file."""
+    """Return the elements defined in the modules of packages, by name."""
     elements: dict[str, type[Any]] = {}
     for folder in folders:
         for entry in pkgutil.iter_modules(folder.__path__):
@@ -356,15 +358,15 @@ def elements_in(*folders: ModuleType) -> Mapping[str, type[Any]]:
             for thing in declared_in(module):
                 name: str = vars(thing)["name"]
                 if name in elements:
-                    raise TypeError(f"two elements named '{name}': {elements[name].__module__} and {module.__name__}")
+                    raise TypeError(f"two elements have the name '{name}': {elements[name].__module__} and {module.__name__}")
                 elements[name] = thing
     return MappingProxyType(dict(sorted(elements.items())))
 
 
 def element_named(slot: str, what: str, name: str, elements: Mapping[str, type[Any]]) -> type[Any]:
-    """An element of the package, or in a file of the user's, which is executed."""
+    """Return an element of the package, or of a user's file, which is executed."""
     if ".py:" in name:
         return cast(type[Any], element_class(slot, name, Path.cwd()))
     if name not in elements:
-        raise InputError(f"no {what} '{name}'{did_you_mean(name, elements)}", ", ".join(elements) + ", or 'file.py:NAME'")
+        raise InputError(f"unknown {what} '{name}'{did_you_mean(name, elements)}", ", ".join(elements) + ", or 'file.py:NAME'")
     return elements[name]

@@ -238,9 +238,9 @@ def test_losses_that_have_not_converged_are_said() -> None:
 def test_a_run_with_many_unsolved_steps_has_failed() -> None:
     """Contract: one step in a thousand that is not solved is a warning, one in ten is a failure."""
     driver, _, _ = make_driver(plan(sliders(1, 0.0)), Options(0.1))
-    driver.stepping.content.counts[solver.IMPULSIVE] = 1000
+    driver.stepping.content.state.counts[solver.IMPULSIVE] = 1000
     for unsolved, failed in ((1, False), (100, True)):
-        driver.stepping.content.counts[solver.UNSOLVED] = unsolved
+        driver.stepping.content.state.counts[solver.UNSOLVED] = unsolved
         assert bool(model_failure(driver)) is failed
 
 

@@ -85,25 +85,26 @@ def test_impulses_by_pivoting():
     step, seen = 1e-4, 0
     driver, _, _ = make_driver(plan(chain()), Options(1.0, start="in-contact", step=step))
     driver.sample_at(np.zeros(0))
-    hard, m = driver.stepping.content, driver.plan.model.constraint_start.size - 1
+    model, work = driver.stepping.content.model, driver.stepping.content.work
+    m = driver.plan.model.constraint_start.size - 1
     for k in range(0, 200, 10):
         advance(driver, (k + 10) * step, most_steps=10)
-        impulse, velocity = hard.impulse.copy(), hard.velocity.copy()
-        taking_part = hard.gram[hard.place[m : m + 2 * hard.which.size : 2], hard.reach[0]] > 0.0
-        hard.closed[taking_part] = 1  # those that the step has opened too
-        force, speed = np.abs(impulse).max(), np.abs(hard.free).max()
-        hard.restless[:] = np.arange(hard.which.size) % 3 == 0
+        impulse, velocity = work.impulse.copy(), work.velocity.copy()
+        taking_part = work.gram[model.place[m : m + 2 * model.which.size : 2], model.reach[0]] > 0.0
+        work.closed[taking_part] = 1  # those that the step has opened too
+        force, speed = np.abs(impulse).max(), np.abs(work.free).max()
+        work.restless[:] = np.arange(model.which.size) % 3 == 0
         for least in (1, 0):
             assert pivot_at(least, m, driver.stepping.hard.address) >= 0
-            np.testing.assert_allclose(hard.impulse, impulse, atol=1e-6 * force)
-            np.testing.assert_allclose(hard.velocity, velocity, atol=1e-6 * speed)
-        a, b = hard.place[m : m + 2 * hard.which.size : 2], hard.place[m + 1 : m + 2 * hard.which.size : 2]
-        own = hard.gram[a, hard.reach[0]] > 0.0
-        p, u = hard.impulse[a][own], (hard.velocity[a] + hard.compliance * hard.impulse[a] + hard.offset)[own]
-        seen += int(np.count_nonzero(hard.compliance[own] * p > 0.0))
-        slip = hard.velocity[b][own]
-        rubs = (hard.impulse[b] - hard.lag + hard.turning_mass * hard.velocity[b])[own]
-        limit = hard.friction[own] * p
+            np.testing.assert_allclose(work.impulse, impulse, atol=1e-6 * force)
+            np.testing.assert_allclose(work.velocity, velocity, atol=1e-6 * speed)
+        a, b = model.place[m : m + 2 * model.which.size : 2], model.place[m + 1 : m + 2 * model.which.size : 2]
+        own = work.gram[a, model.reach[0]] > 0.0
+        p, u = work.impulse[a][own], (work.velocity[a] + work.compliance * work.impulse[a] + work.offset)[own]
+        seen += int(np.count_nonzero(work.compliance[own] * p > 0.0))
+        slip = work.velocity[b][own]
+        rubs = (work.impulse[b] - work.lag + work.turning_mass * work.velocity[b])[own]
+        limit = work.friction[own] * p
         assert p.min() > -1e-12 * force
         assert u.min() > -1e-8 * speed
         assert np.abs(p * u).max() < 1e-8 * force * speed

@@ -34,12 +34,12 @@ CORRECTIONS = 3  # Of an internal state of friction, by Newton's method
 @kernel
 def normal_at(i, delta, rate, S, H):
     """Normal force [N] of compliant contact i; negative where its surfaces part so fast that the law would pull."""
-    j = H.which[i]
+    j = H.model.which[i]
     # below the floor the law is linear, and has no damping
-    if delta <= H.floor[i]:
+    if delta <= H.parameters.floor[i]:
         force, _ = law_at(i, delta, H)
         return force
-    elastic = elastic_force(H.law[i], delta, H.elastic[i])
+    elastic = elastic_force(H.parameters.law[i], delta, H.parameters.elastic[i])
     reference = reference_speed(elastic, delta, rate, S.state.memory[j], S.state.mass[j])
     arguments = elastic, delta, rate_in_range(rate, reference), abs(reference)
     return call_at(S.parameters.law[j].damping, arguments, (), (), (), S.parameters.damping[j], ())
@@ -47,10 +47,10 @@ def normal_at(i, delta, rate, S, H):
 
 @kernel
 def friction_at(i, slip, normal, y, S, H):
-    """Friction force [N] of compliant contact i at the end of a step; its states then stand in `HardContacts.bristle`."""
-    M, P, j = S.model, S.parameters, H.which[i]
+    """Friction force [N] of compliant contact i at the end of a step; its states then stand in `HardWork.bristle`."""
+    M, P, j = S.model, S.parameters, H.model.which[i]
     states = M.state_start[j + 1] - M.state_start[j]
-    z, dz, first, h = H.bristle[:states], S.work.state_work[0, :states], 2 * M.n + M.state_start[j], H.size[0]
+    z, dz, first, h = H.work.bristle[:states], S.work.state_work[0, :states], 2 * M.n + M.state_start[j], H.work.size[0]
     for k in range(states):
         z[k] = y[first + k]
     for _ in range(CORRECTIONS if states > 0 else 0):
@@ -69,14 +69,14 @@ def friction_at(i, slip, normal, y, S, H):
 @kernel
 def rate_of(i, at, u, H):
     """Rate of the indentation [m/s] at which the laws are evaluated, for U_N+ = u."""
-    later = H.later[i]
-    return -later * (u - H.turn[i]) - (1.0 - later) * (H.before[at] + H.turn[i])
+    later = H.work.later[i]
+    return -later * (u - H.work.turn[i]) - (1.0 - later) * (H.work.before[at] + H.work.turn[i])
 
 
 @kernel
 def slip_of(i, at, u, H):
     """And the slip speed [m/s], for U_T+ = u."""
-    return -H.later_slip[i] * u - (1.0 - H.later_slip[i]) * H.before[at]
+    return -H.work.later_slip[i] * u - (1.0 - H.work.later_slip[i]) * H.work.before[at]
 
 
 @kernel
@@ -88,8 +88,8 @@ def later_part(stiff):
 @kernel
 def normal_slopes(i, delta, rate, S, H):
     """Derivatives of the normal force by indentation [N/m] and rate [N s/m]."""
-    j, small = H.which[i], DIFFERENCE * max(delta, H.floor[i])
-    elastic = elastic_force(H.law[i], delta, H.elastic[i]) if delta > H.floor[i] else 0.0
+    j, small = H.model.which[i], DIFFERENCE * max(delta, H.parameters.floor[i])
+    elastic = elastic_force(H.parameters.law[i], delta, H.parameters.elastic[i]) if delta > H.parameters.floor[i] else 0.0
     slow = DIFFERENCE * (abs(rate) + abs(reference_speed(elastic, delta, rate, S.state.memory[j], S.state.mass[j])))
     by_depth = (normal_at(i, delta + small, rate, S, H) - normal_at(i, delta - small, rate, S, H)) / (2.0 * small)
     by_rate = (normal_at(i, delta, rate + slow, S, H) - normal_at(i, delta, rate - slow, S, H)) / (2.0 * slow)
@@ -99,57 +99,57 @@ def normal_slopes(i, delta, rate, S, H):
 @kernel
 def linearise_laws(i, a, b, u_n, slip, normal, y, S, H):
     """Write the equations of compliant contact i with its laws linearised at U_N+ = u_n, a slip speed and a normal force."""
-    h = H.size[0]
-    delta, rate = H.reached[i] - H.weight[i] * u_n, rate_of(i, a, u_n, H)
+    h = H.work.size[0]
+    delta, rate = H.work.reached[i] - H.work.weight[i] * u_n, rate_of(i, a, u_n, H)
     force = normal_at(i, delta, rate, S, H)
     by_depth, by_rate = normal_slopes(i, delta, rate, S, H)
-    _, least = law_at(i, H.floor[i], H)
+    _, least = law_at(i, H.parameters.floor[i], H)
     # P_N = h (F + slope (u_n - U_N+)): a compliance of its own and an offset in the row N
-    slope = max(by_depth, least) * H.weight[i] + by_rate * H.later[i]
-    H.compliance[i], H.offset[i] = 1.0 / (h * slope), -u_n - force / slope
+    slope = max(by_depth, least) * H.work.weight[i] + by_rate * H.work.later[i]
+    H.work.compliance[i], H.work.offset[i] = 1.0 / (h * slope), -u_n - force / slope
     small = DIFFERENCE * abs(slip) + LEAST_SLIP
     up, down = friction_at(i, slip + small, normal, y, S, H), friction_at(i, slip - small, normal, y, S, H)
     by_slip = max((up - down) / (2.0 * small), 0.0)
-    later = later_part(h * by_slip * H.gram[b, H.reach[0]]) if H.later_slip[i] == 0.0 else H.later_slip[i]
-    H.later_slip[i] = later
-    u_t = -(slip + (1.0 - later) * H.before[b]) / later
+    later = later_part(h * by_slip * H.work.gram[b, H.model.reach[0]]) if H.work.later_slip[i] == 0.0 else H.work.later_slip[i]
+    H.work.later_slip[i] = later
+    u_t = -(slip + (1.0 - later) * H.work.before[b]) / later
     # and likewise in the row T
-    H.turning_mass[i] = h * by_slip * later
-    H.lag[i] = h * friction_at(i, slip, normal, y, S, H) + H.turning_mass[i] * u_t
-    H.rubbed[i] = slip
+    H.work.turning_mass[i] = h * by_slip * later
+    H.work.lag[i] = h * friction_at(i, slip, normal, y, S, H) + H.work.turning_mass[i] * u_t
+    H.work.rubbed[i] = slip
 
 
 @kernel
 def begin_laws(i, m, y, S, H):
     """Write the equations of compliant contact i with its laws linearised at the velocities before the step."""
-    a, b = H.place[m + 2 * i], H.place[m + 2 * i + 1]
-    H.pressed[i] = max(H.pressed[i], H.depth[i], 0.0)
+    a, b = H.model.place[m + 2 * i], H.model.place[m + 2 * i + 1]
+    H.state.pressed[i] = max(H.state.pressed[i], H.work.depth[i], 0.0)
     prepare_law(i, a, H)
-    rate = -H.before[a] - H.turn[i]
-    _, by_rate = normal_slopes(i, max(H.pressed[i], H.floor[i]), rate, S, H)
-    H.later[i], H.later_slip[i] = later_part(H.size[0] * by_rate * H.gram[a, H.reach[0]]), 0.0
-    normal = max(normal_at(i, H.pressed[i], rate, S, H), 0.0)
-    linearise_laws(i, a, b, H.before[a], -H.before[b], normal, y, S, H)
-    H.friction[i], H.mode[i] = 0.0, SLIP
+    rate = -H.work.before[a] - H.work.turn[i]
+    _, by_rate = normal_slopes(i, max(H.state.pressed[i], H.parameters.floor[i]), rate, S, H)
+    H.work.later[i], H.work.later_slip[i] = later_part(H.work.size[0] * by_rate * H.work.gram[a, H.model.reach[0]]), 0.0
+    normal = max(normal_at(i, H.state.pressed[i], rate, S, H), 0.0)
+    linearise_laws(i, a, b, H.work.before[a], -H.work.before[b], normal, y, S, H)
+    H.work.friction[i], H.state.mode[i] = 0.0, SLIP
 
 
 @kernel
 def laws_fit(m, y, S, H):
     """Whether impulses agree with the laws of all compliant contacts; where they do not these are linearised anew."""
-    fits, h, largest = True, H.size[0], largest_impulse(m, H)
-    for i in range(H.which.size):
-        if H.closed[i] == 0 or H.compliant[i] == 0:
+    fits, h, largest = True, H.work.size[0], largest_impulse(m, H)
+    for i in range(H.model.which.size):
+        if H.work.closed[i] == 0 or H.model.compliant[i] == 0:
             continue
-        a, b = H.place[m + 2 * i], H.place[m + 2 * i + 1]
-        u, p_n, slip = H.velocity[a], H.impulse[a], slip_of(i, b, H.velocity[b], H)
-        delta = H.reached[i] - H.weight[i] * u
-        elastic, _ = law_at(i, max(delta, H.floor[i]), H)
+        a, b = H.model.place[m + 2 * i], H.model.place[m + 2 * i + 1]
+        u, p_n, slip = H.work.velocity[a], H.work.impulse[a], slip_of(i, b, H.work.velocity[b], H)
+        delta = H.work.reached[i] - H.work.weight[i] * u
+        elastic, _ = law_at(i, max(delta, H.parameters.floor[i]), H)
         force = max(normal_at(i, delta, rate_of(i, a, u, H), S, H), 0.0)
         friction = friction_at(i, slip, p_n / h, y, S, H) if p_n > 0.0 else 0.0
         near = MISFIT * max(h * force, p_n) + NEGLIGIBLE * max(largest, h * elastic)
-        if max(abs(h * force - p_n), abs(h * friction - H.impulse[b])) > near:
+        if max(abs(h * force - p_n), abs(h * friction - H.work.impulse[b])) > near:
             # where the slip has turned its sign since the last linearisation, friction is steepest at rest
-            across = slip * H.rubbed[i] < 0.0
+            across = slip * H.work.rubbed[i] < 0.0
             linearise_laws(i, a, b, u, 0.0 if across else slip, 0.5 * (force + p_n / h), y, S, H)
             differ(i, m, H)
             fits = False
@@ -159,31 +159,34 @@ def laws_fit(m, y, S, H):
 @kernel
 def take_compliant(y, new, S, H):
     """Write what compliant contacts that act have done in the step, and the states of their friction."""
-    M, h, m = S.model, H.size[0], S.work.multiplier.size
-    for i in range(H.which.size):
-        if H.compliant[i] == 0 or H.closed[i] == 0:
+    M, h, m = S.model, H.work.size[0], S.work.multiplier.size
+    for i in range(H.model.which.size):
+        if H.model.compliant[i] == 0 or H.work.closed[i] == 0:
             continue
-        j = H.which[i]
-        a, b, contact = H.place[m + 2 * i], H.place[m + 2 * i + 1], S.work.contact[j]
+        j = H.model.which[i]
+        a, b, contact = H.model.place[m + 2 * i], H.model.place[m + 2 * i + 1], S.work.contact[j]
         delta = law_depth(i, a, H)
-        H.pressed[i] = max(delta, 0.0)
+        H.state.pressed[i] = max(delta, 0.0)
         contact.depth = delta
-        contact.rate, contact.slip = -0.5 * (H.before[a] + H.velocity[a]), -0.5 * (H.before[b] + H.velocity[b])
-        contact.elastic = elastic_force(H.law[i], delta, H.elastic[i]) if delta > 0.0 else 0.0
-        contact.normal, contact.tangential = H.impulse[a] / h, H.impulse[b] / h
-        friction_at(i, slip_of(i, b, H.velocity[b], H), contact.normal, y, S, H)
+        contact.rate, contact.slip = (
+            -0.5 * (H.work.before[a] + H.work.velocity[a]),
+            -0.5 * (H.work.before[b] + H.work.velocity[b]),
+        )
+        contact.elastic = elastic_force(H.parameters.law[i], delta, H.parameters.elastic[i]) if delta > 0.0 else 0.0
+        contact.normal, contact.tangential = H.work.impulse[a] / h, H.work.impulse[b] / h
+        friction_at(i, slip_of(i, b, H.work.velocity[b], H), contact.normal, y, S, H)
         first = M.state_start[j]
         for k in range(M.state_start[j + 1] - first):
-            new[2 * M.n + first + k] = H.bristle[k]
-        H.result[i, CLOSED] = 1.0
+            new[2 * M.n + first + k] = H.work.bristle[k]
+        H.work.result[i, CLOSED] = 1.0
 
 
 @kernel
 def too_long_for_laws(S, H):
     """Write how long a step may be for the compliant contacts that act; returns whether the present one is too long."""
-    H.longest[0] = math.inf
-    for i in range(H.which.size):
-        if H.compliant[i] == 1 and H.closed[i] == 1:
-            _, slope = law_at(i, H.pressed[i], H)
-            H.longest[0] = min(H.longest[0], RESOLVED * math.sqrt(effective_mass(i, S, H) / slope))
-    return H.size[0] > LONGER * H.longest[0]
+    H.state.longest[0] = math.inf
+    for i in range(H.model.which.size):
+        if H.model.compliant[i] == 1 and H.work.closed[i] == 1:
+            _, slope = law_at(i, H.state.pressed[i], H)
+            H.state.longest[0] = min(H.state.longest[0], RESOLVED * math.sqrt(effective_mass(i, S, H) / slope))
+    return H.work.size[0] > LONGER * H.state.longest[0]

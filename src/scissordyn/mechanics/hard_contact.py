@@ -62,39 +62,39 @@ NEAR = 0.5  # Gap, as a fraction of the clearance, up to which a contact may be 
 
 @kernel
 def hard_step(t, h, y, new, S, H):
-    """Make one step of size h from t and the state y to `new`; what hard contacts have done stands in `HardContacts.result`.
+    """Make one step of size h from t and the state y to `new`; what hard contacts have done stands in `HardWork.result`.
 
     Right after it, `System.work` has the forces of the middle of the step, with the mean of all impulses among them.
     """
     M, C = S.model, S.state
-    n, count = M.n, H.which.size
-    H.size[0] = h
+    n, count = M.n, H.model.which.size
+    H.work.size[0] = h
     for i in range(y.size):
-        H.kept_slope[i] = H.slope[i]
+        H.work.kept_slope[i] = H.state.slope[i]
     for i in range(count):
-        H.was[i], H.kept_mode[i], H.kept_stuck[i] = C.mode[H.which[i]], H.mode[i], H.stuck[i]
-        C.mode[H.which[i]] = 0  # contact forces of the last step do not act
-        H.load[i] = C.memory[H.which[i]] if H.compliant[i] == 0 else 0.0
+        H.work.was[i], H.work.kept_mode[i], H.work.kept_stuck[i] = C.mode[H.model.which[i]], H.state.mode[i], H.state.stuck[i]
+        C.mode[H.model.which[i]] = 0  # contact forces of the last step do not act
+        H.work.load[i] = C.memory[H.model.which[i]] if H.model.compliant[i] == 0 else 0.0
     # forces of everything else at the middle of the step: a of (H2)
     predict(h, y, S, H)
-    accelerate(t + 0.5 * h, H.middle, S, new)
+    accelerate(t + 0.5 * h, H.work.middle, S, new)
     for i in range(y.size):
-        H.slope[i] = new[i]
+        H.state.slope[i] = new[i]
     # which contacts take part, and the rows w_N, w_T of (H2) and s of (H3)
     acts_now = close_gaps(h, S, H)
     if linearise_damping(t + 0.5 * h, S, H):
         acts_now = True
     # the impulses; a step whose compliant laws they do not meet is too long
-    if acts_now and not solve_step(t, h, y, S, H) and H.impact[1] > IN_ANY_CASE:
-        H.impact[1], H.longest[0] = TOO_LONG, math.inf
+    if acts_now and not solve_step(t, h, y, S, H) and H.work.impact[1] > IN_ANY_CASE:
+        H.work.impact[1], H.state.longest[0] = TOO_LONG, math.inf
         take_back(S, H)
         return
     # velocities and internal states without impulses, then with them: the first of (H2)
     for i in range(n):
-        new[n + i] = y[n + i] + h * H.slope[n + i]
+        new[n + i] = y[n + i] + h * H.state.slope[n + i]
     for i in range(2 * n, y.size):
-        new[i] = y[i] + h * H.slope[i]
-    H.impact[0] = 0
+        new[i] = y[i] + h * H.state.slope[i]
+    H.work.impact[0] = 0
     if acts_now:
         add_impulses(h, y, new, S, H)
         take_results(h, S, H)
@@ -103,14 +103,14 @@ def hard_step(t, h, y, new, S, H):
     for i in range(n):
         new[i] = y[i] + 0.5 * h * (y[n + i] + new[n + i])
         # what the next step begins with: forces, not impacts
-        H.slope[n + i] = H.slope[n + i] if H.impact[0] == 1 else (new[n + i] - y[n + i]) / h
+        H.state.slope[n + i] = H.state.slope[n + i] if H.work.impact[0] == 1 else (new[n + i] - y[n + i]) / h
     # contacts that stay closed carry their mean force into the next step
     for i in range(count):
-        j = H.which[i]
-        C.mode[j] = H.closed[i]
-        if H.compliant[i] == 1:
+        j = H.model.which[i]
+        C.mode[j] = H.work.closed[i]
+        if H.model.compliant[i] == 1:
             continue
-        if H.closed[i] == 0:
+        if H.work.closed[i] == 0:
             C.memory[j] = 0.0
             new[2 * n + M.state_start[j]] = 0.0
         else:
@@ -118,9 +118,9 @@ def hard_step(t, h, y, new, S, H):
         y[2 * n + M.state_start[j]] = new[2 * n + M.state_start[j]]  # it is a mean over the step
     # a step that ends too deep, or in which a compliant contact is not resolved, is made again
     look_ahead(h, new, S, H)
-    if too_long_for_laws(S, H) and H.impact[1] > IN_ANY_CASE:
-        H.impact[1] = TOO_LONG
-    if H.impact[1] == TOO_LONG:
+    if too_long_for_laws(S, H) and H.work.impact[1] > IN_ANY_CASE:
+        H.work.impact[1] = TOO_LONG
+    if H.work.impact[1] == TOO_LONG:
         take_back(S, H)
         return
     if acts_now:
@@ -134,41 +134,41 @@ def keep_pressed(h, y, new, S, H):
     # impulses do the work (H5) at surfaces; the part that their elasticity keeps comes back later
     place_at_end(h, new, S)
     m = S.work.multiplier.size
-    for i in range(H.which.size):
-        if H.compliant[i] == 1:
+    for i in range(H.model.which.size):
+        if H.model.compliant[i] == 1:
             continue
-        H.overlap[i] = max(H.overlap[i], beyond_law(i, S, H))
-        acts = H.yields[i] == 1 and H.closed[i] == 1
-        H.pressed[i] = max(law_depth(i, H.place[m + 2 * i], H), 0.0) if acts else 0.0
-        H.ending[i], _ = gap(H.which[i], S)
-        stored = S.model.elastic_state[H.which[i]]
+        H.state.overlap[i] = max(H.state.overlap[i], beyond_law(i, S, H))
+        acts = H.work.yields[i] == 1 and H.work.closed[i] == 1
+        H.state.pressed[i] = max(law_depth(i, H.model.place[m + 2 * i], H), 0.0) if acts else 0.0
+        H.work.ending[i], _ = gap(H.model.which[i], S)
+        stored = S.model.elastic_state[H.model.which[i]]
         new[stored] = stored_energy(i, H)
-        H.result[i, RESTITUTION_LOSS] -= new[stored] - y[stored]
+        H.work.result[i, RESTITUTION_LOSS] -= new[stored] - y[stored]
     place_at_middle(S, H)
 
 
 @kernel
 def take_back(S, H):
     """Put back what the step has changed: it is to be made again, shorter."""
-    for i in range(H.which.size):
-        S.state.mode[H.which[i]] = H.was[i]
+    for i in range(H.model.which.size):
+        S.state.mode[H.model.which[i]] = H.work.was[i]
     restore(H)
 
 
 @kernel
 def restore(H):
     """Put back what the next step begins with."""
-    for i in range(H.which.size):
-        H.mode[i], H.stuck[i] = H.kept_mode[i], H.kept_stuck[i]
-    for i in range(H.slope.size):
-        H.slope[i] = H.kept_slope[i]
+    for i in range(H.model.which.size):
+        H.state.mode[i], H.state.stuck[i] = H.work.kept_mode[i], H.work.kept_stuck[i]
+    for i in range(H.state.slope.size):
+        H.state.slope[i] = H.work.kept_slope[i]
 
 
 @kernel
 def guards_ahead(t, y, value, rate, S, H):
     """Write the guards at the end of the step just made; `System.work` has its middle again afterwards."""
     guards(t, y, S, value, rate)
-    expand(t - 0.5 * H.size[0], H.middle, S)
+    expand(t - 0.5 * H.work.size[0], H.work.middle, S)
 
 
 @kernel
@@ -176,48 +176,48 @@ def predict(h, y, S, H):
     """The state at the middle of the step: positions by the velocities, all else by the slope of the last step."""
     n = S.model.n
     for i in range(n):
-        H.middle[i] = y[i] + 0.5 * h * y[n + i]
+        H.work.middle[i] = y[i] + 0.5 * h * y[n + i]
     for i in range(n, y.size):
-        H.middle[i] = y[i] + 0.5 * h * H.slope[i]
+        H.work.middle[i] = y[i] + 0.5 * h * H.state.slope[i]
 
 
 @kernel
 def close_gaps(h, S, H):
     """Mark the contacts whose gap at the middle of the step has closed, with their rows; returns whether there are any."""
     closes = False
-    for i in range(H.which.size):
-        j = H.which[i]
+    for i in range(H.model.which.size):
+        j = H.model.which[i]
         depth, rate = gap(j, S)
-        H.closed[i], H.depth[i] = 0, depth
-        H.result[i, :] = 0.0
-        H.result[i, REBOUND] = rate
+        H.work.closed[i], H.work.depth[i] = 0, depth
+        H.work.result[i, :] = 0.0
+        H.work.result[i, REBOUND] = rate
         # a compliant contact begins and ends at its guard, not at the middle of a step
-        if H.compliant[i] == 1:
-            H.closed[i] = H.was[i]
+        if H.model.compliant[i] == 1:
+            H.work.closed[i] = H.work.was[i]
             # what was closed, or was left with a gap that a step closes, has no restitution (Zeno's rule)
-            H.rebound[i] = H.bias[i] = 0.0
-            H.yields[i] = H.was[i]
-            if H.was[i] == 1:
+            H.work.rebound[i] = H.work.bias[i] = 0.0
+            H.work.yields[i] = H.work.was[i]
+            if H.work.was[i] == 1:
                 kinematics(j, S)
                 contact_rows(i, S, H)
-                H.turn[i] = 0.5 * h * convective(j, S)
+                H.work.turn[i] = 0.5 * h * convective(j, S)
                 closes = True
             continue
         # beyond its surface, or so near that the forces of this step alone may close it
-        least = -(STAYS if H.locate[0] == 1 else NEAR) * S.parameters.contact[j].clearance
-        if depth >= least if H.was[i] == 1 or H.locate[0] == 0 else False:
+        least = -(STAYS if H.parameters.locate[0] == 1 else NEAR) * S.parameters.contact[j].clearance
+        if depth >= least if H.work.was[i] == 1 or H.parameters.locate[0] == 0 else False:
             kinematics(j, S)
             contact_rows(i, S, H)
-            H.closed[i] = 1
-            H.rebound[i] = 0.0 if H.was[i] == 1 or depth < 0.0 else H.restitution[i]
-            H.yields[i] = 1 if H.was[i] == 1 and H.locate[0] == 0 else 0
+            H.work.closed[i] = 1
+            H.work.rebound[i] = 0.0 if H.work.was[i] == 1 or depth < 0.0 else H.parameters.restitution[i]
+            H.work.yields[i] = 1 if H.work.was[i] == 1 and H.parameters.locate[0] == 0 else 0
             # h kappa/2 of (H3a)
-            H.turn[i] = 0.5 * h * convective(j, S) if H.was[i] == 1 or depth < 0.0 else 0.0
+            H.work.turn[i] = 0.5 * h * convective(j, S) if H.work.was[i] == 1 or depth < 0.0 else 0.0
             # U_N+ >= -2 g/h: it ends on the surface
-            H.bias[i] = -2.0 * depth / h if depth < 0.0 and H.locate[0] == 0 else 0.0
+            H.work.bias[i] = -2.0 * depth / h if depth < 0.0 and H.parameters.locate[0] == 0 else 0.0
             closes = True
         else:
-            H.mode[i], H.stuck[i] = OPEN, 0
+            H.state.mode[i], H.state.stuck[i] = OPEN, 0
     return closes
 
 
@@ -225,21 +225,21 @@ def close_gaps(h, S, H):
 def linearise_damping(t, S, H):
     """Write the rows s of the components whose forces depend on their speeds; returns whether there are any."""
     M, damps = S.model, False
-    for c in range(H.damped.size):
-        if H.damped_axis[c] > 0:
+    for c in range(H.model.damped.size):
+        if H.model.damped_axis[c] > 0:
             continue
-        i = H.damped[c]
+        i = H.model.damped[c]
         e, last = S.parameters.contact.size + i, c + 1
-        while last < H.damped.size and H.damped_axis[last] > 0:
+        while last < H.model.damped.size and H.model.damped_axis[last] > 0:
             last += 1
         for k in range(c, last):
-            H.damping[k] = 0
+            H.work.damping[k] = 0
         if M.component_guard[i] >= 0 and S.state.mode[M.component_guard[i]] == 0:
             continue
         first = 2 * M.n + M.state_start[e]
-        linearise_component(t, i, S, H.middle[first : 2 * M.n + M.state_start[e + 1]], H.scratch, first)
+        linearise_component(t, i, S, H.work.middle[first : 2 * M.n + M.state_start[e + 1]], H.work.scratch, first)
         for k in range(write_damping(e, last - c, S, H)):
-            H.damping[c + k] = 1
+            H.work.damping[c + k] = 1
             damps = True
     return damps
 
@@ -259,7 +259,7 @@ def write_damping(e, most, S, H):
         for k in range(count):
             here = -W.block_v[block + k * count + k]
             for r in range(axis):
-                here -= H.normal[r, start + k] * H.normal[r, start + k]
+                here -= H.work.normal[r, start + k] * H.work.normal[r, start + k]
             if here > left:
                 best, left = k, here
         largest = max(largest, left)
@@ -268,43 +268,43 @@ def write_damping(e, most, S, H):
         for k in range(count):
             entry = -0.5 * (W.block_v[block + k * count + best] + W.block_v[block + best * count + k])
             for r in range(axis):
-                entry -= H.normal[r, start + k] * H.normal[r, start + best]
-            H.normal[axis, start + k] = entry / math.sqrt(left)
+                entry -= H.work.normal[r, start + k] * H.work.normal[r, start + best]
+            H.work.normal[axis, start + k] = entry / math.sqrt(left)
         rows += 1
     return rows
 
 
 @kernel
 def solve_step(t, h, y, S, H):
-    """Solve for the impulses of the step; `HardContacts.slope` has the accelerations without them.
+    """Solve for the impulses of the step; `HardState.slope` has the accelerations without them.
 
     Returns whether they agree with the laws of compliant contacts.
     """
     M, W = S.model, S.work
     n, nb, m = M.n, M.nb, W.multiplier.size
-    first = m + 2 * H.which.size
+    first = m + 2 * H.model.which.size
     # what does not take part keeps U = 0
-    for a in range(H.place.size):
-        H.free[H.place[a]] = H.before[H.place[a]] = 0.0
+    for a in range(H.model.place.size):
+        H.work.free[H.model.place[a]] = H.work.before[H.model.place[a]] = 0.0
     # velocities without impulses at the end, and at the start, both with the drives' own
     for k in range(n):
-        W.A[k] = y[n + k] + h * H.slope[n + k]
+        W.A[k] = y[n + k] + h * H.state.slope[n + k]
     for k in range(nb):
         W.A[n + k] = W.basis[1, k] + 0.5 * h * W.basis[2, k]
-    for a in range(m, H.place.size):
+    for a in range(m, H.model.place.size):
         if acting_row(a, m, S, H):
-            H.free[H.place[a]] = along(a, W.A, S, H)
+            H.work.free[H.model.place[a]] = along(a, W.A, S, H)
     for k in range(n):
         W.A[k] = y[n + k]
     for k in range(nb):
         W.A[n + k] = W.basis[1, k] - 0.5 * h * W.basis[2, k]
-    for a in range(m, H.place.size):
+    for a in range(m, H.model.place.size):
         if acting_row(a, m, S, H):
-            H.before[H.place[a]] = along(a, W.A, S, H)
+            H.work.before[H.model.place[a]] = along(a, W.A, S, H)
     # (H3): the row asks for the mean of the speeds, which enters as 2 U_m - U-
-    for a in range(first, H.place.size):
-        if H.damping[a - first] == 1:
-            H.free[H.place[a]] += H.before[H.place[a]] - 2.0 * along(a, W.V, S, H)
+    for a in range(first, H.model.place.size):
+        if H.work.damping[a - first] == 1:
+            H.work.free[H.model.place[a]] += H.work.before[H.model.place[a]] - 2.0 * along(a, W.V, S, H)
     leave_out_open(m, S, H)
     assemble(h, S, H)
     turn_normals(h, m, S, H)
@@ -314,13 +314,13 @@ def solve_step(t, h, y, S, H):
 @kernel
 def leave_out_open(m, S, H):
     """Of the contacts with a gap that were open: leave out those that are not closed by the forces of this step alone."""
-    for i in range(H.which.size):
-        if H.closed[i] == 0 or H.was[i] == 1 or H.depth[i] >= 0.0:
+    for i in range(H.model.which.size):
+        if H.work.closed[i] == 0 or H.work.was[i] == 1 or H.work.depth[i] >= 0.0:
             continue
-        at = H.place[m + 2 * i]
-        by_force = H.before[at] - H.free[at]
-        if H.free[at] > -H.bias[i] or 2.0 * H.restitution[i] * max(-H.before[at], 0.0) > by_force:
-            H.closed[i], H.mode[i], H.stuck[i] = 0, OPEN, 0
+        at = H.model.place[m + 2 * i]
+        by_force = H.work.before[at] - H.work.free[at]
+        if H.work.free[at] > -H.work.bias[i] or 2.0 * H.parameters.restitution[i] * max(-H.work.before[at], 0.0) > by_force:
+            H.work.closed[i], H.state.mode[i], H.state.stuck[i] = 0, OPEN, 0
 
 
 @kernel
@@ -332,27 +332,27 @@ def turn_normals(h, m, S, H):
 
         P_T = friction - N h^2/c (a (U_T+ - U_T-) + f u_t),    a = 1/4 + 3/4 f,    f = z^2/(1 + z^2),    z = N G_TT h^2/c.
     """
-    for i in range(H.which.size):
-        H.turning_mass[i] = H.lag[i] = 0.0
-        if H.closed[i] == 0 or H.compliant[i] == 1:
+    for i in range(H.model.which.size):
+        H.work.turning_mass[i] = H.work.lag[i] = 0.0
+        if H.work.closed[i] == 0 or H.model.compliant[i] == 1:
             continue
-        j = H.which[i]
-        at, other = H.place[m + 2 * i], H.place[m + 2 * i + 1]
+        j = H.model.which[i]
+        at, other = H.model.place[m + 2 * i], H.model.place[m + 2 * i + 1]
         # (H3a), but no more than the surfaces approach: no energy is given
-        if H.yields[i] == 0:
-            H.turn[i] = min(H.turn[i], max(-H.before[at], 0.0))
-        H.bias[i] = max(H.bias[i] - 0.5 * H.turn[i], 0.0) - H.turn[i]
+        if H.work.yields[i] == 0:
+            H.work.turn[i] = min(H.work.turn[i], max(-H.work.before[at], 0.0))
+        H.work.bias[i] = max(H.work.bias[i] - 0.5 * H.work.turn[i], 0.0) - H.work.turn[i]
         contact = S.work.contact[j]
-        if S.parameters.contact[j].plane == 1 or H.was[i] == 0 or not contact.distance > 0.0:
+        if S.parameters.contact[j].plane == 1 or H.work.was[i] == 0 or not contact.distance > 0.0:
             continue
         # (H3b): N h^2/c, and z from it
-        load = H.load[i] * h * h / contact.distance
-        z = load * H.gram[other, H.reach[0]]
+        load = H.work.load[i] * h * h / contact.distance
+        z = load * H.work.gram[other, H.model.reach[0]]
         f = z * z / (1.0 + z * z)
-        H.turning_mass[i] = load * (0.25 + 0.75 * f)
+        H.work.turning_mass[i] = load * (0.25 + 0.75 * f)
         # u_t is the motion of the centre alone; what the rotation of the surfaces adds does not turn the normal
         rolls = along(m + 2 * i + 1, S.work.V, S, H) - speed_along(j, S)
-        H.lag[i] = H.turning_mass[i] * H.before[other] - load * f * (H.before[other] - rolls)
+        H.work.lag[i] = H.work.turning_mass[i] * H.work.before[other] - load * f * (H.work.before[other] - rolls)
 
 
 @kernel
@@ -360,8 +360,8 @@ def add_impulses(h, y, new, S, H):
     """Add the impulses to the velocities, and their mean forces to what stands in `System.work`."""
     M, W = S.model, S.work
     n, m = M.n, W.multiplier.size
-    for a in range(H.place.size):
-        value = H.impulse[H.place[a]]
+    for a in range(H.model.place.size):
+        value = H.work.impulse[H.model.place[a]]
         if value == 0.0:
             continue
         add_row(a, m, value, new, n, S, H)
@@ -371,7 +371,7 @@ def add_impulses(h, y, new, S, H):
             continue
         j, axis = element_of(a, m, S, H)
         for k in range(M.element_start[j], M.element_start[j + 1]):
-            W.force[M.element_column[k]] += value * H.normal[axis, k] / h
+            W.force[M.element_column[k]] += value * H.work.normal[axis, k] / h
     for i in range(n):
         W.A[i] = (new[n + i] - y[n + i]) / h
     for k in range(M.nb):
@@ -393,7 +393,7 @@ def place_at_middle(S, H):
     """Write those of the middle back."""
     M, W = S.model, S.work
     for k in range(M.n):
-        W.X[k] = H.middle[k]
+        W.X[k] = H.work.middle[k]
     for k in range(M.nb):
         W.X[M.n + k] = W.basis[0, k]
 
@@ -402,27 +402,31 @@ def place_at_middle(S, H):
 def look_ahead(h, new, S, H):
     """Note the largest indentation of contacts that are open at the end of the step, and whether one has become too deep."""
     place_at_end(h, new, S)
-    H.ahead[0] = -math.inf
-    for i in range(H.which.size):
-        if H.compliant[i] == 1:
+    H.state.ahead[0] = -math.inf
+    for i in range(H.model.which.size):
+        if H.model.compliant[i] == 1:
             continue
-        depth, _ = gap(H.which[i], S)
-        H.ending[i] = depth
-        if H.closed[i] == 0:
-            H.ahead[0] = max(H.ahead[0], depth)
+        depth, _ = gap(H.model.which[i], S)
+        H.work.ending[i] = depth
+        if H.work.closed[i] == 0:
+            H.state.ahead[0] = max(H.state.ahead[0], depth)
         # by its depth at the end, or by twice what it has gained since the middle
-        most = TOO_DEEP * S.parameters.contact[H.which[i]].clearance
-        if H.impact[1] == STEP and H.locate[0] == 0 and min(beyond_law(i, S, H), 2.0 * (depth - H.depth[i])) > most:
-            H.impact[1] = TOO_LONG
+        most = TOO_DEEP * S.parameters.contact[H.model.which[i]].clearance
+        if (
+            H.work.impact[1] == STEP
+            and H.parameters.locate[0] == 0
+            and min(beyond_law(i, S, H), 2.0 * (depth - H.work.depth[i])) > most
+        ):
+            H.work.impact[1] = TOO_LONG
     place_at_middle(S, H)
 
 
 @kernel
 def beyond_law(i, S, H):
     """Indentation [m] of hard contact i at the end of the step beyond that whose force it has had."""
-    if H.yields[i] == 1 and H.closed[i] == 1:
-        return H.ending[i] - max(law_depth(i, H.place[S.work.multiplier.size + 2 * i], H), 0.0)
-    return H.ending[i]
+    if H.work.yields[i] == 1 and H.work.closed[i] == 1:
+        return H.work.ending[i] - max(law_depth(i, H.model.place[S.work.multiplier.size + 2 * i], H), 0.0)
+    return H.work.ending[i]
 
 
 @kernel
@@ -438,40 +442,44 @@ def return_to_surfaces(h, new, S, H):
 def too_far(S, H):
     """Write by how much contacts that stay closed move back, NaN for those that do not; returns whether one is not near."""
     m, deep = S.work.multiplier.size, False
-    for i in range(H.which.size):
-        depth, _ = gap(H.which[i], S)
+    for i in range(H.model.which.size):
+        depth, _ = gap(H.model.which[i], S)
         # NaN: the row of this contact is no part of the system that moves positions
-        if H.closed[i] == 0 or H.result[i, CLOSED] == 0.0 or (H.locate[0] == 0 and depth <= 0.0 and H.yields[i] == 0):
+        if (
+            H.work.closed[i] == 0
+            or H.work.result[i, CLOSED] == 0.0
+            or (H.parameters.locate[0] == 0 and depth <= 0.0 and H.work.yields[i] == 0)
+        ):
             depth = math.nan
         # a contact that yields is where its law has it
-        elif H.yields[i] == 1:
+        elif H.work.yields[i] == 1:
             depth = 0.0
-        H.shift[H.place[m + 2 * i]] = depth
-        deep = deep or abs(depth) > DEEP * S.parameters.contact[H.which[i]].clearance
+        H.work.shift[H.model.place[m + 2 * i]] = depth
+        deep = deep or abs(depth) > DEEP * S.parameters.contact[H.model.which[i]].clearance
     return deep
 
 
 @kernel
 def move_back(new, S, H):
     """Move positions by what `too_far` has written: a weighted least-squares solution."""
-    m, reach = S.work.multiplier.size, H.reach[0]
-    for a in range(H.place.size):
-        at, normal = H.place[a], m <= a < m + 2 * H.which.size and (a - m) % 2 == 0
+    m, reach = S.work.multiplier.size, H.model.reach[0]
+    for a in range(H.model.place.size):
+        at, normal = H.model.place[a], m <= a < m + 2 * H.model.which.size and (a - m) % 2 == 0
         if not normal:
-            H.shift[at] = 0.0 if a < m and H.gram[at, reach] > 0.0 else math.nan
-        moves = not math.isnan(H.shift[at])
+            H.work.shift[at] = 0.0 if a < m and H.work.gram[at, reach] > 0.0 else math.nan
+        moves = not math.isnan(H.work.shift[at])
         for k in range(2 * reach + 1):
-            H.band[at, k] = H.gram[at, k] if moves else 0.0
-        for k in range(2 * reach + 1, H.band.shape[1]):
-            H.band[at, k] = 0.0
+            H.work.band[at, k] = H.work.gram[at, k] if moves else 0.0
+        for k in range(2 * reach + 1, H.work.band.shape[1]):
+            H.work.band[at, k] = 0.0
         # (G + 0.01 diag G) pi = delta: where indentations contradict each other, by least squares
         if normal:
-            H.band[at, reach] *= 1.0 + LEAST_SQUARES
+            H.work.band[at, reach] *= 1.0 + LEAST_SQUARES
         if not moves:
-            H.shift[at], H.band[at, reach] = 0.0, 1.0
-    if band.factorize(H.band, reach, reach, H.pivots) >= 0:
+            H.work.shift[at], H.work.band[at, reach] = 0.0, 1.0
+    if band.factorize(H.work.band, reach, reach, H.work.pivots) >= 0:
         return
-    band.solve(H.band, reach, H.pivots, H.shift)
-    for a in range(m + 2 * H.which.size):
-        if H.shift[H.place[a]] != 0.0:
-            add_row(a, m, H.shift[H.place[a]], new, 0, S, H)
+    band.solve(H.work.band, reach, H.work.pivots, H.work.shift)
+    for a in range(m + 2 * H.model.which.size):
+        if H.work.shift[H.model.place[a]] != 0.0:
+            add_row(a, m, H.work.shift[H.model.place[a]], new, 0, S, H)

@@ -29,22 +29,23 @@ NEGLIGIBLE = 1e-4  # And part of the largest force of the step
 @kernel
 def force_at(i, delta, H):
     """Force [N] of hard contact i at an indentation."""
-    least = H.floor[i]
+    least = H.parameters.floor[i]
     if delta <= least:
-        return elastic_force(H.law[i], least, H.elastic[i]) / least * delta
-    return elastic_force(H.law[i], delta, H.elastic[i])
+        return elastic_force(H.parameters.law[i], least, H.parameters.elastic[i]) / least * delta
+    return elastic_force(H.parameters.law[i], delta, H.parameters.elastic[i])
 
 
 @kernel
 def law_at(i, delta, H):
     """And its derivative [N/m]."""
-    force, least = force_at(i, delta, H), H.floor[i]
+    force, least = force_at(i, delta, H), H.parameters.floor[i]
     if delta <= least:
-        return force, elastic_force(H.law[i], least, H.elastic[i]) / least
+        return force, elastic_force(H.parameters.law[i], least, H.parameters.elastic[i]) / least
     small = 1e-5 * delta
-    slope = (elastic_force(H.law[i], delta + small, H.elastic[i]) - elastic_force(H.law[i], delta - small, H.elastic[i])) / (
-        2.0 * small
-    )
+    slope = (
+        elastic_force(H.parameters.law[i], delta + small, H.parameters.elastic[i])
+        - elastic_force(H.parameters.law[i], delta - small, H.parameters.elastic[i])
+    ) / (2.0 * small)
     return force, slope
 
 
@@ -52,41 +53,41 @@ def law_at(i, delta, H):
 def linearise_law(i, delta, H):
     """Write compliance and offset of hard contact i with the law linearised at an indentation."""
     force, slope = law_at(i, delta, H)
-    over = 1.0 / H.weight[i]
-    H.compliance[i] = over / (H.size[0] * slope)
-    H.offset[i] = -over * (force / slope + H.reached[i] - delta)
+    over = 1.0 / H.work.weight[i]
+    H.work.compliance[i] = over / (H.work.size[0] * slope)
+    H.work.offset[i] = -over * (force / slope + H.work.reached[i] - delta)
 
 
 @kernel
 def law_depth(i, at, H):
     """Indentation [m] whose force hard contact i has had in the step."""
-    return H.reached[i] - H.weight[i] * H.velocity[at]
+    return H.work.reached[i] - H.work.weight[i] * H.work.velocity[at]
 
 
 @kernel
 def prepare_law(i, at, H):
-    """Write what the equations of a closed, elastic contact read; `HardContacts.turn` has T."""
-    h, turn, before = H.size[0], H.turn[i], H.before[at]
-    _, slope = law_at(i, H.pressed[i], H)
-    z = slope * H.gram[at, H.reach[0]] * h * h
-    f = z * z / (1.0 + z * z) if H.compliant[i] == 0 else 0.0
+    """Write what the equations of a closed, elastic contact read; `HardWork.turn` has T."""
+    h, turn, before = H.work.size[0], H.work.turn[i], H.work.before[at]
+    _, slope = law_at(i, H.state.pressed[i], H)
+    z = slope * H.work.gram[at, H.model.reach[0]] * h * h
+    f = z * z / (1.0 + z * z) if H.model.compliant[i] == 0 else 0.0
     a = 0.25 + 0.75 * f
-    H.weight[i], H.faster[i] = h * a, f
-    H.reached[i] = H.depth[i] - 0.25 * h * turn + h * (a * (before + 2.0 * turn) - f * (before + turn))
-    linearise_law(i, H.pressed[i], H)
+    H.work.weight[i], H.work.faster[i] = h * a, f
+    H.work.reached[i] = H.work.depth[i] - 0.25 * h * turn + h * (a * (before + 2.0 * turn) - f * (before + turn))
+    linearise_law(i, H.state.pressed[i], H)
 
 
 @kernel
 def law_fits(m, H):
     """Whether impulses agree with the law of all elastic contacts that keep their mode; where not it is linearised anew."""
-    fits, h, largest = True, H.size[0], largest_impulse(m, H)
-    for i in range(H.which.size):
-        if H.closed[i] == 0 or H.yields[i] == 0 or H.compliant[i] == 1 or H.required[i] != H.mode[i]:
+    fits, h, largest = True, H.work.size[0], largest_impulse(m, H)
+    for i in range(H.model.which.size):
+        if H.work.closed[i] == 0 or H.work.yields[i] == 0 or H.model.compliant[i] == 1 or H.work.required[i] != H.state.mode[i]:
             continue
-        at = H.place[m + 2 * i]
+        at = H.model.place[m + 2 * i]
         delta = law_depth(i, at, H)
         force = force_at(i, max(delta, 0.0), H)
-        if abs(h * force - H.impulse[at]) > MISFIT * max(h * force, H.impulse[at]) + NEGLIGIBLE * largest:
+        if abs(h * force - H.work.impulse[at]) > MISFIT * max(h * force, H.work.impulse[at]) + NEGLIGIBLE * largest:
             linearise_law(i, max(delta, 0.0), H)
             differ(i, m, H)
             fits = False
@@ -99,7 +100,11 @@ def stored_energy(i, H):
 
     Where its vibration is far faster than the step it is that of the indentation whose force it has had.
     """
-    if H.result[i, CLOSED] == 0.0:
+    if H.work.result[i, CLOSED] == 0.0:
         return 0.0
-    depth = (1.0 - H.faster[i]) * H.ending[i] + H.faster[i] * H.pressed[i] if H.yields[i] == 1 else H.ending[i]
-    return elastic_energy(H.energy[i], H.law[i], depth, H.elastic[i])
+    depth = (
+        (1.0 - H.work.faster[i]) * H.work.ending[i] + H.work.faster[i] * H.state.pressed[i]
+        if H.work.yields[i] == 1
+        else H.work.ending[i]
+    )
+    return elastic_energy(H.parameters.energy[i], H.parameters.law[i], depth, H.parameters.elastic[i])

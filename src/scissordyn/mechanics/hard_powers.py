@@ -16,17 +16,17 @@ def hard_monitor(t, h, y, S, H, power, rows):
     """Powers and monitored numbers of the step just made, means over it; NaN for what an impact makes infinite."""
     M, guards = S.model, S.state.mode.size
     monitor(t, y, S, power, rows)
-    for i in range(H.which.size):
-        if H.compliant[i] == 1:
+    for i in range(H.model.which.size):
+        if H.model.compliant[i] == 1:
             continue
-        j, out = H.which[i], H.result[i]
-        if H.stuck[i] == 1:
-            H.stick[i] += h
+        j, out = H.model.which[i], H.work.result[i]
+        if H.state.stuck[i] == 1:
+            H.state.stick[i] += h
         power[DAMPING] += out[RESTITUTION_LOSS] / h - rows[j, 1]
         power[FRICTION] += out[FRICTION_LOSS] / h - rows[j, 2]
         rows[j, 0], rows[j, 1], rows[j, 2] = out[IMPULSE] / h, out[RESTITUTION_LOSS] / h, out[FRICTION_LOSS] / h
     correct_powers(h, y, S, H, power)
-    if H.impact[0] == 1:
+    if H.work.impact[0] == 1:
         for row in range(M.monitor.shape[0]):
             if M.monitor[row, 0] == DRIVE_TORQUE:
                 rows[guards + row, 0] = math.nan
@@ -51,15 +51,15 @@ def correct_powers(h, y, S, H, power):
                 force += W.wrench[e, 3] * (bx * M.element_row[5, k] - by * M.element_row[4, k])
                 more += force * (y[n + column] + 0.5 * h * W.A[column] - W.V[column])
         power[MOTORS if M.component_motor[i] == 1 else LOADS] += more
-    first = W.multiplier.size + 2 * H.which.size
-    for c in range(H.damped.size):
-        if H.damping[c] == 0:
+    first = W.multiplier.size + 2 * H.model.which.size
+    for c in range(H.model.damped.size):
+        if H.work.damping[c] == 0:
             continue
-        at, middle = H.place[first + c], along(first + c, W.V, S, H)
-        mean = middle - H.impulse[at] / h  # of U before and after
-        if M.component_motor[H.damped[c]] == 1:
-            power[MOTORS] += H.impulse[at] * mean / h
-        elif M.component_passive[H.damped[c]] == 1:
+        at, middle = H.model.place[first + c], along(first + c, W.V, S, H)
+        mean = middle - H.work.impulse[at] / h  # of U before and after
+        if M.component_motor[H.model.damped[c]] == 1:
+            power[MOTORS] += H.work.impulse[at] * mean / h
+        elif M.component_passive[H.model.damped[c]] == 1:
             power[DAMPERS] += mean * mean - middle * middle
         else:
-            power[LOADS] += H.impulse[at] * mean / h
+            power[LOADS] += H.work.impulse[at] * mean / h

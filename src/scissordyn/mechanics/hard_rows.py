@@ -22,19 +22,55 @@ IMMOBILE = 1e-12  # What a contact yields along T at least, over what it does al
 COMPLIANCE = 1e-11  # Of surfaces, as a part of what a free journal would yield, where rows depend on each other
 
 
-class HardContacts(NamedTuple):
-    """Hard contacts of a mechanism, their numbers, and scratch of a thread."""
+class HardModel(NamedTuple):
+    """Which contacts are solved for, and the structure of the equations of their impulses."""
 
     which: I1  # (k,) number among the contacts; hard ones, then compliant ones
     compliant: I1  # (k,) whether it is compliant, see `compliant_contact`
+    damped: I1  # (c,) components whose forces depend on their speeds, each as often as it may have rows
+    damped_axis: I1  # (c,) which of these
+    place: I1  # (rows,) permutation, rows = m+2k+c
+    pairs: I2  # (pairs, 2): rows a >= b that share columns, in the order of a
+    reach: I1  # (1,) of the band
+    products: I2  # (products, 2): entries of rows that stand in the same column, of one pair after another
+    product_start: I1  # (pairs + 1,)
+
+
+class HardParameters(NamedTuple):
+    """Parameters of hard contacts and of the stiffness laws of elastic ones."""
+
+    restitution: F1  # (k,)
+    kinetic: F1  # (k,)
+    static: F1  # (k,)
+    law: I1  # (k,) address of the force of its stiffness law
+    energy: I1  # (k,) and of its energy, or 0
+    elastic: F2  # (k, PARAMETERS) and their numbers
+    floor: F1  # (k,) indentation below which the law is taken as linear [m]
+    locate: I1  # (1,) whether impacts are located, and no contact begins within a step
+
+
+class HardState(NamedTuple):
+    """State of hard contacts between steps, and counts since the start."""
+
+    longest: F1  # (1,) step for compliant contacts [s]
+    pressed: F1  # (k,) indentation at which the law was evaluated in the last step [m]
+    struck: F1  # (k,) largest impact since it closed [J]
+    mode: I1  # (k,) OPEN, STICK, SLIP, SLIP + 1 (towards -T)
+    stuck: I1  # (k,) whether it stuck in the last step
+    overlap: F1  # (k,) largest indentation so far beyond that of the law [m]
+    slope: F1  # (ny,) y' of the last step, its jumps left out
+    stick: F1  # (k,) time for which it has stuck [s]
+    ahead: F1  # (2,) largest indentation [m] of open contacts at the end, time until one that rebounds is back [s]
+    counts: I1  # (COUNTS,) see `impulse_solver`
+
+
+class HardWork(NamedTuple):
+    """Scratch arrays of a step."""
+
     later: F1  # (k,) theta of a compliant contact along N
     later_slip: F1  # (k,) and along T
     rubbed: F1  # (k,) slip speed at which its friction was linearised [m/s]
     bristle: F1  # (states of a contact,) scratch
-    longest: F1  # (1,) step for compliant contacts [s]
-    restitution: F1  # (k,)
-    kinetic: F1  # (k,)
-    static: F1  # (k,)
     rebound: F1  # (k,) restitution in the present step
     bias: F1  # (k,) speed at which an open gap closes by the end of the step
     turn: F1  # (k,) speed along N that the surface's curvature asks for at the end of the step
@@ -42,36 +78,21 @@ class HardContacts(NamedTuple):
     turning_mass: F1  # (k,) impulse along T for U_T+, of a normal that turns [kg]
     lag: F1  # (k,) and its part that is known [N s]
     offset: F1  # (k,) e U- + bias
-    law: I1  # (k,) address of the force of its stiffness law
-    energy: I1  # (k,) and of its energy, or 0
-    elastic: F2  # (k, PARAMETERS) and their numbers
-    floor: F1  # (k,) indentation below which the law is taken as linear [m]
     yields: I1  # (k,) whether it is elastic in the present step
-    pressed: F1  # (k,) indentation at which the law was evaluated in the last step [m]
     reached: F1  # (k,) indentation of the law without U+ [m]
     weight: F1  # (k,) and what it is less for U+ [s]
     faster: F1  # (k,) f, 0 where its vibration is resolved, 1 where it is far faster than the step
     compliance: F1  # (k,) speed for P_N [1/kg]
-    struck: F1  # (k,) largest impact since it closed [J]
     size: F1  # (1,) of the present step [s]
-    damped: I1  # (c,) components whose forces depend on their speeds, each as often as it may have rows
-    damped_axis: I1  # (c,) which of these
     damping: I1  # (c,) whether it acts now
-    place: I1  # (rows,) permutation, rows = m+2k+c
-    pairs: I2  # (pairs, 2): rows a >= b that share columns, in the order of a
-    reach: I1  # (1,) of the band
-    products: I2  # (products, 2): entries of rows that stand in the same column, of one pair after another
-    product_start: I1  # (pairs + 1,)
     value: F1  # entries of rows: those of `normal`, which is a part of it, and of the constraints
     normal: F2  # (3, entries of force elements): generalized forces of unit impulses along N and T, and rows s
     acts: I1  # (rows,) whether it is of an active constraint or of a contact whose gap closes
     closed: I1  # (k,) whether the gap closes in the step
     was: I1  # (k,) whether it was in contact before
     impact: I1  # (2,) whether the step has an impact; `STEP` and so on
-    mode: I1  # (k,) OPEN, STICK, SLIP, SLIP + 1 (towards -T)
     required: I1  # (k,) the mode that its impulses and velocities require
     restless: I1  # (k,) number of the last step of Newton's method after which its mode was changed
-    stuck: I1  # (k,) whether it stuck in the last step
     gram: F2  # (rows, 2 reach + 1) symmetric, products of the rows
     band: F2  # (rows, more than 3 reach) the equations, factorized
     right: F1  # (rows,) their right-hand side, eliminated
@@ -85,25 +106,28 @@ class HardContacts(NamedTuple):
     friction: F1  # (k,) coefficient in the present step
     depth: F1  # (k,) at the middle of the step
     ending: F1  # (k,) indentation at the end of the step [m]
-    overlap: F1  # (k,) largest indentation so far beyond that of the law [m]
     kept_mode: I1  # (k,) mode, stuck and slope at the start of the step
     kept_stuck: I1
     kept_slope: F1
-    slope: F1  # (ny,) y' of the last step, its jumps left out
     middle: F1  # (ny,) the state at the middle of the step
     scratch: F1  # (ny,)
     mass_row: F1  # (m,) scratch
     result: F2  # (k, RESULTS)
-    stick: F1  # (k,) time for which it has stuck [s]
-    locate: I1  # (1,) whether impacts are located, and no contact begins within a step
-    ahead: F1  # (2,) largest indentation [m] of open contacts at the end, time until one that rebounds is back [s]
-    work: F1  # (1,) of the drives in an impact [J]
+    drive_work: F1  # (1,) of the drives in an impact [J]
     active: I1  # (k,) closed contacts, for pivoting
     units: F2  # (2k+1, rows) impulses of all rows for units of those of contacts, and without them
     table: F2  # (3k, 3k+2) its dictionary
     basic: I1  # (3k,) variables of its rows
     beside: I1  # (3k+1,) and of its columns
-    counts: I1  # (COUNTS,) see `impulse_solver`
+
+
+class HardContacts(NamedTuple):
+    """Hard contacts of a mechanism, and the compliant contacts that are solved for with them."""
+
+    model: HardModel
+    parameters: HardParameters
+    state: HardState
+    work: HardWork
 
 
 open_hard = opener(HardContacts)  # From the address of a handle of `HardContacts` to it, inside kernels
@@ -112,7 +136,7 @@ open_hard = opener(HardContacts)  # From the address of a handle of `HardContact
 @kernel
 def contact_rows(i, S, H):
     """Write generalized forces of unit forces along N and T of hard contact i; Work.contact has its normal."""
-    M, j = S.model, H.which[i]
+    M, j = S.model, H.model.which[i]
     ux, uy, ax, ay, bx, by, _, _, _, _, _, _ = map_values(j, S)
     p, contact = S.parameters.contact[j], S.work.contact[j]
     nx, ny, radius = contact.nx, contact.ny, p.radius
@@ -131,8 +155,8 @@ def contact_rows(i, S, H):
             M.element_row[5, k],
         )
         first, other = ax * r3 - ay * r2, bx * r5 - by * r4
-        H.normal[0, k] = -nx * r0 - ny * r1 + moment_n * other
-        H.normal[1, k] = ny * r0 - nx * r1 - radius * first + moment_t * other
+        H.work.normal[0, k] = -nx * r0 - ny * r1 + moment_n * other
+        H.work.normal[1, k] = ny * r0 - nx * r1 - radius * first + moment_t * other
 
 
 @kernel
@@ -158,12 +182,12 @@ def speed_along(j, S):
 
 @kernel
 def element_of(a, m, S, H):
-    """Force element and row of `HardContacts.normal` of a row that is no constraint's."""
+    """Force element and row of `HardWork.normal` of a row that is no constraint's."""
     i = a - m
-    if i < 2 * H.which.size:
-        return H.which[i // 2], i % 2
-    c = i - 2 * H.which.size
-    return S.parameters.contact.size + H.damped[c], H.damped_axis[c]
+    if i < 2 * H.model.which.size:
+        return H.model.which[i // 2], i % 2
+    c = i - 2 * H.model.which.size
+    return S.parameters.contact.size + H.model.damped[c], H.model.damped_axis[c]
 
 
 @kernel
@@ -172,7 +196,7 @@ def along(a, source, S, H):
     M, total = S.model, 0.0
     j, axis = element_of(a, S.work.multiplier.size, S, H)
     for k in range(M.element_start[j], M.element_start[j + 1]):
-        total += H.normal[axis, k] * source[M.element_column[k]]
+        total += H.work.normal[axis, k] * source[M.element_column[k]]
     return total
 
 
@@ -188,7 +212,7 @@ def add_row(a, m, value, target, first, S, H):
     j, axis = element_of(a, m, S, H)
     for k in range(M.element_start[j], M.element_start[j + 1]):
         if M.element_column[k] < M.n:
-            target[first + M.element_column[k]] += value * H.normal[axis, k]
+            target[first + M.element_column[k]] += value * H.work.normal[axis, k]
 
 
 @kernel
@@ -197,160 +221,160 @@ def acting_row(a, m, S, H):
     if a < m:
         return S.work.inactive[a] == 0.0
     i = a - m
-    if i < 2 * H.which.size:
-        return H.closed[i // 2] == 1
-    return H.damping[i - 2 * H.which.size] == 1
+    if i < 2 * H.model.which.size:
+        return H.work.closed[i // 2] == 1
+    return H.work.damping[i - 2 * H.model.which.size] == 1
 
 
 @kernel
 def assemble(h, S, H):
     """Write the products of all acting rows, and what the rows of components add to theirs."""
-    m, reach = S.work.multiplier.size, H.reach[0]
-    first = H.value.size - S.work.gradient.size
+    m, reach = S.work.multiplier.size, H.model.reach[0]
+    first = H.work.value.size - S.work.gradient.size
     for k in range(S.work.gradient.size):
-        H.value[first + k] = S.work.gradient[k]
-    for a in range(H.place.size):
-        H.acts[a] = 1 if acting_row(a, m, S, H) else 0
-    H.gram[:, :] = 0.0
-    for p in range(H.pairs.shape[0]):
-        a, b = H.pairs[p, 0], H.pairs[p, 1]
-        if H.acts[a] == 0 or H.acts[b] == 0:
+        H.work.value[first + k] = S.work.gradient[k]
+    for a in range(H.model.place.size):
+        H.work.acts[a] = 1 if acting_row(a, m, S, H) else 0
+    H.work.gram[:, :] = 0.0
+    for p in range(H.model.pairs.shape[0]):
+        a, b = H.model.pairs[p, 0], H.model.pairs[p, 1]
+        if H.work.acts[a] == 0 or H.work.acts[b] == 0:
             continue
-        total, i, k = 0.0, H.place[a], H.place[b]
-        for q in range(H.product_start[p], H.product_start[p + 1]):
-            total += H.value[H.products[q, 0]] * H.value[H.products[q, 1]]
-        H.gram[i, k - i + reach] = total
-        H.gram[k, i - k + reach] = total
-    first = m + 2 * H.which.size
-    for c in range(H.damped.size):
-        if H.damping[c] == 1 and h > 0.0:
-            H.gram[H.place[first + c], reach] += 2.0 / h
+        total, i, k = 0.0, H.model.place[a], H.model.place[b]
+        for q in range(H.model.product_start[p], H.model.product_start[p + 1]):
+            total += H.work.value[H.model.products[q, 0]] * H.work.value[H.model.products[q, 1]]
+        H.work.gram[i, k - i + reach] = total
+        H.work.gram[k, i - k + reach] = total
+    first = m + 2 * H.model.which.size
+    for c in range(H.model.damped.size):
+        if H.work.damping[c] == 1 and h > 0.0:
+            H.work.gram[H.model.place[first + c], reach] += 2.0 / h
     hold_immobile(m, H)
 
 
 @kernel
 def hold_immobile(m, H):
     """Let a contact that cannot move along T yield by next to nothing there; leave out one that cannot along N."""
-    reach, largest = H.reach[0], 0.0
-    for i in range(H.which.size):
-        if H.closed[i] == 1:
-            a, b = H.place[m + 2 * i], H.place[m + 2 * i + 1]
-            largest = max(largest, H.gram[a, reach], H.gram[b, reach])
-    for i in range(H.which.size):
-        if H.closed[i] == 0:
+    reach, largest = H.model.reach[0], 0.0
+    for i in range(H.model.which.size):
+        if H.work.closed[i] == 1:
+            a, b = H.model.place[m + 2 * i], H.model.place[m + 2 * i + 1]
+            largest = max(largest, H.work.gram[a, reach], H.work.gram[b, reach])
+    for i in range(H.model.which.size):
+        if H.work.closed[i] == 0:
             continue
-        a, b = H.place[m + 2 * i], H.place[m + 2 * i + 1]
-        if H.compliant[i] == 1:  # its law gives the force
-            H.gram[a, reach] = max(H.gram[a, reach], IMMOBILE * largest)
-        if H.gram[a, reach] <= ROUND_OFF * largest:
-            H.closed[i], H.mode[i], H.stuck[i] = 0, OPEN, 0
+        a, b = H.model.place[m + 2 * i], H.model.place[m + 2 * i + 1]
+        if H.model.compliant[i] == 1:  # its law gives the force
+            H.work.gram[a, reach] = max(H.work.gram[a, reach], IMMOBILE * largest)
+        if H.work.gram[a, reach] <= ROUND_OFF * largest:
+            H.work.closed[i], H.state.mode[i], H.state.stuck[i] = 0, OPEN, 0
             for k in range(2 * reach + 1):
-                H.gram[a, k] = H.gram[b, k] = 0.0
-            for k in range(H.place.size):
+                H.work.gram[a, k] = H.work.gram[b, k] = 0.0
+            for k in range(H.model.place.size):
                 if abs(a - k) <= reach:
-                    H.gram[k, a - k + reach] = 0.0
+                    H.work.gram[k, a - k + reach] = 0.0
                 if abs(b - k) <= reach:
-                    H.gram[k, b - k + reach] = 0.0
+                    H.work.gram[k, b - k + reach] = 0.0
         else:
-            H.gram[b, reach] = max(H.gram[b, reach], IMMOBILE * H.gram[a, reach])
+            H.work.gram[b, reach] = max(H.work.gram[b, reach], IMMOBILE * H.work.gram[a, reach])
 
 
 @kernel
 def effective_mass(i, S, H):
     """Mass [kg] that an impulse along the normal of hard contact i moves, all constraints kept, other contacts open."""
     m = S.work.multiplier.size
-    a, reach = m + 2 * i, H.reach[0]
-    at = H.place[a]
-    total = H.gram[at, reach]
+    a, reach = m + 2 * i, H.model.reach[0]
+    at = H.model.place[a]
+    total = H.work.gram[at, reach]
     if m > 0:
         for k in range(m):
-            offset = H.place[k] - at
-            H.mass_row[k] = H.gram[at, offset + reach] if abs(offset) <= reach else 0.0
+            offset = H.model.place[k] - at
+            H.work.mass_row[k] = H.work.gram[at, offset + reach] if abs(offset) <= reach else 0.0
         for k in range(m):
-            S.work.work[k] = H.mass_row[k]
+            S.work.work[k] = H.work.mass_row[k]
         solve_constraints(S, S.work.work[:m])
         for k in range(m):
-            total -= H.mass_row[k] * S.work.work[k]
+            total -= H.work.mass_row[k] * S.work.work[k]
     return 1.0 / total if total > 0.0 else math.inf
 
 
 @kernel
 def row_product(a, vector, H):
     """Row a of G, which is banded, times a vector of all rows."""
-    return product(H.gram, H.reach[0], a, vector)
+    return product(H.work.gram, H.model.reach[0], a, vector)
 
 
 @kernel
 def largest_impulse(m, H):
     """The largest normal impulse of a contact that is closed."""
     largest = 0.0
-    for i in range(H.which.size):
-        if H.closed[i] == 1:
-            largest = max(largest, H.impulse[H.place[m + 2 * i]])
+    for i in range(H.model.which.size):
+        if H.work.closed[i] == 1:
+            largest = max(largest, H.work.impulse[H.model.place[m + 2 * i]])
     return largest
 
 
 @kernel
 def differ(i, m, H):
     """Note that the equations of contact i are no longer those that are factorized."""
-    H.since[0] = min(H.since[0], H.place[m + 2 * i], H.place[m + 2 * i + 1])
+    H.work.since[0] = min(H.work.since[0], H.model.place[m + 2 * i], H.model.place[m + 2 * i + 1])
 
 
 @kernel
 def write_equations(m, first, H):
     """Write the equations of the present modes from one row on."""
-    size, reach = H.place.size, H.reach[0]
+    size, reach = H.model.place.size, H.model.reach[0]
     for a in range(first, size):
         for k in range(2 * reach + 1):
-            H.band[a, k] = H.gram[a, k]
-        for k in range(2 * reach + 1, H.band.shape[1]):
-            H.band[a, k] = 0.0
-        H.right[a] = -H.free[a]
-        if H.gram[a, reach] == 0.0:  # an open latch or contact, a component that does not damp
-            H.band[a, reach] = 1.0
-            H.right[a] = 0.0
-    for i in range(H.which.size):
-        a, b = H.place[m + 2 * i], H.place[m + 2 * i + 1]
-        if H.closed[i] == 1 and a >= first:
+            H.work.band[a, k] = H.work.gram[a, k]
+        for k in range(2 * reach + 1, H.work.band.shape[1]):
+            H.work.band[a, k] = 0.0
+        H.work.right[a] = -H.work.free[a]
+        if H.work.gram[a, reach] == 0.0:  # an open latch or contact, a component that does not damp
+            H.work.band[a, reach] = 1.0
+            H.work.right[a] = 0.0
+    for i in range(H.model.which.size):
+        a, b = H.model.place[m + 2 * i], H.model.place[m + 2 * i + 1]
+        if H.work.closed[i] == 1 and a >= first:
             write_normal(i, a, H)
-        if H.closed[i] == 1 and b >= first:
+        if H.work.closed[i] == 1 and b >= first:
             write_tangential(i, a, b, H)
 
 
 @kernel
 def write_normal(i, a, H):
     """Write the row N of a closed contact."""
-    if H.mode[i] == OPEN:
+    if H.state.mode[i] == OPEN:
         only(a, H)
         return
-    H.band[a, H.reach[0]] = H.band[a, H.reach[0]] * (1.0 + COMPLIANCE) + H.compliance[i]
-    H.right[a] = -H.free[a] - H.offset[i]
+    H.work.band[a, H.model.reach[0]] = H.work.band[a, H.model.reach[0]] * (1.0 + COMPLIANCE) + H.work.compliance[i]
+    H.work.right[a] = -H.work.free[a] - H.work.offset[i]
 
 
 @kernel
 def write_tangential(i, a, b, H):
     """Write the row T of a closed contact, whose row N is a."""
-    reach = H.reach[0]
-    if H.mode[i] == OPEN:
+    reach = H.model.reach[0]
+    if H.state.mode[i] == OPEN:
         only(b, H)
         return
-    if H.mode[i] == STICK:
-        H.band[b, reach] *= 1.0 + COMPLIANCE
+    if H.state.mode[i] == STICK:
+        H.work.band[b, reach] *= 1.0 + COMPLIANCE
         return
-    sign = 1.0 if H.mode[i] == SLIP else -1.0
+    sign = 1.0 if H.state.mode[i] == SLIP else -1.0
     # P_T + turning_mass U_T = lag + friction, times G_TT
-    mass, turned = H.gram[b, reach], H.turning_mass[i] * H.gram[b, reach]
+    mass, turned = H.work.gram[b, reach], H.work.turning_mass[i] * H.work.gram[b, reach]
     for k in range(2 * reach + 1):
-        H.band[b, k] = turned * H.gram[b, k]
-    H.band[b, reach] += mass
-    H.band[b, a - b + reach] -= sign * H.friction[i] * mass
-    H.right[b] = mass * H.lag[i] - turned * H.free[b]
+        H.work.band[b, k] = turned * H.work.gram[b, k]
+    H.work.band[b, reach] += mass
+    H.work.band[b, a - b + reach] -= sign * H.work.friction[i] * mass
+    H.work.right[b] = mass * H.work.lag[i] - turned * H.work.free[b]
 
 
 @kernel
 def only(a, H):
     """Make row a of the equations a diagonal one without a right-hand side."""
-    for k in range(2 * H.reach[0] + 1):
-        H.band[a, k] = 0.0
-    H.band[a, H.reach[0]] = 1.0
-    H.right[a] = 0.0
+    for k in range(2 * H.model.reach[0] + 1):
+        H.work.band[a, k] = 0.0
+    H.work.band[a, H.model.reach[0]] = 1.0
+    H.work.right[a] = 0.0

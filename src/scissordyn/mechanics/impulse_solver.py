@@ -41,7 +41,7 @@ ACCURATE = 1e-9
 """Velocity that equations without row exchanges may miss, as a part of what impulses change; else rows are exchanged."""
 
 FACTORIZATIONS, MOST_IN_A_STEP, PIVOTS, PIVOTED, UNSOLVED, IMPULSIVE, DEPENDENT = range(7)
-"""Columns of `HardContacts.counts`: factorizations, most of them in a step, pivots, steps with pivots, steps that are not
+"""Columns of `HardState.counts`: factorizations, most of them in a step, pivots, steps with pivots, steps that are not
 solved, steps with closed contacts, steps with rows that depend on each other."""
 
 COUNTS = 7
@@ -56,54 +56,54 @@ def solve_impulses(m, y, S, H):
     Returns whether they agree with the laws of compliant contacts.
     """
     most_laws = LAWS
-    for i in range(H.which.size):
-        if H.before[H.place[m + 2 * i]] > 0.0:  # surfaces that part already
-            H.rebound[i] = 0.0
-        H.compliance[i] = 0.0
-        if H.compliant[i] == 1 and H.closed[i] == 1:
+    for i in range(H.model.which.size):
+        if H.work.before[H.model.place[m + 2 * i]] > 0.0:  # surfaces that part already
+            H.work.rebound[i] = 0.0
+        H.work.compliance[i] = 0.0
+        if H.model.compliant[i] == 1 and H.work.closed[i] == 1:
             begin_laws(i, m, y, S, H)
             most_laws = COMPLIANT_LAWS
             continue
-        if H.yields[i] == 1:
-            prepare_law(i, H.place[m + 2 * i], H)
+        if H.work.yields[i] == 1:
+            prepare_law(i, H.model.place[m + 2 * i], H)
         else:
-            H.offset[i] = H.rebound[i] * H.before[H.place[m + 2 * i]] + H.bias[i]
-        at = H.place[m + 2 * i + 1]
+            H.work.offset[i] = H.work.rebound[i] * H.work.before[H.model.place[m + 2 * i]] + H.work.bias[i]
+        at = H.model.place[m + 2 * i + 1]
         # mu_s for what stuck in the last step or is only now set in motion
-        still = H.closed[i] == 1 and abs(H.before[at]) <= STILL * abs(H.free[at] - H.before[at])
-        H.friction[i] = H.static[i] if still or H.stuck[i] == 1 else H.kinetic[i]
-        if H.closed[i] == 1 and H.mode[i] == OPEN:
-            H.mode[i] = STICK if H.kinetic[i] > 0.0 else SLIP
-    H.counts[IMPULSIVE] += 1
+        still = H.work.closed[i] == 1 and abs(H.work.before[at]) <= STILL * abs(H.work.free[at] - H.work.before[at])
+        H.work.friction[i] = H.parameters.static[i] if still or H.state.stuck[i] == 1 else H.parameters.kinetic[i]
+        if H.work.closed[i] == 1 and H.state.mode[i] == OPEN:
+            H.state.mode[i] = STICK if H.parameters.kinetic[i] > 0.0 else SLIP
+    H.state.counts[IMPULSIVE] += 1
     # modes by Newton's method, else those of restless contacts by pivoting, else all of them, else without friction
     agree = newton(most_laws, m, y, S, H)
     if agree != FAILED:
         if depends(H):
-            H.counts[DEPENDENT] += 1
+            H.state.counts[DEPENDENT] += 1
         return agree == FOUND
-    H.counts[PIVOTED] += 1
+    H.state.counts[PIVOTED] += 1
     if not pivot_restless(m, H):
         pivots = pivot(0, m, H)
         if pivots < 0:  # without friction there is a solution
-            H.counts[UNSOLVED] += 1
-            H.friction[:] = 0.0
-            H.counts[PIVOTS] += max(pivot(0, m, H), 0)
-        H.counts[PIVOTS] += max(pivots, 0)
+            H.state.counts[UNSOLVED] += 1
+            H.work.friction[:] = 0.0
+            H.state.counts[PIVOTS] += max(pivot(0, m, H), 0)
+        H.state.counts[PIVOTS] += max(pivots, 0)
     return most_laws != COMPLIANT_LAWS or laws_fit(m, y, S, H)
 
 
 @kernel
 def newton(most_laws, m, y, S, H):
     """Find modes that agree with each other; returns `FOUND`, `MISFIT` where compliant laws do not, or `FAILED`."""
-    none = 3 * H.which.size + 1
-    H.since[0] = 0
-    H.restless[:] = 0
+    none = 3 * H.model.which.size + 1
+    H.work.since[0] = 0
+    H.work.restless[:] = 0
     fewest, tries, laws = none, TRIES, 0
     for tried in range(MOST):
         if not solve_modes(m, H):
             break
-        H.counts[FACTORIZATIONS] += 1
-        H.counts[MOST_IN_A_STEP] = max(H.counts[MOST_IN_A_STEP], tried + 1)
+        H.state.counts[FACTORIZATIONS] += 1
+        H.state.counts[MOST_IN_A_STEP] = max(H.state.counts[MOST_IN_A_STEP], tried + 1)
         asking = ask_for_modes(m, H)
         elastic = laws == most_laws or law_fits(m, H)
         # all modes agree: now the laws of elastic and compliant contacts have to
@@ -130,7 +130,7 @@ def pivot_restless(m, H):
     """
     for _ in range(GROWTHS):
         pivots = pivot(MOST - RECENT, m, H)
-        H.counts[PIVOTS] += max(pivots, 0)
+        H.state.counts[PIVOTS] += max(pivots, 0)
         if pivots < 0:
             return False
         if ask_for_modes(m, H) == 0:
@@ -142,22 +142,22 @@ def pivot_restless(m, H):
 @kernel
 def solve_modes(m, H):
     """Impulses for the present modes, and the velocities that follow; returns whether there are any."""
-    size, reach, first = H.place.size, H.reach[0], H.since[0]
+    size, reach, first = H.model.place.size, H.model.reach[0], H.work.since[0]
     write_equations(m, first, H)
-    H.since[0] = size
+    H.work.since[0] = size
     # the rows before the first that changed keep their factors
-    if band.eliminate(H.band, reach, first, H.right) < 0:
-        band.substitute(H.band, reach, H.right, H.impulse)
+    if band.eliminate(H.work.band, reach, first, H.work.right) < 0:
+        band.substitute(H.work.band, reach, H.work.right, H.work.impulse)
         follow(H)
         if accurate(m, H):
             return True
     write_equations(m, 0, H)
-    H.since[0] = 0
+    H.work.since[0] = 0
     for a in range(size):
-        H.impulse[a] = H.right[a]
-    if band.factorize(H.band, reach, reach, H.pivots) >= 0:
+        H.work.impulse[a] = H.work.right[a]
+    if band.factorize(H.work.band, reach, reach, H.work.pivots) >= 0:
         return False
-    band.solve(H.band, reach, H.pivots, H.impulse)
+    band.solve(H.work.band, reach, H.work.pivots, H.work.impulse)
     follow(H)
     return True
 
@@ -165,37 +165,37 @@ def solve_modes(m, H):
 @kernel
 def follow(H):
     """Write the velocities that follow from the impulses."""
-    for a in range(H.place.size):
-        H.velocity[a] = H.free[a] + row_product(a, H.impulse, H)
+    for a in range(H.model.place.size):
+        H.work.velocity[a] = H.work.free[a] + row_product(a, H.work.impulse, H)
 
 
 @kernel
 def accurate(m, H):
     """Whether impulses satisfy the equations of what is closed, to within round-off of the velocities that they change."""
-    reach, largest, worst = H.reach[0], 0.0, 0.0
-    for a in range(H.place.size):
-        largest = max(largest, abs(H.free[a]), H.gram[a, reach] * abs(H.impulse[a]))
+    reach, largest, worst = H.model.reach[0], 0.0, 0.0
+    for a in range(H.model.place.size):
+        largest = max(largest, abs(H.work.free[a]), H.work.gram[a, reach] * abs(H.work.impulse[a]))
     for a in range(m):
-        if H.gram[H.place[a], reach] > 0.0:
-            worst = max(worst, abs(H.velocity[H.place[a]]))
-    for i in range(H.which.size):
-        if H.closed[i] == 0 or H.mode[i] == OPEN:
+        if H.work.gram[H.model.place[a], reach] > 0.0:
+            worst = max(worst, abs(H.work.velocity[H.model.place[a]]))
+    for i in range(H.model.which.size):
+        if H.work.closed[i] == 0 or H.state.mode[i] == OPEN:
             continue
-        a, b = H.place[m + 2 * i], H.place[m + 2 * i + 1]
-        worst = max(worst, abs(H.velocity[a] + H.compliance[i] * H.impulse[a] + H.offset[i]))
-        if H.mode[i] == STICK:
-            worst = max(worst, abs(H.velocity[b]))
+        a, b = H.model.place[m + 2 * i], H.model.place[m + 2 * i + 1]
+        worst = max(worst, abs(H.work.velocity[a] + H.work.compliance[i] * H.work.impulse[a] + H.work.offset[i]))
+        if H.state.mode[i] == STICK:
+            worst = max(worst, abs(H.work.velocity[b]))
     return worst <= ACCURATE * largest
 
 
 @kernel
 def depends(H):
     """Whether a row of the factorized equations depends on others, but for its compliance."""
-    reach = H.reach[0]
+    reach = H.model.reach[0]
     least = 1.0
-    for a in range(H.place.size):
-        if H.gram[a, reach] > 0.0:
-            least = min(least, abs(H.band[a, reach]) / H.gram[a, reach])
+    for a in range(H.model.place.size):
+        if H.work.gram[a, reach] > 0.0:
+            least = min(least, abs(H.work.band[a, reach]) / H.work.gram[a, reach])
     return least < DEPENDS
 
 
@@ -205,28 +205,30 @@ def ask_for_modes(m, H):
 
     A contact on the border between two modes, to within round-off of the largest impulse, keeps its mode.
     """
-    asking, reach, largest = 0, H.reach[0], 0.0
-    for a in range(H.place.size):
-        largest = max(largest, abs(H.impulse[a]))
+    asking, reach, largest = 0, H.model.reach[0], 0.0
+    for a in range(H.model.place.size):
+        largest = max(largest, abs(H.work.impulse[a]))
     near = BORDER * largest
-    for i in range(H.which.size):
-        old = H.required[i] = H.mode[i]
-        if H.closed[i] == 0:
+    for i in range(H.model.which.size):
+        old = H.work.required[i] = H.state.mode[i]
+        if H.work.closed[i] == 0:
             continue
-        a, b = H.place[m + 2 * i], H.place[m + 2 * i + 1]
-        p_n, p_t, new = H.impulse[a], H.impulse[b], OPEN
+        a, b = H.model.place[m + 2 * i], H.model.place[m + 2 * i + 1]
+        p_n, p_t, new = H.work.impulse[a], H.work.impulse[b], OPEN
         # closed by the augmented Lagrangian of Alart and Curnier; the border counts as the present mode
-        if p_n - (H.velocity[a] + H.compliance[i] * p_n + H.offset[i]) / H.gram[a, reach] > (near if old == OPEN else -near):
-            limit = H.friction[i] * max(p_n, 0.0)
+        if p_n - (H.work.velocity[a] + H.work.compliance[i] * p_n + H.work.offset[i]) / H.work.gram[a, reach] > (
+            near if old == OPEN else -near
+        ):
+            limit = H.work.friction[i] * max(p_n, 0.0)
             # the friction impulse that would stop the slip
-            wanted = p_t - H.lag[i] + (H.turning_mass[i] - 1.0 / H.gram[b, reach]) * H.velocity[b]
+            wanted = p_t - H.work.lag[i] + (H.work.turning_mass[i] - 1.0 / H.work.gram[b, reach]) * H.work.velocity[b]
             new = SLIP if wanted > (near if old == SLIP + 1 else -near) else SLIP + 1
-            if H.compliant[i] == 1:
+            if H.model.compliant[i] == 1:
                 new = SLIP
-            if H.friction[i] > 0.0 and abs(wanted) <= limit + (near if old == STICK else -near):
+            if H.work.friction[i] > 0.0 and abs(wanted) <= limit + (near if old == STICK else -near):
                 new = STICK
-        H.required[i] = new
-        if new != old or (new >= SLIP and H.friction[i] > H.kinetic[i]):
+        H.work.required[i] = new
+        if new != old or (new >= SLIP and H.work.friction[i] > H.parameters.kinetic[i]):
             asking += 1
     return asking
 
@@ -234,12 +236,12 @@ def ask_for_modes(m, H):
 @kernel
 def change_modes(single, tried, m, H):
     """Change the modes of all contacts that ask for it, or of the last one, and note when."""
-    for i in range(H.which.size - 1, -1, -1):
-        breaks_away = H.closed[i] == 1 and H.required[i] >= SLIP and H.friction[i] > H.kinetic[i]
-        if H.required[i] != H.mode[i] or breaks_away:
-            H.mode[i], H.restless[i] = H.required[i], tried
+    for i in range(H.model.which.size - 1, -1, -1):
+        breaks_away = H.work.closed[i] == 1 and H.work.required[i] >= SLIP and H.work.friction[i] > H.parameters.kinetic[i]
+        if H.work.required[i] != H.state.mode[i] or breaks_away:
+            H.state.mode[i], H.work.restless[i] = H.work.required[i], tried
             differ(i, m, H)
             if breaks_away:
-                H.friction[i] = H.kinetic[i]
+                H.work.friction[i] = H.parameters.kinetic[i]
             if single:
                 return

@@ -36,9 +36,9 @@ def pivot(least, m, H):
     Returns the number of pivots, negative if it ends on a ray.
     """
     count = 0
-    for i in range(H.which.size):
-        if H.closed[i] == 1 and H.restless[i] >= least:
-            H.active[count] = i
+    for i in range(H.model.which.size):
+        if H.work.closed[i] == 1 and H.work.restless[i] >= least:
+            H.work.active[count] = i
             count += 1
     if count == 0 or not unit_impulses(m, count, H):
         return -1
@@ -55,26 +55,26 @@ def unit_impulses(m, count, H):
 
     Returns whether there are any.
     """
-    size, reach = H.place.size, H.reach[0]
+    size, reach = H.model.place.size, H.model.reach[0]
     write_equations(m, 0, H)
-    H.units[: 2 * count, :] = 0.0
+    H.work.units[: 2 * count, :] = 0.0
     for at in range(size):
-        H.units[2 * count, at] = H.right[at]
+        H.work.units[2 * count, at] = H.work.right[at]
     for c in range(count):
-        i = H.active[c]
-        a, b = H.place[m + 2 * i], H.place[m + 2 * i + 1]
-        mass, turned = H.gram[b, reach], H.turning_mass[i] * H.gram[b, reach]
+        i = H.work.active[c]
+        a, b = H.model.place[m + 2 * i], H.model.place[m + 2 * i + 1]
+        mass, turned = H.work.gram[b, reach], H.work.turning_mass[i] * H.work.gram[b, reach]
         for k in range(2 * reach + 1):
-            H.band[a, k] = 0.0
-            H.band[b, k] = turned * H.gram[b, k]
-        H.band[a, reach] = 1.0
-        H.band[b, reach] += mass
-        H.units[2 * count, a], H.units[2 * count, b] = 0.0, mass * H.lag[i] - turned * H.free[b]
-        H.units[c, a], H.units[count + c, b] = 1.0, mass
-    if band.factorize(H.band, reach, reach, H.pivots) >= 0:
+            H.work.band[a, k] = 0.0
+            H.work.band[b, k] = turned * H.work.gram[b, k]
+        H.work.band[a, reach] = 1.0
+        H.work.band[b, reach] += mass
+        H.work.units[2 * count, a], H.work.units[2 * count, b] = 0.0, mass * H.work.lag[i] - turned * H.work.free[b]
+        H.work.units[c, a], H.work.units[count + c, b] = 1.0, mass
+    if band.factorize(H.work.band, reach, reach, H.work.pivots) >= 0:
         return False
     for c in range(2 * count + 1):
-        band.solve(H.band, reach, H.pivots, H.units[c])
+        band.solve(H.work.band, reach, H.work.pivots, H.work.units[c])
     return True
 
 
@@ -83,29 +83,29 @@ def write_table(m, count, H):
     """The dictionary w = M z + 1 z_0 + q, and what is basic and what is not."""
     size = 3 * count
     for d in range(count):
-        i = H.active[d]
-        a, b = H.place[m + 2 * i], H.place[m + 2 * i + 1]
+        i = H.work.active[d]
+        a, b = H.model.place[m + 2 * i], H.model.place[m + 2 * i + 1]
         for c in range(count):
-            mu = H.friction[H.active[c]]
+            mu = H.work.friction[H.work.active[c]]
             for half in range(2):
                 row, at = half * count + d, b if half == 1 else a
-                by_r = row_product(at, H.units[count + c], H)
-                H.table[row, c] = row_product(at, H.units[c], H) - mu * by_r
-                H.table[row, count + c] = by_r
-                H.table[row, 2 * count + c] = 0.0
+                by_r = row_product(at, H.work.units[count + c], H)
+                H.work.table[row, c] = row_product(at, H.work.units[c], H) - mu * by_r
+                H.work.table[row, count + c] = by_r
+                H.work.table[row, 2 * count + c] = 0.0
             for k in range(3):
-                H.table[2 * count + d, k * count + c] = 0.0
-        H.table[d, d] += H.compliance[i]
-        H.table[d, size + 1] = row_product(a, H.units[2 * count], H) + H.free[a] + H.offset[i]
-        H.table[count + d, size + 1] = row_product(b, H.units[2 * count], H) + H.free[b]
-        H.table[2 * count + d, size + 1] = 0.0
-        H.table[count + d, 2 * count + d] = 1.0
-        H.table[2 * count + d, d] = 2.0 * H.friction[i]
-        H.table[2 * count + d, count + d] = -1.0
+                H.work.table[2 * count + d, k * count + c] = 0.0
+        H.work.table[d, d] += H.work.compliance[i]
+        H.work.table[d, size + 1] = row_product(a, H.work.units[2 * count], H) + H.work.free[a] + H.work.offset[i]
+        H.work.table[count + d, size + 1] = row_product(b, H.work.units[2 * count], H) + H.work.free[b]
+        H.work.table[2 * count + d, size + 1] = 0.0
+        H.work.table[count + d, 2 * count + d] = 1.0
+        H.work.table[2 * count + d, d] = 2.0 * H.work.friction[i]
+        H.work.table[2 * count + d, count + d] = -1.0
     for k in range(size):
-        H.table[k, size] = 1.0
-        H.basic[k], H.beside[k] = k, size + k
-    H.beside[size] = 2 * size
+        H.work.table[k, size] = 1.0
+        H.work.basic[k], H.work.beside[k] = k, size + k
+    H.work.beside[size] = 2 * size
 
 
 @kernel
@@ -114,19 +114,19 @@ def lemke(size, H):
     # z_0 enters where q is most negative
     row = 0
     for k in range(size):
-        if H.table[k, size + 1] < H.table[row, size + 1]:
+        if H.work.table[k, size + 1] < H.work.table[row, size + 1]:
             row = k
-    if H.table[row, size + 1] >= 0.0:
+    if H.work.table[row, size + 1] >= 0.0:
         return 0
     column = size
     for pivots in range(MOST * size):
-        leaving = H.basic[row]
+        leaving = H.work.basic[row]
         exchange(row, column, size, H)
         if leaving == 2 * size:
             return pivots
         entering = leaving + size if leaving < size else leaving - size
         column = 0
-        while H.beside[column] != entering:
+        while H.work.beside[column] != entering:
             column += 1
         row = leaves(column, size, H)
         if row < 0:
@@ -139,16 +139,16 @@ def leaves(column, size, H):
     """The row whose variable is zero first as that of a column grows; -1 if none is."""
     largest, best, row = 0.0, 0.0, -1
     for k in range(size):
-        largest = max(largest, -H.table[k, column])
+        largest = max(largest, -H.work.table[k, column])
     for k in range(size):
-        entry = -H.table[k, column]
+        entry = -H.work.table[k, column]
         if entry <= SMALL * largest:
             continue
-        ratio = max(H.table[k, size + 1], 0.0) / entry
+        ratio = max(H.work.table[k, size + 1], 0.0) / entry
         tied = row >= 0 and abs(ratio - best) <= TIED * best
         if row < 0 or (ratio < best and not tied):
             row, best = k, ratio
-        elif tied and H.basic[row] != 2 * size and (H.basic[k] == 2 * size or entry > -H.table[row, column]):
+        elif tied and H.work.basic[row] != 2 * size and (H.work.basic[k] == 2 * size or entry > -H.work.table[row, column]):
             row, best = k, min(ratio, best)
     return row
 
@@ -156,18 +156,18 @@ def leaves(column, size, H):
 @kernel
 def exchange(row, column, size, H):
     """Make the variable of a column basic in the place of that of a row."""
-    inverse = 1.0 / H.table[row, column]
+    inverse = 1.0 / H.work.table[row, column]
     for k in range(size + 2):
-        H.table[row, k] *= -inverse
-    H.table[row, column] = inverse
+        H.work.table[row, k] *= -inverse
+    H.work.table[row, column] = inverse
     for i in range(size):
-        factor = H.table[i, column]
+        factor = H.work.table[i, column]
         if i == row or vanishes(factor):
             continue
-        H.table[i, column] = 0.0
+        H.work.table[i, column] = 0.0
         for k in range(size + 2):
-            H.table[i, k] += factor * H.table[row, k]
-    H.basic[row], H.beside[column] = H.beside[column], H.basic[row]
+            H.work.table[i, k] += factor * H.work.table[row, k]
+    H.work.basic[row], H.work.beside[column] = H.work.beside[column], H.work.basic[row]
 
 
 @kernel
@@ -175,26 +175,26 @@ def combine(m, count, H):
     """Impulses and velocities of all rows from the basic variables, and modes."""
     size = 3 * count
     for k in range(size):
-        H.table[k, size] = 0.0  # z by its number
+        H.work.table[k, size] = 0.0  # z by its number
     for k in range(size):
-        if size <= H.basic[k] < 2 * size:
-            H.table[H.basic[k] - size, size] = max(H.table[k, size + 1], 0.0)
+        if size <= H.work.basic[k] < 2 * size:
+            H.work.table[H.work.basic[k] - size, size] = max(H.work.table[k, size + 1], 0.0)
     largest = 0.0
     for c in range(count):
-        largest = max(largest, H.table[c, size])
-    for at in range(H.place.size):
-        H.impulse[at] = H.units[2 * count, at]
+        largest = max(largest, H.work.table[c, size])
+    for at in range(H.model.place.size):
+        H.work.impulse[at] = H.work.units[2 * count, at]
     # P_T = r, between -mu P_N and mu P_N: on its limit the contact slips
     for c in range(count):
-        i = H.active[c]
-        p_n = H.table[c, size]
+        i = H.work.active[c]
+        p_n = H.work.table[c, size]
         if p_n <= NOTHING * largest:
-            p_n = H.table[c, size] = H.table[count + c, size] = 0.0
-        tangential = H.table[count + c, size] - H.friction[i] * p_n
-        limit = H.friction[i] * p_n
+            p_n = H.work.table[c, size] = H.work.table[count + c, size] = 0.0
+        tangential = H.work.table[count + c, size] - H.work.friction[i] * p_n
+        limit = H.work.friction[i] * p_n
         slips = SLIP if tangential > 0.0 else SLIP + 1
-        H.mode[i] = OPEN if p_n == 0.0 else STICK if abs(tangential) < limit * (1.0 - BELOW) else slips
-        for at in range(H.place.size):
-            H.impulse[at] += p_n * H.units[c, at] + tangential * H.units[count + c, at]
-    for at in range(H.place.size):
-        H.velocity[at] = H.free[at] + row_product(at, H.impulse, H)
+        H.state.mode[i] = OPEN if p_n == 0.0 else STICK if abs(tangential) < limit * (1.0 - BELOW) else slips
+        for at in range(H.model.place.size):
+            H.work.impulse[at] += p_n * H.work.units[c, at] + tangential * H.work.units[count + c, at]
+    for at in range(H.model.place.size):
+        H.work.velocity[at] = H.work.free[at] + row_product(at, H.work.impulse, H)

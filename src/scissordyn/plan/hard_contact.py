@@ -12,7 +12,7 @@ from scissordyn.errors import InputError
 from scissordyn.mechanics.band import width
 from scissordyn.mechanics.hard_elastic import FLOOR
 from scissordyn.mechanics.hard_result import RESULTS
-from scissordyn.mechanics.hard_rows import HardContacts
+from scissordyn.mechanics.hard_rows import HardContacts, HardModel, HardParameters, HardState, HardWork
 from scissordyn.mechanics.impulse_solver import COUNTS
 from scissordyn.mechanics.pivoting import table_shape
 from scissordyn.model.clearance import Clearance, GuideClearance, hard_numbers
@@ -49,16 +49,18 @@ def damped_components(plan: Plan) -> list[tuple[int, int]]:
     return [(i, axis) for i, rows in damped for axis in range(rows)]
 
 
-HARD_STATE: Mapping[str, Any] = MappingProxyType(
-    {"mode": 0, "stuck": 0, "slope": 0, "pressed": 0, "struck": 0, "ahead": (-np.inf, np.inf), "longest": np.inf}
+HARD_START: Mapping[str, Any] = MappingProxyType(
+    {
+        **dict.fromkeys(HardState._fields, 0),
+        "ahead": (-np.inf, np.inf),
+        "longest": np.inf,
+    }
 )
-"""What the next step depends on, and its start."""
-
-HARD_COUNTED = MappingProxyType({"stick": 0, "counts": 0, "overlap": 0})  # What has been counted since the start
+"""Values of `HardState` at the start of a case."""
 
 
 def hard_contacts(plan: Plan) -> HardContacts:
-    """The tables without the numbers of a case, see `put_hard_numbers`."""
+    """Make the tables of a plan's hard contacts; `put_hard_numbers` fills in the parameters of a case."""
     model, which = plan.model, [*plan.hard_places, *plan.compliant_places]
     n, m, count = model.n, model.constraint_start.size - 1, len(which)
     damped = damped_components(plan)
@@ -69,10 +71,11 @@ def hard_contacts(plan: Plan) -> HardContacts:
     value = np.zeros(AXES * model.element_column.size + model.constraint_column.size)
     product_start, products = _products(entries, pairs)
     shapes: dict[str, Any] = {
-        **dict.fromkeys(HardContacts._fields, count),
+        **dict.fromkeys((*HardParameters._fields, *HardState._fields, *HardWork._fields), count),
         **dict.fromkeys(OF_ROWS, rows),
         **dict.fromkeys(OF_STATES, states),
-        **dict.fromkeys(("size", "since", "locate", "work"), 1),
+        **dict.fromkeys(("size", "since", "locate", "longest", "drive_work"), 1),
+        "ahead": 2,
         "elastic": (count, PARAMETERS),
         "bristle": int(np.max(np.diff(model.state_start), initial=0)),
         "damping": len(damped),
@@ -88,41 +91,52 @@ def hard_contacts(plan: Plan) -> HardContacts:
         "beside": 3 * count + 1,
         "counts": COUNTS,
     }
-    return HardContacts(**scratch(HardContacts, shapes))._replace(
-        which=np.array(which, np.int64),
-        compliant=np.repeat([0, 1], [len(plan.hard_places), len(plan.compliant_places)]).astype(np.int64),
-        longest=np.full(1, np.inf),
-        damped=np.array([i for i, _ in damped], np.int64),
-        damped_axis=np.array([axis for _, axis in damped], np.int64),
-        place=place,
-        pairs=pairs,
-        reach=np.array([band], np.int64),
-        product_start=product_start,
-        products=products,
-        value=value,
-        normal=value[: AXES * model.element_column.size].reshape(AXES, -1),
-        ahead=np.array([-np.inf, np.inf]),
+
+    def zeros(described: Any) -> Any:
+        return described(**scratch(described, {name: shapes[name] for name in described._fields}))
+
+    return HardContacts(
+        model=HardModel(
+            which=np.array(which, np.int64),
+            compliant=np.repeat([0, 1], [len(plan.hard_places), len(plan.compliant_places)]).astype(np.int64),
+            damped=np.array([i for i, _ in damped], np.int64),
+            damped_axis=np.array([axis for _, axis in damped], np.int64),
+            place=place,
+            pairs=pairs,
+            reach=np.array([band], np.int64),
+            products=products,
+            product_start=product_start,
+        ),
+        parameters=zeros(HardParameters),
+        state=zeros(HardState),
+        work=zeros(HardWork)._replace(value=value, normal=value[: AXES * model.element_column.size].reshape(AXES, -1)),
     )
 
 
 def put_hard_numbers(made: HardContacts, plan: Plan) -> None:
-    """Put the numbers of a case of the same tables in place, and its state back to the start."""
-    for i, j in enumerate(made.which.tolist()):
+    """Fill in the parameters of a case with the same tables, and reset the state to the start."""
+    parameters = made.parameters
+    for i, j in enumerate(made.model.which.tolist()):
         clearance = plan.contacts[j].clearance
         assert clearance is not None
-        if made.compliant[i] == 0:
-            made.restitution[i], made.kinetic[i], made.static[i] = hard_numbers(clearance)
+        if made.model.compliant[i] == 0:
+            parameters.restitution[i], parameters.kinetic[i], parameters.static[i] = hard_numbers(clearance)
         elif clearance.damping.states:
             what = f"damping law '{clearance.damping.name}' of '{plan.contacts[j].name}', with states, beside hard contact"
             raise InputError(what, "a damping law without states", 'contact = "compliant" in all joints')
-        made.law[i], made.energy[i], made.elastic[i] = elastic_law(clearance)
-        made.floor[i] = FLOOR * clearance.clearance
-    for name, start in {**HARD_STATE, **HARD_COUNTED}.items():
-        getattr(made, name)[:] = start
+        parameters.law[i], parameters.energy[i], parameters.elastic[i] = elastic_law(clearance)
+        parameters.floor[i] = FLOOR * clearance.clearance
+    reset_hard_state(made.state)
+
+
+def reset_hard_state(state: HardState) -> None:
+    """Set the state of hard contacts to that at the start of a run."""
+    for name, start in HARD_START.items():
+        getattr(state, name)[:] = start
 
 
 Entries = list[tuple[np.ndarray, np.ndarray]]
-"""Of each row the free columns in which it has entries, in order, and where these stand in `HardContacts.value`."""
+"""Of each row the free columns in which it has entries, in order, and where these stand in `HardWork.value`."""
 
 
 def _entries(plan: Plan, which: list[int], damped: list[tuple[int, int]]) -> Entries:

@@ -192,8 +192,8 @@ def _overlap(driver: Driver) -> str:
     plan = driver.plan
     assert driver.stepping is not None
     clearance = driver.system.content.parameters.contact["clearance"]
-    crossed = 'events = "crossed", or ' if driver.stepping.content.locate[0] else ""
-    for j, overlap in zip(plan.hard_places, driver.stepping.content.overlap.tolist(), strict=False):
+    crossed = 'events = "crossed", or ' if driver.stepping.content.parameters.locate[0] else ""
+    for j, overlap in zip(plan.hard_places, driver.stepping.content.state.overlap.tolist(), strict=False):
         if not overlap <= clearance[j]:
             return (
                 f"the hard surfaces of joint '{plan.contacts[j].name}' overlap by {1e3 * overlap:.3g} mm at a clearance of "

@@ -356,7 +356,7 @@ class Driver:
     def _store(self, name: str) -> np.ndarray:
         """All rows of an array."""
         owner, _, part = name.partition(".")
-        owners = {"workspace": self.system.content.work, "hard": self.stepping and self.stepping.content}
+        owners = {"workspace": self.system.content.work, "hard": self.stepping and self.stepping.content.state}
         source = owners.get(owner) or getattr(self.integration.content, owner)
         return np.asarray(getattr(source, part) if part else source)
 

@@ -12,12 +12,15 @@ from scissordyn.integrate.time_stepping import Jumps, Touching
 from scissordyn.kernel import I1, Handle, entry
 from scissordyn.mechanics import impulse_solver as solver
 from scissordyn.mechanics.functions import FUNCTIONS, HARD_FUNCTIONS
-from scissordyn.mechanics.hard_rows import HardContacts
-from scissordyn.plan.hard_contact import HARD_COUNTED, HARD_STATE, hard_contacts, put_hard_numbers
+from scissordyn.mechanics.hard_rows import HardContacts, HardState
+from scissordyn.plan.hard_contact import HARD_START, hard_contacts, put_hard_numbers
 from scissordyn.plan.plan import Plan
 
 MECHANICS = Problem(**FUNCTIONS)
 HARD = Jumps(**HARD_FUNCTIONS)
+
+CARRIED = [name for name in HardState._fields if name not in ("stick", "counts", "overlap")]
+"""Fields of the state that the next step depends on; the others are counts since the start."""
 
 
 @entry
@@ -38,15 +41,15 @@ class Stepping:
         content: HardContacts = self.hard.content
         self.touching = Handle(
             Touching(
-                content.which[content.compliant == 0],
-                content.result,
-                content.impact,
-                content.locate,
-                content.ahead,
-                content.work,
+                content.model.which[content.model.compliant == 0],
+                content.work.result,
+                content.work.impact,
+                content.parameters.locate,
+                content.state.ahead,
+                content.work.drive_work,
                 np.zeros(1),
-                content.ending,
-                content.longest,
+                content.work.ending,
+                content.state.longest,
                 np.zeros(2),
                 (np.arange(plan.model.guard_component.size) >= len(plan.contacts)).astype(np.int64),
                 np.array([plan.model.n if plan.model.nb else 0], np.int64),
@@ -67,33 +70,33 @@ class Stepping:
         """Begin a case of the same tables, with steps of a size [s] or shorter ones where bodies turn by more than `turn`."""
         self.plan = plan
         put_hard_numbers(self.content, plan)
-        self.content.locate[0] = int(located)
+        self.content.parameters.locate[0] = int(located)
         self.touching.content.size[0], self.touching.content.turn[:] = size, turn
 
     def forget(self) -> None:
-        """Begin anew from a state that was put back."""
-        for name, start in HARD_STATE.items():
-            getattr(self.content, name)[:] = start
+        """Reset what the next step depends on, after the integrator's state was replaced; the counts go on."""
+        for name in CARRIED:
+            getattr(self.content.state, name)[:] = HARD_START[name]
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """All arrays that the way onwards depends on, and what has been counted, by name; live."""
-        return {f"hard.{name}": getattr(self.content, name) for name in (*HARD_STATE, *HARD_COUNTED)}
+        """Return the live arrays of the state, by name."""
+        return {f"hard.{name}": array for name, array in self.content.state._asdict().items()}
 
     def statistics(self, time: float) -> dict[str, Any]:
         """The step, the counters, and the part of the time for which each joint has stuck."""
         names = [contact.name for contact in self.plan.contacts]
-        which = self.content.which.tolist()
-        stuck, overlap = (zip(which, part.tolist(), strict=True) for part in (self.content.stick, self.content.overlap))
+        which, state = self.content.model.which.tolist(), self.content.state
+        stuck, overlap = (zip(which, part.tolist(), strict=True) for part in (state.stick, state.overlap))
         return {
             "step": self.size,
-            "impacts_located": bool(self.content.locate[0]),
+            "impacts_located": bool(self.content.parameters.locate[0]),
             **self.counted(),
             "sticking": {names[j]: lasting / time for j, lasting in stuck if lasting > 0.0},
             "overlap": {names[j]: depth for j, depth in overlap if depth > 0.0},
         }
 
     def counted(self) -> dict[str, int]:
-        counts = self.content.counts
+        counts = self.content.state.counts
         names = {
             "contact_steps": solver.IMPULSIVE,
             "factorizations": solver.FACTORIZATIONS,

@@ -260,9 +260,16 @@ def status_of(arguments: Sequence[str]) -> int:
         return _complain(_usage(error, arguments), BAD_INPUT)
     except KeyboardInterrupt:
         return _complain(STOPPED, INTERRUPTED)
-    except (BrokenPipeError, SystemExit):  # as in "scissordyn laws | head -1"; typer, while it prints a help, exits
+    except BrokenPipeError:  # as in "scissordyn laws | head -1"
         give_up("stdout")
         return DONE
+    except SystemExit as error:
+        if isinstance(error.__context__, BrokenPipeError):  # typer exits in this case, while it prints a help
+            give_up("stdout")
+            return DONE
+        if _received:
+            return _complain(STOPPED, INTERRUPTED)
+        return _complain(f"the command was ended by SystemExit({error.code!r}), raised by a function that it called", BUG)
     except OSError as error:  # a full standard output, a name that is too long, a folder that may not be read
         return _complain(_refused(error), BAD_INPUT)
     except MemoryError as error:

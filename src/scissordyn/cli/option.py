@@ -78,8 +78,8 @@ class Where:
             check_memory(what, size, Decimal(self.workers), f"at most {most} here", "--workers 2")
 
     @contextmanager
-    def engine(self) -> Iterator[Engine]:
-        """The engine; one choice at most."""
+    def engine(self, folder: Path | None = None) -> Iterator[Engine]:
+        """The engine; one choice at most. The folder gets the files of jobs of a queueing system."""
         from scissordyn.run.engine import Processes
 
         chosen = [name for name in ("threads", "workers", "scheduler", "cluster") if getattr(self, name) is not None]
@@ -91,12 +91,16 @@ class Where:
         elif self.scheduler is not None or self.cluster is not None:
             from scissordyn.studies.compute.cluster import cluster
 
-            with cluster(self.scheduler or self.cluster or "") as workers:
+            with cluster(self.scheduler or self.cluster or "", folder, _tell) as workers:
                 if self.scheduler is not None and not self.scheduler.startswith("tls://"):
                     print(UNPROTECTED, file=sys.stderr)
                 yield workers
         else:
             yield self.threads
+
+
+def _tell(line: str) -> None:
+    print(f"scissordyn: {line}", file=sys.stderr)
 
 
 def read_run(path: Path, *, samples: int = 2) -> xr.Dataset:

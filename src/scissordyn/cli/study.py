@@ -247,7 +247,7 @@ def compute(
     try:
         if store.exists() and points is None and study.design.kind != "adaptive":
             store.check(study)  # before workers are started for nothing
-        with where.engine() as engine, _progress() as progress:
+        with where.engine(Path(store.path).parent) as engine, _progress() as progress:
             result = computed(study, file, engine=engine, progress=progress, **options)  # type: ignore[arg-type]
     except KeyboardInterrupt:
         complete = f"what is complete is in {printable(file)}; {further}"

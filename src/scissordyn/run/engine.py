@@ -135,8 +135,10 @@ def _spread(
     """Tasks on the workers of an executor.
 
     When a process of `Processes` dies, every task that was handed out is done again, one at a time: the one whose process dies
-    again has failed.
+    again has failed. An executor may have a method `watch`, which is called often with the number of tasks that are done, and
+    raises `EngineError` if nobody is left to do the others.
     """
+    watch, finished = getattr(executor, "watch", None), 0
     stop, here = threading.Event(), isinstance(executor, ThreadPoolExecutor)
     handed, waiting = dict[Future[Any], Task](), iter(tasks)
     suspects, alone = list[Task](), False
@@ -156,6 +158,11 @@ def _spread(
                 break
             while not (done := wait(handed, LOOK, FIRST_COMPLETED).done):
                 look()
+                if watch is not None:
+                    watch(finished)
+            finished += len(done)
+            if watch is not None:
+                watch(finished)
             for future in done:
                 outcome = _outcome(future, handed.pop(future), here)
                 if not isinstance(outcome.error, BrokenExecutor):

@@ -3,48 +3,83 @@
 from __future__ import annotations
 
 import logging
+import shlex
 import shutil
+import signal
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError, Executor, Future
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import Any
 
 from scissordyn.errors import InputError
+from scissordyn.file.output_file import hold
 from scissordyn.lookup import library
-from scissordyn.run.engine import QUICKLY, signals_blocked
+from scissordyn.run.engine import QUICKLY, EngineError, signals_blocked
+from scissordyn.studies.compute.jobs import Jobs, remove_left_behind
 
 KEYS = ("_job_ca_file", "_job_cert", "_job_key")
 """Where dask-jobqueue has the temporary files of certificates, which it would keep as long as this process."""
+
+LOGGERS = ("distributed", "tornado.application", "asyncio")
+"""Loggers that print a traceback of each task that is cancelled, as by Ctrl-C when all workers are gone."""
 
 PATIENCE = 10.0  # How long a scheduler may take to answer [s]
 
 
 @contextmanager
-def cluster(where: str | Path) -> Iterator[Executor]:
+def cluster(where: str | Path, folder: Path | None = None, tell: Callable[[str], None] = lambda _: None) -> Iterator[Executor]:
     """The workers of a scheduler, ``"tls://host:8786"`` with the certificates of dask's configuration, or of a queueing system.
 
-    A file says which jobs dask-jobqueue is to start, in YAML: ``kind: slurm``, ``jobs: 20``, and the options of its class.
-    Raises `InputError` if no scheduler answers, or the file cannot be used.
+    A file names the jobs that are submitted, in YAML: ``kind: slurm``, ``jobs: 20``, and the options of the class of
+    dask-jobqueue. The folder, by default the current one, gets the files of the jobs. `tell` gets a line when jobs start,
+    wait or end. Raises `InputError` if no scheduler answers, or the file cannot be used.
     """
     distributed = library("distributed", "study", "a cluster")
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what is lost is said by the command, in one line
-    jobs = _jobs(where, distributed) if isinstance(where, Path) else None
-    connected = [] if jobs is None else [jobs]
-    wait = QUICKLY
+    for name in LOGGERS:
+        logging.getLogger(name).setLevel(logging.CRITICAL)  # what is lost is said by the command, in one line
+    with _queue(where, distributed, folder or Path.cwd(), tell) if isinstance(where, Path) else nullcontext() as queue:
+        connected, wait = list[Any](), QUICKLY
+        try:
+            with signals_blocked():
+                connected.append(_connected(distributed, where if queue is None else queue[0]))
+            executor = connected[0].get_executor(pure=False)
+            if queue is not None:
+                executor.watch = queue[1].watch
+            yield executor
+            wait = PATIENCE
+        finally:
+            for connection in connected:
+                with suppress(Exception, CancelledError):
+                    _within(wait, connection.close)
+
+
+@contextmanager
+def _queue(file: Path, distributed: Any, folder: Path, tell: Callable[[str], None]) -> Iterator[tuple[Any, Jobs]]:
+    """A scheduler in this process, and jobs for it, which are cancelled at the end."""
+    described, options, kind, count = _described(file)
+    remove_left_behind(folder)
+    started = _started(file, described, options, distributed, folder)
+    certificates = [vars(started)[name] for name in KEYS if name in vars(started)]  # none if the file says so
+    for certificate in certificates:
+        hold(certificate.fileno())
+    jobs = Jobs(started, kind, count, folder, tell)
     try:
-        with signals_blocked():
-            client = _connected(distributed, jobs or where)
-        connected.insert(0, client)
-        yield client.get_executor(pure=False)
-        wait = PATIENCE
+        try:
+            jobs.submit(count)
+        except EngineError as error:
+            raise InputError(
+                f"'{file}': {error}", "a job that the queue takes", "cores: 2, processes: 2, memory: 2GB"
+            ) from None
+        tell(f"jobs: {count} submitted")
+        yield started, jobs
     finally:
-        for connection in connected:
-            with suppress(Exception, CancelledError):
-                _within(wait, connection.close)
-        for name in KEYS if jobs is not None else ():
-            vars(jobs)[name].close()
+        jobs.close()
+        with suppress(Exception, CancelledError):
+            _within(QUICKLY, started.close)
+        for certificate in certificates:
+            certificate.close()
 
 
 def _connected(distributed: Any, where: Any) -> Any:
@@ -70,9 +105,10 @@ def _within(seconds: float, function: Callable[[], Any]) -> Any:
     return result.result(seconds)
 
 
-def _jobs(file: Path, distributed: Any) -> Any:
-    """A cluster of dask-jobqueue, whose jobs and scheduler know each other by certificates that it makes."""
-    dask_jobqueue = library("dask_jobqueue", "study", "a queueing system")
+def _described(file: Path) -> tuple[Any, dict[str, Any], str, int]:
+    """The class of dask-jobqueue that a file names, its options, the kind of queueing system and the number of jobs."""
+    with handlers_kept():  # a module of the library takes Ctrl-C when it is imported, and exits
+        dask_jobqueue = library("dask_jobqueue", "study", "a queueing system")
     options = _options(file)
     named = (name for name in dir(dask_jobqueue) if name.endswith("Cluster") and name != "JobQueueCluster")  # their base
     kinds = {name.removesuffix("Cluster").lower(): name for name in named}
@@ -84,16 +120,34 @@ def _jobs(file: Path, distributed: Any) -> Any:
     submit = str(described.job_cls.submit_command).split()[0]
     if shutil.which(submit) is None:  # the library would wait for jobs that nobody submits
         raise InputError(f"'{file}': no command '{submit}' here", f"a machine from which {kind} takes jobs", "--workers 2")
+    return described, options, kind, jobs
+
+
+def _started(file: Path, described: Any, options: dict[str, Any], distributed: Any, folder: Path) -> Any:
+    """A cluster of dask-jobqueue without jobs, whose scheduler and workers know each other by certificates that it makes."""
+    own: dict[str, Any] = {"shared_temp_directory": str(folder), "scheduler_options": {"dashboard": False}}
+    if described.job_cls.config_name == "slurm" and "log_directory" not in options:
+        output = shlex.quote(f"--output={folder}/slurm-%j.out")
+        own["job_extra_directives"] = [output, *options.pop("job_extra_directives", ())]
     try:
         # whoever can speak to a scheduler of the library has code executed there
-        security = {"security": distributed.Security.temporary(), "shared_temp_directory": str(Path.cwd())}
-        started = described(**{**security, "scheduler_options": {"dashboard": False}, **options})
-        started.scale(jobs=jobs)
+        return described(**{"security": distributed.Security.temporary(), **own, **options})
     except (ImportError, OSError, TypeError, ValueError) as error:
         reason = str(error).splitlines()[0].partition(". ")[0]  # what follows is an example with all options
-        sample = "cores: 8, processes: 8, memory: 16GB, each on a line of its own"
-        raise InputError(f"'{file}': {reason}", f"options of dask_jobqueue.{kinds[kind]}", sample) from None
-    return started
+        sample = "cores: 2, processes: 2, memory: 2GB, each on a line of its own"
+        raise InputError(f"'{file}': {reason}", f"options of dask_jobqueue.{described.__name__}", sample) from None
+
+
+@contextmanager
+def handlers_kept() -> Iterator[None]:
+    """Keep the handlers of signals that this process has."""
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            if handler is not None and signal.getsignal(number) is not handler:
+                signal.signal(number, handler)
 
 
 def _options(file: Path) -> dict[str, Any]:

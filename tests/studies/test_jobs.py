@@ -1,0 +1,160 @@
+"""Jobs of a queueing system without one: what the command does when they wait, end or cannot be submitted."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from scissordyn.cli import main
+from scissordyn.run.engine import EngineError
+from scissordyn.studies.compute import jobs as module
+from scissordyn.studies.compute.jobs import CERTIFICATES, SCRIPTS, Jobs, remove_left_behind
+
+HELD = """
+import sys, time
+from scissordyn.file.output_file import hold
+with open(sys.argv[1], "r+b") as file:
+    hold(file.fileno())
+    print("held", flush=True)
+    time.sleep(60)
+"""
+
+
+class Job:
+    """A job of a queue that gives numbers, or refuses."""
+
+    submit_command, cancel_command, refusal = "sbatch", "true", ""
+
+    def __init__(self, address: str, name: str) -> None:
+        self.name = name
+
+    def job_script(self) -> str:
+        """Its text."""
+        return "#!/bin/sh\n"
+
+    def _submit_job(self, file: str) -> str:
+        assert Path(file).read_text() == self.job_script()
+        if self.refusal:
+            raise RuntimeError(self.refusal)
+        return f"Submitted batch job {self.name.rpartition('-')[2]}"
+
+    def _job_id_from_submit_output(self, output: str) -> str:
+        return output.split()[-1]
+
+
+class Queue:
+    """Jobs that are watched with states that a test gives, at times that it gives."""
+
+    def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch, count: int = 2) -> None:
+        self.now, self.told = 0.0, list[str]()
+        monkeypatch.setattr(module.time, "monotonic", lambda: self.now)
+        cluster = SimpleNamespace(
+            new_spec={"cls": Job, "options": {}},
+            scheduler_address="tls://here:1",
+            scheduler=SimpleNamespace(workers={}),
+            job_cls=Job,
+            sync=lambda function, *given: function(*given),
+        )
+        self.jobs = Jobs(cluster, "slurm", count, folder, self.told.append)
+        self.jobs.submit(count)
+        self.states: dict[str, tuple[str, str]] = {}
+        monkeypatch.setattr(self.jobs, "_ask", lambda: self.states)
+
+    def watch(self, finished: int, **states: Any) -> None:
+        """Ask the queue once more; states are by number, as in j1="RUNNING"."""
+        self.now += 10.0
+        self.states = {name[1:]: state if isinstance(state, tuple) else (state, "None") for name, state in states.items()}
+        self.jobs.watch(finished)
+
+
+def test_jobs_that_end_early_are_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Contract: as long as blocks are finished, one new job for each that ended; else three times as many, and no more."""
+    queue = Queue(tmp_path, monkeypatch)
+    queue.watch(0, j1="RUNNING", j2=("PENDING", "Resources"))
+    assert queue.told == ["jobs: 1 running, 1 waiting (Resources), 0 ended; 0 workers connected"]
+    number = 2
+    for block in range(20):  # each job finishes a block before its time is over
+        queue.watch(block, **{f"j{number - 1}": "TIMEOUT", f"j{number}": "RUNNING"})
+        queue.watch(block + 1, **{f"j{number}": "RUNNING", f"j{number + 1}": "RUNNING"})
+        number += 1
+    assert queue.told[-1] == "jobs: 2 running, 0 waiting, 20 ended; 0 workers connected"
+    assert queue.told.count("jobs: 1 ended before the study is complete; 1 more submitted") == 20
+    for _ in range(2):
+        queue.watch(20)  # all are gone
+    with pytest.raises(EngineError, match="the last 6 jobs ended without finishing a block; what is complete is kept"):
+        queue.watch(20)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_jobs_that_can_never_start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Contract: a reason that does not pass ends the command after a minute; one that passes does not."""
+    queue = Queue(tmp_path, monkeypatch)
+    for _ in range(100):
+        queue.watch(0, j1=("PENDING", "Priority"), j2=("PENDING", "PartitionConfig"))
+    assert len(queue.told) == 1
+    lasting = {"j1": ("PENDING", "ReqNodeNotAvail, UnavailableNodes:n1"), "j2": ("PENDING", "PartitionConfig")}
+    for _ in range(6):  # 60 s
+        queue.watch(0, **lasting)
+    says = r"no job can start: 2 waiting \(ReqNodeNotAvail, UnavailableNodes:n1, PartitionConfig\)"
+    with pytest.raises(EngineError, match=says):
+        queue.watch(0, **lasting)
+
+
+def test_a_job_that_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Contract: the line of the queueing system, without that of the library."""
+    line = "sbatch: error: invalid partition specified: gpu"
+    said = f"Command exited with non-zero exit code.\nstdout:\n\nstderr:\n{line}\nmore\n"
+    monkeypatch.setattr(Job, "refusal", said)
+    with pytest.raises(EngineError, match=rf"'sbatch' does not take a job: {line}$"):
+        Queue(tmp_path, monkeypatch)
+
+
+def test_files_of_killed_commands_are_removed(tmp_path: Path) -> None:
+    """Contract: certificates and scripts of a command that is gone; those of one that runs stay, as others do."""
+    names = [f"{CERTIFICATES}{key}.x" for key in ("ca_file", "cert", "key")] + [f"{SCRIPTS}0.sh", "study.db", "slurm-1.out"]
+    for name in names:
+        (tmp_path / name).touch()
+    command = [sys.executable, "-c", HELD, str(tmp_path / names[2])]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as other:
+        assert other.stdout is not None
+        assert other.stdout.readline() == "held\n"
+        remove_left_behind(tmp_path)
+        other.kill()
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted([names[2], "study.db", "slurm-1.out"])
+    remove_left_behind(tmp_path)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["slurm-1.out", "study.db"]
+
+
+def test_the_handlers_of_the_user_are_kept() -> None:
+    """Contract: after dask_jobqueue is imported, whose own handler exits with status 0."""
+    pytest.importorskip("dask_jobqueue")
+    text = (
+        "import signal, sys\n"
+        "from scissordyn.studies.compute.cluster import handlers_kept\n"
+        "mine = lambda *_: None\n"
+        "signal.signal(signal.SIGINT, mine)\n"
+        "with handlers_kept():\n"
+        "    import dask_jobqueue\n"
+        "    assert signal.getsignal(signal.SIGINT) is not mine\n"
+        "sys.exit(signal.getsignal(signal.SIGINT) is not mine)\n"
+    )
+    assert subprocess.run([sys.executable, "-c", text], check=False).returncode == 0
+
+
+@pytest.mark.parametrize(("received", "status", "says"), [([signal.SIGINT], 130, "interrupted"), ([], 1, "SystemExit(0)")])
+def test_an_exit_in_the_middle_is_not_success(
+    received: list[int], status: int, says: str, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Contract: a function that exits, as a handler of a library does, ends the command in one line, and not with status 0."""
+    monkeypatch.setattr(main, "app", lambda *_, **__: sys.exit(0))
+    monkeypatch.setattr(main, "_received", received)
+    assert main.status_of(["laws"]) == status
+    said = capfd.readouterr().err
+    assert says in said
+    assert said.count("\n") == 1

@@ -1,0 +1,198 @@
+"""The commands of docs/howto/cluster.md on a real Slurm, which the test starts; a test takes a minute or two."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from scissordyn.studies.compute.store import COMPLETE, Store
+from studies import slurm
+from studies.test_study import rows
+
+MISSING = slurm.missing()
+
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(bool(MISSING), reason=MISSING)]
+
+PAGE = Path(__file__).parents[2] / "docs" / "howto" / "cluster.md"
+
+SWEEP = (
+    *("sweep", "case.toml", "--set", "run.until=20 ms", "--vary", "A.clearance=0.1..0.4 mm, 200 values"),
+    *("--block", "5", "-o", "study.db"),
+)
+
+
+@pytest.fixture(scope="module")
+def system(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, str]]:
+    """The environment in which commands reach the queue."""
+    with slurm.running(tmp_path_factory.mktemp("slurm")) as environment:
+        yield environment
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A folder with a case and the file of the page."""
+    text = PAGE.read_text()
+    (tmp_path / "cluster.yaml").write_text(text.partition("```yaml\n")[2].partition("```")[0])
+    case = [sys.executable, "-m", "scissordyn.cli.main", "new", "scissor"]
+    (tmp_path / "case.toml").write_text(subprocess.run(case, capture_output=True, text=True, check=True).stdout)
+    return tmp_path
+
+
+def change(folder: Path, **options: str) -> None:
+    """Change lines of the file of the page, or add some."""
+    lines = (folder / "cluster.yaml").read_text().splitlines()
+    kept = [line for line in lines if line.partition(":")[0] not in options]
+    (folder / "cluster.yaml").write_text("\n".join([*kept, *(f"{name}: {value}" for name, value in options.items())]))
+
+
+def started(folder: Path, system: dict[str, str], *words: str) -> subprocess.Popen[str]:
+    """A command of the page, with the queue."""
+    command = [sys.executable, "-m", "scissordyn.cli.main", *words, "--cluster", "cluster.yaml"]
+    pipe = subprocess.PIPE
+    return subprocess.Popen(command, cwd=folder, env=system, stdout=pipe, stderr=pipe, text=True, start_new_session=True)
+
+
+def ended(process: subprocess.Popen[str], seconds: float = 300.0) -> tuple[int, str]:
+    """Status and what was said."""
+    _, error = process.communicate(timeout=seconds)
+    return process.returncode, error
+
+
+def jobs(system: dict[str, str], state: str = "all") -> list[str]:
+    """Numbers of jobs."""
+    asked = ["squeue", "--noheader", "--format=%i", f"--states={state}"]
+    return subprocess.run(asked, env=system, capture_output=True, text=True, check=True).stdout.split()
+
+
+def wait_for(condition: Callable[[], bool], process: subprocess.Popen[str], seconds: float = 120.0) -> None:
+    """Until a condition holds, while a command runs."""
+    until = time.monotonic() + seconds
+    while not condition():
+        assert process.poll() is None, process.communicate()
+        assert time.monotonic() < until
+        time.sleep(0.2)
+
+
+def blocks(folder: Path) -> int:
+    """Blocks that are written."""
+    store = Store(folder / "study.db")
+    return int((store.times()["attempts"] > 0).sum()) if store.begun() else 0
+
+
+def check_left(folder: Path, system: dict[str, str], submitted: int) -> None:
+    """No job and no certificate is left; the output of each job is next to the study."""
+    until = time.monotonic() + 30.0
+    while jobs(system, "PENDING,RUNNING,COMPLETING"):
+        assert time.monotonic() < until
+        time.sleep(0.2)
+    names = {path.name for path in folder.iterdir()}
+    outputs = {name for name in names if name.startswith("slurm-")}
+    assert len(outputs) <= submitted
+    assert names - outputs == {"case.toml", "cluster.yaml", "study.db"}
+
+
+def check_rows(folder: Path) -> None:
+    """The study is complete, with the rows of threads."""
+    assert (Store(folder / "study.db").status() == COMPLETE).all()
+    words = [("threads.db" if word == "study.db" else word) for word in SWEEP]
+    command = [sys.executable, "-m", "scissordyn.cli.main", *words, "--threads", "1"]
+    subprocess.run(command, cwd=folder, check=True, capture_output=True)
+    assert rows(folder / "threads.db") == rows(folder / "study.db")
+
+
+def test_the_page_and_a_lost_job(folder: Path, system: dict[str, str]) -> None:
+    """Contract: the page's example starts on a node of two cores; a lost job is replaced, the rows are those of threads."""
+    process = started(folder, system, *SWEEP)
+    wait_for(lambda: blocks(folder) >= 2, process)
+    subprocess.run(["scancel", jobs(system, "RUNNING")[0]], env=system, check=True)
+    status, said = ended(process)
+    assert status == 0, said
+    assert "1 ended before the study is complete; 1 more submitted" in said
+    check_left(folder, system, 3)
+    check_rows(folder)
+
+
+def test_all_jobs_lost(folder: Path, system: dict[str, str]) -> None:
+    """Contract: all cancelled, all replaced."""
+    process = started(folder, system, *SWEEP)
+    wait_for(lambda: blocks(folder) >= 2, process)
+    subprocess.run(["scancel", *jobs(system, "RUNNING,PENDING")], env=system, check=True)
+    status, said = ended(process)
+    assert status == 0, said
+    assert "2 ended before the study is complete; 2 more submitted" in said
+    assert (Store(folder / "study.db").status() == COMPLETE).all()
+    check_left(folder, system, 6)
+
+
+def test_ctrl_c(folder: Path, system: dict[str, str]) -> None:
+    """Contract: status 130, one line, no job left, and what is complete is kept."""
+    process = started(folder, system, *SWEEP)
+    wait_for(lambda: blocks(folder) >= 2, process)
+    process.send_signal(signal.SIGINT)
+    status, said = ended(process, 30.0)
+    lines = [line for line in said.splitlines() if "jobs: " not in line and " cases, " not in line]
+    assert status == 130
+    assert lines == ["scissordyn: interrupted; what is complete is in study.db; to go on: scissordyn study resume study.db"]
+    assert blocks(folder) >= 2
+    check_left(folder, system, 2)
+
+
+def test_a_killed_command(folder: Path, system: dict[str, str]) -> None:
+    """Contract: the next command removes the certificates of the killed one, and completes its study."""
+    process = started(folder, system, *SWEEP)
+    wait_for(lambda: blocks(folder) >= 2, process)
+    process.kill()
+    process.communicate()
+    assert any(path.name.startswith(".dask-jobqueue") for path in folder.iterdir())
+    subprocess.run(["scancel", *jobs(system, "RUNNING,PENDING")], env=system, check=True)
+    status, said = ended(started(folder, system, "study", "resume", "study.db"))
+    assert status == 0, said
+    check_left(folder, system, 4)
+
+
+def test_the_end_of_the_walltime(folder: Path, system: dict[str, str]) -> None:
+    """Contract: a job whose time is over is replaced."""
+    change(folder, jobs="1", walltime='"00:01:00"')
+    words = [word.replace("200 values", "3000 values").replace("20 ms", "60 ms") for word in SWEEP]
+    process = started(folder, system, *words)
+    wait_for(lambda: blocks(folder) >= 2, process)
+    first = jobs(system, "RUNNING")
+    wait_for(lambda: bool(jobs(system, "RUNNING")) and not set(first) & set(jobs(system, "RUNNING")), process, 200.0)
+    before = blocks(folder)
+    wait_for(lambda: blocks(folder) > before, process)
+    process.send_signal(signal.SIGINT)
+    status, said = ended(process, 30.0)
+    assert status == 130
+    assert "1 ended before the study is complete; 1 more submitted" in said
+    check_left(folder, system, 3)
+
+
+@pytest.mark.parametrize(
+    ("options", "reason"),
+    [
+        ({"cores": "8", "processes": "8"}, "PartitionConfig"),
+        ({"queue": "short", "walltime": '"00:10:00"'}, "PartitionTimeLimit"),
+    ],
+)
+def test_jobs_that_never_start(options: dict[str, str], reason: str, folder: Path, system: dict[str, str]) -> None:
+    """Contract: status 3 and the reason of the queue."""
+    change(folder, **options)
+    status, said = ended(started(folder, system, *SWEEP))
+    assert status == 3
+    assert f"scissordyn: no job can start: 2 waiting ({reason}); what is complete is kept" in said
+    check_left(folder, system, 2)
+
+
+def test_a_queue_that_is_not_there(folder: Path, system: dict[str, str]) -> None:
+    """Contract: a job that the queue does not take is one line with status 2, in its words."""
+    change(folder, queue="nowhere")
+    status, said = ended(started(folder, system, *SWEEP))
+    assert status == 2
+    assert said.count("\n") == 1
+    assert "invalid partition specified: nowhere" in said

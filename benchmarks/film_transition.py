@@ -1,7 +1,8 @@
-"""How film and contact are joined: a film with a least thickness beside the contact, or both blended over a band of roughness.
+"""How film and contact are joined: the film of rough surfaces beside the contact, or both blended over a band of roughness.
 
 The blend is that of Flores et al. 2006: for c < e < c + e_0 the force is ((c + e_0 - e) F_film + (e - c) F_dry)/e_0, the film
-alone below, the contact alone above. F_film at e >= c is that of the least thickness, without which it would be infinite.
+alone below, the contact alone above. F_film at e >= c is that of the mean gap of
+rough surfaces whose mean planes touch, without asperities.
 """
 
 from __future__ import annotations
@@ -29,10 +30,12 @@ BANDS = (1e-6, 3e-6, 10e-6)
 LAST = FIRST + padded(finite_table(1.0)).size  # Where the band stands among the parameters
 
 
-def blended_film(x, y, angle, x_rate, y_rate, speed, viscosity, clearance, radius, length, thinnest, model, full, table):
+def blended_film(
+    x, y, angle, x_rate, y_rate, speed, viscosity, clearance, radius, length, roughness, modulus, model, full, table
+):
     """The film's force, fading over the band beyond the clearance."""
-    fx, fy, torque, _, lost, thickness, pressure, _, _, _, _, _ = force(
-        x, y, angle, x_rate, y_rate, speed, 0.0, viscosity, clearance, radius, length, thinnest, model, full, table
+    fx, fy, torque, _, lost, thickness, pressure, _, _, _, _, _, _ = force(
+        x, y, angle, x_rate, y_rate, speed, 0.0, viscosity, clearance, radius, length, roughness, 0.0, model, full, table
     )
     part = min(max((table[LAST] + clearance - math.sqrt(x * x + y * y)) / table[LAST], 0.0), 1.0)
     return part * fx, part * fy, part * torque, 0.0, part * lost, thickness, pressure
@@ -91,7 +94,7 @@ def array(band: float | None) -> sd.Mechanism:
 
 def measure(quick: bool) -> str:
     """The page."""
-    made = {"least thickness": array(None)} | {f"blend over {1e6 * band:g} um": array(band) for band in BANDS}
+    made = {"rough surfaces": array(None)} | {f"blend over {1e6 * band:g} um": array(band) for band in BANDS}
     seconds: dict[str, list[float]] = {name: [] for name in made}
     for turn in range(2 if quick else 6):
         for name, mechanism in made.items():
@@ -104,7 +107,7 @@ def measure(quick: bool) -> str:
         run = sd.simulate(mechanism, until=UNTIL, samples=4001)
         tight = sd.simulate(mechanism, until=UNTIL, samples=4001, rtol=1e-10, atol=1e-10)
         counted = json.loads(run.attrs["statistics"])
-        ratio = median(one / first for one, first in zip(seconds[name], seconds["least thickness"], strict=True))
+        ratio = median(one / first for one, first in zip(seconds[name], seconds["rough surfaces"], strict=True))
         contacts = run["peak_force"].values
         rows.append(
             [
@@ -122,7 +125,7 @@ def measure(quick: bool) -> str:
     head = ["", "steps", "rejected", "time", "balance", "at 1e-10", "contacts", "contact [kN]", "pressed in [um]"]
     return (
         "The paper's array, joint A 0.5 mm, LuGre friction of 0.05, 150 rpm over the stroke; oil of 50 mPa s, finite bearing, "
-        "roughness 1 um. Time over that of the least thickness, interleaved runs; energy balance over the work of the drive at "
+        "roughness 1 um. Time over that of the rough surfaces, interleaved runs; energy balance over the work of the drive at "
         f"the default tolerance and at 1e-10.\n\n{table(head, rows)}"
     )
 

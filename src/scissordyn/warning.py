@@ -90,8 +90,10 @@ WORDS: Mapping[str, str] = MappingProxyType(
         "contact",
         # films of oil
         "thin film": ": the film is thinner than three roughnesses of {roughness:.3g} m for {fraction:.2g} of the run, least "
-        "{least:.3g} m at t = {time:.6g} s in the direction {angle:.3g} deg; peaks carry there, which the film's force does "
-        "not know",
+        "{least:.3g} m at t = {time:.6g} s in the direction {angle:.3g} deg; asperities carry there beside "
+        "the film",
+        "roughness decides": ": the largest force, {force:.3g} N at t = {time:.6g} s, comes with a film of {thickness:.3g} m, "
+        "below three roughnesses of {roughness:.3g} m: it depends on the roughness; asperities carry {share:.2g} of it",
         "thin film in a case": ": the film is thinner than three roughnesses of {roughness:.3g} m, least {least:.3g} m",
         "film pressure": ": film pressures reach {pressure:.2g} Pa (t = {time:.6g} s); above {limit:.0e} Pa oil thickens "
         "and surfaces yield: its forces are those of rigid surfaces",

@@ -37,8 +37,8 @@ def falling(t, y):
     # thickness c (1 - ex cos p - ey sin p) at the angle p from x, pressed together where a cos p + b sin p > 0
     middle = math.atan2(b, a)
     gap = 1.0 - math.sqrt(ex * ex + ey * ey)
-    reach = (gap - ROUGH) / (0.5 * ROUGH)
-    least = gap if reach > 40.0 else ROUGH + 0.5 * ROUGH * math.log1p(math.exp(reach))
+    x = max(gap, 0.0) / ROUGH
+    least = ROUGH * (0.5 * x * math.erfc(-x / math.sqrt(2.0)) + math.exp(-0.5 * x * x) / math.sqrt(2.0 * math.pi))
     size = math.sqrt(ex * ex + ey * ey)
     shrunk = (1.0 - least) / size if size > 0.0 else 1.0
     fx = fy = 0.0
@@ -78,7 +78,7 @@ def error(found: xr.Dataset) -> float:
 def film(model: str, **given: object) -> Film:
     """The film of the case, smooth surfaces."""
     ends = ("ground", "O"), ("shaft", "centre")
-    return Film("film", *ends, VISCOSITY, CLEARANCE, RADIUS, LENGTH, 1e-12, model, **given)  # type: ignore[arg-type]
+    return Film("film", *ends, VISCOSITY, CLEARANCE, RADIUS, LENGTH, 1e-12, model=model, **given)  # type: ignore[arg-type]
 
 
 def acting(one: Film, place: float, rate: float, speed: float) -> tuple[float, float]:

@@ -7,6 +7,7 @@ import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
+from scissordyn.components.film.asperities import STIFFNESS
 from scissordyn.components.film.film import Film
 from scissordyn.components.place import BodyPoint, Point
 from scissordyn.components.port.declaration import Attachment, Ends, direction, frame, place
@@ -28,16 +29,19 @@ if TYPE_CHECKING:
 
 SHORTEST, LONGEST = 0.25, 4.0  # Length over diameter of the table of finite bearings
 
-THICK = Quantity("m", above=0.0, maximum=1e-3, help="film thickness at which the peaks of both surfaces carry")
+ROUGH = Quantity("m", above=0.0, maximum=1e-3, help="combined rms roughness sigma of both surfaces")
+ASPERITIES = Quantity("1", minimum=0.0, maximum=1.0, help="stiffness K of the asperities (Greenwood and Tripp)")
+
+ROUGHEST = 0.1  # Largest roughness over the clearance; the asperities' force is a series in this ratio
 
 
 @documented
 @dataclass(frozen=True)
 class Lubrication:
-    """A film of oil that fills the clearance; where it is as thin as the surfaces are rough, metal touches beside it.
+    """A film of oil that fills the clearance; where it is as thin as the surfaces are rough, their asperities carry beside it.
 
-    An oil has a viscosity at the temperature. Finite bearings are from a quarter to four diameters long; negative pressures can
-    count in short and long ones.
+    The combined rms roughness of journal and bearing is sigma = sqrt(sigma_J^2 + sigma_B^2). An oil has a viscosity at the
+    temperature. Finite bearings are from a quarter to four diameters long; negative pressures can count in short and long ones.
 
     Raises
     ------
@@ -48,7 +52,8 @@ class Lubrication:
     oil: Annotated[Oil | None, Meaning("an oil by name, or its viscosities", '"ISO VG 46"')] = None
     viscosity: Annotated[float | None, Quantity("Pa s", above=0.0, maximum=1e4, help="dynamic viscosity mu")] = None
     temperature: Annotated[float, Quantity("K", minimum=RANGE[0], maximum=RANGE[1], help="temperature of the oil")] = COLD
-    roughness: Annotated[float, THICK] = 1e-6
+    roughness: Annotated[float, ROUGH] = 1e-6
+    asperities: Annotated[float, ASPERITIES] = STIFFNESS
     bearing: Annotated[Literal["finite", "short", "long"], Meaning("how the pressure is computed")] = "finite"
     full: Annotated[bool, Meaning("whether negative pressures count, too, as under a high ambient pressure")] = False
     density: Annotated[float, quantities(Oil)["density"]] = 870.0
@@ -81,10 +86,11 @@ class Lubrication:
 
     def check(self, clearance: float, radius: float, length: float) -> None:
         """Raise `InputError` where a joint is too rough, too short or too long for the film."""
-        if self.roughness >= clearance:
+        if self.roughness > ROUGHEST * clearance:
             raise InputError(
                 f"lubrication with roughness = {self.roughness:g} m in a clearance of {clearance:g} m",
-                "a roughness below the clearance",
+                "a combined rms roughness of at most a tenth of the clearance",
+                Sample("roughness", 0.01 * clearance, "m"),
             )
         ratio = 0.5 * length / radius
         if self.bearing == "finite" and not SHORTEST <= ratio <= LONGEST:
@@ -95,11 +101,11 @@ class Lubrication:
                 f'bearing="{other}"',
             )
 
-    def film(self, name: str, bearing: BodyPoint, journal: BodyPoint, clearance: float, radius: float, length: float) -> Film:
-        """What exerts the film's force in a joint."""
-        return Film(
-            name, bearing, journal, self.dynamic_viscosity, clearance, radius, length, self.roughness, self.bearing, self.full
-        )
+    def film(self, name: str, bearing: BodyPoint, journal: BodyPoint, surfaces: JointContact) -> Film:
+        """Return the component that exerts the force of film and asperities in a joint."""
+        size = surfaces.clearance, surfaces.journal_radius, surfaces.length
+        modulus = self.asperities / surfaces.compliance
+        return Film(name, bearing, journal, self.dynamic_viscosity, *size, self.roughness, modulus, self.bearing, self.full)
 
 
 ContactKind = Annotated[

@@ -178,8 +178,7 @@ class Mechanism:
     def exerting(self) -> tuple[Component, ...]:
         """What exerts forces beside contacts: the components, then the films of lubricated joints."""
         films: list[Any] = [
-            oil.film(joint.name, joint.bearing, joint.journal, gap.clearance, gap.journal_radius, gap.bearing_length)
-            for joint, gap, oil in self.lubricated
+            oil.film(joint.name, joint.bearing, joint.journal, gap.surfaces) for joint, gap, oil in self.lubricated
         ]
         return (*self.components, *films)
 

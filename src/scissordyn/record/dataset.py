@@ -213,7 +213,7 @@ def component_variables(plan: Plan, path: Trajectory, record: Record) -> Variabl
             internal = described(("time", section), path.samples.state[:, first + s], state.unit, text)
             variables.setdefault(f"{section}_{state.name}", internal)
     variables.update(bar_variables(plan, path.samples.time, record, variables))
-    variables.update(film_variables(plan, path.samples.time, variables))
+    variables.update(film_variables(plan, path, variables))
     return variables
 
 

@@ -1,4 +1,4 @@
-"""The films of lubricated joints: thickness, pressures, shares of time, Reynolds numbers, and where they leave their model."""
+"""The films of lubricated joints: thickness, pressures, shares of time, Reynolds numbers, and warnings beyond their model."""
 
 from __future__ import annotations
 
@@ -7,14 +7,19 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from scissordyn.integrate.integration import Samples
 from scissordyn.laws.oil import RANGE
+from scissordyn.mechanics.monitored import JOINT_FORCE
+from scissordyn.mechanics.outputs import record
 from scissordyn.model.clearance import Clearance, Lubrication
 from scissordyn.plan.plan import Plan
+from scissordyn.plan.system import state_kept
 from scissordyn.record.results import Run, Variable, Variables, described
 from scissordyn.record.sampling import time_mean
+from scissordyn.record.trajectory import Trajectory
 from scissordyn.warning import RunWarning, warning
 
-MIXED = 3.0  # Film thickness in roughnesses below which peaks touch (a lambda ratio of 3)
+MIXED = 3.0  # Film thickness in combined rms roughnesses below which asperities touch (a lambda ratio of 3)
 HEAT_CAPACITY = 2000.0  # Of mineral oils, typical [J/(kg K)]
 THICKENS = 1e8  # Pressure [Pa] from which on the viscosity of mineral oils is several times higher and steel yields to the film
 TURBULENT = 41.2  # Taylor's number for vortices: Reynolds' number rho U c/mu over the root of R/c
@@ -29,9 +34,34 @@ THINNEST = "where the film is thinnest then: direction in the bearing's body, of
 SQUEEZED = "largest rho c |e'|/mu of the journal's approach and leave, among the samples"
 
 
-def film_variables(plan: Plan, time: np.ndarray, variables: Mapping[str, Variable]) -> Variables:
-    """Least thickness, when and where, shares of time, Reynolds numbers and warming, over `time`, shape (samples,) [s]."""
-    joints = plan.lubricated
+AT_PEAK = "when the force of the joint is largest"
+
+
+def _at_largest_force(plan: Plan, path: Trajectory) -> tuple[np.ndarray, np.ndarray]:
+    """Return film thickness [m] and asperity force over the joint's force at the instant of each joint's largest force.
+
+    Located instants are among the recorded ones. A run that records none takes the nearest sample.
+    """
+    peaks, first = path.peaks(JOINT_FORCE), len(plan.components) - len(plan.lubricated)
+    source = path.samples
+    if path.recorded is not None and path.recorded.time.size:
+        source = Samples(*(getattr(path.recorded, name) for name in Samples._fields))
+    place = {output.name: output.first for output in plan.components[-1].declaration.reported}
+    found = np.full((2, len(plan.lubricated)), math.nan)
+    if not source.time.size:
+        return found[0], found[1]
+    rows = np.argmin(np.abs(source.time[:, None] - peaks["largest_time"]), axis=0)
+    with state_kept(path.system):
+        for k, row in enumerate(rows):
+            result = record(plan.maps, path.system, Samples(*(part[row : row + 1] for part in source))).result[0, first + k]
+            largest = float(peaks["largest"][k])
+            found[:, k] = result[place["thickness"]], result[place["asperity_force"]] / largest if largest > 0.0 else 0.0
+    return found[0], found[1]
+
+
+def film_variables(plan: Plan, path: Trajectory, variables: Mapping[str, Variable]) -> Variables:
+    """Return least thickness, its instant and direction, shares of time, Reynolds numbers and warming of each film."""
+    joints, time = plan.lubricated, path.samples.time
     if not joints:
         return {}
 
@@ -56,7 +86,10 @@ def film_variables(plan: Plan, time: np.ndarray, variables: Mapping[str, Variabl
         at = np.argmin(np.abs(time[:, None] - when), axis=0)
         direction = np.arctan2(*film("displacement")[at, np.arange(len(joints))].T[::-1])
     sliding, squeezing = (np.max(np.abs(film(f"{name}_speed")), axis=0, initial=0.0) for name in ("sliding", "squeeze"))
+    at_peak, share = _at_largest_force(plan, path)
     answers = (
+        ("peak_force_thickness", at_peak, "m", f"film thickness {AT_PEAK}"),
+        ("peak_force_asperity_share", share, "1", f"part of the force that the asperities carry {AT_PEAK}"),
         ("least_thickness", clear - film("peak_eccentricity"), "m", "least film thickness, negative in contact"),
         ("least_thickness_time", when, "s", "instant of the least film thickness"),
         ("least_thickness_angle", direction, "rad", THINNEST),
@@ -72,7 +105,7 @@ def film_variables(plan: Plan, time: np.ndarray, variables: Mapping[str, Variabl
 
 
 def film_warnings(plan: Plan, run: Run) -> list[RunWarning]:
-    """Films that were too thin, torn, too hot or turbulent."""
+    """Warn of films that were too thin, torn, too hot or turbulent, and of largest forces that the roughness decides."""
     warnings = list[RunWarning]()
     for k, (joint, gap, oil) in enumerate(plan.lubricated):
         numbers = {str(name)[5:]: part.values for name, part in run.variables.items() if part.dims == ("film",)}
@@ -81,6 +114,11 @@ def film_warnings(plan: Plan, run: Run) -> list[RunWarning]:
             where = {"time": film["least_thickness_time"], "angle": math.degrees(film["least_thickness_angle"])}
             where |= {"least": film["least_thickness"], "fraction": film["dry_share"] + film["mixed_share"]}
             warnings.append(warning("thin film", joint.name, roughness=oil.roughness, **where))
+        if film["peak_force_thickness"] < MIXED * oil.roughness:
+            at = plan.places([joint.name])[0]
+            peak = {"force": run["joint_peak_force"].values[at], "time": run["joint_peak_force_time"].values[at]}
+            peak |= {"thickness": film["peak_force_thickness"], "share": film["peak_force_asperity_share"]}
+            warnings.append(warning("roughness decides", joint.name, roughness=oil.roughness, **peak))
         warnings += _torn(joint.name, oil, film) + _inertia(joint.name, gap, film) + _hot(joint.name, oil, film["heating"])
     return warnings
 

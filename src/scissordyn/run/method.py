@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from scissordyn.components.film.asperities import mean_gap
 from scissordyn.components.film.film import Film, thinned
 from scissordyn.errors import InputError
 from scissordyn.integrate.advance import ADVANCING
@@ -184,7 +185,7 @@ def longest_turn(options: Options) -> tuple[float, float]:
 
 
 def film_steps(plan: Plan, system: Handle, y: np.ndarray, tolerances: Tolerances) -> float:
-    """Explicit steps that stability asks for while a journal is pressed through its film, until roughness carries.
+    """Return how many explicit steps stability asks for while a journal is pressed through its film, until contact.
 
     A mass m under an acceleration a, with which the time scale T of the clearance c is (c/a)^(1/2), has the speed m a/D in a
     film of damping D, and steps of `STABLE` m/D are stable. D grows at least as the power -3/2 of the thickness h, so that
@@ -199,7 +200,7 @@ def film_steps(plan: Plan, system: Handle, y: np.ndarray, tolerances: Tolerances
     rates(system, 0.0, y)
     for i, part in enumerate(plan.components):
         if isinstance(part, Film):
-            thinnest = min(thinnest, part.roughness / part.clearance)
+            thinnest = min(thinnest, mean_gap(0.0, part.roughness / part.clearance))
             parameters[i] = thinned(parameters[i], content.work.coordinates[i])
     decay, _ = fastest_modes(plan, system, y)
     parameters[...], modes[...] = kept

@@ -1,4 +1,4 @@
-"""The oil film of a clearance joint: force and friction on the journal, power lost, thickness and pressure."""
+"""The oil film of a clearance joint, and the asperities of its surfaces: force, friction, energy, pressure, thickness."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from scissordyn.components.declaration import component
+from scissordyn.components.film.asperities import STIFFNESS, asperity_contact, mean_gap
 from scissordyn.components.film.impedance import (
     finite_table,
     long_bearing,
@@ -20,29 +21,39 @@ from scissordyn.components.film.impedance import (
 )
 from scissordyn.components.place import BodyPoint
 from scissordyn.components.port import FRAME, Output
-from scissordyn.kernel import kernel
+from scissordyn.laws.material import STEEL
 from scissordyn.units import Meaning, Quantity
 
 MODELS = ("finite", "short", "long")  # Bearing models: their place is the kernel's number for them
-FIRST = 7  # Where the table begins among the parameters
+FIRST = 8  # Index of the first number of the table among the parameters
 
 
-@kernel
-def film_gap(gap, thinnest):
-    """Film thickness over the clearance, which goes smoothly over to a least one where the surfaces' roughness carries."""
-    bend = 0.5 * thinnest
-    reach = (gap - thinnest) / bend
-    if reach > 40.0:
-        return gap
-    return thinnest + bend * math.log1p(math.exp(reach))
+def force(
+    x,
+    y,
+    angle,
+    x_rate,
+    y_rate,
+    speed,
+    differences,
+    viscosity,
+    clearance,
+    radius,
+    length,
+    roughness,
+    modulus,
+    model,
+    full,
+    table,
+):
+    """Return force [N] and torque [N m] on the journal, energy [J], power lost [W], then the outputs.
 
-
-def force(x, y, angle, x_rate, y_rate, speed, differences, viscosity, clearance, radius, length, thinnest, model, full, table):
-    """Force [N] and torque [N m] on the journal, energy [J], power lost [W], then the outputs; differences need no pressure."""
+    `roughness` is over the clearance. The pressures are left out where differences of the forces are taken.
+    """
     ex, ey = x / clearance, y / clearance
     eccentricity = math.sqrt(ex * ex + ey * ey)
     nx, ny = (ex / eccentricity, ey / eccentricity) if eccentricity > 0.0 else (1.0, 0.0)
-    gap = film_gap(1.0 - eccentricity, thinnest)
+    gap = mean_gap(1.0 - eccentricity, roughness)
     e = 1.0 - gap
     # what changes the thickness: 2 e'/c less the rotation that carries oil
     ux, uy = 2.0 * x_rate / clearance + speed * ey, 2.0 * y_rate / clearance - speed * ex
@@ -74,8 +85,12 @@ def force(x, y, angle, x_rate, y_rate, speed, differences, viscosity, clearance,
     shear = 2.0 * math.pi * viscosity * speed * radius * radius * radius * length / (clearance * math.sqrt(1.0 - e * e))
     torque = -shear - 0.5 * (x * fy - y * fx)
     lost = -(fx * x_rate + fy * y_rate + torque * speed)
+    carried, energy = asperity_contact(eccentricity, roughness)
+    carried, energy = modulus * radius * length * carried, modulus * radius * length * clearance * energy
+    fx, fy = fx - carried * nx, fy - carried * ny
     away, squeeze = clearance * eccentricity, nx * x_rate + ny * y_rate
-    return fx, fy, torque, 0.0, lost, clearance - away, pressure, lost, away, tension, squeeze, radius * abs(speed)
+    thickness, sliding = clearance - away, radius * abs(speed)
+    return fx, fy, torque, energy, lost, thickness, pressure, lost, away, tension, squeeze, sliding, carried
 
 
 LENGTH = {"above": 0.0, "maximum": 10.0}
@@ -86,7 +101,7 @@ LENGTH = {"above": 0.0, "maximum": 10.0}
     force=force,
     context=("differences",),
     outputs=(
-        Output("thickness", "m", "least distance of the surfaces, negative where they touch"),
+        Output("thickness", "m", "least distance of the surfaces' mean planes, negative in contact"),
         Output("pressure", "Pa", "largest pressure of the film", monitored=True),
         Output("power_lost", "W", "power lost by shear and by flow"),
         Output("eccentricity", "m", "distance of the journal from the centre of its bearing", monitored=True),
@@ -95,9 +110,12 @@ LENGTH = {"above": 0.0, "maximum": 10.0}
         ),
         Output("squeeze_speed", "m/s", "how fast the film gets thinner"),
         Output("sliding_speed", "m/s", "of the surfaces past each other"),
+        Output("asperity_force", "N", "part of the force that the asperities carry"),
     ),
     example={"start": "crank.end", "end": "rod.start", "viscosity": "50 mPa s", "clearance": "0.2 mm"},
-    source="Booker 1965, Dynamically loaded journal bearings: mobility method of solution",
+    source="Booker 1965, Dynamically loaded journal bearings: mobility method of solution; "
+    "Greenwood and Tripp 1970, The contact of two nominally flat rough surfaces; "
+    "Patir and Cheng 1978, An average flow model for three-dimensional roughness in partial lubrication",
 )
 class Film:
     r"""The oil between a journal and its bearing; a clearance joint with `lubrication` has one.
@@ -105,7 +123,8 @@ class Film:
     .. math:: F = \mu R L \left(\frac{R}{c}\right)^2 \left|2\dot\varepsilon - \omega\times\varepsilon\right| W(\varepsilon,\psi)
 
     with the impedance W of a short, a long or a finite bearing. Pressure counts where it is positive; the table of finite
-    bearings satisfies Reynolds' equation with that condition, for lengths of a quarter to four diameters.
+    bearings satisfies Reynolds' equation with that condition, for lengths of a quarter to four diameters. W is that of a smooth
+    bearing whose least film thickness is the mean gap of the rough surfaces. The asperities carry beside the film.
     """
 
     name: str
@@ -115,28 +134,34 @@ class Film:
     clearance: Annotated[float, Quantity("m", **LENGTH, help="radial clearance c")]
     radius: Annotated[float, Quantity("m", **LENGTH, help="radius R of the journal")] = 10e-3
     length: Annotated[float, Quantity("m", **LENGTH, help="axial length L of the bearing")] = 15e-3
-    roughness: Annotated[float, Quantity("m", above=0.0, maximum=1e-2, help="film thickness at which peaks carry")] = 1e-6
+    roughness: Annotated[float, Quantity("m", **LENGTH, help="combined rms roughness sigma of both surfaces")] = 1e-6
+    modulus: Annotated[float, Quantity("Pa", minimum=0.0, maximum=1e13, help="K E* of the asperities")] = (
+        0.5 * STIFFNESS / STEEL.compliance
+    )
     model: Annotated[str, Meaning("finite, short or long bearing")] = "finite"
     full: Annotated[bool, Meaning("whether negative pressures count, too, as under high ambient pressure")] = False
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
-        """Its numbers, and the table of its length."""
+        """Return the numbers that the kernel reads, and the table of the bearing's length."""
         ratio, model = 0.5 * self.length / self.radius, MODELS.index(self.model)
         table = pressure_table(self.model, ratio) if model else finite_table(ratio)
-        thinnest = self.roughness / self.clearance
-        parameters = (self.viscosity, self.clearance, self.radius, self.length, thinnest, float(model), float(self.full))
-        return (*parameters, *padded(table).ravel().tolist())
+        oil = self.viscosity, self.clearance, self.radius, self.length
+        surfaces = self.roughness / self.clearance, self.modulus
+        return (*oil, *surfaces, float(model), float(self.full), *padded(table).ravel().tolist())
 
 
 def thinned(parameters: np.ndarray, place: np.ndarray) -> np.ndarray:
-    """Parameters of an oil with which the film damps here, on average, as its own does an approach where roughness carries."""
-    viscosity, clearance, _, _, thinnest = parameters[:5]
-    nearest = (1.0 - thinnest) * clearance
+    """Return the parameters of an oil that damps at a place, on average, as the film damps an approach at contact.
+
+    The asperities, which do not damp, are left out.
+    """
+    viscosity, nearest = parameters[:2]
+    without = np.concatenate([parameters[:5], [0.0], parameters[6:]])
     here = min(math.hypot(place[0], place[1]), nearest)
 
     def damping(away: float, rate: float) -> float:
         plain: Any = force
-        return -float(plain(away, 0.0, 0.0, rate, 0.0, 0.0, 1.0, *parameters[:FIRST], parameters)[0]) / rate
+        return -float(plain(away, 0.0, 0.0, rate, 0.0, 0.0, 1.0, *without[:FIRST], without)[0]) / rate
 
     stronger = 2.0 * damping(nearest, 1.0) / (damping(here, 1.0) + damping(here, -1.0))
-    return np.concatenate([[stronger * viscosity], parameters[1:]])
+    return np.concatenate([[stronger * viscosity], without[1:]])

@@ -12,13 +12,11 @@ import shutil
 import signal
 import sqlite3
 import sys
-import tarfile
 from contextlib import closing
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 import pytest
 import xarray as xr
 
@@ -410,23 +408,3 @@ def test_more_numbers_than_a_table_has_columns(tmp_path: Path, monkeypatch: pyte
     monkeypatch.setattr("scissordyn.studies.compute.table.MOST_COLUMNS", 1)
     wide = execute(study(), tmp_path / "b.db", engine=1).results()
     xr.testing.assert_identical(wide, narrow)
-
-
-def test_a_study_of_format_2_is_converted(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """Cross-check: the rows of the file are those of the table that the earlier version wrote of its folder."""
-    pytest.importorskip("zarr")
-    with tarfile.open(Path(__file__).parent / "data" / "format2.tar.gz") as archive:
-        archive.extractall(tmp_path, **({"filter": "data"} if hasattr(tarfile, "data_filter") else {}))
-    old, new = tmp_path / "old.zarr", tmp_path / "new.db"
-    assert status_of(["study", "status", str(old)]) == 2
-    assert f"type: scissordyn study convert {old} -o {old.with_suffix('.db')}" in capfd.readouterr().err
-    assert status_of(["study", "convert", str(old), "-o", str(new)]) == 0
-    expected = pd.read_csv(tmp_path / "old.csv", keep_default_na=False)
-    sd.open_study(new).export(tmp_path / "new.csv")
-    pd.testing.assert_frame_equal(pd.read_csv(tmp_path / "new.csv", keep_default_na=False)[expected.columns], expected)
-    chunk = old / "peak_force" / "c" / "1" / "0"
-    chunk.write_bytes(chunk.read_bytes()[:-1])
-    capfd.readouterr()
-    assert status_of(["study", "convert", str(old), "-o", str(tmp_path / "cut.db")]) == 0
-    assert "1 damaged block left out" in capfd.readouterr().err
-    assert sd.open_study(tmp_path / "cut.db").counts == {"complete": 4, "failed": 0, "pending": 2}

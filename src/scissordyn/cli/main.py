@@ -130,7 +130,7 @@ COMMANDS = {
     ),
     "study": (
         "study",
-        "Compute a study file; or show, resume, retry, extend, refine, report, export or convert one, or replay a case.",
+        "Compute a study file; or show, resume, retry, extend, refine, report or export one, or replay a case.",
         "scissordyn study study.toml -o study.db",
     ),
     "paper": (

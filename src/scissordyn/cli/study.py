@@ -27,7 +27,7 @@ from scissordyn.cli.output import (
     say,
 )
 from scissordyn.errors import InputError, command, did_you_mean, printable
-from scissordyn.units import Quantity, counted, short
+from scissordyn.units import Quantity, short
 
 if TYPE_CHECKING:
     from scissordyn.studies.answer.fact import Section
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from scissordyn.studies.compute.execute import Progress
     from scissordyn.studies.result import StudyResult
 
-ACTIONS = ("status", "resume", "retry", "extend", "refine", "report", "export", "replay", "convert")
+ACTIONS = ("status", "resume", "retry", "extend", "refine", "report", "export", "replay")
 
 USED_BY = {
     **dict.fromkeys(("vary", "uncertain", "samples", "seed", "goal"), ("refine",)),
@@ -103,8 +103,6 @@ def study(
         raise InputError("--budget without a study file", "a study file", "scissordyn study study.toml -o study.db")
     if store is None:
         raise InputError(f"'study {what}' without a store", "the store of a study", f"scissordyn study {what} study.db")
-    if what == "convert":
-        return _convert(Path(store), output)
     from scissordyn.config.studies import open_study
 
     result = open_study(store, allow_code=allow_code or [])
@@ -320,24 +318,6 @@ def _status(result: StudyResult) -> int:
         _show(part)
     if counts["pending"]:
         print(f"To go on: {command('scissordyn', 'study', 'resume', store)}")
-    return DONE
-
-
-def _convert(old: Path, output: str | None) -> int:
-    """A study of format 2, a folder, as a file, with the accurate runs beside it."""
-    from scissordyn.studies.answer.fidelity import verified_path
-    from scissordyn.studies.compute.convert import convert
-
-    target = output or str(old.with_suffix(".db"))
-    beside = old.with_name(f"{old.stem}.verified{old.suffix}")
-    for folder, file in ((old, target), (beside, verified_path(target))):
-        if folder == old or folder.is_dir():
-            store, damaged = convert(folder, Path(file))
-            if damaged:
-                print(
-                    f"scissordyn: {counted(len(damaged), 'damaged block')} left out, whose cases are pending", file=sys.stderr
-                )
-            print(f"Saved to {printable(store.path)}")
     return DONE
 
 

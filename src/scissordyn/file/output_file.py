@@ -42,7 +42,7 @@ BEGINNINGS = {
 EXPORTED = dict.fromkeys((".csv", ".tsv", ".txt", ".parquet", ".mat", ".xlsx", ".json"), "scissordyn export run.nc run.csv")
 DRAWN = dict.fromkeys((".png", ".svg", ".pdf", ".jpg", ".jpeg"), "scissordyn plot run.nc -o figures")
 FILMED = dict.fromkeys((".html", ".gif", ".mp4"), "scissordyn animate run.nc film.html")
-OTHER_ENDINGS = {**EXPORTED, **DRAWN, **FILMED, ".toml": "", ".py": "", ".zarr": "", ".db": ""}
+OTHER_ENDINGS = {**EXPORTED, **DRAWN, **FILMED, ".toml": "", ".py": "", ".db": ""}
 """Endings of files that are no NetCDF, with what makes such a file of a saved run."""
 
 

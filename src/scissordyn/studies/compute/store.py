@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from scissordyn.errors import InputError, ScissordynError, command, whole_number
+from scissordyn.errors import InputError, ScissordynError, whole_number
 from scissordyn.file.output_file import put_file, remove_left_behind
 from scissordyn.run.demand import check_cases
 from scissordyn.run.engine import STATES
@@ -104,10 +104,6 @@ class Store:
         return Path(self.path).is_file() and Path(self.path).stat().st_size > 0
 
     def _no_study(self, path: Path) -> InputError:
-        if (path / "zarr.json").exists() and (path / "record").is_dir():
-            what = f"'{path}' is a study of an earlier version, a folder"
-            new = path.with_suffix(".db")
-            return InputError(what, "a study in one file", command("scissordyn", "study", "convert", path, "-o", new))
         return InputError(f"'{path}' is no study, or its first page is damaged", "the file of a study", "-o study.db")
 
     def create(self, study: Study, pilot: xr.Dataset, block: int) -> None:

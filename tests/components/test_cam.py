@@ -159,7 +159,7 @@ def test_a_turning_cam_throws_its_follower_without_loss() -> None:
 @pytest.mark.parametrize(
     ("change", "line"),
     [
-        ({"profile": circle()[:-1]}, "cam 'cam': a period that begins with 0.04 and ends with"),
+        ({"profile": circle()[:-1]}, "cam 'cam': the periodic curve begins with 0.04 and ends with"),
         (
             {"profile": ((0.0, 1.0), (1.0, 2.0), (2.0, 1.0))},
             "cam 'cam': a profile over 114.592 deg; allowed: angles over a whole turn",

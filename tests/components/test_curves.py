@@ -15,7 +15,7 @@ from scipy.interpolate import PchipInterpolator
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of
-from scissordyn.components.curve import curve_at, curve_numbers
+from scissordyn.components.curve import curve_at, curve_knots
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.record.summary import summary_of
 
@@ -36,7 +36,7 @@ def wheel(*components: Any, **more: Any) -> Mechanism:
 
 def test_curve_and_its_integral() -> None:
     """Cross-check: scipy's monotone cubic and its antiderivative, held beyond the ends."""
-    curve, table = PchipInterpolator(*np.array(PAIRS).T), np.array([7.0, *curve_numbers(PAIRS)])
+    curve, table = PchipInterpolator(*np.array(PAIRS).T), np.array([7.0, *curve_knots(PAIRS)])
     whole = curve.antiderivative()
     for place in np.linspace(-0.2, 1.2, 57):
         value, integral, beyond = curve_at(place, table, 1, len(PAIRS))
@@ -235,15 +235,15 @@ def test_warning_where_a_stroke_is_left() -> None:
 @pytest.mark.parametrize(
     ("part", "text"),
     [
-        (lambda: sd.StrokeLoad("cut", ("ball", "centre"), 0.0, ((0.3, 1.0),)), "stroke load 'cut': a curve of 1 pairs"),
+        (lambda: sd.StrokeLoad("cut", ("ball", "centre"), 0.0, ((0.3, 1.0),)), "stroke load 'cut': the curve has 1 pairs"),
         (
             lambda: sd.NonlinearSpring("s", *ENDS, ((0.3, 1.0), (0.2, 2.0))),
-            r"nonlinear spring 's': a curve of 2 pairs at \[0.3, 0.2\]; allowed: two or more lengths, which increase, and as "
+            r"nonlinear spring 's': the curve has 2 pairs at \[0.3, 0.2\]; allowed: two or more lengths, which increase, and as "
             "many forces",
         ),
         (
             lambda: sd.AngleLoad("gas", "disc", ((0.0, 1.0), (6.0, 2.0)), periodic=True),
-            "angle load 'gas': a period that begins with 1 and ends with 2; allowed: the same value",
+            "angle load 'gas': the periodic curve begins with 1 and ends with 2; allowed: equal values",
         ),
         (
             lambda: sd.GasSpring("strut", *ENDS, 1.0, 0.5, 0.5),

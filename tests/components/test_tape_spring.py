@@ -118,7 +118,7 @@ def test_a_folded_start_deploys() -> None:
 @pytest.mark.parametrize(
     ("fields", "message"),
     [
-        ({"stiffness": 20.0, "peak_moment": 2.0}, "without its stiffness or a peak moment"),
+        ({"stiffness": 20.0, "peak_moment": 2.0}, "has no stiffness or no peak moment"),
         (
             {"stiffness": 20.0, "peak_moment": 0.2, "steady_moment": 0.3, "peak_moment_equal": 0.8, "steady_moment_equal": 0.2},
             "steady moments below the peak moments",
@@ -127,11 +127,11 @@ def test_a_folded_start_deploys() -> None:
         ({"straight": ((0.1, 1.0), (-0.1, -1.0)), "folded": ((-0.05, -0.2), (0.05, 0.2))}, "in increasing order"),
         (
             {"straight": ((-0.1, -1.0), (0.1, 1.0)), "folded": ((-0.05, -0.2), (0.05, 1.5))},
-            r"takes 0\.0375 J more than the straight tape.*energy would come from nowhere",
+            r"takes 0\.0375 J more than the straight tape.*otherwise the snap generates energy",
         ),
         (
             {"straight": ((-0.1, -1.0), (0.1, 1.0)), "folded": ((-0.1, -2.0), (-0.05, -1.5), (0.05, 0.2))},
-            "energy would come from nowhere",
+            "otherwise the snap generates energy",
         ),
     ],
 )

@@ -217,7 +217,7 @@ def test_catalogue():
         (lambda: PID(-1.0), "proportional = -1.0"),
         (lambda: PID(1.0, ramp=0.1), "requires a limit"),
         (lambda: CONTROLLERS["pyragas"](1.0, 0.5, recorded="sped"), "did you mean 'speed'"),
-        (lambda: hanging().controlled(FeedForward(eccentricity_rate_damping=1.0)), "without a sensor"),
+        (lambda: hanging().controlled(FeedForward(eccentricity_rate_damping=1.0)), "requires a sensor"),
         (lambda: hanging().controlled(PID(1.0), feed_forward=Polynomial((1.0,))), "does not use a feed-forward"),
         (lambda: hanging().controlled(PID(1.0), sensor="pni"), "did you mean 'pin'"),
         (lambda: hanging().controlled(PID(1.0), sensor=("rod", "tip")), "point 'tip'"),

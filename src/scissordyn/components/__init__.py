@@ -1,6 +1,7 @@
-"""Components: springs, loads, motors, stops, latches and their like, one a file, description and kernel together.
+"""Components: springs, loads, motors, stops, latches and others; one file has a component's description and kernel.
 
-The package can be called: ``sd.component(port=..., force=...)`` is the decorator `declaration.component`, whose name it has.
+The package is callable: ``sd.component(port=..., force=...)`` is the decorator `declaration.component`, which has the same
+name.
 """
 
 from __future__ import annotations
@@ -11,10 +12,10 @@ from typing import Any
 
 
 class _CallablePackage(ModuleType):
-    """As soon as a module of this package is imported, Python puts the package where `sd.component` has been."""
+    """Package module that can be called, because importing a submodule replaces `sd.component` by this package."""
 
     def __call__(self, **options: Any) -> Any:
-        """Make a class a component, see `declaration.component`."""
+        """Make a class a component, as `declaration.component` does."""
         from scissordyn.components.declaration import component
 
         return component(**options)

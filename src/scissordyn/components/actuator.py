@@ -1,4 +1,4 @@
-"""A torque that a controller chooses."""
+"""Torque computed by a controller."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from scissordyn.units import Meaning, Quantity, State
 
 @component(port=ACTUATOR, section="actuator", passive=False, motor=True, symbol="motor")
 class Actuator:
-    """A torque on a body against its base, given by a controller.
+    """Torque on a body relative to its base, computed by a controller.
 
-    Input of the controller are the reference motion, the angle and speed of the body against its base, and, with a sensor, the
-    vector from its origin to it.
+    The controller's inputs are the reference motion, the angle and speed of the body relative to its base, and optionally the
+    vector from the sensor's origin to the sensor.
 
     Raises
     ------
     InputError
-        If the controller needs a feed-forward torque or a sensor that is missing, or does not use one that is given.
+        If the controller requires a missing sensor, or does not use the given sensor or feed-forward torque.
     """
 
     name: str
@@ -34,7 +34,9 @@ class Actuator:
     reference: Annotated[TimeFunction | None, OverTime("rad", "the reference angle over time")] = None
     feed_forward: Annotated[TimeFunction | None, OverTime("N m", "a torque over time for the controller")] = None
     sensor: Annotated[BodyPoint | None, Meaning("a point whose position is measured")] = None
-    sensor_origin: Annotated[BodyPoint | None, Meaning("from where it is measured; the ground's origin without it")] = None
+    sensor_origin: Annotated[
+        BodyPoint | None, Meaning("origin of the measured vector; by default the origin of the ground")
+    ] = None
     inertia: Annotated[float, Quantity("kg m^2", minimum=0.0, maximum=1e9, help="moment of inertia of the rotor")] = 0.0
     start_on_reference: Annotated[bool, Meaning("whether the body starts at the angle and speed of the reference")] = False
 
@@ -45,16 +47,18 @@ class Actuator:
             check_signal(self.controller.name, self.controller.recorded)
         what = f"actuator '{self.name}' with the controller '{self.controller.name}'"
         if self.feed_forward is not None and not self.controller.uses_feed_forward:
-            raise InputError(f"{what}, which does not use a feed-forward torque", "the controller 'feed-forward'")
+            raise InputError(f"{what} does not use a feed-forward torque", "the controller 'feed-forward'")
         if self.sensor is None and (self.controller.uses_sensor or self.sensor_origin is not None):
-            raise InputError(f"{what} without a sensor", "sensor=(BODY, POINT)")
+            raise InputError(f"{what} requires a sensor", "sensor=(BODY, POINT)")
         if self.start_on_reference and (self.base != GROUND or self.reference is None):
-            raise InputError(f"actuator '{self.name}' with start_on_reference", "a reference, and the ground as the base")
+            raise InputError(
+                f"actuator '{self.name}': start_on_reference has no reference, or the base is not the ground", "both"
+            )
 
     @property
     def states(self) -> tuple[State, ...]:
         return self.controller.states
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
-        """None of its own: the controller has them."""
+        """Return no parameters: the controller has them."""
         return ()

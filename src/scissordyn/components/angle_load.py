@@ -1,11 +1,11 @@
-"""A torque over an angle."""
+"""Torque that depends on an angle."""
 
 from __future__ import annotations
 
 import math
 from typing import Annotated
 
-from scissordyn.components.curve import ACTS, KNOT, Acts, check_covers, check_curve, curve_at, curve_numbers, part_of
+from scissordyn.components.curve import ACTS, KNOT_SIZE, Acts, active_fraction, check_curve, check_start, curve_at, curve_knots
 from scissordyn.components.declaration import component
 from scissordyn.components.place import GROUND, Point
 from scissordyn.components.port import HINGE, Output
@@ -15,18 +15,18 @@ from scissordyn.units import Meaning, Pairs, Quantity
 
 CURVE = Pairs(("angles", "torques"), ("rad", "N m"), help="the torque over the angle against the base, turns counted")
 
-FIRST = 4
+FIRST_KNOT = 4  # Index of the first knot among the parameters
 
 
 @kernel
 def force(angle, speed, factor, acts, transition, periodic, count, table):
-    """Torque [N m], and how far the angle is beyond the curve [rad]."""
+    """Return the torque [N m], and the excess of the angle beyond the curve [rad]."""
     place, knots = angle, int(count)
     if periodic == 1.0:
-        start, end = table[FIRST], table[FIRST + KNOT * (knots - 1)]
+        start, end = table[FIRST_KNOT], table[FIRST_KNOT + KNOT_SIZE * (knots - 1)]
         place = angle - (end - start) * math.floor((angle - start) / (end - start))
-    value, _, beyond = curve_at(place, table, FIRST, knots)
-    return factor * part_of(speed, acts, transition) * value, beyond
+    value, _, beyond = curve_at(place, table, FIRST_KNOT, knots)
+    return factor * active_fraction(speed, acts, transition) * value, beyond
 
 
 @component(
@@ -45,9 +45,9 @@ def force(angle, speed, factor, acts, transition, periodic, count, table):
     source="Fritsch and Butland 1984, doi:10.1137/0905021",
 )
 class AngleLoad:
-    """A torque on a body against its base over their angle: cutting, cogging, the gas torque of an engine.
+    """Torque on a body relative to its base that depends on their angle: cutting, cogging, the gas torque of an engine.
 
-    Between the pairs the curve is a monotone cubic (Fritsch and Butland), beyond them the torque stays, and there is a warning.
+    Between the pairs the curve is a monotone cubic (Fritsch and Butland). Beyond them the torque is constant, with a warning.
     """
 
     name: str
@@ -66,8 +66,8 @@ class AngleLoad:
         check_curve(f"angle load '{self.name}'", self.curve, CURVE, periodic=self.periodic)
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
-        """The sense, w_0 [rad/s], whether it repeats, how many knots, and these."""
+        """Return the direction, w_0 [rad/s], 1 for a periodic curve, the number of knots, and the knots."""
         if not self.periodic:
-            check_covers(f"angle load '{self.name}'", self.curve, start[0], "rad")
-        knots = curve_numbers(self.curve, periodic=self.periodic)
+            check_start(f"angle load '{self.name}'", self.curve, start[0], "rad")
+        knots = curve_knots(self.curve, periodic=self.periodic)
         return float(ACTS.index(self.acts)), self.transition, float(self.periodic), float(len(self.curve)), *knots

@@ -1,4 +1,4 @@
-"""An end stop of a rotation."""
+"""End stop of a rotation."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from scissordyn.units import Quantity
 
 @kernel
 def gap(angle, speed, stop, side):
-    """How far the stop is passed [rad], and how fast [rad/s]."""
+    """Return the angle beyond the stop [rad] and its rate [rad/s]."""
     return side * (angle - stop), side * speed
 
 
 @kernel
 def force(angle, speed, mode, approach_speed, effective_mass, stiffness, exponent, damping, stop, side):
-    """Torque [N m], elastic energy [J], dissipated power [W]."""
+    """Return torque [N m], elastic energy [J] and dissipated power [W]."""
     depth, rate = gap(angle, speed, stop, side)
     torque, energy, dissipation = push(mode, approach_speed, effective_mass, depth, rate, stiffness, exponent, damping)
     return -side * torque, energy, dissipation
@@ -38,7 +38,7 @@ def force(angle, speed, mode, approach_speed, effective_mass, stiffness, exponen
     source="Flores, Machado, Silva and Martins 2011, doi:10.1007/s11044-010-9237-4",
 )
 class AngleStop:
-    r"""An end stop of a rotation: beyond its angle a torque pushes the body back.
+    r"""End stop of a rotation: beyond its angle a torque pushes the body back.
 
     .. math:: T = K\delta^n\left(1 + \xi\,\dot\delta/\dot\delta^{(-)}\right)
 

@@ -1,4 +1,4 @@
-"""A beam element: the elastic connection of two neighbouring cross-sections of a bar that bends."""
+"""Beam element: the elastic connection of two neighbouring cross-sections of a bending bar."""
 
 from __future__ import annotations
 
@@ -40,14 +40,14 @@ def force(
 ):
     """Force [N] and torque [N m] on the end, stored energy [J], dissipated, supplied power [W], axial force [N], moments [N m].
 
-    psi(xi) = p1 b1 + p2 b2 + a b3 is the rotation of the cross-sections against the chord, with p1, p2 those at the ends and a
-    such that the chord ends where it has to: int sin psi = 0.
+    The rotation of the cross-sections relative to the chord is psi(xi) = p1 b1 + p2 b2 + a b3. p1 and p2 are its end values; a
+    follows from the end of the chord: int sin psi = 0.
     """
     chord, turn = math.hypot(x, y), math.atan2(y, x)
     p1, p2 = -turn, angle - turn
     a = 0.0
     cosines = slope = by_1 = by_2 = c1 = c2 = c3 = 0.0
-    for attempt in range(3):  # Newton for a, which is of the third order in p1 and p2
+    for attempt in range(3):  # Newton's method for a, which is of third order in p1 and p2
         sines = cosines = slope = by_1 = by_2 = c1 = c2 = c3 = 0.0
         for k in range(4):
             xi, weight = _POINTS[k], _WEIGHTS[k]
@@ -65,7 +65,7 @@ def force(
         if attempt < 2:
             a -= sines / slope
     a1, a2 = -by_1 / slope, -by_2 / slope
-    # warm, the bar has no stress at a strain and with a bend of its own
+    # strain and bend at which the heated bar has no stress
     warm, bend = factor * thermal_strain, factor * thermal_curvature * length
     strain = chord / (length * cosines) - 1.0 - warm
     axial = axial_stiffness * strain
@@ -124,7 +124,7 @@ def force(
     source="Crisfield 1991, Non-linear finite element analysis of solids and structures, chapter 7, with the exact chord",
 )
 class Beam:
-    r"""A straight Euler-Bernoulli element between two cross-sections: large rotations, small strains.
+    r"""Straight Euler-Bernoulli element between two cross-sections: large rotations, small strains.
 
     .. math:: U = \tfrac12 EA\,l\,\varepsilon^2 + \frac{EI}{2 l}\int_0^1 \psi'^2\,d\xi,\qquad
         \varepsilon = \frac{c}{l\int\cos\psi\,d\xi} - 1,\quad \int\sin\psi\,d\xi = 0
@@ -158,6 +158,6 @@ class Beam:
         elastic.check_depth(self, f"beam '{self.name}'")
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
-        """What the kernel reads."""
+        """Return the kernel's parameters."""
         stiffness = self.axial_stiffness, self.bending_stiffness, self.damping
         return self.length, *stiffness, *elastic.thermal_loads(self), self.depth, self.youngs_modulus, self.yield_strength

@@ -1,4 +1,4 @@
-"""An elastic bushing between two bodies."""
+"""Elastic bushing between two bodies."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def force(
     torsional_damping,
     free_angle,
 ):
-    """Force [N] and torque [N m] on the end, stored energy [J], dissipated power [W]."""
+    """Return force [N] and torque [N m] on the end, stored energy [J] and dissipated power [W]."""
     twist = angle - free_angle
     elastic_x, elastic_y = stiffness_x * x + stiffness_xy * y, stiffness_xy * x + stiffness_y * y
     viscous_x, viscous_y = damping_x * x_rate + damping_xy * y_rate, damping_xy * x_rate + damping_y * y_rate
@@ -61,11 +61,11 @@ DAMPING = Quantity("N s/m", minimum=0.0, maximum=1e12, help="damping along an ax
     source="Ambrósio and Verissimo 2009, doi:10.1007/s11044-009-9161-7, with constant stiffness and damping",
 )
 class Bushing:
-    r"""An elastic and damped connection of two points and of the angle between their bodies.
+    r"""Elastic and damped connection of two points and of the angle between their bodies.
 
     .. math:: F = -K\,u - D\,\dot u,\quad T = -k_t(\varphi - \varphi_0) - d_t\dot\varphi
 
-    u is the place of the end seen from the start, in the frame of the start's body; K and D are symmetric 2 x 2 matrices.
+    u is the vector from start to end in the frame of the start's body; K and D are symmetric 2 x 2 matrices.
 
 
     Raises
@@ -95,9 +95,9 @@ class Bushing:
             if xy * xy > x * y * (1.0 + 1e-12):
                 raise InputError(
                     f"bushing '{self.name}': {what}_xy = {xy:g} with {what}_x = {x:g} and {what}_y = {y:g}",
-                    f"{what}_xy^2 <= {what}_x {what}_y, without which energy would come from nowhere",
+                    f"{what}_xy^2 <= {what}_x {what}_y, because otherwise the bushing generates energy",
                 )
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
-        """The free angle is as placed unless given."""
+        """Return the kernel's parameters; by default the free angle is the initial one."""
         return numbers(self, free_angle=start[2] if self.free_angle is None else self.free_angle)

@@ -1,4 +1,4 @@
-"""A cable, which only pulls."""
+"""Cable, which carries tension only."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from scissordyn.units import Quantity
 
 
 def gap(length, rate, free_length):
-    """Beyond zero the cable is taut."""
+    """Return the stretch of the cable [m] and its rate; the cable is taut above zero."""
     return length - free_length, rate
 
 
 def force(length, rate, mode, stiffness, free_length, damping):
-    """Tension [N], stored energy [J], dissipated power [W], and 1 while the cable is taut."""
+    """Return tension [N], stored energy [J], dissipated power [W], and 1 while the cable is taut."""
     stretch = length - free_length
     if mode == 0.0 or stretch <= 0.0:
         return 0.0, 0.0, 0.0, mode
     stored = 0.5 * stiffness * stretch * stretch
-    # the damper acts in the cable, so that together they do not push
+    # the sum of spring and damper must not push
     tension = stiffness * stretch + damping * rate
     if tension <= 0.0:
         return 0.0, stored, -stiffness * stretch * rate, mode
@@ -40,7 +40,7 @@ def force(length, rate, mode, stiffness, free_length, damping):
     source="Irvine 1981, Cable Structures, MIT Press: a taut cable with negligible weight",
 )
 class Cable:
-    r"""A cable between two points: tension only. It becomes taut and slack at events that are located.
+    r"""Cable between two points, which carries tension only. The instants at which it becomes taut and slack are located.
 
     .. math:: T = \max(0,\; k\,(l - l_0) + d\,\dot l) \quad\text{for}\quad l > l_0
     """

@@ -1,4 +1,4 @@
-"""A cam by its profile against a roller or an edge."""
+"""Cam with a given profile against a roller or an edge."""
 
 from __future__ import annotations
 
@@ -21,22 +21,25 @@ PROFILE = Pairs(("angles", "radii"), ("rad", "m"), help="radius of the cam over 
 
 TURN = 2.0 * math.pi
 
-FIRST = 4
+FIRST_NODE = 4
 
-NODES, DENSE = 720, 5760  # Nodes of the pitch curve in the kernels' table, and points of the profile from which they are made
-DEEP = 0.01  # Of the radius: how far a follower may start within the profile
+PITCH_NODES, PROFILE_POINTS = (
+    720,
+    5760,
+)  # Nodes of the pitch curve in the kernels' table, and points of the profile from which they are made
+START_DEPTH_FRACTION = 0.01  # Of the radius: how far a follower may start within the profile
 
 
 @kernel
 def pitch_at(angle, table, count):
-    """Radius of the pitch curve in a direction [m], and its first two derivatives by the angle."""
+    """Return the radius of the pitch curve in a direction [m], and its first two derivatives by the angle."""
     step = TURN / count
     part = angle / step
     part = part - count * math.floor(part / count)
     low = min(int(part), count - 1)
     high = low + 1 if low + 1 < count else 0
     t = part - low
-    a, b = FIRST + 2 * low, FIRST + 2 * high
+    a, b = FIRST_NODE + 2 * low, FIRST_NODE + 2 * high
     # cubic Hermite polynomial through the nodes of a spline, whose second derivative is continuous
     y, z, p, q = table[a], table[b], step * table[a + 1], step * table[b + 1]
     c, d = 3.0 * (z - y) - 2.0 * p - q, 2.0 * (y - z) + p + q
@@ -45,7 +48,7 @@ def pitch_at(angle, table, count):
 
 @kernel
 def depth_at(x, y, table, count):
-    """How deep a point is within the pitch curve [m], and the derivatives of that by its coordinates."""
+    """Return the depth of a point inside the pitch curve [m], and its derivatives by the point's coordinates."""
     radius = math.sqrt(x * x + y * y)
     R, slope, bend = pitch_at(math.atan2(y, x), table, count)
     # (R - r) cos(a) with the pressure angle a of the curve through the point: the distance to first order
@@ -59,7 +62,7 @@ def depth_at(x, y, table, count):
 
 @kernel
 def gap(x, y, angle, x_rate, y_rate, speed, mode, approach_speed, effective_mass, stiffness, exponent, damping, count, table):
-    """How deep the follower is in the cam [m], and how fast [m/s]."""
+    """Return the follower's depth in the cam [m] and its rate [m/s]."""
     depth, gx, gy = depth_at(x, y, table, int(count))
     return depth, gx * x_rate + gy * y_rate
 
@@ -91,7 +94,7 @@ def force(x, y, angle, x_rate, y_rate, speed, mode, approach_speed, effective_ma
     source="Flores, Machado, Silva and Martins 2011, doi:10.1007/s11044-010-9237-4 (the factor xi)",
 )
 class Cam:
-    r"""A disc cam by its profile against a roller or an edge that may lift off.
+    r"""Disc cam with a given profile against a roller or an edge that may lift off.
 
     .. math:: F = K\delta^n\left(1 + \xi\,\dot\delta/\dot\delta^{(-)}\right)
 
@@ -118,26 +121,26 @@ class Cam:
         self._pitch()
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
-        """K, n, xi, how many nodes the pitch curve has, and their radii and slopes."""
+        """Return K, n, xi, the number of nodes of the pitch curve, and their radii and slopes."""
         angle, radius = self._pitch()
         from scipy.interpolate import CubicSpline
 
-        nodes = np.linspace(0.0, TURN, NODES + 1)
+        nodes = np.linspace(0.0, TURN, PITCH_NODES + 1)
         at = CubicSpline(np.append(angle, angle[0] + TURN), np.append(radius, radius[0]), bc_type="periodic")(nodes)
         at[-1] = at[0]
         slopes = CubicSpline(nodes, at, bc_type="periodic")(nodes, 1)
         table = np.stack([at, slopes], axis=1)[:-1].ravel()
         there = float(np.interp(math.atan2(start[1], start[0]) % TURN, nodes, at))
         here = math.hypot(start[0], start[1])
-        if there - here > DEEP * there:
+        if there - here > START_DEPTH_FRACTION * there:
             raise InputError(
                 f"cam '{self.name}': its follower starts {here:.6g} m from the centre, within the cam",
                 f"about {there:.6g} m there, where it touches, or more",
             )
-        return self.stiffness, self.exponent, stop_damping(self.restitution), float(NODES), *table.tolist()
+        return self.stiffness, self.exponent, stop_damping(self.restitution), float(PITCH_NODES), *table.tolist()
 
     def _profile(self, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Angles, radii and their two derivatives at points of the profile."""
+        """Return angles, radii and their two derivatives at points of the profile."""
         from scipy.interpolate import CubicSpline
 
         angles, radii = np.array(self.profile, float).T
@@ -146,8 +149,8 @@ class Cam:
         return angle, curve(angle), curve(angle, 1), curve(angle, 2)
 
     def _pitch(self) -> tuple[np.ndarray, np.ndarray]:
-        """Angles and radii of the pitch curve, on which the centre of the roller is when it touches."""
-        angle, radius, slope, bend = self._profile(DENSE)
+        """Return angles and radii of the pitch curve, the path of the roller's centre in contact."""
+        angle, radius, slope, bend = self._profile(PROFILE_POINTS)
         square = radius**2 + slope**2
         curvature = (square + slope**2 - radius * bend) / square**1.5
         if np.min(radius) <= 0.0 or np.min(1.0 + self.roller * curvature) <= 0.0:
@@ -159,7 +162,7 @@ class Cam:
 
     @property
     def outline(self) -> tuple[np.ndarray, np.ndarray]:
-        """The cam in its frame, and the roller about its centre, for pictures [m]."""
+        """Outlines for pictures: the cam in its frame, and the roller about its centre [m]."""
         angle, radius, *_ = self._profile(180)
         ring = np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1)
         return np.concatenate([ring, ring[:1]]), arc(self.roller, 0.0, 360.0, 37)

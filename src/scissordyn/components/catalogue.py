@@ -1,6 +1,6 @@
-"""The components of the package, by the names of their tables in a case file. A new component is one more file here.
+"""List the components of the package by the names of their tables in a case file; each file defines one.
 
-A user's own are in files of his: ``my_components.py:Rubber``.
+User-defined components are in the user's files, for example ``my_components.py:Rubber``.
 """
 
 from __future__ import annotations
@@ -16,24 +16,28 @@ from scissordyn.errors import InputError
 from scissordyn.plugin.element import declared_in
 from scissordyn.plugin.user_file import class_in
 
-FILES = (
+COMPONENT_FILES = (
     *("spring", "constant_force_spring", "nonlinear_spring", "gas_spring", "cable", "torsion_spring", "tape_spring"),
     *("clutch", "pin_friction", "guide_friction", "lugre", "bushing", "beam", "flexible_bar", "roller"),
     *("force", "torque", "stroke_load", "angle_load", "motor", "tabulated_motor", "linear_motor", "actuator"),
     *("angle_stop", "travel_stop", "cam", "rod", "latch"),
 )
-"""Of this room, in the order in which a case file has their tables."""
+"""Component files, in the order of their tables in a case file."""
 
 COMPONENTS: Mapping[str, type[Component]] = MappingProxyType(
-    {kind.declaration.section: kind for file in FILES for kind in declared_in(import_module(f"scissordyn.components.{file}"))}
+    {
+        kind.declaration.section: kind
+        for file in COMPONENT_FILES
+        for kind in declared_in(import_module(f"scissordyn.components.{file}"))
+    }
 )
 """Component classes by section."""
 
 
 def component_class(reference: str, folder: Path) -> Any:
-    """The component class that ``"file.py:Class"`` names; the file is executed."""
+    """Return the component class that ``"file.py:Class"`` names; the file is executed."""
     cls, name = class_in("component", reference, folder)
     if cls is None or not isinstance(vars(cls).get("declaration"), Declaration):
         path, _, called = name.rpartition(":")
-        raise InputError(f"'{called}' in '{path}' is not a component", "a class under the decorator sd.component(...)")
+        raise InputError(f"'{called}' in '{path}' is not a component", "a class decorated with sd.component(...)")
     return cls

@@ -1,4 +1,4 @@
-"""A friction clutch or brake between two bodies."""
+"""Friction clutch or brake between two bodies."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from scissordyn.units import Quantity, State
 
 
 def force(speed, load, factor, capacity, yield_angle):
-    """Torque [N m], stored energy [J], dissipated power [W] and the rate of the load [1/s]."""
+    """Return torque [N m], stored energy [J], dissipated power [W] and the rate of the load [1/s]."""
     torque = factor * capacity * load
     return -torque, 0.0, torque * speed, (speed - abs(speed) * load) / yield_angle
 
@@ -33,7 +33,7 @@ def force(speed, load, factor, capacity, yield_angle):
     source="Dahl 1976, Solid friction damping of mechanical vibrations, doi:10.2514/3.61511",
 )
 class Clutch:
-    r"""A friction clutch or brake: its linings twist elastically, and slip as the torque comes to the capacity.
+    r"""Friction clutch or brake: its linings twist elastically, and slip as the torque approaches the capacity.
 
     .. math:: T = -M(t)\,s,\quad \theta_s s' = \omega - |\omega| s
 

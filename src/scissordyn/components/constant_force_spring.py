@@ -1,4 +1,4 @@
-"""A constant-force spring between two points."""
+"""Constant-force spring between two points."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from scissordyn.units import Quantity
 
 
 def force(length, rate, tension, uncoiling_length, damping):
-    """Tension [N], stored energy [J], dissipated power [W]."""
+    """Return tension [N], stored energy [J] and dissipated power [W]."""
     part = min(1.0, length / uncoiling_length)
     stored = tension * (length - 0.5 * uncoiling_length) if part == 1.0 else 0.5 * tension * part * length
     return tension * part + damping * rate, stored, damping * rate * rate
@@ -25,7 +25,7 @@ def force(length, rate, tension, uncoiling_length, damping):
     source="Votta 1952, The theory and design of long-deflection constant-force spring elements, Trans. ASME 74, 439-450",
 )
 class ConstantForceSpring:
-    r"""A strip coiled on a drum that pulls its ends together with a force that hardly depends on the distance.
+    r"""Strip coiled on a drum that pulls its ends together with a force that hardly depends on their distance.
 
     .. math:: T = T_0 \min(1, l/l_1) + d\,\dot l
 

@@ -1,4 +1,4 @@
-"""Curves through pairs of numbers: monotone cubic pieces with their integral, held beyond their ends."""
+"""Curves through pairs of numbers: monotone cubic pieces with their integral, constant beyond the ends."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from scissordyn.errors import InputError
 from scissordyn.kernel import kernel
 from scissordyn.units import Meaning, Pairs
 
-KNOT = 4  # Numbers of a knot: place, value, slope, integral from the first one
+KNOT_SIZE = 4  # Numbers per knot: place, value, slope, and integral from the first knot
 
 ACTS = ("both", "forward", "backward")
 
@@ -20,8 +20,8 @@ Acts = Annotated[Literal["both", "forward", "backward"], Meaning("in both senses
 
 
 @kernel
-def part_of(speed, acts, transition):
-    """Part of a load that acts at a speed: all, or what is for one sense of the motion."""
+def active_fraction(speed, acts, transition):
+    """Return the fraction of a load that acts at a speed: all of it, or only in one direction of the motion."""
     if acts == 0.0:
         return 1.0
     sense = 1.0 if acts == 1.0 else -1.0
@@ -30,22 +30,22 @@ def part_of(speed, acts, transition):
 
 @kernel
 def curve_at(place, table, first, count):
-    """Value and integral of a curve whose knots begin at `first`, and how far the place is beyond its ends."""
+    """Return value and integral of a curve whose knots begin at index `first`, and the distance beyond its ends."""
     low, last = 0, count - 1
-    start, end = table[first], table[first + KNOT * last]
+    start, end = table[first], table[first + KNOT_SIZE * last]
     if place <= start:
         value = table[first + 1]
         return value, (place - start) * value, start - place
     if place >= end:
-        value = table[first + KNOT * last + 1]
-        return value, table[first + KNOT * last + 3] + (place - end) * value, place - end
+        value = table[first + KNOT_SIZE * last + 1]
+        return value, table[first + KNOT_SIZE * last + 3] + (place - end) * value, place - end
     while last - low > 1:
         middle = (low + last) // 2
-        if table[first + KNOT * middle] <= place:
+        if table[first + KNOT_SIZE * middle] <= place:
             low = middle
         else:
             last = middle
-    a, b = first + KNOT * low, first + KNOT * last
+    a, b = first + KNOT_SIZE * low, first + KNOT_SIZE * last
     h = table[b] - table[a]
     t = (place - table[a]) / h
     # cubic Hermite polynomial through values and slopes, and its integral
@@ -55,8 +55,8 @@ def curve_at(place, table, first, count):
     return value, table[a + 3] + h * area, 0.0
 
 
-def curve_numbers(pairs: Sequence[tuple[float, float]], *, periodic: bool = False) -> list[float]:
-    """The knots of a curve (Fritsch and Butland 1984, doi:10.1137/0905021): it overshoots no pair."""
+def curve_knots(pairs: Sequence[tuple[float, float]], *, periodic: bool = False) -> list[float]:
+    """Return the knots of a curve that overshoots no pair (Fritsch and Butland 1984, doi:10.1137/0905021)."""
     from scipy.interpolate import PchipInterpolator
 
     place, value = np.array(pairs, float).T
@@ -78,14 +78,16 @@ def check_curve(label: str, pairs: Sequence[tuple[float, float]], meaning: Pairs
     places = [place for place, _ in pairs]
     if len(pairs) < 2 or not np.all(np.isfinite(pairs)) or not np.all(np.diff(places) > 0.0):
         raise InputError(
-            f"{label}: a curve of {len(pairs)} pairs" + (f" at {places!r:.80}" if len(pairs) > 1 else ""),
+            f"{label}: the curve has {len(pairs)} pairs" + (f" at {places!r:.80}" if len(pairs) > 1 else ""),
             f"two or more {meaning.names[0]}, which increase, and as many {meaning.names[1]}",
         )
     if periodic and pairs[0][1] != pairs[-1][1]:
-        raise InputError(f"{label}: a period that begins with {pairs[0][1]:g} and ends with {pairs[-1][1]:g}", "the same value")
+        raise InputError(
+            f"{label}: the periodic curve begins with {pairs[0][1]:g} and ends with {pairs[-1][1]:g}", "equal values"
+        )
 
 
-def check_covers(label: str, pairs: Sequence[tuple[float, float]], start: float, unit: str) -> None:
+def check_start(label: str, pairs: Sequence[tuple[float, float]], start: float, unit: str) -> None:
     """Raise `InputError` if the start is beyond the ends of a curve."""
     first, last = pairs[0][0], pairs[-1][0]
     if not first - 1e-9 * abs(first) <= start <= last + 1e-9 * abs(last):

@@ -1,4 +1,4 @@
-"""What makes a class a component: its port, its kernels, what they return, and what they are compiled to."""
+"""Make a class a component: its port, its kernels, their results, and the compiled functions."""
 
 from __future__ import annotations
 
@@ -22,17 +22,19 @@ from scissordyn.plugin.element import arguments_of, check_names, pointer_of
 from scissordyn.plugin.user_file import note_origin
 from scissordyn.units import State, check_quantities, documented, quantities
 
-PARAMETERS = 64  # Most parameters of a component, the numbers of its table included
+PARAMETERS = 64  # Largest number of parameters of a component, including those of its table
 
 CONTEXT = ("time", "factor", "mode", "approach_speed", "factor_rate", "differences", "reaction", "effective_mass")
-"""What a kernel may ask for beside coordinates, rates and states: the time [s], the component's time function, the mode of its
-guard (1 after a rise, 0 after a fall), the rate of the guard's value at the last rise, that of the time function [1/s], and
-whether differences of its forces are taken (1, else 0), for which outputs beyond them are not read, the reaction [N] of the
-ideal joint whose friction it is, in which its forces are linear, and the effective mass [kg] or moment of inertia [kg m^2]
-along the gap at the last rise."""
+"""Arguments that a kernel may have in addition to coordinates, rates and states.
+
+time [s]; factor: the component's time function; mode: that of its guard (1 after a rise, 0 after a fall); approach_speed: rate
+of the guard's value at the last rise; factor_rate: rate of the time function [1/s]; differences: 1 while forces are differenced
+(outputs are not read then), else 0; reaction [N]: that of the ideal joint, in which friction is linear; effective_mass [kg] or
+moment of inertia [kg m^2] along the gap at the last rise.
+"""
 
 ENERGY = ("energy", "dissipation")
-"""What the kernel of a passive component returns after its forces: stored energy [J] and dissipated power [W]."""
+"""Results of a passive component's kernel after its forces: stored energy [J] and dissipated power [W]."""
 
 TEXTBOOK = "García de Jalón and Bayo 1994, Kinematic and Dynamic Simulation of Multibody Systems, doi:10.1007/978-1-4612-2600-0"
 
@@ -45,43 +47,43 @@ MEANINGS: Mapping[str, str] = {
     "controller": "scissordyn controllers lists them",
     "time_function": "a factor over time, 1 without it",
 }
-"""What fields mean that several components have, unless an annotation says more."""
+"""Meanings of fields that several components have, unless an annotation gives another one."""
 
-SUPPLY = ("supply",)  # What follows them where a component is supplied: the power [W] that its time function gives it
+SUPPLY = ("supply",)  # Next result of a supplied component: the power [W] from its time function
 
 
 @dataclass(frozen=True)
 class Declaration:
-    """What the package knows of a component class; mechanics, datasets, case files and pictures go by it."""
+    """Declaration of a component class, used by mechanics, datasets, case files and pictures."""
 
-    # Name of its dimension in a run, with which the names of its variables begin; of the package's own also the name of the
-    # table in a case file
+    # Name of the component's dimension in a run, and prefix of its variables. For components of the package, also the name of
+    # their table in a case file
     section: str
-    label: str  # What messages call it
+    label: str  # Name in messages
     port: Port
-    # Of what it names of coordinates, rates, states, context and numbers to the port's forces, then for a passive component
-    # energy and dissipation, then the outputs, then the rates of the states. An argument named `table` gets all numbers as an
-    # array. None for a constraint
+    # Kernel of the forces. Its arguments are coordinates, rates, states, context and parameters; `table` gets all parameters as
+    # an array. Its results are the port's forces, energy and dissipation (if passive), outputs, and rates of the states. None
+    # for a constraint
     force: Kernel | None
-    gap: Kernel | None  # To the value of a guard, 0 where the mode changes, and its rate over time
-    switch: Kernel | None  # To the energy [J] that is dissipated when the mode changes
-    outputs: tuple[Output, ...]  # Beyond those of the port
-    states: tuple[State, ...]  # Internal states, which start at zero, each with its unit and the scale of its errors
-    context: tuple[str, ...]  # From `CONTEXT`
-    passive: bool  # Whether it stores and dissipates energy; otherwise all its power counts as the work of a load
-    symbol: str  # How pictures draw it; one of the port's symbols
-    example: Mapping[str, Any]  # What a case file may say for its keys
-    events: tuple[str, str]  # What a fall and a rise of its guard are called
-    # Whether its power counts as that of a motor, whose rotor turns with the body of a hinge: a field `inertia` [kg m^2]
+    gap: Kernel | None  # Kernel of the guard's value, 0 where the mode changes, and its rate
+    switch: Kernel | None  # Kernel of the energy [J] dissipated when the mode changes
+    outputs: tuple[Output, ...]  # Outputs in addition to those of the port
+    states: tuple[State, ...]  # Internal states, which start at zero, with units and error scales
+    context: tuple[str, ...]  # Names from `CONTEXT`
+    passive: bool  # True if it stores and dissipates energy; otherwise all its power is the work of a load
+    symbol: str  # Symbol in pictures; one of the port's symbols
+    example: Mapping[str, Any]  # Example values of its keys in a case file
+    events: tuple[str, str]  # Names of a fall and a rise of its guard
+    # True if its power is that of a motor, whose rotor turns with the body of a hinge; requires a field `inertia` [kg m^2]
     motor: bool = False
-    # Whether it is passive but for its time function, which changes the stored energy at a given position: the kernel then
-    # returns this power [W] after the dissipated one, and it counts as the work of a load
+    # True if it is passive except for its time function, which changes the stored energy at a given position. The kernel then
+    # returns this power [W] after the dissipated power, and it counts as the work of a load
     supplied: bool = False
-    numbers: tuple[str, ...] = ()  # Names of what `parameters` of a component gives, but for tables
+    numbers: tuple[str, ...] = ()  # Names of the values of `parameters`, except tables
 
     @property
     def places(self) -> dict[str, str]:
-        """Where a kernel has what it may name."""
+        """Place of each possible kernel argument."""
         states = tuple(state.name for state in self.states)
         rows = {"q": self.port.coordinates, "v": self.port.rates, "z": states, "p": self.numbers}
         places = {name: f"{row}[{k}]" for row, names in rows.items() for k, name in enumerate(names)}
@@ -94,7 +96,7 @@ class Declaration:
 
     @property
     def results(self) -> tuple[str, ...]:
-        """Names of what the force kernel returns."""
+        """Names of the force kernel's results."""
         return (
             *self.port.forces,
             *self.accounts,
@@ -104,12 +106,12 @@ class Declaration:
 
     @property
     def accounts(self) -> tuple[str, ...]:
-        """Names of the energy and the powers that follow the forces."""
+        """Names of the energy and powers that follow the forces."""
         return (*(ENERGY if self.passive else ()), *(SUPPLY if self.supplied else ()))
 
     @property
     def reported(self) -> tuple[Output, ...]:
-        """All outputs, each where it stands among the results."""
+        """All outputs with their positions among the results."""
         first = len(self.port.forces)
         energy = (Output("energy", "J", "stored energy", first),) if self.passive else ()
         first += len(self.accounts)
@@ -118,13 +120,13 @@ class Declaration:
 
     @property
     def outputs_monitored(self) -> tuple[Output, ...]:
-        """Those whose largest values are looked for within the steps."""
+        """Outputs whose largest values are located within steps."""
         return tuple(output for output in self.reported if output.monitored)
 
 
 @runtime_checkable
 class Component(Protocol):
-    """An instance of a class that `component` has declared."""
+    """Instance of a class that `component` has declared."""
 
     declaration: ClassVar[Declaration]
 
@@ -134,17 +136,17 @@ class Component(Protocol):
 
     @property
     def states(self) -> tuple[State, ...]:
-        """Its internal states."""
+        """Internal states."""
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
-        """The numbers that its kernels read; `start` are the coordinates of its port as placed."""
+        """Return the parameters of the kernels; `start` holds the initial coordinates of the port."""
 
 
 Class = TypeVar("Class", bound=type)
 
 
 def _own_parameters(self: Any, start: tuple[float, ...]) -> tuple[float, ...]:
-    """All numbers with a declared quantity, in order."""
+    """Return all fields with a declared quantity, in order."""
     return tuple(float(getattr(self, name)) for name in quantities(self.__class__))
 
 
@@ -185,44 +187,44 @@ def component(
     supplied: bool = False,
     source: str = "",
 ) -> Callable[[Class], Class]:
-    """Make a class a component: a frozen dataclass whose annotated numbers its kernels name.
+    """Make a class a component: a frozen dataclass whose annotated fields are parameters of its kernels.
 
-    A method `check(self)` raises `InputError` for numbers that do not fit each other, a method `parameters(self, start)` gives
-    the numbers in place of the fields, by the names that the first kernel has beside coordinates, rates, states and context.
+    A method `check(self)` may raise `InputError` for inconsistent fields. A method `parameters(self, start)` may replace the
+    fields. Its values are named by the first kernel's arguments that are not coordinates, rates, states or context.
 
     Parameters
     ----------
     port : str
         "line", "hinge", "travel", "point" or "frame".
     force, gap, switch : function, optional
-        Kernels; each gets by name what it names, `force` returns what `Declaration` says, `gap` the value of a guard and its
-        rate, `switch` the energy [J] that is dissipated when the mode changes.
+        Kernels with arguments passed by name. `force` returns the results in `Declaration`, `gap` the value of a guard and
+        its rate, `switch` the energy [J] that is dissipated when the mode changes.
     section, label : str, optional
-        Of its table and variables, and in messages; from the name of the class if not given.
+        Name of its table and variables, and name in messages; by default from the class name.
     outputs : tuple of Output
     states : tuple of State
         Internal states, which start at zero.
     context : tuple of str
         What the kernels name of `CONTEXT`: time, factor, mode, approach_speed, effective_mass and so on.
     passive : bool
-        Whether it stores and dissipates energy; else its power is the work of a load.
+        True if it stores and dissipates energy; otherwise its power is the work of a load.
     symbol : str, optional
-        How pictures draw it, one of the port's symbols.
+        Symbol in pictures, one of the port's symbols.
     example : mapping
-        What a case file may say for its keys.
+        Example values of its keys in a case file.
     events : (str, str)
-        Names of a fall and of a rise of its guard.
+        Names of a fall and a rise of its guard.
     motor, supplied : bool
-        Whether its power is that of a motor, with a field `inertia`; whether its time function gives it power.
+        True if its power is that of a motor (with a field `inertia`); True if its time function supplies power.
     source : str
-        Who describes it, several apart by semicolons.
+        Citations, separated by semicolons.
 
     Returns
     -------
     decorator
     """
     if isinstance(port, str) and port not in PORTS:
-        raise InputError(f"port = {port!r}{did_you_mean(port, PORTS)}", ", ".join(PORTS))
+        raise InputError(f"unknown port = {port!r}{did_you_mean(port, PORTS)}", ", ".join(PORTS))
     chosen = PORTS[port] if isinstance(port, str) else port
 
     def declare(described: Class) -> Class:
@@ -237,7 +239,7 @@ def component(
 
 
 def _declared(described: Class, declaration: Declaration, source: str) -> Class:
-    """The component class with a declaration."""
+    """Return the component class with a declaration."""
     if "__post_init__" not in vars(described):
         described.__post_init__ = _own_check  # type: ignore[attr-defined]
     cls: Any = dataclass(frozen=True)(described)
@@ -280,17 +282,17 @@ def _check_fields(described: Any) -> None:
         if not isinstance(state, State) or state.scale is None:
             named = getattr(state, "name", state)
             raise InputError(
-                f"component '{described.__name__}': state {named!r} has no unit or no scale of its errors",
+                f"component '{described.__name__}': state {named!r} has no unit or no error scale",
                 "State(NAME, UNIT, scale=SIZE)",
                 f'states=(sd.State("{named}", "m", scale=1e-3),)',
             )
     unknown = [name for name in declaration.context if name not in CONTEXT]
     if unknown:
-        raise InputError(f"context {unknown[0]!r}{did_you_mean(unknown[0], CONTEXT)}", ", ".join(CONTEXT))
+        raise InputError(f"unknown context {unknown[0]!r}{did_you_mean(unknown[0], CONTEXT)}", ", ".join(CONTEXT))
 
 
 def _numbers_of(described: Any) -> tuple[str, ...]:
-    """What the kernels of a component class name beside coordinates, rates, states and context."""
+    """Return the kernel arguments of a component class that are parameters."""
     if described.parameters is _own_parameters:
         return tuple(quantities(described))
     kernel = next(iter(described.declaration.kernels.values()), None)  # of a class that says itself what its kernels read
@@ -300,14 +302,14 @@ def _numbers_of(described: Any) -> tuple[str, ...]:
 
 @cache
 def kernels_of(described: type[Component]) -> dict[str, int]:
-    """Pointers to the compiled kernels of a component class: force, gap and switch, 0 for one that it does not have."""
+    """Return the pointers to the kernels force, gap and switch of a component class; 0 for a missing one."""
     return dict.fromkeys(("force", "gap", "switch"), 0) | {
         key: pointer_of(recipe) for key, recipe in recipes_of(described).items()
     }
 
 
 def recipes_of(described: type[Component]) -> dict[str, Recipe]:
-    """What the kernels of a component class are made into, by their names."""
+    """Return the recipes of a component class's kernels, by their names."""
     declaration = described.declaration
     places, counts, recipes = declaration.places, {"force": len(declaration.results), "gap": 2, "switch": 1}, {}
     for key, kernel in declaration.kernels.items():
@@ -317,7 +319,7 @@ def recipes_of(described: type[Component]) -> dict[str, Recipe]:
 
 
 def at_rest(component: Component, start: tuple[float, ...], at: tuple[float, ...] | None = None) -> tuple[float, ...]:
-    """What the force kernel of a component gives at rest, in plain Python."""
+    """Evaluate the force kernel of a component at rest in Python."""
     declaration = component.declaration
     if declaration.force is None:
         return ()
@@ -332,13 +334,13 @@ def at_rest(component: Component, start: tuple[float, ...], at: tuple[float, ...
         result = declaration.force(*map(values.__getitem__, arguments))
     except Exception as error:
         raise InputError(
-            f"{declaration.label} '{component.name}': its kernel raises {type(error).__name__} ({error}) where it starts",
+            f"{declaration.label} '{component.name}': its kernel raises {type(error).__name__} ({error}) at the start",
             f"{len(declaration.results)} numbers: {', '.join(declaration.results)}",
         ) from None
     results = result if isinstance(result, tuple) else (result,)
     if len(results) != len(declaration.results) or not all(math.isfinite(number) for number in results):
         raise InputError(
-            f"{declaration.label} '{component.name}': its kernel gives {result!r} where it starts",
+            f"{declaration.label} '{component.name}': its kernel returns {result!r} at the start",
             f"{len(declaration.results)} finite numbers: {', '.join(declaration.results)}",
         )
     return results

@@ -1,4 +1,4 @@
-"""What beam elements and bars that bend as one part declare alike: bounds of their numbers, loads of temperatures."""
+"""Common declarations of beam elements and flexible bars: bounds of their parameters, and thermal loads."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ Across = Annotated[
 
 
 def check_depth(bar: Any, what: str) -> None:
-    """Refuse a temperature difference across an unknown depth, with what the bar is."""
+    """Raise `InputError` for a temperature difference across an unknown depth; `what` names the bar."""
     if bar.temperature_difference and not bar.depth:
-        raise InputError(f"{what} with a temperature difference across an unknown depth", "a depth > 0")
+        raise InputError(f"{what} has a temperature difference across an unknown depth", "a depth > 0")
 
 
 def node_inertia(mass_per_length: float, length: float) -> float:
-    """What an element adds to the moment of inertia of the cross-section at each of its ends [kg m^2]."""
+    """Return the contribution of an element to the moment of inertia of each of its cross-sections [kg m^2]."""
     return mass_per_length * length**3 / 105.0
 
 
 def thermal_loads(bar: Any) -> tuple[float, float]:
-    """Strain [1] and curvature [1/m] that temperatures give a bar without stress."""
+    """Return the strain [1] and curvature [1/m] at which a heated bar has no stress."""
     gradient = bar.temperature_difference / bar.depth if bar.depth else 0.0
     return bar.thermal_expansion * bar.temperature_rise, bar.thermal_expansion * gradient

@@ -1,4 +1,4 @@
-"""The decorator of laws and controllers, where all its slots are known."""
+"""Provide the decorator of laws and controllers after all its slots are defined."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A straight bar that bends, as one part: its cross-sections at chosen places, and bending modes between them."""
+"""Straight bending bar as one part: cross-sections at chosen places, and bending modes between them."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ MODES = Quantity(
     "Craig and Bampton 1968, doi:10.2514/3.4741 (modes with the attached points held)",
 )
 class FlexibleBar:
-    r"""A straight Euler-Bernoulli bar between cross-sections: large rotations and deflections, small strains.
+    r"""Straight Euler-Bernoulli bar between cross-sections: large rotations and deflections, small strains.
 
     .. math:: r(s) = \sum_i N_i(s)\,p_i + \sum_k \varphi_k(s)\,a_k,\qquad
         U = \tfrac12 \int EI\,(|r''|^2 - \varepsilon'^2) + EA\,\varepsilon^2\,ds,\quad \varepsilon = |r'| - 1
@@ -77,25 +77,25 @@ class FlexibleBar:
         count = len(self.sections)
         if count < 2 or len(set(self.sections)) != count or len(self.places) != count:
             raise InputError(
-                f"flexible bar '{self.name}' with {count} sections and {len(self.places)} places", "two or more of both"
+                f"flexible bar '{self.name}' has {count} sections and {len(self.places)} places", "at least two of both"
             )
         if any(b <= a for a, b in zip(self.places, self.places[1:], strict=False)):
-            raise InputError(f"flexible bar '{self.name}' with places that do not increase", "places from one end to the other")
+            raise InputError(f"flexible bar '{self.name}' has places that do not increase", "places from one end to the other")
         if self.turned and len(self.turned) != count:
-            raise InputError(f"flexible bar '{self.name}' with {len(self.turned)} angles", f"none, or {count}")
+            raise InputError(f"flexible bar '{self.name}' has {len(self.turned)} angles", f"none, or {count}")
         elastic.check_depth(self, f"flexible bar '{self.name}'")
 
     @property
     def length(self) -> float:
-        """From end to end, unstrained [m]."""
+        """Unstrained length from end to end [m]."""
         return self.places[-1] - self.places[0]
 
     @property
     def angles(self) -> tuple[float, ...]:
-        """Angle of the bar against each cross-section [rad]."""
+        """Angles of the bar relative to its cross-sections [rad]."""
         return self.turned or (0.0,) * len(self.sections)
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
-        """What the kernel reads."""
+        """Return the kernel's parameters."""
         stiffness = self.axial_stiffness, self.bending_stiffness, self.damping
         return (*stiffness, *elastic.thermal_loads(self), self.length)

@@ -1,4 +1,4 @@
-"""A force on a point."""
+"""Force on a point."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from scissordyn.units import Meaning, Quantity
 
 
 def force(cosine, sine, factor, force_x, force_y, follows):
-    """Both components of the force in the fixed frame [N]."""
+    """Return both components of the force in the fixed frame [N]."""
     if follows == 0.0:
         return factor * force_x, factor * force_y
     return factor * (force_x * cosine - force_y * sine), factor * (force_x * sine + force_y * cosine)
@@ -32,7 +32,7 @@ def force(cosine, sine, factor, force_x, force_y, follows):
     source=TEXTBOOK,
 )
 class Force:
-    """A force on a point, fixed in direction or following the body, constant or a function of time."""
+    """Force on a point, with a fixed direction or turning with the body, constant or a function of time."""
 
     name: str
     point: BodyPoint
@@ -43,5 +43,5 @@ class Force:
     time_function: Factor = None
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
-        """Both components [N], and 1 for a force that follows its body."""
+        """Return both components [N], and 1 for a force that turns with its body."""
         return (*self.force, float(self.follows))

@@ -1,11 +1,11 @@
-"""A gas spring between two points."""
+"""Gas spring between two points."""
 
 from __future__ import annotations
 
 import math
 from typing import Annotated
 
-from scissordyn.components.curve import check_covers
+from scissordyn.components.curve import check_start
 from scissordyn.components.declaration import component
 from scissordyn.components.place import BodyPoint
 from scissordyn.components.port import LINE, Output
@@ -17,7 +17,7 @@ from scissordyn.units import Quantity
 
 @kernel
 def force(length, rate, force, extended_length, stroke, gas_length, exponent, friction, friction_speed, damping):
-    """Tension [N], stored energy [J], dissipated power [W], how far the length is beyond the stroke [m]."""
+    """Return tension [N], stored energy [J], dissipated power [W], and the excess of the length beyond the stroke [m]."""
     pressed = extended_length - length
     inside = min(stroke, max(0.0, pressed))
     part = 1.0 - inside / gas_length
@@ -48,7 +48,7 @@ def force(length, rate, force, extended_length, stroke, gas_length, exponent, fr
     source="Holman 1988, Thermodynamics, 4th edition, McGraw-Hill (polytropic processes)",
 )
 class GasSpring:
-    r"""A gas spring or gas strut: gas in a closed cylinder pushes the ends apart.
+    r"""Gas spring or gas strut: gas in a closed cylinder pushes the ends apart.
 
     .. math:: F = F_1\left(1 - \frac{s}{\ell}\right)^{-n} - F_r\tanh\frac{\dot l}{v_r} - d\,\dot l,\qquad s = l_1 - l,\qquad
         \ell = \frac{h}{1 - 1/k}
@@ -82,8 +82,8 @@ class GasSpring:
             )
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
-        """The length of the gas follows from the progression."""
+        """Return the kernel's parameters; the length of the gas follows from the progression."""
         ends = ((self.extended_length - self.stroke, 0.0), (self.extended_length, 0.0))
-        check_covers(f"gas spring '{self.name}'", ends, start[0], "m")
+        check_start(f"gas spring '{self.name}'", ends, start[0], "m")
         gas_length = self.stroke / (1.0 - 1.0 / self.progression)
         return numbers(self, gas_length=gas_length)

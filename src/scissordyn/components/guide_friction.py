@@ -1,4 +1,4 @@
-"""Friction in an ideal guide, which follows the force that the guide transmits."""
+"""Friction in an ideal guide, from the force that the guide transmits."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def force(
     along_x,
     along_y,
 ):
-    """Force along the guide [N], stored energy [J], dissipated power [W], the normal force [N]."""
+    """Return the force along the guide [N], stored energy [J], dissipated power [W] and the normal force [N]."""
     slip = along_x * x_rate + along_y * y_rate
     friction = reaction * friction_ratio(slip, kinetic, static, stribeck_speed, transition)
     return -friction * along_x, -friction * along_y, 0.0, 0.0, friction * slip, reaction
@@ -56,13 +56,15 @@ class GuideFriction:
     name: str
     start: Annotated[BodyPoint, Meaning("a point of the body that carries the guide, or of the ground")]
     end: Annotated[BodyPoint, Meaning("the guided point")]
-    direction: Annotated[float, Quantity("rad", minimum=-1e4, maximum=1e4, help="of the guide, in the frame of its body")]
+    direction: Annotated[
+        float, Quantity("rad", minimum=-1e4, maximum=1e4, help="direction of the guide in the frame of its body")
+    ]
     kinetic: Kinetic
     static: Static = 0.0
     stribeck_speed: StribeckSpeed = 0.01
     transition: Transition = 1e-3
-    length: Annotated[float, Quantity("m", minimum=0.0, maximum=1e4, help="of a follower that is kept aligned")] = 0.0
+    length: Annotated[float, Quantity("m", minimum=0.0, maximum=1e4, help="length of a follower that is kept aligned")] = 0.0
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
-        """The direction as a unit vector."""
+        """Return the kernel's parameters, with the direction as a unit vector."""
         return numbers(self, along_x=math.cos(self.direction), along_y=math.sin(self.direction))

@@ -1,4 +1,4 @@
-"""A latch, which locks two bodies at an angle."""
+"""Latch that locks two bodies at an angle."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from scissordyn.components.port import HINGE
 from scissordyn.errors import InputError
 from scissordyn.units import Quantity
 
-AT_ANGLE = 1e-6  # A latch nearer than this [rad] to its angle at the start would be locked before it moves
+START_ANGLE_TOL = 1e-6  # A latch nearer than this [rad] to its angle at the start would be locked before it moves
 
 
 def gap(angle, speed, mode, stop, side):
-    """How far the angle is passed [rad], and how fast [rad/s]; a locked latch never opens."""
+    """Return the angle beyond the latch [rad] and its rate [rad/s]; a locked latch never opens."""
     if mode == 1.0:
         return 1.0, 0.0
     return side * (angle - stop), side * speed
@@ -32,7 +32,7 @@ def gap(angle, speed, mode, stop, side):
     source=TEXTBOOK,
 )
 class Latch:
-    """A lock that engages when two bodies reach an angle; from then on it holds them rigidly at that angle.
+    """Lock that engages when two bodies reach an angle, and then holds them rigidly at that angle.
 
     Locking is a plastic impact: the relative angular velocity vanishes at once, and the energy balance contains the loss.
     """
@@ -41,12 +41,12 @@ class Latch:
     body: str
     angle: Annotated[
         float,
-        Quantity("rad", minimum=-1e4, maximum=1e4, help="against its base where it locks, turns counted"),
+        Quantity("rad", minimum=-1e4, maximum=1e4, help="angle relative to the base at which it locks, including full turns"),
     ]
     base: str = GROUND
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
-        """The angle [rad], and the sense of rotation in which it is reached."""
-        if abs(self.angle - start[0]) < AT_ANGLE:
+        """Return the angle [rad], and the direction of rotation in which it is reached."""
+        if abs(self.angle - start[0]) < START_ANGLE_TOL:
             raise InputError(f"latch '{self.name}' is at its angle at the start", "a weld, or another angle")
         return self.angle, math.copysign(1.0, self.angle - start[0])

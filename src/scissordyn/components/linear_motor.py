@@ -1,10 +1,10 @@
-"""A cylinder or linear motor whose force over its speed is a curve."""
+"""Cylinder or linear motor with a force-speed curve."""
 
 from __future__ import annotations
 
 from typing import Annotated
 
-from scissordyn.components.curve import check_curve, curve_at, curve_numbers
+from scissordyn.components.curve import check_curve, curve_at, curve_knots
 from scissordyn.components.declaration import component
 from scissordyn.components.place import BodyPoint, Point
 from scissordyn.components.port import LINE, Output
@@ -14,13 +14,13 @@ from scissordyn.units import Pairs
 
 CURVE = Pairs(("speeds", "forces"), ("m/s", "N"), help="the force that pushes over the speed at which it extends")
 
-FIRST = 1
+FIRST_KNOT = 1
 
 
 @kernel
 def force(length, rate, factor, count, table):
-    """Tension [N], and how far the speed is beyond the curve [m/s]."""
-    push, _, beyond = curve_at(rate, table, FIRST, int(count))
+    """Return the tension [N], and the excess of the speed beyond the curve [m/s]."""
+    push, _, beyond = curve_at(rate, table, FIRST_KNOT, int(count))
     return -factor * push, beyond
 
 
@@ -41,9 +41,9 @@ def force(length, rate, factor, count, table):
     source="Fritsch and Butland 1984, doi:10.1137/0905021",
 )
 class LinearMotor:
-    """A cylinder or linear motor by its force-speed curve: it pushes its ends apart, and pulls where the force is negative.
+    """Cylinder or linear motor with a force-speed curve: it pushes its ends apart, and pulls where the force is negative.
 
-    Between the pairs the curve is a monotone cubic (Fritsch and Butland), beyond them the force stays, and there is a warning.
+    Between the pairs the curve is a monotone cubic (Fritsch and Butland). Beyond them the force is constant, with a warning.
     """
 
     name: str
@@ -56,5 +56,5 @@ class LinearMotor:
         check_curve(f"linear motor '{self.name}'", self.curve, CURVE)
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
-        """How many knots, and these."""
-        return float(len(self.curve)), *curve_numbers(self.curve)
+        """Return the number of knots, and the knots."""
+        return float(len(self.curve)), *curve_knots(self.curve)

@@ -1,4 +1,4 @@
-"""LuGre friction in ideal pins and guides, which follows the force that they transmit and sticks at rest."""
+"""LuGre friction in ideal pins and guides, from the force that they transmit; it sticks at rest."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ BRISTLES = (State("bristles", "1", scale=0.1),)  # sigma_0 z, the part of the fr
 
 @kernel
 def bristle_ratio(slip, bristles, kinetic, static, stribeck_speed, stiffness, damping, viscous, damping_speed):
-    """Friction over normal force at a slip speed, and the rate of sigma_0 z [1/s]: see `laws.friction.lugre`."""
+    """Return friction over normal force at a slip speed, and the rate of sigma_0 z [1/s], as in `laws.friction.lugre`."""
     rate = slip - abs(slip) * bristles / sliding_coefficient(slip, kinetic, static, stribeck_speed, 2.0)
     return bristles + micro_damping(slip, damping, damping_speed) * rate + viscous * slip, stiffness * rate
 
@@ -40,7 +40,7 @@ def pin_force(
     damping_speed,
     radius,
 ):
-    """Torque [N m], stored energy [J], dissipated power [W], the reaction [N], the rate of the bristles [1/s]."""
+    """Return torque [N m], stored energy [J], dissipated power [W], the reaction [N] and the rate of the bristles [1/s]."""
     ratio, rate = bristle_ratio(
         radius * speed, bristles, kinetic, static, stribeck_speed, stiffness, damping, viscous, damping_speed
     )
@@ -49,7 +49,7 @@ def pin_force(
 
 
 def _coefficients(part: PinLuGre | GuideLuGre) -> tuple[float, ...]:
-    """mu_k, mu_s, v_s [m/s], sigma_0 [1/m], sigma_1, sigma_2 [s/m] and v_d [m/s]."""
+    """Return mu_k, mu_s, v_s [m/s], sigma_0 [1/m], sigma_1, sigma_2 [s/m] and v_d [m/s]."""
     bristles = part.bristle_stiffness, part.bristle_damping, part.viscous
     damping_speed = fading_speed(part.kinetic, part.bristle_damping)
     return part.kinetic, part.static or part.kinetic, part.stribeck_speed, *bristles, damping_speed
@@ -68,7 +68,7 @@ def _coefficients(part: PinLuGre | GuideLuGre) -> tuple[float, ...]:
     source="Canudas de Wit, Olsson, Astrom and Lischinsky 1995, doi:10.1109/9.376053",
 )
 class PinLuGre:
-    r"""Friction in an ideal pin with bristles that hold at rest: LuGre's law of the force that the pin transmits.
+    r"""Friction in an ideal pin with bristles that hold at rest, by LuGre's law with the pin's reaction.
 
     .. math:: T = -R\,W \sin\varphi,\quad \tan\varphi = \sigma_0 z + \sigma_1 e^{-(v/v_d)^2} z' + \sigma_2 v,\quad
         z' = v - \sigma_0 \frac{|v|}{g(v)} z,\quad g = \mu_k + (\mu_s - \mu_k) e^{-(v/v_s)^2},\quad v = R\,\omega
@@ -90,7 +90,7 @@ class PinLuGre:
     viscous: Viscous = 0.0
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
-        """Coefficients and R [m]."""
+        """Return the coefficients and R [m]."""
         return *_coefficients(self), self.radius
 
     def without_bristles(self) -> PinFriction:
@@ -133,7 +133,7 @@ def guide_force(
     source="Canudas de Wit, Olsson, Astrom and Lischinsky 1995, doi:10.1109/9.376053",
 )
 class GuideLuGre:
-    r"""Friction in an ideal guide with bristles that hold at rest: LuGre's law of the force that the guide transmits.
+    r"""Friction in an ideal guide with bristles that hold at rest, by LuGre's law with the guide's normal force.
 
     .. math:: F = -N \left(\sigma_0 z + \sigma_1 e^{-(v/v_d)^2} z' + \sigma_2 v\right),\quad
         z' = v - \sigma_0 \frac{|v|}{g(v)} z,\quad g = \mu_k + (\mu_s - \mu_k) e^{-(v/v_s)^2}
@@ -144,7 +144,9 @@ class GuideLuGre:
     name: str
     start: Annotated[BodyPoint, Meaning("a point of the body that carries the guide, or of the ground")]
     end: Annotated[BodyPoint, Meaning("the guided point")]
-    direction: Annotated[float, Quantity("rad", minimum=-1e4, maximum=1e4, help="of the guide, in the frame of its body")]
+    direction: Annotated[
+        float, Quantity("rad", minimum=-1e4, maximum=1e4, help="direction of the guide in the frame of its body")
+    ]
     kinetic: Kinetic
     static: Static = 0.0
     stribeck_speed: StribeckSpeed = 0.01
@@ -154,7 +156,7 @@ class GuideLuGre:
     length: Annotated[float, Quantity("m", minimum=0.0, maximum=1e4, help="length l of a follower that is kept aligned")] = 0.0
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
-        """Coefficients and direction."""
+        """Return the coefficients and the direction."""
         return *_coefficients(self), math.cos(self.direction), math.sin(self.direction)
 
     def without_bristles(self) -> GuideFriction:

@@ -1,4 +1,4 @@
-"""A motor whose torque falls with its speed."""
+"""Motor with a linear torque-speed line."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from scissordyn.units import Quantity
 
 
 def force(speed, stall_torque, no_load_speed, limit):
-    """Torque [N m]."""
+    """Return the torque [N m]."""
     return min(limit, max(-limit, stall_torque - abs(stall_torque) * speed / no_load_speed))
 
 
@@ -27,16 +27,16 @@ def force(speed, stall_torque, no_load_speed, limit):
     source="Hughes and Drury 2013, Electric Motors and Drives, 4th edition, Newnes",
 )
 class Motor:
-    """A motor whose torque falls with its speed: T = T_0 (1 - w/w_0), never beyond its limit either way."""
+    """Motor whose torque falls with its speed: T = T_0 (1 - w/w_0), limited in both directions."""
 
     name: str
     body: str
     stall_torque: Annotated[float, Quantity("N m", minimum=-1e9, maximum=1e9, help="T_0 at rest, with the sense of rotation")]
     no_load_speed: Annotated[float, Quantity("rad/s", above=0.0, maximum=1e6, help="w_0 without torque; beyond, it brakes")]
     base: str = GROUND
-    limit: Annotated[float | None, Quantity("N m", above=0.0, maximum=1e9, help="largest torque in either sense")] = None
+    limit: Annotated[float | None, Quantity("N m", above=0.0, maximum=1e9, help="largest torque in either direction")] = None
     inertia: Annotated[float, Quantity("kg m^2", minimum=0.0, maximum=1e9, help="moment of inertia of the rotor")] = 0.0
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
-        """The limit is infinite unless given."""
+        """Return the kernel's parameters; by default the limit is infinite."""
         return numbers(self, limit=math.inf if self.limit is None else self.limit)

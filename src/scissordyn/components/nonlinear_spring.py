@@ -1,10 +1,10 @@
-"""A spring whose force over its length is a curve."""
+"""Spring with a force-length curve."""
 
 from __future__ import annotations
 
 from typing import Annotated
 
-from scissordyn.components.curve import check_covers, check_curve, curve_at, curve_numbers
+from scissordyn.components.curve import check_curve, check_start, curve_at, curve_knots
 from scissordyn.components.declaration import component
 from scissordyn.components.place import BodyPoint, Point
 from scissordyn.components.port import LINE, Output
@@ -13,13 +13,13 @@ from scissordyn.units import Pairs, Quantity
 
 CURVE = Pairs(("lengths", "forces"), ("m", "N"), help="tension over length; a spring that pushes has negative forces")
 
-FIRST = 2
+FIRST_KNOT = 2
 
 
 @kernel
 def force(length, rate, damping, count, table):
-    """Tension [N], stored energy [J], dissipated power [W], how far the length is beyond the curve [m]."""
-    tension, energy, beyond = curve_at(length, table, FIRST, int(count))
+    """Return tension [N], stored energy [J], dissipated power [W], and the excess of the length beyond the curve [m]."""
+    tension, energy, beyond = curve_at(length, table, FIRST_KNOT, int(count))
     return tension + damping * rate, energy, damping * rate * rate, beyond
 
 
@@ -37,9 +37,9 @@ def force(length, rate, damping, count, table):
     source="Fritsch and Butland 1984, doi:10.1137/0905021",
 )
 class NonlinearSpring:
-    """A spring and damper between two points whose tension is a curve over the length: progressive, degressive, measured.
+    """Spring and damper between two points with a curve of tension over length: progressive, degressive or measured.
 
-    Between the pairs the curve is a monotone cubic (Fritsch and Butland), beyond them the force stays, and there is a warning.
+    Between the pairs the curve is a monotone cubic (Fritsch and Butland). Beyond them the force is constant, with a warning.
     The stored energy is the integral of the curve from its first length.
     """
 
@@ -53,6 +53,6 @@ class NonlinearSpring:
         check_curve(f"nonlinear spring '{self.name}'", self.curve, CURVE)
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
-        """Damping [N s/m], how many knots, and these."""
-        check_covers(f"nonlinear spring '{self.name}'", self.curve, start[0], "m")
-        return self.damping, float(len(self.curve)), *curve_numbers(self.curve)
+        """Return the damping [N s/m], the number of knots, and the knots."""
+        check_start(f"nonlinear spring '{self.name}'", self.curve, start[0], "m")
+        return self.damping, float(len(self.curve)), *curve_knots(self.curve)

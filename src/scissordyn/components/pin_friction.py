@@ -1,4 +1,4 @@
-"""Friction in an ideal pin, which follows the force that the pin transmits, and what friction in guides shares with it."""
+"""Friction in an ideal pin, from the force that the pin transmits, and parts shared with friction in guides."""
 
 from __future__ import annotations
 
@@ -12,25 +12,28 @@ from scissordyn.kernel import kernel
 from scissordyn.units import Meaning, Quantity
 
 Kinetic = Annotated[float, Quantity("1", minimum=0.0, maximum=10.0, help="coefficient of friction in motion")]
-Static = Annotated[float, Quantity("1", minimum=0.0, maximum=10.0, help="at the start of motion; 0: the same")]
-StribeckSpeed = Annotated[
-    float, Quantity("m/s", above=0.0, maximum=1e3, help="over which friction falls from static to kinetic")
+Static = Annotated[
+    float,
+    Quantity("1", minimum=0.0, maximum=10.0, help="coefficient of friction at the start of motion; 0 for the kinetic one"),
 ]
-Transition = Annotated[float, Quantity("m/s", above=0.0, maximum=1e3, help="over which friction changes its sign")]
+StribeckSpeed = Annotated[
+    float, Quantity("m/s", above=0.0, maximum=1e3, help="speed over which friction falls from static to kinetic")
+]
+Transition = Annotated[float, Quantity("m/s", above=0.0, maximum=1e3, help="speed over which friction changes its sign")]
 
 
 @kernel
 def friction_ratio(slip, kinetic, static, stribeck_speed, transition):
-    """Friction over normal force at a slip speed: Coulomb's with Stribeck's peak, smooth about zero."""
+    """Return friction over normal force at a slip speed: Coulomb friction with Stribeck's peak, smooth about zero."""
     peak = (static - kinetic) * math.exp(-(slip * slip) / (stribeck_speed * stribeck_speed)) if static > 0.0 else 0.0
     return (kinetic + peak) * math.tanh(slip / transition)
 
 
 @kernel
 def force(angle, speed, reaction, radius, kinetic, static, stribeck_speed, transition):
-    """Torque [N m], stored energy [J], dissipated power [W], the reaction [N]."""
+    """Return torque [N m], stored energy [J], dissipated power [W] and the reaction [N]."""
     ratio = friction_ratio(radius * speed, kinetic, static, stribeck_speed, transition)
-    # the reaction is the resultant of normal force and friction: their angle is that of friction
+    # the reaction is the resultant of normal force and friction, at the friction angle to the normal force
     torque = radius * reaction * ratio / math.sqrt(1.0 + ratio * ratio)
     return -torque, 0.0, torque * speed, reaction
 
@@ -45,7 +48,7 @@ def force(angle, speed, reaction, radius, kinetic, static, stribeck_speed, trans
     source="Armstrong-Helouvry, Dupont and Canudas de Wit 1994, doi:10.1016/0005-1098(94)90209-7",
 )
 class PinFriction:
-    r"""Friction in the ideal pin that joins two bodies, with the force that the pin transmits at that instant.
+    r"""Friction in the ideal pin that joins two bodies, with the force that the pin transmits at each instant.
 
     .. math:: T = -R\,W \sin\varphi,\quad \tan\varphi = \left(\mu_k + (\mu_s - \mu_k) e^{-(v/v_s)^2}\right)
         \tanh\frac{v}{v_0},\quad v = R\,\omega
@@ -57,7 +60,7 @@ class PinFriction:
 
     name: str
     body: Annotated[str, Meaning("both bodies of one ideal pin")]
-    radius: Annotated[float, Quantity("m", above=0.0, maximum=1e3, help="of the journal")]
+    radius: Annotated[float, Quantity("m", above=0.0, maximum=1e3, help="radius of the journal")]
     kinetic: Kinetic
     base: Annotated[str, Meaning("both bodies of one ideal pin")] = GROUND
     static: Static = 0.0

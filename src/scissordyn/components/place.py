@@ -1,4 +1,4 @@
-"""Where components attach: points of bodies, and the ground."""
+"""Define attachment points of components: points of bodies, and the ground."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ GROUND = "ground"  # Name under which joints and components refer to the fixed f
 Point = tuple[float, float]  # Coordinates in a body's frame, or in the fixed frame [m]
 
 BodyPoint = tuple[str, str]
-"""A body's name and the name of one of its points; the body may be "ground". Where one is given, "BODY.POINT" is the same."""
+"""Names of a body and of one of its points; the body may be "ground". The text "BODY.POINT" is equivalent."""
 
 Reference = Annotated[BodyPoint, Meaning('a point, as "BODY.POINT" or "ground.POINT"')]
 Name = Annotated[str, Meaning("name, unique among its kind")]

@@ -1,4 +1,4 @@
-"""A rod without mass between two points, or a prescribed distance."""
+"""Massless rod between two points, or prescribed distance."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from scissordyn.units import Meaning, Quantity
     source=TEXTBOOK,
 )
 class Rod:
-    """A rigid rod without mass between two points, or a drive that prescribes their distance."""
+    """Rigid massless rod between two points, or drive that prescribes their distance."""
 
     name: str
     start: BodyPoint
@@ -36,12 +36,14 @@ class Rod:
         float | None,
         Quantity("rad", minimum=-1e4, maximum=1e4, help="direction from start to end at t = 0, without rotation"),
     ] = None
-    tension_only: Annotated[bool, Meaning("whether it stands for what only pulls; a run warns if it is compressed")] = False
+    tension_only: Annotated[
+        bool, Meaning("whether it replaces a part that carries tension only; a run warns if it is compressed")
+    ] = False
 
     def check(self) -> None:
         if self.length is not None and self.motion is not None:
-            raise InputError(f"rod '{self.name}' with a length and a motion", "one of them")
+            raise InputError(f"rod '{self.name}' has a length and a motion", "only one of them")
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
-        """None: a rod is a constraint."""
+        """Return no parameters: a rod is a constraint."""
         return ()

@@ -1,4 +1,4 @@
-"""A roller, or a block in a guide with clearance, on a bar that bends."""
+"""Roller, or block in a guide with clearance, on a bending bar."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from scissordyn.units import Meaning, Quantity
 
 @kernel
 def limit(gap, gap_rate, mode, approach_speed, effective_mass, stiffness, damping, clearance, factor):
-    """How far a point presses into the side that it is nearer to [m], and how fast [m/s]."""
+    """Return a point's depth in the nearer side [m] and its rate [m/s]."""
     if clearance == 0.0:
         return -1.0, 0.0
     side = 1.0 if gap > 0.0 else -1.0
@@ -23,7 +23,7 @@ def limit(gap, gap_rate, mode, approach_speed, effective_mass, stiffness, dampin
 
 @kernel
 def force(gap, gap_rate, mode, approach_speed, effective_mass, stiffness, damping, clearance, factor):
-    """Force across the bar [N], elastic energy [J], dissipated power [W]."""
+    """Return the force across the bar [N], elastic energy [J] and dissipated power [W]."""
     if clearance == 0.0:
         return -stiffness * gap - damping * gap_rate, 0.5 * stiffness * gap * gap, damping * gap_rate * gap_rate
     side = 1.0 if gap > 0.0 else -1.0
@@ -43,7 +43,7 @@ def force(gap, gap_rate, mode, approach_speed, effective_mass, stiffness, dampin
     source="Flores, Machado, Silva and Martins 2011, doi:10.1007/s11044-010-9237-4 (the factor xi)",
 )
 class Roller:
-    r"""A point that runs along a bar that bends, without friction: rollers on both sides of the bar, or a guide with clearance.
+    r"""Point that runs along a bending bar without friction: rollers on both sides of the bar, or a guide with clearance.
 
     .. math:: F = -K g - D \dot g, \qquad\text{or}\quad F = K\delta\,(1 + \xi\,\dot\delta/\dot\delta^{(-)}),\ \delta = |g| - c
 
@@ -62,5 +62,5 @@ class Roller:
     )
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
-        """K, D, c and xi."""
+        """Return K, D, c and xi."""
         return self.stiffness, self.damping, self.clearance, stop_damping(self.restitution)

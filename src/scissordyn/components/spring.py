@@ -1,4 +1,4 @@
-"""A spring and damper between two points."""
+"""Spring and damper between two points."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from scissordyn.units import Quantity
 
 
 def force(length, rate, stiffness, free_length, damping):
-    """Tension [N], stored energy [J], dissipated power [W]."""
+    """Return tension [N], stored energy [J] and dissipated power [W]."""
     stretch = length - free_length
     return stiffness * stretch + damping * rate, 0.5 * stiffness * stretch * stretch, damping * rate * rate
 
@@ -24,7 +24,7 @@ def force(length, rate, stiffness, free_length, damping):
     source=TEXTBOOK,
 )
 class Spring:
-    """A spring and damper between two points: tension k (l - l_0) + d l' along the line between them."""
+    """Spring and damper between two points: tension k (l - l_0) + d l' along the line between them."""
 
     name: str
     start: BodyPoint

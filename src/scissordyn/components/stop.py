@@ -1,4 +1,4 @@
-"""The force of an end stop against its indentation."""
+"""Compute the force of an end stop from its indentation."""
 
 from __future__ import annotations
 
@@ -24,5 +24,5 @@ def push(mode, approach_speed, effective_mass, depth, rate, stiffness, exponent,
 
 
 def stop_damping(restitution: float) -> float:
-    """Damping factor xi of an end stop [1] (Flores et al. 2011, doi:10.1007/s11044-010-9237-4)."""
+    """Return the damping factor xi of an end stop [1] (Flores et al. 2011, doi:10.1007/s11044-010-9237-4)."""
     return Flores(restitution=restitution).factor

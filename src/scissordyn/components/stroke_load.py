@@ -1,10 +1,10 @@
-"""A force over the stroke of a point."""
+"""Force that depends on the stroke of a point."""
 
 from __future__ import annotations
 
 from typing import Annotated
 
-from scissordyn.components.curve import ACTS, Acts, check_covers, check_curve, curve_at, curve_numbers, part_of
+from scissordyn.components.curve import ACTS, Acts, active_fraction, check_curve, check_start, curve_at, curve_knots
 from scissordyn.components.declaration import component
 from scissordyn.components.place import BodyPoint, Point
 from scissordyn.components.port import TRAVEL, Output
@@ -14,14 +14,14 @@ from scissordyn.units import Pairs, Quantity
 
 CURVE = Pairs(("travels", "forces"), ("m", "N"), help="the force over the coordinate of the point along the direction")
 
-FIRST = 3
+FIRST_KNOT = 3
 
 
 @kernel
 def force(travel, speed, factor, acts, transition, count, table):
-    """Force along the direction [N], and how far the point is beyond the curve [m]."""
-    value, _, beyond = curve_at(travel, table, FIRST, int(count))
-    return factor * part_of(speed, acts, transition) * value, beyond
+    """Return the force along the direction [N], and the excess of the point's coordinate beyond the curve [m]."""
+    value, _, beyond = curve_at(travel, table, FIRST_KNOT, int(count))
+    return factor * active_fraction(speed, acts, transition) * value, beyond
 
 
 @component(
@@ -41,14 +41,16 @@ def force(travel, speed, factor, acts, transition, count, table):
     source="Fritsch and Butland 1984, doi:10.1137/0905021",
 )
 class StrokeLoad:
-    """A force on a point along a direction, over its coordinate in that direction: cutting, pressing, gas pressure.
+    """Force on a point along a direction that depends on its coordinate in that direction: cutting, pressing, gas pressure.
 
-    Between the pairs the curve is a monotone cubic (Fritsch and Butland), beyond them the force stays, and there is a warning.
+    Between the pairs the curve is a monotone cubic (Fritsch and Butland). Beyond them the force is constant, with a warning.
     """
 
     name: str
     point: BodyPoint
-    direction: Annotated[float, Quantity("rad", minimum=-1e4, maximum=1e4, help="of force and coordinate, in the fixed frame")]
+    direction: Annotated[
+        float, Quantity("rad", minimum=-1e4, maximum=1e4, help="direction of force and coordinate in the fixed frame")
+    ]
     curve: Annotated[tuple[Point, ...], CURVE]
     acts: Acts = "both"
     transition: Annotated[
@@ -61,6 +63,6 @@ class StrokeLoad:
         check_curve(f"stroke load '{self.name}'", self.curve, CURVE)
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
-        """The sense, v_0 [m/s], how many knots, and these."""
-        check_covers(f"stroke load '{self.name}'", self.curve, start[0], "m")
-        return float(ACTS.index(self.acts)), self.transition, float(len(self.curve)), *curve_numbers(self.curve)
+        """Return the direction, v_0 [m/s], the number of knots, and the knots."""
+        check_start(f"stroke load '{self.name}'", self.curve, start[0], "m")
+        return float(ACTS.index(self.acts)), self.transition, float(len(self.curve)), *curve_knots(self.curve)

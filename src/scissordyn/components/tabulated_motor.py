@@ -1,10 +1,10 @@
-"""A motor whose torque over its speed is a curve."""
+"""Motor with a torque-speed curve."""
 
 from __future__ import annotations
 
 from typing import Annotated
 
-from scissordyn.components.curve import check_curve, curve_at, curve_numbers
+from scissordyn.components.curve import check_curve, curve_at, curve_knots
 from scissordyn.components.declaration import component
 from scissordyn.components.place import GROUND, Point
 from scissordyn.components.port import HINGE, Output
@@ -14,13 +14,13 @@ from scissordyn.units import Pairs, Quantity
 
 CURVE = Pairs(("speeds", "torques"), ("rad/s", "N m"), help="the torque over the motor's speed, also below zero")
 
-FIRST = 2
+FIRST_KNOT = 2
 
 
 @kernel
 def force(speed, factor, ratio, count, table):
-    """Torque [N m], and how far the speed is beyond the curve [rad/s]."""
-    torque, _, beyond = curve_at(ratio * speed, table, FIRST, int(count))
+    """Return the torque [N m], and the excess of the speed beyond the curve [rad/s]."""
+    torque, _, beyond = curve_at(ratio * speed, table, FIRST_KNOT, int(count))
     return factor * ratio * torque, beyond
 
 
@@ -41,9 +41,9 @@ def force(speed, factor, ratio, count, table):
     source="Hughes and Drury 2013, Electric Motors and Drives, 4th edition, Newnes",
 )
 class TabulatedMotor:
-    """A motor by its torque-speed curve: an asynchronous motor with its pull-out torque, a servo with its limits, an engine.
+    """Motor with a torque-speed curve: an asynchronous motor with its pull-out torque, a servo with its limits, an engine.
 
-    Between the pairs the curve is a monotone cubic (Fritsch and Butland), beyond them the torque stays, and there is a warning.
+    Between the pairs the curve is a monotone cubic (Fritsch and Butland). Beyond them the torque is constant, with a warning.
     """
 
     name: str
@@ -66,5 +66,5 @@ class TabulatedMotor:
         check_curve(f"tabulated motor '{self.name}'", self.curve, CURVE)
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
-        """The ratio, how many knots, and these."""
-        return self.ratio, float(len(self.curve)), *curve_numbers(self.curve)
+        """Return the ratio, the number of knots, and the knots."""
+        return self.ratio, float(len(self.curve)), *curve_knots(self.curve)

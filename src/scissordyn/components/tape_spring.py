@@ -1,4 +1,4 @@
-"""A tape-spring hinge: stiff while it is straight, it snaps into a fold that bends with a nearly constant moment."""
+"""Tape-spring hinge, which is stiff while straight and snaps into a fold with a nearly constant moment."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from scissordyn.errors import InputError
 from scissordyn.kernel import kernel
 from scissordyn.units import Pairs, Quantity
 
-FIRST = 4  # Where the tables begin among the parameters
+FIRST_PAIR = 4  # Index of the first table among the parameters
 
 
 @kernel
 def moment_at(angle, table, first, count):
-    """Piecewise linear moment [N m] through `count` pairs of angle and moment; constant beyond them."""
+    """Return the piecewise linear moment [N m] through `count` pairs of angle and moment, constant beyond them."""
     if angle <= table[first]:
         return table[first + 1]
     for k in range(count - 1):
@@ -32,7 +32,7 @@ def moment_at(angle, table, first, count):
 
 @kernel
 def work_to(angle, table, first, count):
-    """Work [J] to turn from the first angle of a table to `angle`."""
+    """Return the work [J] to turn from the first angle of a table to `angle`."""
     work, place = 0.0, table[first]
     moment = table[first + 1]
     if angle <= place:
@@ -48,8 +48,8 @@ def work_to(angle, table, first, count):
 
 @kernel
 def branch(twist, mode, straight, negative, positive, table):
-    """Moment [N m] and stored energy [J] on the straight branch (mode 0) or on a folded one."""
-    count, first = int(straight), FIRST
+    """Return the moment [N m] and the stored energy [J] on the straight branch (mode 0) or on a folded one."""
+    count, first = int(straight), FIRST_PAIR
     zero = work_to(0.0, table, first, count)
     if mode == 0.0:
         return moment_at(twist, table, first, count), work_to(twist, table, first, count) - zero
@@ -62,7 +62,7 @@ def branch(twist, mode, straight, negative, positive, table):
         count = int(positive)
         back = table[first]
     # both branches store the same energy where the fold snaps back
-    stored = work_to(back, table, FIRST, int(straight)) - zero
+    stored = work_to(back, table, FIRST_PAIR, int(straight)) - zero
     return moment_at(twist, table, first, count), stored + work_to(twist, table, first, count) - work_to(
         back, table, first, count
     )
@@ -70,12 +70,12 @@ def branch(twist, mode, straight, negative, positive, table):
 
 @kernel
 def gap(angle, speed, mode, free_angle, straight, negative, positive, table):
-    """How far beyond its snap angle the straight hinge is, or how far from snapping back the folded one [rad], and the rate."""
+    """Return the angle beyond the snap (straight), or until snap-back (folded) [rad], and its rate."""
     twist = angle - free_angle
     if mode == 0.0:
-        low, high = table[FIRST], table[FIRST + 2 * int(straight) - 2]
+        low, high = table[FIRST_PAIR], table[FIRST_PAIR + 2 * int(straight) - 2]
         return (twist - high, speed) if twist - high > low - twist else (low - twist, -speed)
-    first = FIRST + 2 * int(straight)
+    first = FIRST_PAIR + 2 * int(straight)
     if twist < 0.0:
         return table[first + 2 * int(negative) - 2] - twist, -speed
     return twist - table[first + 2 * int(negative)], speed
@@ -83,14 +83,14 @@ def gap(angle, speed, mode, free_angle, straight, negative, positive, table):
 
 @kernel
 def force(angle, speed, mode, free_angle, straight, negative, positive, table):
-    """Torque [N m], stored energy [J], dissipated power [W], and 1 while the hinge is folded."""
+    """Return torque [N m], stored energy [J], dissipated power [W], and 1 while the hinge is folded."""
     moment, energy = branch(angle - free_angle, mode, straight, negative, positive, table)
     return -moment, energy, 0.0, mode
 
 
 @kernel
 def switch(angle, speed, mode, free_angle, straight, negative, positive, table):
-    """Energy [J] that is lost as the hinge snaps from one branch to the other."""
+    """Return the energy [J] that is lost when the hinge snaps from one branch to the other."""
     twist = angle - free_angle
     _, before = branch(twist, mode, straight, negative, positive, table)
     _, after = branch(twist, 1.0 - mode, straight, negative, positive, table)
@@ -98,7 +98,7 @@ def switch(angle, speed, mode, free_angle, straight, negative, positive, table):
 
 
 def _work(table: tuple[Point, ...], start: float, end: float) -> float:
-    """Work [J] to bend a branch from one angle to another."""
+    """Return the work [J] to bend a branch from one angle to another."""
     angles, moments = np.array(table).T
     between = angles[(angles > min(start, end)) & (angles < max(start, end))]
     at = np.sort([start, end, *between])
@@ -126,7 +126,7 @@ def _work(table: tuple[Point, ...], start: float, end: float) -> float:
     source="Seffen and Pellegrino 1999, Deployment dynamics of tape springs",
 )
 class TapeSpring:
-    r"""A hinge made of a tape spring, with snap-through and hysteresis.
+    r"""Hinge made of a tape spring, with snap-through and hysteresis.
 
     The straight tape is elastic up to a peak moment, at which it snaps into a fold of nearly constant moment. The fold snaps
     back where its moment equals that of the straight tape. Bending that puts the edges into tension (opposite sense) is
@@ -136,7 +136,7 @@ class TapeSpring:
 
     are the usual estimates of the steady moments of a tape of thickness t that subtends the angle alpha.
 
-    Tables of the straight and the folded branch, of angles from the free one and moments, take the place of these numbers.
+    Tables of the straight and the folded branch can replace these parameters; their angles are relative to the free angle.
 
 
     Raises
@@ -191,13 +191,15 @@ class TapeSpring:
             if lost < 0.0:
                 raise InputError(
                     f"{label}: the fold takes {-lost:g} J more than the straight tape up to the snap at {snap:g} rad",
-                    "moments of the fold below those of the straight tape, without which energy would come from nowhere",
+                    "moments of the fold below those of the straight tape, because otherwise the snap generates energy",
                 )
-        if FIRST + 2 * (len(straight) + len(negative) + len(positive)) > PARAMETERS:
-            raise InputError(f"{label} with {len(straight) + len(self.folded)} pairs", f"at most {(PARAMETERS - FIRST) // 2}")
+        if FIRST_PAIR + 2 * (len(straight) + len(negative) + len(positive)) > PARAMETERS:
+            raise InputError(
+                f"{label} has {len(straight) + len(self.folded)} pairs", f"at most {(PARAMETERS - FIRST_PAIR) // 2}"
+            )
 
     def _tables(self) -> tuple[tuple[Point, ...], tuple[Point, ...], tuple[Point, ...]]:
-        """Pairs of the straight branch and of the folds at negative and positive angles."""
+        """Return the pairs of the straight branch, and of the folds at negative and positive angles."""
         if self.straight or self.folded:
             return (
                 self.straight,
@@ -206,7 +208,7 @@ class TapeSpring:
             )
         if not (self.stiffness > 0.0 and self.peak_moment > 0.0 and self.peak_moment_equal > 0.0):
             raise InputError(
-                f"tape spring '{self.name}' without its stiffness or a peak moment",
+                f"tape spring '{self.name}' has no stiffness or no peak moment",
                 "stiffness, peak_moment and peak_moment_equal, or tables of the straight and the folded branch",
             )
         k = self.stiffness
@@ -215,7 +217,7 @@ class TapeSpring:
         return straight, negative, ((self.steady_moment / k, self.steady_moment),)
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
-        """The free angle, the pairs of each branch, and the branches."""
+        """Return the free angle, the number of pairs of each branch, and the pairs."""
         tables = self._tables()
         numbers = [number for table in tables for pair in table for number in pair]
         return self.free_angle, *(float(len(table)) for table in tables), *numbers

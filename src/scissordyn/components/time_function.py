@@ -1,4 +1,4 @@
-"""Functions of time, for prescribed angles and lengths, loads and references."""
+"""Define functions of time for prescribed angles and lengths, loads and references."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from scissordyn.units import Meaning, Quantity, check_quantities, checked, docum
 
 @dataclass(frozen=True)
 class _Checked:
-    """A time function whose numbers are within their bounds."""
+    """Base of time functions that checks the bounds of their parameters."""
 
     def __post_init__(self) -> None:
         check_quantities(self)
@@ -24,7 +24,7 @@ class _Checked:
 @documented
 @dataclass(frozen=True)
 class ConstantSpeed(_Checked):
-    """theta = theta_0 + w t, with theta_0 the angle of the body at the start."""
+    """Constant speed: theta = theta_0 + w t with the initial angle theta_0 of the body."""
 
     speed: Annotated[float, Quantity("rad/s", help="angular velocity w")]
 
@@ -32,7 +32,7 @@ class ConstantSpeed(_Checked):
 @documented
 @dataclass(frozen=True)
 class Harmonic(_Checked):
-    """theta = theta_m + theta_a sin(W t + phi)."""
+    """Harmonic motion: theta = theta_m + theta_a sin(W t + phi)."""
 
     mean: Annotated[float, Quantity("rad", help="mean angle theta_m")]
     amplitude: Annotated[float, Quantity("rad", help="amplitude theta_a of the angle")]
@@ -43,7 +43,7 @@ class Harmonic(_Checked):
 @documented
 @dataclass(frozen=True)
 class Tabulated(_Checked):
-    """Values at instants, interpolated by a spline of fifth degree, which is four times continuously differentiable."""
+    """Values at instants, interpolated by a spline of fifth degree with four continuous derivatives."""
 
     times: Annotated[tuple[float, ...], Quantity("s", help="increasing instants, at least six")]
     values: Annotated[tuple[float, ...], Quantity("1", help="values there, in SI")]
@@ -53,10 +53,10 @@ class Tabulated(_Checked):
         times, values = np.asarray(self.times, float), np.asarray(self.values, float)
         if times.ndim != 1 or times.shape != values.shape or times.size < 6:
             raise InputError(
-                f"table of {times.size} times and {values.size} values", "as many values as times, six or more of them"
+                f"the table has {times.size} times and {values.size} values", "as many values as times, at least six"
             )
         if not np.all(np.diff(times) > 0.0):
-            raise InputError("table with times that do not increase", "increasing times")
+            raise InputError("the times of the table do not increase", "increasing times")
 
 
 @documented
@@ -70,7 +70,7 @@ def tabulated(
         Quantity("1", minimum=6, maximum=10_000_000, help="number of instants; the error is of sixth order"),
     ] = 2001,
 ) -> Tabulated:
-    """Any time function: a Python function of time, sampled into a table.
+    """Sample a Python function of time into a table.
 
     Returns
     -------
@@ -83,20 +83,20 @@ def tabulated(
 @documented
 @dataclass(frozen=True)
 class Polynomial(_Checked):
-    """A polynomial of time of at most fifth degree: c_0 + c_1 t + c_2 t^2 + ..."""
+    """Polynomial of time of at most fifth degree: c_0 + c_1 t + c_2 t^2 + ..."""
 
     coefficients: Annotated[tuple[float, ...], Quantity("1", minimum=-1e15, maximum=1e15, help="c_0, c_1, ..., at most six")]
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if not 1 <= len(self.coefficients) <= 6:
-            raise InputError(f"polynomial with {len(self.coefficients)} coefficients", "one to six")
+            raise InputError(f"the polynomial has {len(self.coefficients)} coefficients", "one to six coefficients")
 
 
 @documented
 @dataclass(frozen=True)
 class Cycloidal(_Checked):
-    """A smooth move from one value to another, at rest before and after, with zero acceleration at both ends."""
+    """Smooth move from one value to another, at rest before and after, with zero acceleration at both ends."""
 
     start: Annotated[float, Quantity("rad", help="value before the move")]
     end: Annotated[float, Quantity("rad", help="value after the move")]
@@ -106,9 +106,9 @@ class Cycloidal(_Checked):
 @documented
 @dataclass(frozen=True)
 class Trapezoidal(_Checked):
-    """A move from one value to another with constant acceleration, constant speed, constant deceleration, to and fro if wanted.
+    """Move from one value to another with constant acceleration, constant speed and constant deceleration.
 
-    The constant speed is the distance over duration (1 - ramp). Each stroke reverses the one before.
+    The constant speed is the distance over duration (1 - ramp). Each further stroke reverses the previous one.
     """
 
     start: Annotated[float, Quantity("rad", help="value before the move")]
@@ -122,11 +122,11 @@ class Trapezoidal(_Checked):
         super().__post_init__()
         if self.begin >= self.duration:
             raise InputError(
-                f"a stroke of {self.duration:g} s that begins after {self.begin:g} s", "a beginning within the first stroke"
+                f"begin = {self.begin:g} s is after the first stroke of {self.duration:g} s", "a begin within the first stroke"
             )
 
     def after(self, value: float) -> float:
-        """Time of a stroke after which it is at a value between start and end [s]."""
+        """Return the time [s] of a stroke at which a value between start and end is reached."""
         part, speed = (value - self.start) / (self.end - self.start), 1.0 / (1.0 - self.ramp)
         near = min(part, 1.0 - part)
         time = math.sqrt(2.0 * self.ramp * near / speed) if near < 0.5 * speed * self.ramp else near / speed + 0.5 * self.ramp
@@ -138,10 +138,10 @@ TimeFunction = ConstantSpeed | Harmonic | Tabulated | Polynomial | Cycloidal | T
 
 @dataclass(frozen=True)
 class OverTime:
-    """What an annotated time function gives: ``Annotated[TimeFunction | None, OverTime("m", "the distance over time")]``."""
+    """Meaning of a time function's values: ``Annotated[TimeFunction | None, OverTime("m", "the distance over time")]``."""
 
     unit: str  # SI unit of its values
     help: str
 
 
-Factor = Annotated[TimeFunction | None, OverTime("1", "a factor over time, 1 without it")]
+Factor = Annotated[TimeFunction | None, OverTime("1", "factor over time; 1 if not given")]

@@ -1,4 +1,4 @@
-"""A torque on a body."""
+"""Torque on a body."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from scissordyn.units import Quantity
 
 
 def force(factor, torque):
-    """Torque [N m]."""
+    """Return the torque [N m]."""
     return factor * torque
 
 
@@ -26,7 +26,7 @@ def force(factor, torque):
     source=TEXTBOOK,
 )
 class Torque:
-    """A torque on a body against its base, constant or a function of time."""
+    """Torque on a body relative to its base, constant or a function of time."""
 
     name: str
     body: str

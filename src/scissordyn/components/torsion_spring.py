@@ -1,4 +1,4 @@
-"""A hinge spring and damper between two bodies."""
+"""Hinge spring and damper between two bodies."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from scissordyn.units import Quantity
 
 
 def force(angle, speed, stiffness, free_angle, damping):
-    """Torque [N m], stored energy [J], dissipated power [W]."""
+    """Return torque [N m], stored energy [J] and dissipated power [W]."""
     twist = angle - free_angle
     return -stiffness * twist - damping * speed, 0.5 * stiffness * twist * twist, damping * speed * speed
 
@@ -24,9 +24,9 @@ def force(angle, speed, stiffness, free_angle, damping):
     source=TEXTBOOK,
 )
 class TorsionSpring:
-    """A hinge spring and damper between two bodies: torque -k (phi - phi_0) - d phi' on the first.
+    """Hinge spring and damper between two bodies: torque -k (phi - phi_0) - d phi' on the first.
 
-    phi is the angle of the body against its base, turns counted.
+    phi is the angle of the body relative to its base, including full turns.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""An end stop of a point that travels."""
+"""End stop of a travelling point."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from scissordyn.units import Quantity
 
 @kernel
 def gap(travel, speed, limit):
-    """How far the stop is passed [m], and how fast [m/s]."""
+    """Return the travel beyond the stop [m] and its rate [m/s]."""
     return travel - limit, speed
 
 
 @kernel
 def force(travel, speed, mode, approach_speed, effective_mass, stiffness, exponent, damping, limit):
-    """Force along the direction of travel [N], elastic energy [J], dissipated power [W]."""
+    """Return the force along the direction of travel [N], elastic energy [J] and dissipated power [W]."""
     depth = travel - limit
     normal, energy, dissipation = push(mode, approach_speed, effective_mass, depth, speed, stiffness, exponent, damping)
     return -normal, energy, dissipation
@@ -37,7 +37,7 @@ def force(travel, speed, mode, approach_speed, effective_mass, stiffness, expone
     source="Flores, Machado, Silva and Martins 2011, doi:10.1007/s11044-010-9237-4",
 )
 class TravelStop:
-    r"""An end stop of a point that travels: beyond a line across its direction a force pushes it back.
+    r"""End stop of a travelling point: beyond a line across its direction a force pushes it back.
 
     .. math:: F = K\delta^n\left(1 + \xi\,\dot\delta/\dot\delta^{(-)}\right)
     """
@@ -45,7 +45,7 @@ class TravelStop:
     name: str
     point: BodyPoint
     direction: Annotated[
-        float, Quantity("rad", minimum=-1e4, maximum=1e4, help="of travel towards the stop, in the fixed frame")
+        float, Quantity("rad", minimum=-1e4, maximum=1e4, help="direction of travel towards the stop in the fixed frame")
     ]
     limit: Annotated[float, Quantity("m", minimum=-1e4, maximum=1e4, help="coordinate along the direction at the touch")]
     stiffness: Annotated[float, Quantity("1", above=0.0, maximum=1e18, help="K, in N/m^n with the n given here")] = 1e8

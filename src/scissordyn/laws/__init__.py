@@ -1,5 +1,5 @@
-"""The catalogue of contact and friction laws: one law a file, damping factors of one formula together.
+"""Contact and friction laws; one file has one law, or all damping factors of one formula.
 
-A normal force is an elastic part times (or plus) a damping part, so every stiffness can be combined with every damping;
-friction is a third, separate choice.
+A normal force is an elastic part times (or plus) a damping part, so every stiffness can be combined with every damping.
+Friction is a third, independent choice.
 """

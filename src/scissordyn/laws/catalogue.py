@@ -1,7 +1,4 @@
-"""Every law and material by name: one entry for each law in the files of the folders.
-
-A law has no other place than its file.
-"""
+"""List every law and material by name; each law is defined only in its own file."""
 
 from __future__ import annotations
 
@@ -24,37 +21,39 @@ FRICTION: Mapping[str, type[Friction]] = elements_in(friction)  # Friction laws,
 BY_KIND: Mapping[str, Mapping[str, type[Any]]] = MappingProxyType(
     {"stiffness": ELASTIC, "damping": DAMPING, "friction": FRICTION}
 )
-"""The three kinds, by their names in a clearance."""
+"""Laws of the three kinds, by their names in a clearance."""
 
 
 def law(kind: str, name: str) -> type[Any]:
-    """The law of a kind and a name.
+    """Return the law class of a given kind and name.
 
     Parameters
     ----------
     kind : {"stiffness", "damping", "friction"}
     name : str
-        Of the package's, or ``"file.py:NAME"`` for one of your own; the file is executed.
+        Name in the catalogue, or ``"file.py:NAME"`` for a user-defined law; the file is executed.
 
     Returns
     -------
     type
-        A frozen dataclass; call it with its parameters.
+        Frozen dataclass; call it with its parameters.
 
     Raises
     ------
     InputError
-        If there is none; names the nearest.
+        If no such law exists; the message suggests the nearest name.
     """
     if kind not in BY_KIND:
-        raise InputError(f"no kind of law '{kind}'{did_you_mean(kind, BY_KIND)}", ", ".join(BY_KIND), "'stiffness'")
+        raise InputError(f"unknown kind of law '{kind}'{did_you_mean(kind, BY_KIND)}", ", ".join(BY_KIND), "'stiffness'")
     return element_named(kind, f"{kind} law", name, BY_KIND[kind])
 
 
 def kind_in(reference: str) -> str:
-    """What the law that ``"file.py:NAME"`` names is for: a key of `BY_KIND`; the file is executed."""
+    """Return the kind of the law that ``"file.py:NAME"`` names, a key of `BY_KIND`; the file is executed."""
     law_class, name = class_in("law", reference, Path.cwd())
     slot = getattr(law_class, "slot", None)
     if not isinstance(slot, Slot) or slot.name not in BY_KIND:
-        raise InputError(f"'{name}' is no law", "a class or a function under sd.element", '@sd.element(slot="friction", ...)')
+        raise InputError(
+            f"'{name}' is not a law", "a class or a function decorated with sd.element", '@sd.element(slot="friction", ...)'
+        )
     return slot.name

@@ -1,4 +1,4 @@
-"""The input of a law from its joint, and the protocols of laws."""
+"""Define the contact data that laws use, and the base classes of laws."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from scissordyn.units import State
 
 @dataclass(frozen=True)
 class JointContact:
-    """The two surfaces of a contact, as input of the laws: a journal in its bearing, or a rounded corner at a plane surface.
+    """Both surfaces of a contact, as input of the laws: a journal in its bearing, or a rounded corner at a plane surface.
 
     A plane surface is a bearing of infinite radius. A law for a journal in a bearing has no finite parameters there.
 
@@ -22,13 +22,13 @@ class JointContact:
     clearance : float
         Radial clearance c = R_B - R_J [m]; infinite for a plane surface.
     journal_radius : float
-        R_J, or the radius of the corner [m].
+        Journal radius R_J, or radius of the corner [m].
     length : float
         Bearing length L_b, or the length of the corner's edge [m].
     journal, bearing : Material
         Materials of the two surfaces.
     gap : float
-        Between a corner and its plane surface [m]; 0 for a journal.
+        Gap between a corner and its plane surface [m]; 0 for a journal.
     """
 
     clearance: float
@@ -40,22 +40,22 @@ class JointContact:
 
     @property
     def bearing_radius(self) -> float:
-        """R_B = R_J + c [m]."""
+        """Bearing radius R_B = R_J + c [m]."""
         return self.journal_radius + self.clearance
 
     @property
     def plane(self) -> bool:
-        """Whether the bearing is a plane surface."""
+        """True if the bearing is a plane surface."""
         return math.isinf(self.clearance)
 
     @property
     def relative_radius(self) -> float:
-        """R_B R_J/(R_B - R_J), the radius of a ball on a plane with the same relative curvature [m]."""
+        """Relative radius R_B R_J/(R_B - R_J) [m]: that of a ball on a plane with the same relative curvature."""
         return self.journal_radius if self.plane else self.bearing_radius * self.journal_radius / self.clearance
 
     @property
     def compliance(self) -> float:
-        """(1-nu^2)/E summed over both surfaces, 1/E* [1/Pa]."""
+        """Compliance 1/E*: the sum of (1-nu^2)/E over both surfaces [1/Pa]."""
         return self.journal.compliance + self.bearing.compliance
 
     @property
@@ -65,40 +65,43 @@ class JointContact:
 
 
 class Elastic(Part):
-    """An elastic part: force [N] of an indentation above 0 [m], and, unless quadrature is to find it, the energy [J] of it."""
+    """Base of elastic laws: a kernel of the force [N] over the indentation > 0 [m], and optionally a kernel of its energy [J].
+
+    Without an energy kernel the energy is computed by quadrature.
+    """
 
     slot = Slot("stiffness", ("indentation",), {"force": (1, "force"), "energy": (1, "number")}, title="stiffness law")
     small_contact: ClassVar[bool] = False
-    """Whether the law assumes a contact patch that is small against the radii."""
+    """True if the law assumes a contact patch that is small compared with the radii."""
     materials: ClassVar[Literal["any", "same", "steel"]] = "any"
-    """Allowed materials of journal and bearing: any, the same, or steel."""
+    """Allowed materials of journal and bearing: any, two equal ones, or steel."""
     caveat: ClassVar[str] = ""
     """Limitation of the law, for the user; empty for none."""
 
 
 @runtime_checkable
 class Continued(Protocol):
-    """An elastic part whose source describes it up to some indentation, beyond which it goes on along its tangent."""
+    """Elastic law that its source defines up to some indentation, and that continues along its tangent beyond."""
 
     name: ClassVar[str]
 
     def deepest(self, joint: JointContact) -> float:
-        """The indentation [m] up to which the law itself holds."""
+        """Return the largest indentation [m] at which the law itself holds."""
 
 
 class TangentElastic(Elastic):
-    """An elastic part with such a tangent, from the indentation that its kernels call `deepest`."""
+    """Base of elastic laws with a tangent beyond the indentation that their kernels call `deepest`."""
 
     def deepest(self, joint: JointContact) -> float:
-        """The indentation [m] from which the law goes on along its tangent."""
+        """Return the indentation [m] beyond which the law continues along its tangent."""
         return self.parameters(joint)[self.declaration.numbers.index("deepest")]
 
 
 class Damping(Part):
-    """A damping part: normal force [N] of the elastic part [N], delta [m], delta' and delta'(-) [m/s]; a pull is cut off.
+    """Base of damping laws: the normal force [N] from the elastic force [N], delta [m], delta' and delta'(-) [m/s].
 
-    Its internal states are zero at the start of a contact, and those of its kernel `settled`, which gets the elastic part and
-    delta, where surfaces rest on each other.
+    A pull is cut off. Internal states are zero at the start of a contact. Where surfaces rest on each other, the kernel
+    `settled` computes them from the elastic force and delta.
     """
 
     slot = Slot(
@@ -111,13 +114,14 @@ class Damping(Part):
     states: ClassVar[tuple[State, ...]] = ()
     """Its internal states; empty for none."""
     restitution_range: ClassVar[tuple[float, float] | None] = None
-    """Range of restitution coefficients in the source; None without a restitution or a range."""
+    """Range of restitution coefficients in the source; None without a restitution coefficient or a range."""
 
 
 class Friction(Part):
-    """A friction law: tangential force [N] of slip speed [m/s] and normal force [N], and the rates of its states.
+    """Base of friction laws: the tangential force [N] from slip speed [m/s] and normal force [N], and the rates of the states.
 
-    Its further kernels: the states at the start of a contact, those of steady sliding, the largest |F_t| [N] that it allows.
+    Further kernels compute the states at the start of a contact, those of steady sliding, and the largest |F_t| [N] that
+    the law allows.
     """
 
     slot = Slot(
@@ -130,7 +134,7 @@ class Friction(Part):
     states: ClassVar[tuple[State, ...]] = ()
     """Its internal states; empty for none."""
     stiff: ClassVar[bool] = True
-    """Whether the law makes the equations of motion stiff."""
+    """True if the law makes the equations of motion stiff."""
 
 
 SLOTS.update({kind.slot.name: kind for kind in (Elastic, Damping, Friction)})

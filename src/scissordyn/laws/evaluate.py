@@ -1,4 +1,4 @@
-"""Laws evaluated by the pointers of their kernels, with the numbers that these read."""
+"""Evaluate laws through the pointers of their kernels."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ import math
 from scissordyn.kernel import F1, call_at, entry, kernel
 from scissordyn.laws.elastic.quadrature import quadrature_energy
 
-APPROACH_FLOOR = 1e-6  # Least speed that damping refers to [m/s]: a contact at rest must not divide by zero
+APPROACH_FLOOR = 1e-6  # Least reference speed of damping [m/s]; avoids a division by zero in a contact at rest
 
 
 @entry
 def elastic_force(pointer: int, delta: float, p: F1) -> float:
-    """Elastic part [N] at indentation delta > 0 [m]."""
+    """Return the elastic force [N] at indentation delta > 0 [m]."""
     return call_at(pointer, (delta,), (), (), (), p, ())
 
 
 @entry
 def elastic_energy(pointer: int, force_pointer: int, delta: float, p: F1) -> float:
-    """Work [J] to press the elastic part in by delta [m]; by quadrature of its force where it has no kernel for it."""
+    """Return the work [J] of the elastic force up to indentation delta [m], by quadrature if the law has no energy kernel."""
     if delta <= 0.0:
         return 0.0
     if pointer == 0:
@@ -28,7 +28,7 @@ def elastic_energy(pointer: int, force_pointer: int, delta: float, p: F1) -> flo
 
 @kernel
 def rate_in_range(rate, approach):
-    """Rate of the indentation [m/s] that the damping law of a contact is evaluated at.
+    """Return the rate of the indentation [m/s] at which the damping law of a contact is evaluated.
 
     A damping factor is derived for rates up to the speed v at which the contact began. Of a contact that is closed from rest
     `approach` is -v, with v next to nothing: its damping is at most that of the rate v.
@@ -41,7 +41,7 @@ def rate_in_range(rate, approach):
 
 @entry
 def reference_speed(elastic: float, delta: float, rate: float, approach: float, mass: float) -> float:
-    r"""Speed [m/s] that damping refers the rate of the indentation to.
+    r"""Return the speed [m/s] to which damping relates the rate of the indentation.
 
     It is the approach speed v0 until the motion and the strain of the contact are worth twice that speed:
 
@@ -59,19 +59,19 @@ def reference_speed(elastic: float, delta: float, rate: float, approach: float, 
 
 @entry
 def normal_force(pointer: int, elastic: float, delta: float, rate: float, approach: float, z: F1, dz: F1, p: F1) -> float:
-    """Normal force [N] from an elastic part; never negative; writes the rates of the internal states into dz.
+    """Return the normal force [N], never negative, from an elastic force; write the rates of the internal states into dz.
 
     `approach` is that of `reference_speed`.
     """
     rate = rate_in_range(rate, approach)
     force = call_at(pointer, (elastic, delta, rate, abs(approach)), (), z, (), p, dz)
-    # max() would drop a NaN
+    # max() would hide a NaN
     return 0.0 if force < 0.0 else force
 
 
 @entry
 def settled_states(pointer: int, elastic: float, delta: float, z: F1, p: F1) -> None:
-    """Internal states of damping where an indentation lasts."""
+    """Compute the internal states of damping at a constant indentation."""
     if pointer == 0:
         z[:] = 0.0
     else:
@@ -80,7 +80,7 @@ def settled_states(pointer: int, elastic: float, delta: float, z: F1, p: F1) -> 
 
 @entry
 def friction_force(pointer: int, v: float, normal: float, z: F1, dz: F1, p: F1) -> float:
-    """Tangential force [N]; writes the rates of the internal states into dz."""
+    """Return the tangential force [N]; write the rates of the internal states into dz."""
     if pointer == 0:
         return 0.0
     return call_at(pointer, (v, normal), (), z, (), p, dz)
@@ -88,7 +88,7 @@ def friction_force(pointer: int, v: float, normal: float, z: F1, dz: F1, p: F1) 
 
 @entry
 def friction_states(pointer: int, v: float, z: F1, p: F1) -> None:
-    """Internal states at the start of a contact that begins at slip speed v [m/s], or those of steady sliding."""
+    """Compute the internal states at the start of a contact with slip speed v [m/s], or those of steady sliding."""
     if pointer == 0:
         z[:] = 0.0
     else:
@@ -97,7 +97,7 @@ def friction_states(pointer: int, v: float, z: F1, p: F1) -> None:
 
 @entry
 def friction_limit(pointer: int, v: float, normal: float, p: F1) -> float:
-    """Largest |F_t| [N] that friction itself allows: static friction and the viscous part; infinite where that is not known."""
+    """Return the largest |F_t| [N] of static friction and the viscous part; infinite if unknown."""
     if pointer == 0:
         return math.inf
     return call_at(pointer, (v, normal), (), (), (), p, ())

@@ -1,4 +1,4 @@
-"""The small experiments that show laws: an impact of a free mass on a fixed surface, steady sliding, a slow oscillation."""
+"""Run small experiments that show laws: an impact of a free mass on a fixed surface, steady sliding, a slow oscillation."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from scissordyn.plugin.element import pointers, row_of
 
 @dataclass(frozen=True)
 class Impact:
-    """Time history of one impact."""
+    """Time history of one impact, from onset to release."""
 
     time: np.ndarray  # (n,) t [s], delta [m], delta' [m/s], F_n [N] from touch to release
     indentation: np.ndarray  # (n,)
@@ -27,20 +27,20 @@ class Impact:
 
     @property
     def restitution(self) -> float:
-        """Rebound over approach speed [1]."""
+        """Restitution coefficient: rebound over approach speed [1]."""
         return float(-self.rate[-1] / self.rate[0])
 
 
 def impact(
     stiffness: Elastic, damping: Damping, joint: JointContact, *, mass: float, speed: float, samples: int = 400
 ) -> Impact:
-    """A free mass against a fixed surface, m delta'' = -F_n."""
+    """Simulate the impact of a free mass on a fixed surface, m delta'' = -F_n."""
     of_elastic, of_damping = row_of(stiffness, joint), row_of(damping, joint)
     at_elastic, at_damping = pointers(stiffness)["force"], pointers(damping)["force"]
     rates = np.zeros(len(damping.states))
 
     def force(delta: float, rate: float, states: np.ndarray) -> float:
-        """And the rates of the states of damping."""
+        """Return the normal force; write the rates of the damping states."""
         rates[:] = 0.0
         if delta <= 0.0:
             return 0.0
@@ -62,7 +62,7 @@ def impact(
             motion,
             (0.0, horizon),
             (0.0, speed, *np.zeros(rates.size)),
-            method="LSODA" if rates.size else "DOP853",  # states that relax at once are stiff
+            method="LSODA" if rates.size else "DOP853",  # quickly relaxing states are stiff
             events=released,
             dense_output=True,
             rtol=1e-9,
@@ -80,7 +80,7 @@ def impact(
 
 
 def steady_coefficient(friction: Friction, joint: JointContact, slip_speed: ArrayLike) -> np.ndarray:
-    """Friction over normal force in steady sliding."""
+    """Return friction over normal force in steady sliding."""
     row, states, at = row_of(friction, joint), np.zeros(len(friction.states)), pointers(friction)
     rates = np.zeros_like(states)
     speeds = np.asarray(slip_speed, float)
@@ -95,7 +95,7 @@ def steady_coefficient(friction: Friction, joint: JointContact, slip_speed: Arra
 
 
 def _sizes(friction: Friction, at: Mapping[str, int], row: np.ndarray) -> np.ndarray:
-    """What each state is counted in: its scale, or its size in steady sliding at 1 m/s."""
+    """Return the scale of each state: its declared scale, or its size in steady sliding at 1 m/s."""
     sliding = np.zeros(len(friction.states))
     friction_states(at["steady"] or at["start"], 1.0, sliding, row)
     declared = [
@@ -105,7 +105,7 @@ def _sizes(friction: Friction, at: Mapping[str, int], row: np.ndarray) -> np.nda
 
 
 def _settled(friction: Friction, at: Mapping[str, int], speed: float, row: np.ndarray) -> np.ndarray:
-    """States whose rates vanish at a slip speed; NaN where there are none."""
+    """Return the states whose rates vanish at a slip speed; NaN if there are none."""
     size = _sizes(friction, at, row)
     begun = np.zeros_like(size)
     friction_states(at["start"], speed, begun, row)
@@ -128,7 +128,7 @@ class Oscillation:
 def oscillation(
     friction: Friction, joint: JointContact, *, amplitude: float, frequency: float, samples: int = 400
 ) -> Oscillation:
-    """Slip x = a sin(2 pi f t) from undeflected bristles, and the friction in its third period."""
+    """Simulate the slip x = a sin(2 pi f t) from undeflected bristles, and return the friction in its third period."""
     row, count, at = row_of(friction, joint), len(friction.states), pointers(friction)
     size = _sizes(friction, at, row)
     omega = 2.0 * math.pi * frequency

@@ -1,4 +1,4 @@
-"""Materials of journal and bearing."""
+"""Define materials of journal and bearing."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from scissordyn.units import Meaning, Quantity, check_quantities, documented
 @documented
 @dataclass(frozen=True)
 class Material:
-    """An isotropic elastic material."""
+    """Isotropic elastic material."""
 
     name: str
     youngs_modulus: Annotated[float, Quantity("Pa", minimum=1e3, maximum=1e13, help="Young's modulus E")]
@@ -26,7 +26,7 @@ class Material:
 
     @property
     def compliance(self) -> float:
-        """(1 - nu^2)/E [1/Pa]."""
+        """Compliance (1 - nu^2)/E [1/Pa]."""
         return (1.0 - self.poisson_ratio**2) / self.youngs_modulus
 
 

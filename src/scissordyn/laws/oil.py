@@ -1,4 +1,4 @@
-"""Lubricants: viscosity over temperature, and the viscosity index: how little it falls between 40 and 100 deg C."""
+"""Compute the viscosity of lubricants from the temperature, and the viscosity index, a measure of its decrease."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from typing import Annotated
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.units import Meaning, Quantity, check_quantities, documented
 
-COLD, HOT = 313.15, 373.15  # Temperatures at which viscosities of oils are stated [K]: 40 and 100 deg C
-RANGE = 253.15, 423.15  # Temperatures of the law [K]: beyond them oils set, or evaporate and age
-VISCOSITY = {"minimum": 2e-6, "maximum": 1e-1}  # Below 2 mm^2/s the standard has further terms
+COLD, HOT = 313.15, 373.15  # Temperatures of stated oil viscosities [K]: 40 and 100 deg C
+RANGE = 253.15, 423.15  # Range of temperatures [K]; outside it oils solidify, or evaporate and age
+VISCOSITY = {"minimum": 2e-6, "maximum": 1e-1}  # [m^2/s]; below 2 mm^2/s the standard has further terms
 
 
 LOWEST = 2.0  # Viscosity at 100 deg C below which the index is not defined [mm^2/s]
@@ -36,17 +36,17 @@ _RANGES = (
     (70.0, 0.85921, 11.1009, -83.19, 0.1713, 11.368, -76.94),
     (float("inf"), 0.83531, 14.6731, -216.246, 0.16841, 11.8493, -96.947),
 )
-"""Up to which viscosity at 100 deg C, and the coefficients of L and H [mm^2/s]: the parabolas of the standard."""
+"""Largest viscosity at 100 deg C of each range, and coefficients of L and H, the parabolas of the standard [mm^2/s]."""
 
 
 def _references(hot: float) -> tuple[float, float]:
-    """L and H: viscosities at 40 deg C of the oils of index 0 and 100 that have this one at 100 deg C [mm^2/s]."""
+    """Return L and H: viscosities at 40 deg C of the oils of index 0 and 100 with this viscosity at 100 deg C [mm^2/s]."""
     _, a, b, c, d, e, f = next(row for row in _RANGES if hot <= row[0])
     return a * hot**2 + b * hot + c, d * hot**2 + e * hot + f
 
 
 def viscosity_index(cold: float, hot: float) -> float:
-    """The viscosity index of an oil.
+    """Return the viscosity index of an oil from its viscosities at 40 and 100 deg C [mm^2/s].
 
     References
     ----------
@@ -60,7 +60,7 @@ def viscosity_index(cold: float, hot: float) -> float:
 
 
 def hot_viscosity(cold: float, index: float) -> float:
-    """The viscosity at 100 deg C of an oil of some viscosity at 40 deg C and some index [mm^2/s]."""
+    """Return the viscosity at 100 deg C of an oil from its viscosity at 40 deg C and its index [mm^2/s]."""
 
     def error(hot: float) -> float:
         return viscosity_index(cold, hot) - index
@@ -78,7 +78,7 @@ def hot_viscosity(cold: float, index: float) -> float:
 @documented
 @dataclass(frozen=True)
 class Oil:
-    r"""A mineral or synthetic oil, whose viscosity follows Walther's law between two stated values.
+    r"""Mineral or synthetic oil, whose viscosity follows Walther's law through two stated values.
 
     .. math:: \log_{10}\log_{10}(\nu/\mathrm{mm^2 s^{-1}} + 0.7) = A - B\,\log_{10} T
 
@@ -98,12 +98,12 @@ class Oil:
         if not self.viscosity_100 < self.viscosity_40:
             raise InputError(
                 f"oil '{self.name}' with {self.viscosity_100:g} m^2/s at 100 deg C and {self.viscosity_40:g} m^2/s at 40 deg C",
-                "a viscosity that falls as the oil gets warmer",
+                "a viscosity that falls with temperature",
             )
 
     @classmethod
     def of_index(cls, name: str, viscosity_40: float, viscosity_index: float = 95.0, *, density: float = 870.0) -> Oil:
-        """An oil by its viscosity at 40 deg C and its viscosity index.
+        """Return an oil with a given viscosity at 40 deg C and viscosity index.
 
         Parameters
         ----------
@@ -111,7 +111,7 @@ class Oil:
         viscosity_40 : float
             Kinematic viscosity at 40 deg C [m^2/s]; that of the grade ISO VG 46 is 46e-6.
         viscosity_index : float
-            By ASTM D2270: about 95 for mineral oils, above 120 for many synthetic ones.
+            Index of ASTM D2270: about 95 for mineral oils, above 120 for many synthetic ones.
         density : float
             [kg/m^3]
 
@@ -123,7 +123,7 @@ class Oil:
         return cls(name, viscosity_40, 1e-6 * hot, density, f"viscosity index {viscosity_index:g} by ASTM D2270")
 
     def viscosity(self, temperature: float) -> float:
-        """Dynamic viscosity mu = rho nu at a temperature [K], the density taken as constant [Pa s]."""
+        """Return the dynamic viscosity mu = rho nu at a temperature [K], with constant density [Pa s]."""
 
         def twice(viscosity: float) -> float:
             return math.log10(math.log10(1e6 * viscosity + 0.7))
@@ -158,11 +158,11 @@ OILS: Mapping[str, Oil] = MappingProxyType({oil.name: oil for oil in _ALL})  # O
 def oil_of(name: str) -> Oil:
     if "grease" in name.lower():
         raise InputError(
-            f"'{name}' as an oil: a grease does not flow below its yield stress, which the film does not describe",
+            f"'{name}' is not an oil: a grease does not flow below its yield stress, which the film model excludes",
             ", ".join(OILS) + ", or the viscosity of the grease's base oil for a joint that is full of it",
             "viscosity=0.1",
         )
     if name not in OILS:
-        allowed = ", ".join(OILS) + ", or one of your own"
+        allowed = ", ".join(OILS) + ", or a user-defined oil"
         raise InputError(f"unknown oil '{name}'{did_you_mean(name, OILS)}", allowed, 'oil="ISO VG 46"')
     return OILS[name]

@@ -1,4 +1,4 @@
-"""Laws of the user's own, tried in their joint before a run: what cannot be right is refused, what is doubtful is a warning."""
+"""Test user-defined laws in their joint before a run: errors stop the run, doubtful results give warnings."""
 
 from __future__ import annotations
 
@@ -18,26 +18,26 @@ APPROACHES = (1e-6, 1e-3, 1e-2, 0.1, 1.0, 10.0)
 RATES = (*(-np.logspace(1, -6, 8)).tolist(), 0.0, *np.logspace(-6, 1, 8).tolist())
 FORCES = (0.0, *np.logspace(-3, 6, 10).tolist())
 SPEEDS = (*(-np.logspace(1, -9, 11)).tolist(), 0.0, *np.logspace(-9, 1, 11).tolist())
-"""Where a law is tried: rest to 10 m/s either way, no force to 1 MN."""
+"""Test values of a law: rest to 10 m/s in both directions, no force to 1 MN."""
 
 DEPTHS = np.unique(np.concatenate([[0.0], np.geomspace(1e-6, 1.0, 61), np.linspace(0.0, 1.0, 65)[1:]]))
-"""Where a stiffness law is tried in its joint, in clearances (in corner radii at a plane guide surface)."""
+"""Test indentations of a stiffness law, in clearances (in corner radii at a plane guide surface)."""
 
-AT_TOUCH = 1e-6  # A stiffness law may have this fraction of its force at one clearance left at the touch, for rounding
-ROUNDING = 1e-12  # By which a force may fall short of what it should be
-LARGEST_COEFFICIENT = 10.0  # Above this, F_t/F_n is worth a warning; the bound of the built-in laws
+AT_TOUCH = 1e-6  # Largest force at zero indentation, as a fraction of the force at one clearance
+ROUNDING = 1e-12  # Relative tolerance of energy gains
+LARGEST_COEFFICIENT = 10.0  # F_t/F_n above which there is a warning; the bound of the package's laws
 
 
 def _reach(joint: JointContact) -> tuple[float, str]:
-    """How deep a law is tried in a joint [m], and what that depth is called."""
+    """Return the largest test indentation of a law in a joint [m], and its name."""
     return (joint.journal_radius, "corner radius") if joint.plane else (joint.clearance, "clearance")
 
 
 @lru_cache(maxsize=256)
 def tried(law: Any, joint: JointContact) -> np.ndarray:
-    """Forces [N] of a law without states where it is tried in a joint.
+    """Return the forces [N] of a law without states at all test points of a joint.
 
-    Raises `InputError` at the first place where it gives no finite number, pulls, pushes at the touch, or drives the slip.
+    Raise `InputError` at the first point with a force that is not finite, pulls, acts at zero indentation, or drives the slip.
     """
     size, what = _reach(joint)
     allowed = "a finite number there"
@@ -67,7 +67,7 @@ def tried(law: Any, joint: JointContact) -> np.ndarray:
 
 
 def _answer(law: Any, joint: JointContact, at: dict[str, float], force: float) -> str:
-    """What the kernel of a law does in Python, in words."""
+    """Return the result of a law's kernel in Python as text."""
     kernel = law.declaration.kernels["force"]
     values = at | dict(zip(law.declaration.numbers, law.parameters(joint), strict=True))
     try:
@@ -83,7 +83,7 @@ def _answers(pointer: int, points: F2, numbers: F1, forces: F1) -> None:
 
 
 def doubts(law: Any, joint: JointContact) -> list[str]:
-    """What is doubtful about a user's law in a joint, one clause each; nothing is known of a law with states."""
+    """Return the doubts about a user-defined law in a joint, one clause each; laws with states are not tested."""
     if getattr(law, "states", ()):
         return []
     forces = tried(law, joint)
@@ -95,7 +95,7 @@ def doubts(law: Any, joint: JointContact) -> list[str]:
 
 
 def _of_stiffness(force: np.ndarray, joint: JointContact) -> list[str]:
-    """What is doubtful about elastic forces [N] at `DEPTHS`."""
+    """Return the doubts about elastic forces [N] at `DEPTHS`."""
     size, what = _reach(joint)
     falls = np.flatnonzero(np.diff(force) <= 0.0)
     if not falls.size:
@@ -105,10 +105,10 @@ def _of_stiffness(force: np.ndarray, joint: JointContact) -> list[str]:
 
 
 def _of_damping(force: np.ndarray) -> list[str]:
-    """What is doubtful about normal forces [N], shape (FORCES, depths, RATES, APPROACHES)."""
+    """Return the doubts about normal forces [N], shape (FORCES, depths, RATES, APPROACHES)."""
     elastic = np.array(FORCES)[:, None, None, None]
     rate = np.array(RATES)[None, None, :, None]
-    # what the kernels make of a pull
+    # the kernels cut off a pull
     gain = (elastic - np.maximum(force, 0.0)) * np.sign(rate)
     if not np.any(gain > ROUNDING * (1.0 + elastic)):
         return []
@@ -118,7 +118,7 @@ def _of_damping(force: np.ndarray) -> list[str]:
 
 
 def _of_friction(force: np.ndarray) -> list[str]:
-    """What is doubtful about the size of tangential forces [N], shape (SPEEDS, FORCES)."""
+    """Return the doubts about magnitudes of tangential forces [N], shape (SPEEDS, FORCES)."""
     without = ["it gives a force where the normal force is zero"] if np.any(force[:, 0] > 0.0) else []
     largest = float(np.max((force[:, 1:] - force[:, :1]) / np.array(FORCES[1:])))
     high = [f"its friction coefficient reaches {largest:.3g} at 10 m/s or less"] if largest > LARGEST_COEFFICIENT else []

@@ -1,4 +1,4 @@
-"""Warnings about laws used outside their range of validity."""
+"""Warn about laws that are used outside their range of validity."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ FASTEST = 1e-5
 
 DEPTHS = 300  # Indentations of the table from which the indentation for a force is interpolated
 
-DEEPEST = 0.2  # Indentation over clearance above which a contact is no longer small against the radii
-OFF = 0.05  # Difference between the given and the returned restitution coefficient from which on there is a warning
+DEEPEST = 0.2  # Indentation over clearance above which a contact is not small compared with the radii
+OFF = 0.05  # Difference of given and returned restitution coefficients above which there is a warning
 
 
 def contact_failure(joint: str, contact: JointContact, indentation: float) -> str:
-    """Why the contact model of a joint has failed.
+    """Return the reason why the contact model of a joint has failed; "" if it has not.
 
-    No law describes a journal pressed in by more than its own radius, or a corner by more than its radius and the gap.
+    No law describes an indentation above the journal's radius, or above a corner's radius and gap.
     """
     deepest = max(contact.journal_radius, contact.gap)
     if indentation <= deepest:
@@ -84,7 +84,7 @@ def loading_warnings(
 
 
 def _depths(contact: JointContact, stiffness: Elastic, forces: np.ndarray) -> np.ndarray:
-    """Indentations [m] at which an elastic law has given forces [N], 0 for none."""
+    """Return the indentations [m] at which an elastic law has given forces [N]; 0 for none."""
     at, row = pointers(stiffness)["force"], row_of(stiffness, contact)
     depths = np.geomspace(1e-12, 2.0, DEPTHS) * contact.journal_radius
     table = np.array([elastic_force(at, depth, row) for depth in depths.tolist()])
@@ -102,7 +102,7 @@ def contact_warnings(
     approach_speed: Sequence[float],
     indentation: float,
 ) -> list[RunWarning]:
-    """Warnings about the laws of one joint after a run."""
+    """Return warnings about the laws of one joint after a run."""
     slowest_wave = min(math.sqrt(m.youngs_modulus / m.density) for m in (contact.journal, contact.bearing))
     limit = FASTEST * slowest_wave
     fast = [speed for speed in approach_speed if speed > limit]

@@ -1,4 +1,4 @@
-"""Ports, one a file: how an element is attached, what it senses, what it exerts, and how that changes.
+"""Ports: attachment, coordinates and forces of an element, and their derivatives; one file defines one port.
 
 The kernel of a component gets the coordinates of its port and their rates. Its forces do work on these coordinates.
 """
@@ -21,4 +21,4 @@ from scissordyn.components.port.rail import RAIL as RAIL
 from scissordyn.components.port.travel import TRAVEL as TRAVEL
 
 PORTS: Mapping[str, Port] = MappingProxyType({port.name: port for port in (LINE, HINGE, TRAVEL, POINT, FRAME)})
-"""The ports that a component of the user's own may have, by name."""
+"""Ports of user-defined components, by name."""

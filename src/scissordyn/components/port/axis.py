@@ -1,6 +1,6 @@
-"""The axis of a bar that bends: the points of its cross-sections and the amplitudes of its shapes [m].
+"""Port on the axis of a bending bar: the points of its cross-sections and the amplitudes of its shapes [m].
 
-How it acts is no matter of six maps: `mechanics.flexible_bar` reads all shapes of the bar.
+Its forces are not computed with six maps: `mechanics.flexible_bar` reads all shapes of the bar.
 """
 
 from __future__ import annotations
@@ -14,28 +14,28 @@ from scissordyn.components.port.stroke import AXIS_LINE, Drawn, Scene, Strokes, 
 
 
 def attachments(component: Any) -> tuple[Attachment, ...]:
-    """None of the six rows of other components."""
+    """Return no attachments to the six rows of other components."""
     return ()
 
 
 def start(component: Any, where: Where, turned: Turned) -> tuple[float, ...]:
-    """No coordinates."""
+    """Return no coordinates."""
     return ()
 
 
 def ends(component: Any) -> Ends:
-    """What acts on the cross-sections is added with the distributed mass."""
+    """Return the end sections; loads on cross-sections are added with the distributed mass."""
     return (component.sections[0], None), (component.sections[-1], None)
 
 
 def drawn(component: Any, strokes: Strokes, scene: Scene) -> Drawn:
-    """The bent axis, from section to section."""
+    """Return the bent axis, from section to section."""
     axis = bent_axis(component, scene, strokes[0][:, 0])
     return (axis,), axis[:, axis.shape[1] // 2]
 
 
 def bent_axis(component: Any, scene: Any, part: np.ndarray) -> np.ndarray:
-    """Points of the bent axis at parts of each span, shape (samples, spans * points, 2) [m]."""
+    """Return points of the bent axis at fractions of each span, shape (samples, spans * points, 2) [m]."""
     sections, along = component.sections, component.places
     places = [scene.place((name, None)) for name in sections]
     turns = [scene.angle(name) + angle for name, angle in zip(sections, component.angles, strict=True)]

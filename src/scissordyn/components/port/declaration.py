@@ -1,4 +1,4 @@
-"""What a port is: how an element is attached to bodies, what it senses there, and what it exerts."""
+"""Define ports: attachment of an element to bodies, its coordinates and its forces."""
 
 from __future__ import annotations
 
@@ -10,60 +10,60 @@ from scissordyn.components.place import GROUND
 from scissordyn.components.port.stroke import Drawn, Scene, Strokes
 
 Point = tuple[float, float]
-Where = Callable[[tuple[str, Any]], Point]  # Where a point of a body is, as placed [m]
-Turned = Callable[[str], float]  # Angle of a body, as placed [rad]; 0 for the ground
+Where = Callable[[tuple[str, Any]], Point]  # Initial position of a body's point [m]
+Turned = Callable[[str], float]  # Initial angle of a body [rad]; 0 for the ground
 
 Ends = tuple[tuple[str, str | Point | None], tuple[str, str | Point | None]]
-"""The two bodies that an element acts on, each with its point: a name, a place in its frame, or None for a torque alone."""
+"""Both bodies on which an element acts, each with its point: a name, coordinates in its frame, or None for a torque alone."""
 
 
 @dataclass(frozen=True)
 class Attachment:
-    """What a pair of the six rows of an element's maps (u, a, b) reads from the mechanism."""
+    """Vector of the mechanism that is added to a pair of the six rows (u, a, b) of an element's maps."""
 
-    row: int  # 0 for u, a vector between two points or a point; 2 and 4 for a and b, unit directions of the two bodies
+    row: int  # 0 for u, a point or a vector between points; 2 and 4 for the unit directions a and b of both bodies
     sign: float
-    # One of "place", "direction", "frame" A point of a body in the fixed frame [m]; the direction of a body that rotates;
-    # that of any body, or of the ground
+    # "place": a body's point in the fixed frame [m]; "direction": the direction of a rotating body;
+    # "frame": the direction of any body or the ground
     what: str
     body: str
-    point: str | Point | None = None  # Of a place: a name, or a place in the body's frame [m]
-    along: float | None = None  # Direction [rad] along which alone a place counts
+    point: str | Point | None = None  # Point of a "place": a name, or coordinates in the body's frame [m]
+    along: float | None = None  # Direction of the only component of a "place" that counts [rad]
 
 
 def place(point: tuple[str, Any], sign: float = 1.0, *, along: float | None = None) -> Attachment:
-    """A point of a body as, or as a part of, the vector u."""
+    """Return the attachment of a body's point to the vector u."""
     return Attachment(0, sign, "place", *point, along)
 
 
 def direction(row: int, body: str) -> Attachment:
-    """The direction of a body that rotates; nothing for others."""
+    """Return the attachment of a rotating body's direction; nothing for other bodies."""
     return Attachment(row, 1.0, "direction", body)
 
 
 def frame(row: int, body: str) -> Attachment:
-    """The direction of the x axis of a body, or of the ground."""
+    """Return the attachment of the x direction of a body or of the ground."""
     return Attachment(row, 1.0, "frame", body)
 
 
 @dataclass(frozen=True)
 class Output:
-    """A quantity that a run reports for a component.
+    """Quantity that a run reports for a component.
 
     Parameters
     ----------
     name : str
-        The variable of a run is called after the component's section and this name, such as "spring_force".
+        Second part of the variable's name after the component's section, for example "force" in "spring_force".
     unit : str
     help : str
     first : int
-        Where it stands in what the kernel returned, or among the port's coordinates.
+        Index among the kernel's results, or among the port's coordinates.
     components : int
-        1 for a number, 2 for a vector in the plane.
+        1 for a scalar, 2 for a vector in the plane.
     coordinate : bool
-        Whether it is a coordinate of the port rather than a result of the kernel.
+        True for a coordinate of the port, False for a result of the kernel.
     monitored : bool
-        Whether its largest value is looked for within the steps, not among the samples alone.
+        True if its largest value is located within the steps, not only among the samples.
     """
 
     name: str
@@ -76,7 +76,7 @@ class Output:
 
 
 def ends_of(component: Any) -> Ends:
-    """What a component acts on: torques on two bodies, its end against its start, or its point against the ground."""
+    """Return the bodies and points on which a component acts: a pair of bodies, both ends, or a point and the ground."""
     port = component.declaration.port
     if port.turning:
         body, base = (getattr(component, field) for field in port.turning)
@@ -87,28 +87,28 @@ def ends_of(component: Any) -> Ends:
 
 @dataclass(frozen=True, kw_only=True)
 class Port:
-    """How an element is attached; each of its own file says all of it.
+    """Attachment of an element; each port is defined in its own file.
 
     The forces do work on the coordinates: their power on the mechanism is `sense` times the sum of force times rate.
     """
 
     name: str
-    code: int  # Branch of the kernels
+    code: int  # Index of the port's branch in the kernels
     coordinates: tuple[str, ...]  # Arguments and leading results of the component's kernel
     rates: tuple[str, ...]
     forces: tuple[str, ...]
     points: tuple[str, ...] = ()  # Fields of the component that name a body and a point of it
-    turning: tuple[str, ...] = ()  # Fields that name a body which must have an angle, the one that may not be the ground first
-    numbers: tuple[str, ...] = ()  # Fields with further numbers of the attachment, such as a direction
+    turning: tuple[str, ...] = ()  # Fields that name a body with an angle; the first must not be the ground
+    numbers: tuple[str, ...] = ()  # Fields with further parameters of the attachment, such as a direction
     outputs: tuple[Output, ...] = ()
-    symbols: Mapping[str, Strokes]  # How pictures can draw a component with this port; the first is the default
-    # From a component to the `Attachment` of each row of its maps, in order
+    symbols: Mapping[str, Strokes]  # Symbols of components with this port; the first is the default
+    # Return the attachments of a component's maps, in order
     attachments: Callable[[Any], tuple[Attachment, ...]]
-    # From a component, where points are and how bodies are turned as placed, to the coordinates there
+    # Return the initial coordinates from a component and the initial positions and angles
     start: Callable[[Any, Where, Turned], tuple[float, ...]]
-    # From a component, the strokes of its symbol and a `Scene` to the strokes in the scene and the place of the name
+    # Return the strokes in a `Scene`, and the position of the name, from a component and its symbol's strokes
     drawn: Callable[[Any, Strokes, Scene], Drawn]
-    # From a component to what it acts on; the first gets the force, the second the opposite one
+    # Return what a component acts on; the first gets the force, the second the opposite force
     ends: Callable[[Any], Ends] = ends_of
-    angle: bool = False  # Whether the last coordinate is the angle of the first of these bodies against the second
-    sense: float = 1.0  # -1 for a tension, which pulls against its coordinate
+    angle: bool = False  # True if the last coordinate is the angle of the first of these bodies relative to the second
+    sense: float = 1.0  # -1 for a tension, which acts against its coordinate

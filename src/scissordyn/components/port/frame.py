@@ -1,6 +1,6 @@
-"""A frame on another: where a point is in the frame of another body [m], its body's angle there [rad], a force and a torque.
+"""Port between two frames: a point's position [m] and its body's angle [rad] in another body's frame, a force and a torque.
 
-The force [N] acts on the end along the axes of the start's body, the torque [N m] on the end's body; turns are counted.
+The force [N] acts on the end along the axes of the start's body, the torque [N m] on the end's body. Angles include full turns.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from scissordyn.kernel import kernel
 
 
 def attachments(component: Any) -> tuple[Attachment, ...]:
-    """From the start to the end, and the directions of both bodies, the end's first."""
+    """Return the attachments of the end, of the start, and of both bodies' directions, the end's first."""
     ends = place(component.end), place(component.start, -1.0)
     return (*ends, frame(2, component.end[0]), frame(4, component.start[0]))
 
 
 def start(component: Any, where: Where, turned: Turned) -> tuple[float, ...]:
-    """Displacement and angle as placed."""
+    """Return the initial displacement and angle."""
     (ax, ay), (bx, by) = where(component.start), where(component.end)
     base = turned(component.start[0])
     cos, sin = math.cos(base), math.sin(base)
@@ -31,7 +31,7 @@ def start(component: Any, where: Where, turned: Turned) -> tuple[float, ...]:
 
 
 def drawn(component: Any, strokes: Strokes, scene: Scene) -> Drawn:
-    """Around the start, turning with its body, and a line to the end; a beam by its bent axis."""
+    """Draw around the start, turning with its body, and a line to the end; draw a beam as its bent axis."""
     start, end = scene.place(component.start), scene.place(component.end)
     if component.declaration.symbol == "beam":
         angles = scene.angle(component.start[0]), scene.angle(component.end[0])
@@ -73,7 +73,7 @@ FRAME = Port(
 
 @kernel
 def sense(maps, angle, q, v):
-    """Displacement and angle, and their rates."""
+    """Compute displacement and angle, and their rates."""
     ux, uy, ax, ay, bx, by, vx, vy, px, py, qx, qy = maps
     q[0], q[1] = bx * ux + by * uy, bx * uy - by * ux
     v[0] = bx * vx + by * vy + qx * ux + qy * uy
@@ -84,7 +84,7 @@ def sense(maps, angle, q, v):
 
 @kernel
 def forces(maps, q, out):
-    """Forces on the maps: the force turns with the start's body, which gets its moment."""
+    """Return the forces on the maps; the force turns with the start's body, which gets its moment."""
     ux, uy, ax, ay, bx, by, _, _, _, _, _, _ = maps
     fx, fy, torque = out[0] * bx - out[1] * by, out[0] * by + out[1] * bx, out[2]
     gx, gy = out[0] * ux + out[1] * uy, out[0] * uy - out[1] * ux
@@ -93,13 +93,13 @@ def forces(maps, q, out):
 
 @kernel
 def wrench(maps, along, out, fx, fy):
-    """Force on the end; torques on both bodies."""
+    """Return the force on the end and the torques on both bodies."""
     return fx, fy, out[2], -out[2] - (maps[0] * fy - maps[1] * fx)
 
 
 @kernel
 def gradients(maps, G, R):
-    """Of the coordinates, and of their rates, by the maps."""
+    """Compute the gradients of the coordinates and of their rates by the maps."""
     ux, uy, ax, ay, bx, by, vx, vy, px, py, qx, qy = maps
     G[0, 0], G[0, 1], G[0, 4], G[0, 5] = bx, by, ux, uy
     G[1, 0], G[1, 1], G[1, 4], G[1, 5] = -by, bx, uy, -ux
@@ -111,7 +111,7 @@ def gradients(maps, G, R):
 
 @kernel
 def curvature(q, out, G, K):
-    """What the maps' forces change because the gradients turn, while force and torque stay."""
+    """Add the change of the maps' forces by the rotation of the gradients, at constant force and torque."""
     fx, fy, torque = out[0], out[1], out[2]
     K[0, 4] += fx
     K[1, 5] += fx

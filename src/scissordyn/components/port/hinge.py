@@ -1,4 +1,4 @@
-"""A hinge between two bodies: the angle of one against the other [rad], turns counted, and a torque [N m] on the first."""
+"""Port of a hinge: the angle of one body relative to another [rad], including full turns, and a torque [N m] on the first."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from scissordyn.kernel import kernel
 
 
 def attachments(component: Any) -> tuple[Attachment, ...]:
-    """The directions of both bodies."""
+    """Return the attachments of both bodies' directions."""
     return direction(2, component.body), frame(4, component.base)
 
 
 def start(component: Any, where: Where, turned: Turned) -> tuple[float, ...]:
-    """The angle as placed."""
+    """Return the initial angle."""
     return (turned(component.body) - turned(component.base),)
 
 
 def drawn(component: Any, strokes: Strokes, scene: Scene) -> Drawn:
-    """Around the pivot, turning with the body; a motor's letter stays upright."""
+    """Draw around the pivot, turning with the body; the letter of a motor stays upright."""
     where, enlarged = scene.pivot(component.body, component.base)
     angle = scene.angle(component.body) * (component.declaration.symbol != "motor")
     return turned(strokes, where, angle, scene.size * enlarged), where
@@ -62,7 +62,7 @@ HINGE = Port(
 
 
 def actuator_attachments(component: Any) -> tuple[Attachment, ...]:
-    """The directions of both bodies, then where the sensor is from its origin."""
+    """Return the attachments of both bodies' directions, then of the sensor and its origin."""
     places = attachments(component)
     if component.sensor is not None:
         places = (*places, place(component.sensor))
@@ -79,12 +79,12 @@ ACTUATOR = dataclasses.replace(
     symbols={"motor": _MOTOR},
     attachments=actuator_attachments,
 )
-"""A hinge whose torque a controller chooses; it may sense a point beside."""
+"""Port of a hinge with a controller, which may sense a further point."""
 
 
 @kernel
 def sense(maps, angle, q, v):
-    """Angle and its rate."""
+    """Compute the angle and its rate."""
     _, _, ax, ay, bx, by, _, _, px, py, qx, qy = maps
     q[0] = angle
     v[0] = (ax * py - ay * px) - (bx * qy - by * qx)
@@ -92,7 +92,7 @@ def sense(maps, angle, q, v):
 
 @kernel
 def forces(maps, q, out):
-    """Forces on the maps: a torque is the force torque J d on a unit direction d."""
+    """Return the forces on the maps: a torque is the force torque J d on a unit direction d."""
     _, _, ax, ay, bx, by, _, _, _, _, _, _ = maps
     torque, opposite = out[0], -out[0]
     return 0.0, 0.0, -torque * ay, torque * ax, -opposite * by, opposite * bx
@@ -100,13 +100,13 @@ def forces(maps, q, out):
 
 @kernel
 def wrench(maps, along, out, fx, fy):
-    """Torques on both bodies."""
+    """Return the torques on both bodies."""
     return 0.0, 0.0, out[0], -out[0]
 
 
 @kernel
 def gradients(maps, G, R):
-    """Of the angle, and of its rate, by the maps."""
+    """Compute the gradients of the angle and of its rate by the maps."""
     _, _, ax, ay, bx, by, _, _, px, py, qx, qy = maps
     G[0, 2], G[0, 3], G[0, 4], G[0, 5] = -ay, ax, by, -bx
     R[0, 2], R[0, 3], R[0, 4], R[0, 5] = py, -px, -qy, qx
@@ -114,7 +114,7 @@ def gradients(maps, G, R):
 
 @kernel
 def curvature(q, out, G, K):
-    """What the maps' forces change because the gradients turn, while the torque stays."""
+    """Add the change of the maps' forces by the rotation of the gradients, at constant torque."""
     torque = out[0]
     K[2, 3] -= torque
     K[3, 2] += torque

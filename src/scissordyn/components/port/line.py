@@ -1,4 +1,4 @@
-"""A line between two points: their distance [m], and a tension [N] that pulls them together."""
+"""Port of a line between two points: their distance [m], and a tension [N] that pulls them together."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from scissordyn.kernel import kernel
 
 
 def attachments(component: Any) -> tuple[Attachment, ...]:
-    """From the start to the end."""
+    """Return the attachments of the end and the start."""
     return place(component.end), place(component.start, -1.0)
 
 
 def start(component: Any, where: Where, turned: Turned) -> tuple[float, ...]:
-    """The distance as placed."""
+    """Return the initial distance."""
     return (math.dist(where(component.start), where(component.end)),)
 
 
 def drawn(component: Any, strokes: Strokes, scene: Scene) -> Drawn:
-    """Along the line."""
+    """Draw along the line."""
     return spread(strokes, scene.place(component.start), scene.place(component.end), scene.size)
 
 
@@ -74,7 +74,7 @@ LINE = Port(
 
 @kernel
 def sense(maps, angle, q, v):
-    """Distance and its rate; at no distance the speed of the points."""
+    """Compute the distance and its rate; at zero distance the speed of the points."""
     ux, uy, _, _, _, _, vx, vy, _, _, _, _ = maps
     q[0] = math.sqrt(ux * ux + uy * uy)
     v[0] = (ux * vx + uy * vy) / q[0] if q[0] > 0.0 else math.sqrt(vx * vx + vy * vy)
@@ -82,7 +82,7 @@ def sense(maps, angle, q, v):
 
 @kernel
 def forces(maps, q, out):
-    """Forces on the maps: against the line, none without a direction."""
+    """Return the forces on the maps, against the line; zero without a direction."""
     if not q[0] > 0.0:
         return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     return -out[0] * maps[0] / q[0], -out[0] * maps[1] / q[0], 0.0, 0.0, 0.0, 0.0
@@ -90,26 +90,26 @@ def forces(maps, q, out):
 
 @kernel
 def wrench(maps, along, out, fx, fy):
-    """Force on the end; torques on both bodies."""
+    """Return the force on the end; there are no torques."""
     return fx, fy, 0.0, 0.0
 
 
 @kernel
 def gradients(maps, G, R):
-    """Of the coordinates, and of their rates, by the maps."""
+    """Compute the gradients of the distance and of its rate by the maps."""
     ux, uy, _, _, _, _, vx, vy, _, _, _, _ = maps
     length = math.sqrt(ux * ux + uy * uy)
     if length > 0.0:
         nx, ny = ux / length, uy / length
         along = nx * vx + ny * vy
-        # the part of u' across the line turns it, over its length
+        # the component of u' across the line, over its length, is the line's angular velocity
         G[0, 0], G[0, 1] = nx, ny
         R[0, 0], R[0, 1] = (vx - along * nx) / length, (vy - along * ny) / length
 
 
 @kernel
 def curvature(q, out, G, K):
-    """What the maps' forces change because the gradients turn, while the tension stays."""
+    """Add the change of the maps' forces by the rotation of the gradients, at constant tension."""
     if q[0] > 0.0:
         across = -out[0] / q[0]
         nx, ny = G[0, 0], G[0, 1]

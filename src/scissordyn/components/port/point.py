@@ -1,4 +1,4 @@
-"""A point of a body: its place [m], the direction of the body's x axis, and a force on it [N]."""
+"""Port on a point of a body: its position [m], the direction of the body's x axis, and a force on it [N]."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from scissordyn.kernel import kernel
 
 
 def attachments(component: Any) -> tuple[Attachment, ...]:
-    """The point, and the direction of its body."""
+    """Return the attachments of the point and of its body's direction."""
     return place(component.point), frame(2, component.point[0])
 
 
 def start(component: Any, where: Where, turned: Turned) -> tuple[float, ...]:
-    """Place and direction as placed."""
+    """Return the initial position and direction."""
     angle = turned(component.point[0])
     return (*where(component.point), math.cos(angle), math.sin(angle))
 
 
-ARROW = 3.0  # Length of the arrow of the largest force of a run, in sizes
+ARROW = 3.0  # Length of the arrow of a run's largest force, in symbol sizes
 
 
 def drawn(component: Any, strokes: Strokes, scene: Scene) -> Drawn:
-    """An arrow that ends at the point, in the direction of the force, as long as its part of the run's largest."""
+    """Draw an arrow that ends at the point, along the force, with a length relative to the run's largest force."""
     vector = ARROW * scene.size * scene.force(component)
     tip = scene.place(component.point)
     across = np.stack([-vector[:, 1], vector[:, 0]], axis=-1)
@@ -53,29 +53,29 @@ POINT = Port(
 
 @kernel
 def sense(maps, angle, q, v):
-    """Place, direction and their rates."""
+    """Compute position and direction, and their rates."""
     q[0], q[1], q[2], q[3] = maps[0], maps[1], maps[2], maps[3]
     v[0], v[1], v[2], v[3] = maps[6], maps[7], maps[8], maps[9]
 
 
 @kernel
 def forces(maps, q, out):
-    """Forces on the maps."""
+    """Return the forces on the maps."""
     return out[0], out[1], 0.0, 0.0, 0.0, 0.0
 
 
 @kernel
 def wrench(maps, along, out, fx, fy):
-    """Force on the point."""
+    """Return the force on the point."""
     return out[0], out[1], 0.0, 0.0
 
 
 @kernel
 def gradients(maps, G, R):
-    """Of the coordinates, by the maps."""
+    """Compute the gradients of the coordinates by the maps."""
     G[0, 0] = G[1, 1] = G[2, 2] = G[3, 3] = 1.0
 
 
 @kernel
 def curvature(q, out, G, K):
-    """None: the coordinates are linear in the maps."""
+    """Add nothing: the coordinates are linear in the maps."""

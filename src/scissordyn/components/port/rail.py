@@ -1,6 +1,6 @@
-"""A point that runs along a bar that bends: its distance from the axis, across it [m], and a force across the axis [N].
+"""Port of a point on a bending bar: its distance across the bar's axis [m], and a force across the axis [N].
 
-How it acts is no matter of six maps: `mechanics.rail` finds the place on the bar, whose shapes share the opposite force.
+Its forces are not computed with six maps: `mechanics.rail` finds the place on the bar, whose shapes get the opposite force.
 """
 
 from __future__ import annotations
@@ -14,17 +14,17 @@ from scissordyn.components.port.stroke import Drawn, Scene, Strokes, arc, turned
 
 
 def attachments(component: Any) -> tuple[Attachment, ...]:
-    """The point; the bar is added where its shapes are known."""
+    """Return the attachment of the point; the bar is added where its shapes are known."""
     return (place(component.point),)
 
 
 def start(component: Any, where: Where, turned: Turned) -> tuple[float, ...]:
-    """On the axis: no number of such a component depends on where it is placed."""
+    """Return a start on the axis: no parameter depends on the initial position."""
     return (0.0,)
 
 
 def drawn(component: Any, strokes: Strokes, scene: Scene) -> Drawn:
-    """A circle at the point."""
+    """Draw a circle at the point."""
     where = scene.place(component.point)
     return turned(strokes, where, np.zeros(len(where)), scene.size), where
 
@@ -40,7 +40,7 @@ RAIL = Port(
     outputs=(
         Output("force", "N", "force on the point across the bar, towards +y of the bar"),
         Output("gap", "m", "distance of the point from the bar's axis, towards +y of the bar", coordinate=True),
-        Output("place", "m", "where it is along the bar, from its first cross-section", first=1, coordinate=True),
+        Output("place", "m", "position along the bar from its first cross-section", first=1, coordinate=True),
     ),
     symbols={"roller": (arc(0.6, 0.0, 360.0), np.array([[0.0, 0.0], [0.6, 0.0]]))},
     attachments=attachments,

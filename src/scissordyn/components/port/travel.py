@@ -1,4 +1,4 @@
-"""Travel of a point along a fixed direction: its coordinate [m], and a force along it [N]."""
+"""Port of a point that travels along a fixed direction: its coordinate [m], and a force along it [N]."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from scissordyn.kernel import kernel
 
 
 def attachments(component: Any) -> tuple[Attachment, ...]:
-    """The point, along the direction alone."""
+    """Return the attachment of the point along the direction."""
     return (place(component.point, along=component.direction),)
 
 
 def start(component: Any, where: Where, turned: Turned) -> tuple[float, ...]:
-    """The coordinate as placed."""
+    """Return the initial coordinate."""
     x, y = where(component.point)
     return (x * math.cos(component.direction) + y * math.sin(component.direction),)
 
 
 def drawn(component: Any, strokes: Strokes, scene: Scene) -> Drawn:
-    """At the point, along the direction; a stop is where its limit is."""
+    """Draw at the point along the direction; a stop is drawn at its limit."""
     where = scene.place(component.point)
     turn = component.direction + scene.angle(GROUND)
     if component.declaration.symbol == "stop":
@@ -61,28 +61,28 @@ TRAVEL = Port(
 
 @kernel
 def sense(maps, angle, q, v):
-    """Coordinate and its rate."""
+    """Compute the coordinate and its rate."""
     q[0], v[0] = maps[0], maps[6]
 
 
 @kernel
 def forces(maps, q, out):
-    """Forces on the maps."""
+    """Return the forces on the maps."""
     return out[0], 0.0, 0.0, 0.0, 0.0, 0.0
 
 
 @kernel
 def wrench(maps, along, out, fx, fy):
-    """Force on the point, along the direction."""
+    """Return the force on the point along the direction."""
     return out[0] * along[0], out[0] * along[1], 0.0, 0.0
 
 
 @kernel
 def gradients(maps, G, R):
-    """Of the coordinate, by the maps."""
+    """Compute the gradient of the coordinate by the maps."""
     G[0, 0] = 1.0
 
 
 @kernel
 def curvature(q, out, G, K):
-    """None: the coordinate is linear in the maps."""
+    """Add nothing: the coordinate is linear in the maps."""

@@ -1,1 +1,1 @@
-"""Elastic parts of the normal force: force against indentation."""
+"""Elastic laws: the elastic part of the normal force over the indentation."""

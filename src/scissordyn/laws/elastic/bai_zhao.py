@@ -1,4 +1,4 @@
-"""The elastic foundation's tangent stiffness in place of a stiffness, as printed."""
+"""Law of Bai and Zhao as printed, with the elastic foundation's tangent stiffness."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from scissordyn.plugin.element import element
 
 @kernel
 def force(indentation, scale, clearance):
-    """The printed force, in SI numbers, at indentation delta > 0 [m]."""
+    """Return the printed force, in SI numbers, at indentation delta > 0 [m]."""
     c = clearance
     sum_ = c + indentation
     return scale * indentation * indentation * (3.0 * c + 2.0 * indentation) / sum_ * math.sqrt(2.0 / sum_)
 
 
 def energy(indentation, scale, clearance):
-    """Integral of the force up to delta [m]: in closed form, below one clearance, where that cancels, by quadrature."""
+    """Return the integral of the force up to delta [m], by quadrature below one clearance, where the closed form cancels."""
     c = clearance
     if indentation > c:
         # with u = c + indentation the force is scale sqrt(2) (2 u^3 - 3 c u^2 + c^3) u^(-3/2)
@@ -51,5 +51,5 @@ class BaiZhaoAsPrinted(Elastic):
     """
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """Scale pi E*/8 [Pa] and c [m]."""
+        """Return the scale pi E*/8 [Pa] and c [m]."""
         return 0.125 * math.pi * joint.modulus, joint.clearance

@@ -1,4 +1,4 @@
-"""Braendlein's deflection of a steel roller."""
+"""Braendlein's law of the deflection of a steel roller."""
 
 from __future__ import annotations
 
@@ -26,6 +26,6 @@ class Braendlein(Elastic):
     """
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """K [N/m^(10/9)] and n = 10/9."""
+        """Return K [N/m^(10/9)] and n = 10/9."""
         # 8/9 + 10/9 = 2: one factor (1000 mm/m)^2 for both lengths together
         return 35948.0 * 1000.0**2 * joint.length ** (8.0 / 9.0), 10.0 / 9.0

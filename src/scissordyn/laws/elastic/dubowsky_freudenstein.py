@@ -1,4 +1,4 @@
-"""Goldsmith's and Dubowsky and Freudenstein's pin in a hole."""
+"""Law of Goldsmith and of Dubowsky and Freudenstein for a pin in a hole."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class DubowskyFreudenstein(Logarithmic):
     length_exponent: Annotated[float, Quantity("1", minimum=0.0, maximum=4.0, help="exponent m of the bearing length")] = 3.0
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """What the kernels read of A and G."""
+        """Return the kernel parameters from A and G."""
         softness = joint.compliance / (math.pi * joint.length)
         geometry = (
             joint.length ** (self.length_exponent - 1.0) * joint.clearance / (joint.bearing_radius * joint.journal_radius)

@@ -1,4 +1,4 @@
-"""The line contact of ESDU item 78035."""
+"""Line contact of ESDU item 78035."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from scissordyn.plugin.element import element
     source="ESDU 78035, Contact phenomena I, 1978; as given by Pereira et al. 2011, Nonlinear Dynamics 63, 681-697",
 )
 class Esdu(Logarithmic):
-    r"""A cylinder in a cylindrical seat, after the engineering data item: Johnson's form with +1 in place of -1.
+    r"""A cylinder in a cylindrical seat, after the engineering data item: Johnson's form with +1 instead of -1.
 
     .. math:: \delta = \frac{F(h_B+h_J)}{L_b} \left[\ln\frac{4 L_b c}{F(h_B+h_J)} + 1\right],\quad
         h = \frac{1-\nu^2}{\pi E}
@@ -23,6 +23,6 @@ class Esdu(Logarithmic):
     """
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """What the kernels read of A and G."""
+        """Return the kernel parameters from A and G."""
         softness = joint.compliance / (math.pi * joint.length)
         return row(softness, 4.0 * joint.clearance * math.e / softness)

@@ -9,12 +9,12 @@ from scissordyn.plugin.element import element
 
 
 def force(indentation, stiffness):
-    """Force [N] at indentation delta > 0 [m]."""
+    """Return the force [N] at indentation delta > 0 [m]."""
     return stiffness * indentation * math.sqrt(indentation)
 
 
 def energy(indentation, stiffness):
-    """Work [J] to press in by delta [m]."""
+    """Return the work [J] up to indentation delta [m]."""
     return 0.4 * stiffness * indentation * indentation * math.sqrt(indentation)
 
 
@@ -34,5 +34,5 @@ class Hertz(Elastic):
     """
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """K [N/m^1.5]."""
+        """Return K [N/m^1.5]."""
         return (4.0 / 3.0 * joint.modulus * math.sqrt(joint.relative_radius),)

@@ -1,4 +1,4 @@
-"""A linear spring."""
+"""Linear spring law."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from scissordyn.units import Quantity
 
 
 def force(indentation, stiffness):
-    """Force [N] at indentation delta > 0 [m]."""
+    """Return the force [N] at indentation delta > 0 [m]."""
     return stiffness * indentation
 
 
 def energy(indentation, stiffness):
-    """Work [J] to press in by delta [m]."""
+    """Return the work [J] up to indentation delta [m]."""
     return 0.5 * stiffness * indentation * indentation
 
 

@@ -12,12 +12,12 @@ from scissordyn.plugin.element import element
 
 @kernel
 def force(indentation, scale, clearance):
-    """Force [N] at indentation delta > 0 [m]."""
+    """Return the force [N] at indentation delta > 0 [m]."""
     return scale * indentation * math.sqrt(indentation / (2.0 * (clearance + indentation)))
 
 
 def energy(indentation, scale, clearance):
-    """Work [J] to press in by delta [m]: in closed form, below one clearance, where that cancels, by quadrature."""
+    """Return the work [J] up to delta [m]: in closed form, or by quadrature below one clearance, where that cancels."""
     c = clearance
     if indentation > c:
         arc = 0.75 * c * c * math.asinh(math.sqrt(indentation / c))
@@ -40,5 +40,5 @@ class Liu(Elastic):
     """
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """L_b (pi/2) E* [N/m] and c [m]."""
+        """Return L_b (pi/2) E* [N/m] and c [m]."""
         return joint.length * 0.5 * math.pi * joint.modulus, joint.clearance

@@ -23,7 +23,7 @@ up to here, 97 % of it, they are exact to round-off."""
 
 
 def row(compliance: float, ceiling: float) -> tuple[float, ...]:
-    """The numbers of the kernel, for delta = A F ln(G/F)."""
+    """Return the kernel parameters for delta = A F ln(G/F)."""
     w = math.exp(-TURN)
     return (
         1.0 / (compliance * ceiling),
@@ -60,7 +60,7 @@ _PIECES = _pieces()
 
 @kernel
 def force(indentation, inverse, ceiling, deepest, last_force, last_stiffness):
-    """Force [N] at indentation delta > 0 [m]."""
+    """Return the force [N] at indentation delta > 0 [m]."""
     if indentation >= deepest:
         return last_force + last_stiffness * (indentation - deepest)
     y = indentation * inverse
@@ -83,7 +83,7 @@ def force(indentation, inverse, ceiling, deepest, last_force, last_stiffness):
 
 
 def energy(indentation, inverse, ceiling, deepest, last_force, last_stiffness):
-    """Work [J] to press in by delta [m]: F delta/2 - A F^2/4, the integral of F d delta = A F (ln(G/F) - 1) dF."""
+    """Return the work [J] up to delta [m]: F delta/2 - A F^2/4, the integral of F d delta = A F (ln(G/F) - 1) dF."""
     rest = max(indentation - deepest, 0.0)
     within = indentation - rest
     at = force(within, inverse, ceiling, deepest, last_force, last_stiffness)
@@ -91,7 +91,7 @@ def energy(indentation, inverse, ceiling, deepest, last_force, last_stiffness):
 
 
 class Logarithmic(TangentElastic):
-    """A line contact with delta = A F ln(G/F), which its parameters give by `row`."""
+    """Base of line contacts with delta = A F ln(G/F), whose parameters come from `row`."""
 
     kernels: ClassVar[Mapping[str, Kernel]] = {"force": force, "energy": energy}
     small_contact = True

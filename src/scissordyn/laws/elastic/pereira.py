@@ -32,7 +32,7 @@ class Pereira(Elastic):
     """
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """K [N/m^n] and n."""
+        """Return K [N/m^n] and n."""
         c = 1000.0 * joint.clearance
         if not CLEARANCES[0] <= c <= CLEARANCES[2]:
             raise InputError(

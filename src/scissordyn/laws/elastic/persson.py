@@ -8,12 +8,12 @@ from scissordyn.laws.contact import JointContact, TangentElastic
 from scissordyn.laws.elastic.quadrature import NODES, WEIGHTS
 from scissordyn.plugin.element import element
 
-PIECES = 3  # Of the range of b^2 in the quadrature of the energy: in one piece the pole would cost six digits
-LAST_ARC = 0.75  # b^2 from which on the tangent continues the law: its pole is at 0.834, at about ten clearances
+PIECES = 3  # Number of quadrature intervals of b^2; with one interval the pole costs six digits
+LAST_ARC = 0.75  # b^2 beyond which the law continues along its tangent; its pole is at 0.834, about ten clearances
 
 
 def force(indentation, scale, clearance, deepest, last_force, last_stiffness):
-    """Force [N] at indentation delta > 0 [m]."""
+    """Return the force [N] at indentation delta > 0 [m]."""
     if indentation >= deepest:
         return last_force + last_stiffness * (indentation - deepest)
     q = indentation / (2.0 * clearance + indentation)  # b^2
@@ -21,7 +21,7 @@ def force(indentation, scale, clearance, deepest, last_force, last_stiffness):
 
 
 def energy(indentation, scale, clearance, deepest, last_force, last_stiffness):
-    """Work [J] to press in by delta [m], by quadrature over q = b^2, d delta = 2 c dq/(1 - q)^2."""
+    """Return the work [J] up to delta [m], by quadrature over q = b^2, d delta = 2 c dq/(1 - q)^2."""
     rest = max(indentation - deepest, 0.0)
     within = indentation - rest
     last = within / (2.0 * clearance + within)
@@ -49,7 +49,7 @@ class Persson(TangentElastic):
     """
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """Scale pi L_b E* c [N], c [m], and at the tangent the indentation [m], the force [N] and the stiffness [N/m]."""
+        """Return the scale pi L_b E* c [N], c [m], and the tangent's indentation [m], force [N] and stiffness [N/m]."""
         q, c = LAST_ARC, joint.clearance
         scale = math.pi * joint.length * joint.modulus * c
         below = 2.0 - math.log1p(q) - 2.0 * q * q

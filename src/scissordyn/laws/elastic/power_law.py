@@ -1,4 +1,4 @@
-"""A power law with given constants, and its kernels, which all power laws share."""
+"""Power law with given constants, and the kernels that all power laws share."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from scissordyn.units import Quantity
 
 
 def force(indentation, coefficient, exponent):
-    """Force [N] at indentation delta > 0 [m]."""
+    """Return the force [N] at indentation delta > 0 [m]."""
     return coefficient * indentation**exponent
 
 
 def energy(indentation, coefficient, exponent):
-    """Work [J] to press in by delta [m]."""
+    """Return the work [J] up to indentation delta [m]."""
     return coefficient * indentation ** (exponent + 1.0) / (exponent + 1.0)
 
 

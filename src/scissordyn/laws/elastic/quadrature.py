@@ -1,4 +1,4 @@
-"""Gauss quadrature of elastic forces: its nodes, and the energy of a law of which nothing but the force is known."""
+"""Gauss quadrature of elastic forces: its nodes, and the energy of a law that has only a force kernel."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MOST_PIECES = 4000
 
 @kernel
 def piece(pointer, low, high, delta, p):
-    """Integral of a force over s in [low, high], per unit of delta."""
+    """Return the integral of a force over s in [low, high], per unit of delta."""
     total = 0.0
     for k in range(NODES.size):
         s = low + (high - low) * NODES[k]
@@ -28,9 +28,10 @@ def piece(pointer, low, high, delta, p):
 
 @kernel
 def quadrature_energy(pointer, delta, p):
-    """Work [J] to press an elastic part in by delta [m], by halving where the force has kinks.
+    """Return the work [J] of an elastic force up to delta [m], by bisection where the force has kinks.
 
-    The pieces are [k, k + 1]/2^level; once one is done the next is the end of the largest that it completes.
+    The intervals are [k, k + 1]/2^level. After one is done, the next begins at the end of the largest interval that it
+    completes.
     """
     tolerance = ROUNDING * abs(piece(pointer, 0.0, 1.0, delta, p))
     total, level, k, count = 0.0, 0, 0, 0

@@ -1,4 +1,4 @@
-"""What bristle laws share: their parameters, the fading of their damping with slip, the deflection at a contact's start."""
+"""Common parts of bristle laws: their parameters, the fading of damping with slip, the deflection at a contact's start."""
 
 from __future__ import annotations
 
@@ -42,28 +42,29 @@ DampingSpeed = Annotated[
 
 
 def fading_speed(largest: float, bristle_damping: float) -> float:
-    """The slip speed v_d [m/s] for which sigma_1 |v| exp(-(v/v_d)^2) reaches a given friction coefficient and no more."""
+    """Return the slip speed v_d [m/s] for which the maximum of sigma_1 |v| exp(-(v/v_d)^2) is a given coefficient."""
     return math.sqrt(2.0 * math.e) * largest / bristle_damping if bristle_damping > 0.0 else CONSTANT_DAMPING
 
 
 @kernel
 def micro_damping(v, damping, damping_speed):
-    """Bristle damping sigma_1 [s/m] at slip speed v [m/s] (Canudas de Wit, Lischinsky 1997)."""
+    """Return the bristle damping sigma_1 [s/m] at slip speed v [m/s] (Canudas de Wit, Lischinsky 1997)."""
     x = v / damping_speed
     return damping * math.exp(-x * x)
 
 
 @kernel
 def onset(v, presliding_speed):
-    """Share of the steady deflection that a contact starts with at slip speed v [m/s], with the sign of v.
+    """Return the fraction of the steady deflection at a contact's start at slip speed v [m/s], with the sign of v.
 
-    The bristles of a contact that begins have not been dragged yet: none at rest, all beyond some presliding speeds.
+    The bristles have not been dragged before. At rest the fraction is zero, and it approaches one for slip speeds well
+    above the presliding speed.
     """
     return math.tanh(v / presliding_speed)
 
 
 def steady(slip_speed, kinetic, static, stribeck_speed, stribeck_exponent, bristle_stiffness):
-    """Deflection of steady sliding at slip speed v [m/s], none at rest."""
+    """Return the deflection of steady sliding at slip speed v [m/s], zero at rest."""
     return (
         math.copysign(sliding_coefficient(slip_speed, kinetic, static, stribeck_speed, stribeck_exponent), slip_speed)
         / bristle_stiffness
@@ -73,7 +74,7 @@ def steady(slip_speed, kinetic, static, stribeck_speed, stribeck_exponent, brist
 
 
 def start(slip_speed, kinetic, static, stribeck_speed, stribeck_exponent, bristle_stiffness):
-    """Deflection at a contact's start at slip speed v [m/s]."""
+    """Return the deflection at a contact's start at slip speed v [m/s]."""
     return (
         onset(slip_speed, stribeck_speed)
         * sliding_coefficient(slip_speed, kinetic, static, stribeck_speed, stribeck_exponent)
@@ -83,7 +84,7 @@ def start(slip_speed, kinetic, static, stribeck_speed, stribeck_exponent, bristl
 
 @dataclass(frozen=True)
 class BristleFriction(StaticFriction):
-    """A law whose bristles bend up to the Stribeck curve; one that is made of it says how."""
+    """Base of laws whose bristles deflect up to the Stribeck curve."""
 
     kernels: ClassVar[Mapping[str, Kernel]] = {"start": start, "steady": steady, "limit": viscous_limit}
 

@@ -1,4 +1,4 @@
-"""What several friction laws share: parameters with their bounds, the default static coefficient, the limits of friction."""
+"""Common parts of friction laws: parameters with bounds, the default static coefficient, the limits of friction."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def static_coefficient(law: str, kinetic: float, static: float | None) -> float:
 
 
 class StaticFriction(Friction):
-    """A friction law with a static coefficient, which is a multiple of the kinetic one unless it is given."""
+    """Base of friction laws with a static coefficient, by default a multiple of the kinetic one."""
 
     kinetic: float
     static: float | None
@@ -47,20 +47,20 @@ class StaticFriction(Friction):
         return static_coefficient(type(self).__name__, self.kinetic, self.static)
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """mu_s is computed unless given."""
+        """Return the kernel's parameters; by default mu_s is computed."""
         return numbers(self, static=self._static_coefficient())
 
 
 def kinetic_limit(slip_speed, normal_force, kinetic):
-    """Largest |F_t| [N] of a law without a static coefficient at slip speed v [m/s]."""
+    """Return the largest |F_t| [N] of a law without a static coefficient at slip speed v [m/s]."""
     return kinetic * normal_force
 
 
 def static_limit(slip_speed, normal_force, static):
-    """Largest |F_t| [N] of a law without a viscous part."""
+    """Return the largest |F_t| [N] of a law without a viscous part."""
     return static * normal_force
 
 
 def viscous_limit(slip_speed, normal_force, static, viscous):
-    """Largest |F_t| [N] that static friction and the viscous part allow."""
+    """Return the largest |F_t| [N] of static friction and the viscous part."""
     return normal_force * (static + viscous * abs(slip_speed))

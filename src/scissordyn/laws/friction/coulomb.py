@@ -12,14 +12,14 @@ from scissordyn.plugin.element import element
 
 @kernel
 def direction(v, ramp_speed):
-    """The sign of v, smoothed over a ramp speed where that is not zero."""
+    """Return the sign of v, smoothed over the ramp speed if that is not zero."""
     if ramp_speed > 0.0:
         return math.tanh(v / ramp_speed)
     return math.copysign(1.0, v) if v != 0.0 else 0.0
 
 
 def force(slip_speed, normal_force, kinetic, ramp_speed):
-    """Tangential force [N] at slip speed v [m/s]."""
+    """Return the tangential force [N] at slip speed v [m/s]."""
     return kinetic * normal_force * direction(slip_speed, ramp_speed)
 
 

@@ -13,19 +13,19 @@ from scissordyn.units import Quantity
 
 
 def force(slip_speed, normal_force, bristle_deflection, kinetic, bristle_stiffness, shape):
-    """Tangential force [N] and z' [m/s]."""
+    """Return the tangential force [N] and z' [m/s]."""
     rest = 1.0 - bristle_stiffness * bristle_deflection / kinetic * math.copysign(1.0, slip_speed)
     rate = slip_speed * rest if shape == 1.0 else slip_speed * math.copysign(abs(rest) ** shape, rest)
     return normal_force * bristle_stiffness * bristle_deflection, rate
 
 
 def steady(slip_speed, kinetic, bristle_stiffness):
-    """Deflection of steady sliding at slip speed v [m/s], none at rest."""
+    """Return the deflection of steady sliding at slip speed v [m/s], zero at rest."""
     return math.copysign(kinetic, slip_speed) / bristle_stiffness if slip_speed != 0.0 else 0.0
 
 
 def start(slip_speed, kinetic, bristle_stiffness):
-    """Deflection at a contact's start at slip speed v [m/s]."""
+    """Return the deflection at a contact's start at slip speed v [m/s]."""
     return onset(slip_speed, PRESLIDING_SPEED) * kinetic / bristle_stiffness
 
 

@@ -28,7 +28,7 @@ def force(
     damping_speed,
     breakaway,
 ):
-    """Tangential force [N] and z' [m/s]."""
+    """Return the tangential force [N] and z' [m/s]."""
     farthest = sliding_coefficient(slip_speed, kinetic, static, stribeck_speed, stribeck_exponent) / bristle_stiffness  # z_max
     bend = abs(bristle_deflection)
     slipping = 0.0  # alpha
@@ -69,16 +69,17 @@ class ElastoPlastic(BristleFriction):
     ] = 0.7
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """mu_s and v_d are computed unless given; z_ba [m]."""
+        """Return the kernel's parameters; by default mu_s and v_d are computed. z_ba is in m."""
         static = self._static_coefficient()
         fading = self.damping_speed or fading_speed(self._largest(static), self.bristle_damping)
         breakaway = self.breakaway * self.kinetic / self.bristle_stiffness
         return numbers(self, static=static, damping_speed=fading, breakaway=breakaway)
 
     def _largest(self, static: float) -> float:
-        """The largest sigma_1 |v| e^(-(v/v_d)^2) with which friction cannot exceed the static coefficient.
+        """Return the largest sigma_1 |v| e^(-(v/v_d)^2) with which friction cannot exceed the static coefficient.
 
-        With u = sigma_0 |z|/mu_s friction is mu_s u + sigma_1 z', z' = v (1 - alpha u) at the worst slip speed, where g = mu_s.
+        With u = sigma_0 |z|/mu_s friction is mu_s u + sigma_1 z', z' = v (1 - alpha u) at the worst slip speed, where g
+        = mu_s.
         """
         first = self.breakaway * self.kinetic / static
         low, high = first, 1.0

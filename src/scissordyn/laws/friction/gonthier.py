@@ -14,7 +14,7 @@ from scissordyn.units import Quantity, State
 
 @kernel
 def direction(v, smoothing_speed):
-    """The sign of v, below the smoothing speed by a cubic with a level end."""
+    """Return the sign of v, replaced below the smoothing speed by a cubic with zero slope at its ends."""
     r = v / smoothing_speed
     return math.copysign(1.0, v) if abs(r) >= 1.0 else r * (1.5 - 0.5 * r * r)
 
@@ -33,7 +33,7 @@ def force(
     bristle_damping,
     viscous,
 ):
-    """Tangential force [N], z' [m/s] and w' [1/s]."""
+    """Return the tangential force [N], z' [m/s] and w' [1/s]."""
     x = slip_speed / stribeck_speed
     stick = math.exp(-x * x)
     slide = -math.expm1(-x * x)
@@ -50,13 +50,13 @@ def force(
 
 @kernel
 def bend(v, kinetic, stribeck_speed, smoothing_speed, bristle_damping):
-    """Coefficient of bristles in steady sliding at slip speed v != 0 [m/s], not yet bounded by friction, with the sign of v."""
+    """Return the bristles' coefficient in steady sliding at slip speed v != 0 [m/s], unbounded, with the sign of v."""
     x = v / stribeck_speed
     return kinetic * direction(v, smoothing_speed) - bristle_damping * math.exp(-x * x) * v / math.expm1(-x * x)
 
 
 def steady(slip_speed, kinetic, static, stribeck_speed, smoothing_speed, bristle_stiffness, bristle_damping):
-    """States of steady sliding at slip speed v [m/s], no bristle beyond its largest force, none bent at rest."""
+    """Return the states of steady sliding at slip speed v [m/s]: bristles within their largest force, undeflected at rest."""
     x = slip_speed / stribeck_speed
     dwell = math.exp(-x * x)
     largest = kinetic + (static - kinetic) * dwell
@@ -70,7 +70,7 @@ def steady(slip_speed, kinetic, static, stribeck_speed, smoothing_speed, bristle
 
 
 def start(slip_speed, kinetic, stribeck_speed, smoothing_speed, bristle_stiffness, bristle_damping):
-    """States at a contact's start at slip speed v [m/s]; a contact that begins has not dwelt, so kinetic friction bounds it."""
+    """Return the states at a contact's start at slip speed v [m/s]; kinetic friction bounds them, as there was no dwell."""
     bristle_deflection = (
         onset(slip_speed, stribeck_speed)
         * min(kinetic, abs(bend(slip_speed, kinetic, stribeck_speed, smoothing_speed, bristle_damping)))
@@ -110,7 +110,7 @@ class GonthierBristle(StaticFriction):
         float, Quantity("m/s", minimum=1e-7, maximum=10.0, help="v_s, below which the bristles stick")
     ] = 1e-3
     smoothing_speed: Annotated[
-        float, Quantity("m/s", minimum=1e-9, maximum=10.0, help="below which the sign of v is smoothed")
+        float, Quantity("m/s", minimum=1e-9, maximum=10.0, help="speed below which the sign of v is smoothed")
     ] = 1e-4
     dwell_time: Annotated[
         float, Quantity("s", minimum=1e-9, maximum=1e4, help="tau_d, in which static friction grows at rest")

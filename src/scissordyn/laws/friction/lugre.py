@@ -21,7 +21,7 @@ def force(
     viscous,
     damping_speed,
 ):
-    """Tangential force [N] and z' [m/s]."""
+    """Return the tangential force [N] and z' [m/s]."""
     rate = slip_speed - bristle_stiffness * abs(slip_speed) * bristle_deflection / sliding_coefficient(
         slip_speed, kinetic, static, stribeck_speed, stribeck_exponent
     )
@@ -55,6 +55,6 @@ class LuGre(BristleFriction):
     """
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """mu_s and v_d are computed unless given."""
+        """Return the kernel's parameters; by default mu_s and v_d are computed."""
         fading = self.damping_speed or fading_speed(self.kinetic, self.bristle_damping)
         return numbers(self, static=self._static_coefficient(), damping_speed=fading)

@@ -1,4 +1,4 @@
-"""Two bristles side by side: a stiff one that slides early, and a soft one."""
+"""Maxwell-slip friction with two elements in parallel: a stiff one that slides early, and a soft one."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from scissordyn.units import Quantity, State
 
 
 def force(slip_speed, normal_force, first_deflection, second_deflection, kinetic, share, first_stiffness, second_stiffness):
-    """Tangential force [N] and both z' [m/s]."""
+    """Return the tangential force [N] and both z' [m/s]."""
     first = slip_speed - abs(slip_speed) * first_stiffness * first_deflection / (share * kinetic)
     second = slip_speed - abs(slip_speed) * second_stiffness * second_deflection / ((1.0 - share) * kinetic)
     return normal_force * (first_stiffness * first_deflection + second_stiffness * second_deflection), first, second
 
 
 def steady(slip_speed, kinetic, share, first_stiffness, second_stiffness):
-    """Deflections of steady sliding at slip speed v [m/s], none at rest."""
+    """Return the deflections of steady sliding at slip speed v [m/s], zero at rest."""
     sense = 1.0 if slip_speed > 0.0 else -1.0 if slip_speed < 0.0 else 0.0
     return sense * share * kinetic / first_stiffness, sense * (1.0 - share) * kinetic / second_stiffness
 
 
 def start(slip_speed, kinetic, share, first_stiffness, second_stiffness):
-    """Deflections at a contact's start at slip speed v [m/s]."""
+    """Return the deflections at a contact's start at slip speed v [m/s]."""
     part = onset(slip_speed, PRESLIDING_SPEED)
     return part * share * kinetic / first_stiffness, part * (1.0 - share) * kinetic / second_stiffness
 

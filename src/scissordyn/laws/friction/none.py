@@ -7,7 +7,7 @@ from scissordyn.plugin.element import element
 
 
 def static_limit():
-    """Largest |F_t| [N]."""
+    """Return the largest |F_t| [N]."""
     return 0.0
 
 

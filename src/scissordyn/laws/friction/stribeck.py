@@ -21,15 +21,15 @@ from scissordyn.plugin.element import element
 
 @kernel
 def sliding_coefficient(v, kinetic, static, stribeck_speed, stribeck_exponent):
-    """g(v), the friction coefficient of steady sliding without the viscous part."""
+    """Return g(v), the friction coefficient of steady sliding without the viscous part."""
     s = abs(v) / stribeck_speed
-    # an integer exponent by multiplication: pow costs more than the rest of the law
+    # multiplication for the exponent 2: pow costs more than the rest of the law
     power = s * s if stribeck_exponent == 2.0 else s**stribeck_exponent
     return kinetic + (static - kinetic) * math.exp(-power)
 
 
 def force(slip_speed, normal_force, kinetic, static, stribeck_speed, stribeck_exponent, viscous, ramp_speed):
-    """Tangential force [N] at slip speed v [m/s]."""
+    """Return the tangential force [N] at slip speed v [m/s]."""
     return normal_force * (
         sliding_coefficient(slip_speed, kinetic, static, stribeck_speed, stribeck_exponent) * direction(slip_speed, ramp_speed)
         + viscous * slip_speed

@@ -238,8 +238,8 @@ def test_warning_where_a_stroke_is_left() -> None:
         (lambda: sd.StrokeLoad("cut", ("ball", "centre"), 0.0, ((0.3, 1.0),)), "stroke load 'cut': the curve has 1 pairs"),
         (
             lambda: sd.NonlinearSpring("s", *ENDS, ((0.3, 1.0), (0.2, 2.0))),
-            r"nonlinear spring 's': the curve has 2 pairs at \[0.3, 0.2\]; allowed: two or more lengths, which increase, and as "
-            "many forces",
+            r"nonlinear spring 's': the curve has 2 pairs at \[0.3, 0.2\]; allowed: two or more lengths, which increase, and "
+            "as many forces",
         ),
         (
             lambda: sd.AngleLoad("gas", "disc", ((0.0, 1.0), (6.0, 2.0)), periodic=True),

@@ -219,10 +219,9 @@ HERE = Path(__file__).parent / "entries"
 class Zoo(Mapping[str, Entry]):
     """Named mechanisms with sources and reference values, for example ``sd.zoo["flores slider-crank"]``.
 
-    Spaces, hyphens, underscores and capital letters are equivalent. Another package adds mechanisms by an entry point of
-    the group
-    "scissordyn.zoo". The entry point names a folder (a path) that has a folder with ``zoo.toml`` and ``case.toml`` for each
-    mechanism.
+    Spaces, hyphens, underscores and capital letters are equivalent. Another package adds mechanisms by an entry point of the
+    group "scissordyn.zoo". The entry point names a folder (a path) that has a folder with ``zoo.toml`` and ``case.toml`` for
+    each mechanism.
     """
 
     @cached_property

@@ -1,8 +1,7 @@
 """Describe the function behind a kernel pointer.
 
 Every element's kernel is called as ``double f(double *q, double *v, double *z, double *x, double *p, double *out)``: inputs,
-their
-rates, states, context, parameters and further results. The time loop is therefore the same for all elements, including
+their rates, states, context, parameters and further results. The time loop is therefore the same for all elements, including
 user-defined ones.
 """
 

@@ -14,9 +14,8 @@ DEFAULTS = {"delay": 0.0, "recorded": "", "recursion_gain": 0.0}
 class Controller(Part):
     """Base of controllers, which compute the torque [N m] of an actuator and the rates of internal states from signals.
 
-    The kernel's argument names select its signals. `recorded` is the present value of the recorded signal y. `delayed` is
-    the value of
-    S(t) = y(t) + R S(t - T) one delay ago.
+    The kernel's argument names select its signals. `recorded` is the present value of the recorded signal y. `delayed` is the
+    value of S(t) = y(t) + R S(t - T) one delay ago.
     """
 
     slot = Slot(

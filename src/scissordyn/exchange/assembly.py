@@ -1,8 +1,7 @@
 """Write the assembled mechanism into the DXF of its parts, as a block that is not inserted; `import` reads this block.
 
 Bars are polylines through their pins. Points on layer ``pins`` join two bodies, points on layer ``ground`` are fixed, and lines
-on
-layer ``guide`` are guides. Names, masses and joined bodies are extended data (XDATA) of these entities, in JSON.
+on layer ``guide`` are guides. Names, masses and joined bodies are extended data (XDATA) of these entities, in JSON.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """Read drawings in DXF: lines are bars, and common ends are pins.
 
 Layers mark the other parts: entities on ``ground`` are fixed, a line on ``guide`` guides pins, and a bar on ``input`` is the
-driven one.
-A point or circle joins all bars that pass through it, for example two crossing bars at their pivot.
+driven one. A point or circle joins all bars that pass through it, for example two crossing bars at their pivot.
 """
 
 from __future__ import annotations

@@ -157,8 +157,7 @@ class Hole(NamedTuple):
 def holes_of(mechanism: Mechanism, body: Body, pin_radius: float | None) -> list[Hole]:
     """Return the holes of a bar, one for each joint on it.
 
-    In a joint with clearance the bore's radius is the journal's radius plus the clearance. In an ideal joint pin and bore
-    have
+    In a joint with clearance the bore's radius is the journal's radius plus the clearance. In an ideal joint pin and bore have
     the radius `pin_radius`.
     """
     holes = []

@@ -264,8 +264,7 @@ def beam_file(forces: xr.Dataset, run: xr.Dataset, mechanism: Mechanism, *, sect
     """Return a CalculiX input file with each straight bar as beams in its own frame, at the instant of its largest force.
 
     The pin forces, the weight and the inertia of each bar are in equilibrium. Three supports in the plane carry only the
-    residual, so
-    that their reactions show the error.
+    residual, so that their reactions show the error.
     """
     matched = RECTANGLE.fullmatch(section)
     if matched is None or not float(matched[1]) > 0.0 < float(matched[2]):

@@ -1,8 +1,7 @@
 """Read planar mechanisms from MJCF and URDF with MuJoCo.
 
 A model is accepted if all hinges have parallel axes and all slides are perpendicular to them. Parts that the import does not
-use are
-reported.
+use are reported.
 """
 
 from __future__ import annotations

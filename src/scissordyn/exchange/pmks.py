@@ -2,19 +2,14 @@
 
 The format was read from the public source of PMKS+ (github.com/PMKS-Web/PMKSWeb, src/app/services/transcoding). Sections after
 the question mark end with a dot: truth values, decimal settings, integer settings, units, one section for each joint, an empty
-one,
-one for each link, an empty one, one for each force, an empty one, and the selected part. The last character is the length of
-all
-previous characters modulo 62. Numbers are integers of thousandths in base 64; a leading zero marks a negative one. The format
-has no
-version field: a later version is recognised by additional sections and characters.
+one, one for each link, an empty one, one for each force, an empty one, and the selected part. The last character is the length
+of all previous characters modulo 62. Numbers are integers of thousandths in base 64; a leading zero marks a negative one. The
+format has no version field: a later version is recognised by additional sections and characters.
 
 An earlier format is ``?j=A,1.4,0.485,AB,R,t,0,0.1,t,%0A...&l=...&f=...&s=10,false,false,m`` with one line for each part. Joint:
 name, place, links, R or P, on the ground, angle of a slide, friction, input. Link: name, mass, inertia, mass centre, joints,
-forces,
-outline. Force: name, link, two ends of an arrow, global, outward, magnitude. Settings: input speed, clockwise, gravity, length
-unit. A
-later version of this format has R or P after the name of a link.
+forces, outline. Force: name, link, two ends of an arrow, global, outward, magnitude. Settings: input speed, clockwise, gravity,
+length unit. A later version of this format has R or P after the name of a link.
 """
 
 from __future__ import annotations

@@ -284,8 +284,7 @@ def figures(run: xr.Dataset, summary: Summary, pins: Sequence[xr.Dataset], joint
     """Return the figures of a run and of the pinned runs (the newest last).
 
     Scales suit all runs, and long runs are thinned. Keys: "figures" over time, "orbit" (None without one), "factor" from
-    seconds to the
-    time axis, and "until" and "horizon" on that axis.
+    seconds to the time axis, and "until" and "horizon" on that axis.
     """
     chosen, columns = Chosen(run, summary, joint, output), []
     time, horizon = engineering("s", run["time"].values), predictability_horizon(run)

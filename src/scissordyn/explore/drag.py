@@ -46,9 +46,8 @@ class _Parameter:
 class Drag:
     """Drag of a joint, or of the length of a bar.
 
-    A drag changes two parameters for a joint and one for a length. Among all candidates, those that move the target with
-    the smallest
-    changes are chosen.
+    A drag changes two parameters for a joint and one for a length. Among all candidates, those that move the target with the
+    smallest changes are chosen.
     """
 
     def __init__(self, case: Case, kind: str, name: str) -> None:

@@ -1,9 +1,8 @@
 """Serve the files of the explorer's page and one socket for each page, on this machine unless configured otherwise.
 
 Access requires the page's address, which has a random part, and a known name of this machine as host. The host check is against
-DNS
-rebinding: another site can map its name to this machine, so that a browser sends requests here with that site's name. Therefore
-every request is checked.
+DNS rebinding: another site can map its name to this machine, so that a browser sends requests here with that site's name.
+Therefore every request is checked.
 """
 
 from __future__ import annotations
@@ -145,9 +144,8 @@ def serve(
 ) -> None:
     """Serve the page of a case until Ctrl-C, which raises `KeyboardInterrupt`; raise the error of a case that cannot be read.
 
-    `opened` reads the case in a separate thread, while the browser already loads the page. `said` is called with the
-    address of the
-    page; its random part grants access.
+    `opened` reads the case in a separate thread, while the browser already loads the page. `said` is called with the address of
+    the page; its random part grants access.
     """
     access = Access.to(listening, address)
     host = "127.0.0.1" if bound_address(listening).is_unspecified else f"[{address}]" if ":" in address else address

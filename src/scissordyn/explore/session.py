@@ -64,8 +64,8 @@ class Worker:
     """Thread that simulates the newest order.
 
     `done` gets the outcome of each order that no newer order has replaced. Preliminary outcomes come first, with smaller
-    numbers.
-    `progress` gets the number of the order and the simulated fraction of its time. Numbers up to `earlier` are already used.
+    numbers. `progress` gets the number of the order and the simulated fraction of its time. Numbers up to `earlier` are already
+    used.
     """
 
     def __init__(self, done: Callable[[Outcome], None], progress: Callable[[int, float], None], *, earlier: int = 0) -> None:
@@ -80,9 +80,8 @@ class Worker:
     def order(self, case: Case, *, staged: bool = False) -> int:
         """Run a case instead of any waiting or current order; return the number of the order.
 
-        A staged order begins with the motion with ideal joints, and with a coarse run if the accurate one takes long.
-        These outcomes have
-        the two preceding numbers.
+        A staged order begins with the motion with ideal joints, and with a coarse run if the accurate one takes long. These
+        outcomes have the two preceding numbers.
         """
         with self._changed:
             self.number += 3 if staged else 1
@@ -220,8 +219,7 @@ class Session:
     """State of one page, independent of browsers.
 
     `updated` is called, also from a thread, with what has changed: "fields", "run", "fine" (its curves), "status", "pins".
-    `computed` is
-    the run of the opened case, if another session has computed it.
+    `computed` is the run of the opened case, if another session has computed it.
     """
 
     def __init__(self, case: Case, updated: Callable[[str], None], computed: Outcome | None = None) -> None:

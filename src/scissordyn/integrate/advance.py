@@ -189,11 +189,9 @@ def end_on_event(problem, T, t, h, s, w, S):
 def step_to_event(problem, T, guard, theta, t, h, s, w, S):
     """Repeat the step so that it ends on the crossing; return its size.
 
-    The crossing was found on the dense output. The end of a step is more accurate than its inside, so a few Newton steps on
-    the step
-    size follow. An event at the very start leaves a step of size zero. A guard that is beyond zero and recedes is crossed
-    where it turns.
-    The step then ends after the turning point, because a receding guard causes no event.
+    The crossing was found on the dense output. The end of a step is more accurate than its inside, so a few Newton steps on the
+    step size follow. An event at the very start leaves a step of size zero. A guard that is beyond zero and recedes is crossed
+    where it turns. The step then ends after the turning point, because a receding guard causes no event.
     """
     short, shortest = fraction(w.scaling[0], theta) * h, STEP_MIN_FRACTION * max(abs(t), h)
     sign = sign_of(s.mode[guard])

@@ -1,10 +1,8 @@
 """Step across the rises and falls of guards under error control.
 
 A fall needs no preparation, because the guard's force vanishes beyond it. For a rise inside the step, the guard is put into
-mode 1
-with the result of its reset at the rise, and the step is repeated from its start. If the error is small enough, the events take
-their
-instants and data from the dense output. Otherwise the step ends on its first event.
+mode 1 with the result of its reset at the rise, and the step is repeated from its start. If the error is small enough, the
+events take their instants and data from the dense output. Otherwise the step ends on its first event.
 """
 
 from __future__ import annotations

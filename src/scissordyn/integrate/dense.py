@@ -1,8 +1,7 @@
 """Evaluate the dense output of a step, nested: y(theta) = y0 + f1 (F0 + f2 (F1 + f3 (F2 + ...))), f = theta or 1 - theta.
 
 Both families of methods share this form, so its users do not depend on the method. Explicit methods also have dense output of
-the
-integrals of the powers; the other methods integrate powers on Gauss nodes.
+the integrals of the powers; the other methods integrate powers on Gauss nodes.
 """
 
 from __future__ import annotations

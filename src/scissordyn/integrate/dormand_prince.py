@@ -1,10 +1,8 @@
 """Coefficients of Dormand and Prince's explicit methods.
 
 DOP853 has order 8 and a dense output of order 7: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd
-edition, II.5
-and II.6; the digits are those of their program. DOPRI5 has order 5 and Shampine's dense output of order 4: table II.5.2 and
-section
-II.6.
+edition, II.5 and II.6; the digits are those of their program. DOPRI5 has order 5 and Shampine's dense output of order 4: table
+II.5.2 and section II.6.
 """
 
 from __future__ import annotations

@@ -1,16 +1,12 @@
 """Locate roots of guards inside a step, on the dense output.
 
 A guard in mode 0 is crossed when its value rises through zero, in mode 1 when it falls. A guard that the last event left beyond
-zero by
-round-off is crossed when it turns and moves further beyond. Values and rates are multiplied by `sign_of`, so that a crossing is
-always
-a rise.
+zero by round-off is crossed when it turns and moves further beyond. Values and rates are multiplied by `sign_of`, so that a
+crossing is always a rise.
 
 Between two probes a guard may rise and fall again. The cubic through the values and rates at both probes, with its error at the
-middle,
-shows whether this is possible. If so, both halves are searched in the same way. If a guard is beyond zero only at the end of a
-step,
-but no rise was found, the step is rejected.
+middle, shows whether this is possible. If so, both halves are searched in the same way. If a guard is beyond zero only at the
+end of a step, but no rise was found, the step is rejected.
 """
 
 from __future__ import annotations
@@ -280,9 +276,8 @@ def guards_agree(s, w):
 def find_crossings(problem, T, t, h, s, w, S, every):
     """List the crossings of guards inside the step (t, t + h) in order: all of them, or those up to the first probe with any.
 
-    In the latter case only the first entry is in order. w.saved_mode is overwritten. Return whether the guards at the end
-    of the step
-    agree with the list.
+    In the latter case only the first entry is in order. w.saved_mode is overwritten. Return whether the guards at the end of
+    the step agree with the list.
     """
     w.crossing_count[0] = 0
     count = s.mode.size

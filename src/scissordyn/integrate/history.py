@@ -30,8 +30,7 @@ def up_to_multiple(t, h, delays):
     """Return a step size of at most h that does not pass a multiple of a delay.
 
     A step then never reads its own signals. The start makes a kink in a derivative that returns after every delay, and no
-    polynomial
-    contains such a kink.
+    polynomial contains such a kink.
     """
     for k in range(delays.size):
         rest = delays[k] * (math.floor(t / delays[k]) + 1.0) - t

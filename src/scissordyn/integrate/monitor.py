@@ -1,8 +1,7 @@
 """Find largest values, integrals and band crossings of monitored values over a step, and integrate the powers.
 
 An explicit method has evaluated everything at its stages. The stages of a Rosenbrock method are less accurate than its steps,
-so
-values are evaluated on Gauss nodes of its dense output.
+so values are evaluated on Gauss nodes of its dense output.
 """
 
 from __future__ import annotations
@@ -133,9 +132,8 @@ def monitor_stages(problem, T, t, h, s, w, S):
 def may_have_maximum(T, row, largest, w):
     """Return whether the step may have a maximum inside, or starts above the largest value so far.
 
-    It has none if its largest value is at an end, and the parabola through that end and the two nearest stages is steep
-    there with its
-    vertex well outside.
+    It has none if its largest value is at an end, and the parabola through that end and the two nearest stages is steep there
+    with its vertex well outside.
     """
     start, end = w.monitored[0, row, 0], w.monitored[T.stages, row, 0]
     rises, edge = end >= start, max(start, end)

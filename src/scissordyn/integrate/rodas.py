@@ -1,14 +1,11 @@
 """Coefficients of Steinebach's Rosenbrock methods.
 
 RODAS5P has order 5 and a dense output of order 4; it is stiffly accurate and L-stable, suits index-1 problems and has little
-order
-reduction. Steinebach 2023, "Construction of Rosenbrock-Wanner method Rodas5P and numerical benchmarks within the Julia
-Differential
-Equations package", doi:10.1007/s10543-023-00967-x.
+order reduction. Steinebach 2023, "Construction of Rosenbrock-Wanner method Rodas5P and numerical benchmarks within the Julia
+Differential Equations package", doi:10.1007/s10543-023-00967-x.
 
 RODAS4P has order 4 for parabolic problems, and a dense output of order 3: Hairer, Wanner, Solving Ordinary Differential
-Equations II,
-2nd edition, section VI.4; the digits are those of RODASP.
+Equations II, 2nd edition, section VI.4; the digits are those of RODASP.
 """
 
 from __future__ import annotations

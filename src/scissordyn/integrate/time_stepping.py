@@ -235,8 +235,7 @@ def first_event(jumps, t, h, s, w, S, H, K):
     """Repeat a step from t so that it ends on its first event; return its size, and whether a hard contact strikes there.
 
     The step is halved until nothing is crossed. The size in between is found by regula falsi with the Illinois rule. If an
-    impact inside
-    the step makes the function jump, the step ends before it.
+    impact inside the step makes the function jump, the step ends before it.
     """
     high, above = h, penetration_at_end(jumps, t + h, s, w, S, H, K)
     low, below, deep = 0.0, 0.0, above

@@ -62,8 +62,7 @@ def insert_points(time: np.ndarray, values: np.ndarray, when: np.ndarray, also: 
 def force_curve(run: xr.Dataset, joint: str, *, normal: bool = False) -> xr.DataArray:
     """Return the force of a joint, or its normal part, at the samples and at its maxima between samples.
 
-    For a dry joint the curve is zero at both ends of each contact. A line through the samples alone would miss peaks and
-    short
+    For a dry joint the curve is zero at both ends of each contact. A line through the samples alone would miss peaks and short
     contacts between them.
     """
     time = run["time"].values

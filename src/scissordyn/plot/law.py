@@ -56,9 +56,8 @@ IMPACT_SPEED = 0.5  # Approach speed of the free body [m/s]
 def draw_law(law: Elastic | Damping | Friction, *, axes: Canvas = None, joint: JointContact = DEFAULT_JOINT) -> list[Axes]:
     """Draw the curves of one law.
 
-    An elastic law is shown in the loop of an impact with Flores's damping, a damping law in an impact with Liu's elastic
-    law. The
-    elastic part alone is drawn next to each loop. A friction law is shown in steady sliding and in an oscillation of a few
+    An elastic law is shown in the loop of an impact with Flores's damping, a damping law in an impact with Liu's elastic law.
+    The elastic part alone is drawn next to each loop. A friction law is shown in steady sliding and in an oscillation of a few
     micrometres.
     """
     if isinstance(law, Friction):

@@ -1,8 +1,7 @@
 """Make a class an element with a slot, kernels with named arguments, states and facts, and find elements by name.
 
 Kernels are called by pointers to machine code. Kernels of the package are in its library. A user-defined kernel is compiled at
-its
-first use, to a library that is kept as long as the process.
+its first use, to a library that is kept as long as the process.
 """
 
 from __future__ import annotations

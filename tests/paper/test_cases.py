@@ -27,7 +27,7 @@ def test_the_case_file_says_what_python_says(tmp_path):
     path = tmp_path / "case.toml"
     path.write_text(PaperCase(friction=0.03).toml)
     case = read_case(path)
-    joint = Clearance(0.5e-3, damping=Flores(0.9), friction=LuGre(0.03))
+    joint = Clearance(0.5e-3, damping=Flores(0.9), friction=LuGre(0.03), reference="onset")
     expected = scissor(angle=degrees(30)).with_clearance("A", joint).driven(speed=rpm(150))
     assert case.mechanism.bodies == expected.bodies
     assert case.mechanism.joints == expected.joints
@@ -41,7 +41,8 @@ def test_a_choice_reaches_the_mechanism():
     choice = Choice("slider", degrees(60), "falling", 0.5, 30e-3, "bai-zhao-as-printed")
     described = PaperCase(0.2e-3, rpm(100), choice=choice).described()
     joint = described.mechanism.joint("A").clearance
-    assert joint == Clearance(0.2e-3, bearing_length=30e-3, stiffness=BaiZhaoAsPrinted(), damping=Flores(0.5))
+    laws = {"stiffness": BaiZhaoAsPrinted(), "damping": Flores(0.5), "reference": "onset"}
+    assert joint == Clearance(0.2e-3, bearing_length=30e-3, **laws)
     assert described.mechanism.drives[0].motion.speed == pytest.approx(-rpm(100), rel=1e-14)
     assert described.mechanism.bodies == scissor(driven_bar="slider", angle=degrees(60)).bodies
 

@@ -198,7 +198,7 @@ def test_laws_at_a_flat_wall(name):
     if name in ("braendlein", "hertz", "linear", "power"):
         assert GuideClearance(GAP, LENGTH, WIDTH, stiffness=law).stiffness == law
         return
-    with pytest.raises(InputError, match="no value for a contact point at a plane guide surface"):
+    with pytest.raises(InputError, match="no value for a corner on a plane guide surface"):
         GuideClearance(GAP, LENGTH, WIDTH, stiffness=law)
 
 
@@ -215,8 +215,8 @@ def test_hertz_at_a_flat_wall():
 @pytest.mark.parametrize(
     ("change", "match"),
     [
-        ({"length": None}, "without the size"),
-        ({"corners": ((0.0, 0.01),)}, "beside its length"),
+        ({"length": None}, "has no size"),
+        ({"corners": ((0.0, 0.01),)}, "corners and length or width"),
         ({"corner_radius": 0.03}, "at most 0.02 m"),
         ({"length": None, "width": None, "corners": ((0.0, math.nan),)}, "two of: a finite number"),
         ({"clearance": -1e-3}, ">= 1e-12"),

@@ -405,7 +405,9 @@ def test_redundant_only_where_joints_are_ideal() -> None:
         sd.Revolute("P", ("rocker", "start"), ("ground", "P")),
     )
     four = sd.Mechanism(bars, joints, ground=GROUND, couplings=(sd.Coupling("belt", ANGLE("rocker"), ANGLE("crank"), 1.0),))
-    with pytest.raises(sd.InputError, match="coupling 'belt' follows from other couplings and parts; allowed: leave it out"):
+    with pytest.raises(
+        sd.InputError, match="coupling 'belt' follows from other couplings and parts; allowed: a mechanism without it"
+    ):
         sd.simulate(four, until=0.1)
     run = sd.simulate(four.with_clearance("B", sd.Clearance(1e-4)), until=0.05)
     assert run.attrs["status"] == "complete"
@@ -426,12 +428,12 @@ def arms_with(**parts: object) -> Callable[[], object]:
     [
         (
             lambda: sd.Coupling("x", ANGLE("a"), ANGLE("b"), 0.0),
-            "coupling 'x' with ratio = 0; allowed: a ratio that is not zero",
+            "coupling 'x': ratio = 0; allowed: a ratio that is not zero",
         ),
-        (lambda: sd.Coupling("x", ANGLE("a"), ANGLE("a"), 2.0), "coupling 'x' of a coordinate with itself"),
-        (lambda: sd.RelativeAngle("a", "a"), "the angle of 'a' against itself"),
-        (lambda: sd.Slide(("a", "end"), base="a"), "the slide of a point of 'a' against itself"),
-        (lambda: sd.Distance(("a", "end"), ("a", "start")), "the distance of two points of 'a'"),
+        (lambda: sd.Coupling("x", ANGLE("a"), ANGLE("a"), 2.0), "coupling 'x' relates a coordinate to itself"),
+        (lambda: sd.RelativeAngle("a", "a"), "the angle of 'a' relative to itself"),
+        (lambda: sd.Slide(("a", "end"), base="a"), "the slide of a point of 'a' relative to its own body"),
+        (lambda: sd.Distance(("a", "end"), ("a", "start")), "the distance between two points of body 'a'"),
         (
             lambda: sd.CoordinateDrive("d", sd.Slide(("a", "end")), sd.ConstantSpeed(1.0)),
             "drive 'd': a ConstantSpeed of a distance; allowed: another time function",
@@ -442,15 +444,15 @@ def arms_with(**parts: object) -> Callable[[], object]:
         ),
         (
             arms_with(couplings=(BELT, dataclasses.replace(BELT, name="again"))),
-            "coupling 'again' follows from other couplings and parts; allowed: leave it out",
+            "coupling 'again' follows from other couplings and parts; allowed: a mechanism without it",
         ),
         (
             arms_with(couplings=(BELT, dataclasses.replace(BELT, name="again", ratio=0.5, offset=0.0))),
-            "coupling 'belt' and coupling 'again' leave no motion; allowed: one coupling less",
+            "coupling 'belt' and coupling 'again' leave no motion; allowed: one coupling fewer",
         ),
         (
             arms_with(drives=(ELBOW, sd.Drive("upper", sd.ConstantSpeed(1.0)))),
-            "drive 'elbow' contradicts other couplings, drives and joints, which leave it no motion",
+            "drive 'elbow' contradicts other couplings, drives and joints: no motion remains",
         ),
         (
             arms_with(
@@ -459,13 +461,13 @@ def arms_with(**parts: object) -> Callable[[], object]:
                 welds=(sd.Weld("w", ("upper", "end"), ("lower", "start")),),
                 drives=(ELBOW,),
             ),
-            "drive 'elbow' contradicts other couplings, drives and joints, which leave it no motion",
+            "drive 'elbow' contradicts other couplings, drives and joints: no motion remains",
         ),
         (
             arms_with(
                 couplings=(), drives=(sd.Drive("upper", ELBOW.motion), dataclasses.replace(ELBOW, coordinate=ANGLE("upper")))
             ),
-            "drive 'elbow' of a coordinate that cannot move or that drives prescribe already",
+            "drive 'elbow': the coordinate cannot move, or drives prescribe it already",
         ),
     ],
 )

@@ -120,9 +120,9 @@ def test_a_rigid_bar_carries_guides_and_no_rollers() -> None:
     car, arm = sd.point_mass("car", mass=1.0, position=(0.5, 0.0)), sd.bar("arm", length=LENGTH, mass=MASS)
     free = sd.Mechanism((arm, car), (sd.Revolute("O", ("arm", "start"), ("ground", "O")),), ground=(("O", (0.0, 0.0)),))
     bars = {"bodies": "arm", "bending_stiffness": RIGIDITY, "axial_stiffness": AXIAL}
-    with pytest.raises(InputError, match=r"guide 'slot' on bar 'arm'.* a roller that runs along it"):
+    with pytest.raises(InputError, match=r"guide 'slot' is fixed to flexible bar 'arm'.* a roller that runs along it"):
         sd.with_bending(free.with_parts({"guides": (sd.Guide("slot", ("car", "centre"), body="arm"),)}), **bars)
     made = free.with_parts({"components": (sd.Roller("wheel", ("car", "centre"), "arm"),)})
     for rigid in (made, sd.with_bending(made, **bars, elements=2)):
-        with pytest.raises(InputError, match="runs along 'arm', which is no bar that bends by modes"):
+        with pytest.raises(InputError, match="runs along 'arm', which is not a flexible bar"):
             sd.simulate(rigid, until=1e-3)

@@ -379,12 +379,15 @@ def test_the_bearing_carries_wheel_and_flanks() -> None:
         (lambda: pair(0.5, sd.Belt(0.5)), r"no open belt over radii 0\.5 and 0\.25 m with centres 0\.15 m apart"),
         (lambda: pair(1.0, sd.Teeth()), "teeth with ratio = 1"),
         (lambda: pair(-0.5, sd.Teeth(output_centre="x")), r"output_centre = 'x'.* a point of 'wheel'"),
-        (lambda: pair(-0.5, sd.Teeth()).with_clearance("B", ELASTIC), "without the flank that carries"),
-        (lambda: pair(-0.5, sd.Belt(0.05)).with_clearance("B", ELASTIC), "a belt whose bearings move against the base"),
+        (lambda: pair(-0.5, sd.Teeth()).with_clearance("B", ELASTIC), "need the loaded flank"),
+        (lambda: pair(-0.5, sd.Belt(0.05)).with_clearance("B", ELASTIC), "a belt with bearings that move relative to its base"),
         (lambda: pair(-0.5, sd.Teeth(flank="left")), "flank = 'left'"),  # type: ignore[arg-type]
-        (lambda: pair(-0.5, sd.Screw()), "screw between these coordinates"),
-        (lambda: nut(sd.Belt(0.1)), "belt between these coordinates; allowed: two angles"),
-        (lambda: dataclasses.replace(nut(sd.Screw()), ground=(("O", (0.0, 0.1)),)), r"0\.1 m beside the thrust bearing"),
+        (lambda: pair(-0.5, sd.Screw()), "screw cannot connect these coordinates"),
+        (lambda: nut(sd.Belt(0.1)), "belt cannot connect these coordinates; allowed: two angles"),
+        (
+            lambda: dataclasses.replace(nut(sd.Screw()), ground=(("O", (0.0, 0.1)),)),
+            r"misses the thrust bearing of the screw by 0\.1 m",
+        ),
     ],
 )
 def test_bad_input(make: Callable[[], sd.Mechanism], line: str) -> None:

@@ -287,7 +287,7 @@ def test_patterns_give_clearance_to_several_joints(tmp_path: Path, case_of: Call
         ("joint.shaft.bearing=ground.P", "joint 'shaft'", "point 'P' of body 'ground'"),
         ("joint.shaft.bearing=O", "joint.shaft.bearing", "not a point of a body"),
         ("joint.shaft.bearing=crank.end", "joint.shaft", "joins body 'crank' to itself"),
-        ("joint.shaft.name=crank pin", "", "joint 'crank pin' given 2 times"),
+        ("joint.shaft.name=crank pin", "", "joint 'crank pin' is given 2 times"),
         ("body.rod.mass=-2 kg", "body.rod.mass", ">= 1e-12 and <= 1e+09 [kg]"),
         ("body.rod.centre=1 m", "body.rod.centre", "1 numbers"),
         ("body.rod.points.c=1, 2", "body.rod.points", "point 'c': missing unit"),

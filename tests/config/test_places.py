@@ -108,7 +108,7 @@ def test_an_address_names_tables_as_the_option_set_does() -> None:
         (LEAST + 2 * '[[clearance]]\njoint = "A"\nclearance = "1 mm"\n', "given twice"),
         ("", "missing key 'structure'"),
         ('[[body]]\nname = "a"\n', 'structure = { kind = "mechanism" }'),
-        ('[structure]\nkind = "mechanism"\n[run]\nuntil = "1 ms"\n', "a mechanism without bodies"),
+        ('[structure]\nkind = "mechanism"\n[run]\nuntil = "1 ms"\n', "the mechanism has no bodies"),
     ],
 )
 def test_messages_say_what_is_wrong_and_its_line(case_of: Callable[..., Case], text: str, says: str) -> None:

@@ -140,6 +140,6 @@ def test_beside_hard_contact_it_is_refused() -> None:
     """Contract: time stepping has no states of normal forces."""
     arm = sd.scissor(units=1).driven(speed=1.0).with_clearance("A", sd.Clearance(2e-4, contact="hard"))
     with pytest.raises(
-        sd.InputError, match=r"'standard-linear-solid' of 'O', with states, beside hard contact; .*without states"
+        sd.InputError, match=r"'standard-linear-solid' of 'O' has states, but a contact is hard; .*without states"
     ):
         sd.simulate(arm.with_clearance("O", sd.Clearance(2e-4, damping=StandardLinearSolid())), until=1e-3)

@@ -267,7 +267,7 @@ def test_beside_an_open_contact() -> None:
         ),
         (
             sd.GuideFriction("g", ("ground", "origin"), ("slider", "centre"), 0.3, 0.1),
-            r"guide friction 'g': no ideal guide there; allowed: start on 'ground', end = 'slider.centre', direction = 0 deg",
+            r"guide friction 'g': no ideal guide matches it; allowed: start on 'ground', end = 'slider.centre'",
         ),
     ],
 )
@@ -282,7 +282,9 @@ def test_refused_beside_other_parts() -> None:
     crank = rubbing_crank(0.1)
     hard = crank.with_clearance("slider pin", sd.Clearance(1e-4, contact="hard"))
     frictions = tuple(part for part in hard.components if part.name != "slider pin")
-    with pytest.raises(sd.InputError, match=r"pin friction 'ground pin' beside hard contact; allowed: contact = 'compliant'"):
+    with pytest.raises(
+        sd.InputError, match=r"pin friction 'ground pin' together with hard contact; allowed: contact = 'compliant'"
+    ):
         sd.simulate(dataclasses.replace(hard, components=frictions), until=0.01)
 
 

@@ -59,5 +59,5 @@ def test_pole_without_room_is_refused() -> None:
     described = ring()
     gap = described.guides[0].clearance
     assert gap is not None
-    with pytest.raises(InputError, match=r"a ring whose corners leave -0\.2 mm for the pole"):
+    with pytest.raises(InputError, match=r"the corners of the ring leave -0\.2 mm for the pole"):
         _ = described.with_clearance("pole", dataclasses.replace(gap, clearance=3.2e-3)).contact_points

@@ -96,7 +96,7 @@ def test_slip_of_contact_points() -> None:
     slip = found["slip_speed"].sel(joint="A").values
     assert inside.size > 10_000
     assert slip[inside] == pytest.approx((across * (1.0 - JOINT.clearance / size))[inside], rel=1e-5, abs=1e-6)
-    with pytest.raises(InputError, match="slip of the contact points in a hard contact, which has none"):
+    with pytest.raises(InputError, match="slip of the contact points: not supported by a hard contact"):
         sd.Clearance(5e-4, slip="contact-points", contact="hard")
 
 

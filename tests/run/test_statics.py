@@ -140,7 +140,7 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert status_of([*words, "--over", "roof"]) == 2
     assert "forces over 'roof'; allowed: time, input, table.x, table.y" in capsys.readouterr().err
     assert status_of(["statics", str(EXAMPLES / "press.toml")]) == 2
-    assert "which has no stroke; allowed: a drive, or a rod with a motion" in capsys.readouterr().err
+    assert "driven rod or driven coordinate; allowed: a drive, or a rod with a motion" in capsys.readouterr().err
     assert status_of(["statics", str(EXAMPLES / "lift.toml"), "-o", "forces.xlsx"]) == 2
     assert "-o forces.xlsx; allowed: a name that ends in .nc or .csv; type: -o statics.csv" in capsys.readouterr().err
 

@@ -169,7 +169,7 @@ def test_what_cannot_be_tracked(track: tuple[str, str, str], says: str) -> None:
     """Contract: one-line errors."""
     with pytest.raises(sd.InputError, match=says):
         ARM.track(*track)
-    with pytest.raises(sd.InputError, match="tracked point 'P' given 2 times"):
+    with pytest.raises(sd.InputError, match="tracked point 'P' is given 2 times"):
         ARM.track("P", "slider", "centre").track("P", "slider", "centre")
 
 

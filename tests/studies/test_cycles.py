@@ -194,7 +194,7 @@ def test_what_cannot_be_used(periodic, impacting, frictional, upright):
         (lambda: cycle(impacting, cycles=1, start=ideal), "another mechanism"),
         (lambda: cycle(impacting, cycles=1, period=0.1, start=cycle(impacting, cycles=1)), "the same period"),
         (lambda: cycle(impacting, cycles=1, start=ideal.drop_vars("end_y")), "without a final state"),
-        (lambda: cycle(periodic.driven(table), cycles=10, period=0.1), "tabulated until 0.6 s"),
+        (lambda: cycle(periodic.driven(table), cycles=10, period=0.1), "tabulated from 0 s to 0.6 s"),
         (lambda: drive_period(two), "2 periods"),
         (lambda: drive_period(periodic.driven(table)), "no periods"),
         (lambda: ensemble(periodic, members=2, cycles=2), "without clearance joints"),

@@ -198,7 +198,7 @@ REFUSED: dict[str, tuple[Callable[[], object], tuple[str, ...]]] = {
             ground=(*GROUND, ("R", (0.17, 0.0))),
             rods=(sd.Rod("stay", ("u", "b"), ("ground", "R")),),
         ),
-        ("'stay'", "apart"),
+        ("'stay'", "different positions"),
     ),
     "negative inertia": (lambda: part("u", inertia=-0.1), ("'u'",)),
     "no inertia": (lambda: part("u", inertia=0.0), ("'u'",)),

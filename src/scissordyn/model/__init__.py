@@ -1,1 +1,1 @@
-"""The description of a mechanism: bodies, joints, drives, gravity. Frozen dataclasses without computation."""
+"""Description of a mechanism: bodies, joints, drives, gravity. Frozen dataclasses without computation."""

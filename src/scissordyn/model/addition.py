@@ -1,4 +1,4 @@
-"""What is added to a mechanism: payloads and panels, friction in pins, backlash."""
+"""Additions to a mechanism: payloads and panels, friction in pins, backlash."""
 
 from __future__ import annotations
 
@@ -22,8 +22,10 @@ from scissordyn.model.parameter_path import matching
 from scissordyn.units import Meaning, Quantity, checked, documented, quantities
 
 PAYLOAD, PANEL = "payload", "panel"
-"""Names of the points that say where a body carries what: "payload", and "panel start" and "panel end", numbered from the
-second one on. Pictures draw them, and they can be tracked as any point."""
+"""Names of the points at which a body carries payloads ("payload") and panels ("panel start", "panel end").
+
+They are numbered from the second one on. Pictures draw them, and they can be tracked like any point.
+"""
 
 
 @documented
@@ -33,9 +35,9 @@ def with_payload(
     place: Annotated[str | BodyPoint, Meaning('a joint (at the body of its journal), or a point as "BODY.POINT"')],
     mass: Annotated[float, Quantity("kg", above=0.0, help="mass")],
     *,
-    inertia: Annotated[float, Quantity("kg m^2", minimum=0.0, help="about the payload's own mass centre")] = 0.0,
+    inertia: Annotated[float, Quantity("kg m^2", minimum=0.0, help="inertia about the payload's mass centre")] = 0.0,
 ) -> Mechanism:
-    """The same mechanism with a payload fixed to one of its bodies, which gets a point "payload" there.
+    """Return the mechanism with a payload fixed to one of its bodies, which gets a point "payload".
 
     Returns
     -------
@@ -44,11 +46,11 @@ def with_payload(
     carrier = mechanism.joint_or_point(place)
     name, point = carrier.journal if isinstance(carrier, Revolute) else _cross_section(mechanism, carrier)
     if name == GROUND:
-        raise InputError(f"a payload on the ground at '{place}'", "a body and one of its points")
+        raise InputError(f"the place '{place}' of a payload is on the ground", "a body and one of its points")
     body = mechanism.body(name)
     local = _local(body, point)
-    marked = _marked(body, {PAYLOAD: local}, len(payload_points(body)))
-    return _exchanged(mechanism, [_loaded(marked, mass, local, inertia)])
+    marked = _with_points(body, {PAYLOAD: local}, len(payload_points(body)))
+    return _with_bodies(mechanism, [_with_mass(marked, mass, local, inertia)])
 
 
 @documented
@@ -58,12 +60,12 @@ def with_panels(
     bodies: Annotated[str | Iterable[str], Meaning("which bars, by name or pattern")],
     mass: Annotated[float, Quantity("kg", above=0.0, help="mass of one panel")],
     *,
-    start: Annotated[str, Meaning("a point of the bar, where the panel begins")] = "start",
-    end: Annotated[str, Meaning("a point of the bar, where the panel ends")] = "end",
+    start: Annotated[str, Meaning("point of the bar where the panel begins")] = "start",
+    end: Annotated[str, Meaning("point of the bar where the panel ends")] = "end",
 ) -> Mechanism:
-    """The same mechanism with a panel on each of some bars, its mass spread evenly between two points of the bar.
+    """Return the mechanism with a panel on some bars, its mass spread evenly between two points of the bar.
 
-    The bar gets points "panel start" and "panel end" there.
+    The bar gets points "panel start" and "panel end".
 
     Returns
     -------
@@ -75,31 +77,32 @@ def with_panels(
         body = mechanism.body(name)
         first, second = _local(body, start), _local(body, end)
         middle = 0.5 * (first[0] + second[0]), 0.5 * (first[1] + second[1])
-        marked = _marked(body, {f"{PANEL} start": first, f"{PANEL} end": second}, len(panel_ends(body)))
-        changed.append(_loaded(marked, mass, middle, mass * math.dist(first, second) ** 2 / 12.0))
-    return _exchanged(mechanism, changed)
+        marked = _with_points(body, {f"{PANEL} start": first, f"{PANEL} end": second}, len(panel_ends(body)))
+        changed.append(_with_mass(marked, mass, middle, mass * math.dist(first, second) ** 2 / 12.0))
+    return _with_bodies(mechanism, changed)
 
 
 def payload_points(body: Body) -> list[str]:
-    """Names of the points at which a body carries payloads."""
+    """Return the names of the points at which a body carries payloads."""
     return [name for name in body.points if re.fullmatch(rf"{PAYLOAD}( \d+)?", name)]
 
 
 def panel_ends(body: Body) -> list[tuple[str, str]]:
-    """Names of the points between which a body carries panels."""
+    """Return the names of the end points of a body's panels."""
     starts = [name for name in body.points if re.fullmatch(rf"{PANEL}( \d+)? start", name)]
     pairs = [(name, name.removesuffix("start") + "end") for name in starts]
     return [pair for pair in pairs if pair[1] in body.points and body.points[pair[0]] != body.points[pair[1]]]
 
 
-def _marked(body: Body, places: dict[str, Point], earlier: int) -> Body:
-    """A body with further points, numbered if there are such points already."""
+def _with_points(body: Body, places: dict[str, Point], earlier: int) -> Body:
+    """Return a body with further points, numbered if it has such points already."""
     number = f" {earlier + 1}" if earlier else ""
     named = {re.sub(f"^({PAYLOAD}|{PANEL})", rf"\g<1>{number}", name): place for name, place in places.items()}
     return dataclasses.replace(body, points={**body.points, **named})
 
 
 def _local(body: Body, point: str) -> Point:
+    """Return the coordinates of a body's point; raise `InputError` if the body has no such point."""
     if point not in body.points:
         raise InputError(
             f"point '{point}' of body '{body.name}'{did_you_mean(point, body.points)}", "one of " + ", ".join(body.points)
@@ -107,8 +110,8 @@ def _local(body: Body, point: str) -> Point:
     return body.points[point]
 
 
-def _loaded(body: Body, mass: float, place: Point, inertia: float) -> Body:
-    """A body with a further mass fixed to it; inertias about the common mass centre (Steiner)."""
+def _with_mass(body: Body, mass: float, place: Point, inertia: float) -> Body:
+    """Return a body with a further mass fixed to it; inertias are about the common mass centre (Steiner)."""
     total = body.mass + mass
     centre = tuple((body.mass * before + mass * new) / total for before, new in zip(body.centre, place, strict=True))
     if body.inertia is not None:
@@ -119,7 +122,8 @@ def _loaded(body: Body, mass: float, place: Point, inertia: float) -> Body:
     )
 
 
-def _exchanged(mechanism: Mechanism, changed: Iterable[Body]) -> Mechanism:
+def _with_bodies(mechanism: Mechanism, changed: Iterable[Body]) -> Mechanism:
+    """Return the mechanism with changed bodies."""
     new = {body.name: body for body in changed}
     return dataclasses.replace(mechanism, bodies=tuple(new.get(body.name, body) for body in mechanism.bodies))
 
@@ -145,10 +149,10 @@ def with_joint_friction(
     ] = 0.0,
     bristle_damping: BristleDamping = 316.0,
 ) -> Mechanism:
-    """The same mechanism with friction in some ideal pins: a `PinFriction` or `PinLuGre` for each, with the name of its joint.
+    """Return the mechanism with a `PinFriction` or `PinLuGre` in some ideal pins, named after their joints.
 
-    Friction of that name, of a call before, is replaced; friction of another name in the same pin is an error. A pin between
-    bodies that do not rotate has none.
+    Friction with that name, from an earlier call, is replaced. Friction with another name in the same pin is an error. A pin
+    between bodies that do not rotate gets no friction.
 
     Returns
     -------
@@ -163,8 +167,8 @@ def with_joint_friction(
     for name, joint in chosen.items():
         other = pairs.get(frozenset(joint.bodies))
         if other is not None:
-            raise InputError(f"friction in pin '{name}', which has '{other.name}' already", "one of both")
-        body, base = _rotating(mechanism, joint)
+            raise InputError(f"pin '{name}' already has friction '{other.name}'", "one of them")
+        body, base = _rotating_body(mechanism, joint)
         if not body:
             continue
         common = name, body, radius, kinetic, base, static, stribeck_speed
@@ -174,8 +178,8 @@ def with_joint_friction(
     return mechanism.with_parts({"components": (*(part for part in mechanism.components if part not in replaced), *added)})
 
 
-def _rotating(mechanism: Mechanism, joint: Revolute) -> tuple[str, str]:
-    """A body of a joint that rotates, and the other one; no body where neither does."""
+def _rotating_body(mechanism: Mechanism, joint: Revolute) -> tuple[str, str]:
+    """Return a rotating body of a joint and the other body; empty names if neither rotates."""
     for body, base in (joint.bodies, joint.bodies[::-1]):
         if body != GROUND and mechanism.body(body).rotates:
             return body, base
@@ -184,7 +188,7 @@ def _rotating(mechanism: Mechanism, joint: Revolute) -> tuple[str, str]:
 
 _STOP = quantities(AngleStop)
 
-FLANKS = " flanks"  # What the name of the body with the flanks has behind that of its coupling
+FLANKS = " flanks"  # Suffix of the name of the body that carries the flanks of a coupling
 
 
 @documented
@@ -198,14 +202,15 @@ def with_backlash(
     exponent: Annotated[float, _STOP["exponent"]] = 1.5,
     restitution: Annotated[float, _STOP["restitution"]] = 0.5,
     share: Annotated[
-        float, Quantity("1", above=0.0, maximum=0.5, help="of the wheel's mass and inertia that the flanks have")
+        float, Quantity("1", above=0.0, maximum=0.5, help="fraction of the wheel's mass and inertia that the flanks have")
     ] = 0.01,
 ) -> Mechanism:
-    """The same mechanism with backlash in a coupling: contact of either flank by a law, and a dead zone between.
+    """Return the mechanism with backlash in a coupling: a dead zone between two flanks, each with a contact law.
 
-    The wheel of the output, or of the input where the output is no angle, carries a second body, "COUPLING flanks", which the
-    coupling moves in its place. Two end stops between both are the flanks; the wheel starts in the middle. Both start with the
-    speeds that are given: the wheel with its own, the flanks with that of the other side of the coupling.
+    The output's wheel, or the input's wheel if the output is not an angle, carries a second body "COUPLING flanks". The
+    coupling
+    moves this body instead of the wheel. Two end stops between them are the flanks; the wheel starts in the middle. The wheel
+    starts with its given speed, the flanks with the speed of the other side of the coupling.
 
     Returns
     -------
@@ -218,8 +223,8 @@ def with_backlash(
     end = next((end for end in ("output", "input") if isinstance(getattr(part, end), RelativeAngle)), None)
     angle = getattr(part, end) if end else None
     if not isinstance(angle, RelativeAngle) or angle.body == GROUND:
-        raise InputError(f"backlash in coupling '{coupling}' without a wheel", "an angle of a body as its output or input")
-    wheel, flanks = _in_mesh(mechanism, part, angle), coupling + FLANKS
+        raise InputError(f"backlash in coupling '{coupling}', which has no wheel", "the angle of a body as its output or input")
+    wheel, flanks = _wheel_in_mesh(mechanism, part, angle), coupling + FLANKS
     centre = _pivot(mechanism, angle)
     point = getattr(part.transmission, f"{end}_centre", "") or "centre"
     if wheel.inertia is None:
@@ -248,7 +253,7 @@ def with_backlash(
 
 
 def closed(mechanism: Mechanism) -> tuple[Mechanism, dict[str, dict[str, float]]]:
-    """The mechanism before `with_backlash` and its numbers by couplings; as it is where they do not give it again."""
+    """Return the mechanism before `with_backlash` and its arguments by coupling; unchanged if they do not reproduce it."""
     before, numbers = mechanism, dict[str, dict[str, float]]()
     for part in reversed(mechanism.couplings):
         stops: list[Any] = [other for other in before.components if other.name in _flanks(part.name)]
@@ -256,8 +261,8 @@ def closed(mechanism: Mechanism) -> tuple[Mechanism, dict[str, dict[str, float]]
         if len(stops) != 2 or end is None or not all(isinstance(stop, AngleStop) for stop in stops):
             continue
         wheel, flanks = before.body(stops[0].body), before.body(part.name + FLANKS)
-        mass, share = _typed(wheel.mass + flanks.mass), _typed(flanks.mass / (wheel.mass + flanks.mass))
-        whole = dataclasses.replace(wheel, mass=mass, inertia=_typed((flanks.inertia or 0.0) / share))
+        mass, share = _without_roundoff(wheel.mass + flanks.mass), _without_roundoff(flanks.mass / (wheel.mass + flanks.mass))
+        whole = dataclasses.replace(wheel, mass=mass, inertia=_without_roundoff((flanks.inertia or 0.0) / share))
         ends = {end: dataclasses.replace(getattr(part, end), body=wheel.name)}
         before = before.with_parts(
             {
@@ -274,24 +279,24 @@ def closed(mechanism: Mechanism) -> tuple[Mechanism, dict[str, dict[str, float]]
     try:
         for part in before.couplings:
             again = with_backlash(again, part.name, **numbers[part.name]) if part.name in numbers else again
-    except InputError:  # the parts have been changed since
+    except InputError:  # the parts have been changed after `with_backlash`
         return mechanism, {}
     return (before, numbers) if repr(again) == repr(mechanism) else (mechanism, {})
 
 
-def _in_mesh(mechanism: Mechanism, part: Coupling, angle: RelativeAngle) -> Body:
-    """The wheel, turned to where the offset of the coupling has its flanks at the start."""
+def _wheel_in_mesh(mechanism: Mechanism, part: Coupling, angle: RelativeAngle) -> Body:
+    """Return the wheel, turned to the middle of the flanks that the offset of the coupling gives."""
     wheel = mechanism.body(angle.body)
     if part.offset is None or wheel.inertia is None:
         return wheel
-    output, input = (_start(mechanism, coordinate) for coordinate in (part.output, part.input))
+    output, input = (_placed_value(mechanism, coordinate) for coordinate in (part.output, part.input))
     further = part.ratio * input + part.offset - output
     turn = further if angle is part.output else -further / part.ratio
     return dataclasses.replace(wheel, angle=wheel.placed_angle + turn) if turn else wheel
 
 
-def _start(mechanism: Mechanism, coordinate: Coordinate) -> float:
-    """A coordinate as the bodies are placed [rad or m]."""
+def _placed_value(mechanism: Mechanism, coordinate: Coordinate) -> float:
+    """Return the value of a coordinate for the placed bodies [rad or m]."""
     if isinstance(coordinate, Distance):
         return math.dist(mechanism.place(coordinate.start), mechanism.place(coordinate.end))
     base = None if coordinate.base == GROUND else mechanism.body(coordinate.base)
@@ -304,16 +309,17 @@ def _start(mechanism: Mechanism, coordinate: Coordinate) -> float:
 
 
 def _flanks(coupling: str) -> tuple[str, str]:
+    """Return the names of the two flanks of a coupling."""
     return f"{coupling} leading flank", f"{coupling} trailing flank"
 
 
-def _typed(number: float) -> float:
-    """A number as it was typed, without what sums and quotients round."""
+def _without_roundoff(number: float) -> float:
+    """Return a number as typed, without the round-off of sums and quotients."""
     return float(f"{number:.12g}")
 
 
 def _pivot(mechanism: Mechanism, angle: RelativeAngle) -> BodyPoint:
-    """The point of the wheel at its bearing on the base."""
+    """Return the point of a wheel at its bearing on the base."""
     for joint in mechanism.joints:
         for here, there in ((joint.journal, joint.bearing), (joint.bearing, joint.journal)):
             if here[0] == angle.body and there[0] == angle.base:
@@ -322,7 +328,7 @@ def _pivot(mechanism: Mechanism, angle: RelativeAngle) -> BodyPoint:
 
 
 def _cross_section(mechanism: Mechanism, place: BodyPoint) -> BodyPoint:
-    """A point of a bar as a point of the cross-section that carries it, if the bar bends; else as it is."""
+    """Return a point of a flexible bar as a point of its cross-section; any other point unchanged."""
     name, point = place
     for body in mechanism.bodies:
         if point in body.points and (body.name == name or body.name.startswith(f"{name}/")):

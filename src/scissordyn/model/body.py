@@ -1,4 +1,4 @@
-"""Rigid bodies, bars and point masses, and points of them whose motion is recorded."""
+"""Rigid bodies, bars, point masses, and tracked points."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from scissordyn.units import Meaning, Quantity, check_quantities, checked, docum
 
 
 def check_place(label: str, place: Point) -> None:
-    """Raise `InputError` for a place that is not finite, or farther away than any machine is large."""
+    """Raise `InputError` for a position that is not finite or is outside the bounds of `PLACE`."""
     if not all(PLACE.admits(x) for x in place):
         raise InputError(f"{label} = {place!r}", f"two of: {PLACE.allowed}")
 
@@ -25,10 +25,11 @@ PLACE = Quantity("m")
 @documented
 @dataclass(frozen=True)
 class Body:
-    """A rigid body, with named points in its own frame and an initial guess of its position.
+    """Rigid body with named points in its own frame and an initial guess of its position.
 
-    A body without inertia does not rotate: a point mass, or a block that its guide keeps aligned. A position, angle or velocity
-    that is None follows from the other bodies, near (0, 0), 0 and rest.
+    A body without inertia does not rotate: it is a point mass, or a block aligned by its guide. A position, angle or velocity
+    of
+    None follows from the other bodies; its initial guess is (0, 0), 0 and rest.
     """
 
     name: Annotated[str, Meaning("name, unique in the mechanism")]
@@ -36,9 +37,9 @@ class Body:
     inertia: Annotated[float | None, Quantity("kg m^2", above=0.0, help="moment of inertia about the mass centre")]
     points: Annotated[Mapping[str, Point], Meaning("points that joints refer to")] = field(default_factory=dict, hash=False)
     centre: Annotated[Point, Quantity("m", help="mass centre in the body's frame")] = (0.0, 0.0)
-    position: Annotated[Point | None, Quantity("m", help="of the frame's origin at the start, or it follows")] = None
+    position: Annotated[Point | None, Quantity("m", help="initial position of the frame's origin, or it follows")] = None
     angle: Annotated[float | None, Quantity("rad", help="direction at the start")] = None
-    velocity: Annotated[Point | None, Quantity("m/s", help="of the origin at the start, or it follows")] = None
+    velocity: Annotated[Point | None, Quantity("m/s", help="initial velocity of the origin, or it follows")] = None
     angular_velocity: Annotated[float | None, Quantity("rad/s", help="angular velocity at the start")] = None
 
     def __post_init__(self) -> None:
@@ -49,22 +50,22 @@ class Body:
             check_place(f"body '{self.name}': {label}", place)
         if self.inertia is None and self.angular_velocity:
             raise InputError(
-                f"body '{self.name}': angular_velocity = {self.angular_velocity:g} rad/s of a body that does not rotate",
+                f"body '{self.name}': angular_velocity = {self.angular_velocity:g} rad/s, but the body does not rotate",
                 "an inertia, or no angular_velocity",
             )
 
     @property
     def placed_position(self) -> Point:
-        """Where its origin is placed, to be assembled [m]."""
+        """Initial guess of the origin's position [m]."""
         return (0.0, 0.0) if self.position is None else self.position
 
     @property
     def placed_angle(self) -> float:
-        """The angle at which it is placed, to be assembled [rad]."""
+        """Initial guess of the angle [rad]."""
         return 0.0 if self.angle is None else self.angle
 
     def velocity_at(self, offset: Point) -> Point | None:
-        """Velocity at an offset from the origin in the fixed frame, if it is given [m/s]."""
+        """Return the given velocity at an offset from the origin in the fixed frame [m/s]; None if it is not given."""
         if self.velocity is None or offset == (0.0, 0.0):
             return self.velocity
         if self.angular_velocity is None:
@@ -73,38 +74,39 @@ class Body:
 
     @cached_property
     def rotates(self) -> bool:
+        """Whether the body has an inertia and therefore rotates."""
         return self.inertia is not None
 
     @cached_property
     def extent(self) -> float:
-        """How far from its origin the body reaches, its radius of gyration counted for one without points [m]."""
+        """Largest distance of a point from the origin, at least the radius of gyration [m]."""
         gyration = math.sqrt((self.inertia or 0.0) / self.mass)
         return max([math.hypot(*point) for point in (self.centre, *self.points.values())] + [gyration])
 
     def turned(self, offset: Point) -> Point:
-        """An offset in its frame as one in the fixed frame at the start [m]."""
+        """Return an offset in the body's frame in the fixed frame at the start [m]."""
         (x, y), cos, sin = offset, math.cos(self.placed_angle), math.sin(self.placed_angle)
         return cos * x - sin * y, sin * x + cos * y
 
     def place(self, point: str) -> Point:
-        """Position of a named point at the start [m]."""
+        """Return the position of a named point at the start [m]."""
         x, y = self.points[point]
         (ox, oy), cos, sin = self.placed_position, math.cos(self.placed_angle), math.sin(self.placed_angle)
         return ox + cos * x - sin * y, oy + sin * x + cos * y
 
 
 def bar_points(length: float) -> dict[str, Point]:
-    """The points of a straight bar in its frame [m]."""
+    """Return the points of a straight bar in its frame [m]."""
     return {"start": (0.0, 0.0), "middle": (0.5 * length, 0.0), "end": (length, 0.0)}
 
 
 def uniform_inertia(length: float, mass: float) -> float:
-    """Of a uniform bar about its middle [kg m^2]."""
+    """Return the moment of inertia of a uniform bar about its middle [kg m^2]."""
     return mass * length**2 / 12.0
 
 
 def uniform_legs(mass: float, lengths: Sequence[float], middles: Sequence[Point]) -> tuple[Point, float]:
-    """Mass centre of straight legs with one mass per length, and their moment of inertia about it [kg m^2] (Steiner)."""
+    """Return the mass centre [m] of straight legs of one mass per length, and their inertia about it [kg m^2] (Steiner)."""
     shares = [length / sum(lengths) for length in lengths]
     x, y = (sum(share * middle[axis] for share, middle in zip(shares, middles, strict=True)) for axis in (0, 1))
     legs = zip(shares, lengths, middles, strict=True)
@@ -118,11 +120,13 @@ def bar(
     *,
     length: Annotated[float, Quantity("m", above=0.0, help="length")],
     mass: Annotated[float, Quantity("kg", above=0.0, help="mass")],
-    position: Annotated[Point | None, Meaning("of its start [m]")] = None,
+    position: Annotated[Point | None, Meaning("position of its start [m]")] = None,
     angle: Annotated[float | None, Quantity("rad", help="direction from start to end")] = None,
-    inertia: Annotated[float | None, Quantity("kg m^2", above=0.0, help="about its middle; m L^2/12 without it")] = None,
+    inertia: Annotated[
+        float | None, Quantity("kg m^2", above=0.0, help="inertia about its middle; m L^2/12 if not given")
+    ] = None,
 ) -> Body:
-    """A straight bar with points "start", "middle" and "end"; uniform unless its inertia is given.
+    """Return a straight bar with points "start", "middle" and "end"; uniform unless its inertia is given.
 
     Returns
     -------
@@ -141,23 +145,23 @@ def bar(
 
 
 def point_mass(name: str, *, mass: float, position: Point | None = None) -> Body:
-    """A body without rotation and with one point, "centre"."""
+    """Return a body without rotation and with one point, "centre"."""
     return Body(name=name, mass=mass, inertia=None, points={"centre": (0.0, 0.0)}, position=position)
 
 
 @documented
 @dataclass(frozen=True)
 class Track:
-    """A point of a body whose position, velocity, acceleration and deviation from the commanded path are recorded."""
+    """Point of a body whose position, velocity, acceleration and deviation from the commanded path are recorded."""
 
     name: Annotated[str, Meaning("name of the tracked point")]
     body: Annotated[str, Meaning("the body")]
-    point: Annotated[str | Point, Meaning('a point of the body, or a place in its frame as "1.2, 0 m"')]
+    point: Annotated[str | Point, Meaning('a point of the body, or a position in its frame such as "1.2, 0 m"')]
     tolerance: Annotated[float | None, Quantity("m", above=0.0, help="deviation within which the point has settled")] = None
 
     def __post_init__(self) -> None:
         check_quantities(self, f"tracked point {self.name!r}")
         if not self.name or not isinstance(self.name, str):
-            raise InputError(f"tracked point {self.name!r}", "a name")
+            raise InputError(f"tracked point {self.name!r}", "a name that is not empty")
         if not isinstance(self.point, str):
             object.__setattr__(self, "point", tuple(self.point))

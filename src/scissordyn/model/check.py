@@ -1,4 +1,4 @@
-"""Whether the parts of a mechanism fit together (names, points, joints that can move), and are of similar size."""
+"""Checks of a mechanism: names, points and movable joints, and magnitudes of similar size."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 
 
 DIMENSIONS = ("time", "body", "joint", "weld", "axis", "drive", "contact", "event")
-"""Dimensions of every run, which are no sections of components."""
+"""Dimensions of every run; a section of components cannot have these names."""
 
-SAME_PLACE = 1e-9  # Points of one body nearer to each other than this fraction of the mechanism's size are one point
+SAME_PLACE = 1e-9  # Points of a body closer than this fraction of the mechanism's size coincide
 
 
 def check_parts(mechanism: Mechanism) -> None:
@@ -47,7 +47,7 @@ def check_parts(mechanism: Mechanism) -> None:
     components: tuple[Any, ...] = (*mechanism.components, *mechanism.rods, *mechanism.latches)
     for component in components:
         _check_component(bodies, component)
-    _check_sections(components)
+    _check_section_names(components)
     _check_moments(mechanism, bodies.points)
     for drive in mechanism.drives:
         bodies.check_rotates("the drive", drive.body, ground=False)
@@ -68,7 +68,7 @@ def check_parts(mechanism: Mechanism) -> None:
 
 
 class _Bodies:
-    """The ground and the bodies, to which parts refer: an unknown reference raises `InputError`."""
+    """Ground and bodies that parts refer to; an unknown reference raises `InputError`."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.points: dict[str, Mapping[str, Point]] = {GROUND: dict(mechanism.ground)}
@@ -76,11 +76,13 @@ class _Bodies:
         self.rotating = {GROUND, *(body.name for body in mechanism.bodies if body.rotates)}
 
     def check_body(self, label: str, name: str, *, ground: bool = True) -> None:
+        """Raise `InputError` for an unknown body."""
         if name not in self.points or (name == GROUND and not ground):
             names = [body for body in self.points if ground or body != GROUND]
             raise InputError(f"{label} refers to body '{name}'{did_you_mean(name, names)}", "one of " + ", ".join(names))
 
     def check_points(self, label: str, *references: BodyPoint) -> None:
+        """Raise `InputError` for an unknown body or point."""
         for body, point in references:
             self.check_body(label, body)
             if point not in self.points[body]:
@@ -90,13 +92,14 @@ class _Bodies:
                 )
 
     def check_rotates(self, label: str, body: str, *, ground: bool = True) -> None:
+        """Raise `InputError` for a body that does not rotate."""
         self.check_body(label, body)
         if body not in self.rotating or (body == GROUND and not ground):
             raise InputError(f"{label} needs the angle of body '{body}', which does not rotate", "a body with an inertia")
 
 
 def _check_moments(mechanism: Mechanism, points: Mapping[str, Mapping[str, Point]]) -> None:
-    """Raise `InputError` for a body without inertia whose joints act beside its mass centre, unless a guide keeps its angle."""
+    """Raise `InputError` for a body without inertia that is held off its mass centre, unless a guide keeps its angle."""
     guided = {guide.follower[0] for guide in mechanism.guides}
     fixed = {body.name: body for body in mechanism.bodies if not body.rotates and body.name not in guided}
     if not fixed:
@@ -106,7 +109,7 @@ def _check_moments(mechanism: Mechanism, points: Mapping[str, Mapping[str, Point
             if held in fixed and other != GROUND and mechanism.body(other).rotates:
                 raise InputError(
                     f"weld '{weld.name}' fixes body '{other}' to body '{held}', which has no inertia to bear the moment",
-                    f"an inertia of '{held}', or a joint in place of the weld",
+                    f"an inertia of '{held}', or a joint instead of the weld",
                 )
     places = [(f"joint '{joint.name}'", end) for joint in mechanism.joints for end in (joint.journal, joint.bearing)]
     places += [(f"weld '{weld.name}'", end) for weld in mechanism.welds for end in (weld.start, weld.end)]
@@ -128,6 +131,7 @@ def _check_moments(mechanism: Mechanism, points: Mapping[str, Mapping[str, Point
 
 
 def _check_coordinates(bodies: _Bodies, part: Coupling | CoordinateDrive) -> None:
+    """Raise `InputError` for unknown bodies or points in the coordinates of a coupling or drive."""
     label = f"{'coupling' if isinstance(part, Coupling) else 'drive'} '{part.name}'"
     for _, coordinate in part.terms:
         if isinstance(coordinate, RelativeAngle):
@@ -141,6 +145,7 @@ def _check_coordinates(bodies: _Bodies, part: Coupling | CoordinateDrive) -> Non
 
 
 def _check_component(bodies: _Bodies, component: Component) -> None:
+    """Raise `InputError` for unknown bodies or points of a component."""
     declared = component.declaration
     label = f"{declared.label} '{component.name}'"
     bodies.check_points(label, *(getattr(component, field) for field in declared.port.points))
@@ -156,21 +161,22 @@ def _check_component(bodies: _Bodies, component: Component) -> None:
         bodies.check_points(label, *filter(None, (component.sensor, component.sensor_origin)))
 
 
-def _check_sections(components: tuple[Any, ...]) -> None:
-    """Raise `InputError` for two classes of components whose variables in a run would have the same names."""
+def _check_section_names(components: tuple[Any, ...]) -> None:
+    """Raise `InputError` if two classes of components would give variables of a run the same names."""
     owner: dict[str, type] = dict(COMPONENTS)
     for component in components:
         section, kind = component.declaration.section, type(component)
         if section in DIMENSIONS or owner.setdefault(section, kind) is not kind:
             raise InputError(
-                f"{component.declaration.label} '{component.name}' of a class '{kind.__name__}' with the section '{section}', "
-                "which is taken",
-                "a section of its own",
+                f"{component.declaration.label} '{component.name}': its class '{kind.__name__}' has the section '{section}', "
+                "which is already used",
+                "a section with another name",
                 f'@component(section="my_{section}", ...)',
             )
 
 
 def _check_names(mechanism: Mechanism) -> None:
+    """Raise `InputError` for a name that is given twice or cannot be written to a file."""
     connections = [
         part.name for parts in (mechanism.welds, mechanism.rods, mechanism.latches, mechanism.coupling_parts) for part in parts
     ]
@@ -184,16 +190,16 @@ def _check_names(mechanism: Mechanism) -> None:
     ):
         name, times = Counter(names).most_common(1)[0] if names else ("", 0)
         if times > 1:
-            raise InputError(f"{what} '{name}' given {times} times", "each name once")
+            raise InputError(f"{what} '{name}' is given {times} times", "each name once")
         for name in names:
-            if name.endswith("\0"):  # an array of text drops it, and the result has another name
+            if name.endswith("\0"):  # numpy drops it at the end of a text, and the result would have another name
                 raise InputError(f"{what} '{name}'", "a name that does not end in a NUL character")
-            if any("\ud800" <= character <= "\udfff" for character in name):  # no file and no index of pandas can hold it
+            if any("\ud800" <= character <= "\udfff" for character in name):  # files and pandas cannot store it
                 raise InputError(f"{what} '{name}'", "a name that can be written as UTF-8, without half a surrogate pair")
 
 
 def _check_movable(mechanism: Mechanism, points: Mapping[str, Mapping[str, Point]]) -> None:
-    """Raise `InputError` for a clearance joint inside one rigid body or beside an ideal joint at the same points."""
+    """Raise `InputError` for a clearance joint within one rigid body, or with an ideal joint at the same points."""
     rigid, near = _rigid_groups(mechanism), SAME_PLACE * mechanism.size
     ideal: dict[frozenset[str], list[Revolute]] = {}
     for joint in mechanism.ideal_joints:
@@ -202,8 +208,8 @@ def _check_movable(mechanism: Mechanism, points: Mapping[str, Mapping[str, Point
         first, second = joint.bodies
         if rigid.get(first, first) == rigid.get(second, second):
             raise InputError(
-                f"clearance joint '{joint.name}' between bodies '{first}' and '{second}', which welds make one rigid body",
-                "clearance joints between bodies that can move against each other",
+                f"clearance joint '{joint.name}' cannot move: welds make bodies '{first}' and '{second}' one rigid body",
+                "clearance joints between bodies that can move relative to each other",
             )
         for beside in ideal.get(frozenset(joint.bodies), []):
             here, there = dict((joint.journal, joint.bearing)), dict((beside.journal, beside.bearing))
@@ -216,7 +222,7 @@ def _check_movable(mechanism: Mechanism, points: Mapping[str, Mapping[str, Point
 
 
 def _rigid_groups(mechanism: Mechanism) -> dict[str, str]:
-    """For each welded body, or the ground, the representative of its group."""
+    """Return for each welded body, or the ground, the representative of its group."""
     group: dict[str, str] = {}
     for weld in mechanism.welds:
         (first, _), (second, _) = weld.start, weld.end
@@ -225,40 +231,29 @@ def _rigid_groups(mechanism: Mechanism) -> dict[str, str]:
     return group
 
 
-LARGEST_CLEARANCE = 0.1
-LARGEST_RADIUS = 2.0
-LONGEST_BEARING = 10.0
-LARGEST_GYRATION = 10.0
-"""Clearance, radius of a journal, length of a bearing, radius of gyration: as parts of the mechanism's size."""
-
-HEAVIEST, LARGEST = 1e6, 1e6  # Mass and extent of a body, over those of the lightest and the smallest one
-LARGEST_ROTOR = 1e6  # Inertia of a rotor, over that of the whole mass at the distance of the mechanism's size
-
-ADVICE = "; check its unit"
-
-
 def proportion_warnings(mechanism: Mechanism) -> list[str]:
-    """A warning for each number that is far beyond those of the rest of a mechanism."""
+    """Return a warning for each quantity that is far larger than those of the rest of a mechanism."""
     size, bodies = mechanism.size, mechanism.bodies
-    compared: list[tuple[str, float, str, float, float, str]] = []  # What, how much, its unit, of what most, and its name
+    # text, value, unit, reference value, largest allowed ratio, name of the reference
+    compared: list[tuple[str, float, str, float, float, str]] = []
     for contact in mechanism.contacts:
         assert contact.clearance is not None
         surfaces, has = contact.clearance.surfaces, f"joint '{getattr(contact, 'guide', contact.name)}' has a"
         radius = "corner radius" if surfaces.plane else "journal radius"
         compared += [
-            (f"{has} clearance", contact.clearance.clearance, "m", size, LARGEST_CLEARANCE, "the size of the mechanism"),
-            (f"{has} {radius}", surfaces.journal_radius, "m", size, LARGEST_RADIUS, "the size of the mechanism"),
-            (f"{has} bearing length", surfaces.length, "m", size, LONGEST_BEARING, "the size of the mechanism"),
+            (f"{has} clearance", contact.clearance.clearance, "m", size, 0.1, "the size of the mechanism"),
+            (f"{has} {radius}", surfaces.journal_radius, "m", size, 2.0, "the size of the mechanism"),
+            (f"{has} bearing length", surfaces.length, "m", size, 10.0, "the size of the mechanism"),
         ]
     for body in bodies:
-        gyration = math.sqrt((body.inertia or 0.0) / body.mass), "m", size, LARGEST_GYRATION, "the size of the mechanism"
+        gyration = math.sqrt((body.inertia or 0.0) / body.mass), "m", size, 10.0, "the size of the mechanism"
         compared.append((f"body '{body.name}' has a radius of gyration", *gyration))
     extents = [
         (max(math.dist(body.centre, point) for point in body.points.values()), body.name) for body in bodies if body.points
     ]
     for what, unit, values, most in (
-        ("mass", "kg", [(body.mass, body.name) for body in bodies], HEAVIEST),
-        ("length", "m", [(extent, name) for extent, name in extents if extent > 0.0], LARGEST),
+        ("mass", "kg", [(body.mass, body.name) for body in bodies], 1e6),
+        ("length", "m", [(extent, name) for extent, name in extents if extent > 0.0], 1e6),
     ):
         if values:
             (high, name), (low, other) = max(values, key=itemgetter(0)), min(values, key=itemgetter(0))
@@ -268,9 +263,9 @@ def proportion_warnings(mechanism: Mechanism) -> list[str]:
         inertia = getattr(component, "inertia", None)
         if isinstance(inertia, float):
             has = f"{component.declaration.label} '{component.name}' has a rotor"
-            compared.append((has, inertia, "kg m^2", whole, LARGEST_ROTOR, "the mass of the mechanism at its size"))
+            compared.append((has, inertia, "kg m^2", whole, 1e6, "the mass of the mechanism at its size"))
     texts = (
-        f"{what} of {value:.4g} {unit}, {value / standard:.2g} times {named}{ADVICE}"
+        f"{what} of {value:.4g} {unit}, {value / standard:.2g} times {named}; check its unit"
         for what, value, unit, standard, most, named in compared
         if value > most * standard
     )

@@ -1,4 +1,4 @@
-"""Clearances of joints and guides: surfaces, laws of their contact or its impulses, the oil between them."""
+"""Clearances of joints and guides: surfaces, contact laws or impulses, lubrication."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from scissordyn.units import Meaning, Quantity, Sample, State, check_quantities,
 if TYPE_CHECKING:
     from scissordyn.model.joint import Guide
 
-SHORTEST, LONGEST = 0.25, 4.0  # Length over diameter of the table of finite bearings
+SHORTEST, LONGEST = 0.25, 4.0  # Range of length over diameter in the table of finite bearings
 
 ROUGH = Quantity("m", above=0.0, maximum=1e-3, help="combined rms roughness sigma of both surfaces")
 ASPERITIES = Quantity("1", minimum=0.0, maximum=1.0, help="stiffness K of the asperities (Greenwood and Tripp)")
@@ -46,7 +46,7 @@ class Lubrication:
     Raises
     ------
     InputError
-        Without viscosity, or with oil and viscosity.
+        If neither oil nor viscosity is given, or both are.
     """
 
     oil: Annotated[Oil | None, Meaning("an oil by name, or its viscosities", '"ISO VG 46"')] = None
@@ -55,7 +55,7 @@ class Lubrication:
     roughness: Annotated[float, ROUGH] = 1e-6
     asperities: Annotated[float, ASPERITIES] = STIFFNESS
     bearing: Annotated[Literal["finite", "short", "long"], Meaning("how the pressure is computed")] = "finite"
-    full: Annotated[bool, Meaning("whether negative pressures count, too, as under a high ambient pressure")] = False
+    full: Annotated[bool, Meaning("whether negative pressures count, as under a high ambient pressure")] = False
     density: Annotated[float, quantities(Oil)["density"]] = 870.0
     ambient_pressure: Annotated[float, Quantity("Pa", minimum=0.0, maximum=1e9, help="pressure around the joint")] = 101325.0
     vapour_pressure: Annotated[float, Quantity("Pa", minimum=0.0, maximum=1e7, help="vapour pressure, 0 if unknown")] = 0.0
@@ -67,13 +67,13 @@ class Lubrication:
         check_quantities(self)
         if (self.oil is None) == (self.viscosity is None):
             what = "neither oil nor viscosity" if self.oil is None else "an oil and a viscosity"
-            raise InputError(f"lubrication with {what}", "one of them", 'viscosity=0.05 for 50 mPa s, or oil="ISO VG 46"')
+            raise InputError(f"lubrication has {what}", "one of them", 'viscosity=0.05 for 50 mPa s, or oil="ISO VG 46"')
         if self.full and self.bearing == "finite":
-            raise InputError("full = True with a finite bearing, whose table has no negative pressures", '"short" or "long"')
+            raise InputError('full = True with a "finite" bearing, whose table has no negative pressures', '"short" or "long"')
 
     @property
     def dynamic_viscosity(self) -> float:
-        """Mu at the temperature [Pa s]."""
+        """Dynamic viscosity mu at the temperature [Pa s]."""
         if self.oil is not None:
             return self.oil.viscosity(self.temperature)
         assert self.viscosity is not None
@@ -81,7 +81,7 @@ class Lubrication:
 
     @property
     def mass_density(self) -> float:
-        """Rho [kg/m^3]."""
+        """Density rho of the oil [kg/m^3]."""
         return self.density if self.oil is None else self.oil.density
 
     def check(self, clearance: float, radius: float, length: float) -> None:
@@ -96,7 +96,7 @@ class Lubrication:
         if self.bearing == "finite" and not SHORTEST <= ratio <= LONGEST:
             other = "short" if ratio < SHORTEST else "long"
             raise InputError(
-                f"a finite film in a bearing of {ratio:.3g} diameters",
+                f'bearing = "finite": the bearing is {ratio:.3g} diameters long',
                 f"{SHORTEST:g} to {LONGEST:g} diameters",
                 f'bearing="{other}"',
             )
@@ -113,47 +113,51 @@ ContactKind = Annotated[
 ]
 
 MEAN_FRICTION = State("mean_friction", "N", scale=1.0)
-"""Internal state of a hard contact: its mean friction force over the last step."""
+"""Internal state of a hard contact: mean friction force over the last step."""
 
-STORED = State("stored_energy", "J", scale=1.0)  # And the elastic energy of its surfaces at the end of that step
-HARD_STATES = (MEAN_FRICTION, STORED)  # In their order
+STORED = State("stored_energy", "J", scale=1.0)  # Internal state: elastic energy of a hard contact at the end of a step
+HARD_STATES = (MEAN_FRICTION, STORED)  # Internal states of a hard contact, in order
 
 _TAKEN = ("kinetic", "static")
 
 
 class HardNumbers(NamedTuple):
+    """Parameters of a hard contact."""
+
     restitution: float  # Newton's coefficient e [1]
-    kinetic: float  # Coulomb's coefficients mu_k and mu_s [1]
-    static: float
+    kinetic: float  # Coulomb's coefficient mu_k of kinetic friction [1]
+    static: float  # Coulomb's coefficient mu_s of static friction [1]
 
 
 def check_hard(clearance: Clearance | GuideClearance) -> None:
-    """Raise `InputError` for what a hard contact does not have."""
+    """Raise `InputError` for options that a hard contact does not support."""
     if clearance.contact != "hard":
         return
     if getattr(clearance, "lubrication", None) is not None:
-        raise _refused("lubrication", "a dry joint", 'contact = "compliant"')
+        raise _unsupported("lubrication", "a dry joint", 'contact = "compliant"')
     if getattr(clearance, "slip", "surfaces") != "surfaces":
-        raise _refused("slip of the contact points", "that of the surfaces")
+        raise _unsupported("slip of the contact points", "that of the surfaces")
     damping, friction = clearance.damping, clearance.friction
     if not isinstance(damping, DampingFactor):
-        raise _refused(f"damping law '{damping.name}'", "a restitution coefficient", "restitution = 0.7")
+        raise _unsupported(f"damping law '{damping.name}'", "a restitution coefficient", "restitution = 0.7")
     if isinstance(friction, NoFriction):
         return
     if not hasattr(friction, "kinetic"):
-        raise _refused(f"friction law '{friction.name}'", "a kinetic and a static coefficient", 'friction = "none"')
+        raise _unsupported(f"friction law '{friction.name}'", "a kinetic and a static coefficient", 'friction = "none"')
     part: Any = friction
     for parameter in dataclasses.fields(part):
         value = getattr(friction, parameter.name)
         if parameter.name not in _TAKEN and value != parameter.default:
-            raise _refused(f"{parameter.name} = {value!r} of friction law '{friction.name}'", "kinetic and static alone")
+            raise _unsupported(f"{parameter.name} = {value!r} of friction law '{friction.name}'", "kinetic and static only")
 
 
-def _refused(what: str, allowed: str, sample: str = "") -> InputError:
-    return InputError(f"{what} in a hard contact, which has none", allowed, sample)
+def _unsupported(what: str, allowed: str, sample: str = "") -> InputError:
+    """Return the error for an option that a hard contact does not support."""
+    return InputError(f"{what}: not supported by a hard contact", allowed, sample)
 
 
 def hard_numbers(clearance: Clearance | GuideClearance) -> HardNumbers:
+    """Return restitution and friction coefficients of a hard contact."""
     damping, friction = clearance.damping, clearance.friction
     restitution = float(getattr(damping, "restitution", 0.0))
     kinetic = float(getattr(friction, "kinetic", 0.0))
@@ -162,7 +166,7 @@ def hard_numbers(clearance: Clearance | GuideClearance) -> HardNumbers:
 
 
 def contact_states(clearance: Clearance | GuideClearance) -> tuple[State, ...]:
-    """Internal states of a contact: of friction, then damping, or mean friction and elastic energy of a hard contact."""
+    """Return the internal states of a contact: friction, then damping; for hard contact mean friction and elastic energy."""
     return HARD_STATES if clearance.contact == "hard" else (*clearance.friction.states, *clearance.damping.states)
 
 
@@ -180,7 +184,7 @@ ReferenceKind = Annotated[
 @documented
 @dataclass(frozen=True)
 class Clearance:
-    """A revolute clearance joint: a journal smaller than its bearing by the radial clearance.
+    """Revolute clearance joint: a journal that is smaller than its bearing by the radial clearance.
 
     A damping factor refers the rate of the indentation to the approach speed of an impact. A contact that begins slowly and is
     loaded later is no impact: with reference "loaded" it refers to the speed that its motion and its strain are worth, and a
@@ -194,8 +198,8 @@ class Clearance:
     clearance: Annotated[float, Quantity("m", above=0.0, help="radial clearance c = R_B - R_J")]
     journal_radius: Annotated[float, Quantity("m", above=0.0, help="radius R_J of the journal")] = 10e-3
     bearing_length: Annotated[float, Quantity("m", above=0.0, help="axial length L_b of the bearing")] = 15e-3
-    material: Annotated[Material, Meaning("of the journal, and of the bearing unless that is given", "STEEL")] = STEEL
-    bearing_material: Annotated[Material | None, Meaning("of the bearing")] = None
+    material: Annotated[Material, Meaning("material of the journal; of the bearing too, unless that is given", "STEEL")] = STEEL
+    bearing_material: Annotated[Material | None, Meaning("material of the bearing")] = None
     stiffness: Annotated[Elastic, Meaning("an elastic law", "Liu()")] = field(default_factory=Liu)
     damping: Annotated[Damping, Meaning("a damping law", "Flores(restitution=0.9)")] = field(default_factory=Flores)
     friction: Annotated[Friction, Meaning("a friction law", "Ambrosio(kinetic=0.1)")] = field(default_factory=NoFriction)
@@ -210,7 +214,7 @@ class Clearance:
         check_quantities(self)
         if self.clearance >= self.journal_radius:
             raise InputError(
-                f"clearance = {self.clearance:g} m with journal_radius = {self.journal_radius:g} m",
+                f"clearance = {self.clearance:g} m is not smaller than journal_radius = {self.journal_radius:g} m",
                 "a clearance smaller than the journal radius",
                 Sample("clearance", min(0.05 * self.journal_radius, 5e-4), "m"),
             )
@@ -220,7 +224,7 @@ class Clearance:
 
     @property
     def surfaces(self) -> JointContact:
-        """The two surfaces, as input of the laws."""
+        """Both surfaces, as input of the laws."""
         return JointContact(
             clearance=self.clearance,
             journal_radius=self.journal_radius,
@@ -233,7 +237,7 @@ class Clearance:
 @documented
 @dataclass(frozen=True)
 class GuideClearance:
-    """A clearance guide: a block in a wider channel, whose rounded corners make contact with the two guide surfaces.
+    """Clearance guide: a block in a wider channel; its rounded corners touch the two guide surfaces.
 
     The clearance is c = (H - W)/2 with H the width of the channel and W that of the block (Flores, Ambrosio, Claro and
     Lankarani 2008, doi:10.1115/1.2802113). A rectangular block is centred on the guided point and straight at the start. Given
@@ -244,14 +248,14 @@ class GuideClearance:
     """
 
     clearance: Annotated[float, Quantity("m", above=0.0, help="gap on either side of the centred block, (H - W)/2")]
-    length: Annotated[float | None, Quantity("m", above=0.0, help="of the block, along the guide")] = None
-    width: Annotated[float | None, Quantity("m", above=0.0, help="of the block, across the guide")] = None
-    corners: Annotated[tuple[Point, ...], Meaning("in place of length and width: centres of rounded corners")] = ()
+    length: Annotated[float | None, Quantity("m", above=0.0, help="length of the block, along the guide")] = None
+    width: Annotated[float | None, Quantity("m", above=0.0, help="width of the block, across the guide")] = None
+    corners: Annotated[tuple[Point, ...], Meaning("centres of rounded corners, instead of length and width")] = ()
     corner_radius: Annotated[float, Quantity("m", above=0.0, help="radius of the block's corners")] = 1e-3
     around: Annotated[bool, Meaning("whether the follower surrounds the guide, as a ring does a pole")] = False
     thickness: Annotated[float, Quantity("m", above=0.0, help="length of the corners' edges")] = 15e-3
-    material: Annotated[Material, Meaning("of the block, and of the guide unless that is given", "STEEL")] = STEEL
-    guide_material: Annotated[Material | None, Meaning("of the guide")] = None
+    material: Annotated[Material, Meaning("material of the block; of the guide too, unless that is given", "STEEL")] = STEEL
+    guide_material: Annotated[Material | None, Meaning("material of the guide")] = None
     stiffness: Annotated[Elastic, Meaning("an elastic law", "Hertz()")] = field(default_factory=Hertz)
     damping: Annotated[Damping, Meaning("a damping law", "Flores(restitution=0.9)")] = field(default_factory=Flores)
     friction: Annotated[Friction, Meaning("a friction law", "Ambrosio(kinetic=0.1)")] = field(default_factory=NoFriction)
@@ -262,14 +266,14 @@ class GuideClearance:
         check_quantities(self)
         if self.corners:
             if self.length is not None or self.width is not None:
-                raise InputError("corners of a block beside its length or width", "either corners, or length and width")
+                raise InputError("a clearance guide with corners and length or width", "either corners, or length and width")
             for point in self.corners:
                 check_place("corner", point)
         elif self.length is None or self.width is None:
-            raise InputError("a clearance guide without the size of its block", "length and width, or corners")
+            raise InputError("a clearance guide whose block has no size", "length and width, or corners")
         elif 2.0 * self.corner_radius > min(self.length, self.width):
             raise InputError(
-                f"corner_radius = {self.corner_radius:g} m on a block of {self.length:g} m by {self.width:g} m",
+                f"corner_radius = {self.corner_radius:g} m is too large for a block of {self.length:g} m by {self.width:g} m",
                 f"at most {0.5 * min(self.length, self.width):g} m",
             )
         self._check_stiffness()
@@ -283,14 +287,14 @@ class GuideClearance:
             numbers = (math.nan,)
         if not all(math.isfinite(number) for number in numbers):
             raise InputError(
-                f"stiffness '{self.stiffness.name}' in a clearance guide: it is for a journal in a bearing, and its formula "
-                "has no value for a contact point at a plane guide surface",
+                f"stiffness law '{self.stiffness.name}' in a clearance guide: it describes a journal in a bearing and "
+                "has no value for a corner on a plane guide surface",
                 "hertz, braendlein, power, linear or a user-defined function",
             )
 
     @property
     def surfaces(self) -> JointContact:
-        """A rounded corner and its guide surface, as input of the laws."""
+        """Rounded corner and its guide surface, as input of the laws."""
         return JointContact(
             clearance=math.inf,
             journal_radius=self.corner_radius,
@@ -301,12 +305,12 @@ class GuideClearance:
         )
 
     def centres(self, guided: Point, direction: float) -> tuple[Point, ...]:
-        """Centres of the corners in the follower's frame [m].
+        """Return the centres of the corners in the follower's frame [m].
 
         Parameters
         ----------
         guided : (float, float)
-            The guided point in that frame [m].
+            Guided point in that frame [m].
         direction : float
             Direction of the guide in that frame at the start [rad].
 
@@ -324,33 +328,33 @@ class GuideClearance:
 
 @dataclass(frozen=True)
 class ContactPoint:
-    """A contact point of a clearance guide: a rounded corner of the block and the guide surface that it faces."""
+    """Contact point of a clearance guide: a rounded corner of the block and the guide surface that it faces."""
 
-    name: str  # "GUIDE/corner 1", "GUIDE/corner 2",
+    name: str  # "GUIDE/corner 1", "GUIDE/corner 2", ...
     guide: str  # Name of the guide
-    follower: str  # The body that the corner belongs to
+    follower: str  # Body that the corner belongs to
     centre: Point  # Centre of the corner's arc, in the follower's frame [m]
-    body: str  # The body that carries the guide, or the ground
-    through: Point  # A point of the guide's line, in the frame of that body [m]
+    body: str  # Body that carries the guide, or the ground
+    through: Point  # Point of the guide's line, in the frame of that body [m]
     normal: Point  # Unit vector across the guide from the corner towards the guide surface, in that frame
-    # Of the guide surface from the guide's line along the normal [m]; negative for a pole, which a ring meets from outside
+    # Distance of the guide surface from the guide's line along the normal [m]; negative for a pole inside a ring
     distance: float
     clearance: GuideClearance
 
     @property
     def attachments(self) -> tuple[Attachment, ...]:
-        """From the guide's line to the centre of the corner's arc, the block's direction, and that of the guide's frame."""
+        """Vector from the guide's line to the corner's centre, direction of the block, frame of the guide."""
         ends = place((self.follower, self.centre)), place((self.body, self.through), -1.0)
         return (*ends, direction(2, self.follower), frame(4, self.body))
 
     @property
     def ends(self) -> Ends:
-        """The contact force acts on the block."""
+        """Points on which the contact force acts, the block first."""
         return (self.follower, self.centre), (self.body, self.through)
 
 
 def block_contact_points(guide: Guide, follower: Body, follower_direction: float) -> tuple[ContactPoint, ...]:
-    """The contact points of a clearance guide, whose direction in the frame of its follower is given [rad]."""
+    """Return the contact points of a clearance guide with a given direction in the frame of its follower [rad]."""
     name, clearance, guided = guide.name, guide.clearance, follower.points[guide.follower[1]]
     assert clearance is not None
     radius = clearance.corner_radius
@@ -359,16 +363,16 @@ def block_contact_points(guide: Guide, follower: Body, follower_direction: float
     reach = [cos * (y - guided[1]) - sin * (x - guided[0]) for x, y in centres]
     if min(reach) >= 0.0 or max(reach) <= 0.0 or not all(reach):
         raise InputError(
-            f"guide '{name}': corners {', '.join(f'{1e3 * far:g}' for far in reach)} mm to the left of its line",
+            f"guide '{name}': its corners are {', '.join(f'{1e3 * far:g}' for far in reach)} mm to the left of its line",
             "corners on both sides of the guided point, and none on the line itself",
         )
-    inside = -1.0 if clearance.around else 1.0  # where the rounded corner is, seen from the middle
+    inside = -1.0 if clearance.around else 1.0  # side of the rounded corner, seen from the middle
     sides = {side: [abs(far) for far in reach if far * side > 0.0] for side in (1.0, -1.0)}
     nearest = {side: min(points) if clearance.around else max(points) for side, points in sides.items()}
     distances = {side: inside * far + radius + clearance.clearance for side, far in nearest.items()}
     if clearance.around and max(distances.values()) >= 0.0:
         raise InputError(
-            f"guide '{name}': a ring whose corners leave {-2e3 * max(distances.values()):g} mm for the pole",
+            f"guide '{name}': the corners of the ring leave {-2e3 * max(distances.values()):g} mm for the pole",
             "corners farther from the guided point, or a smaller clearance or corner radius",
         )
     points = []

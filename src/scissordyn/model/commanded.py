@@ -1,4 +1,4 @@
-"""The mechanism that a command asks for: ideal joints, rigid bars, servos that follow their references exactly."""
+"""Commanded mechanism: ideal joints, rigid bars, and drives instead of servos."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from scissordyn.model.coupling import Drive
 from scissordyn.model.joint import Weld
 from scissordyn.model.mechanism import Mechanism
 
-TINY = 1e-9  # Part of the mass of a cross-section that is left with it: a body has a mass
+MASS_FRACTION_MIN = 1e-9  # Fraction of a cross-section's mass that remains with it, as a body must have a mass
 
 Span = tuple[str, tuple[str, Point], tuple[str, Point], float, float, float, float]
-"""Name, start, end (body and place in its frame), angles of the bar against both, length, mass per length."""
+"""Name, start and end (body, position in its frame), angles of the bar to both, length, mass per length."""
 
 
 def rigid(mechanism: Mechanism) -> Mechanism:
-    """The same mechanism with rigid bars in place of those that bend, of the same mass and inertia; itself if none does."""
+    """Return the mechanism with rigid bars of the same mass and inertia instead of flexible ones."""
     spans = list(_spans(mechanism))
     if not spans:
         return mechanism
@@ -60,19 +60,19 @@ def rigid(mechanism: Mechanism) -> Mechanism:
         welds.append(Weld(f"{name} middle", (first.name, f"{name} middle"), (name, "middle")))
     for name in {place for _, start, end, *_ in spans for place in (start[0], end[0])}:
         body, (mass, inertia) = bodies[name], left[name]
-        share = max(mass / body.mass, TINY)
-        # of a cross-section with a payload the centre is that of both
-        centre = body.centre if share == TINY else (body.centre[0] / share, body.centre[1] / share)
+        share = max(mass / body.mass, MASS_FRACTION_MIN)
+        # the mass centre of a cross-section with a payload is that of both
+        centre = body.centre if share == MASS_FRACTION_MIN else (body.centre[0] / share, body.centre[1] / share)
         apart = body.centre[0] ** 2 + body.centre[1] ** 2
         inertia += body.mass * apart - share * body.mass * (centre[0] ** 2 + centre[1] ** 2)
-        inertia = max(inertia, TINY * (body.inertia or 1.0))
+        inertia = max(inertia, MASS_FRACTION_MIN * (body.inertia or 1.0))
         bodies[name] = dataclasses.replace(body, mass=share * body.mass, centre=centre, inertia=inertia)
     others = tuple(part for part in mechanism.components if not isinstance(part, FlexibleBar | Beam))
     return dataclasses.replace(mechanism, bodies=tuple(bodies.values()), welds=(*mechanism.welds, *welds), components=others)
 
 
 def commanded(mechanism: Mechanism) -> Mechanism:
-    """The same mechanism with drives in place of servos between a body and the ground; itself without such servos."""
+    """Return the mechanism with drives instead of servos between a body and the ground."""
     servos = [part for part in mechanism.components if isinstance(part, Actuator) and part.base == GROUND]
     drives = {drive.body: drive for drive in mechanism.drives}
     new = {part.body: Drive(part.body, part.reference or ConstantSpeed(0.0)) for part in servos if part.body not in drives}
@@ -83,7 +83,7 @@ def commanded(mechanism: Mechanism) -> Mechanism:
 
 
 def _spans(mechanism: Mechanism) -> Iterator[Span]:
-    """The parts of bars that bend, each between two neighbouring cross-sections."""
+    """Yield the spans of flexible bars between neighbouring cross-sections."""
     points = {body.name: body.points for body in mechanism.bodies}
     for part in mechanism.components:
         if isinstance(part, Beam):
@@ -97,4 +97,5 @@ def _spans(mechanism: Mechanism) -> Iterator[Span]:
 
 
 def _with_points(body: Body, points: dict[str, Point]) -> Body:
+    """Return a body with further points."""
     return dataclasses.replace(body, points={**body.points, **points})

@@ -1,4 +1,4 @@
-"""Coordinates of a mechanism: linear relations between them, and drives, which prescribe them."""
+"""Coordinates of a mechanism, linear relations between them, and drives that prescribe them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from scissordyn.units import Meaning, Quantity, check_quantities, documented
 @documented
 @dataclass(frozen=True)
 class RelativeAngle:
-    """The angle of a body against another one or the ground, counted with its turns [rad]."""
+    """Angle of a body relative to another body or the ground, including full turns [rad]."""
 
     body: str
     base: str = GROUND
@@ -23,7 +23,7 @@ class RelativeAngle:
     def __post_init__(self) -> None:
         check_quantities(self, f"the angle of '{self.body}'")
         if self.body == self.base:
-            raise InputError(f"the angle of '{self.body}' against itself", "two bodies, or a body and the ground")
+            raise InputError(f"the angle of '{self.body}' relative to itself", "two bodies, or a body and the ground")
 
     unit = "rad"
 
@@ -36,7 +36,7 @@ class RelativeAngle:
 @documented
 @dataclass(frozen=True)
 class Slide:
-    """How far a point is displaced along a direction, from the origin of the base [m]."""
+    """Displacement of a point along a direction, from the origin of the base [m]."""
 
     point: BodyPoint
     direction: Annotated[float, Quantity("rad", help="direction of the slide in the frame of its base")] = 0.0
@@ -45,7 +45,7 @@ class Slide:
     def __post_init__(self) -> None:
         check_quantities(self, f"the slide of '{'.'.join(self.point)}'")
         if self.point[0] == self.base:
-            raise InputError(f"the slide of a point of '{self.base}' against itself", "a point of another body")
+            raise InputError(f"the slide of a point of '{self.base}' relative to its own body", "a point of another body")
 
     unit = "m"
 
@@ -58,7 +58,7 @@ class Slide:
 @documented
 @dataclass(frozen=True)
 class Distance:
-    """The distance of two points, such as the length of a cylinder [m]."""
+    """Distance between two points, such as the length of a cylinder [m]."""
 
     start: BodyPoint
     end: BodyPoint
@@ -66,7 +66,7 @@ class Distance:
     def __post_init__(self) -> None:
         check_quantities(self, "a distance")
         if self.start[0] == self.end[0]:
-            raise InputError(f"the distance of two points of '{self.start[0]}'", "points of two bodies")
+            raise InputError(f"the distance between two points of body '{self.start[0]}'", "points of two bodies")
 
     unit = "m"
 
@@ -79,7 +79,7 @@ class Distance:
 Coordinate = RelativeAngle | Slide | Distance
 
 
-CENTRE = Meaning("point of the wheel's body at its centre; that of its bearing without it")
+CENTRE = Meaning("point of the wheel's body at its centre; by default that of its bearing")
 LARGEST_PRESSURE_ANGLE = math.radians(60.0)
 STANDARD_PRESSURE_ANGLE = math.radians(20.0)  # ISO 53:1998
 
@@ -90,12 +90,13 @@ Flank = Literal["", "forward", "backward"]
 @documented
 @dataclass(frozen=True)
 class Teeth:
-    """Teeth of two gears, or of a pinion and a rack: the force acts at the pitch point, along the pressure line.
+    """Teeth of two gears, or of a pinion and a rack; the force acts at the pitch point, along the pressure line.
 
-    The pitch radii follow from the ratio and the distance of the centres, that of a pinion on a rack from the ratio alone. On
-    the pressure line the force has the component T/r along the teeth's path and T/r tan(a) across it, which presses external
-    gears apart, whichever flank carries. Where bearings with clearance or bars that bend let the centres move, that also turns
-    the wheels, and the flank that carries has to be given.
+    The pitch radii follow from the ratio and the distance of the centres; that of a pinion on a rack follows from the ratio.
+    The
+    force has the component T/r along the path of the teeth, and T/r tan(a) across it, which presses external gears apart on
+    either flank. If the centres can move, because a bearing has clearance or a bar bends, the force across the path also turns
+    the wheels. The loaded flank must then be given.
     """
 
     pressure_angle: Annotated[
@@ -104,7 +105,7 @@ class Teeth:
     radius: Annotated[
         float | None, Quantity("m", above=0.0, help="pitch radius of the output's wheel, checked against the centres")
     ] = None
-    flank: Annotated[Flank, Meaning("flank that carries, by the sense in which it pushes the output")] = ""
+    flank: Annotated[Flank, Meaning("loaded flank: sense in which it pushes the output")] = ""
     output_centre: Annotated[str, CENTRE] = ""
     input_centre: Annotated[str, CENTRE] = ""
 
@@ -115,20 +116,20 @@ class Teeth:
 
     @property
     def sense(self) -> float:
-        """1 for the flank that pushes the output forward, -1 for the other one, 0 if none is given."""
+        """1 if the loaded flank pushes the output forward, -1 if backward, 0 if no flank is given."""
         return {"forward": 1.0, "backward": -1.0}.get(self.flank, 0.0)
 
 
 @documented
 @dataclass(frozen=True)
 class Belt:
-    """A belt or a chain over two pulleys: its spans pull at both, the tight one by T/r more than the slack one.
+    """Belt or chain over two pulleys; the tight span pulls by T/r more than the slack one.
 
-    It is open for a positive ratio and crossed for a negative one. A span that would push is slack.
+    The belt is open for a positive ratio and crossed for a negative one. A span that would push is slack.
     """
 
     radius: Annotated[float, Quantity("m", above=0.0, help="pitch radius of the output's pulley")]
-    pretension: Annotated[float, Quantity("N", minimum=0.0, help="tension of each span where no torque is transmitted")] = 0.0
+    pretension: Annotated[float, Quantity("N", minimum=0.0, help="tension of each span at zero torque")] = 0.0
     output_centre: Annotated[str, CENTRE] = ""
     input_centre: Annotated[str, CENTRE] = ""
 
@@ -139,9 +140,9 @@ class Belt:
 @documented
 @dataclass(frozen=True)
 class Screw:
-    """A screw: the thrust on the nut acts back on the body that turns, at its thrust bearing, not on the base."""
+    """Screw: the thrust on the nut acts back on the turning body at its thrust bearing, not on the base."""
 
-    centre: Annotated[str, Meaning("point of the turning body at its thrust bearing; that of its bearing without it")] = ""
+    centre: Annotated[str, Meaning("point of the turning body at its thrust bearing; by default that of its bearing")] = ""
 
 
 Transmission = Teeth | Belt | Screw
@@ -150,17 +151,17 @@ Transmission = Teeth | Belt | Screw
 @documented
 @dataclass(frozen=True)
 class Coupling:
-    """Keeps output = ratio * input + offset: gears, belts, racks, screws, synchronised units.
+    """Relation output = ratio * input + offset between two coordinates: gears, belts, racks, screws, synchronised units.
 
-    It acts on both coordinates with forces or torques that do no work together. Its `transmission` says where the force acts;
-    without one it is a relation of coordinates, and bearings see its torques alone.
+    It acts on both coordinates with forces or torques that do no work together. Its `transmission` determines where the force
+    acts. Without one, the coupling relates coordinates only, and bearings carry only its torques.
     """
 
     name: Name
     output: Annotated[Coordinate, Meaning("a coordinate", 'RelativeAngle("wheel")')]
     input: Annotated[Coordinate, Meaning("a coordinate", 'RelativeAngle("wheel")')]
     ratio: Annotated[float, Quantity("1", help="ratio of output over input, in SI units")]
-    offset: Annotated[float | None, Quantity("1", help="output where the input is zero, in SI units")] = None
+    offset: Annotated[float | None, Quantity("1", help="output at zero input, in SI units")] = None
     transmission: Annotated[
         Transmission | None, Meaning("teeth, a belt or a screw that transmit the force", "Teeth(degrees(20))")
     ] = None
@@ -168,13 +169,13 @@ class Coupling:
     def __post_init__(self) -> None:
         check_quantities(self, f"coupling '{self.name}'")
         if self.ratio == 0.0:
-            raise InputError(f"coupling '{self.name}' with ratio = 0", "a ratio that is not zero", "ratio = -0.5")
+            raise InputError(f"coupling '{self.name}': ratio = 0", "a ratio that is not zero", "ratio = -0.5")
         if self.output == self.input:
-            raise InputError(f"coupling '{self.name}' of a coordinate with itself", "two different coordinates")
+            raise InputError(f"coupling '{self.name}' relates a coordinate to itself", "two different coordinates")
         self._check_transmission()
 
     def _check_transmission(self) -> None:
-        """Raise `InputError` for teeth, a belt or a screw between coordinates that have none."""
+        """Raise `InputError` for teeth, a belt or a screw between coordinates that they cannot connect."""
         if self.transmission is None:
             return
         ends = self.output, self.input
@@ -186,23 +187,23 @@ class Coupling:
         }[type(self.transmission)]
         label = f"coupling '{self.name}': {type(self.transmission).__name__.lower()}"
         if not fits:
-            raise InputError(f"{label} between these coordinates", allowed)
+            raise InputError(f"{label} cannot connect these coordinates", allowed)
         bases = {end.base for end in ends if not isinstance(end, Distance)}
         if len(bases) > 1:
-            raise InputError(f"{label} of coordinates with the bases {' and '.join(sorted(bases))}", "one base")
+            raise InputError(f"{label} connects coordinates with the bases {' and '.join(sorted(bases))}", "one base")
         if all(angles) and self.ratio == 1.0 and isinstance(self.transmission, Teeth):
             raise InputError(f"{label} with ratio = 1", "a negative ratio, or a belt")
 
     @property
     def terms(self) -> tuple[tuple[float, Coordinate], ...]:
-        """Factors and coordinates whose sum it keeps."""
+        """Factors and coordinates whose weighted sum is constant."""
         return (1.0, self.output), (-self.ratio, self.input)
 
 
 @documented
 @dataclass(frozen=True)
 class CoordinateDrive:
-    """Prescribes a coordinate over time; the force or torque that does it follows."""
+    """Prescribed motion of a coordinate; the required force or torque follows."""
 
     name: Name
     coordinate: Annotated[Coordinate, Meaning("a coordinate", 'RelativeAngle("forearm", "arm")')]
@@ -224,7 +225,7 @@ class CoordinateDrive:
 @documented
 @dataclass(frozen=True)
 class Drive:
-    """A prescribed angle of a body; the driving torque follows from the motion."""
+    """Prescribed angle of a body; the driving torque follows from the motion."""
 
     body: Annotated[str, Meaning("the driven body")]
     motion: Annotated[TimeFunction, Meaning("the prescribed angle", "ConstantSpeed(rpm(150))")]

@@ -15,12 +15,12 @@ from scissordyn.units import Meaning, Quantity, check_quantities, documented
 @documented
 @dataclass(frozen=True)
 class Revolute:
-    """A pin between two bodies, ideal unless it has a clearance."""
+    """Pin between two bodies, ideal unless it has a clearance."""
 
     name: Annotated[str, Meaning("name; [[clearance]] refers to it")]
     journal: Annotated[BodyPoint, Meaning("the point that carries the journal")]
     bearing: Annotated[BodyPoint, Meaning("the point that carries the bearing")]
-    clearance: Annotated[Clearance | None, Meaning("of the joint", "Clearance(5e-4)")] = None
+    clearance: Annotated[Clearance | None, Meaning("clearance of the joint", "Clearance(5e-4)")] = None
 
     def __post_init__(self) -> None:
         check_quantities(self, f"joint '{self.name}'")
@@ -34,23 +34,24 @@ class Revolute:
 
     @property
     def attachments(self) -> tuple[Attachment, ...]:
-        """What the maps of its contact read: from the bearing to the journal, and the directions of bodies that rotate."""
+        """Vectors that the maps of its contact read: from bearing to journal, and the directions of rotating bodies."""
         ends = place(self.journal), place(self.bearing, -1.0)
         return (*ends, direction(2, self.journal[0]), direction(4, self.bearing[0]))
 
     @property
     def ends(self) -> Ends:
-        """What its contact acts on, the journal first."""
+        """Points on which its contact acts, the journal first."""
         return self.journal, self.bearing
 
 
 @documented
 @dataclass(frozen=True)
 class Guide:
-    """A straight line, on the ground or on a moving body, that keeps a point of a body on it.
+    """Straight line, on the ground or on a moving body, that a point of another body follows.
 
     Point and direction of the line are in the frame of its body. An aligned follower is a block in a channel (a prismatic
-    joint); another rotates freely about its guided point. A clearance guide is a channel, aligned also when it is made ideal.
+    joint);
+    any other follower rotates freely about its guided point. A clearance guide is a channel and stays aligned if made ideal.
     """
 
     name: Annotated[str, Meaning("name; [[guide_clearance]] refers to it")]
@@ -58,13 +59,13 @@ class Guide:
     through: Annotated[Point, Quantity("m", help="a point of the line")] = (0.0, 0.0)
     direction: Annotated[float, Quantity("rad", help="direction of the line")] = 0.0
     body: Annotated[str, Meaning("the body that carries the line")] = GROUND
-    aligned: Annotated[bool, Meaning("whether the follower also keeps its angle against the line")] = False
-    clearance: Annotated[GuideClearance | None, Meaning("of the guide")] = None
+    aligned: Annotated[bool, Meaning("whether the follower also keeps its angle to the line")] = False
+    clearance: Annotated[GuideClearance | None, Meaning("clearance of the guide")] = None
 
     def __post_init__(self) -> None:
         check_quantities(self, f"guide '{self.name}'")
         if self.clearance is not None and not self.aligned:
-            raise InputError(f"guide '{self.name}' with a clearance but not aligned", "a clearance guide that is aligned")
+            raise InputError(f"guide '{self.name}' has a clearance but is not aligned", "aligned = true")
         if self.follower[0] == self.body:
             raise InputError(f"guide '{self.name}' guides body '{self.body}' along itself", "two different bodies")
         if self.follower[0] == GROUND:
@@ -76,7 +77,7 @@ class Guide:
 @documented
 @dataclass(frozen=True)
 class Weld:
-    """A rigid connection: two points coincide and the bodies keep the relative angle of the start."""
+    """Rigid connection: two points coincide, and the bodies keep the relative angle of the start."""
 
     name: Name
     start: Reference
@@ -85,4 +86,4 @@ class Weld:
     def __post_init__(self) -> None:
         check_quantities(self, f"weld '{self.name}'")
         if self.start[0] == self.end[0]:
-            raise InputError(f"weld '{self.name}' connects body '{self.start[0]}' with itself", "two different bodies")
+            raise InputError(f"weld '{self.name}' connects body '{self.start[0]}' to itself", "two different bodies")

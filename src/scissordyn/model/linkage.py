@@ -17,12 +17,12 @@ from scissordyn.units import Meaning, Quantity, checked, documented
 
 @checked
 def common_pin(name: str, pin: BodyPoint, *others: BodyPoint) -> tuple[Revolute, ...]:
-    """Several bars on one pin: the pin is fixed in the first bar, and each other bar rotates on it.
+    """Return the joints of several bars on one pin, which is fixed in the first bar.
 
     Parameters
     ----------
     name : str
-        Of the joint; with more than two bars a number is appended: "name 1", "name 2", ...
+        Name of the joint; with more than two bars a number is appended: "name 1", "name 2", ...
     pin : (str, str)
         Body and point that carry the pin, the journal of each joint.
     *others : (str, str)
@@ -31,10 +31,10 @@ def common_pin(name: str, pin: BodyPoint, *others: BodyPoint) -> tuple[Revolute,
     Returns
     -------
     tuple of Revolute
-        One for each of the other bars, so that each can have its own clearance.
+        One joint for each of the other bars, so that each can have its own clearance.
     """
     if not others:
-        raise InputError(f"pin '{name}' with one bar on it", "two or more bars")
+        raise InputError(f"pin '{name}' carries one bar", "two or more bars")
     if len(others) == 1:
         return (Revolute(name, pin, others[0]),)
     return tuple(Revolute(f"{name} {number}", pin, other) for number, other in enumerate(others, start=1))
@@ -49,22 +49,26 @@ def slider_crank(
     offset: Annotated[float, Quantity("m", help="height of the slider's line")] = 0.0,
     crank_mass: Annotated[float, Quantity("kg", above=0.0, help="mass of the crank")] = 0.3,
     crank_inertia: Annotated[
-        float | None, Quantity("kg m^2", above=0.0, help="about its middle; that of a uniform bar if left out")
+        float | None, Quantity("kg m^2", above=0.0, help="inertia about its middle; by default that of a uniform bar")
     ] = None,
     rod_mass: Annotated[float, Quantity("kg", above=0.0, help="mass of the rod")] = 0.21,
-    rod_inertia: Annotated[float | None, Quantity("kg m^2", above=0.0, help="about its middle")] = 2.5e-4,
+    rod_inertia: Annotated[float | None, Quantity("kg m^2", above=0.0, help="inertia about its middle")] = 2.5e-4,
     slider_mass: SliderMass = 0.14,
-    slider_inertia: Annotated[float | None, Quantity("kg m^2", above=0.0, help="about its pin, for a clearance guide")] = None,
+    slider_inertia: Annotated[
+        float | None, Quantity("kg m^2", above=0.0, help="inertia about its pin, for a clearance guide")
+    ] = None,
     angle: Annotated[float, Quantity("rad", help="direction a of the crank at the start")] = 0.0,
     gravity: Gravity = 0.0,
     gravity_direction: GravityDirection = -math.pi / 2,
 ) -> Mechanism:
-    """A crank about the origin, a rod, and a slider on a line along x: r sin a + l sin b = offset.
+    """Return a slider-crank: a crank about the origin, a rod, and a slider along x, r sin a + l sin b = offset.
 
-    The defaults are those of the comparisons of clearance joint laws by Flores and co-workers. At a prescribed speed the mass
-    of the crank has no influence on the motion, only on the torque. Mass centres of crank and rod are in their middles, that of
-    the slider is on its pin. With an inertia the slider is a block that an ideal guide keeps aligned, and that can tilt in a
-    clearance guide; without it the slider has no rotation.
+    The defaults are those of comparisons of clearance joint laws by Flores and co-workers. At a prescribed speed the mass of
+    the
+    crank influences only the torque. Mass centres of crank and rod are in their middles, that of the slider is on its pin. With
+    an inertia the slider is a block: an ideal guide keeps it aligned, and it can tilt in a clearance guide. Without an inertia
+    the
+    slider does not rotate.
 
     Returns
     -------
@@ -74,7 +78,7 @@ def slider_crank(
     rise = offset - crank * math.sin(angle)
     if not abs(rise) < rod:
         raise InputError(
-            f"crank at {math.degrees(angle):g} deg, from where the rod of {rod:g} m does not reach the slider's line",
+            f"crank at {math.degrees(angle):g} deg: the rod of {rod:g} m does not reach the slider's line",
             f"a rod longer than {abs(rise):g} m, or another angle",
         )
     pin = crank * math.cos(angle), crank * math.sin(angle)
@@ -119,11 +123,12 @@ def four_bar(
     gravity: Gravity = 9.81,
     gravity_direction: GravityDirection = -math.pi / 2,
 ) -> Mechanism:
-    """A planar four-bar linkage of uniform bars; the ground pins are the origin and (ground, 0).
+    """Return a planar four-bar linkage of uniform bars; the ground pins are the origin and (ground, 0).
 
-    The defaults make a crank-rocker: by Grashof's criterion the crank rotates fully, since 0.08 + 0.20 < 0.18 + 0.15. Any
-    other lengths that can be assembled at the start are allowed. Where the branch is "open", the rocker pin starts to the left
-    of the line from crank pin to rocker ground pin.
+    The defaults make a crank-rocker: by Grashof's criterion the crank rotates fully, since 0.08 + 0.20 < 0.18 + 0.15. Other
+    lengths are allowed if they can be assembled at the start. On the "open" branch the rocker pin starts to the left of the
+    line
+    from the crank pin to the rocker's ground pin.
 
     Returns
     -------
@@ -134,7 +139,7 @@ def four_bar(
     diagonal = math.dist(pin, (ground, 0.0))
     if not abs(coupler - rocker) < diagonal < coupler + rocker:
         raise InputError(
-            f"crank at {math.degrees(angle):g} deg, where its pin is {diagonal:g} m from the rocker's ground pin",
+            f"crank at {math.degrees(angle):g} deg: its pin is {diagonal:g} m from the rocker's ground pin",
             f"a distance between {abs(coupler - rocker):g} m and {coupler + rocker:g} m that coupler and rocker can close",
         )
     # law of cosines for the angle between diagonal and coupler
@@ -171,20 +176,20 @@ def n_four_bar(
     *,
     length: Annotated[float, Quantity("m", above=0.0, help="length L of every bar")] = 1.0,
     mass: Annotated[float, Quantity("kg", above=0.0, help="mass of every bar")] = 1.0,
-    speed: Annotated[float, Quantity("m/s", help="of the first upper pin along x at the start")] = 1.0,
+    speed: Annotated[float, Quantity("m/s", help="initial speed of the first upper pin along x")] = 1.0,
     gravity: Gravity = 9.81,
 ) -> Mechanism:
-    """N parallelograms side by side, the benchmark A02 of IFToMM's library of multibody problems.
+    """Return N parallelograms side by side, benchmark A02 of IFToMM's library of multibody problems.
 
-    N + 1 upright cranks stand on ground pins A0, A1, ... at a distance L along x, and N couplers join their upper ends
-    B0, B1, ...; all bars are alike and uniform. It moves as a pendulum,
-    ((N+1)/3 + N) L th'' = -((N+1)/2 + N) g cos th, and all its bars are aligned twice per revolution.
+    N + 1 upright cranks stand on ground pins A0, A1, ... at a distance L along x; N couplers join their upper ends
+    B0, B1, ... All bars are equal and uniform. The linkage moves like a pendulum,
+    ((N+1)/3 + N) L th'' = -((N+1)/2 + N) g cos th. All its bars are aligned twice per revolution.
 
     Returns
     -------
     Mechanism
         Bodies "crank 0", ..., "crank N" and "coupler 1", ..., "coupler N"; joints "A0", "A1", ... on the ground, "B0" and
-        "BN" between crank and coupler, and "B1 1", "B1 2", ... where two couplers are on the pin of a crank.
+        "BN" between crank and coupler, and "B1 1", "B1 2", ... where two couplers share the pin of a crank.
     """
     bodies: list[Body] = []
     joints: list[Revolute] = []

@@ -1,4 +1,4 @@
-"""A mechanism: bodies, joints, guides, drives and gravity."""
+"""Mechanism: bodies, joints, guides, drives and gravity."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ from scissordyn.units import Meaning, Quantity, check_quantities, checked, docum
 Gravity = Annotated[float, Quantity("m/s^2", minimum=0.0, help="gravitational acceleration")]
 GravityDirection = Annotated[float, Quantity("rad", help="direction of gravity; -pi/2 is along -y")]
 
-ONE_PLACE = 1e-12  # Points of a body nearer than this fraction of their distance from its origin differ by rounding
-LISTED = ("components", "rods", Rod), ("components", "latches", Latch), ("drives", "coordinate_drives", CoordinateDrive)
-"""What constrains has lists of its own: among components it would exert nothing."""
+SAME_POINT_TOL = 1e-12  # Points of a body coincide within this fraction of their distance from its origin
+MOVED_PARTS = ("components", "rods", Rod), ("components", "latches", Latch), ("drives", "coordinate_drives", CoordinateDrive)
+"""Parts that are moved to a field of their own: as components they would exert no force."""
 
 Named = TypeVar("Named", Body, Revolute, Guide)
 
@@ -40,10 +40,11 @@ Named = TypeVar("Named", Body, Revolute, Guide)
 @documented
 @dataclass(frozen=True)
 class Mechanism:
-    """The description of a planar mechanism. It is frozen; every change returns a new one.
+    """Description of a planar mechanism. It is frozen; every change returns a new one.
 
-    A `CoordinateDrive` among the drives joins `coordinate_drives`; rods and latches among the components join `rods` and
-    `latches`.
+    A `CoordinateDrive` among the drives is moved to `coordinate_drives`; rods and latches among the components are moved to
+    `rods`
+    and `latches`.
     """
 
     bodies: tuple[Body, ...]
@@ -62,42 +63,44 @@ class Mechanism:
     tracks: Annotated[tuple[Track, ...], Meaning("points whose motion is recorded")] = ()
     couplings: tuple[Coupling, ...] = ()
     coordinate_drives: tuple[CoordinateDrive, ...] = ()
-    source: Annotated[str, Meaning("who describes it, for `citations`; several apart by semicolons")] = ""
+    source: Annotated[str, Meaning("authors of the description, for `citations`; several are separated by semicolons")] = ""
     clearances_closed: bool = dataclasses.field(default=False, init=False, compare=False, repr=False)
-    """Whether `ideal` closed clearances of it: joints may then be redundant that were not, and are no error."""
+    """Whether `ideal` closed clearances; joints that become redundant thereby are not an error."""
 
     def __post_init__(self) -> None:
-        for source, field, kind in LISTED:
+        for source, field, kind in MOVED_PARTS:
             listed = getattr(self, source)
             if moved := tuple(part for part in listed if isinstance(part, kind)) if isinstance(listed, tuple | list) else ():
                 object.__setattr__(self, field, (*getattr(self, field), *moved))
                 object.__setattr__(self, source, tuple(part for part in listed if not isinstance(part, kind)))
         check_quantities(self)
         if not self.bodies:
-            raise InputError("a mechanism without bodies", "at least one body")
+            raise InputError("the mechanism has no bodies", "at least one body")
         check_parts(self)
 
     def __getstate__(self) -> dict[str, Any]:
         return {name: getattr(self, name) for name in Mechanism.__dataclass_fields__}  # without cached properties
 
     def body(self, name: str) -> Body:
-        """The body of that name."""
+        """Return the body with a name."""
         body = self._bodies.get(name)
         return _named("body", name, self._bodies) if body is None else body
 
     def joint(self, name: str) -> Revolute:
-        """The revolute joint of that name."""
+        """Return the revolute joint with a name."""
         return _named("joint", name, self._joints)
 
     def guide(self, name: str) -> Guide:
-        """The guide of that name."""
+        """Return the guide with a name."""
         return _named("guide", name, {guide.name: guide for guide in self.guides})
 
     @cached_property
     def _ideal(self) -> Mechanism:
         if not self.clearance_joints and len(self.ideal_guides) == len(self.guides):
             return self
-        ideal = self.with_parts({name: tuple(map(_tight, getattr(self, name))) for name in ("joints", "guides")}, check=False)
+        ideal = self.with_parts(
+            {name: tuple(map(_without_clearance, getattr(self, name))) for name in ("joints", "guides")}, check=False
+        )
         object.__setattr__(ideal, "clearances_closed", True)
         return ideal
 
@@ -110,12 +113,12 @@ class Mechanism:
         return {joint.name: joint for joint in self.joints}
 
     def place(self, reference: BodyPoint) -> Point:
-        """Position of a point of a body or of the ground at the start [m]."""
+        """Return the position of a point of a body or of the ground at the start [m]."""
         body, point = body_point(reference) if isinstance(reference, str) else reference
         return dict(self.ground)[point] if body == GROUND else self.body(body).place(point)
 
     def joint_or_point(self, named: str | BodyPoint) -> Revolute | BodyPoint:
-        """The revolute joint of a name, or the point that "BODY.POINT" or a body and one of its points name."""
+        """Return the revolute joint with a name, or the point given as "BODY.POINT" or as a pair."""
         if not isinstance(named, str):
             return named
         if "." in named and named not in self._joints:
@@ -132,7 +135,7 @@ class Mechanism:
 
     @cached_property
     def contact_points(self) -> tuple[ContactPoint, ...]:
-        """The contact points of the clearance guides, in order."""
+        """Contact points of the clearance guides, in order."""
         points: list[ContactPoint] = []
         for guide in self.guides:
             if guide.clearance is None:
@@ -144,39 +147,39 @@ class Mechanism:
 
     @property
     def output_guide(self) -> Guide | None:
-        """The guide on the ground that leads the output body, the first if there are several."""
+        """First guide on the ground that leads the output body; None if there is none."""
         led = (guide for guide in self.guides if guide.follower[0] == self.output_body and guide.body == GROUND)
         return next(led, None)
 
     @cached_property
     def ideal_guides(self) -> tuple[Guide, ...]:
-        """The guides without clearance, in order."""
+        """Guides without clearance, in order."""
         return tuple(guide for guide in self.guides if guide.clearance is None)
 
     @cached_property
     def size(self) -> float:
-        """Length of the mechanism's parts: the largest distance of points of a body, or of bodies and ground points [m]."""
+        """Size of the mechanism: largest distance of points of a body, or of bodies and ground points [m]."""
         points = [list(body.points.values()) for body in self.bodies]
         spans = [math.dist(a, b) for places in points for a in places for b in places]
-        if max(spans, default=0.0) <= ONE_PLACE * max((math.hypot(*a) for places in points for a in places), default=0.0):
+        if max(spans, default=0.0) <= SAME_POINT_TOL * max((math.hypot(*a) for places in points for a in places), default=0.0):
             places = [body.placed_position for body in self.bodies] + [place for _, place in self.ground]
             spans = [math.dist(places[0], place) for place in places]
         return max(spans) or 1.0
 
     @cached_property
     def contacts(self) -> tuple[Revolute | ContactPoint, ...]:
-        """The possible contacts: the clearance joints, then the contact points of the clearance guides."""
+        """Possible contacts: the clearance joints, then the contact points of the clearance guides."""
         return (*self.clearance_joints, *self.contact_points)
 
     @property
     def lubricated(self) -> tuple[tuple[Revolute, Clearance, Lubrication], ...]:
-        """The joints with a film of oil, in order, each with its clearance and its oil."""
+        """Joints with an oil film, in order, each with its clearance and its oil."""
         pairs = ((joint, joint.clearance) for joint in self.clearance_joints)
         return tuple((joint, gap, gap.lubrication) for joint, gap in pairs if gap is not None and gap.lubrication is not None)
 
     @property
     def exerting(self) -> tuple[Component, ...]:
-        """What exerts forces beside contacts: the components, then the films of lubricated joints."""
+        """Parts that exert forces, except contacts: the components, then the films of lubricated joints."""
         films: list[Any] = [
             oil.film(joint.name, joint.bearing, joint.journal, gap.surfaces) for joint, gap, oil in self.lubricated
         ]
@@ -184,17 +187,17 @@ class Mechanism:
 
     @cached_property
     def clearance_joints(self) -> tuple[Revolute, ...]:
-        """The joints with clearance, in order."""
+        """Joints with clearance, in order."""
         return tuple(joint for joint in self.joints if joint.clearance is not None)
 
     @cached_property
     def ideal_joints(self) -> tuple[Revolute, ...]:
-        """The joints without clearance, in order."""
+        """Joints without clearance, in order."""
         return tuple(joint for joint in self.joints if joint.clearance is None)
 
     @property
     def coupling_parts(self) -> tuple[Coupling | CoordinateDrive, ...]:
-        """The couplings, then the drives of coordinates."""
+        """Couplings, then drives of coordinates."""
         return (*self.couplings, *self.coordinate_drives)
 
     @documented
@@ -204,10 +207,11 @@ class Mechanism:
         joints: Annotated[str | Iterable[str], Meaning("names or patterns of joints, or of guides")],
         clearance: Annotated[Clearance | GuideClearance, Meaning("the clearance", "Clearance(5e-4)")],
     ) -> Mechanism:
-        """The same mechanism with a clearance at one joint or guide or at several.
+        """Return the mechanism with a clearance at one or several joints or guides.
 
-        Beside names there are "all", "pivots" (inside the units of an array), "ends" (between units), and patterns such as
-        ``"unit 3/*"``; with a `GuideClearance` they are of guides.
+        Joints are given by name, by a group ("all", "pivots" inside the units of an array, "ends" between units), or by a
+        pattern
+        such as ``"unit 3/*"``. With a `GuideClearance` the names are those of guides.
 
         Returns
         -------
@@ -221,12 +225,14 @@ class Mechanism:
 
     @checked
     def ideal(self, *joints: str) -> Mechanism:
-        """The same mechanism with ideal joints and guides, all of them if none is named; itself if they are."""
+        """Return the mechanism with ideal joints and guides: the named ones, or all."""
         if not joints:
             return self._ideal
         guides = [guide for guide in self.guides if guide.name in joints]
         named = {self.joint(name).name for name in joints if name not in {guide.name for guide in guides}}
-        return self._with_joints(_tight(self.joint(name)) for name in named)._with_guides(map(_tight, guides))
+        return self._with_joints(_without_clearance(self.joint(name)) for name in named)._with_guides(
+            map(_without_clearance, guides)
+        )
 
     @documented
     @checked
@@ -235,16 +241,16 @@ class Mechanism:
         motion: Annotated[TimeFunction | None, Meaning("the prescribed angle", "speed=rpm(150)")] = None,
         *,
         speed: Annotated[float | None, Quantity("rad/s", help="short for `ConstantSpeed`")] = None,
-        body: Annotated[str, Meaning("which body; the mechanism's input body without it")] = "",
+        body: Annotated[str, Meaning("driven body; by default the mechanism's input body")] = "",
     ) -> Mechanism:
-        """The same mechanism with a drive of a body, which replaces any drive of that body.
+        """Return the mechanism with a drive of a body, which replaces any drive of that body.
 
         Returns
         -------
         Mechanism
         """
         if (motion is None) == (speed is None):
-            raise InputError("driven() with both or neither of motion and speed", "one of them", "driven(speed=rpm(150))")
+            raise InputError("driven() needs either motion or speed", "one of them", "driven(speed=rpm(150))")
         chosen, others = self._undriven("driven", body)
         drive = Drive(chosen, ConstantSpeed(speed) if motion is None else motion)  # type: ignore[arg-type]
         return self.with_parts({"drives": (*others, drive)})
@@ -257,18 +263,19 @@ class Mechanism:
         *,
         reference: Annotated[TimeFunction | None, Meaning("the reference angle", "speed=rpm(150)")] = None,
         speed: Annotated[float | None, Quantity("rad/s", help="short for `ConstantSpeed`")] = None,
-        body: Annotated[str, Meaning("which body; the mechanism's input body without it")] = "",
+        body: Annotated[str, Meaning("controlled body; by default the mechanism's input body")] = "",
         feed_forward: Annotated[TimeFunction | None, OverTime("N m", "a torque over time, for controllers with it")] = None,
-        sensor: Annotated[str | BodyPoint | None, Meaning("a joint, whose eccentricity is measured, or a point")] = None,
-        inertia: Annotated[float, Quantity("kg m^2", minimum=0.0, help="of the rotor")] = 0.0,
+        sensor: Annotated[str | BodyPoint | None, Meaning("joint whose eccentricity is measured, or measured point")] = None,
+        inertia: Annotated[float, Quantity("kg m^2", minimum=0.0, help="inertia of the rotor")] = 0.0,
         start_on_reference: Annotated[bool, Meaning("whether the body starts at angle and speed of the reference")] = True,
-        base: Annotated[str, Meaning("the body against which the torque acts and the angle is measured")] = GROUND,
-        name: Annotated[str, Meaning('of the actuator; "actuator of BODY" without it')] = "",
+        base: Annotated[str, Meaning("body that bears the torque and is the base of the angle")] = GROUND,
+        name: Annotated[str, Meaning('name of the actuator; by default "actuator of BODY"')] = "",
     ) -> Mechanism:
-        """The same mechanism with a controlled torque on a body, which replaces any drive of that body.
+        """Return the mechanism with a controlled torque on a body, which replaces any drive of that body.
 
-        The torques of several actuators on one body add up. Without a reference it is the motion of the body's drive, or the
-        angle at the start. Further actuators, and those against a body, do not start on theirs.
+        The torques of several actuators on one body add up. The default reference is the motion of the body's drive, or its
+        initial
+        angle. Only the first actuator of a body, against the ground, starts on its reference.
 
         Returns
         -------
@@ -277,7 +284,7 @@ class Mechanism:
         chosen, others = self._undriven("controlled", body)
         if reference is not None and speed is not None:
             raise InputError(
-                "controlled() with both reference and speed", "one of them", "controlled(PID(100.0), speed=rpm(150))"
+                "controlled() has both reference and speed", "one of them", "controlled(PID(100.0), speed=rpm(150))"
             )
         reference = ConstantSpeed(speed) if speed is not None else reference
         if reference is None:
@@ -308,10 +315,10 @@ class Mechanism:
         return dataclasses.replace(self, drives=others, components=(*self.components, actuator))
 
     def _undriven(self, method: str, body: str) -> tuple[str, tuple[Drive, ...]]:
-        """The body that a method means, and the drives of other bodies."""
+        """Return the body that a method acts on, and the drives of other bodies."""
         chosen = body or self.input_body
         if not chosen:
-            raise InputError(f"{method}() without a body, on a mechanism without an input body", f"{method}(..., body=NAME)")
+            raise InputError(f"{method}(): no body is given and the mechanism has no input body", f"{method}(..., body=NAME)")
         return chosen, tuple(other for other in self.drives if other.body != chosen)
 
     @documented
@@ -320,10 +327,10 @@ class Mechanism:
         self,
         name: str,
         body: str,
-        point: Annotated[str | Point, Meaning("a point of the body, or a place in its frame [m]")],
+        point: Annotated[str | Point, Meaning("point of the body, or a position in its frame [m]")],
         tolerance: Annotated[float | None, Meaning("deviation within which the point has settled [m]")] = None,
     ) -> Mechanism:
-        """The same mechanism with one more tracked point: its motion, and its deviation from the commanded path, are recorded.
+        """Return the mechanism with one more tracked point; its motion and deviation from the commanded path are recorded.
 
         Returns
         -------
@@ -335,13 +342,13 @@ class Mechanism:
     @checked
     def replace(
         self,
-        parameter: Annotated[str, Meaning("a field of it, or a part and a field of that")],
-        value: Annotated[Any, Meaning("in SI")],
+        parameter: Annotated[str, Meaning("parameter path: a field of the mechanism, or a part and its field")],
+        value: Annotated[Any, Meaning("new value, in SI units")],
     ) -> Mechanism:
-        """The same mechanism with one value changed.
+        """Return the mechanism with one value changed.
 
-        Parameters are "gravity", "components", "A.clearance", "A.damping.restitution", "drive.speed", "body.slider.mass",
-        "servo.controller.limit", "joint.all.friction" and so on; see `model.parameter_path`.
+        Examples of parameters are "gravity", "components", "A.clearance", "A.damping.restitution", "drive.speed",
+        "body.slider.mass", "servo.controller.limit", "joint.all.friction" (`model.parameter_path`).
 
         Returns
         -------
@@ -350,14 +357,14 @@ class Mechanism:
         return changed(self, parameter, value)
 
     def with_parts(self, parts: Mapping[str, Any], *, check: bool = True) -> Mechanism:
-        """The same mechanism with other parts.
+        """Return the mechanism with other parts.
 
         Parameters
         ----------
         parts : mapping of str to tuple
-            By field.
+            New parts by field.
         check : bool
-            Whether parts and names have to be checked; not if they have the same names and are between the same bodies.
+            Whether to check parts and names. It can be False if names and connected bodies are unchanged.
 
         Returns
         -------
@@ -370,19 +377,23 @@ class Mechanism:
         return changed_mechanism
 
     def _with_joints(self, changed: Iterable[Revolute]) -> Mechanism:
+        """Return the mechanism with changed joints."""
         new = {joint.name: joint for joint in changed}
         return self.with_parts({"joints": tuple(new.get(joint.name, joint) for joint in self.joints)})
 
     def _with_guides(self, changed: Iterable[Guide]) -> Mechanism:
+        """Return the mechanism with changed guides."""
         new = {guide.name: guide for guide in changed}
         return dataclasses.replace(self, guides=tuple(new.get(guide.name, guide) for guide in self.guides))
 
 
-def _tight(part: Any) -> Any:
+def _without_clearance(part: Any) -> Any:
+    """Return a joint or guide without clearance."""
     return dataclasses.replace(part, clearance=None) if part.clearance is not None else part
 
 
 def _named(what: str, name: str, found: Mapping[str, Named]) -> Named:
+    """Return a named part; raise `InputError` if it does not exist."""
     if not isinstance(name, str) or name not in found:
         raise InputError(f"{what} {shown(name)}{did_you_mean(name, found)}", "one of " + (", ".join(found) or "none"))
     return found[name]

@@ -10,9 +10,9 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.integrate.tableau import METHODS
 from scissordyn.units import Meaning, Quantity, check_quantities
 
-TIME_STEPPING = "moreau-jean"  # Method of mechanisms with hard contacts
-AUTO: Final = "auto"  # In place of a number of samples: equally spaced ones, and the contacts' own instants
-EQUALLY_SPACED = 2001  # Samples without a number of them
+TIME_STEPPING = "moreau-jean"  # Method for mechanisms with hard contacts
+AUTO: Final = "auto"  # Number of samples for equally spaced instants plus the contacts' own instants
+EQUALLY_SPACED = 2001  # Default number of equally spaced samples
 
 StartKind = Annotated[
     Literal["concentric", "in-contact", "static", "as-placed"],
@@ -21,7 +21,7 @@ StartKind = Annotated[
 
 EventKind = Annotated[
     Literal["auto", "located", "crossed"],
-    Meaning("whether each step ends where a contact begins or ends, or goes across that as long as its error allows"),
+    Meaning("whether each step ends where a contact begins or ends, or may cross that instant if its error allows"),
 ]
 
 Method = Annotated[str, Meaning('"auto", chosen by an estimate of stiffness, or dop853, dopri5, rodas5p, rodas4p, moreau-jean')]
@@ -37,12 +37,12 @@ EndTime = Annotated[float, Quantity("s", minimum=1e-12, maximum=1e9, help="end o
 
 @dataclass(frozen=True)
 class Options:
-    """End, start, accuracy and sampling of a simulation.
+    """End time, start, accuracy and sampling of a simulation.
 
     Parameters
     ----------
     until, start, samples, rtol, atol, method, most_steps, events, trust, step
-        As for `simulate`.
+        Same as in `simulate`.
     """
 
     until: EndTime
@@ -74,10 +74,10 @@ class Options:
 
     @property
     def equally_spaced(self) -> Options:
-        """The same without samples at the instants of contacts."""
+        """Options without samples at the instants of contacts."""
         return dataclasses.replace(self, samples=self.count)
 
     @property
     def keywords(self) -> dict[str, Any]:
-        """The same as arguments of `simulate`."""
+        """Options as keyword arguments of `simulate`."""
         return {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}

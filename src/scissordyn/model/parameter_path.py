@@ -1,9 +1,9 @@
-"""Which parts are meant, by patterns of names, and which numbers: ``A.clearance``, ``drive.speed``, ``servo.controller.limit``.
+"""Parameter paths such as ``A.clearance``, ``drive.speed``, ``servo.controller.limit``, and name patterns of parts.
 
-A parameter path names a part and a field of it, and goes on into what the field holds. The kind before the name tells parts
-of the same name apart (``joint.A.clearance``, ``body.slider.mass``), a pattern takes several at once
-(``joint.all.clearance``). The fields of a joint or guide are those of its clearance; those of a drive, of its motion. Places
-go on with ``x`` and ``y``, the points of a body with their names (``crank.centre.x``, ``crank.points.end.x``).
+A parameter path names a part, a field of it, and further fields of what that holds. A kind before the name distinguishes
+parts of the same name (``joint.A.clearance``, ``body.slider.mass``). A pattern selects several parts
+(``joint.all.clearance``). The fields of a joint or guide are those of its clearance, the fields of a drive those of its motion.
+Points have the fields ``x`` and ``y``, ``points`` of a body its point names (``crank.centre.x``, ``crank.points.end.x``).
 """
 
 from __future__ import annotations
@@ -26,14 +26,15 @@ GROUPS = {
     "pivots": ("*/pivot",),
     "ends": ("*/upper", "*/lower", "*/left", "*/right"),
 }
-"""Group names of the joints of arrays: all, those inside the units, those between units."""
+"""Groups of joints of an array: all joints, those inside the units, those between units."""
 
 
 def matching(what: str, patterns: str | Iterable[str], names: Sequence[str]) -> tuple[str, ...]:
+    """Return the names that match a name, group or pattern, or several of them; raise `InputError` if one matches nothing."""
     wanted: set[str] = set()
     for pattern in (patterns,) if isinstance(patterns, str) else tuple(patterns):
         if not isinstance(pattern, str):
-            raise InputError(f"{what} {pattern!r}", "text: a name or a pattern")
+            raise InputError(f"{what} {pattern!r}", "a text: a name or a pattern")
         shapes = (pattern,) if pattern in names else GROUPS.get(pattern, (pattern,))
         matches = {name for name in names if name == pattern}
         matches = matches or {name for name in names if any(fnmatchcase(name, shape) for shape in shapes)}
@@ -45,21 +46,21 @@ def matching(what: str, patterns: str | Iterable[str], names: Sequence[str]) -> 
             )
         wanted |= matches
     if not wanted:
-        raise InputError(f"no {what} named", "one or more names or patterns")
+        raise InputError(f"no {what} given", "one or more names or patterns")
     return tuple(name for name in names if name in wanted)
 
 
 DRIVE = "drive"
 
 INSIDE = {"joints": "clearance", "guides": "clearance", "drives": "motion", "coordinate_drives": "motion"}
-"""The field of a part whose fields a parameter path goes on with."""
+"""Field of a part whose fields a parameter path continues with."""
 
 KINDS = {"joint": "joints", "clearance": "joints", "guide": "guides", "body": "bodies", "weld": "welds", DRIVE: "drives"}
 KINDS |= {"coupling": "couplings", "coordinate_drive": "coordinate_drives"}
-"""Fields of a mechanism by the kind in front of a name; rods, latches and components go by their sections."""
+"""Field of the mechanism for each kind of part; rods, latches and components use their section names."""
 
-OF_LAWS = {"restitution": "damping"}  # Keys that a case file has beside a law's name, by the law that they belong to
-AXES = ("x", "y")  # The two numbers of a place
+OF_LAWS = {"restitution": "damping"}  # Keys of a case file that belong to a law, with the name of that law
+AXES = ("x", "y")  # Coordinates of a point
 
 EACH_SAMPLE = '"clearance.all.clearance" = { values = "0.3 mm +- 20 %", each = true }'
 
@@ -67,14 +68,14 @@ SAMPLE = "'A.clearance', 'drive.speed', 'body.slider.mass', 'servo.controller.li
 
 
 def find(mechanism: Mechanism, parameter: str) -> list[Place]:
-    """The places that a parameter path means."""
+    """Return the places that a parameter path selects."""
     try:
         return _find(mechanism, parameter)
     except InputError:
         if "each" not in parameter.split(".")[1:]:
             raise
-        allowed = "all as the name, and each = true beside the values, in a study, for places that vary independently"
-        raise InputError(f"'{parameter}': each is no name", allowed, EACH_SAMPLE) from None
+        allowed = "'all' as the name, and each = true next to the values of a study, for values that vary independently"
+        raise InputError(f"'{parameter}': 'each' is not a name", allowed, EACH_SAMPLE) from None
 
 
 def _find(mechanism: Mechanism, parameter: str) -> list[Place]:
@@ -85,7 +86,7 @@ def _find(mechanism: Mechanism, parameter: str) -> list[Place]:
     if not routes:
         kind, _, rest = parameter.partition(".")
         if kind in KINDS and rest and "." not in rest:
-            what = f"'{parameter}': which {kind} is not said"
+            what = f"'{parameter}': the name of the {kind} is missing"
             raise InputError(what, f"{kind}.NAME.{rest}, or {kind}.all.{rest}", f"{kind}.all.{rest}")
         name = parameter.rsplit(".", 1)[0] if "." in parameter else parameter
         names = list(dict.fromkeys(part for part, _, _, kind in _named(mechanism) if kind != DRIVE))
@@ -101,7 +102,7 @@ def _find(mechanism: Mechanism, parameter: str) -> list[Place]:
 
 
 def number(mechanism: Mechanism, parameter: str) -> Place:
-    """The first place of a parameter path, which is to be a number with a unit."""
+    """Return the first place of a parameter path, which must be a number with a unit."""
     first = find(mechanism, parameter)[0]
     if first.value is None:
         raise _not_given(parameter)
@@ -110,12 +111,12 @@ def number(mechanism: Mechanism, parameter: str) -> Place:
         raise InputError(
             f"'{parameter}' is not a number with a unit", ", ".join(fields) or f"a parameter path such as {SAMPLE}"
         )
-    _free(first, parameter)
+    _check_independent(first, parameter)
     return first
 
 
 def single(mechanism: Mechanism, parameter: str) -> list[str]:
-    """A parameter path for each of the places that a parameter path means."""
+    """Return one parameter path for each place that a parameter path selects."""
     places = find(mechanism, parameter)
     if len(places) == 1:
         return [parameter]
@@ -130,34 +131,34 @@ def single(mechanism: Mechanism, parameter: str) -> list[str]:
 
 
 def changed(mechanism: Mechanism, parameter: str, value: Any) -> Mechanism:
-    """The same mechanism with another value at a parameter path; at all its places, for a pattern."""
+    """Return the mechanism with another value at a parameter path, at all places of a pattern."""
     return changed_all(mechanism, {parameter: value})
 
 
 def changed_all(
     mechanism: Mechanism, changes: Mapping[str, Any], places: Mapping[str, Sequence[Place]] | None = None
 ) -> Mechanism:
-    """The same mechanism with other values at some parameter paths."""
+    """Return the mechanism with other values at some parameter paths."""
     new: dict[str, Any] = {}
     numbers = True
     for parameter, value in changes.items():
         for place in find(mechanism, parameter) if places is None else places[parameter]:
-            _free(place, parameter)
+            _check_independent(place, parameter)
             field, *path = place.path
             numbers = numbers and place.quantity is not None and bool(path)
             new[str(field)] = replaced(new.get(str(field), getattr(mechanism, str(field))), path, value)
-    # numbers are checked by the part that they belong to; what parts refer to stays as it is
+    # numbers are checked by their part; names are unchanged
     return mechanism.with_parts(new, check=not numbers)
 
 
-def _free(place: Place, parameter: str) -> None:
-    """Refuse a number that stands in other places, too."""
+def _check_independent(place: Place, parameter: str) -> None:
+    """Raise `InputError` for a value that must equal values of other parts."""
     if place.quantity is not None and place.quantity.tied:
-        raise InputError(f"'{parameter}' changed alone", place.quantity.tied)
+        raise InputError(f"'{parameter}' cannot change alone", place.quantity.tied)
 
 
 def _named(mechanism: Mechanism) -> Iterator[tuple[str, str, int, str]]:
-    """Name, field, index and kind of every part."""
+    """Yield name, field, index and kind of every part."""
     for kind, field in KINDS.items():
         if kind != "clearance":
             for index, part in enumerate(getattr(mechanism, field)):
@@ -168,12 +169,12 @@ def _named(mechanism: Mechanism) -> Iterator[tuple[str, str, int, str]]:
 
 
 def _kinds(mechanism: Mechanism) -> dict[str, None]:
-    """The words that may stand in front of the name of a part."""
+    """Return the kinds that may precede the name of a part."""
     return dict.fromkeys([*KINDS, *(kind for *_, kind in _named(mechanism))])
 
 
 def _parts(mechanism: Mechanism, parameter: str) -> Iterator[Route]:
-    """The path to each part that a parameter path can mean, and on from there."""
+    """Yield the route of each part that a parameter path can select, with the remaining fields."""
     parts = list(_named(mechanism))
     kind, _, rest = parameter.partition(".")
     if kind == DRIVE and rest:
@@ -193,7 +194,7 @@ def _parts(mechanism: Mechanism, parameter: str) -> Iterator[Route]:
                     if name in wanted and not (of_clearance and mechanism.joints[index].clearance is None):
                         yield field, index, *path
                 return
-    # a joint and its guide, or a body and its drive, may share a name: those with fields to go on with come first
+    # parts of different kinds may share a name: prefer those that have the next field
     candidates = [(name, field, index) for name, field, index, _ in parts if parameter.startswith(f"{name}.")]
     if candidates:
         longest = max(len(name) for name, _, _ in candidates)
@@ -205,7 +206,7 @@ def _parts(mechanism: Mechanism, parameter: str) -> Iterator[Route]:
 
 
 def _driven(mechanism: Mechanism, rest: str) -> Iterator[Route]:
-    """The drive that 'BODY.FIELD', or 'FIELD' of the only or default one, means."""
+    """Yield the route of the drive 'BODY.FIELD', or of 'FIELD' for the only or default drive."""
     bodies = [drive.body for drive in mechanism.drives]
     for index, body in enumerate(bodies):
         if rest.startswith(f"{body}."):
@@ -217,16 +218,18 @@ def _driven(mechanism: Mechanism, rest: str) -> Iterator[Route]:
         return
     raise InputError(
         f"'{DRIVE}.{rest}': {'several drives' if bodies else 'no drive'}",
-        ", ".join(f"{DRIVE}.{body}.{rest}" for body in bodies) or "a mechanism that is driven()",
+        ", ".join(f"{DRIVE}.{body}.{rest}" for body in bodies) or "a mechanism with a drive",
     )
 
 
 def _has(mechanism: Mechanism, field: str, index: int, name: str) -> bool:
+    """Return whether a part has a field."""
     part = getattr(mechanism, field)[index]
     return OF_LAWS.get(name, name) in _fields(getattr(part, INSIDE[field], None) if field in INSIDE else part)
 
 
 def _place(mechanism: Mechanism, path: Route, parameter: str) -> Place:
+    """Return the place at the end of a route; raise `InputError` if a field does not exist or is None."""
     inside = INSIDE.get(str(path[0]))
     if inside is not None:
         part = at(mechanism, path[:2])
@@ -247,14 +250,15 @@ def _place(mechanism: Mechanism, path: Route, parameter: str) -> Place:
 
 
 def _not_given(parameter: str) -> InputError:
-    return InputError(f"'{parameter}', of which the mechanism gives no value", "a value in the mechanism to start from")
+    """Return the error for a parameter without a value in the mechanism."""
+    return InputError(f"'{parameter}' has no value in this mechanism", "a value in the mechanism to start from")
 
 
 def _step(owner: Any, word: str, quantity: Quantity | None, parameter: str) -> tuple[str | int, Quantity | None]:
-    """The field, key or index that a word of a parameter path means, and its quantity."""
+    """Return the field, key or index that a word of a parameter path selects, and its quantity."""
     if quantity is not None and isinstance(owner, Mapping | tuple):
         steps = tuple(owner) if isinstance(owner, Mapping) else AXES
-        kind = "points" if isinstance(owner, Mapping) else "a place"
+        kind = "points" if isinstance(owner, Mapping) else "a point"
         step: str | int = word if isinstance(owner, Mapping) or word not in AXES else AXES.index(word)
         inner: Quantity | None = quantity
     else:
@@ -262,7 +266,7 @@ def _step(owner: Any, word: str, quantity: Quantity | None, parameter: str) -> t
         steps, kind, step = tuple(fields), type(owner).__name__, word
         inner = fields[word].quantity if word in fields else None
     if word not in steps and not steps:
-        raise InputError(f"'{parameter}': nothing is called '{word}' inside a number or a text", "a path that ends before it")
+        raise InputError(f"'{parameter}': a number or text has no field '{word}'", "a path that ends before it")
     if word not in steps:
         raise InputError(
             f"'{parameter}': no field '{word}' in {kind}{did_you_mean(word, steps)}", ", ".join(steps) or "no field"
@@ -271,10 +275,11 @@ def _step(owner: Any, word: str, quantity: Quantity | None, parameter: str) -> t
 
 
 def _fields(owner: Any) -> Mapping[str, Declared]:
+    """Return the declared fields of a description; empty for other values."""
     return declared(type(owner)) if is_described(owner) else {}
 
 
 def _numbers(owner: Any) -> list[str]:
-    """Fields that are numbers with a unit."""
+    """Return the names of fields that are numbers with a unit."""
     kind: Any = type(owner)
     return list(quantities(kind)) if is_described(owner) else []

@@ -1,4 +1,4 @@
-"""Descriptions as plain data, so that a saved run says what was run."""
+"""Descriptions as plain data, which a saved run contains."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from scissordyn.plugin.user_file import origin_of
 PACKAGE = "scissordyn"
 KIND = "kind"
 FUNCTION, CLASS = "function", "class"
-"""What the data have in place of a class of the package, and for a Python function and a class that are in no file."""
+"""Values of the key "kind" for a Python function, and for a class, that are in no file."""
 
-DIGEST = "digest"  # Beside a function or a class of the user's own: the digest of its file
+DIGEST = "digest"  # Key for the digest of the file of a user-defined function or class
 
 
 def to_plain(described: Any) -> Any:
-    """A frozen description as nested dicts, lists, strings and numbers."""
+    """Convert a frozen description to nested dicts, lists, strings and numbers."""
     if isinstance(described, _SCALARS):
         return described
     if isinstance(described, tuple | list):
         if _SCALAR_TYPES.issuperset(map(type, described)):
             return list(described)
-        # scalars, most of all values, without a call each
+        # scalars are most of all values and get no call of their own
         return [item if isinstance(item, _SCALARS) else to_plain(item) for item in described]
     if isinstance(described, Mapping):
         return {str(key): value if isinstance(value, _SCALARS) else to_plain(value) for key, value in described.items()}
@@ -39,15 +39,15 @@ def to_plain(described: Any) -> Any:
         for name in declared(kind):
             value = getattr(described, name)
             values[name] = value if isinstance(value, _SCALARS) else to_plain(value)
-        return _headed(kind) | values
+        return _head_of(kind) | values
     if callable(described):
         name = getattr(described, "__name__", repr(described))
         return {KIND: FUNCTION, "name": name, "source": source_of(described), DIGEST: code_digest(described)}
     raise InputError(f"a {type(described).__name__} inside a description", "values that can be written to a file")
 
 
-def _headed(described: Any) -> dict[str, Any]:
-    """What the data say of a class: its name, or where it is from and the digest of what it computes."""
+def _head_of(described: Any) -> dict[str, Any]:
+    """Return the name of a class; for a user-defined one its origin and the digest of its code."""
     if described.__module__.startswith(f"{PACKAGE}.") or not hasattr(described, "declaration"):
         return {KIND: kind_of(described)}
     origin = origin_of(described)
@@ -58,7 +58,7 @@ def _headed(described: Any) -> dict[str, Any]:
 
 
 def first_difference(first: Any, second: Any, place: str = "") -> tuple[str, Any, Any]:
-    """The first place at which two trees of plain data that differ do so, and what is there in each."""
+    """Return the first place at which two unequal trees of plain data differ, and both values."""
     while isinstance(first, dict | list) and type(first) is type(second):
         entries, others = _entries(first), _entries(second)
         key = next(key for key in {**entries, **others} if entries.get(key) != others.get(key))
@@ -68,6 +68,7 @@ def first_difference(first: Any, second: Any, place: str = "") -> tuple[str, Any
 
 
 def _entries(tree: dict[str, Any] | list[Any]) -> dict[Any, Any]:
+    """Return a tree's entries by key or index."""
     return tree if isinstance(tree, dict) else dict(enumerate(tree))
 
 
@@ -77,20 +78,20 @@ _SCALAR_TYPES = frozenset(_SCALARS)
 
 @cache
 def kind_of(described: type) -> str:
-    """What a class is called in a file."""
+    """Return the name of a class in a file."""
     return f"{described.__module__}.{described.__qualname__}".removeprefix(f"{PACKAGE}.")
 
 
 def source_of(function: Any) -> str:
-    """Source text of a function, for the reader of a saved run; empty where there is none."""
+    """Return the source text of a function; empty if it is not available."""
     try:
         return inspect.getsource(function)
-    except (OSError, TypeError, SyntaxError, tokenize.TokenError):  # none, or its file has changed
+    except (OSError, TypeError, SyntaxError, tokenize.TokenError):  # no source, or its file has changed
         return ""
 
 
 def code_digest(function: Any) -> str:
-    """A digest of what a Python function computes: its byte code, and the constants and functions that it refers to."""
+    """Return a digest of a Python function: byte code, constants, and functions that it refers to."""
     digest = hashlib.sha256()
     for part in _parts(function, set()):
         digest.update(f"{len(part)} ".encode() + part)
@@ -98,8 +99,8 @@ def code_digest(function: Any) -> str:
 
 
 def _parts(value: Any, met: set[int]) -> Iterator[bytes]:
-    """What a value consists of; of a module, a class or an object only the name, what it does is a matter of versions."""
-    value = getattr(value, "py_func", value)  # compiled beforehand
+    """Yield the parts of a value as bytes; only the name for a module, class or object, whose behaviour its version fixes."""
+    value = getattr(value, "py_func", value)  # compiled functions
     if isinstance(value, types.FunctionType):
         if id(value) in met:
             return
@@ -125,7 +126,7 @@ def _parts(value: Any, met: set[int]) -> Iterator[bytes]:
 
 
 def _names(code: types.CodeType) -> Iterator[str]:
-    """Names that byte code looks up, that of functions inside included."""
+    """Yield the names that byte code looks up, including those of inner functions."""
     yield from code.co_names
     for constant in code.co_consts:
         if isinstance(constant, types.CodeType):

@@ -15,7 +15,7 @@ from scissordyn.model.mechanism import Gravity, GravityDirection, Mechanism
 from scissordyn.units import Meaning, Quantity, Sample, checked, documented
 
 MOST_UNITS = 10_000
-"""Units of an array: the elimination of linear constraints takes time with the square of their number at least."""
+"""Largest number of units; the time of the elimination grows at least quadratically."""
 
 UNITS_TAKE = "3000 units take half a minute, and 100000 would take a gigabyte and 8 hours at least"
 
@@ -28,7 +28,7 @@ SliderMass = Annotated[float, Quantity("kg", above=0.0, help="mass of the slider
 def joints_of_units(
     units: int, *, pivot: str, sides: tuple[str, str] = ("upper", "lower"), closed: bool = False
 ) -> tuple[Revolute, ...]:
-    """The joints inside and between scissor units."""
+    """Return the joints inside and between scissor units."""
     joints = []
     for unit in range(1, units + 1):
         joints.append(Revolute(f"unit {unit}/pivot", (f"unit {unit}/bar 1", pivot), (f"unit {unit}/bar 2", pivot)))
@@ -51,7 +51,7 @@ def _with_slider(
     direction: float = 0.5 * math.pi,
     pinned: int = 1,
 ) -> Mechanism:
-    """An array with one bar of its first unit pinned at the origin, and the other at a slider on a line through the origin."""
+    """Return an array: one bar of its first unit is pinned at the origin, the other at a slider on a line through it."""
     return Mechanism(
         bodies=(*bars, slider),
         joints=(
@@ -77,19 +77,19 @@ def scissor(
     bar_mass: BarMass = 5.68,
     slider_mass: SliderMass = 5.0,
     angle: Annotated[
-        float, Quantity("rad", help="th of the bars to the axis at the start, 0 to 90 deg; the array extends as it falls")
+        float, Quantity("rad", help="initial angle th of the bars to the axis, 0 to 90 deg; the array extends as it falls")
     ] = math.pi / 6,
     gravity: Gravity = 9.81,
     gravity_direction: GravityDirection = -math.pi / 2,
     driven_bar: Annotated[
-        Literal["pinned", "slider"], Meaning("whether the bar pinned to the ground or the bar at the slider is driven")
+        Literal["pinned", "slider"], Meaning("which bar is driven: the one pinned to the ground or the one at the slider")
     ] = "pinned",
 ) -> Mechanism:
-    """A straight array of equal scissor units along x, pinned at the origin, with a slider on the y axis.
+    """Return a straight array of equal scissor units along x, pinned at the origin, with a slider on the y axis.
 
-    Each unit is two bars pivoted at their middles; the array is N L cos th long. The driven bar is always bar 1: "pinned", it
-    is pinned to the ground, and the journal of joint A is the end of bar 2; "slider", bar 2 is pinned to the ground, and the
-    journal of joint A is the end of bar 1.
+    Each unit is two bars pivoted at their middles; the length of the array is N L cos th. Bar 1 is always the driven bar. With
+    "pinned" it is pinned to the ground, and the journal of joint A is the end of bar 2. With "slider" bar 2 is pinned to the
+    ground, and the journal of joint A is the end of bar 1.
 
     Returns
     -------
@@ -119,19 +119,19 @@ def scissor(
 def angulated_bar(
     name: str,
     *,
-    first: Annotated[float, Quantity("m", above=0.0, help="from the start to the pivot")],
-    second: Annotated[float, Quantity("m", above=0.0, help="from the pivot to the end")],
+    first: Annotated[float, Quantity("m", above=0.0, help="length from the start to the pivot")],
+    second: Annotated[float, Quantity("m", above=0.0, help="length from the pivot to the end")],
     kink: Annotated[float, Quantity("rad", help="angle from the direction of the first leg to that of the second")] = 0.0,
-    mass: Annotated[float, Quantity("kg", above=0.0, help="of both legs, in proportion to their lengths")],
-    position: Annotated[Point, Meaning("of its start [m]")] = (0.0, 0.0),
+    mass: Annotated[float, Quantity("kg", above=0.0, help="mass of both legs, in proportion to their lengths")],
+    position: Annotated[Point, Meaning("position of its start [m]")] = (0.0, 0.0),
     angle: Annotated[float, Quantity("rad", help="direction of the first leg")] = 0.0,
 ) -> Body:
-    """A uniform bar of two straight legs that meet at a pivot; without a kink a straight bar with a pivot outside its middle.
+    """Return a uniform bar of two straight legs that meet at a pivot; without a kink it is straight.
 
     Returns
     -------
     Body
-        With points "start", "pivot" and "end".
+        A body with points "start", "pivot" and "end".
     """
     end = first + second * math.cos(kink), second * math.sin(kink)
     centre, inertia = uniform_legs(mass, (first, second), ((0.5 * first, 0.0), (0.5 * (first + end[0]), 0.5 * end[1])))
@@ -157,8 +157,8 @@ Inclination = Annotated[
 def polar_scissor(
     *,
     units: Units = 4,
-    inner: Annotated[float, Quantity("m", above=0.0, help="leg a of a bar, inside of its pivot")] = 0.8,
-    outer: Annotated[float, Quantity("m", above=0.0, help="leg b of a bar, outside of its pivot")] = 1.2,
+    inner: Annotated[float, Quantity("m", above=0.0, help="inner leg a of a bar, from pivot to inner end")] = 0.8,
+    outer: Annotated[float, Quantity("m", above=0.0, help="outer leg b of a bar, from pivot to outer end")] = 1.2,
     kink: Annotated[float, Quantity("rad", help="angle k between the two legs of a bar, 0 for straight bars")] = 0.0,
     bar_mass: BarMass = 5.0,
     slider_mass: SliderMass = 5.0,
@@ -166,17 +166,18 @@ def polar_scissor(
     gravity: Gravity = 9.81,
     gravity_direction: GravityDirection = -math.pi / 2,
 ) -> Mechanism:
-    """An array that curves: the bars of a unit cross outside their middles, or are kinked there.
+    """Return a curved array: the bars of a unit cross outside their middles, or are kinked there.
 
-    The first unit starts on the y axis, pinned at the origin with its inner end and with a slider at its outer end. With
-    a and b the legs inside and outside of the pivot, th the mean inclination of the bars against the circumference and k
-    the kink, a unit spans the angle g and the inner and outer ends lie on circles of radii R_i and R_o:
+    The first unit starts on the y axis, with its inner end pinned at the origin and a slider at its outer end. The legs inside
+    and outside the pivot are a and b, the mean inclination of the bars to the circumference is th, the kink is k. A unit spans
+    the angle g, and the inner and outer ends lie on circles of radii R_i and R_o:
 
         tan(g/2) = (b cos(th - k/2) - a cos(th + k/2)) / (b sin(th - k/2) + a sin(th + k/2))
         R_i = a cos(th + k/2) / sin(g/2),    R_o = b cos(th - k/2) / sin(g/2)
 
-    With straight bars, tan(g/2) = (b - a)/(b + a) cot th: the curvature, downwards if b > a, changes during deployment. With
-    equal legs g = k: the radius changes and the angle does not (Hoberman 1990, US patent 4942700).
+    Straight bars give tan(g/2) = (b - a)/(b + a) cot th: the curvature, downwards if b > a, changes during deployment. Equal
+    legs
+    give g = k: the radius changes and the angle does not (Hoberman 1990, US patent 4942700).
 
     Returns
     -------
@@ -197,15 +198,15 @@ def polar_scissor(
 def hoberman_ring(
     *,
     units: Annotated[int, Quantity("1", minimum=3, maximum=MOST_UNITS, because=UNITS_TAKE, help="number of units")] = 12,
-    leg: Annotated[float, Quantity("m", above=0.0, help="p, from the pivot of a bar to each of its ends")] = 0.5,
+    leg: Annotated[float, Quantity("m", above=0.0, help="leg p, from the pivot of a bar to each of its ends")] = 0.5,
     bar_mass: BarMass = 1.0,
     angle: Inclination = math.pi / 4,
     gravity: Gravity = 0.0,
     gravity_direction: GravityDirection = -math.pi / 2,
 ) -> Mechanism:
-    """A closed ring of angulated units, each spanning k = 2 pi/N, that opens and closes with one degree of freedom.
+    """Return a closed ring of angulated units, each spanning k = 2 pi/N, with one degree of freedom.
 
-    With p the leg and th the mean inclination of the bars against the circumference, pivots, inner and outer ends lie on
+    With p the leg and th the mean inclination of the bars to the circumference, pivots, inner and outer ends lie on
     circles about the origin (You and Pellegrino 1997, Foldable bar structures):
 
         R = p cos th / sin(k/2),    R_i = p cos(th + k/2) / sin(k/2),    R_o = p cos(th - k/2) / sin(k/2)
@@ -242,17 +243,17 @@ def mast(
     bar_length: BarLength = 1.0,
     bar_mass: BarMass = 2.0,
     slider_mass: SliderMass = 1.0,
-    platform_mass: Annotated[float | None, Quantity("kg", above=0.0, help="mass of a platform on top, none without it")] = None,
+    platform_mass: Annotated[float | None, Quantity("kg", above=0.0, help="mass of a platform on top, or no platform")] = None,
     angle: Annotated[
         float,
-        Quantity("rad", help="th of the bars to the base at the start, above 0 and below 90 deg; the mast extends as it grows"),
+        Quantity("rad", help="initial angle th of the bars to the base, 0 to 90 deg; the mast extends as it grows"),
     ] = math.pi / 6,
     gravity: Gravity = 9.81,
     gravity_direction: GravityDirection = -math.pi / 2,
 ) -> Mechanism:
-    """An array on a base along x that extends along y to the height N L sin th, with or without a platform.
+    """Return an array on a base along x that extends along y to the height N L sin th, with or without a platform.
 
-    A platform is uniform and as long as a bar, pinned to the left end of the last unit, and rests on its right end.
+    The platform is uniform and as long as a bar. It is pinned to the left end of the last unit and rests on its right end.
 
     Returns
     -------
@@ -284,7 +285,7 @@ def mast(
 
 
 def _opening(inner: float, outer: float, kink: float, angle: float) -> Point:
-    """From the inner to the outer end of a unit, along the circumference and across it [m]."""
+    """Return the vector from the inner to the outer end of a unit, along and across the circumference [m]."""
     along = outer * math.cos(angle - 0.5 * kink) - inner * math.cos(angle + 0.5 * kink)
     return along, outer * math.sin(angle - 0.5 * kink) + inner * math.sin(angle + 0.5 * kink)
 
@@ -292,7 +293,7 @@ def _opening(inner: float, outer: float, kink: float, angle: float) -> Point:
 def _curved_bars(
     units: int, inner: float, outer: float, kink: float, mass: float, angle: float, start: Point
 ) -> tuple[Body, ...]:
-    """The bars of units one after the other, clockwise, the first with its inner end at `start` on the y axis."""
+    """Return the bars of units in clockwise order; the first has its inner end at `start` on the y axis."""
     bodies: list[Body] = []
     (x, y), (along, across) = start, _opening(inner, outer, kink, angle)
     span = 2.0 * math.atan2(along, across)
@@ -301,7 +302,7 @@ def _curved_bars(
         steep, flat = tangent + angle + 0.5 * kink, tangent - angle + 0.5 * kink
         pivot = x + inner * math.cos(steep), y + inner * math.sin(steep)
         high = pivot[0] - outer * math.cos(flat), pivot[1] - outer * math.sin(flat)
-        # bar 1 meets the pivot with its inner leg, bar 2 with its outer one; both bend clockwise there
+        # at the pivot, bar 1 has its inner leg first, bar 2 its outer leg; both bend clockwise
         for number, first, second, place, lean in ((1, inner, outer, (x, y), steep), (2, outer, inner, high, flat)):
             name = f"unit {unit}/bar {number}"
             bodies.append(angulated_bar(name, first=first, second=second, kink=-kink, mass=mass, position=place, angle=lean))
@@ -315,7 +316,7 @@ def _check_opening(inner: float, outer: float, kink: float, angle: float) -> Non
     flattest = min(math.cos(angle - 0.5 * kink), math.cos(angle + 0.5 * kink))
     if not (0.0 < angle < 0.5 * math.pi and across > 0.0 and flattest > 0.0):
         raise InputError(
-            f"angle = {math.degrees(angle):g} deg, at which the array cannot be assembled",
+            f"angle = {math.degrees(angle):g} deg: the array cannot be assembled",
             f"an angle above 0 and below {math.degrees(0.5 * math.pi - 0.5 * abs(kink)):g} deg",
             Sample("angle", math.radians(30.0), "rad"),
         )

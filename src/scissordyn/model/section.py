@@ -1,4 +1,4 @@
-"""Cross-sections and materials of bars that bend."""
+"""Cross-sections and materials of flexible bars."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from scissordyn.units import Quantity, check_quantities, documented
 @documented
 @dataclass(frozen=True)
 class Section:
-    """A cross-section: what bending in the plane needs of it."""
+    """Cross-section properties for bending in the plane."""
 
     area: Annotated[float, Quantity("m^2", above=0.0, help="area")]
-    second_moment: Annotated[float, Quantity("m^4", above=0.0, help="of area, about the axis across the plane of motion")]
+    second_moment: Annotated[float, Quantity("m^4", above=0.0, help="second moment of area about the axis across the plane")]
     depth: Annotated[float, Quantity("m", above=0.0, help="twice the distance of the extreme fibre from the neutral axis")]
 
     def __post_init__(self) -> None:
@@ -30,13 +30,15 @@ class Section:
 @documented
 @dataclass(frozen=True)
 class StructuralMaterial:
-    """A material of bars."""
+    """Material of a bar."""
 
     youngs_modulus: Annotated[float, Quantity("Pa", above=0.0, help="Young's modulus")]
     density: Annotated[float, Quantity("kg/m^3", above=0.0, help="density")]
-    yield_strength: Annotated[float, Quantity("Pa", above=0.0, help="or the 0.2 % proof stress")]
+    yield_strength: Annotated[float, Quantity("Pa", above=0.0, help="yield strength or 0.2 % proof stress")]
     source: str = "the user"
-    thermal_expansion: Annotated[float, Quantity("1/K", minimum=0.0, maximum=1e-2, help="of bars that are heated")] = 0.0
+    thermal_expansion: Annotated[float, Quantity("1/K", minimum=0.0, maximum=1e-2, help="coefficient of thermal expansion")] = (
+        0.0
+    )
 
     def __post_init__(self) -> None:
         check_quantities(self, "material")
@@ -53,27 +55,31 @@ MATERIALS: Mapping[str, StructuralMaterial] = MappingProxyType(
 
 
 def _box(width: float, depth: float, wall: float) -> Section:
+    """Return the section of a rectangular tube."""
     _check_wall(wall, min(width, depth))
     w, d = width - 2.0 * wall, depth - 2.0 * wall
     return Section(width * depth - w * d, (width * depth**3 - w * d**3) / 12.0, depth)
 
 
 def _pipe(diameter: float, wall: float) -> Section:
+    """Return the section of a round tube."""
     _check_wall(wall, diameter)
     inside = diameter - 2.0 * wall
     return Section(0.25 * math.pi * (diameter**2 - inside**2), math.pi / 64.0 * (diameter**4 - inside**4), diameter)
 
 
 def _rectangle(width: float, depth: float) -> Section:
+    """Return a solid rectangular section."""
     return Section(width * depth, width * depth**3 / 12.0, depth)
 
 
 def _rod(diameter: float) -> Section:
+    """Return a solid round section."""
     return Section(0.25 * math.pi * diameter**2, math.pi / 64.0 * diameter**4, diameter)
 
 
 def _angle(width: float, depth: float, wall: float) -> Section:
-    """Sharp corners; about the axis parallel to the leg of that width, the shear centre's offset left out."""
+    """Return an angle section with sharp corners, about the axis parallel to its leg `width`; shear offset neglected."""
     _check_wall(wall, min(width, depth), walls=1)
     flat, upright = (width - wall) * wall, depth * wall
     area = flat + upright
@@ -84,10 +90,10 @@ def _angle(width: float, depth: float, wall: float) -> Section:
 
 
 def _check_wall(wall: float, across: float, walls: int = 2) -> None:
-    """Raise `InputError` where as many walls have no place beside each other."""
+    """Raise `InputError` if the walls do not fit next to each other."""
     if not walls * wall < across:
         raise InputError(
-            f"a section {across * 1e3:g} mm across with a wall of {wall * 1e3:g} mm",
+            f"a section {across * 1e3:g} mm across cannot have a wall of {wall * 1e3:g} mm",
             f"a wall below {across / walls * 1e3:g} mm",
             'section = "tube 60x60x1.5 mm"',
         )
@@ -102,23 +108,23 @@ SECTIONS: Mapping[str, tuple[Mapping[int, Callable[..., Section]], str]] = Mappi
         "strip": ({2: _rectangle}, "strip 30x2 mm (width, thickness in the plane)"),
     }
 )
-"""How sections are spelled, and from how many dimensions; the depth lies in the plane of motion."""
+"""Text forms of sections and functions by number of dimensions; the depth lies in the plane of motion."""
 
 UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254}
 PATTERN = re.compile(r"\s*([a-z]+)\s+([-+0-9.e]+(?:\s*x\s*[-+0-9.e]+)*)\s*([a-z]+)\s*")
 
 
 def read_section(text: str | Section) -> Section:
-    """A section from its text, such as ``"tube 60x60x1.5 mm"``."""
+    """Return a section from its text, such as ``"tube 60x60x1.5 mm"``."""
     if isinstance(text, Section):
         return text
-    maker, numbers, unit = _parted(text)
+    maker, numbers, unit = _parse_section(text)
     return maker(*(number * UNITS[unit] for number in numbers))
 
 
 def with_dimension(text: str, name: str, value: float) -> str:
-    """The text of a section with another dimension, such as its wall [m]."""
-    maker, numbers, unit = _parted(text)
+    """Return the text of a section with another dimension, such as its wall [m]."""
+    maker, numbers, unit = _parse_section(text)
     dimensions = list(inspect.signature(maker).parameters)
     if name not in dimensions:
         raise InputError(
@@ -130,8 +136,8 @@ def with_dimension(text: str, name: str, value: float) -> str:
     return f"{text.split()[0]} {'x'.join(f'{number:.12g}' for number in numbers)} {unit}"
 
 
-def _parted(text: str) -> tuple[Callable[..., Section], list[float], str]:
-    """What makes a section of the dimensions that its text has, these, and their unit."""
+def _parse_section(text: str) -> tuple[Callable[..., Section], list[float], str]:
+    """Split the text of a section into its function, dimensions and unit."""
     match = PATTERN.fullmatch(str(text))
     kind = match[1] if match else str(text).split(" ")[0]
     allowed = "; ".join(sample for _, sample in SECTIONS.values())
@@ -153,6 +159,7 @@ def _parted(text: str) -> tuple[Callable[..., Section], list[float], str]:
 
 
 def read_material(name: str | StructuralMaterial) -> StructuralMaterial:
+    """Return a material from its name."""
     if isinstance(name, StructuralMaterial):
         return name
     if name not in MATERIALS:

@@ -1,4 +1,4 @@
-"""The one walk over descriptions: what they are made of, where each value is, and the same with another value there."""
+"""Traversal of descriptions: their fields, the value at a path, and a copy with another value there."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from scissordyn.components.place import Point
 from scissordyn.units import Quantity, extras, quantities
 
 Route = tuple[str | int, ...]  # Fields, keys and indices, from the top of a description
-POINTS = Quantity("m", help="point that joints refer to, in the body's frame")  # What the points of a body are
+POINTS = Quantity("m", help="point that joints refer to, in the body's frame")  # Quantity of the points of a body
 
 
 @dataclass(frozen=True)
 class Declared:
-    """A field that a description is made from.
+    """Declared field of a description.
 
-    Its hint is without annotations, which are the extras; without a default that is `dataclasses.MISSING`.
+    Its hint has no annotations; these are the extras. A field without default has `dataclasses.MISSING`.
     """
 
     name: str
@@ -32,7 +32,7 @@ class Declared:
 
 @dataclass(frozen=True)
 class Place:
-    """A value in a description, with its unit, bounds and meaning if they are declared."""
+    """Value in a description, with its declared unit, bounds and meaning if there are any."""
 
     path: Route
     value: Any
@@ -40,7 +40,7 @@ class Place:
 
 
 def declared(kind: Any) -> Mapping[str, Declared]:
-    """The fields that a class of descriptions is made from, by name."""
+    """Return the declared fields of a class of descriptions, by name."""
     return _declared(kind)
 
 
@@ -58,12 +58,12 @@ def _declared(kind: Any) -> Mapping[str, Declared]:
 
 
 def is_described(value: Any) -> bool:
-    """Whether a value is a description: an object with declared fields."""
+    """Return whether a value is a description: an object with declared fields."""
     return dataclasses.is_dataclass(value) and not isinstance(value, type)
 
 
 def given(described: Any) -> Iterator[tuple[Declared, Any]]:
-    """The fields that are not their default, bit for bit; they say what a description is."""
+    """Yield the fields that differ from their defaults, bit for bit."""
     for field in declared(type(described)).values():
         value = getattr(described, field.name)
         if repr(value) != repr(field.default) or value != field.default:
@@ -71,13 +71,14 @@ def given(described: Any) -> Iterator[tuple[Declared, Any]]:
 
 
 def at(described: Any, path: Sequence[str | int]) -> Any:
+    """Return the value at a path."""
     for key in path:
         described = getattr(described, str(key)) if is_described(described) else described[key]
     return described
 
 
 def replaced(described: Any, path: Sequence[str | int], value: Any) -> Any:
-    """A frozen description with another value at a path."""
+    """Return a frozen description with another value at a path."""
     if not path:
         return value
     first, *rest = path

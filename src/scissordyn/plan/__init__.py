@@ -1,1 +1,1 @@
-"""From a mechanism to tables: the room that knows both what a user describes and what the kernels read."""
+"""Compilation of a mechanism into the tables that the kernels read."""

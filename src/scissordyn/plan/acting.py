@@ -1,4 +1,4 @@
-"""What acts on a mechanism, in the order of the kernels, where components are at the start, and how tables are laid out."""
+"""Components in the order of the kernels, their coordinates at the start, and the layout of tables."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from scissordyn.units import State
 
 
 def acting(mechanism: Mechanism) -> tuple[Component, ...]:
-    """The components that the kernels know, in their order: those that exert forces, then the latches."""
+    """Return the components that the kernels read: those that exert forces, then the latches."""
     latches: tuple[Any, ...] = mechanism.latches
     return (*mechanism.exerting, *latches)
 
 
 def start_coordinates(mechanism: Mechanism, component: Any) -> tuple[float, ...]:
-    """Coordinates of a component's port where the bodies are placed."""
+    """Return the coordinates of a component's port for the placed bodies."""
 
     def angle(body: str) -> float:
         return 0.0 if body == GROUND else mechanism.body(body).placed_angle
@@ -36,15 +36,15 @@ def start_coordinates(mechanism: Mechanism, component: Any) -> tuple[float, ...]
 
 
 def states_of(contact: Revolute | ContactPoint) -> tuple[State, ...]:
-    """Internal states of a contact."""
+    """Return the internal states of a contact."""
     assert contact.clearance is not None
     return contact_states(contact.clearance)
 
 
 def time_functions(mechanism: Mechanism, first: int) -> tuple[np.ndarray, np.ndarray, list[tuple[Any, float]]]:
-    """For each component its time function, counted from `first` on, or -1, and its feed-forward torque; then these functions.
+    """Return the indices of each component's time function and feed-forward torque, and the list of these functions.
 
-    Each with the value at t = 0 of one that only has a speed.
+    Indices start at `first`; -1 means none. Each function comes with its value at t = 0, which one given by a speed needs.
     """
     components = acting(mechanism)
     index, feed = np.full((2, len(components)), -1, np.int64)
@@ -63,12 +63,12 @@ def time_functions(mechanism: Mechanism, first: int) -> tuple[np.ndarray, np.nda
 
 
 def offsets(counts: Any) -> np.ndarray:
-    """Where each of some consecutive parts starts, and where the last one ends, from how many entries each has."""
+    """Return where each of some consecutive parts starts, and where the last one ends, from their numbers of entries."""
     return np.array(list(accumulate(counts, initial=0)), np.int64)
 
 
 def scratch(described: Any, shapes: Mapping[str, Any]) -> dict[str, np.ndarray]:
-    """Zeros for fields of a named tuple of the kernels, of the types that it declares."""
+    """Return zero arrays for fields of a kernel's named tuple, with the declared types."""
     declared = _declared(described)
     return {name: np.zeros(shape, declared[name].__metadata__[0].dtype) for name, shape in shapes.items()}
 

@@ -1,4 +1,4 @@
-"""The distributed mass of bars that bend: what beam elements couple between the cross-sections at their ends."""
+"""Mass matrix and tables of flexible bars and beam elements."""
 
 from __future__ import annotations
 
@@ -21,23 +21,25 @@ if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
 HERMITE = np.array([[156.0, 22.0, 54.0, -13.0], [22.0, 4.0, 13.0, -3.0], [54.0, 13.0, 156.0, -22.0], [-13.0, -3.0, -22.0, 4.0]])
-"""420 int S_i S_j dxi for the cubic Hermite shapes of (r_1, l r'_1, r_2, l r'_2)."""
+"""Integrals 420 int S_i S_j dxi of the cubic Hermite shapes of (r_1, l r'_1, r_2, l r'_2)."""
 
 
 def beams_of(mechanism: Mechanism) -> tuple[Beam, ...]:
+    """Return the beam elements of a mechanism."""
     return tuple(part for part in mechanism.components if isinstance(part, Beam))
 
 
 def bends(mechanism: Mechanism) -> bool:
+    """Return whether a mechanism has beam elements or flexible bars."""
     return any(isinstance(part, Beam | FlexibleBar) for part in mechanism.components)
 
 
 def beam_mass(mechanism: Mechanism, natural: Natural) -> csr_array:
-    """The consistent mass matrix of beam elements and flexible bars less the masses and inertias of their bodies.
+    """Return the consistent mass matrix of beam elements and flexible bars, less masses and inertias of their bodies.
 
     Shapes: returns (nZ, nZ).
     """
-    from scipy.sparse import csr_array  # mechanisms of rigid bodies go without it
+    from scipy.sparse import csr_array  # imported here: mechanisms of rigid bodies do not need it
 
     entries: list[tuple[int, int, float]] = []
     for beam in beams_of(mechanism):
@@ -61,7 +63,7 @@ def beam_mass(mechanism: Mechanism, natural: Natural) -> csr_array:
 
 
 def _axis_mass(axis: Axis) -> list[tuple[int, int, float]]:
-    """Entries of a flexible bar: of the points, of directions and of amplitudes, which couple with nothing."""
+    """Return the mass matrix entries of a flexible bar; amplitudes of modes are not coupled with anything."""
     per_length, spans, shape_mass = axis.bar.mass_per_length, np.diff(axis.shapes.places), np.zeros(axis.shapes.count)
     for k in range(len(axis.bar.sections)):
         shape_mass[k] = 0.5 * per_length * float(np.sum(spans[max(0, k - 1) : k + 1]))
@@ -82,7 +84,7 @@ def _axis_mass(axis: Axis) -> list[tuple[int, int, float]]:
 
 
 def flexible_maps(coordinates: Coordinates) -> list[tuple[np.ndarray, list[PointMap]]]:
-    """Of each flexible bar the columns that it reads, and the maps of the vectors of its shapes."""
+    """Return the columns of each flexible bar and the maps of the vectors of its shapes."""
     shape_maps = []
     for axis in coordinates.natural.axes:
         maps = [coordinates.vector(*axis.expression(unit)) for unit in np.eye(axis.shapes.count)]
@@ -91,9 +93,9 @@ def flexible_maps(coordinates: Coordinates) -> list[tuple[np.ndarray, list[Point
 
 
 def mode_columns(axis: Axis, maps: list[PointMap]) -> tuple[int, int, float]:
-    """From which shape of a bar on each has a pair of columns of its own, in order, which is the first, and the factor of all.
+    """Return the number of static shapes, the first column of the modes and their common factor.
 
-    Modes are not mixed with anything; a bar without modes has none of them.
+    Each mode has two columns of its own, in order. A bar without modes has column 0 and factor 0.
     """
     fixed, count = axis.shapes.held, axis.shapes.count
     if fixed == count:
@@ -106,7 +108,7 @@ def mode_columns(axis: Axis, maps: list[PointMap]) -> tuple[int, int, float]:
 
 
 def bar_table(axis: Axis) -> np.ndarray:
-    """What the kernels read of a flexible bar: its shapes do not change."""
+    """Return the constant table of a flexible bar for the kernels."""
     shapes = axis.shapes
     points, weights = shapes.quadrature
     slopes, at_ends = shapes.at(points, 1), shapes.at(np.array([0.0, shapes.places[-1]]), 1)
@@ -115,15 +117,14 @@ def bar_table(axis: Axis) -> np.ndarray:
 
 
 def _padded(table: np.ndarray) -> np.ndarray:
-    """Rows of whole lanes."""
+    """Pad rows to whole lanes."""
     return np.pad(table, ((0, 0), (0, padded(table.shape[1]) - table.shape[1])))
 
 
 def held_table(maps: list[PointMap]) -> tuple[np.ndarray, np.ndarray]:
-    """Columns of the static shapes of a bar, and the products that give their vectors and that forces on these give.
+    """Return the columns of a bar's static shapes and two tables: one gives their vectors, one maps forces back.
 
-    The first table has a row for each column, with x and y of one shape after the other; the second one a row for each of
-    these, by columns.
+    The first table has a row per column, with x and y of one shape after the other. The second one is its transpose.
     """
     columns = np.unique(np.concatenate([vector.columns for vector in maps]))
     table = np.zeros((columns.size, 2 * len(maps)))
@@ -132,16 +133,12 @@ def held_table(maps: list[PointMap]) -> tuple[np.ndarray, np.ndarray]:
     return columns, np.concatenate([_padded(table).ravel(), _padded(table.T).ravel()])
 
 
-FEW = 6  # Coordinates that are not divided further
-
-
 def dissected(graph: csr_array) -> np.ndarray:
-    """An order of connected coordinates in which few come after each that depend on it: nested dissection.
+    """Return an order of connected coordinates with little fill-in: nested dissection (George 1973).
 
-    The middle of a breadth-first search from one end divides what is left, and comes after both parts
-    (George 1973).
+    The middle level of a breadth-first search from one end separates two parts and comes after both.
     """
-    if graph.shape[0] <= FEW:
+    if graph.shape[0] <= 6:  # small parts are not divided further
         return np.arange(graph.shape[0])
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import connected_components
@@ -161,7 +158,7 @@ def dissected(graph: csr_array) -> np.ndarray:
 
 
 def _levels(graph: csr_array, first: int) -> np.ndarray:
-    """Distance of each coordinate from one of them, in couplings."""
+    """Return the distance of each coordinate from one of them, counted in couplings."""
     from scipy.sparse.csgraph import breadth_first_order
 
     order, before = breadth_first_order(graph, first, directed=False)
@@ -172,34 +169,32 @@ def _levels(graph: csr_array, first: int) -> np.ndarray:
 
 
 def _offset(natural: Natural, beam: Beam, body: str, point: str) -> int:
+    """Return the first natural coordinate of the body at an end of a beam; raise `InputError` if the end is not its origin."""
     if body == GROUND or not natural.rotates(body) or natural.bodies[body].points[point] != (0.0, 0.0):
         raise InputError(
-            f"beam '{beam.name}' with a mass ends at '{body}.{point}'",
-            "the origins of two bodies that rotate",
+            f"beam '{beam.name}' has a mass and ends at '{body}.{point}'",
+            "ends at the origins of two bodies that rotate",
             "mass_per_length = 0 for an element without mass",
         )
     return natural.offsets[body]
 
 
 def straight_maps(beam: Beam, u: PointMap, first: PointMap, second: PointMap) -> tuple[tuple[PointMap, float], ...]:
-    """Vectors that vanish where an element is not strained, with the lengths that they are compared with [m]."""
+    """Return vectors that vanish if an element is not strained, with their typical lengths [m]."""
     return (combined((u, 1.0), (first, -beam.length)), beam.length), (combined((second, 1.0), (first, -1.0)), 1.0)
 
 
-STRAIGHT = 1e-6  # A bar is placed straight if it is within this part of its length
-
-
 def is_straight(axis: Axis, natural: np.ndarray) -> bool:
-    """Whether the points of a flexible bar are on a line and as far apart as they are along the bar."""
+    """Return whether the points of a flexible bar lie on a line at their undeformed distances, within 1e-6 of its length."""
     points = axis.vectors(natural)[: len(axis.bar.sections)]
     along = (points[-1] - points[0]) / axis.bar.length
     straight = points[0] + np.outer(axis.shapes.places, along)
     apart = float(np.max(np.abs(points - straight))), abs(math.hypot(*along) - 1.0) * axis.bar.length
-    return max(apart) <= STRAIGHT * axis.bar.length
+    return max(apart) <= 1e-6 * axis.bar.length
 
 
 def straight_bar(coordinates: Coordinates, axis: Axis) -> tuple[list[tuple[PointMap, float]], Constraint]:
-    """Vectors that vanish where a flexible bar is straight and evenly extended, with their scales [m]; its length."""
+    """Return vectors that vanish if a flexible bar is straight and evenly extended, their scales [m], and its length."""
     shapes, length, sections = axis.shapes, axis.bar.length, len(axis.bar.sections)
     identity = np.eye(shapes.count)
     chord = (identity[sections - 1] - identity[0]) / length

@@ -1,6 +1,6 @@
-"""Where the bodies of a mechanism are, where parts act on them, and their balances of force and moment.
+"""Positions of bodies and attachments, and the balances of force and moment of each body.
 
-The balances have the reactions of ideal joints, guides and drives as unknowns.
+The unknowns of the balances are the reactions of ideal joints, guides and drives.
 """
 
 from __future__ import annotations
@@ -23,13 +23,12 @@ from scissordyn.plan.linear_constraints import body_inertia
 from scissordyn.plan.ordering import narrow, reach
 from scissordyn.plan.transmission import LineAngle, Pressure, Thrust, pressure_of
 
-FEW = 6  # Up to so many unknowns their order does not matter
-
 Action = tuple[str, tuple[float, float, float], BodyPoint, str]
-"""What a unit of an unknown does to a body: force and torque, where it acts, and the body in whose frame the force is."""
+"""Effect of a unit of an unknown on a body: body, (force x, force y, torque), point of action, body whose frame is used."""
 
 
 def body_maps(mechanism: Mechanism, coordinates: Coordinates) -> BodyMaps:
+    """Return the maps of the bodies and where components, rods and couplings act on them."""
     index = {body.name: k for k, body in enumerate(mechanism.bodies)}
     maps = [
         joined([(coordinates.at(body.name, body.centre), 0, 1.0), (coordinates.frame(body.name), 2, 1.0)], 4)
@@ -50,7 +49,7 @@ def body_maps(mechanism: Mechanism, coordinates: Coordinates) -> BodyMaps:
     arms = [[arm_of(mechanism, *end) if end[0] in index else (0.0, 0.0) for end in pair] for pair in ends]
     names = [constraint.name for constraint in coordinates.constraints]
     rods = [names.index(rod.name) for rod in mechanism.rods]
-    couplings = [  # couplings of ideal joints may follow from these, and are no constraints then
+    couplings = [  # couplings of ideal joints may follow from these and are then not constraints
         (names.index(part.name), factor, *_acts(mechanism, coordinate))
         for part in mechanism.coupling_parts
         if part.name in names
@@ -92,7 +91,7 @@ def body_maps(mechanism: Mechanism, coordinates: Coordinates) -> BodyMaps:
 def _acts(
     mechanism: Mechanism, coordinate: Coordinate | LineAngle | Thrust
 ) -> tuple[int, tuple[str, str, str], tuple[Point, Point]]:
-    """Kind of a coordinate, its body and base, on which it acts back, and where forces act: see `BodyMaps.coupling_arm`."""
+    """Return the kind of a coordinate, its body, base and reaction body, and the arms (`BodyMaps.coupling_arm`)."""
     body, base = coordinate.bodies
     if isinstance(coordinate, RelativeAngle):
         return ANGLE, (body, base, base), ((0.0, 0.0), (0.0, 0.0))
@@ -105,15 +104,15 @@ def _acts(
 
 
 def _pressed(mechanism: Mechanism, part: Pressure) -> tuple[Point, Point]:
-    """Where a pressure acts: the centres of both wheels, or that of a pinion and the normal of its rack."""
+    """Return where a pressure acts: the centres of both wheels, or the pinion's centre and the normal of its rack."""
     first = arm_of(mechanism, *part.first)
     return first, part.normal if part.kind == RACK else arm_of(mechanism, *part.second)
 
 
 def arm_of(mechanism: Mechanism, body: str, point: str | Point | None) -> Point:
-    """A point of a body from its mass centre, in the body's frame [m]; of the ground, whose points are in the fixed frame.
+    """Return a point relative to the mass centre of its body, in the body's frame [m]; (0, 0) for no point.
 
-    No arm where only a torque acts.
+    Points of the ground are in the fixed frame.
     """
     if point is None:
         return 0.0, 0.0
@@ -125,7 +124,7 @@ def arm_of(mechanism: Mechanism, body: str, point: str | Point | None) -> Point:
 
 
 def _turned(first: PointMap, other: PointMap, first_angle: float, other_angle: float) -> tuple[float, float]:
-    """Sense and offset of the angle of a direction against that of another, which it is a rotation or a reflection of."""
+    """Return sense and offset of a direction's angle relative to another direction that it is rotated or mirrored from."""
     square = first.rows @ first.rows.T
     if np.linalg.det(square) <= 1e-12 * np.trace(square) ** 2:  # a constant direction
         return 1.0, other_angle - first_angle
@@ -137,6 +136,7 @@ def _turned(first: PointMap, other: PointMap, first_angle: float, other_angle: f
 
 
 def balance(mechanism: Mechanism) -> Balance:
+    """Return the tables of the balances of force and moment."""
     index = {body.name: k for k, body in enumerate(mechanism.bodies)}
     sizes = [math.hypot(*point) for body in mechanism.bodies for point in body.points.values()]
     length = max([size for size in sizes if size > 0.0], default=1.0)
@@ -151,7 +151,7 @@ def balance(mechanism: Mechanism) -> Balance:
                 entries[body].append((unknown, direction, arm, index[anchor[0]], index.get(frame, -1)))
     listed = [entry for rows in entries.values() for entry in rows]
     near, order = narrow([np.array([unknown for unknown, *_ in rows], int) for rows in entries.values()], first[-1])
-    order = order if first[-1] > FEW else np.arange(first[-1])
+    order = order if first[-1] > 6 else np.arange(first[-1])  # the order of a few unknowns does not matter
     return Balance(
         start=np.cumsum([0, *map(len, entries.values())], dtype=np.int64),
         unknown=np.array([order[unknown] for unknown, *_ in listed], np.int64),
@@ -170,9 +170,9 @@ def balance(mechanism: Mechanism) -> Balance:
 
 
 def guides_with_moment(mechanism: Mechanism) -> tuple[Guide, ...]:
-    """The ideal guides that transmit a moment: aligned ones, and the first guide of a body without inertia.
+    """Return the ideal guides that transmit a moment: aligned ones, and the first guide of a body without inertia.
 
-    A guide keeps the angle of a body without inertia. Of several guides of such a body the first one has the whole moment.
+    A guide keeps the angle of a body without inertia. The first of several guides of such a body carries the whole moment.
     """
     chosen, held = list[Guide](), set[str]()
     for guide in mechanism.ideal_guides:
@@ -184,13 +184,13 @@ def guides_with_moment(mechanism: Mechanism) -> tuple[Guide, ...]:
 
 
 def _unknowns(mechanism: Mechanism, length: float) -> list[list[list[Action]]]:
-    """What each unknown does to bodies: of joints, welds, guides, the moments of guides, and drives.
+    """Return the effects of each unknown on bodies: of joints, welds, guides, guide moments and drives.
 
     Moments are in units of `length`.
     """
 
     def forces(start: BodyPoint, end: BodyPoint) -> list[list[Action]]:
-        """Two components of a force between two points that coincide."""
+        """Return two force components between two coincident points."""
         sides = (start, 1.0), (end, -1.0)
         return [[(at[0], (sign * x, sign * y, 0.0), at, GROUND) for at, sign in sides] for x, y in ((1.0, 0.0), (0.0, 1.0))]
 

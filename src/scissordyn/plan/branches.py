@@ -1,7 +1,7 @@
-"""The closure equations of a mechanism with ideal joints, on every branch of its assembly.
+"""Closure equations of a mechanism with ideal joints, valid on all branches of its assembly.
 
-The equations of motion use that opposite bars of a parallelogram stay parallel, which is true on one branch only. Whether
-another branch meets it must be asked of the equations without that assumption. They are few and small.
+The equations of motion assume that opposite bars of a parallelogram are parallel, which holds on one branch only. To detect a
+meeting with another branch, the equations here do without this assumption. They are few and small.
 """
 
 from __future__ import annotations
@@ -16,35 +16,35 @@ from scissordyn.plan.coupling import coupling_parts
 from scissordyn.plan.linear_constraints import eliminated, full, origins
 from scissordyn.plan.quadratic_constraints import quadratic_constraints
 
-NO_GRADIENT = 1e-12  # A quadratic constraint whose maps do not vary by more than this holds whatever the free coordinates are
+GRADIENT_TOL = 1e-12  # A quadratic constraint whose maps vary by less does not depend on the free coordinates
 
 
 @dataclass(frozen=True, eq=False)
 class Branches:
-    """Natural coordinates z, origins in units of the size, as N y + P b, and the quadratic constraints on z."""
+    """Natural coordinates z = N y + P b, with origins in units of the size, and the quadratic constraints on z."""
 
     natural: Natural
-    stays: np.ndarray  # (n,) Which of z are y
+    stays: np.ndarray  # (n,) Indices of y in z
     free: np.ndarray  # (nZ, n) N
     prescribed: np.ndarray  # (nZ, 1 + 2 drives) P
-    rows: np.ndarray  # (parts, 2, nZ) Maps of the quadratic constraints: those of one follow each other
+    rows: np.ndarray  # (parts, 2, nZ) Maps of the quadratic constraints; parts of one constraint are consecutive
     constant: np.ndarray  # (parts, 2)
     weight: np.ndarray  # (parts,)
-    moving: np.ndarray  # (parts, 2, n) Their dependence on y
+    moving: np.ndarray  # (parts, 2, n) Derivatives of the maps by y
     begin: np.ndarray  # (m,) First part of each constraint
-    scale: np.ndarray  # (m,) Length that the gradient of each constraint can have, 1 where it has none
-    varies: np.ndarray  # Constraints that have a gradient
+    scale: np.ndarray  # (m,) Largest possible length of each constraint's gradient; 1 if it has none
+    varies: np.ndarray  # Indices of constraints with a gradient
     constraints: tuple[Constraint, ...]  # Unit lengths, moving guides, rods and couplings
 
 
 def every_branch(mechanism: Mechanism, coordinates: Coordinates) -> Branches:
-    """The closure equations of a mechanism with ideal joints, whose coordinates say what couplings keep."""
+    """Return the closure equations on all branches; `coordinates` give the values that couplings keep."""
     natural, basis = natural_coordinates(mechanism), 1 + 2 * len(mechanism.drives)
     elimination, (start, columns, values) = eliminated(mechanism, natural, [])
     total = natural.total
     expressed = full(np.repeat(np.arange(total), np.diff(start)), columns, values, (total, total + basis))
     stays = np.flatnonzero(elimination.solved_at[:total] < 0)
-    # every natural coordinate is free here, and the last column stands for 1
+    # every natural coordinate is free here; the last column is the constant 1
     unit = np.zeros((total, total + 1))
     unit[:, :total] = np.diag(np.where(origins(natural), mechanism.size, 1.0))
     every = Coordinates(natural, total, 1, unit, None, mechanism.size)
@@ -73,7 +73,7 @@ def every_branch(mechanism: Mechanism, coordinates: Coordinates) -> Branches:
         weight=weight,
         moving=moving,
         begin=begin,
-        scale=np.where(scale > NO_GRADIENT, scale, 1.0),
-        varies=np.flatnonzero(scale > NO_GRADIENT),
+        scale=np.where(scale > GRADIENT_TOL, scale, 1.0),
+        varies=np.flatnonzero(scale > GRADIENT_TOL),
         constraints=constraints,
     )

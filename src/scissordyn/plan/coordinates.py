@@ -1,4 +1,4 @@
-"""The coordinates of a mechanism with its linear constraints eliminated: natural ones as affine functions of few free ones."""
+"""Reduced coordinates: natural coordinates as affine functions of few free ones, after elimination of linear constraints."""
 
 from __future__ import annotations
 
@@ -19,62 +19,61 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.elimination import Expression, add, scaled
 from scissordyn.plan.flexible import Axis, axes_of, clamped_bodies
 
-SAME = 1e-9  # Products of coefficients, the largest one being one, that are the same to within this belong to parallel bodies
-
 
 @dataclass(frozen=True)
 class PointMap:
-    """A plane vector that is linear in [x; b]: its columns and, for each, the coefficients of both components."""
+    """Plane vector linear in [x; b]: its columns, and the coefficients of both components for each."""
 
     columns: np.ndarray  # (k,) In increasing order
     rows: np.ndarray  # (2, k)
 
     def at(self, full: np.ndarray) -> np.ndarray:
-        """The vector at [x; b], shape (2,), or at many of them, shape (nt, 2)."""
+        """Return the vector at [x; b], shape (2,), or at many of them, shape (nt, 2)."""
         return np.asarray(full[..., self.columns] @ self.rows.T)
 
     def turned(self, cos: float, sin: float) -> PointMap:
-        """The vector, turned by an angle."""
+        """Return the vector rotated by an angle."""
         return PointMap(self.columns, np.array([[cos, -sin], [sin, cos]]) @ self.rows)
 
 
 @dataclass(frozen=True)
 class Constraint:
-    """A constraint: the sum of weight |map|^2 / 2, or of weight times another function of the map, is `value`.
+    """Constraint: the sum of weight |map|^2 / 2, or of weight times another function of the map, equals `value`.
 
-    The maps have no unit and are of the order of one: those with a length are divided by `scale`. Of a coupling the weights
-    and the value are divided by it.
+    The maps are dimensionless and of the order of one; those with a length are divided by `scale`. For a coupling, the weights
+    and
+    the value are divided by it.
     """
 
     parts: tuple[tuple[float, PointMap], ...]  # Weights and maps
-    value: float  # At t = 0
+    value: float  # Value at t = 0
     scale: float = 1.0  # Length that the maps are divided by [m]; 1 for directions
-    name: str = ""  # Of the rod, latch or coupling that the constraint represents
-    motion: TimeFunction | None = None  # Distance that a rod prescribes over time [m], or coordinate of a drive
-    start: float = 0.0  # Where a motion starts of which only the speed is given
-    kinds: tuple[int, ...] = ()  # What the parts are, see `mechanics.constraint_part`; half squares by default
-    turning: tuple[tuple[str, float], ...] = ()  # Bodies whose angles parts are, and where their turns are counted from [rad]
+    name: str = ""  # Name of the rod, latch or coupling
+    motion: TimeFunction | None = None  # Length of a rod over time [m], or coordinate of a drive
+    start: float = 0.0  # Initial value of a motion given only by its speed
+    kinds: tuple[int, ...] = ()  # Kinds of the parts, see `mechanics.constraint_part`; half squares by default
+    # Bodies whose angles are parts, and the angles from which turns are counted [rad]
+    turning: tuple[tuple[str, float], ...] = ()
     latch: bool = False  # Whether the constraint is active only once the latch has locked
-    subject: str = ""  # What it keeps, for messages: bodies of unit length, a guide, a rod or a latch
-    bodies: tuple[str, ...] = ()  # Whose motion it restricts
-    # Of a coupling factors and coordinates on which its force acts, and whether these are its parts, as wheels can move against
-    # its base: see `plan.transmission`
+    subject: str = ""  # Subject for messages: bodies of unit length, a guide, a rod or a latch
+    bodies: tuple[str, ...] = ()  # Bodies whose motion it restricts
+    # Factors and coordinates on which the force of a coupling acts
     acting: tuple[tuple[float, Any], ...] = ()
-    moving: bool = False
+    moving: bool = False  # Whether these are its parts, because wheels can move relative to its base (`plan.transmission`)
 
     @property
     def linear(self) -> bool:
-        """Whether its value is its time function, and not half the square of that."""
+        """Whether the value is the time function itself, not half its square."""
         return bool(self.kinds)
 
     @property
     def columns(self) -> np.ndarray:
-        """Columns of all parts, one after the other."""
+        """Columns of all parts, one after another."""
         return np.concatenate([point_map.columns for _, point_map in self.parts])
 
 
 def joined(parts: Iterable[tuple[PointMap, int, float]], height: int = 6) -> PointMap:
-    """Rows on the union of columns from parts: a map, its first row, and its sign."""
+    """Stack parts (map, first row, sign) as rows on the union of their columns."""
     table: dict[int, list[float]] = {}
     for point_map, first, sign in parts:
         upper, lower = point_map.rows.tolist()
@@ -90,12 +89,12 @@ def joined(parts: Iterable[tuple[PointMap, int, float]], height: int = 6) -> Poi
 
 
 def combined(*parts: tuple[PointMap, float]) -> PointMap:
-    """A linear combination of maps."""
+    """Return a linear combination of maps."""
     return joined(((point_map, 0, factor) for point_map, factor in parts), 2)
 
 
 def stacked(maps: Sequence[PointMap], height: int, name: str = "") -> dict[str, np.ndarray]:
-    """Starts, columns and rows of some maps, one after the other, as fields that a name begins."""
+    """Return starts, columns and rows of consecutive maps, as fields whose names begin with `name`."""
     starts = np.array(list(itertools.accumulate((vector.columns.size for vector in maps), initial=0)), np.int64)
     columns = np.concatenate([np.zeros(0, np.int64), *(vector.columns for vector in maps)])
     rows = np.ascontiguousarray(np.hstack([np.zeros((height, 0)), *(vector.rows for vector in maps)]))
@@ -104,30 +103,31 @@ def stacked(maps: Sequence[PointMap], height: int, name: str = "") -> dict[str, 
 
 @dataclass(frozen=True)
 class Natural:
-    """The natural coordinates of some bodies: the origin p of each and, if it rotates, the unit vector d along its x axis.
+    """Natural coordinates of some bodies: the origin p and, if the body rotates, the unit vector d along its x axis.
 
-    Every point of a body is p + x d + y J d, linear in both. Of a cross-section of a bar that bends, unless it is clamped, the
-    tangent of the bar stands for d, which has unit length but for the strain.
+    Every point of a body is p + x d + y J d, linear in both. For a cross-section of a flexible bar that is not clamped, the
+    tangent
+    of the bar replaces d. Its length is one plus the strain.
     """
 
     bodies: dict[str, Body]
     ground: dict[str, Point]  # Named points of the fixed frame [m]
     offsets: dict[str, int]  # First coordinate of each body
-    total: int  # Their number; as a column it stands for 1
-    axes: tuple[Axis, ...] = ()  # The bars that bend; the amplitudes of their modes come last
-    # Of the cross-sections without a direction of their own, the bar and their number on it
+    total: int  # Number of coordinates; as a column index it means the constant 1
+    axes: tuple[Axis, ...] = ()  # Flexible bars; the amplitudes of their modes come last
+    # Bar and index of each cross-section without a direction of its own
     tangents: Mapping[str, tuple[Axis, int]] = field(default_factory=dict)
 
     def angle(self, body: str) -> float:
-        """Angle at which a body, or the ground, is placed [rad]."""
+        """Return the angle at which a body, or the ground, is placed [rad]."""
         return 0.0 if body == GROUND else self.bodies[body].placed_angle
 
     def rotates(self, body: str) -> bool:
-        """Whether it is a body with a direction among the coordinates."""
+        """Return whether a body has a direction among the coordinates."""
         return body != GROUND and self.bodies[body].rotates and body not in self.tangents
 
     def direction(self, body: str) -> tuple[Expression, Expression]:
-        """The vector along the x axis of a body that turns."""
+        """Return the vector along the x axis of a rotating body."""
         if body not in self.tangents:
             d = self.offsets[body] + 2
             return {d: 1.0}, {d + 1: 1.0}
@@ -140,14 +140,14 @@ class Natural:
         return add(scaled(cos, x), scaled(sin, y)), add(scaled(-sin, x), scaled(cos, y))
 
     def angle_of(self, body: str, natural: np.ndarray) -> float:
-        """Angle of a body at natural coordinates, from -pi to pi [rad]; as placed for one that does not rotate."""
+        """Return the angle of a body, from -pi to pi [rad]; the placed angle if it does not rotate."""
         if not self.bodies[body].rotates:
             return self.bodies[body].placed_angle
         x, y = (sum(value * float(natural[column]) for column, value in row.items()) for row in self.direction(body))
         return math.atan2(y, x)
 
     def fixed(self, body: str, point: str | Point, size: float = 1.0) -> tuple[Expression, Expression]:
-        """Both components of a point, by its name or in the frame of a body or of the ground; lengths in units of `size`."""
+        """Return both components of a point (name, or position in the frame of a body or the ground), in units of `size`."""
         if isinstance(point, str):
             point = (self.ground if body == GROUND else self.bodies[body].points)[point]
         x, y = point[0] / size, point[1] / size
@@ -166,7 +166,7 @@ class Natural:
         return {p: 1.0, p + 2: x, p + 3: -y}, {p + 1: 1.0, p + 2: y, p + 3: x}
 
     def placed(self) -> tuple[np.ndarray, np.ndarray]:
-        """Natural coordinates and velocities of the bodies as the user placed them."""
+        """Return natural coordinates and velocities of the bodies as placed."""
         position, velocity = np.zeros(self.total), np.zeros(self.total)
         for name, body in self.bodies.items():
             p = self.offsets[name]
@@ -181,9 +181,9 @@ class Natural:
         return position, velocity
 
     def deflect_statically(self, position: np.ndarray) -> None:
-        """Write the amplitudes of modes with which bars are bent by forces at their cross-sections alone, or straight.
+        """Set the amplitudes of modes to the static deflection of bars loaded at their cross-sections only.
 
-        Slopes that are no directions of bodies are those of the lines between the ends.
+        Slopes that are not directions of bodies are set to those of the lines between the ends.
         """
         for axis in self.axes:
             for p in axis.slopes:
@@ -191,12 +191,12 @@ class Natural:
                 position[p : p + 2] = (
                     position[last_end : last_end + 2] - position[first_end : first_end + 2]
                 ) / axis.bar.length
-            amplitudes = axis.in_static_deflection(position)
+            amplitudes = axis.static_amplitudes(position)
             for q, p in zip(amplitudes, axis.first[axis.shapes.held :].tolist(), strict=True):
                 position[p : p + 2] = q
 
     def uniform(self, vector: np.ndarray) -> np.ndarray:
-        """Natural coordinates of all bodies moved by a vector."""
+        """Return the natural coordinates of all bodies displaced by a vector."""
         position = np.zeros(self.total)
         for p in self.offsets.values():
             position[p : p + 2] = vector
@@ -205,6 +205,7 @@ class Natural:
 
 
 def natural_coordinates(mechanism: Mechanism) -> Natural:
+    """Return the layout of the natural coordinates of a mechanism."""
     bodies, ground = {body.name: body for body in mechanism.bodies}, dict(mechanism.ground)
     bent = {name for part in mechanism.components if part.declaration.port is AXIS for name in part.sections}  # type: ignore[attr-defined]
     clamped = clamped_bodies(mechanism) if bent else frozenset()
@@ -221,11 +222,11 @@ def natural_coordinates(mechanism: Mechanism) -> Natural:
 
 @dataclass(frozen=True)
 class Family:
-    """Bodies that keep their relative directions, turned or mirrored."""
+    """Natural coordinates T [x; b(t)], with T constant and b = (1, cos th_1, sin th_1, ...) the prescribed directions."""
 
     bodies: tuple[str, ...]
-    maps: tuple[PointMap, ...]  # Their directions
-    free: bool  # Whether a free coordinate enters
+    maps: tuple[PointMap, ...]  # Direction vectors of the bodies
+    free: bool  # Whether a direction depends on a free coordinate
 
 
 @dataclass(frozen=True, eq=False)
@@ -237,40 +238,41 @@ class Coordinates:
     basis: int  # Number nb of entries of b(t)
     matrix: Any = field(repr=False)  # (nZ, n + nb) T
     mass: Any = field(repr=False)  # (nZ, nZ) Mass matrix of the natural coordinates [kg, kg m, kg m^2]
-    size: float  # Length of the mechanism's parts [m]
-    constraints: tuple[Constraint, ...] = ()  # Unit lengths, moving guides, rods and latches, ordered for a narrow band
-    redundant: tuple[str, ...] = ()  # Subjects of constraints that were left out because they follow from the others
-    miss: float = 0.0  # By how much these do not follow, as a fraction of what they keep: the rounding of lengths
+    size: float  # Size of the mechanism [m]
+    constraints: tuple[Constraint, ...] = ()  # Unit lengths, moving guides, rods and latches, ordered for a small bandwidth
+    redundant: tuple[str, ...] = ()  # Subjects of constraints dropped because they follow from others
+    miss: float = 0.0  # Largest relative error of a dropped constraint, from rounded lengths
 
     def with_constraints(
         self, constraints: tuple[Constraint, ...], redundant: tuple[str, ...] = (), miss: float = 0.0
     ) -> Coordinates:
-        """The same with these constraints; what is known of the coordinates is taken along."""
+        """Return a copy with other constraints that keeps the cached maps."""
         changed = replace(self, constraints=constraints, redundant=redundant, miss=miss)
         fields = Coordinates.__dataclass_fields__
         changed.__dict__.update({name: value for name, value in self.__dict__.items() if name not in fields})
         return changed
 
     def place(self, point: BodyPoint) -> PointMap:
-        """Position of a point of a body."""
+        """Return the position of a point of a body."""
         return self.at(*point)
 
     def tracked(self, track: Track) -> PointMap:
+        """Return the position of a tracked point."""
         return self.at(track.body, track.point)
 
     @cached_property
     def placed(self) -> tuple[np.ndarray, np.ndarray]:
-        """Natural coordinates and velocities of the bodies as the user placed them."""
+        """Natural coordinates and velocities of the bodies as placed."""
         return self.natural.placed()
 
     def nearest(self, b: np.ndarray, natural: np.ndarray) -> np.ndarray:
-        """Free coordinates (or their rates) nearest, in the sense of kinetic energy, to natural coordinates (or velocities)."""
+        """Return free coordinates (or rates) nearest to natural coordinates (or velocities) in the norm of kinetic energy."""
         moving, driven = self.matrix[:, : self.free], self.matrix[:, self.free :]
         return np.asarray(moving.T @ (self.mass @ (natural - driven @ b)))
 
     @cached_property
     def reach(self) -> np.ndarray:
-        """How far each free coordinate moves a point of a body, at most, shape (n,)."""
+        """Largest displacement of a point of a body per unit of each free coordinate, shape (n,)."""
         moved = np.ones(self.matrix.shape[0])
         for name, body in self.natural.bodies.items():
             if self.natural.rotates(name):
@@ -282,29 +284,29 @@ class Coordinates:
 
     @cached_property
     def farthest(self) -> float:
-        """Distance of a body's farthest point from the origin, at most [m]."""
+        """Upper bound on the distance of a body's point from the origin [m]."""
         return max((math.hypot(*body.placed_position) + body.extent for body in self.natural.bodies.values()), default=1.0)
 
     def at(self, body: str, point: str | Point) -> PointMap:
-        """Position of a point, by its name or in the frame of a body or of the ground."""
+        """Return the position of a point, given by name or in the frame of a body or the ground."""
         return self._map(self.natural.fixed(body, point))
 
     def vector(self, x: Expression, y: Expression) -> PointMap:
-        """A vector whose components are given in natural coordinates."""
+        """Return the map of a vector whose components are given in natural coordinates."""
         return self._map((x, y))
 
     def origin(self, body: str) -> PointMap:
-        """Position of the origin of a body."""
+        """Return the position of the origin of a body."""
         p = self.natural.offsets[body]
         return self._map(({p: 1.0}, {p + 1: 1.0}))
 
     def direction(self, body: str) -> PointMap:
-        """Direction vector of a body; nothing for the ground and for a body that does not rotate."""
+        """Return the direction vector of a body; an empty map for the ground or a body that does not rotate."""
         vector = self._directions.get(body)
         return PointMap(np.empty(0, np.int64), np.empty((2, 0))) if vector is None else vector
 
     def frame(self, body: str) -> PointMap:
-        """Direction vector of a body's x axis, constant for the ground and for a body that does not rotate."""
+        """Return the direction vector of a body's x axis; constant for the ground or a body that does not rotate."""
         if self.natural.rotates(body) or body in self.natural.tangents:
             return self.direction(body)
         angle = self.natural.angle(body)
@@ -321,7 +323,7 @@ class Coordinates:
 
     @cached_property
     def families(self) -> tuple[Family, ...]:
-        """The rotating bodies, by families."""
+        """Rotating bodies, grouped by families."""
         return find_families(self._directions, self.free)
 
     @cached_property
@@ -333,7 +335,7 @@ class Coordinates:
         return [pairs[a:b] for a, b in itertools.pairwise(self.matrix.indptr.tolist())]
 
     def _map(self, pair: tuple[Expression, Expression]) -> PointMap:
-        """A pair of expressions in natural coordinates as a map of [x; b]."""
+        """Convert a pair of expressions in natural coordinates to a map of [x; b]."""
         table: dict[int, list[float]] = {}
         rows, ones = self._rows, self.natural.total
         for axis, expression in enumerate(pair):
@@ -348,13 +350,14 @@ class Coordinates:
 
 
 def find_families(directions: dict[str, PointMap], free: int) -> tuple[Family, ...]:
-    """Bodies by families, from their directions as maps of so many free coordinates and the basis."""
+    """Group bodies by families from their directions as maps of `free` free coordinates and the basis."""
     families: dict[tuple[bytes, ...], list[str]] = {}
     for name, direction in directions.items():
-        square = direction.rows.T @ direction.rows  # the same for directions that differ by a rotation or a reflection
+        square = direction.rows.T @ direction.rows  # equal for directions that differ by a rotation or a reflection
         scale = float(square.diagonal().max(initial=0.0)) or 1.0
         row, column = np.nonzero(np.abs(square) > 1e-12 * scale)
-        values = np.round(square[row, column] / (scale * SAME)) * SAME + 0.0  # no negative zeros
+        rounded = 1e-9  # relative to the largest product
+        values = np.round(square[row, column] / (scale * rounded)) * rounded + 0.0  # no negative zeros
         key = direction.columns[row].tobytes(), direction.columns[column].tobytes(), values.tobytes()
         families.setdefault(key, []).append(name)
     return tuple(

@@ -1,4 +1,4 @@
-"""The constraints of couplings and of prescribed coordinates."""
+"""Constraints of couplings and of prescribed coordinates."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from scissordyn.plan.transmission import LineAngle, Terms, Thrust, centres_move,
 
 
 def coupling_constraints(mechanism: Mechanism, coordinates: Coordinates, angles: np.ndarray) -> list[Constraint]:
-    """The constraints of couplings and coordinate drives; `coordinates` have all others, `angles` are those of the drives."""
+    """Return the constraints of couplings and coordinate drives, given all other coordinates and the drives' angles."""
     if not mechanism.coupling_parts:
         return []
     start = _Start(mechanism, coordinates, angles)
@@ -30,7 +30,7 @@ def coupling_constraints(mechanism: Mechanism, coordinates: Coordinates, angles:
 
 
 class _Start:
-    """Angles and places of the bodies at the start: as given, or as assembled without couplings."""
+    """Angles and positions of the bodies at the start, as given or as assembled without couplings."""
 
     def __init__(self, mechanism: Mechanism, coordinates: Coordinates, angles: np.ndarray) -> None:
         self.mechanism, self.coordinates = mechanism, coordinates
@@ -53,14 +53,14 @@ class _Start:
         self.natural, self.full = placed, np.append(coordinates.nearest(b, placed), b)
 
     def angle(self, body: str) -> float:
-        """Of a body, its turns counted from where it is placed or its drive begins [rad]."""
+        """Return the angle of a body [rad], with turns counted from its placement or the start of its drive."""
         if body == GROUND:
             return 0.0
         near = self.driven.get(body, self.mechanism.body(body).placed_angle)
         return float(near) + math.remainder(self.coordinates.natural.angle_of(body, self.natural) - near, TURN)
 
     def value(self, coordinate: Coordinate | LineAngle | Thrust) -> float:
-        """Of a coordinate [rad or m]."""
+        """Return the value of a coordinate [rad or m]."""
         if isinstance(coordinate, LineAngle):
             x, y = _span(self.coordinates, coordinate).at(self.full)
             near = self.angle(coordinate.near)
@@ -70,10 +70,11 @@ class _Start:
         if isinstance(coordinate, Slide):
             way, along = _slide(self.coordinates, coordinate)
             return float(way.at(self.full) @ along.at(self.full))
-        assert isinstance(coordinate, Distance)  # a thrust is in no constraint
+        assert isinstance(coordinate, Distance)  # a thrust is not part of a constraint
         return float(np.hypot(*_span(self.coordinates, coordinate).at(self.full)))
 
     def constraint(self, part: Any) -> Constraint:
+        """Return the constraint of a coupling or coordinate drive."""
         drive, terms, moving = isinstance(part, CoordinateDrive), part.terms, False
         acting = terms
         if not drive and part.transmission is not None:
@@ -87,22 +88,23 @@ class _Start:
         bodies = tuple(dict.fromkeys(body for _, coordinate in part.terms for body in coordinate.bodies))
         if not any(np.any(point_map.rows[:, point_map.columns < self.coordinates.free]) for _, point_map in bare.parts):
             raise InputError(
-                f"{subject} of {'a coordinate' if drive else 'coordinates'} that cannot move or that drives prescribe already",
-                "bodies that can move against each other",
+                f"{subject}: the {'coordinate' if drive else 'coordinates'} cannot move, or drives prescribe "
+                f"{'it' if drive else 'them'} already",
+                "bodies that can move relative to each other",
             )
         for coordinate in () if drive else (part.output, part.input):
             if not _can_move(self.coordinates, coordinate):
-                raise InputError(f"{subject} of a coordinate that cannot move, which holds the other one", "two that move")
+                raise InputError(f"{subject}: one coordinate cannot move, so it holds the other one", "two that can move")
         references = {body: self.angle(body) for body, _ in bare.turning}
         references |= {line.near: self.value(line) for _, line in terms if isinstance(line, LineAngle)}
         here = sum(factor * self.value(coordinate) for factor, coordinate in terms)
         value = here
         if drive:
             value = function_start(part.motion, here)
-            if references:  # a motion may begin some turns away from where the body is placed
+            if references:  # a motion may start some turns away from the placed angle
                 references[part.coordinate.body] += TURN * round((value - here) / TURN)
         elif part.offset is not None:
-            # of a relation with moving centres the constant differs from that of the coordinates
+            # with moving centres the constant of the relation is not that of the coordinates
             given = sum(factor * self.value(coordinate) for factor, coordinate in part.terms)
             value = here + part.offset - given if moving else part.offset
         return replace(
@@ -119,7 +121,7 @@ class _Start:
 
 
 def coupling_parts(coordinates: Coordinates, terms: Terms, name: str) -> Constraint:
-    """The maps and weights of a coupling or of a coordinate drive, the largest weight being one; its value is not set."""
+    """Return maps and weights of a coupling or coordinate drive, scaled to a largest weight of one; value not set."""
     size = coordinates.size
     scale = max(abs(factor) * (1.0 if coordinate.unit == "rad" else size) for factor, coordinate in terms)
     turning: dict[str, float] = {}
@@ -155,7 +157,7 @@ def coupling_parts(coordinates: Coordinates, terms: Terms, name: str) -> Constra
 
 
 def _can_move(coordinates: Coordinates, coordinate: Coordinate) -> bool:
-    """Whether a coordinate depends on anything that moves."""
+    """Return whether a coordinate depends on anything that moves."""
     if isinstance(coordinate, RelativeAngle):
         maps = [coordinates.frame(body) for body in coordinate.bodies]
     else:
@@ -164,7 +166,7 @@ def _can_move(coordinates: Coordinates, coordinate: Coordinate) -> bool:
 
 
 def _slide(coordinates: Coordinates, slide: Slide) -> tuple[PointMap, PointMap]:
-    """From the origin of its base to its point [m], and its direction."""
+    """Return the vector from the origin of a slide's base to its point [m], and the direction of the slide."""
     along = coordinates.frame(slide.base).turned(math.cos(slide.direction), math.sin(slide.direction))
     point = coordinates.place(slide.point)
     if slide.base == GROUND:
@@ -173,5 +175,5 @@ def _slide(coordinates: Coordinates, slide: Slide) -> tuple[PointMap, PointMap]:
 
 
 def _span(coordinates: Coordinates, distance: Distance | LineAngle) -> PointMap:
-    """From its start to its end [m]."""
+    """Return the vector from start to end [m]."""
     return combined((coordinates.place(distance.end), 1.0), (coordinates.place(distance.start), -1.0))

@@ -1,4 +1,4 @@
-"""Linear constraints on coordinates, eliminated once before the run."""
+"""Elimination of linear constraints before a run."""
 
 from __future__ import annotations
 
@@ -10,48 +10,42 @@ import numpy as np
 from scissordyn.errors import InputError
 from scissordyn.kernel import F1, I1, entry, kernel
 
-DRIVE = "the drive of"  # How the names of the drives' constraints begin
-DENSE = 600  # Up to so many constraints a full matrix finds out whose they are; it is needed for a message only
-Expression = dict[int, float]  # A linear combination: coefficient by column
-ROUND_OFF = 1e-12  # Coefficients below this fraction of the largest one in the elimination of a row came from cancellation
-
-ROUND_OFF_PER_ROW = 1e-14
-"""Likewise, times the number of constraints: along a chain the roundings of all its angles add up (1.1e-12 after a ring of 1000
-units with ten constraints each)."""
+DRIVE = "the drive of"  # First words of the names of the drives' constraints
+Expression = dict[int, float]  # Linear combination: coefficient by column
 
 CONTRADICTION = 1e-7
-"""A constraint that holds within this, as a fraction of its largest coefficient, is redundant; beyond it, it cannot be met."""
+"""A constraint with a relative error below this is redundant; with a larger one it cannot be met."""
 
 NOTHING_LEFT = 1e-9
-"""A constraint follows from those before it if what is left of it is below this fraction of its largest coefficient.
+"""A constraint is redundant if its remainder is below this fraction of its largest coefficient.
 
-Points nearer than this fraction of the mechanism's size are one point."""
+Points closer than this fraction of the mechanism's size coincide.
+"""
 
 SMALL_PIVOT = 1e-3
-"""Columns that are preferred give way to others if their coefficients are smaller than this fraction of the largest."""
+"""Preferred columns with coefficients below this fraction of the largest are not used as pivots."""
 
 JUMPED = 0.02, 30.0
-"""What contradicts by the rounding of numbers is met exactly only far away: by more than the first of these, in coordinates of
-the order of one, and than so many times the error of the bodies as placed."""
+"""Rounded numbers that contradict each other are met only far away: displacement, and its multiple of the error as placed."""
 
 Rows = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 class Solved(NamedTuple):
-    """Columns that are solved for, as expressions in others."""
+    """Solved columns, as expressions in others."""
 
-    row: I1  # (columns,) Constraint that a column is solved by, -1 where it is free
-    first: I1  # (columns,) First entry of its expression
+    row: I1  # (columns,) Constraint that a column is solved by; -1 if the column is free
+    first: I1  # (columns,) First entry of the column's expression
     length: I1  # (columns,) Number of entries
-    column: I1  # (room,) Of each entry
-    value: F1  # (room,)
+    column: I1  # (room,) Column of each entry
+    value: F1  # (room,) Coefficient of each entry
 
 
 class Sums(NamedTuple):
-    """A row as it is summed up."""
+    """Row while it is summed."""
 
     total: F1  # (columns,) Coefficient of each column
-    listed: I1  # (columns,) Whether a column is among those that are touched
+    listed: I1  # (columns,) Whether a column is in `touched`
     touched: I1  # (columns,) Columns with an entry
 
 
@@ -59,6 +53,7 @@ DONE, CONTRADICTS, FULL = -1, -2, -3
 
 
 def add(*terms: Expression) -> Expression:
+    """Return the sum of expressions."""
     total: Expression = {}
     for term in terms:
         for column, coefficient in term.items():
@@ -67,12 +62,13 @@ def add(*terms: Expression) -> Expression:
 
 
 def scaled(factor: float, expression: Expression) -> Expression:
+    """Return a multiple of an expression."""
     return {column: factor * coefficient for column, coefficient in expression.items()}
 
 
 @kernel
 def add_to_sums(column, value, entries, sums):
-    """Add a coefficient to a row that has so many entries; returns how many it has then."""
+    """Add a coefficient to a row with `entries` entries; return the new number of entries."""
     if sums.listed[column] == 0:
         sums.listed[column] = 1
         sums.touched[entries] = column
@@ -84,17 +80,17 @@ def add_to_sums(column, value, entries, sums):
 
 @kernel
 def resolve(columns, values, start, count, solved, sums, round_off):
-    """Write a row in columns that are not solved for into `sums`; returns how many entries of its `touched` it has.
+    """Write a row into `sums` in terms of columns that are not solved; return the number of entries in `touched`.
 
-    A column that is solved for is replaced by its expression, the first solved first: expressions hold only columns that were
-    solved for later, or never.
+    A solved column is replaced by its expression, in the order of solution: an expression contains only columns solved later or
+    not at all.
     """
     total, listed, touched = sums.total, sums.listed, sums.touched
     entries, largest = 0, 1.0
     for k in range(start, start + count):
         entries = add_to_sums(columns[k], values[k], entries, sums)
         largest = max(largest, abs(total[columns[k]]))
-    # in the order of solution: what replaces a column may bring in columns solved for later, never earlier
+    # in the order of solution: a replacement may bring in columns solved later, never earlier
     while True:
         earliest, chosen = np.int64(9223372036854775807), -1
         for k in range(entries):
@@ -108,7 +104,7 @@ def resolve(columns, values, start, count, solved, sums, round_off):
         for k in range(solved.first[chosen], solved.first[chosen] + solved.length[chosen]):
             entries = add_to_sums(solved.column[k], factor * solved.value[k], entries, sums)
             largest = max(largest, abs(total[solved.column[k]]))
-    # what is left of cancellation is no entry
+    # round-off of cancelled terms is dropped
     kept = 0
     for k in range(entries):
         column = touched[k]
@@ -132,9 +128,9 @@ def eliminate(
     nothing_left: float,
     contradiction: float,
 ) -> int:
-    """Solve constraints for columns, one after the other; returns DONE, CONTRADICTS or FULL.
+    """Solve the constraints for columns one after another; return DONE, CONTRADICTS or FULL.
 
-    `progress` gets the constraint at which it ended, and how many entries of expressions there are.
+    `progress` receives the index of the last constraint and the number of entries.
     """
     total, touched = sums.total, sums.touched
     unknowns, used = preferred.size, 0
@@ -152,12 +148,12 @@ def eliminate(
             largest = max(largest, size)
             if preferred[touched[k]] == 1:
                 best = max(best, size)
-        # nothing unknown is left: the constraint follows from others, or contradicts them
+        # nothing unknown remains: the constraint follows from others or contradicts them
         if largest <= nothing_left * scale:
             if rest > contradiction * scale:
                 return CONTRADICTS
             continue
-        # the largest of the preferred columns, so that the others stay free; any if those are too small
+        # the largest preferred column, so that the others stay free; any column if the preferred ones are too small
         pivot, size = -1, -1.0
         anything = best < SMALL_PIVOT * largest
         for k in range(entries):
@@ -182,7 +178,7 @@ def eliminate(
 
 @entry
 def expand_rows(unknowns: int, solved: Solved, sums: Sums, start: I1, columns: I1, values: F1, round_off: float) -> int:
-    """Write each unknown column in columns that are not solved for, as sparse rows; returns DONE or FULL."""
+    """Express each unknown column in columns that are not solved, as sparse rows; return DONE or FULL."""
     used = 0
     for row in range(unknowns):
         start[row] = used
@@ -203,9 +199,9 @@ def expand_rows(unknowns: int, solved: Solved, sums: Sums, start: I1, columns: I
 
 
 class Elimination:
-    """Solves linear constraints for some of the unknown columns, in the order in which they are imposed.
+    """Solve linear constraints for some of the unknown columns, in the order in which they are imposed.
 
-    A chain of bodies gives rows with a handful of terms, and they stay so: cost and result are linear in the chain's length.
+    Rows of a chain of bodies have few terms and stay short: cost and size are linear in the length of the chain.
     """
 
     def __init__(self, preferred: Iterable[bool], prescribed: int) -> None:
@@ -216,20 +212,21 @@ class Elimination:
         self.solved_at: np.ndarray = np.full(self.preferred.size + prescribed, -1, np.int64)
 
     def impose(self, constraint: Expression, name: str) -> None:
-        """Make `constraint` vanish; `name` is whose it is, for messages."""
+        """Require that `constraint` vanishes; `name` is its subject in messages."""
         self.imposed.append((constraint, name))
 
     def rows(self, nothing_left: float = NOTHING_LEFT) -> Rows:
-        """All unknown columns in those that stay free and the prescribed ones: sparse rows (starts, columns, values).
+        """Express all unknown columns in free and prescribed ones, as sparse rows (starts, columns, values).
 
-        With a larger `nothing_left` what few digits leave of constraints that follow from others is no constraint.
+        A larger `nothing_left` also drops constraints that follow from others only up to the rounding of given numbers.
         """
         self.nothing_left, refused = nothing_left, max(CONTRADICTION, nothing_left)
         unknowns, total = self.preferred.size, self.preferred.size + self.prescribed
         start = np.cumsum([0, *(len(constraint) for constraint, _ in self.imposed)], dtype=np.int64)
         columns = np.array([column for constraint, _ in self.imposed for column in constraint], np.int64)
         values = np.array([value for constraint, _ in self.imposed for value in constraint.values()], float)
-        round_off = max(ROUND_OFF, ROUND_OFF_PER_ROW * len(self.imposed))
+        # round-off adds up along a chain: it is 1.1e-12 after a ring of 1000 units with ten constraints each
+        round_off = max(1e-12, 1e-14 * len(self.imposed))
         room = 64 + 8 * total + 4 * columns.size
         while True:
             self.solved_at[:] = -1
@@ -240,7 +237,7 @@ class Elimination:
             status = eliminate(start, columns, values, self.preferred, solved, sums, progress, *limits)
             if status == CONTRADICTS:
                 constraint, name = self.imposed[row := int(progress[0])]
-                raise contradiction([name, *self.behind([constraint], row)])
+                raise contradiction([name, *self.causes_of([constraint], row)])
             if status == DONE:
                 rows = np.zeros(unknowns + 1, np.int64), np.zeros(room, np.int64), np.zeros(room)
                 if expand_rows(unknowns, solved, sums, *rows, round_off) == DONE:
@@ -249,22 +246,23 @@ class Elimination:
             room *= 2
 
     def misses(self, rows: Rows, placed: np.ndarray) -> bool:
-        """Whether values that nearly meet the constraints are far from those that follow from the free ones among them."""
+        """Return whether placed values that nearly meet the constraints are far from the solution."""
         unknowns, (start, columns, values) = self.preferred.size, rows
         solved = np.add.reduceat(np.append(values * placed[columns], 0.0), start[:-1]) * (np.diff(start) > 0)
         far = np.max(np.abs(solved - placed[:unknowns]), initial=0.0)
         return bool(far > JUMPED[0] and far > JUMPED[1] * self.error(placed))
 
     def error(self, values: np.ndarray) -> float:
-        """The largest error of a constraint at values of all columns."""
+        """Return the largest error of a constraint at given values of all columns."""
         errors = (abs(sum(value * values[column] for column, value in row.items())) for row, _ in self.imposed)
         return float(max(errors, default=0.0))
 
-    def behind(self, expressions: list[Expression], before: int | None = None) -> list[str]:
-        """Whose constraints together determine some expressions, drives first.
+    def causes_of(self, expressions: list[Expression], before: int | None = None) -> list[str]:
+        """Return the names of the constraints that together determine some expressions, drives first.
 
-        The unknown columns of an expression are a combination of those of the constraints that were solved, which are
-        independent: the combination is unique, and the constraints with a part in it are the answer.
+        The solved constraints are independent. The unknown columns of an expression are therefore a unique combination of
+        theirs; the
+        constraints with a part in it are returned.
         """
         solved = sorted(int(row) for row in self.solved_at if row >= 0)
         chosen = [self.imposed[row] for row in solved if before is None or row < before]
@@ -277,12 +275,13 @@ class Elimination:
         ]
         table = np.array(entries, float).reshape(-1, 3)
         places = table[:, 0].astype(int), table[:, 1].astype(int)
-        if count <= DENSE:
+        dense = count <= 600  # a larger sparse system is solved iteratively
+        if dense:
             full = np.zeros((unknown, count))
             np.add.at(full, places, table[:, 2])
         else:
             import scipy.sparse as sp
-            from scipy.sparse.linalg import lsqr  # takes a tenth of a second to import
+            from scipy.sparse.linalg import lsqr  # imported here: it takes a tenth of a second
 
             constraints = sp.csr_array((table[:, 2], places), shape=(unknown, count))
         names: dict[str, None] = {}
@@ -291,7 +290,7 @@ class Elimination:
             for column, value in expression.items():
                 if column < unknown:
                     wanted[column] += value
-            if count <= DENSE:
+            if dense:
                 part = np.linalg.lstsq(full, wanted, rcond=None)[0]
             else:
                 part = lsqr(constraints, wanted, atol=1e-13, btol=1e-13)[0]
@@ -301,17 +300,17 @@ class Elimination:
 
 
 def contradiction(names: list[str], consequence: str = "") -> InputError:
-    """The error for parts that cannot hold together."""
+    """Return the error for parts that contradict each other."""
     names = list(dict.fromkeys(names))
     drives = [name for name in names if name.startswith(DRIVE)]
     through = f" ({consequence})" if consequence else ""
     if len(drives) > 1:
         ties = [name for name in names if name not in drives]
-        by = f", tied to each other by {in_words(ties)}" if ties else ""
-        return InputError(f"{in_words(drives)} act on one freedom{by}{through}", "one drive for each freedom")
+        by = f", coupled by {in_words(ties)}" if ties else ""
+        return InputError(f"{in_words(drives)} act on one degree of freedom{by}{through}", "one drive per degree of freedom")
     allowed = "joints and drives that leave at least one way to assemble and move the mechanism"
     if len(names) == 1:
-        return InputError(f"{names[0]} cannot be met{through}", allowed)
+        return InputError(f"{names[0]} cannot be satisfied{through}", allowed)
     return InputError(f"{names[0]} contradicts {in_words(names[1:])}{through}", allowed)
 
 

@@ -1,4 +1,4 @@
-"""Bars that bend as one part: which of their cross-sections are clamped, and where their shapes are among the coordinates."""
+"""Flexible bars among the natural coordinates: clamped cross-sections, numbers of modes, vectors of the shapes."""
 
 from __future__ import annotations
 
@@ -20,19 +20,16 @@ from scissordyn.plan.elimination import Expression
 from scissordyn.plan.shapes import Shapes, shapes_of
 from scissordyn.plugin.element import pointers, row_of
 
-IMPACT_SPEED = 1.0  # Of the impact whose duration stands for that of contacts [m/s]
-LEAST_MODES, MOST_MODES = 2, 24  # Modes of each span at least, and of a bar at most, if their number is not given
-
-SAME_INERTIA = 1e-9
-"""Largest relative difference of the inertia of a cross-section from that of its bar: beyond, something else is fixed to it."""
+MOST_MODES = 24  # Largest number of modes of a bar if it is not given
 
 
 def flexible_bars(mechanism: Mechanism) -> tuple[FlexibleBar, ...]:
+    """Return the flexible bars of a mechanism."""
     return tuple(part for part in mechanism.components if isinstance(part, FlexibleBar))
 
 
 def clamped_bodies(mechanism: Mechanism) -> frozenset[str]:
-    """The bodies whose direction something acts on beside joints, or that have more than a cross-section."""
+    """Return the bodies with a direction of their own: parts other than joints act on it, or they are more than a section."""
     bars = flexible_bars(mechanism)
     parts: tuple[Any, ...] = (*mechanism.components, *mechanism.latches)
     clamped = {drive.body for drive in mechanism.drives}
@@ -59,22 +56,22 @@ def clamped_bodies(mechanism: Mechanism) -> frozenset[str]:
     for name, local in inertia.items():
         body = mechanism.body(name)
         alone = times[name] == 1 and body.centre == (0.0, 0.0) and all(point == (0.0, 0.0) for point in body.points.values())
-        if not alone or abs((body.inertia or 0.0) - local) > SAME_INERTIA * local:
+        # another inertia than that of the bar's section: something else is fixed to it
+        if not alone or abs((body.inertia or 0.0) - local) > 1e-9 * local:
             clamped.add(name)
     return frozenset(clamped)
 
 
 @dataclass(frozen=True, eq=False)
 class Axis:
-    """A bar that bends among the natural coordinates."""
+    """Flexible bar among the natural coordinates."""
 
     bar: FlexibleBar
     shapes: Shapes
-    first: np.ndarray  # (count,) Natural coordinate of the x component of the vector of each shape; y follows
-    # (count,) By which angle the natural vector is turned to be that of the shape [rad]: directions of cross-sections at an
-    # angle
+    first: np.ndarray  # (count,) Natural coordinate of the x component of each shape's vector; y follows
+    # (count,) Angle from the natural vector to that of the shape [rad], for directions of cross-sections at an angle
     turned: np.ndarray
-    # Cross-sections with a direction of their own; the slope at other ones, if it is a coordinate, has any length
+    # Cross-sections with a direction of their own; a slope at other ones, if it is a coordinate, has any length
     directed: tuple[int, ...]
 
     @cached_property
@@ -84,7 +81,7 @@ class Axis:
 
     @property
     def highest_frequency(self) -> float:
-        """Of the modes that the bar has, its cross-sections held [Hz]; 0 without modes."""
+        """Highest frequency of the modes used, with cross-sections held [Hz]; 0 without modes."""
         if self.shapes.modes == 0:
             return 0.0
         speed = math.sqrt(self.bar.bending_stiffness / self.bar.mass_per_length)
@@ -98,11 +95,11 @@ class Axis:
 
     @property
     def terms(self) -> list[tuple[int, int, float]]:
-        """Shape, natural vector and angle by which this is turned."""
+        """Index, natural vector and angle of rotation of each shape."""
         return list(zip(range(self.shapes.count), self.first.tolist(), self.turned.tolist(), strict=True))
 
     def expression(self, weights: np.ndarray) -> tuple[Expression, Expression]:
-        """A combination of the vectors of the shapes, in natural coordinates."""
+        """Return a combination of the vectors of the shapes, in natural coordinates."""
         x: Expression = {}
         y: Expression = {}
         for k, p, angle in self.terms:
@@ -114,16 +111,16 @@ class Axis:
         return x, y
 
     def vectors(self, natural: np.ndarray) -> np.ndarray:
-        """The vectors of the shapes, from natural coordinates of shape (..., nZ), shape (..., count, 2)."""
+        """Return the vectors of the shapes, shape (..., count, 2), from natural coordinates, shape (..., nZ)."""
         x, y, cos, sin = natural[..., self.first], natural[..., self.first + 1], np.cos(self.turned), np.sin(self.turned)
         return np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
 
-    def in_static_deflection(self, natural: np.ndarray) -> np.ndarray:
-        """The amplitudes with which the bar is bent as by forces at its cross-sections alone, shape (modes, 2)."""
+    def static_amplitudes(self, natural: np.ndarray) -> np.ndarray:
+        """Return the amplitudes in static deflection under forces at the cross-sections, shape (modes, 2)."""
         return np.asarray(self.shapes.mean @ self.vectors(natural)[: self.shapes.held])
 
-    def added(self, forces: np.ndarray, target: np.ndarray) -> None:
-        """Add forces on the vectors, shape (..., count, 2), to those on natural coordinates, shape (..., nZ)."""
+    def add_forces(self, forces: np.ndarray, target: np.ndarray) -> None:
+        """Add forces on the vectors, shape (..., count, 2), to forces on natural coordinates, shape (..., nZ)."""
         for k, p, angle in self.terms:
             cos, sin = math.cos(angle), math.sin(angle)
             target[..., p] += cos * forces[..., k, 0] + sin * forces[..., k, 1]
@@ -131,46 +128,47 @@ class Axis:
 
 
 def contact_frequency(mechanism: Mechanism, mass: float) -> float:
-    """One over the duration of the shortest impact of a mass on a clearance joint or guide at 1 m/s [Hz]; 0 without contacts.
+    """Return one over the shortest duration of an impact of a mass at 1 m/s on a clearance [Hz]; 0 without contacts.
 
-    The duration goes with the fifth root of mass squared over speed for a contact as that of spheres, so that neither has to be
-    known well. A hard contact has the stiffness law of the impact that its impulse stands for.
+    For spheres the duration scales with the fifth root of mass squared over speed, so neither must be known well. A hard
+    contact
+    uses the stiffness law of the impact that its impulse replaces.
     """
     clearances = {contact.clearance for contact in mechanism.contacts if contact.clearance is not None}
     return max((1.0 / _impact_duration(clearance.stiffness, clearance.surfaces, mass) for clearance in clearances), default=0.0)
 
 
 @lru_cache(256)
-def _impact_duration(law: Any, contact: Any, mass: float) -> float:
-    """Of an elastic impact [s]: twice the integral of 1/v over the indentation, where the energy (V^2 - v^2) m/2 is stored."""
+def _impact_duration(law: Any, contact: Any, mass: float, speed: float = 1.0) -> float:
+    """Return the duration of an elastic impact [s]: twice the integral of 1/v over the indentation."""
     pointer, row = pointers(law), row_of(law, contact)
 
     def stored(depth: float) -> float:
         return float(elastic_energy(pointer["energy"], pointer["force"], depth, row))
 
-    energy, deepest = 0.5 * mass * IMPACT_SPEED**2, 1e-9
+    energy, deepest = 0.5 * mass * speed**2, 1e-9
     while stored(deepest) < energy and deepest < 1.0:
         deepest *= 1.5
-    from scipy.optimize import brentq  # takes an eighth of a second to import
+    from scipy.optimize import brentq  # imported here: it takes an eighth of a second
 
     deepest = float(brentq(lambda depth: stored(depth) - energy, 0.0, deepest, rtol=1e-10)) if deepest < 1.0 else deepest
     points, weights = np.polynomial.legendre.leggauss(24)
-    u = 0.5 * (points + 1.0)  # depth = (1 - u^2) deepest: the root of the speed is no longer singular
-    speed = np.sqrt([max(2.0 * (energy - stored(deepest * (1.0 - x * x))) / mass, 1e-300) for x in u.tolist()])
-    return float(2.0 * deepest * np.sum(0.5 * weights * 2.0 * u / speed))
+    u = 0.5 * (points + 1.0)  # depth = (1 - u^2) deepest removes the singularity at the reversal
+    rates = np.sqrt([max(2.0 * (energy - stored(deepest * (1.0 - x * x))) / mass, 1e-300) for x in u.tolist()])
+    return float(2.0 * deepest * np.sum(0.5 * weights * 2.0 * u / rates))
 
 
 def mode_count(mechanism: Mechanism, bar: FlexibleBar) -> int:
-    """Bending modes of a bar, with its cross-sections held: as given, or those up to the frequency of contacts."""
+    """Return the number of bending modes of a bar: as given, or those up to the frequency of contacts, at least 2 per span."""
     if bar.modes is not None:
         return bar.modes
-    least = LEAST_MODES * (len(bar.sections) - 1)
+    least = 2 * (len(bar.sections) - 1)
     below = modes_below(bar, contact_frequency(mechanism, bar.mass_per_length * bar.length))
     return min(max(least, below), MOST_MODES)
 
 
 def with_mode_counts(mechanism: Mechanism, count: int | None = None) -> Mechanism:
-    """The same mechanism with so many modes of each bar, or with `mode_count` in place of none given; itself if all are."""
+    """Return the mechanism with `count` modes for each bar; by default `mode_count` replaces missing numbers only."""
     if count is None and all(bar.modes is not None for bar in flexible_bars(mechanism)):
         return mechanism
     components = tuple(
@@ -183,18 +181,18 @@ def with_mode_counts(mechanism: Mechanism, count: int | None = None) -> Mechanis
 
 
 def modes_below(bar: FlexibleBar, frequency: float) -> int:
-    """Number of bending modes of a bar, with its cross-sections held, up to a frequency [Hz]; at most `MOST_MODES`."""
+    """Return the number of bending modes of a bar up to a frequency [Hz], with cross-sections held; at most `MOST_MODES`."""
     shapes = shapes_of(tuple(place - bar.places[0] for place in bar.places), (), MOST_MODES)
     speed = math.sqrt(bar.bending_stiffness / bar.mass_per_length)
     return min(int(np.sum(shapes.wave_numbers**2 * speed <= 2.0 * math.pi * frequency)), MOST_MODES)
 
 
 def axes_of(mechanism: Mechanism, offsets: dict[str, int], clamped: frozenset[str], first: int) -> tuple[tuple[Axis, ...], int]:
-    """The bars that bend, their further vectors from a natural coordinate on; and how many coordinates there are then."""
+    """Return the flexible bars, whose further vectors start at a natural coordinate, and the total number of coordinates."""
     axes = []
     for bar in flexible_bars(mechanism):
         clamped_at = tuple(k for k, name in enumerate(bar.sections) if name in clamped)
-        # a temperature difference is a moment on both ends: modes with none there would converge slowly
+        # a temperature difference applies a moment at both ends: modes without a moment there would converge slowly
         bent = {0, len(bar.sections) - 1} if bar.temperature_difference else set()
         sloped = tuple(sorted({*clamped_at, *bent}))
         shapes = shapes_of(

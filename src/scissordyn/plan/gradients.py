@@ -1,4 +1,4 @@
-"""Constraints as functions of [x; b], for everything that is done before and after a run."""
+"""Constraints and their gradients as functions of [x; b], for everything except the time steps."""
 
 from __future__ import annotations
 
@@ -11,18 +11,12 @@ from scissordyn.mechanics.constraint_part import ANGLE, HALF_SQUARE, LENGTH
 from scissordyn.mechanics.rotation import TURN
 from scissordyn.plan.coordinates import Constraint, Coordinates, PointMap
 
-LARGE = 250_000  # Entries above which matrices are kept sparse
-MOST_FULL_ROWS = 400  # Equations above which least squares are solved iteratively
-SMALLEST = 1e-10  # Singular values below this fraction of the largest are zero but for rounding
-
-ROTATIONS = 0.01, 0.1, 0.3, 1.0, 2.0
-"""Standard deviations of the angles by which bodies are rotated where no assembly is near the guess [rad]."""
-
-TRIES = 6  # Guesses of each
+DENSE_ENTRIES_MAX = 250_000  # Number of entries above which matrices are sparse
+RCOND = 1e-10  # Singular values below this fraction of the largest are treated as zero
 
 
 class Gradients:
-    """Constraints and vectors that are to be held, with their gradients by x."""
+    """Constraints and held vectors with their gradients by x."""
 
     def __init__(self, free: int, basis: int, constraints: Sequence[Constraint], held: Sequence[PointMap] = ()) -> None:
         self.free, self.count = free, len(constraints)
@@ -36,10 +30,10 @@ class Gradients:
         kinds = [kind for constraint in constraints for kind in constraint.kinds or (HALF_SQUARE,) * len(constraint.parts)]
         self.turns = np.array([kind == ANGLE for kind in kinds], bool)
         self.lengths = np.array([kind == LENGTH for kind in kinds], bool)
-        self.other = bool(np.any(self.turns | self.lengths))
+        self.has_other_kinds = bool(np.any(self.turns | self.lengths))
         self.reference = np.array([angle for constraint in constraints for _, angle in constraint.turning], float)
         width = free + basis
-        dense = 2 * max(len(parts), len(held)) * width <= LARGE
+        dense = 2 * max(len(parts), len(held)) * width <= DENSE_ENTRIES_MAX
         self.maps = matrix_of([part for _, _, part in parts], width, dense)
         self.held = matrix_of(held, width, dense)
         moving = self.maps[:, : self.free]
@@ -47,10 +41,10 @@ class Gradients:
         self.size = np.sqrt(np.asarray(square.sum(axis=1))).reshape(-1, 2)
 
     def residual(self, full: np.ndarray) -> np.ndarray:
-        """Errors of the constraints at [x; b]."""
+        """Return the residuals of the constraints at [x; b]."""
         d = np.asarray(self.maps @ full).reshape(-1, 2)
         parts = 0.5 * np.sum(d * d, axis=1)
-        if self.other:
+        if self.has_other_kinds:
             parts[self.lengths] = np.hypot(*d[self.lengths].T)
             beyond = np.arctan2(d[self.turns, 1], d[self.turns, 0]) - self.reference
             parts[self.turns] = self.reference + beyond - TURN * np.floor(beyond / TURN + 0.5)
@@ -58,12 +52,12 @@ class Gradients:
         return values
 
     def count_turns(self, references: np.ndarray) -> None:
-        """Count the turns of angles from the last of these references, those of `MechanismState`."""
+        """Set the references from which turns of angles are counted to the last entries of `references`."""
         self.reference = references[references.size - self.reference.size :].copy()
 
     def slopes(self, d: np.ndarray) -> np.ndarray:
-        """Derivative of each part by its map, at maps of shape (parts, 2); the maps themselves for half squares."""
-        if not self.other:
+        """Return the derivative of each part by its map, at maps of shape (parts, 2); for half squares the maps themselves."""
+        if not self.has_other_kinds:
             return d
         s, square = d.copy(), np.sum(d * d, axis=1)[:, None]
         s[self.lengths] = d[self.lengths] / np.sqrt(square[self.lengths])
@@ -71,7 +65,7 @@ class Gradients:
         return s
 
     def rounding(self, full: np.ndarray) -> np.ndarray:
-        """What a rounding of the coordinates at [x; b] moves the constraints by, then the held vectors."""
+        """Return the round-off of the constraints at [x; b], then of the held vectors."""
         size = np.finfo(float).eps * np.abs(full)
         moved = np.asarray(abs(self.maps) @ size).reshape(-1, 2)
         d = np.abs(self.slopes(np.asarray(self.maps @ full).reshape(-1, 2)))
@@ -79,13 +73,13 @@ class Gradients:
         return np.concatenate([constraints, np.asarray(abs(self.held) @ size)])
 
     def jacobian(self, full: np.ndarray) -> Any:
-        """Gradients of the constraints by [x; b], then the held maps; a full or a sparse matrix."""
+        """Return the gradients of the constraints by [x; b], then the held maps, as a full or sparse matrix."""
         d = self.weight[:, None] * self.slopes(np.asarray(self.maps @ full).reshape(-1, 2))
         if isinstance(self.maps, np.ndarray):
             rows = np.zeros((self.count, self.maps.shape[1]))
             np.add.at(rows, self.owner, np.sum(d[:, :, None] * self.maps.reshape(*d.shape, self.maps.shape[1]), axis=1))
             return np.vstack([rows, self.held])
-        import scipy.sparse as sp  # only matrices of long arrays are sparse
+        import scipy.sparse as sp  # imported here: only long arrays have sparse matrices
 
         parts = np.arange(self.owner.size)
         places = np.repeat(self.owner, 2), np.stack([2 * parts, 2 * parts + 1], 1).ravel()
@@ -93,14 +87,14 @@ class Gradients:
         return sp.csr_array(sp.vstack([pairing @ self.maps, self.held]))
 
     def scale(self, full: np.ndarray) -> np.ndarray:
-        """How long the gradient of each constraint by x could be at [x; b]."""
+        """Return the largest possible length of each constraint's gradient by x at [x; b]."""
         d = self.slopes(np.asarray(self.maps @ full).reshape(-1, 2))
-        # a rod that shrinks to nothing loses its gradient: what it was at the start counts
+        # a rod that shrinks to zero loses its gradient: its initial length counts
         size = np.maximum(np.hypot(*d.T), np.where(self.linear, 0.0, np.sqrt(2.0 * np.abs(self.value)))[self.owner])
         return np.bincount(self.owner, np.abs(self.weight) * size * np.hypot(*self.size.T), self.count)
 
     def unit(self, full: np.ndarray) -> Any:
-        """Gradients of the constraints by x, each divided by how long it could be."""
+        """Return the gradients of the constraints by x, divided by their largest possible length."""
         scale = self.scale(full)
         inverse = 1.0 / np.where(scale > 0.0, scale, 1.0)
         rows = self.jacobian(full)[: self.count, : self.free]
@@ -112,8 +106,8 @@ class Gradients:
 
 
 def matrix_of(maps: Sequence[PointMap], width: int, dense: bool | None = None) -> Any:
-    """The rows of some maps, one pair below the other; sparse if they are many, unless `dense` says."""
-    if not maps or (2 * len(maps) * width <= LARGE if dense is None else dense):
+    """Stack the rows of some maps; the matrix is sparse if it is large, unless `dense` is given."""
+    if not maps or (2 * len(maps) * width <= DENSE_ENTRIES_MAX if dense is None else dense):
         full = np.zeros((2 * len(maps), width))
         for k, vector in enumerate(maps):
             full[2 * k : 2 * k + 2, vector.columns] = vector.rows
@@ -126,17 +120,17 @@ def matrix_of(maps: Sequence[PointMap], width: int, dense: bool | None = None) -
     return sp.csr_array((values, (rows, columns)), shape=(2 * len(maps), width))
 
 
-def least_change(jacobian: Any, residual: np.ndarray, smallest: float = SMALLEST) -> np.ndarray:
-    """The smallest correction that removes a residual, or each column of some, to first order, also for redundant equations.
+def least_change(jacobian: Any, residual: np.ndarray, smallest: float = RCOND) -> np.ndarray:
+    """Return the smallest correction that removes one or several residuals to first order, also for redundant equations.
 
-    Of singular values below the fraction `smallest` of the largest nothing is corrected, where matrices are full.
+    Full matrices ignore singular values below the fraction `smallest` of the largest.
     """
     if not residual.size or not np.any(residual):
         return np.zeros((jacobian.shape[1], *residual.shape[1:]))
-    if jacobian.shape[0] <= MOST_FULL_ROWS:
+    if jacobian.shape[0] <= 400:  # larger systems are solved iteratively
         full = jacobian if isinstance(jacobian, np.ndarray) else jacobian.toarray()
         return np.asarray(np.linalg.lstsq(full, residual, rcond=smallest)[0])
-    from scipy.sparse.linalg import lsqr  # takes a tenth of a second to import
+    from scipy.sparse.linalg import lsqr  # imported here: it takes a tenth of a second
 
     if residual.ndim > 1:
         return np.stack([least_change(jacobian, column) for column in residual.T], axis=1)
@@ -144,15 +138,15 @@ def least_change(jacobian: Any, residual: np.ndarray, smallest: float = SMALLEST
 
 
 def guesses(coordinates: Coordinates, b: np.ndarray, first: np.ndarray) -> Iterator[np.ndarray]:
-    """Free coordinates from which an assembly is searched: a guess, then ones with bodies rotated at random, more and more.
+    """Yield free coordinates to start an assembly from: a guess, then guesses with bodies rotated at random, more and more.
 
-    From bodies that are placed on one line Newton's method cannot leave the line, where an assembly aside of it exists.
+    Newton's method cannot leave the line on which bodies are placed, although an assembly may exist away from it.
     """
     yield first
     natural, random = np.asarray(coordinates.matrix @ np.append(first, b)), np.random.default_rng(0)
     bodies = [p + 2 for name, p in coordinates.natural.offsets.items() if coordinates.natural.rotates(name)]
-    for size in ROTATIONS:
-        for _ in range(TRIES):
+    for size in (0.01, 0.1, 0.3, 1.0, 2.0):  # standard deviations of the angles [rad]
+        for _ in range(6):
             moved = natural.copy()
             for d, angle in zip(bodies, size * random.standard_normal(len(bodies)), strict=True):
                 (x, y), cos, sin = natural[d : d + 2], np.cos(angle), np.sin(angle)

@@ -1,4 +1,4 @@
-"""The tables of the hard contacts of a plan, and stiffness laws, for the kernels."""
+"""Tables of hard contacts for the kernels, and the stiffness laws of contacts."""
 
 from __future__ import annotations
 
@@ -22,28 +22,29 @@ from scissordyn.plan.plan import Plan
 from scissordyn.plugin.element import PARAMETERS, pointers, row_of
 
 CONSTANT = ("beam", "force", "torque", "constant_force_spring")
-"""Components whose force does not depend on a speed, and bars that bend, whose damping is weak."""
+"""Components whose force does not depend on a speed, and flexible bars, whose damping is weak."""
 
-OF_ROWS = ("acts", "free", "before", "impulse", "velocity", "shift", "right")
-OF_STATES = ("kept_slope", "slope", "middle", "scratch")  # Fields with a number of each row, or of each state
-AXES = 3  # Rows of a force element: N and T of a contact, directions in which a component damps
+OF_ROWS = ("acts", "free", "before", "impulse", "velocity", "shift", "right")  # Fields with one value per row
+OF_STATES = ("kept_slope", "slope", "middle", "scratch")  # Fields with one value per state
+AXES = 3  # Largest number of rows of a force element: N and T of a contact, damped directions of a component
 
 
 class ElasticLaw(NamedTuple):
-    """The stiffness law of a contact, for kernels."""
+    """Stiffness law of a contact, for kernels."""
 
-    force: int  # Pointers; 0 for an energy by quadrature
-    energy: int
-    row: np.ndarray  # (PARAMETERS,) Its numbers
+    force: int  # Pointer to the force
+    energy: int  # Pointer to the energy; 0 for an energy by quadrature
+    row: np.ndarray  # (PARAMETERS,) Parameters of the law
 
 
 def elastic_law(clearance: Clearance | GuideClearance) -> ElasticLaw:
+    """Return the stiffness law of a clearance."""
     kernels = pointers(clearance.stiffness)
     return ElasticLaw(kernels["force"], kernels["energy"], row_of(clearance.stiffness, clearance.surfaces))
 
 
 def damped_components(plan: Plan) -> list[tuple[int, int]]:
-    """Of each row of a component whose forces may depend on their speeds its number among the components, and which row."""
+    """Return component index and row index of each velocity-dependent force row."""
     kinds = [part.declaration for part in plan.components]
     damped = [(i, min(len(kind.port.forces), AXES)) for i, kind in enumerate(kinds) if kind.section not in CONSTANT]
     return [(i, axis) for i, rows in damped for axis in range(rows)]
@@ -122,7 +123,7 @@ def put_hard_numbers(made: HardContacts, plan: Plan) -> None:
         if made.model.compliant[i] == 0:
             parameters.restitution[i], parameters.kinetic[i], parameters.static[i] = hard_numbers(clearance)
         elif clearance.damping.states:
-            what = f"damping law '{clearance.damping.name}' of '{plan.contacts[j].name}', with states, beside hard contact"
+            what = f"damping law '{clearance.damping.name}' of '{plan.contacts[j].name}' has states, but a contact is hard"
             raise InputError(what, "a damping law without states", 'contact = "compliant" in all joints')
         parameters.law[i], parameters.energy[i], parameters.elastic[i] = elastic_law(clearance)
         parameters.floor[i] = FLOOR * clearance.clearance
@@ -140,7 +141,7 @@ Entries = list[tuple[np.ndarray, np.ndarray]]
 
 
 def _entries(plan: Plan, which: list[int], damped: list[tuple[int, int]]) -> Entries:
-    """Entries of the rows of constraints, of N and T of each contact, and of components whose forces depend on their speeds."""
+    """Return the entries of all rows: constraints, N and T of each contact, and velocity-dependent forces of components."""
     model = plan.model
     size = model.element_column.size
     entries = [
@@ -158,7 +159,7 @@ def _entries(plan: Plan, which: list[int], damped: list[tuple[int, int]]) -> Ent
 
 
 def _products(entries: Entries, pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Entries that are multiplied for each pair of rows."""
+    """Return the pairs of entries that are multiplied for each pair of rows."""
     starts, products = [0], []
     for a, b in pairs.tolist():
         same = [(i, k) for i in range(entries[a][0].size) for k in np.flatnonzero(entries[b][0] == entries[a][0][i])]

@@ -1,4 +1,4 @@
-"""Friction in ideal joints: which reaction each follows, what bars that bend exert there, and the room to solve for both."""
+"""Tables of friction in ideal joints: the reactions it depends on and the loads of flexible bars."""
 
 from __future__ import annotations
 
@@ -21,24 +21,20 @@ from scissordyn.plan.bending import beam_mass, bends
 from scissordyn.plan.bodies import guides_with_moment
 from scissordyn.plan.coordinates import Coordinates, PointMap, stacked
 
-MOST_STATES = 40
-"""Beyond so many numbers of the state implicit steps leave out how reactions depend on them: it takes two evaluations each."""
-
-ALIKE = 1e-9  # Directions that differ by less are the same [rad]
-
 
 def make_friction_workspace(
     mechanism: Mechanism, coordinates: Coordinates, model: Model, balance: Balance, maps: BodyMaps, gravity: np.ndarray
 ) -> FrictionWorkspace:
-    """What friction in the ideal joints of a mechanism reads, and scratch of its own."""
+    """Return the tables and scratch arrays of friction in the ideal joints of a mechanism."""
     parts = acting(mechanism)
     chosen = [i for i, part in enumerate(parts) if "reaction" in part.declaration.context]
     place = np.full(len(parts), -1, np.int64)
     place[chosen] = np.arange(len(chosen))
-    rows = [_followed(mechanism, parts[i], balance) for i in chosen]
+    rows = [_reactions_of(mechanism, parts[i], balance) for i in chosen]
     f, bodies, unknowns = len(chosen), len(mechanism.bodies) if chosen else 0, balance.order.size if chosen else 0
     states = 2 * model.n + int(model.state_start[-1])
-    states = states if chosen and states <= MOST_STATES else 0
+    # large systems: implicit steps neglect how reactions depend on the states, which takes two evaluations per state
+    states = states if chosen and states <= 40 else 0
     pressures = maps.pressure.shape[0] if chosen else 0
     lanes, widest = 1 + f + pressures, int(np.max(np.diff(balance.start), initial=0))
     return FrictionWorkspace(
@@ -78,13 +74,13 @@ def make_friction_workspace(
     )
 
 
-def _followed(mechanism: Mechanism, part: Any, balance: Balance) -> tuple[int, tuple[int, int], float]:
-    """Whether friction is that of a guide, the unknowns that it follows, and the force that a unit of a moment makes."""
+def _reactions_of(mechanism: Mechanism, part: Any, balance: Balance) -> tuple[int, tuple[int, int], float]:
+    """Return 1 for a guide or 0 for a pin, the unknown reactions that friction depends on, and its force per unit moment."""
     label = f"{part.declaration.label} '{part.name}'"
     if any(contact.clearance and contact.clearance.contact == "hard" for contact in mechanism.contacts):
-        raise InputError(f"{label} beside hard contact", "contact = 'compliant'")
+        raise InputError(f"{label} together with hard contact", "contact = 'compliant'")
     if isinstance(part, GuideFriction | GuideLuGre):
-        return 1, *_guide(mechanism, part, balance, label)
+        return 1, *_reactions_of_guide(mechanism, part, balance, label)
     pair = {part.body, part.base}
     pins = [k for k, joint in enumerate(mechanism.ideal_joints) if set(joint.bodies) == pair]
     if len(pins) != 1:
@@ -97,18 +93,19 @@ def _followed(mechanism: Mechanism, part: Any, balance: Balance) -> tuple[int, t
     return 0, (int(balance.order[first]), int(balance.order[first + 1])), 0.0
 
 
-def _guide(
+def _reactions_of_guide(
     mechanism: Mechanism, part: GuideFriction | GuideLuGre, balance: Balance, label: str
 ) -> tuple[tuple[int, int], float]:
+    """Return the unknown reactions of the guide that friction acts in, and the force of a unit moment."""
     guides = mechanism.ideal_guides
     for g, guide in enumerate(guides):
         turned = math.remainder(guide.direction - part.direction, math.pi)
-        if guide.follower == part.end and guide.body == part.start[0] and abs(turned) < ALIKE:
+        if guide.follower == part.end and guide.body == part.start[0] and abs(turned) < 1e-9:  # [rad]
             force = int(balance.order[balance.guides[0] + g])
             if not guide.aligned:
                 return (force, -1), 0.0
             if not part.length > 0.0:
-                raise InputError(f"{label} without the length of its follower, which '{guide.name}' keeps aligned", "a length")
+                raise InputError(f"{label} without length, but guide '{guide.name}' keeps its follower aligned", "a length")
             moment = [other.name for other in guides_with_moment(mechanism)].index(guide.name)
             # the unknown moment is in units of the balance's length
             return (force, int(balance.order[balance.guide_moments[0] + moment])), 2.0 * balance.length / part.length
@@ -116,11 +113,11 @@ def _guide(
         f"start on '{guide.body}', end = '{'.'.join(guide.follower)}', direction = {math.degrees(guide.direction):.6g} deg"
         for guide in guides
     )
-    raise InputError(f"{label}: no ideal guide there", listed or "a mechanism with ideal guides")
+    raise InputError(f"{label}: no ideal guide matches it", listed or "a mechanism with ideal guides")
 
 
 def _bending_loads(mechanism: Mechanism, coordinates: Coordinates, gravity: np.ndarray, *, acting: bool) -> BendingLoads:
-    """Tables of what bars that bend exert on their cross-sections; empty ones where none acts."""
+    """Return the tables of the loads of flexible bars on their cross-sections; empty tables if friction does not act."""
     natural, bodies = coordinates.natural, mechanism.bodies if acting else ()
     axes, tangents = (natural.axes, natural.tangents) if acting else ((), {})
     maps, weights = [], np.zeros((len(bodies), 4))
@@ -151,7 +148,7 @@ def _bending_loads(mechanism: Mechanism, coordinates: Coordinates, gravity: np.n
         for side, (name, _) in enumerate((joint.journal, joint.bearing)):
             if name in tangents:
                 axis, k = tangents[name]
-                # the force of a film acts on the bearing at the journal's centre
+                # the force of an oil film acts on the bearing at the journal's centre
                 couples.append((e, side, bars[id(axis)], int(side == 1 and e >= parts), sum(map(len, slopes))))
                 turned.append(axis.bar.angles[k])
                 slopes.append(axis.shapes.at(np.array([axis.shapes.places[k]]), 1)[0])
@@ -161,14 +158,14 @@ def _bending_loads(mechanism: Mechanism, coordinates: Coordinates, gravity: np.n
         origin=-np.array([body.centre for body in bodies]).reshape(-1, 2),
         shape=np.zeros((first, 2)),
         vector=np.array([row[:3] for row in vectors], np.int64).reshape(-1, 3),
-        turned=_turns([angle for *_, angle in vectors]),
+        turned=_cosines_sines([angle for *_, angle in vectors]),
         couple=np.array(couples, np.int64).reshape(-1, 5),
-        couple_turned=_turns(turned),
+        couple_turned=_cosines_sines(turned),
         couple_weight=np.concatenate(slopes),
         couple_shapes=np.array(list(map(len, slopes[1:])), np.int64),
     )
 
 
-def _turns(angles: list[float]) -> np.ndarray:
-    """Their cosines and sines, shape (angles, 2)."""
+def _cosines_sines(angles: list[float]) -> np.ndarray:
+    """Return cosines and sines of angles, shape (angles, 2)."""
     return np.array([(math.cos(angle), math.sin(angle)) for angle in angles], float).reshape(-1, 2)

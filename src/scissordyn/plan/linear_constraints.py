@@ -1,10 +1,12 @@
-"""From a mechanism to its coordinates: linear constraints are eliminated, the mass matrix becomes the identity.
+"""Reduction of a mechanism to few coordinates: linear constraints are eliminated, the mass matrix becomes the identity.
 
-Each body is its origin p and, if it rotates, the unit vector d along its x axis; every point of it is p + x d + y J d,
-linear in both. Pins, guides and prescribed directions are linear constraints, and so is the parallelism of opposite bars in a
-parallelogram of ideal joints. What remains: coordinates = T [x; b(t)], with T constant, x the free coordinates scaled so
-that their mass matrix is the identity, b = (1, cos th_1, sin th_1, ...) the prescribed directions, and quadratic
-constraints: |d|^2 = 1 per family of parallel bars, and one for each guide on a moving body, rod and latch.
+Each body is its origin p and, if it rotates, the unit vector d along its x axis. Every point of it is p + x d + y J d, linear
+in
+both. Linear constraints are pins, guides, prescribed directions, and parallel opposite bars of a parallelogram of ideal
+joints. The result is: natural coordinates = T [x; b(t)] with T constant. The free coordinates x are scaled to a unit mass
+matrix;
+b = (1, cos th_1, sin th_1, ...) are the prescribed directions. The quadratic constraints are |d|^2 = 1 for each family of
+parallel bars, and one for each guide on a moving body, rod and latch.
 """
 
 from __future__ import annotations
@@ -31,20 +33,20 @@ from scissordyn.plan.redundancy import assembled_near_placed, basis_of, independ
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-FEW_DIGITS = NOTHING_LEFT, 1e-6, 1e-4, 3e-3, 1e-2
-"""What is left of a constraint that follows from others, as a fraction of its coefficients: round-off, or that of fewer and
-fewer digits, where else the joints hold only far from where the bodies are placed."""
+REMAINDERS = NOTHING_LEFT, 1e-6, 1e-4, 3e-3, 1e-2
+"""Relative remainders of redundant constraints, tried in order: round-off, then numbers given with fewer and fewer digits.
 
-SMALL = 200  # Up to so many natural coordinates full matrices are quicker to handle than sparse ones
+A larger remainder is tried if the joints hold only far from where the bodies are placed.
+"""
 
 
 def reduced(mechanism: Mechanism) -> Coordinates:
-    """The coordinates of a mechanism with all linear constraints eliminated, its quadratic constraints found."""
+    """Return the coordinates of a mechanism with all linear constraints eliminated, and its quadratic constraints."""
     return _reduced(mechanism, parallel_bodies(mechanism, lambda: _assembled_angles(mechanism)))
 
 
 def _assembled_angles(mechanism: Mechanism) -> dict[str, float] | None:
-    """The angles of the rotating bodies in the assembly near where they are placed, parallelograms as quadrilaterals."""
+    """Return the angles of the rotating bodies, assembled near their placement with parallelograms as quadrilaterals."""
     coordinates = _reduced(mechanism, [])
     natural = assembled_near_placed(coordinates, _angles_of_drives(mechanism, coordinates.natural))
     if natural is None:
@@ -53,12 +55,12 @@ def _assembled_angles(mechanism: Mechanism) -> dict[str, float] | None:
 
 
 def _angles_of_drives(mechanism: Mechanism, natural: Natural) -> np.ndarray:
-    """At t = 0 [rad]."""
+    """Return the angles of the drives at t = 0 [rad]."""
     return np.array([function_start(drive.motion, natural.angle(drive.body)) for drive in mechanism.drives], float)
 
 
 def _reduced(mechanism: Mechanism, parallel: list[tuple[str, str, float]]) -> Coordinates:
-    """The same with these pairs of bodies kept parallel."""
+    """Return the coordinates of a mechanism with given pairs of bodies kept parallel."""
     natural, size, basis = natural_coordinates(mechanism), mechanism.size, 1 + 2 * len(mechanism.drives)
     elimination, (start, columns, values) = eliminated(mechanism, natural, parallel)
     total = natural.total
@@ -70,11 +72,11 @@ def _reduced(mechanism: Mechanism, parallel: list[tuple[str, str, float]]) -> Co
     data = values * np.repeat(unit, np.diff(start))
     rows, bend = np.repeat(np.arange(total), np.diff(start)), bends(mechanism)
     matrix: Any
-    if total <= SMALL and not bend:
+    if total <= 200 and not bend:  # small full matrices are faster than sparse ones
         matrix = full(rows, position[columns], data, (total, free + basis))
         mass: Any = full(*_mass(mechanism, natural), (total, total))
     else:
-        import scipy.sparse as sp  # takes longer to import than the runs of most small mechanisms
+        import scipy.sparse as sp  # imported here: it takes longer than the runs of most small mechanisms
 
         matrix = sp.csr_array((data, position[columns], start), shape=(total, free + basis))
         *places, values = _mass(mechanism, natural)
@@ -100,6 +102,7 @@ def _reduced(mechanism: Mechanism, parallel: list[tuple[str, str, float]]) -> Co
 
 
 def full(rows: np.ndarray, columns: np.ndarray, values: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+    """Return a full matrix; values at one place are added."""
     matrix = np.zeros(shape)
     np.add.at(matrix, (rows, columns), values)
     return matrix
@@ -108,14 +111,14 @@ def full(rows: np.ndarray, columns: np.ndarray, values: np.ndarray, shape: tuple
 def eliminated(
     mechanism: Mechanism, natural: Natural, parallel: list[tuple[str, str, float]]
 ) -> tuple[Elimination, tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """All linear constraints solved, origins in units of the size, and the natural coordinates in what is left, by rows."""
+    """Eliminate all linear constraints; return the elimination and the natural coordinates by rows, origins in sizes."""
     # origins are eliminated before directions: lengths then stay short expressions
     elimination = Elimination(origins(natural), 1 + 2 * len(mechanism.drives))
     _impose_all(mechanism, natural, elimination, parallel)
     placed = natural.placed()[0]
     placed[origins(natural)] /= mechanism.size
     placed = np.concatenate([placed, basis_of(_angles_of_drives(mechanism, natural))])
-    for nothing_left in FEW_DIGITS:
+    for nothing_left in REMAINDERS:
         try:
             rows = elimination.rows(nothing_left)
         except InputError:
@@ -126,7 +129,7 @@ def eliminated(
 
 
 def origins(natural: Natural) -> np.ndarray:
-    """Which natural coordinates are those of origins rather than of directions."""
+    """Return whether each natural coordinate belongs to an origin (not to a direction)."""
     is_origin = np.zeros(natural.total, bool)
     for first in natural.offsets.values():
         is_origin[first : first + 2] = True
@@ -134,7 +137,7 @@ def origins(natural: Natural) -> np.ndarray:
 
 
 def _lost_inertia(mechanism: Mechanism) -> InputError:
-    """The error for a mass matrix that is not positive definite in floating point."""
+    """Return the error for a mass matrix that is not positive definite in floating point."""
 
     def fraction(body: Body) -> float:
         x, y = body.centre
@@ -142,14 +145,14 @@ def _lost_inertia(mechanism: Mechanism) -> InputError:
 
     body = min(mechanism.bodies, key=fraction)
     return InputError(
-        f"body '{body.name}': inertia = {body.inertia!r} kg m^2 is lost in rounding beside mass {body.mass:g} kg times the "
-        f"square of its mass centre's distance {math.hypot(*body.centre):g} m from its origin",
+        f"body '{body.name}': inertia = {body.inertia!r} kg m^2 is lost in rounding, relative to the mass {body.mass:g} kg "
+        f"times the square of the distance {math.hypot(*body.centre):g} m of its mass centre from its origin",
         "an origin near the mass centre, or a larger inertia",
     )
 
 
-def _between(one: str, other: str) -> str:
-    """Two bodies in words, one of which may be the ground."""
+def _name_bodies(one: str, other: str) -> str:
+    """Name two bodies, one of which may be the ground."""
     names = [f"'{name}'" for name in (one, other) if name != GROUND]
     return f"bodies {names[0]} and {names[1]}" if len(names) == 2 else f"body {names[0]} and the ground"
 
@@ -157,10 +160,11 @@ def _between(one: str, other: str) -> str:
 def _impose_all(
     mechanism: Mechanism, natural: Natural, elimination: Elimination, parallel: list[tuple[str, str, float]]
 ) -> None:
+    """Impose drives, parallelograms, welds, joints and guides on the elimination."""
     ones, size = natural.total, mechanism.size
 
     def impose_angle(one: str, other: str, angle: float, name: str) -> None:
-        """Keep the direction of a body at a constant angle from that of another, or of the ground."""
+        """Keep a constant angle between the directions of two bodies, or of the ground and a body."""
         b, cos, sin = natural.offsets[other] + 2, math.cos(angle), math.sin(angle)
         x, y = ({ones: 1.0}, {}) if one == GROUND else natural.direction(one)
         elimination.impose(add({b: 1.0}, scaled(-cos, x), scaled(sin, y)), name)
@@ -175,16 +179,16 @@ def _impose_all(
         for axis in (0, 1):
             elimination.impose({d + axis: 1.0, ones + 1 + 2 * index + axis: -1.0}, f"the drive of body '{drive.body}'")
     for body, other, angle in parallel:
-        impose_angle(body, other, angle, f"the parallelogram of {_between(body, other)}")
+        impose_angle(body, other, angle, f"the parallelogram of {_name_bodies(body, other)}")
     for weld in mechanism.welds:
-        name = f"weld '{weld.name}' of {_between(weld.start[0], weld.end[0])}"
+        name = f"weld '{weld.name}' of {_name_bodies(weld.start[0], weld.end[0])}"
         rotating = [body for body, _ in (weld.start, weld.end) if natural.rotates(body)]
         if rotating:
             first, second = (GROUND, *rotating)[-2:]
             impose_angle(first, second, natural.angle(second) - natural.angle(first), name)
         impose_pin(weld.start, weld.end, name)
     for joint in mechanism.ideal_joints:
-        impose_pin(joint.journal, joint.bearing, f"joint '{joint.name}' of {_between(*joint.bodies)}")
+        impose_pin(joint.journal, joint.bearing, f"joint '{joint.name}' of {_name_bodies(*joint.bodies)}")
     for guide in mechanism.ideal_guides:
         follower = guide.follower[0]
         if guide.aligned:
@@ -200,14 +204,14 @@ def _impose_all(
 
 
 def body_inertia(mechanism: Mechanism, body: Body) -> float:
-    """Moment of inertia of a body about its mass centre with the rotors of its motors and actuators [kg m^2]."""
+    """Return a body's moment of inertia about its mass centre, including the rotors of its motors and actuators [kg m^2]."""
     motors: list[Any] = [part for part in mechanism.components if part.declaration.motor and part.declaration.port.turning]
     rotors = (part.inertia for part in motors if part.body == body.name)
     return (body.inertia or 0.0) + sum(map(float, rotors))
 
 
 def _mass(mechanism: Mechanism, natural: Natural) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Rows, columns and values of the mass matrix of the bodies."""
+    """Return rows, columns and values of the mass matrix of the bodies."""
     entries: list[tuple[int, int, float]] = []
     for body in mechanism.bodies:
         p, m, (x, y) = natural.offsets[body.name], body.mass, body.centre
@@ -224,9 +228,9 @@ def _mass(mechanism: Mechanism, natural: Natural) -> tuple[np.ndarray, np.ndarra
 
 
 def _normalized(matrix: Any, mass: Any, free: int, ordered: Callable[[csr_array], np.ndarray] | None = None) -> Any:
-    """Scale and mix the free coordinates, block by block, so that their mass matrix is the identity.
+    """Transform the free coordinates, block by block, so that their mass matrix is the identity.
 
-    A coordinate then mixes those that it is coupled with by coordinates before it: `ordered` can make these few.
+    A coordinate becomes a mixture of coupled coordinates before it; `ordered` returns an order that keeps these few.
     """
     moving = matrix[:, :free]
     if isinstance(matrix, np.ndarray):
@@ -247,7 +251,7 @@ def _normalized(matrix: Any, mass: Any, free: int, ordered: Callable[[csr_array]
         raise np.linalg.LinAlgError
     for size in sizes.tolist():
         members = order[first : first + size]
-        if size == 1:  # most coordinates of bars that bend: sparse indexing would take long for each
+        if size == 1:  # most coordinates of flexible bars: sparse indexing would be slow for each
             blocks.append(1.0 / np.sqrt(diagonal[members, None]))
             first += 1
             continue

@@ -1,4 +1,4 @@
-"""From a mechanism and its coordinates to the arrays of the kernels that follow from topology and lengths."""
+"""Arrays of the kernels that follow from topology and lengths."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ from scissordyn.plan.rail import Rails, rail_tables
 
 
 def _attached(coordinates: Coordinates, attachment: Attachment) -> PointMap:
-    """What an attachment reads, as a map."""
+    """Return the map of the vector that an attachment reads."""
     if attachment.what == "frame":
         return coordinates.frame(attachment.body)
     if attachment.what == "direction":
@@ -51,13 +51,14 @@ def _attached(coordinates: Coordinates, attachment: Attachment) -> PointMap:
 
 
 def _kernels(component: Component, start: tuple[float, ...]) -> dict[str, int]:
-    if type(component) not in COMPONENTS.values():  # of the user's own: tried before anything is compiled
+    """Return the kernel pointers of a component; user-defined ones are called once first."""
+    if type(component) not in COMPONENTS.values():  # user-defined: called in Python before anything is compiled
         at_rest(component, start)
     return kernels_of(type(component))
 
 
 def make_model(mechanism: Mechanism, coordinates: Coordinates) -> Model:
-    """Everything that follows from topology and lengths."""
+    """Return all arrays that follow from topology and lengths."""
     n = coordinates.free
     moving, driven = coordinates.matrix[:, :n], coordinates.matrix[:, n:]
     carried = coordinates.mass @ driven
@@ -107,12 +108,14 @@ def make_model(mechanism: Mechanism, coordinates: Coordinates) -> Model:
 
 
 def _bars(components: Iterable[Any]) -> list[int]:
+    """Return the indices of the flexible bars among components."""
     return [i for i, part in enumerate(components) if part.declaration.port is AXIS]
 
 
 def _flexible(
     coordinates: Coordinates, components: tuple[Component, ...], bars: list[tuple[np.ndarray, list[PointMap]]], rails: Rails
 ) -> dict[str, np.ndarray]:
+    """Return the tables of flexible bars and of the components that run along them."""
     numbers = np.full(len(components), -1, np.int64)
     numbers[_bars(components)] = np.arange(len(bars))
     for i, bar in rails.bars.items():
@@ -150,7 +153,7 @@ def _flexible(
 
 
 def _shared(tables: list[np.ndarray]) -> tuple[np.ndarray, list[int]]:
-    """Tables one after another, equal ones once as they stay in the processor's cache then; and where each begins."""
+    """Concatenate tables, equal ones only once so that they stay in the processor's cache; return also their starts."""
     distinct: dict[bytes, int] = {}
     parts, size, start = [np.zeros(0)], 0, []
     for table in tables:
@@ -164,11 +167,12 @@ def _shared(tables: list[np.ndarray]) -> tuple[np.ndarray, list[int]]:
 
 
 def _integers(values: Iterable[int]) -> np.ndarray:
+    """Return values as an integer array."""
     return np.array(list(values), np.int64)
 
 
 def _part_references(constraints: tuple[Constraint, ...], first: int) -> np.ndarray:
-    """What each part is of its map; angles are numbered from `first` on."""
+    """Return the kind of each part; angles are numbered consecutively from `first`."""
     references = list[int]()
     for constraint in constraints:
         for kind in constraint.kinds or (HALF_SQUARE,) * len(constraint.parts):
@@ -178,6 +182,7 @@ def _part_references(constraints: tuple[Constraint, ...], first: int) -> np.ndar
 
 
 def _constraints(mechanism: Mechanism, coordinates: Coordinates) -> dict[str, np.ndarray]:
+    """Return the tables of the quadratic constraints."""
     constraints = coordinates.constraints
     parts = [(k, weight, part) for k, constraint in enumerate(constraints) for weight, part in constraint.parts]
     maps = stacked([part for _, _, part in parts], 2, "part_")
@@ -198,13 +203,13 @@ def _constraints(mechanism: Mechanism, coordinates: Coordinates) -> dict[str, np
         "constraint_start": offsets(constraint.columns.size for constraint in constraints),
         "constraint_column": maps["part_column"],
         "constraint_row": maps["part_row"],
-        # pairs k >= l of quadratic constraints on common free coordinates, by k, shape (pairs, 2)
+        # pairs k >= l of quadratic constraints with common free coordinates, by k, shape (pairs, 2)
         "overlap": pairs_of(coupled(members(free, coordinates.free), len(free))),
     }
 
 
 def _components(mechanism: Mechanism, rotations: int) -> dict[str, np.ndarray]:
-    """The part of a model that describes its components; their angles follow those of the rotations."""
+    """Return the tables of the components; their angles are numbered after those of the rotations."""
     contacts, components = len(mechanism.contacts), acting(mechanism)
     declared = [component.declaration for component in components]
     kernels = [_kernels(part, start_coordinates(mechanism, part)) for part in components]
@@ -242,23 +247,24 @@ def _components(mechanism: Mechanism, rotations: int) -> dict[str, np.ndarray]:
 
 
 def _elastic_states(free: int, contacts: Sequence[Revolute | ContactPoint], start: np.ndarray) -> np.ndarray:
-    """Where the state y has the elastic energy of each hard contact, -1 for a compliant one."""
+    """Return the index of each hard contact's elastic energy in the state y; -1 for a compliant contact."""
     hard = [part.clearance is not None and part.clearance.contact == "hard" for part in contacts]
     return np.where(hard, 2 * free + start[: len(hard)] + HARD_STATES.index(STORED), -1).astype(np.int64)
 
 
 def _travel(component: Any) -> tuple[float, float]:
-    """Unit vector along which a component travels, if it does."""
+    """Return the unit vector along which a component travels; zero if it does not."""
     along = component.declaration.port is TRAVEL
     return (math.cos(component.direction), math.sin(component.direction)) if along else (0.0, 0.0)
 
 
 def _monitors(mechanism: Mechanism, constraints: tuple[Constraint, ...]) -> np.ndarray:
-    """What is monitored throughout, by kind and index.
+    """Return kind and index of all monitored quantities.
 
-    Torques of drives, forces of components, pressure times velocity in clearance joints, indentations, friction of laws with
-    internal states over its limit, deviations of tracked points, outputs of components that are declared as monitored, forces
-    of oiled joints, of contacts with friction and of couplings.
+    They are: torques of drives, forces of components, pressure times velocity in clearance joints, indentations, ratios of
+    friction
+    to its limit for laws with internal states, deviations of tracked points, outputs declared as monitored, and forces of oiled
+    joints, of contacts with friction and of couplings.
     """
     contacts, films, total = mechanism.contacts, len(mechanism.components), len(acting(mechanism))
     laws: list[Any] = [contact.clearance for contact in contacts]
@@ -286,7 +292,7 @@ def _monitors(mechanism: Mechanism, constraints: tuple[Constraint, ...]) -> np.n
 
 
 def _latches(mechanism: Mechanism, constraints: tuple[Constraint, ...]) -> np.ndarray:
-    """Constraint, first part and component of each latch."""
+    """Return constraint, first part and component of each latch."""
     parts = np.cumsum([0, *(len(constraint.parts) for constraint in constraints)])
     names = [constraint.name for constraint in constraints]
     first = len(mechanism.exerting)

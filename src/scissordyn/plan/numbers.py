@@ -1,4 +1,4 @@
-"""The numbers of a case, for the kernels."""
+"""Parameters of a case for the kernels."""
 
 from __future__ import annotations
 
@@ -25,6 +25,7 @@ from scissordyn.plugin.element import PARAMETERS, is_ours, pointers, row_of
 
 
 def make_parameters(mechanism: Mechanism, coordinates: Coordinates) -> Parameters:
+    """Return the parameters of a mechanism's laws, components, controllers, motions and loads."""
     contacts, components = mechanism.contacts, acting(mechanism)
     listed = [(drive.motion, mechanism.body(drive.body).placed_angle) for drive in mechanism.drives]
     listed += time_functions(mechanism, 0)[2] if components else []
@@ -83,7 +84,7 @@ def make_parameters(mechanism: Mechanism, coordinates: Coordinates) -> Parameter
         damping=tables[1],
         friction=tables[2],
         component=numbers_of,
-        state_scale=np.array([*_of_contacts(contacts), *_of_components(components)], float),
+        state_scale=np.array([*_contact_scales(contacts), *_component_scales(components)], float),
         controller=torque,
         control=control,
         actuator=actuator,
@@ -93,7 +94,7 @@ def make_parameters(mechanism: Mechanism, coordinates: Coordinates) -> Parameter
 
 
 def _weight(mechanism: Mechanism, coordinates: Coordinates) -> np.ndarray:
-    """Generalized forces of gravity on [x; b], shape (n + nb,)."""
+    """Return the generalised forces of gravity on [x; b], shape (n + nb,)."""
     placed, natural = coordinates.natural, np.zeros(coordinates.natural.total)
     gx = mechanism.gravity * math.cos(mechanism.gravity_direction)
     gy = mechanism.gravity * math.sin(mechanism.gravity_direction)
@@ -107,8 +108,8 @@ def _weight(mechanism: Mechanism, coordinates: Coordinates) -> np.ndarray:
     return np.asarray(coordinates.matrix.T @ natural)
 
 
-def _of_contacts(contacts: Sequence[Revolute | ContactPoint]) -> list[float]:
-    """Declared scales of the states of contact laws, 0 for none."""
+def _contact_scales(contacts: Sequence[Revolute | ContactPoint]) -> list[float]:
+    """Return the declared scales of the states of contact laws; 0 if a state declares none."""
     scales: list[float] = []
     for contact in contacts:
         gap: Any = contact.clearance
@@ -117,6 +118,6 @@ def _of_contacts(contacts: Sequence[Revolute | ContactPoint]) -> list[float]:
     return scales
 
 
-def _of_components(components: Sequence[Component]) -> list[float]:
-    """Scales of the states of components and controllers."""
+def _component_scales(components: Sequence[Component]) -> list[float]:
+    """Return the scales of the states of components and controllers."""
     return [state.size(component) for component in components for state in component.states]

@@ -1,6 +1,6 @@
-"""Orders in which unknowns that share a group are near each other, so that the band of their matrix is narrow.
+"""Orders of unknowns in which coupled ones are near each other, for matrices with a narrow band.
 
-In the step matrix some unknowns are eliminated beforehand.
+Some unknowns of the step matrix are eliminated beforehand.
 """
 
 from __future__ import annotations
@@ -12,26 +12,25 @@ import numpy as np
 
 from scissordyn.plan.coordinates import Constraint
 
-FEW = 12  # Up to so many unknowns the step matrix is taken as full, and nothing is eliminated
-ELIMINATED = -1  # In the place of a row
+ELIMINATED = -1  # Row of an unknown that is eliminated
 
 
 class Ordering(NamedTuple):
-    """Rows of the step matrix."""
+    """Order of the rows of the step matrix."""
 
     permutation: np.ndarray  # (n+m+nz,) Row of each acceleration, multiplier and internal state; -1 if it is eliminated
-    reach: int  # Off-diagonals on either side
-    pair: np.ndarray  # (pairs, 3) Part of the constraint, and its two coordinates
-    pair_of: np.ndarray  # (m,) Pair of a constraint, or -1
+    reach: int  # Number of off-diagonals on either side
+    pair: np.ndarray  # (pairs, 3) Part of the constraint and its two coordinates
+    pair_of: np.ndarray  # (m,) Pair of each constraint, or -1
 
 
 def order_unknowns(
     free: int, constraints: Sequence[Constraint], latched: set[int], elements: Sequence[np.ndarray], states: Sequence[int]
 ) -> Ordering:
-    """Rows of the step matrix for accelerations, multipliers and internal states."""
+    """Return the rows of the step matrix for accelerations, multipliers and internal states."""
     m, first = len(constraints), free + len(constraints)
     size = first + sum(states)
-    if size <= FEW:
+    if size <= 12:  # a small step matrix is full
         nothing = np.zeros((0, 3), np.int64), np.full(m, -1, np.int64)
         return Ordering(np.arange(size, dtype=np.int64), max(0, size - 1), *nothing)
     columns = [constraint.columns[constraint.columns < free] for constraint in constraints]
@@ -59,7 +58,7 @@ def order_unknowns(
 def _pairs(
     constraints: Sequence[Constraint], columns: Sequence[np.ndarray], latched: set[int], free: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Constraints of one part on two coordinates that no other constraint reads."""
+    """Return the constraints with one part on two coordinates that no other constraint reads."""
     readers = np.zeros(free, np.int64)
     for read in columns:
         readers[np.unique(read)] += 1
@@ -75,14 +74,14 @@ def _pairs(
 
 
 def narrow(groups: Iterable[np.ndarray], size: int) -> tuple[list[np.ndarray], np.ndarray]:
-    """Unknowns that are coupled in groups, each with itself, and places of all in which coupled ones are near each other."""
+    """Return the unknowns coupled with each one through groups, and positions in which coupled unknowns are close."""
     near, place = coupled([*groups, *np.arange(size)[:, None]], size), np.empty(size, np.int64)
     place[reverse_cuthill_mckee(near)] = np.arange(size)
     return near, place
 
 
 def members(groups: Iterable[np.ndarray], size: int) -> list[np.ndarray]:
-    """For each of so many unknowns, the groups that it is in, by number."""
+    """Return for each of `size` unknowns the indices of its groups."""
     numbers: list[list[int]] = [[] for _ in range(size)]
     for number, group in enumerate(groups):
         for k in np.unique(group).tolist():
@@ -91,7 +90,7 @@ def members(groups: Iterable[np.ndarray], size: int) -> list[np.ndarray]:
 
 
 def coupled(groups: Sequence[np.ndarray], size: int) -> list[np.ndarray]:
-    """For each of so many unknowns, those that share a group with it, itself included, in increasing order."""
+    """Return for each of `size` unknowns those that share a group with it, including itself, in increasing order."""
     near, shared = list[np.ndarray](), np.zeros(size, bool)
     for numbers in members(groups, size):
         for number in numbers.tolist():
@@ -102,19 +101,19 @@ def coupled(groups: Sequence[np.ndarray], size: int) -> list[np.ndarray]:
 
 
 def pairs_of(near: Sequence[np.ndarray]) -> np.ndarray:
-    """Pairs k >= l of coupled unknowns, by k, shape (pairs, 2)."""
+    """Return the pairs k >= l of coupled unknowns, by k, shape (pairs, 2)."""
     k = np.repeat(np.arange(len(near)), [others.size for others in near])
     pairs = np.stack([k, np.concatenate([np.zeros(0, np.int64), *near])], axis=1)
     return np.ascontiguousarray(pairs[pairs[:, 0] >= pairs[:, 1]])
 
 
 def reach(near: Sequence[np.ndarray], place: np.ndarray) -> int:
-    """How far coupled unknowns are apart, at most, with these places."""
+    """Return the largest distance between coupled unknowns at given positions."""
     return max((int(np.max(np.abs(place[others] - place[k]))) for k, others in enumerate(near) if others.size), default=0)
 
 
 def reverse_cuthill_mckee(near: Sequence[Sequence[int] | np.ndarray]) -> np.ndarray:
-    """The unknowns in the reverse order of Cuthill and McKee: breadth first from one of lowest degree, lower degrees first."""
+    """Return the reverse Cuthill-McKee order: breadth first from an unknown of lowest degree, lower degrees first."""
     degree = [len(others) for others in near]
     order, waiting = list[int](), np.ones(len(near), bool)
     for seed in np.argsort(np.array(degree, np.int32)).tolist():

@@ -1,6 +1,6 @@
 """Parallelograms of ideal joints: opposite bars keep their relative direction, one more linear constraint.
 
-Elimination with that constraint is an optimisation. It holds only to the accuracy to which opposite sides are equal.
+Eliminating that constraint is an optimisation. It is as accurate as opposite sides are equal.
 """
 
 from __future__ import annotations
@@ -14,19 +14,20 @@ from typing import NamedTuple
 from scissordyn.components.place import GROUND, Point
 from scissordyn.model.mechanism import Mechanism
 
-EQUAL = 1e-14
-"""Sides are equal, and parallel, within this fraction of the mechanism's size and some roundings of their points' coordinates.
+EQUAL_TOL = 1e-14
+"""Sides are equal and parallel within this fraction of the mechanism's size plus the round-off of their points.
 
-The elimination takes a hundred times as much for zero, as its factors and many parallelograms in a row make more of it."""
+The elimination tolerates a hundred times as much, because its factors and many parallelograms in a row amplify the error.
+"""
 
 CLOSED = 1e-6
-"""Sides that miss each other by more of their length, as the bodies are placed, do not say on which branch they assemble."""
+"""If placed sides miss each other by more than this fraction of their length, their assembly branch is computed."""
 
 Angles = Mapping[str, float]  # Angle of each rotating body [rad]
 
 
 class Side(NamedTuple):
-    """Two joints of a body and the vector from one to the other in its frame, with its rounding [m]."""
+    """Two joints of a body, the vector between them in the body's frame, and its round-off [m]."""
 
     body: str
     vector: Point
@@ -34,21 +35,21 @@ class Side(NamedTuple):
 
     @property
     def length(self) -> float:
-        """[m]."""
+        """Length of the side [m]."""
         return math.hypot(*self.vector)
 
     def equals(self, other: Side, allowed: float) -> bool:
-        """Whether another side is as long, but for rounding and what is allowed [m]."""
+        """Return whether another side has the same length, within round-off and `allowed` [m]."""
         return abs(self.length - other.length) <= allowed + self.rounding + other.rounding
 
     def at(self, angles: Angles) -> Point:
-        """The vector in the fixed frame."""
+        """Return the vector in the fixed frame."""
         angle, (x, y) = 0.0 if self.body == GROUND else angles[self.body], self.vector
         return math.cos(angle) * x - math.sin(angle) * y, math.sin(angle) * x + math.cos(angle) * y
 
 
 class Quadrilateral(NamedTuple):
-    """Four bodies in a ring with equal opposite sides: `far` goes along with `near`, and `right` with `left`."""
+    """Ring of four bodies with equal opposite sides: `far` is opposite to `near`, `right` to `left`."""
 
     near: Side
     far: Side
@@ -56,13 +57,13 @@ class Quadrilateral(NamedTuple):
     right: Side
 
     def gap(self, angles: Angles) -> float:
-        """By how much the ring does not close, as a fraction of its length."""
+        """Return the closing error of the ring as a fraction of its length."""
         near, far, left, right = (side.at(angles) for side in self)
         x, y = (near[k] + right[k] - left[k] - far[k] for k in (0, 1))
         return math.hypot(x, y) / (self.near.length + self.left.length)
 
     def is_parallel(self, angles: Angles) -> bool:
-        """Whether it is a parallelogram rather than crossed; flat, it may be either and counts as one."""
+        """Return whether it is a parallelogram rather than crossed; a flat one counts as a parallelogram."""
         near, far, left, right = (side.at(angles) for side in self)
         length = self.near.length
         diagonal, other = [near[k] + right[k] for k in (0, 1)], [left[k] - near[k] for k in (0, 1)]
@@ -71,9 +72,9 @@ class Quadrilateral(NamedTuple):
 
 
 def parallel_bodies(mechanism: Mechanism, assemble: Callable[[], Angles | None]) -> list[tuple[str, str, float]]:
-    """Pairs of rotating bodies, or the ground and one, that a parallelogram of four ideal joints keeps parallel.
+    """Return pairs of rotating bodies, or the ground and a body, that a parallelogram of ideal joints keeps parallel.
 
-    A parallelogram could leave this assembly branch only by folding flat; the branch of the start is kept.
+    A parallelogram can leave its assembly branch only by folding flat; the branch of the start is kept.
     """
     placed = {body.name: body.placed_angle for body in mechanism.bodies}
     candidates = list(_quadrilaterals(mechanism))
@@ -87,9 +88,9 @@ def parallel_bodies(mechanism: Mechanism, assemble: Callable[[], Angles | None])
             continue
         first, second = (far, near) if far.body == GROUND else (near, far)
         (ax, ay), (bx, by) = first.at(placed), second.at(placed)
-        between = math.atan2(bx * ay - by * ax, ax * bx + ay * by)  # 0 but for rounding where they are placed parallel
+        between = math.atan2(bx * ay - by * ax, ax * bx + ay * by)  # 0 up to round-off if the bodies are placed parallel
         turn = _angle(placed, second.body) - _angle(placed, first.body)
-        pairs[first.body, second.body] = turn + (between if abs(between) > EQUAL else 0.0)
+        pairs[first.body, second.body] = turn + (between if abs(between) > EQUAL_TOL else 0.0)
     return [(first, second, turn) for (first, second), turn in pairs.items()]
 
 
@@ -98,7 +99,7 @@ def _angle(angles: Angles, body: str) -> float:
 
 
 def _quadrilaterals(mechanism: Mechanism) -> Iterator[Quadrilateral]:
-    """Rings of four rotating bodies, or the ground and three, whose opposite sides are equal."""
+    """Yield rings of four rotating bodies, or the ground and three, with equal opposite sides."""
     local: dict[str, dict[str, Point]] = {}
     for joint in mechanism.ideal_joints:
         for body, point in (joint.journal, joint.bearing):
@@ -117,7 +118,7 @@ def _quadrilaterals(mechanism: Mechanism) -> Iterator[Quadrilateral]:
         (ax, ay), (bx, by) = local[body][start], local[body][end]
         return Side(body, (bx - ax, by - ay), 2.0 * sys.float_info.epsilon * max(map(abs, (ax, ay, bx, by))))
 
-    allowed = EQUAL * mechanism.size
+    allowed = EQUAL_TOL * mechanism.size
     for body, around in neighbours.items():
         for (left, to_left), (right, to_right) in combinations(around, 2):
             if left == right:

@@ -1,4 +1,4 @@
-"""A mechanism compiled: tables for the kernels, and the names of what is in them."""
+"""Plan of a mechanism: the tables that kernels read, and the names of their rows."""
 
 from __future__ import annotations
 
@@ -37,108 +37,113 @@ from scissordyn.plan.numbers import make_parameters
 from scissordyn.plan.rest import frictionless, still_at
 
 ENTIRE = ("bodies", "ground", "welds", "guides", "rods", "latches", "couplings", "coordinate_drives")
-"""Fields of a mechanism that all enter the tables."""
+"""Fields of a mechanism that enter the tables completely."""
 
-SAID_MISS = 1e-8  # Lengths that contradict each other by more than this fraction are said to do so
+MISS_WARNED = 1e-8  # Relative contradiction of lengths above which a warning is given
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """What everything below works on in place of a mechanism: tables that follow from its parts, and their names.
+    """Compiled mechanism: tables that follow from its parts, and their names.
 
-    The tables are never written; cases that differ only in numbers which do not enter them share them (`fits`, `case`).
+    Tables are never modified. Cases that differ only in parameters outside the tables share them (`fits`, `case`).
     """
 
-    mechanism: Mechanism = field(repr=False)  # With the numbers of the case
+    mechanism: Mechanism = field(repr=False)  # Mechanism with the parameters of the case
     coordinates: Coordinates  # Maps of points and directions, and the quadratic constraints
-    model: Model = field(repr=False)  # What the kernels read of topology and lengths
-    maps: BodyMaps = field(repr=False)  # Where the bodies are, and where force elements, rods and latches act on them
-    balance: Balance = field(repr=False)  # Of forces and moments, for the reactions of ideal joints
-    # That turns are counted from: of families of parallel bodies, then of components and in constraints [rad]
+    model: Model = field(repr=False)  # Tables of topology and lengths for the kernels
+    maps: BodyMaps = field(repr=False)  # Maps of the bodies, and where force elements, rods and latches act on them
+    balance: Balance = field(repr=False)  # Balances of forces and moments, for the reactions of ideal joints
+    # Angles from which turns are counted: of families of parallel bodies, components, then constraints [rad]
     angles: np.ndarray = field(repr=False)
-    # What was last found with these tables, by what it was asked for: the assembly at the start, singular positions
+    # Last results with these tables, by key: the assembly at the start, singular positions
     answers: dict[str, Any] = field(default_factory=dict, repr=False)
 
     def fits(self, other: Mechanism) -> bool:
-        """Whether another mechanism has the same tables: it differs only in clearances, laws, motions of drives and gravity."""
-        return all(map(_is_same, _entering(self.mechanism), _entering(other)))
+        """Return whether another mechanism has the same tables: it differs only in clearances, laws, motions and gravity."""
+        return all(map(_is_same, _table_entries(self.mechanism), _table_entries(other)))
 
     def case(self, other: Mechanism) -> Plan:
-        """The plan of another case that fits: the same tables, its own parts and numbers."""
+        """Return the plan of another case that fits: the same tables with its own parts and parameters."""
         changed = replace(self, mechanism=other)
         if "branches" in self.__dict__:
             changed.__dict__["branches"] = self.branches
         return changed
 
     def numbers(self) -> Parameters:
-        """The numbers of the case, in arrays of their own."""
+        """Return the parameters of the case in new arrays."""
         return make_parameters(self.mechanism, self.coordinates)
 
     def friction_workspace(self) -> FrictionWorkspace:
-        """What friction in ideal joints reads, with scratch of its own."""
+        """Return the tables of friction in ideal joints with new scratch arrays."""
         balance, maps, gravity = self.balance, self.maps, self.gravity_vector
         return make_friction_workspace(self.mechanism, self.coordinates, self.model, balance, maps, gravity)
 
     @cached_property
     def ideal(self) -> Plan:
-        """The plan of the mechanism with ideal joints and guides; itself if they are."""
+        """Plan of the mechanism with ideal joints and guides; the plan itself if they are ideal."""
         ideal = self.mechanism.ideal()
         return self if ideal is self.mechanism else plan(ideal)
 
     @property
     def at_rest(self) -> Plan:
-        """The plan of the mechanism without friction, its drives and prescribed distances constant at their values of t = 0."""
+        """Plan of the frictionless mechanism with drives and prescribed distances locked at their values at t = 0."""
         mechanism = frictionless(self.mechanism)
         return still_at(self if mechanism is self.mechanism else plan(mechanism), 0.0)
 
     @cached_property
     def branches(self) -> Branches:
-        """The closure equations of the ideal mechanism on every branch of its assembly."""
+        """Closure equations of the ideal mechanism on all branches of its assembly."""
         return every_branch(self.ideal.mechanism, self.ideal.coordinates)
 
     @property
     def bodies(self) -> tuple[Body, ...]:
+        """Bodies of the mechanism."""
         return self.mechanism.bodies
 
     @property
     def drives(self) -> tuple[Drive, ...]:
+        """Drives of the mechanism."""
         return self.mechanism.drives
 
     @property
     def rods(self) -> tuple[Rod, ...]:
-        """The rods, which act behind the components."""
+        """Rods; the kernels treat them after the components."""
         return self.mechanism.rods
 
     @property
     def components(self) -> tuple[Component, ...]:
+        """Components that exert forces."""
         return self.mechanism.exerting
 
     @property
     def acting(self) -> tuple[Component, ...]:
-        """The components that the kernels know: those that exert forces, then the latches."""
+        """Components that the kernels read: those that exert forces, then the latches."""
         return acting(self.mechanism)
 
     @property
     def actuators(self) -> list[tuple[int, Actuator]]:
-        """The actuators, each with its number among the components."""
+        """Actuators with their component indices."""
         return [(i, part) for i, part in enumerate(self.mechanism.components) if isinstance(part, Actuator)]
 
     @property
     def contacts(self) -> tuple[Revolute | ContactPoint, ...]:
-        """The possible contacts: clearance joints, then the contact points of clearance guides."""
+        """Possible contacts: clearance joints, then the contact points of clearance guides."""
         return self.mechanism.contacts
 
     @cached_property
     def clearances(self) -> tuple[Clearance | GuideClearance, ...]:
-        """Size and laws of each of the possible contacts."""
+        """Clearance and laws of each possible contact."""
         return tuple(contact.clearance for contact in self.contacts if contact.clearance is not None)
 
     @property
     def hard_places(self) -> list[int]:
+        """Indices of hard contacts."""
         return self._places("hard")
 
     @property
     def compliant_places(self) -> list[int]:
+        """Indices of compliant contacts."""
         return self._places("compliant")
 
     def _places(self, kind: ContactKind) -> list[int]:
@@ -146,11 +151,11 @@ class Plan:
 
     @property
     def lubricated(self) -> tuple[tuple[Revolute, Clearance, Lubrication], ...]:
-        """The joints with a film of oil, each with its clearance and its oil."""
+        """Joints with an oil film, each with its clearance and its oil."""
         return self.mechanism.lubricated
 
     def places(self, names: Iterable[str]) -> np.ndarray:
-        """Where some joints, guides or contact points stand among `joint_names`."""
+        """Return the indices of joints, guides or contact points in `joint_names`."""
         return np.array([self._joint_place[name] for name in names], np.int64)
 
     @cached_property
@@ -166,33 +171,33 @@ class Plan:
 
     @property
     def gravity_vector(self) -> np.ndarray:
-        """With its direction, shape (2,) [m/s^2]."""
+        """Acceleration of gravity, shape (2,) [m/s^2]."""
         angle = self.mechanism.gravity_direction
         return self.mechanism.gravity * np.array([math.cos(angle), math.sin(angle)])
 
     @property
     def rounded_lengths(self) -> list[str]:
-        """What contradicts the other parts by the rounding of its numbers, and is left to them, in words."""
+        """Warning about parts whose rounded lengths contradict the others and are therefore ignored."""
         miss = self.coordinates.miss
-        if miss <= SAID_MISS:
+        if miss <= MISS_WARNED:
             return []
         subjects = in_words(list(self.coordinates.redundant))
         return [
-            f"the lengths given contradict each other by {miss:.1g}, as rounded numbers do: {subjects} keep"
-            f"{'s' if len(self.coordinates.redundant) == 1 else ''} the length that the other parts leave"
+            f"the given lengths contradict each other by {miss:.1g}, as rounded numbers do: {subjects} keep"
+            f"{'s' if len(self.coordinates.redundant) == 1 else ''} the length that the other parts determine"
         ]
 
     def eccentricity(self, contact: int) -> PointMap:
-        """The eccentricity of a clearance joint, or the vector of a contact point, as a map."""
+        """Return the eccentricity of a clearance joint, or the vector of a contact point, as a map."""
         part = slice(self.model.element_start[contact], self.model.element_start[contact + 1])
         return PointMap(self.model.element_column[part], self.model.element_row[:2, part])
 
 
 def plan(mechanism: Mechanism) -> Plan:
-    """The plan of a mechanism.
+    """Return the plan of a mechanism.
 
-    Compiling it takes a fifth of the time of a short run. The last plans are kept: a mechanism that differs from one of
-    theirs in numbers of the case alone shares its tables.
+    Compilation takes a fifth of the time of a short run. The last plans are kept; a mechanism that differs from one of them
+    only in parameters of the case shares its tables.
     """
     kept = list(RECENT)
     for known, made in kept:
@@ -206,11 +211,11 @@ def plan(mechanism: Mechanism) -> Plan:
 
 
 RECENT: deque[tuple[Mechanism, Plan]] = deque(maxlen=8)
-"""The mechanisms that were compiled last and their plans: a run has up to five, with ideal joints, rigid bars and so on."""
+"""Last compiled mechanisms and their plans; a run has up to five, for example with ideal joints or rigid bars."""
 
 
 def compiled(mechanism: Mechanism) -> Plan:
-    """The plan of a mechanism with tables of its own."""
+    """Return the plan of a mechanism with new tables."""
     coordinates = reduced(mechanism)
     model = make_model(mechanism, coordinates)
     return Plan(
@@ -224,7 +229,7 @@ def compiled(mechanism: Mechanism) -> Plan:
 
 
 def _angles(mechanism: Mechanism, coordinates: Coordinates, model: Model) -> np.ndarray:
-    """Angles of families of parallel bodies, then of components and in constraints, as placed."""
+    """Return the placed angles of families of parallel bodies, then of components and constraints."""
     angles = [mechanism.body(family.bodies[0]).placed_angle for family in coordinates.families]
     for i, component in enumerate(acting(mechanism)):
         if model.reference_of[i] >= 0:
@@ -233,29 +238,29 @@ def _angles(mechanism: Mechanism, coordinates: Coordinates, model: Model) -> np.
     return np.array(angles, float)
 
 
-def _entering(mechanism: Mechanism) -> list[Any]:
-    """What of a mechanism enters its tables.
+def _table_entries(mechanism: Mechanism) -> list[Any]:
+    """Return everything in a mechanism that enters its tables.
 
-    Whatever could, as a length or a mass, has them made anew: that costs time only.
+    A value that might enter, such as a length or mass, causes a new compilation; that costs only time.
     """
     entire = [getattr(mechanism, name) for name in ENTIRE]
     driven, tracked = [drive.body for drive in mechanism.drives], [(track.body, track.point) for track in mechanism.tracks]
-    joints = [(joint.name, joint.journal, joint.bearing, _of_gap(joint.clearance)) for joint in mechanism.joints]
-    components = [_of_component(part) for part in mechanism.components]
+    joints = [(joint.name, joint.journal, joint.bearing, _gap_entries(joint.clearance)) for joint in mechanism.joints]
+    components = [_component_entries(part) for part in mechanism.components]
     return [*entire, driven, tracked, joints, components, mechanism.clearances_closed]
 
 
 def _is_same(one: Any, other: Any) -> bool:
-    """Whether two values are equal to the last bit: 0.0 and -0.0 are equal and compile to other tables."""
+    """Return whether two values are equal to the last bit; 0.0 and -0.0 compile to different tables."""
     return one is other or (one == other and repr(one) == repr(other))
 
 
-def _of_gap(gap: Clearance | None) -> Any:
-    """Contact kind, internal states, and the parts whose presence adds rows to the tables."""
+def _gap_entries(gap: Clearance | None) -> Any:
+    """Return contact kind, internal states, and whether the parts that add rows to the tables are present."""
     return gap and (gap.contact, contact_states(gap), gap.lubrication is None, isinstance(gap.friction, NoFriction))
 
 
-def _of_component(part: Any) -> tuple[Any, ...]:
+def _component_entries(part: Any) -> tuple[Any, ...]:
     """Return the class and attachment of a component, and whether it has a time function.
 
     A motor is returned whole: the inertia of its rotor is part of the mass matrix.

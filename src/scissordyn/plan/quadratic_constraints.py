@@ -1,4 +1,4 @@
-"""The quadratic constraints of a mechanism: unit lengths, moving guides, rods and latches."""
+"""Quadratic constraints of a mechanism: unit lengths, moving guides, rods and latches."""
 
 from __future__ import annotations
 
@@ -15,17 +15,18 @@ from scissordyn.plan.coordinates import Constraint, Coordinates, PointMap, combi
 from scissordyn.plan.elimination import Elimination, Expression, contradiction, in_words
 from scissordyn.plan.ordering import members, reverse_cuthill_mckee
 
-CONTRADICTION = 1e-7  # Lengths that differ by less than this fraction are one length
-NAMED = 3  # So many of a family of parallel bodies are named
+CONTRADICTION = 1e-7  # Relative difference above which two lengths contradict each other
 
 
 def _is_free(coordinates: Coordinates, point_map: PointMap) -> bool:
+    """Return whether a map depends on a free coordinate."""
     return bool(np.any(point_map.columns < coordinates.free))
 
 
 def quadratic_constraints(
     mechanism: Mechanism, coordinates: Coordinates, elimination: Elimination | None = None
 ) -> list[Constraint]:
+    """Return the constraints of unit lengths, moving guides, rods and latches."""
     return [
         *_lengths(coordinates, elimination),
         *_moving_guides(mechanism, coordinates),
@@ -35,27 +36,27 @@ def quadratic_constraints(
 
 
 def order_constraints(unknowns: int, constraints: list[Constraint]) -> tuple[Constraint, ...]:
-    """Constraints in an order in which those that share free coordinates are near."""
+    """Order constraints so that those with common free coordinates are close."""
     if len(constraints) < 3:
         return tuple(constraints)
     free = [np.unique(constraint.columns[constraint.columns < unknowns]).tolist() for constraint in constraints]
     sharing = [others.tolist() for others in members(map(np.array, free), unknowns)]
-    # among equal ones those first that share the last columns; in another order the last digits of runs differ
+    # among equal ones first those that share the last columns; another order changes the last digits of runs
     near = [list(dict.fromkeys(k for column in columns for k in sharing[column]))[::-1] for columns in free]
     return tuple(constraints[index] for index in reverse_cuthill_mckee(near).tolist())
 
 
 def _lengths(coordinates: Coordinates, elimination: Elimination | None) -> list[Constraint]:
-    """One constraint of unit length per family of parallel bars."""
+    """Return one constraint of unit length per family of parallel bars."""
     constraints = []
     for family in coordinates.families:
         first = family.maps[0]
-        if family.bodies[0] in coordinates.natural.tangents:  # as long as the strain makes it
+        if family.bodies[0] in coordinates.natural.tangents:  # its length varies with the strain
             continue
         if not family.free:
             for name, direction in zip(family.bodies, family.maps, strict=True):
                 length = _known_length(coordinates, direction)
-                if not abs(length - 1.0) <= CONTRADICTION:  # NaN is no length
+                if not abs(length - 1.0) <= CONTRADICTION:  # also true for NaN
                     raise _wrong_length(coordinates, elimination, name, length)
             continue
         size = float(np.max(np.sum(first.rows * first.rows, axis=0)))
@@ -63,20 +64,22 @@ def _lengths(coordinates: Coordinates, elimination: Elimination | None) -> list[
             length = math.sqrt(float(np.max(np.sum(direction.rows * direction.rows, axis=0))) / size)
             if abs(length - 1.0) > CONTRADICTION:
                 raise _wrong_length(coordinates, elimination, name, length, family.bodies[0])
-        constraints.append(Constraint(((1.0, first),), 0.5, subject=_bodies(family.bodies), bodies=family.bodies))
+        constraints.append(Constraint(((1.0, first),), 0.5, subject=_name_family(family.bodies), bodies=family.bodies))
     return constraints
 
 
-def _bodies(names: tuple[str, ...]) -> str:
+def _name_family(names: tuple[str, ...]) -> str:
+    """Name the bodies of a family, at most three of them."""
     quoted = [f"'{name}'" for name in names]
-    return ("body " if len(names) == 1 else "bodies ") + in_words(quoted, NAMED)
+    return ("body " if len(names) == 1 else "bodies ") + in_words(quoted, 3)
 
 
 def _known_length(coordinates: Coordinates, direction: PointMap) -> float:
-    """Length of a direction that only b(t) enters; NaN if it varies with the drives.
+    """Return the length of a direction that depends on b(t) only; NaN if it varies with the drives.
 
-    |d|^2 = b^T Q b is constant for all angles th_i if Q has no coupling between 1 and the drives, nor between two drives, and
-    is a multiple of the identity for each drive; it is then the sum of these multiples.
+    |d|^2 = b^T Q b is constant for all angles th_i if Q does not couple 1 with the drives or two drives, and is a multiple of
+    the
+    identity for each drive. It is then the sum of these multiples.
     """
     basis = direction.columns - coordinates.free
     full = np.zeros((coordinates.basis, coordinates.basis))
@@ -95,7 +98,7 @@ def _known_length(coordinates: Coordinates, direction: PointMap) -> float:
 def _wrong_length(
     coordinates: Coordinates, elimination: Elimination | None, body: str, length: float, twin: str = ""
 ) -> InputError:
-    """The error for a body whose direction, known or a multiple of that of its twin, would not have its length."""
+    """Return the error for a body whose direction would need another length; `twin` is a parallel body."""
     assert elimination is not None
     d = coordinates.natural.offsets[body] + 2
     relation: list[Expression] = [{d: 1.0}, {d + 1: 1.0}]
@@ -106,11 +109,11 @@ def _wrong_length(
     change = (
         "would have to change its length" if math.isnan(length) else f"would have to be {length:.6g} times as long as it is"
     )
-    return contradiction(elimination.behind(relation), f"body '{body}' {change}")
+    return contradiction(elimination.causes_of(relation), f"body '{body}' {change}")
 
 
 def _moving_guides(mechanism: Mechanism, coordinates: Coordinates) -> list[Constraint]:
-    """Followers on lines that moving bodies carry.
+    """Return the constraints of guides on moving bodies.
 
     With w from the body's origin to the follower, in units of the mechanism's size, and g the unit vector across the line,
     w . g is constant.
@@ -130,31 +133,33 @@ def _moving_guides(mechanism: Mechanism, coordinates: Coordinates) -> list[Const
             bodies = guide.follower[0], guide.body
             constraints.append(Constraint(parts, value, scale=coordinates.size, subject=subject, bodies=bodies))
             continue
-        raise InputError(f"{subject} lies between bodies that cannot move against each other", "leave it out")
+        raise InputError(f"{subject} connects bodies that cannot move relative to each other", "a mechanism without this guide")
     return constraints
 
 
 def product(w: PointMap, g: PointMap) -> tuple[tuple[float, PointMap], ...]:
-    """The scalar product w . g as weighted squares of w + g and w - g."""
+    """Return the scalar product w . g as weighted squares of w + g and w - g."""
     return (0.5, combined((w, 1.0), (g, 1.0))), (-0.5, combined((w, 1.0), (g, -1.0)))
 
 
 def _rods(mechanism: Mechanism, coordinates: Coordinates) -> list[Constraint]:
-    """Rods: |end - start|^2 / 2 is constant, or follows a time function; in units of the length at the start."""
+    """Return the constraints of rods: |end - start|^2 / 2 is constant or prescribed, in units of the initial length."""
     constraints = []
     for rod in mechanism.rods:
         length = function_start(rod.motion) if rod.motion else rod.length
         if length is None:
             length = math.dist(mechanism.place(rod.start), mechanism.place(rod.end))
-        if not length > SAME_PLACE * coordinates.size:  # rounding leaves a little of points at one place
+        if not length > SAME_PLACE * coordinates.size:  # round-off leaves coincident points a small distance apart
             raise InputError(
-                f"rod '{rod.name}' starts with length {length:g} m",
-                "points that are apart; a joint holds two points at one place",
+                f"rod '{rod.name}' has the initial length {length:g} m",
+                "points at different positions; a joint holds two points together",
             )
         unit = 1.0 / length
         span = combined((coordinates.place(rod.end), unit), (coordinates.place(rod.start), -unit))
         if not _is_free(coordinates, span):
-            raise InputError(f"rod '{rod.name}' between points that cannot move against each other", "leave it out")
+            raise InputError(
+                f"rod '{rod.name}' connects points that cannot move relative to each other", "a mechanism without this rod"
+            )
         constraints.append(
             Constraint(
                 ((1.0, span),),
@@ -170,13 +175,13 @@ def _rods(mechanism: Mechanism, coordinates: Coordinates) -> list[Constraint]:
 
 
 def _latches(mechanism: Mechanism, coordinates: Coordinates) -> list[Constraint]:
-    """Latches: with w the body's direction turned back by the angle and g the base's turned left, w . g = 0."""
+    """Return the constraints of latches: w . g = 0, w the body's direction turned back by the angle, g the base's normal."""
     constraints = []
     for latch in mechanism.latches:
         w = coordinates.direction(latch.body).turned(math.cos(latch.angle), -math.sin(latch.angle))
         parts = product(w, coordinates.frame(latch.base).turned(0.0, 1.0))
         if not any(_is_free(coordinates, part) for _, part in parts):
-            raise InputError(f"latch '{latch.name}' between bodies whose angle is prescribed", "bodies that can turn freely")
+            raise InputError(f"latch '{latch.name}' connects bodies with a prescribed angle", "bodies that can turn freely")
         constraints.append(
             Constraint(
                 parts, 0.0, name=latch.name, latch=True, subject=f"latch '{latch.name}'", bodies=(latch.body, latch.base)

@@ -1,4 +1,4 @@
-"""What runs along bars that bend: their shapes as polynomials, and the columns of both."""
+"""Components that run along flexible bars: shapes as polynomials, and their columns."""
 
 from __future__ import annotations
 
@@ -15,34 +15,36 @@ from scissordyn.plan.flexible import Axis
 
 
 class Rails(NamedTuple):
-    maps: list[PointMap]  # Those of the components; of one on a rail with the columns of the bar added
-    bars: dict[int, int]  # The bar of each component on a rail
-    rows: np.ndarray  # (components, 4) See `system.Model.rail`
+    """Tables of the components that run along flexible bars."""
+
+    maps: list[PointMap]  # Maps of the components; those on a rail include the columns of the bar
+    bars: dict[int, int]  # Bar of each component on a rail
+    rows: np.ndarray  # (components, 4) `system.Model.rail`
     table: np.ndarray
     places: np.ndarray
 
 
 def axis_of(axes: Sequence[Axis], component: Any) -> int:
-    """Number of the bar that a component runs along."""
+    """Return the index of the bar that a component runs along."""
     names = [axis.bar.name.removesuffix("/beam") for axis in axes]
     for k, axis in enumerate(axes):
         if component.rail in (names[k], axis.bar.name):
             return k
     raise InputError(
-        f"{component.declaration.label} '{component.name}' runs along '{component.rail}', which is no bar that bends by modes"
+        f"{component.declaration.label} '{component.name}' runs along '{component.rail}', which is not a flexible bar"
         f"{did_you_mean(component.rail, names)}",
-        ", ".join(names) or "a bar with a section and a material; a rigid one carries a guide",
+        ", ".join(names) or "a bar with a section and a material; a rigid bar carries a guide",
         "sd.with_bending(mechanism, ...)" if not names else "",
     )
 
 
 def rail_axes(axes: Sequence[Axis], components: Sequence[Any]) -> dict[int, Axis]:
-    """The bars along which components run, by the numbers of the components."""
+    """Return the bars along which components run, by component index."""
     return {i: axes[axis_of(axes, part)] for i, part in enumerate(components) if part.declaration.port is RAIL}
 
 
 def shapes_beyond(axis: Axis, places: np.ndarray) -> np.ndarray:
-    """The shapes of a bar at places along it, shape (places, count); beyond its ends the bar goes on straight."""
+    """Return the shapes of a bar at places along it, shape (places, count); beyond its ends the bar continues straight."""
     inside = np.clip(places, 0.0, axis.shapes.places[-1])
     return np.asarray(axis.shapes.at(inside) + (places - inside)[:, None] * axis.shapes.at(inside, 1))
 
@@ -50,7 +52,7 @@ def shapes_beyond(axis: Axis, places: np.ndarray) -> np.ndarray:
 def rail_tables(
     coordinates: Coordinates, components: Sequence[Any], bars: Sequence[tuple[np.ndarray, list[PointMap]]], maps: list[PointMap]
 ) -> Rails:
-    """What the kernels read of components that run along bars."""
+    """Return the maps and tables of components that run along bars."""
     axes, rows = coordinates.natural.axes, np.zeros((len(components), 4), np.int64)
     first_of: dict[int, int] = {}
     tables, places, element_maps = [np.zeros(0)], [np.zeros(0, np.int64)], list(maps)
@@ -70,7 +72,7 @@ def rail_tables(
 
 
 def _polynomials(axis: Axis) -> tuple[np.ndarray, int]:
-    """Places of the cross-sections and Legendre coefficients of the shapes in each span, (span, shape, order); their number."""
+    """Return places of the cross-sections and Legendre coefficients (span, shape, order), and the number of orders."""
     shapes = axis.shapes
     size = shapes.degree + 1
     points, weights = legendre.leggauss(size)

@@ -1,4 +1,4 @@
-"""Quadratic constraints that follow from the others, found at a position that is nothing special, and left out."""
+"""Redundant quadratic constraints: found at a generic (not singular) position and dropped."""
 
 from __future__ import annotations
 
@@ -9,31 +9,32 @@ import numpy as np
 from scissordyn.errors import InputError
 from scissordyn.plan.coordinates import Constraint, Coordinates
 from scissordyn.plan.elimination import JUMPED, in_words
-from scissordyn.plan.gradients import SMALLEST, Gradients, guesses, least_change
+from scissordyn.plan.gradients import RCOND, Gradients, guesses, least_change
 from scissordyn.plan.quadratic_constraints import order_constraints
 
-CLOSED = 1e-11  # Constraints that hold within this are met
+CLOSED = 1e-11  # Largest residual of constraints that hold
 
 EXACT = 1e-7, 1e-8
-"""Gradients of length one are dependent when one is a combination of the others but for a rest below the first number.
+"""Tolerances for exact numbers: remainder of a dependent gradient, residual of a redundant constraint after a move.
 
-A constraint that still holds within the second one after a move that only the others guided follows from them."""
+A unit gradient is dependent if its remainder after projection on the others is below the first value. The constraint is
+redundant if its residual stays below the second one after a move guided only by the others.
+"""
 
 ROUNDED = (1e-2, 1e-4), (1e-2, 3e-3)
-"""Likewise for lengths and places with few digits, by which parts that hold each other twice contradict each other."""
+"""The same tolerances for lengths and positions given with few digits, which contradict each other."""
 
-MOVE = 0.1  # Size of that move, in maps of the order of one
-BEYOND_DOUBT = 1e-3  # Gradients, each of length one, with a smallest singular value above this are independent
-LARGE = 60  # More constraints than this are looked at by a sparse factorization first
+MOVE = 0.1  # Size of the random move, in maps of the order of one
+INDEPENDENT_MIN = 1e-3  # Unit gradients with a smallest singular value above this are independent
 
 
 def independent(coordinates: Coordinates, angles: np.ndarray, *, lenient: bool = False) -> Coordinates:
-    """Coordinates without the constraints that follow from the others wherever the mechanism goes.
+    """Return the coordinates without the constraints that follow from the others at all positions.
 
-    At a position near the start, after a small random move of the drives too, the rank of the gradients tells which might
-    follow; they are left out if they still hold after another such move that only the others guided. Where only the start is
-    special, such as folded flat, all constraints stay. A coupling that follows from other parts is an error, unless `lenient`
-    says that clearances, which are left out, make it none.
+    The rank of the gradients after a small random move, drives included, shows which constraints may be redundant. They are
+    dropped
+    if they still hold after a second move guided only by the others. If only the start is singular, for example folded flat,
+    all constraints stay. A redundant coupling is an error, unless `lenient` is set because clearances make it independent.
 
     Shapes: `angles` (drives,) [rad].
     """
@@ -43,14 +44,14 @@ def independent(coordinates: Coordinates, angles: np.ndarray, *, lenient: bool =
     gradients = Gradients(coordinates.free, coordinates.basis, holding)
     b = basis_of(angles)
     x = coordinates.nearest(b, coordinates.placed[0])
-    if _beyond_doubt(gradients, np.append(x, b)):
+    if _is_clearly_independent(gradients, np.append(x, b)):
         _check_motion(coordinates, holding, lenient)
         return coordinates
-    # rods first: what is left out had better be a length, whose multiplier nobody asks for; couplings are to be free of doubt
+    # drop rods first, because the multiplier of a length is not reported; couplings last
     order = np.argsort([2 if constraint.linear else not constraint.name for constraint in holding], kind="stable")
     values, left = gradients.value.copy(), dict[int, float]()
     for dependent, follows, near in ((*EXACT, True), *((*level, False) for level in ROUNDED), (*EXACT, False)):
-        gradients.value[:] = values  # the drives are where they start
+        gradients.value[:] = values  # reset the drives to the start
         left = _redundant(gradients, x, angles, order, dependent, follows, near=near)
         if left:
             break
@@ -61,9 +62,9 @@ def independent(coordinates: Coordinates, angles: np.ndarray, *, lenient: bool =
         return coordinates
     for k in left:
         if holding[k].linear and not lenient:
-            raise InputError(f"{holding[k].subject} follows from other couplings and parts", "leave it out")
+            raise InputError(f"{holding[k].subject} follows from other couplings and parts", "a mechanism without it")
         if holding[k].name and not holding[k].linear:
-            raise InputError(f"{holding[k].subject} keeps a distance that other parts keep already", "leave it out")
+            raise InputError(f"{holding[k].subject} keeps a distance that other parts already keep", "a mechanism without it")
     names = tuple(holding[k].subject for k in left)
     stay = [constraint for k, constraint in enumerate(holding) if k not in left]
     stay += [constraint for constraint in coordinates.constraints if constraint.latch]
@@ -71,27 +72,27 @@ def independent(coordinates: Coordinates, angles: np.ndarray, *, lenient: bool =
 
 
 def _check_motion(coordinates: Coordinates, holding: list[Constraint], lenient: bool) -> None:
-    """Raise `InputError` where couplings leave no motion, and none is prescribed."""
+    """Raise `InputError` if couplings prevent any motion and no motion is prescribed."""
     couplings = [constraint.subject for constraint in holding if constraint.linear]
     prescribed = coordinates.basis > 1 or any(constraint.motion for constraint in holding)
     if couplings and not lenient and not prescribed and coordinates.free <= len(holding):
-        raise InputError(f"{in_words(couplings)} leave{'s' if len(couplings) == 1 else ''} no motion", "one coupling less")
+        raise InputError(f"{in_words(couplings)} leave{'s' if len(couplings) == 1 else ''} no motion", "one coupling fewer")
 
 
 def _check_gradients(gradients: Gradients, full: np.ndarray, order: np.ndarray) -> None:
-    """Raise `InputError` for a coupling or drive whose gradient depends on those of other constraints wherever bodies are."""
+    """Raise `InputError` for a coupling or drive whose gradient depends on those of other constraints at all positions."""
     if not np.any(gradients.linear):
         return
     random, aside = np.random.default_rng(1), full.copy()
     step = random.standard_normal(gradients.free)
-    aside[: gradients.free] += MOVE * step / np.max(np.abs(gradients.maps[:, : gradients.free] @ step), initial=SMALLEST)
+    aside[: gradients.free] += MOVE * step / np.max(np.abs(gradients.maps[:, : gradients.free] @ step), initial=RCOND)
     unit = gradients.unit(aside)
     _, left = _pivots(unit if isinstance(unit, np.ndarray) else unit.toarray(), order, EXACT[0])
     for k in left:
         if gradients.linear[k]:
             raise InputError(
-                f"{gradients.subjects[k]} contradicts other couplings, drives and joints, which leave it no motion",
-                "one of them less",
+                f"{gradients.subjects[k]} contradicts other couplings, drives and joints: no motion remains",
+                "one of them fewer",
             )
 
 
@@ -105,15 +106,15 @@ def _redundant(
     *,
     near: bool,
 ) -> dict[int, float]:
-    """Which constraints follow from the others, and by how much they do not; see `independent`.
+    """Return the redundant constraints and their residuals (criteria in `independent`).
 
-    With `near`, none where the constraints are met only far from x.
+    With `near`, return none if the constraints are met only far from x.
     """
     everything, random, b = np.arange(gradients.count), np.random.default_rng(0), basis_of(angles)
     met = CLOSED if dependent == EXACT[0] else follows
     x_start = _close(gradients, everything, x, b, met)
     if x_start is None:
-        return {}  # the assembly says why
+        return {}  # the assembly reports the reason
     far = float(np.max(np.abs(gradients.maps[:, : x.size] @ (x_start - x)), initial=0.0))
     if near and far > max(JUMPED[0], JUMPED[1] * float(np.max(np.abs(gradients.residual(np.append(x, b)))))):
         return {}
@@ -132,7 +133,7 @@ def _redundant(
 
 
 def assembled_near_placed(coordinates: Coordinates, angles: np.ndarray) -> np.ndarray | None:
-    """Natural coordinates at which the constraints hold near the bodies as placed, with the drives at some angles."""
+    """Return natural coordinates near the placed bodies at which the constraints hold, for given angles of the drives."""
     holding = [constraint for constraint in coordinates.constraints if not constraint.latch]
     gradients, b = Gradients(coordinates.free, coordinates.basis, holding), basis_of(angles)
     for first in guesses(coordinates, b, coordinates.nearest(b, coordinates.placed[0])):
@@ -143,37 +144,38 @@ def assembled_near_placed(coordinates: Coordinates, angles: np.ndarray) -> np.nd
 
 
 def basis_of(angles: np.ndarray) -> np.ndarray:
+    """Return (1, cos th_1, sin th_1, ...) for the angles of the drives."""
     return np.concatenate([[1.0], np.stack([np.cos(angles), np.sin(angles)], axis=1).ravel()])
 
 
-def _beyond_doubt(gradients: Gradients, full: np.ndarray) -> bool:
-    """Whether the constraints hold and are plainly independent where the bodies are placed."""
+def _is_clearly_independent(gradients: Gradients, full: np.ndarray) -> bool:
+    """Return whether the constraints hold and are clearly independent at the placed position."""
     if np.max(np.abs(gradients.residual(full))) > CLOSED or not np.min(gradients.scale(full)) > 0.0:
         return False
     unit = gradients.unit(full)
-    if isinstance(unit, np.ndarray) and gradients.count <= LARGE:
-        return bool(np.linalg.eigvalsh(unit @ unit.T)[0] > BEYOND_DOUBT**2)
+    if isinstance(unit, np.ndarray) and gradients.count <= 60:  # larger ones are factorized as sparse matrices
+        return bool(np.linalg.eigvalsh(unit @ unit.T)[0] > INDEPENDENT_MIN**2)
     import scipy.sparse as sp
-    from scipy.sparse.linalg import splu  # takes a tenth of a second to import
+    from scipy.sparse.linalg import splu  # imported here: it takes a tenth of a second
 
     rows = sp.csr_array(unit)
     try:
         pivots = splu(sp.csc_array(rows @ rows.T), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0).U.diagonal()
     except RuntimeError:  # exactly singular
         return False
-    # a small pivot is a bound from above only, so that more of a margin is asked for
-    return bool(np.min(pivots) > 10.0 * BEYOND_DOUBT**2)
+    # a pivot is only an upper bound, so a larger margin is needed
+    return bool(np.min(pivots) > 10.0 * INDEPENDENT_MIN**2)
 
 
 def _close(gradients: Gradients, chosen: np.ndarray, x: np.ndarray, b: np.ndarray, near: float = CLOSED) -> np.ndarray | None:
-    """Free coordinates near x at which some of the constraints hold within `near`, or nothing."""
+    """Return free coordinates near x at which the chosen constraints hold within `near`; None if there are none."""
     for _ in range(50):
         full = np.append(x, b)
         residual = gradients.residual(full)[chosen]
         if np.max(np.abs(residual)) < near:
             return x
-        # what contradicts by rounding is not met by large changes
-        cut = SMALLEST if near == CLOSED else ROUNDED[0][0]
+        # contradictions of rounded numbers must not cause large changes
+        cut = RCOND if near == CLOSED else ROUNDED[0][0]
         x = x - least_change(gradients.jacobian(full)[chosen][:, : x.size], residual, cut)
     return None
 
@@ -181,7 +183,7 @@ def _close(gradients: Gradients, chosen: np.ndarray, x: np.ndarray, b: np.ndarra
 def _move(
     gradients: Gradients, chosen: np.ndarray, x: np.ndarray, angles: np.ndarray, random: np.random.Generator, near: float
 ) -> tuple[np.ndarray, np.ndarray] | None:
-    """A position some way off at which some of the constraints hold, drives and timed rods moved a little too, with its b."""
+    """Return a position and its b after a random move that keeps the chosen constraints, drives and timed rods included."""
     b = basis_of(angles + MOVE * random.uniform(-1.0, 1.0, angles.size))
     change = MOVE * random.uniform(-1.0, 1.0, int(np.sum(gradients.timed)))
     values, linear = gradients.value[gradients.timed], gradients.linear[gradients.timed]
@@ -196,7 +198,7 @@ def _move(
 
 
 def _pivots(rows: np.ndarray, order: np.ndarray, dependent: float) -> tuple[list[int], list[int]]:
-    """Which rows are independent and which are combinations of them, the first in `order` kept where there is a choice."""
+    """Split rows into independent ones and combinations of them; the first in `order` are kept."""
     kept: list[int] = []
     left: list[int] = []
     basis = np.zeros(rows.shape)

@@ -1,4 +1,4 @@
-"""A mechanism whose drives stand still, for static equilibrium."""
+"""Mechanisms with locked drives, for static equilibrium."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ NOT_TURNED: Mapping[str, float] = MappingProxyType({})
 
 
 def frictionless(mechanism: Mechanism) -> Mechanism:
-    """The same mechanism without friction in clearance joints and bristles in ideal ones, with compliant contacts.
+    """Return the mechanism without friction in clearance joints, without bristles, and with compliant contacts.
 
-    Itself if its joints are ideal, without bristles.
+    It is the mechanism itself if all joints are ideal and have no bristles.
     """
     parts = tuple(part.without_bristles() if isinstance(part, PinLuGre | GuideLuGre) else part for part in mechanism.components)
     if parts != mechanism.components:
@@ -42,7 +42,7 @@ def frictionless(mechanism: Mechanism) -> Mechanism:
 
 
 def still_at(whole: Plan, time: float, turned: Mapping[str, float] = NOT_TURNED) -> Plan:
-    """The plan with drives, prescribed distances and coordinates constant as at a time [s]; see `with_inputs`."""
+    """Return the plan with drives, prescribed distances and coordinates locked at their values at a time [s]."""
     starts = {constraint.name: constraint.start for constraint in whole.coordinates.constraints}
     inputs = [(drive.motion, whole.mechanism.body(drive.body).placed_angle) for drive in whole.drives]
     inputs += [(rod.motion, 0.0) for rod in whole.rods if rod.motion]
@@ -51,7 +51,7 @@ def still_at(whole: Plan, time: float, turned: Mapping[str, float] = NOT_TURNED)
 
 
 def with_inputs(whole: Plan, inputs: Sequence[TimeFunction], turned: Mapping[str, float]) -> Plan:
-    """The same tables with other motions of drives, rods and coordinates, where bodies have turned by some angles [rad]."""
+    """Return a plan with the same tables and other motions, for bodies that have turned by some angles [rad]."""
     mechanism, pending = whole.mechanism, iter(inputs)
     drives = tuple(dataclasses.replace(drive, motion=next(pending)) for drive in mechanism.drives)
     rods = tuple(dataclasses.replace(rod, motion=next(pending)) if rod.motion else rod for rod in mechanism.rods)
@@ -68,7 +68,7 @@ def with_inputs(whole: Plan, inputs: Sequence[TimeFunction], turned: Mapping[str
             motion = motions[constraint.name] or constraint.motion
             ratio = function_start(motion, constraint.start) / constraint.scale
             if not constraint.linear and not ratio > 0.0:
-                raise InputError(f"{constraint.subject} of length {ratio * constraint.scale:.6g} m", "a length above 0")
+                raise InputError(f"{constraint.subject} has the length {ratio * constraint.scale:.6g} m", "a length above 0")
             changed = dataclasses.replace(changed, motion=motion, value=ratio if constraint.linear else 0.5 * ratio**2)
         constraints.append(changed)
     # an offset that is not given is that of the start
@@ -88,7 +88,7 @@ def with_inputs(whole: Plan, inputs: Sequence[TimeFunction], turned: Mapping[str
 
 
 def loads_at(mechanism: Mechanism, time: float) -> Mechanism:
-    """The same mechanism with the time functions of its loads constant as at a time [s]."""
+    """Return the mechanism with the time functions of its loads locked at their values at a time [s]."""
 
     def constant(part: Any) -> Any:
         motion = getattr(part, "time_function", None)
@@ -98,12 +98,14 @@ def loads_at(mechanism: Mechanism, time: float) -> Mechanism:
 
 
 def _constant(motion: TimeFunction, start: float, time: float) -> TimeFunction:
+    """Return a constant time function with a motion's value at a time."""
     value = np.zeros(4)
     function_at(time, function_rows(motion, start), value)
     return Polynomial((float(value[0]),))
 
 
 def _frictionless(joint: Joint) -> Joint:
+    """Return a joint with compliant contact and without friction."""
     if joint.clearance is None:
         return joint
     return dataclasses.replace(

@@ -1,7 +1,7 @@
-"""Shapes of a straight bar that bends: static ones of its cross-sections, and bending modes with these held.
+"""Shapes of a straight flexible bar: static shapes of its cross-sections, and bending modes with these held.
 
-A bar is r(s) = sum S_k(s) q_k with plane vectors q_k: the points of its cross-sections, the directions of clamped ones, and
-amplitudes of modes. The shapes depend on lengths alone, those of bars of the same lengths are shared.
+A bar is r(s) = sum S_k(s) q_k with plane vectors q_k: points of its cross-sections, directions of clamped ones, and
+amplitudes of modes. Shapes depend only on lengths; bars with the same lengths share them.
 """
 
 from __future__ import annotations
@@ -12,48 +12,40 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.polynomial import legendre
 
-EXTRA = 11
-"""Degree of the polynomials of a span beyond the modes that they represent: errors of the kept frequencies below 1e-9."""
-
-STRAINS, FURTHER = 1.5, 2
-"""Points of quadrature in a span for each mode that it has, and beyond these: fewer leave axial motions soft."""
-
-STOCKY, FURTHER_OF_STOCKY = 1e-5, 4
-"""EI/(EA L^2) of a clamped bar from which on the change of the strain beside its clamp counts, and the points beyond those for
-modes that resolve it."""
-
-RESOLVED = 1e-10  # Singular values of the shapes' slopes, over the largest, that are round-off: a translation strains nothing
-POSITIVE = 1e-10  # Stiffness of a motion, over the largest, below zero by round-off: a translation has none
+FURTHER, FURTHER_OF_STOCKY = 2, 4  # Points of quadrature in a span in addition to those per mode
 
 _HERMITE = np.array([[0.5, -0.75, 0.0, 0.25], [0.25, -0.25, -0.25, 0.25], [0.5, 0.75, 0.0, -0.25], [-0.25, -0.25, 0.25, 0.25]])
-"""Value and slope at -1 and at 1, as powers of xi."""
+"""Powers of xi of the cubics with unit value or slope at -1 or at 1."""
 
 
 @dataclass(frozen=True, eq=False)
 class Shapes:
-    places: tuple[float, ...]  # Of the cross-sections [m]
+    """Shapes of bars with the same lengths."""
+
+    places: tuple[float, ...]  # Distances of the cross-sections from the first one [m]
     clamped: tuple[int, ...]  # Cross-sections whose direction is a coordinate
     modes: int
-    unit: tuple[int, ...] = ()  # Those of them whose direction has unit length, so that r' has no strain there
+    unit: tuple[int, ...] = ()  # Clamped cross-sections with a unit direction, so that r' has no strain there
     further: int = FURTHER
 
     @property
     def held(self) -> int:
-        """Number of the points and directions, which come before the amplitudes of modes."""
+        """Number of points and directions, which come before the amplitudes of modes."""
         return len(self.places) + len(self.clamped)
 
     @property
     def count(self) -> int:
+        """Number of shapes."""
         return self.held + self.modes
 
     @cached_property
     def degree(self) -> int:
-        """Of the polynomials in each span."""
-        return EXTRA + -(-self.modes // (len(self.places) - 1))
+        """Degree of the polynomials in each span: 11 above the modes gives errors of the frequencies used below 1e-9."""
+        return 11 + -(-self.modes // (len(self.places) - 1))
 
     @cached_property
     def _bases(self) -> tuple[tuple[float, np.ndarray, np.ndarray], ...]:
-        """Of each span its length, which of the once differentiable functions live there, and their Legendre coefficients."""
+        """Length, active basis functions and their Legendre coefficients of each span; functions are once differentiable."""
         sections, inner = len(self.places), self.degree - 3
         bubble, bases = legendre.poly2leg([1.0, 0.0, -2.0, 0.0, 1.0]), []
         for k, length in enumerate(np.diff(self.places).tolist()):
@@ -68,7 +60,7 @@ class Shapes:
 
     @cached_property
     def _forms(self) -> tuple[np.ndarray, np.ndarray]:
-        """Integrals of products of these functions, and of their second derivatives."""
+        """Integrals of products of the basis functions, and of their second derivatives."""
         size = 2 * len(self.places) + (len(self.places) - 1) * (self.degree - 3)
         mass, bending = np.zeros((2, size, size))
         points, weights = legendre.leggauss(self.degree + 1)
@@ -81,16 +73,16 @@ class Shapes:
 
     @cached_property
     def _solved(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The shapes in these functions, the mean of static ones over each mode, and beta^4 of the modes.
+        """Shapes in the basis functions, mean of static shapes over each mode, and beta^4 of the modes.
 
-        Static shapes are freed of the modes, so that the mass matrix couples no mode with anything: S_i = N_i - sum c_ki phi_k.
+        Static shapes are made orthogonal to the modes, so that the mass matrix is decoupled: S_i = N_i - sum c_ki phi_k.
         """
         mass, bending = self._forms
         sections = len(self.places)
         fixed = np.array([2 * k for k in range(sections)] + [2 * k + 1 for k in self.clamped])
         free = np.setdiff1d(np.arange(mass.shape[0]), fixed)
         inside = np.ix_(free, free)
-        import scipy.linalg as sl  # mechanisms of rigid bodies go without it
+        import scipy.linalg as sl  # imported here: mechanisms of rigid bodies do not need it
 
         squares, vectors = sl.eigh(bending[inside], mass[inside])
         table = np.zeros((mass.shape[0], self.count))
@@ -104,7 +96,7 @@ class Shapes:
 
     @cached_property
     def mass(self) -> np.ndarray:
-        """Int S_k S_l ds, shape (count, count) [m]: modes are orthonormal and coupled with nothing."""
+        """Integrals of S_k S_l, shape (count, count) [m]; modes are orthonormal and decoupled."""
         form = self._solved[0].T @ self._forms[0] @ self._solved[0]
         form[:, self.held :] = form[self.held :] = 0.0
         form[range(self.held, self.count), range(self.held, self.count)] = 1.0
@@ -112,37 +104,41 @@ class Shapes:
 
     @cached_property
     def bending(self) -> np.ndarray:
-        """Int S_k'' S_l'' ds, shape (count, count) [1/m^3]."""
+        """Integrals of S_k'' S_l'', shape (count, count) [1/m^3]."""
         form = self._solved[0].T @ self._forms[1] @ self._solved[0]
         return np.asarray(0.5 * (form + form.T))
 
     @property
     def mean(self) -> np.ndarray:
-        """Amplitudes of a bar in static deflection, by its points and directions, shape (modes, held)."""
+        """Amplitudes in static deflection per point and direction, shape (modes, held)."""
         return self._solved[1]
 
     @property
     def wave_numbers(self) -> np.ndarray:
-        """Beta of all bending modes that the polynomials have [1/m]: omega = beta^2 sqrt(EI/mu)."""
+        """Wave numbers beta of all bending modes that the polynomials represent [1/m]: omega = beta^2 sqrt(EI/mu)."""
         return np.asarray(self._solved[2] ** 0.25)
 
     @cached_property
     def quadrature(self) -> tuple[np.ndarray, np.ndarray]:
-        """Points [m] and weights [m] for the axial strain."""
+        """Points [m] and weights [m] for the axial strain; fewer than 1.5 points per mode would leave axial motions soft."""
         lengths = np.diff(self.places)
-        counts = [int(STRAINS * max(1, round(self.modes * float(part)))) + self.further for part in lengths / lengths.sum()]
+        counts = [int(1.5 * max(1, round(self.modes * float(part)))) + self.further for part in lengths / lengths.sum()]
         rules = [legendre.leggauss(count) for count in counts]
         points = [first + 0.5 * l * (x + 1.0) for first, l, (x, _) in zip(self.places, lengths, rules, strict=False)]
         return np.concatenate(points), np.concatenate([0.5 * l * w for l, (_, w) in zip(lengths, rules, strict=True)])
 
     def stretching(self, ratio: float) -> np.ndarray:
-        """By the strains at the points of quadrature twice the axial energy over EA, shape (points, points) [m].
+        """Return twice the axial energy over EA as a form in the strains at quadrature points, shape (points, points) [m].
 
-        The bending form of all vectors, EI int |r''|^2 ds, has the square of the strain's derivative e' beside that of the
-        curvature. Here it is taken away: int e^2 - (EI/EA) e'^2 ds, with e a polynomial in each span. What varies so fast that
-        little would be left keeps a positive energy: with x the part that is taken away, 1 - x up to x = 1/2, 1/(4 x) beyond.
-        The energy is that of the strain's projection on the strains of axial motions: those of a straight bar stay as they are,
-        and what a bar bent far makes beside them, which no axial motion can take back, does not lock its bending.
+        The bending energy of all vectors, EI int |r''|^2 ds, contains the squared derivative e' of the strain in addition to
+        the
+        curvature. It is subtracted here: int e^2 - (EI/EA) e'^2 ds, with e a polynomial in each span. A subtracted fraction x
+        leaves
+        1 - x up to x = 1/2, and 1/(4 x) beyond, so that the energy stays positive.
+
+        The strain is projected on the strains of axial motions. Those of a straight bar are unchanged. Other strains of a
+        strongly
+        bent bar, which axial motions cannot remove, then do not lock its bending.
         """
         points, weights = self.quadrature
         form, slopes = np.zeros((2, points.size, points.size))
@@ -164,18 +160,19 @@ class Shapes:
 
     @cached_property
     def _onto_axial_strains(self) -> np.ndarray:
-        """The projection, least in int (e - P e)^2 ds, of strains at the points on those that the slopes of the shapes span."""
+        """Matrix that projects strains at the points on those that the slopes of the shapes span, in the norm int e^2 ds."""
         points, weights = self.quadrature
         root = np.sqrt(weights)[:, None]
         vectors, values, _ = np.linalg.svd(root * self.at(points, 1), full_matrices=False)
-        axial = vectors[:, values > RESOLVED * values[0]]
+        axial = vectors[:, values > 1e-10 * values[0]]  # smaller ones are round-off: a translation causes no strain
         return np.asarray(axial / root @ (axial * root).T)
 
     def _with_strain_at_clamps(self, form: np.ndarray, slopes: np.ndarray, ratio: float) -> np.ndarray:
-        """The form where unit directions may be strained, by the strains a that make the energy least.
+        """Return the form minimised over strains a of the unit directions.
 
-        With l the slope of a direction's shape the strain is g = e + a l. The bending form has g'^2 - 2 a e' l' - a^2 l'^2 in
-        place of g'^2. Where the points do not resolve e' and a motion would be left without stiffness, that is not made up for.
+        With l the slope of a direction's shape, the strain is g = e + a l. The bending form contains g'^2 - 2 a e' l' - a^2
+        l'^2 instead
+        of g'^2. If the points do not resolve e' and a motion would lose its stiffness, this is not corrected.
         """
         points, weights = self.quadrature
         rows = [len(self.places) + self.clamped.index(k) for k in self.unit]
@@ -188,18 +185,18 @@ class Shapes:
             unit = first.T @ form @ first + part * second.T @ (weights[:, None] * second)
             relaxed = form - coupled @ np.linalg.solve(unit, coupled.T)
             stiffness = np.linalg.eigvalsh(moved.T @ relaxed @ moved + ratio * self.bending[np.ix_(free, free)])
-            if stiffness[0] > -POSITIVE * stiffness[-1]:
+            if stiffness[0] > -1e-10 * stiffness[-1]:  # a translation has zero stiffness up to round-off
                 break
         return np.asarray(relaxed)
 
     def at(self, places: np.ndarray, derivative: int = 0) -> np.ndarray:
-        """The shapes, or a derivative of them along the bar, at some places, shape (places, count); not to be written to."""
+        """Return the shapes or their derivatives at some places, shape (places, count); read-only."""
         return _evaluated(self, tuple(places.tolist()), derivative)
 
 
 @lru_cache(1024)
 def _evaluated(shapes: Shapes, places: tuple[float, ...], derivative: int) -> np.ndarray:
-    """`Shapes.at`, once for all runs."""
+    """Return `Shapes.at`, cached for all runs."""
     values = np.zeros((len(places), shapes._forms[0].shape[0]))
     span = np.clip(np.searchsorted(shapes.places, places, side="right") - 1, 0, len(shapes.places) - 2)
     for row, place, k in zip(values, places, span, strict=True):
@@ -217,6 +214,7 @@ def _evaluated(shapes: Shapes, places: tuple[float, ...], derivative: int) -> np
 def shapes_of(
     places: tuple[float, ...], clamped: tuple[int, ...], modes: int, unit: tuple[int, ...] = (), ratio: float = 0.0
 ) -> Shapes:
-    """The shapes of bars of these lengths, counted from the first cross-section."""
-    stocky = unit and ratio > STOCKY * places[-1] ** 2
+    """Return the shapes of bars with these lengths, counted from the first cross-section."""
+    # above this EI/(EA L^2) of a clamped bar the strain changes near its clamp, and modes resolve it
+    stocky = unit and ratio > 1e-5 * places[-1] ** 2
     return Shapes(places, clamped, modes, unit, FURTHER_OF_STOCKY if stocky else FURTHER)

@@ -1,4 +1,4 @@
-"""The system of a plan: all that the kernels of mechanics read and write, at the start of a case."""
+"""System of a plan: everything that the kernels of mechanics read and write, at the start of a case."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from scissordyn.plan.plan import Plan
 
 
 def make_system(plan: Plan) -> Handle:
-    """A system at rest with everything open, for one thread."""
+    """Return a system at rest with everything open, for one thread."""
     model, numbers = plan.model, plan.numbers()
     state, work = initial_state(model, plan.angles), make_workspace(model, numbers)
     return Handle(System(model, numbers, state, work, plan.friction_workspace()))
 
 
 def put_numbers(system: Handle, plan: Plan) -> bool:
-    """Put the numbers of another case of the same tables in the place of a system's, and its state back to the start."""
+    """Replace the parameters of a system by those of another case and reset its state; return False if shapes differ."""
     content: System = system.content
     model, parameters, state = plan.model, plan.numbers(), initial_state(plan.model, plan.angles)
-    # the table of the ideal mechanism is another one for each case: see `compare_with`
+    # `compare_with` sets the table of the ideal mechanism, which differs for each case
     parameters = parameters._replace(ideal=content.parameters.ideal, ideal_step=content.parameters.ideal_step)
     pairs = [*zip(content.parameters, parameters, strict=True), *zip(content.state, state, strict=True)]
     if state.initial_history.size or any(old.shape != new.shape for old, new in pairs):
@@ -44,6 +44,7 @@ def put_numbers(system: Handle, plan: Plan) -> bool:
 
 @contextmanager
 def state_kept(system: Handle) -> Iterator[None]:
+    """Restore the state of a system after a block."""
     state = system.content.state
     before = [part.copy() for part in state]
     yield
@@ -52,14 +53,14 @@ def state_kept(system: Handle) -> Iterator[None]:
 
 
 def guard_values(system: Handle, time: float, state: np.ndarray) -> np.ndarray:
-    """Values of all guards at a state, shape (guards,)."""
+    """Return the values of all guards at a state, shape (guards,)."""
     values = np.zeros((2, system.content.state.mode.size))
     functions.guards(time, state, system.address, *values)
     return np.asarray(values[0])
 
 
 def rates(system: Handle, time: float, state: np.ndarray) -> np.ndarray:
-    """Rates at a state, shape (ny,)."""
+    """Return the rates at a state, shape (ny,)."""
     rate = np.zeros(state.size)
     functions.rate(time, state, system.address, rate)
     return rate

@@ -1,9 +1,10 @@
-"""Where forces of couplings act: at the pitch point of teeth, on both pulleys of a belt, on nut and bearing of a screw.
+"""Points of action of coupling forces: pitch points of teeth, pulleys of a belt, nut and bearing of a screw.
 
-With c_1, c_2 the centres of two wheels and psi the angle of the line between them, the relation of the angles against the body
-that carries both centres, theta_2 = i theta_1, is theta_2 - i theta_1 - (1 - i) psi = constant. As a constraint of both wheels
-and centres it makes the same motion, and its force on the centres is that of the teeth along their path, or of the difference
-of a belt's tensions across the line of centres. What teeth exert across their path, and a belt along that line, does no work.
+With c_1, c_2 the centres of two wheels and psi the angle of the line between them, angles relative to the body that carries
+both
+centres obey theta_2 = i theta_1, so theta_2 - i theta_1 - (1 - i) psi is constant. As a constraint of wheels and centres it
+gives the same motion. Its force on the centres is that of teeth along their path, or of the difference of a belt's tensions
+across the line of centres. The forces of teeth across their path, and of a belt along that line, do no work.
 """
 
 from __future__ import annotations
@@ -21,28 +22,28 @@ from scissordyn.model.coupling import Belt, Coordinate, CoordinateDrive, Couplin
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.coordinates import Coordinates, PointMap, combined
 
-FIXED = 1e-9  # A vector that turns with a body to within this part of its length is fixed to it
-RADIUS = 1e-3  # A pitch radius may miss that of the centres by this part, as rounded numbers do
+FIXED = 1e-9  # Relative tolerance for a vector that is fixed to a body
 
 
 @dataclass(frozen=True)
 class LineAngle:
-    """The angle of the line from a centre to another one [rad]."""
+    """Angle of the line from one centre to another [rad]."""
 
     start: BodyPoint
     end: BodyPoint
-    near: str  # A body that turns with the line, or nearly so
+    near: str  # Body that turns with the line, at least approximately
 
     unit = "rad"
 
     @property
     def bodies(self) -> tuple[str, str]:
+        """Bodies at the end and at the start of the line."""
         return self.end[0], self.start[0]
 
 
 @dataclass(frozen=True)
 class Thrust:
-    """The slide of a nut along a direction of its base, whose force acts back on the body of a thrust bearing [m]."""
+    """Slide of a nut along a direction of its base [m]; its force acts back on the body of a thrust bearing."""
 
     point: BodyPoint
     direction: float
@@ -53,6 +54,7 @@ class Thrust:
 
     @property
     def bodies(self) -> tuple[str, str]:
+        """Body of the nut and its base."""
         return self.point[0], self.base
 
 
@@ -60,7 +62,7 @@ Terms = tuple[tuple[float, Coordinate | LineAngle | Thrust], ...]
 
 
 def wheel_centre(mechanism: Mechanism, part: Coupling, end: str) -> BodyPoint:
-    """The centre of the wheel whose angle is the output or the input: as given, or where a pin holds it on its base."""
+    """Return the centre of the output's or the input's wheel: as given, or where a pin holds it on its base."""
     angle = getattr(part, end)
     given = getattr(part.transmission, "centre" if isinstance(part.transmission, Screw) else f"{end}_centre")
     points = dict(mechanism.ground) if angle.body == GROUND else mechanism.body(angle.body).points
@@ -81,14 +83,14 @@ def wheel_centre(mechanism: Mechanism, part: Coupling, end: str) -> BodyPoint:
     places = {points[point]: (body, point) for body, point in near}
     if len(places) != 1:
         raise InputError(
-            f"coupling '{part.name}': {'no pin' if not places else 'several pins'} of '{angle.body}' to be its centre",
+            f"coupling '{part.name}': {'no pin' if not places else 'several pins'} on '{angle.body}' can be its centre",
             f"{key}, one of its points",
         )
     return next(iter(places.values()))
 
 
 def placed_terms(mechanism: Mechanism, part: Coupling | CoordinateDrive) -> Terms:
-    """Factors and coordinates of a coupling with its force where it acts; those of a relation where nothing says that."""
+    """Return the factors and coordinates on which the force of a coupling acts; by default those of its relation."""
     transmission = getattr(part, "transmission", None)
     if not isinstance(part, Coupling) or transmission is None:
         return part.terms
@@ -106,9 +108,10 @@ def placed_terms(mechanism: Mechanism, part: Coupling | CoordinateDrive) -> Term
 
 
 def flank_terms(mechanism: Mechanism, coordinates: Coordinates, part: Coupling, full: np.ndarray) -> Terms:
-    """What teeth of a given flank add where the centres move: their distance, or that of a pinion from its rack.
+    """Return the terms that a given tooth flank adds if the centres move: their distance, or that of a pinion to its rack.
 
-    The flank opens as the centres part, by tan(a) of that along the teeth's path; its force is along the pressure line then.
+    The flank opens by tan(a) times the change of distance, measured along the path of the teeth; its force then acts along the
+    pressure line.
     """
     pressure, transmission = pressure_of(mechanism, part), part.transmission
     if pressure is None or not isinstance(transmission, Teeth):
@@ -122,7 +125,7 @@ def flank_terms(mechanism: Mechanism, coordinates: Coordinates, part: Coupling, 
 
 
 def _rack(mechanism: Mechanism, part: Coupling, slide: Slide) -> Terms:
-    """The pinion against the rack: its angle, and the slide of its centre along the rack."""
+    """Return the terms of a pinion on a rack: its angle, and the slide of its centre along the rack."""
     terms = list[tuple[float, Any]]()
     for end, (factor, coordinate) in zip(("output", "input"), part.terms, strict=True):
         if coordinate is slide:
@@ -135,12 +138,13 @@ def _rack(mechanism: Mechanism, part: Coupling, slide: Slide) -> Terms:
 
 
 def direction_on(mechanism: Mechanism, slide: Slide) -> float:
-    """Direction of a slide in the frame of the body whose point slides [rad]."""
+    """Return the direction of a slide in the frame of the body whose point slides [rad]."""
     turned = [0.0 if name == GROUND else mechanism.body(name).placed_angle for name in (slide.base, slide.point[0])]
     return slide.direction + turned[0] - turned[1]
 
 
 def _screw(mechanism: Mechanism, part: Coupling) -> Terms:
+    """Return the terms of a screw, with the force on its nut acting back on its bearing."""
     ends = ("output", "input") if isinstance(part.output, RelativeAngle) else ("input", "output")
     centre = wheel_centre(mechanism, part, ends[0])
     terms = list[tuple[float, Any]]()
@@ -155,19 +159,19 @@ def _screw(mechanism: Mechanism, part: Coupling) -> Terms:
 
 
 def _from_bearing(mechanism: Mechanism, part: Coupling, distance: Distance, centre: BodyPoint) -> Distance:
-    """A distance whose end at the thrust bearing is on the body that turns."""
+    """Return a distance whose end at the thrust bearing is on the rotating body."""
     place = mechanism.place(centre)
     apart = [math.dist(mechanism.place(end), place) for end in (distance.start, distance.end)]
     if min(apart) > FIXED * mechanism.size:
         raise InputError(
-            f"coupling '{part.name}': a screw whose bearing is {min(apart):.4g} m from both ends of its distance",
+            f"coupling '{part.name}': the bearing of the screw is {min(apart):.4g} m away from both ends of its distance",
             "a distance that begins or ends at the thrust bearing",
         )
     return Distance(centre, distance.end) if apart[0] <= apart[1] else Distance(distance.start, centre)
 
 
 def centres_move(mechanism: Mechanism, coordinates: Coordinates, part: Coupling, full: np.ndarray) -> bool:
-    """Whether the base leaves the wheels a motion beside their rotation: clearance in a bearing, or a base that bends."""
+    """Return whether wheel centres can move relative to the base: a bearing has clearance, or the base bends."""
     bases = [end.base for end in (part.output, part.input) if not isinstance(end, Distance)]
     base = bases[0]
     for _, coordinate in placed_terms(mechanism, part):
@@ -175,7 +179,7 @@ def centres_move(mechanism: Mechanism, coordinates: Coordinates, part: Coupling,
             span = combined((coordinates.place(coordinate.end), 1.0), (coordinates.place(coordinate.start), -1.0))
             if not turns_with(coordinates, base, span, full):
                 return True
-        elif isinstance(coordinate, Slide):  # the centre of a pinion on its rack
+        elif isinstance(coordinate, Slide):  # centre of a pinion on its rack
             rack, (x, y) = coordinate.base, (math.cos(coordinate.direction), math.sin(coordinate.direction))
             arm = coordinates.place(coordinate.point)
             if base != GROUND:
@@ -190,12 +194,12 @@ def centres_move(mechanism: Mechanism, coordinates: Coordinates, part: Coupling,
             if not turns_with(coordinates, base, _between(coordinates, base, coordinate.bearing), full):
                 return True
         elif isinstance(coordinate, Distance):
-            return False  # it is between the points on which its force acts
+            return False  # the distance ends at the points on which its force acts
     return False
 
 
 def _is_led(mechanism: Mechanism, coordinates: Coordinates, part: Coupling) -> bool:
-    """Whether nothing lets a rack move across its slide."""
+    """Return whether a rack cannot move across its slide."""
     slide = part.output if isinstance(part.output, Slide) else part.input
     assert isinstance(slide, Slide)
     if slide.base == GROUND:
@@ -211,13 +215,13 @@ def _is_led(mechanism: Mechanism, coordinates: Coordinates, part: Coupling) -> b
 
 
 def _between(coordinates: Coordinates, base: str, point: BodyPoint) -> PointMap:
-    """From the origin of a base to a point."""
+    """Return the vector from the origin of a base to a point."""
     place = coordinates.place(point)
     return place if base == GROUND else combined((place, 1.0), (coordinates.origin(base), -1.0))
 
 
 def turns_with(coordinates: Coordinates, base: str, vector: PointMap, full: np.ndarray) -> bool:
-    """Whether a vector is constant in the frame of a body or of the ground, whatever moves."""
+    """Return whether a vector is constant in the frame of a body or the ground."""
     frame = coordinates.frame(base)
     (x, y), (cos, sin) = vector.at(full), frame.at(full)
     length = math.hypot(x, y)
@@ -227,7 +231,7 @@ def turns_with(coordinates: Coordinates, base: str, vector: PointMap, full: np.n
 
 
 def check_placed(mechanism: Mechanism, coordinates: Coordinates, part: Coupling, full: np.ndarray, *, moving: bool) -> None:
-    """Raise `InputError` for wheels, pulleys or a nut that are not where their transmission needs them."""
+    """Raise `InputError` for wheels, pulleys or a nut at positions that do not fit their transmission."""
     label = f"coupling '{part.name}'"
     for _, coordinate in placed_terms(mechanism, part):
         if isinstance(coordinate, LineAngle):
@@ -243,7 +247,7 @@ def check_placed(mechanism: Mechanism, coordinates: Coordinates, part: Coupling,
             beside = abs((place[0] - bearing[0]) * y - (place[1] - bearing[1]) * x)
             if beside > FIXED * coordinates.size:
                 raise InputError(
-                    f"{label}: a nut whose axis passes {beside:.4g} m beside the thrust bearing of its screw",
+                    f"{label}: the axis of the nut misses the thrust bearing of the screw by {beside:.4g} m",
                     "a nut and a bearing on one axis",
                 )
     transmission = part.transmission
@@ -254,20 +258,22 @@ def check_placed(mechanism: Mechanism, coordinates: Coordinates, part: Coupling,
         return
     if isinstance(transmission, Belt | Screw):
         what = "a belt" if isinstance(transmission, Belt) else "a screw"
-        raise InputError(f"{label}: {what} whose bearings move against the base", "ideal bearings on a base that does not bend")
+        raise InputError(f"{label}: {what} with bearings that move relative to its base", "ideal bearings on a rigid base")
     if isinstance(transmission, Teeth) and transmission.pressure_angle > 0.0 and not transmission.flank:
         raise InputError(
-            f"{label}: teeth whose centres can move, as a bearing has clearance or a bar bends, without the flank that carries",
-            '"forward" if they push the output in its positive sense, "backward" if not, or pressure_angle = 0',
+            f"{label}: teeth with movable centres (a bearing has clearance, or a bar bends) need the loaded flank",
+            '"forward" if they push the output in its positive sense, else "backward"; or pressure_angle = 0',
             'flank = "forward"',
         )
 
 
 def _is_rack(part: Coupling) -> bool:
+    """Return whether a coupling has a rack."""
     return isinstance(part.output, Slide) or isinstance(part.input, Slide)
 
 
 def _check_centres(part: Coupling, label: str, apart: float, size: float) -> None:
+    """Raise `InputError` if the distance of two centres does not fit their radius or belt."""
     transmission = part.transmission
     if apart <= FIXED * size:
         raise InputError(f"{label}: both wheels have one centre", "wheels whose centres are apart")
@@ -283,27 +289,28 @@ def _check_centres(part: Coupling, label: str, apart: float, size: float) -> Non
 
 
 def _check_radius(label: str, given: float, radius: float, why: str) -> None:
-    if abs(given - radius) > RADIUS * radius:
+    """Raise `InputError` for a pitch radius that differs from the one of ratio and centres by more than rounding."""
+    if abs(given - radius) > 1e-3 * radius:
         raise InputError(f"{label}: radius = {given:.6g} m, but {why} {radius:.6g} m", "that pitch radius, or none")
 
 
 @dataclass(frozen=True)
 class Pressure:
-    """A force between two wheels, or a pinion and its rack, that does no work: along the line of centres, or across a rack.
+    """Workless force between two wheels, or a pinion and its rack: along the line of centres, or across the rack.
 
-    Positive where it presses them apart. See `mechanics.body_maps.pressure`.
+    It is positive if it presses them apart; `mechanics.body_maps.pressure` defines the tables.
     """
 
     kind: int  # GEARS, BELT or RACK
-    first: BodyPoint  # Centre of the output's wheel; of the pinion on a rack
-    second: BodyPoint  # Centre of the input's wheel; on a rack its body, without a point
-    per_force: float  # What it makes of the force, or torque, on the output
+    first: BodyPoint  # Centre of the output's wheel, or of the pinion on a rack
+    second: BodyPoint  # Centre of the input's wheel, or body of the rack, without a point
+    per_force: float  # Pressure per unit force, or torque, on the output
     numbers: tuple[float, float]
-    normal: Point = (0.0, 0.0)  # From the rack to the pinion, in the frame of the rack
+    normal: Point = (0.0, 0.0)  # Normal from the rack to the pinion, in the frame of the rack
 
 
 def pressure_of(mechanism: Mechanism, part: Any) -> Pressure | None:
-    """The pressure of teeth or a belt; None where there is none."""
+    """Return the pressure of teeth or a belt; None if there is none."""
     transmission = getattr(part, "transmission", None)
     if isinstance(transmission, Belt):
         centres = wheel_centre(mechanism, part, "output"), wheel_centre(mechanism, part, "input")
@@ -314,13 +321,13 @@ def pressure_of(mechanism: Mechanism, part: Any) -> Pressure | None:
     slope = math.tan(transmission.pressure_angle)
     if not _is_rack(part):
         centres = wheel_centre(mechanism, part, "output"), wheel_centre(mechanism, part, "input")
-        sense = 1.0 if part.ratio < 0.0 else -1.0  # an internal gear and its pinion are pressed together
+        sense = 1.0 if part.ratio < 0.0 else -1.0  # the wheels of an internal gear are pressed together
         return Pressure(GEARS, *centres, slope * sense * abs(1.0 - part.ratio), (0.0, 0.0))
     slides = isinstance(part.output, Slide)
     slide = part.output if slides else part.input
     pinion = wheel_centre(mechanism, part, "input" if slides else "output")
     along = direction_on(mechanism, slide)
-    # the pitch point is at -ratio times the direction turned left from the centre of the pinion
+    # the pitch point is at -ratio times the left normal of the direction, from the pinion's centre
     side = math.copysign(1.0, part.ratio)
     normal = -side * math.sin(along), side * math.cos(along)
     return Pressure(RACK, pinion, (slide.point[0], ""), slope * (1.0 if slides else abs(part.ratio)), (0.0, 0.0), normal)

@@ -177,7 +177,7 @@ def with_distributed_mass(plan: Plan, record: Record, time: np.ndarray) -> Recor
     inertia = np.asarray((beam_mass(plan.mechanism, coordinates.natural) @ natural.T).T)
     for axis, motion in zip(coordinates.natural.axes, bar_motions(plan, record, time), strict=True):
         for force in _opposed(axis, motion):
-            axis.added(force, inertia)
+            axis.add_forces(force, inertia)
     load = record.load.copy()
     for b, body in enumerate(plan.bodies):
         p = coordinates.natural.offsets[body.name]

@@ -97,7 +97,7 @@ def test_velocity_acceleration() -> None:
     found = velocity_acceleration(run, after=0.5)
     xr.testing.assert_equal(found["velocity"].variable, run["slider_velocity"].sel(time=slice(0.5, None)).variable)
     assert float(velocity_acceleration(run, body="unit 1/bar 1", axis="x")["velocity"].max()) == 0.0
-    with pytest.raises(InputError, match="without a slider"):
+    with pytest.raises(InputError, match="the run has no slider"):
         velocity_acceleration(run.drop_vars("slider_velocity"))
     with pytest.raises(InputError, match="did you mean 'slider'"):
         velocity_acceleration(run, body="slide")

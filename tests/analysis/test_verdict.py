@@ -79,16 +79,16 @@ def test_continuous_contact_needs_no_flight() -> None:
 
 
 def test_trust_horizon_is_spoken_of() -> None:
-    """Contract: samples beyond the horizon are counted, and the verdict says that one trajectory is no evidence."""
+    """Contract: samples beyond the horizon are counted, and the verdict asks for an ensemble."""
     chaos, times = logistic(4.0, 500), np.arange(500.0)
     beyond = classify_samples(chaos, times=times, trusted_until=99.5)
     assert "400 of 500 samples lie beyond" in beyond.evidence[-1]
-    assert "one trajectory is no evidence" in beyond.evidence[-1]
+    assert "Compare an ensemble beyond it" in beyond.evidence[-1]
     assert beyond.measures["trusted_fraction"] == pytest.approx(0.2, rel=1e-14)
     within = classify_samples(chaos, times=times, trusted_until=499.0)
     assert within.measures["trusted_fraction"] == 1.0
     assert not any("no evidence" in sentence for sentence in within.evidence)
-    assert "has not been checked" in classify_samples(chaos, times=times).evidence[-1]
+    assert "has not been determined" in classify_samples(chaos, times=times).evidence[-1]
 
 
 @pytest.mark.parametrize(
@@ -106,7 +106,7 @@ def test_single_strokes(spans: list[tuple[float, float]], after: float, kind: st
     found = classify(made_up_run(spans, trusted_until=0.5), after=after)
     assert (found.kind, found.period) == (kind, None)
     assert "no period" in found.evidence[0]
-    assert any("one trajectory is no evidence" in sentence for sentence in found.evidence)
+    assert any("Compare an ensemble beyond it" in sentence for sentence in found.evidence)
     assert found.measures["trusted_fraction"] == pytest.approx((0.5 - after) / (1.0 - after), rel=1e-14)
 
 
@@ -150,9 +150,9 @@ def test_cycles() -> None:
         eccentricity=0.0 * cycles["eccentricity"] + CLEARANCE, contact_fraction=0.0 * cycles["contact_fraction"] + 1.0
     )
     assert classify(still).name == "continuous contact, period 1"
-    with pytest.raises(InputError, match="without the clearances"):
+    with pytest.raises(InputError, match="has no clearances"):
         classify(cycles.drop_attrs())
-    with pytest.raises(InputError, match="samples left"):
+    with pytest.raises(InputError, match="samples are left"):
         classify(cycles, skip=399)
 
 

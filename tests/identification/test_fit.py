@@ -177,9 +177,9 @@ def test_intervals_hold_the_truth(arm):
     [
         ({"arm.inertai": None}, "did you mean 'inertia'"),
         ({"arm.inertia": (1.0, 2.0)}, "outside its range"),
-        ({"arm.angular_velocity": None}, "gives no value"),
+        ({"arm.angular_velocity": None}, "has no value in this mechanism"),
         ({"arm.inertia": "weibull(1, 2) kg m^2"}, "distribution"),
-        ({}, "no free number"),
+        ({}, "no free parameter"),
     ],
 )
 def test_free_numbers_that_cannot_be(arm, free, said):

@@ -61,11 +61,11 @@ def test_a_gear_multiplies_torque_and_divides_speed() -> None:
     [
         ((0.0,), (1.0,), 1.0, "1 speeds"),
         ((0.0, 1.0), (1.0,), 1.0, "2 speeds and 1 torques"),
-        ((1.0, 2.0), (1.0, 1.0), 1.0, "speeds of a motor: 1, 2"),
-        ((0.0, 2.0, 2.0), (1.0, 1.0, 0.0), 1.0, "speeds of a motor: 0, 2, 2"),
+        ((1.0, 2.0), (1.0, 1.0), 1.0, "speeds of a motor are 1, 2"),
+        ((0.0, 2.0, 2.0), (1.0, 1.0, 0.0), 1.0, "speeds of a motor are 0, 2, 2"),
         ((0.0, 1.0), (1.0, -1.0), 1.0, "torques of a motor"),
         ((0.0, 1.0), (0.0, 0.0), 1.0, "torques of a motor"),
-        ((0.0, 1.0), (1.0, 0.0), 0.0, "a gear ratio of 0"),
+        ((0.0, 1.0), (1.0, 0.0), 0.0, "gear ratio is 0"),
     ],
 )
 def test_wrong_curves_are_refused(speeds: tuple[float, ...], torques: tuple[float, ...], ratio: float, what: str) -> None:

@@ -103,7 +103,7 @@ def cross_validated(copy: Path, every: int = 50) -> list[Verdict]:
             known = _with_values(made, _fitted(made, law, kept))
             segments, columns, options = prepared(known, OPTIONS, left, segment=math.inf)
             problem = Problem(known, options, (), segments, columns, np.ones(len(columns)))
-            curves = [shown.curves for shown in problem.everything_shown(problem.start())]
+            curves = [run.curves for run in problem.run_segments(problem.start())]
             errors_of[0].extend(curve[:, 0] - piece.values[:, 0] for curve, piece in zip(curves, left, strict=True))
             held = sd.prediction(known, OPTIONS, left, segment=math.inf)
             errors_of[1].append((held["predicted"] - held["measured"]).values[held["counted"].values, 0])

@@ -1,1 +1,1 @@
-"""Measures of a motion, one subject per file: from arrays or a run to a Dataset or a verdict, without any simulation."""
+"""Measures of a motion, one subject per file; each takes arrays or a run and returns a Dataset or a verdict."""

@@ -1,4 +1,4 @@
-"""Measured curves over time, and how well a run agrees with them."""
+"""Agreement of a run with curves measured over time."""
 
 from __future__ import annotations
 
@@ -13,28 +13,25 @@ from scissordyn.errors import InputError
 from scissordyn.file.export import TimeColumn, time_columns
 
 FORCES = ("normal_force", "indentation", "friction_force")
-"""Quantities that are zero but for events: an event is a rise above a small part of the largest value."""
-
-SMALL = 0.05  # That part
-LEAST = 3  # Instants that a comparison needs
+"""Quantities that are zero between events; an event begins at a rise above 5 % of the largest value."""
 
 
 @dataclass(frozen=True)
 class Measured:
-    """An unbroken record of one or several quantities.
+    """Uninterrupted record of one or several quantities.
 
     Parameters
     ----------
     time : ndarray, shape (n,)
-        Increasing [s].
+        Increasing instants [s].
     headings : tuple of str
-        Quantities as the columns of `file.export.time_table` are called, without units: "angle of arm".
+        Names of the quantities as in the columns of `file.export.time_table`, without units: "angle of arm".
     values : ndarray, shape (n, quantities)
-        In SI units.
+        Values in SI units.
     units : tuple of str
         SI units of the quantities.
     name : str
-        Where it is from, for messages.
+        Source of the record, for messages.
     """
 
     time: np.ndarray
@@ -45,11 +42,13 @@ class Measured:
 
     def __post_init__(self) -> None:
         if self.time.size < 2:
-            raise InputError(f"'{self.name}': {self.time.size} instants", "at least two")
+            raise InputError(f"'{self.name}' has {self.time.size} instants", "at least two")
         if self.values.shape != (self.time.size, len(self.headings)) or len(self.units) != len(self.headings):
-            raise InputError(f"'{self.name}': values of shape {self.values.shape}", "one row an instant, one column a quantity")
+            raise InputError(
+                f"'{self.name}' has values of shape {self.values.shape}", "one row per instant, one column per quantity"
+            )
         if not (np.isfinite(self.time).all() and np.isfinite(self.values).all()):
-            raise InputError(f"'{self.name}': a value that is not a finite number", "finite numbers")
+            raise InputError(f"'{self.name}' has a value that is not a finite number", "finite numbers")
         backwards = np.flatnonzero(np.diff(self.time) <= 0.0)
         if backwards.size:
             k = int(backwards[0]) + 1
@@ -59,61 +58,65 @@ class Measured:
             )
 
     def column(self, heading: str) -> np.ndarray:
-        """The values of one quantity, shape (n,)."""
+        """Return the values of one quantity, shape (n,)."""
         return np.asarray(self.values[:, self.headings.index(heading)])
 
     def rows(self, first: int, last: int) -> Measured:
-        """The instants from one to before another, with their times as they are."""
+        """Return the instants from `first` to before `last`, with unchanged times."""
         return self._of(slice(first, last))
 
     def every(self, step: int) -> Measured:
-        """Every so many-th instant."""
+        """Return every `step`-th instant."""
         return self._of(slice(None, None, step))
 
     def _of(self, part: slice) -> Measured:
         return replace(self, time=self.time[part], values=self.values[part])
 
     def segments(self, duration: float) -> list[Measured]:
-        """Parts of equal numbers of instants, each of about a duration [s]; each of at least two instants."""
+        """Divide the record into parts with equal numbers of instants (at least two), each about `duration` long [s]."""
         parts = max(1, round((self.time[-1] - self.time[0]) / duration))
         cuts = np.linspace(0, self.time.size, min(parts, self.time.size // 2) + 1).round().astype(int)
         return [self.rows(a, b) for a, b in pairwise(cuts.tolist())]
 
 
 def agreement(run: xr.Dataset, record: Measured) -> xr.Dataset:
-    r"""Measures of agreement of a run with measured curves, over the time that both have.
+    r"""Compute measures of agreement of a run with measured curves, over the common time.
 
-    With m measured, r of the run, linear between its samples, and n instants:
+    The measured values are m, those of the run r (linear between its samples), at n instants:
 
-    * rmse: root mean square of r - m; nrmse: over the range of m.
+    * rmse: root mean square of r - m; nrmse: rmse divided by the range of m.
     * bias: mean of r - m.
-    * correlation: of r and m (Pearson).
-    * explained: 1 - sum (r - m)^2 / sum (m - mean m)^2 (Nash and Sutcliffe 1970); 1 for the same curves, 0 for a run that is no
+    * correlation: Pearson correlation of r and m.
+    * explained: 1 - sum (r - m)^2 / sum (m - mean m)^2 (Nash and Sutcliffe 1970); 1 for equal curves, 0 for a run that is no
       better than the mean.
-    * peak_error: largest \|r\| less largest \|m\|, over the latter; peak_lag: its time in the run less that measured [s]. Of
-      contact forces the run's own peaks count, which lie between samples.
+    * peak_error: largest \|r\| minus largest \|m\|, divided by the latter; peak_lag: its time in the run minus the measured
+    time
+      [s]. For contact forces the run's located peaks are used, which lie between samples.
     * events: rises of m above 5 % of its largest value for contact forces and indentations, above the middle of its range for
-      others; run_events: of r; matched_events: pairs that are nearest to each other; event_lag: mean of run less measured of
-      the pairs, and event_deviation: their root mean square [s].
+      others; run_events: the same for r; matched_events: pairs of mutually nearest events; event_lag: mean of run minus
+      measured
+      time of the pairs, and event_deviation: root mean square of these differences [s].
     """
     columns = {column.heading: column for column in time_columns(run)}
     time = run["time"].values
     both = (record.time >= time[0]) & (record.time <= time[-1])
-    if np.sum(both) < LEAST:
+    if np.sum(both) < 3:
         ends = (f"from {ends_of[0]:g} s to {ends_of[-1]:g} s" for ends_of in (record.time, time))
         raise InputError(
             f"'{record.name}' {next(ends)} and a run {next(ends)} have {int(np.sum(both))} instants in common",
-            f"at least {LEAST}: times from the start of the run on",
+            "at least 3: times since the start of the run",
         )
     instants = record.time[both]
     rows, curves = [], []
     for heading in record.headings:
         if heading not in columns:
-            raise InputError(f"no quantity '{heading}' in the run", "columns that 'scissordyn export' writes of it")
+            raise InputError(f"the run has no quantity '{heading}'", "a column that 'scissordyn export' writes for this run")
         shown = np.interp(instants, time, columns[heading].of(run).astype(float))
         curves.append(shown)
         measured = record.column(heading)[both]
-        rows.append(_measures(instants, measured, shown, columns[heading].variable, _own_peak(run, columns[heading], instants)))
+        rows.append(
+            _measures(instants, measured, shown, columns[heading].variable, _located_peak(run, columns[heading], instants))
+        )
     result = xr.Dataset(
         {name: ("column", np.array([row[name] for row in rows])) for name in rows[0]},
         coords={"column": np.array(record.headings, dtype=str), "time": instants},
@@ -125,8 +128,8 @@ def agreement(run: xr.Dataset, record: Measured) -> xr.Dataset:
     return result
 
 
-def _own_peak(run: xr.Dataset, column: TimeColumn, instants: np.ndarray) -> tuple[float, float] | None:
-    """The largest contact force that the run noted in a time, and when; None for other quantities."""
+def _located_peak(run: xr.Dataset, column: TimeColumn, instants: np.ndarray) -> tuple[float, float] | None:
+    """Return the largest located contact force within a time span, and its time; None for other quantities."""
     if column.variable != "normal_force" or "peak_normal_force" not in run:
         return None
     joint = str(run["joint"].values[column.index[0]])
@@ -141,6 +144,7 @@ def _own_peak(run: xr.Dataset, column: TimeColumn, instants: np.ndarray) -> tupl
 def _measures(
     time: np.ndarray, measured: np.ndarray, shown: np.ndarray, variable: str, own: tuple[float, float] | None
 ) -> dict[str, float]:
+    """Return the measures of agreement of one quantity."""
     difference = shown - measured
     spread, span = measured - measured.mean(), float(np.ptp(measured))
     square = float(spread @ spread)
@@ -148,7 +152,7 @@ def _measures(
     rmse = math.sqrt(float(np.mean(difference**2)))
     at, mine = int(np.argmax(np.abs(measured))), int(np.argmax(np.abs(shown)))
     peak, run_peak = float(abs(measured[at])), (float(abs(shown[mine])), float(time[mine])) if own is None else own
-    level = SMALL * float(np.max(measured)) if variable in FORCES else float(0.5 * (np.max(measured) + np.min(measured)))
+    level = 0.05 * float(np.max(measured)) if variable in FORCES else float(0.5 * (np.max(measured) + np.min(measured)))
     events, run_events = rises(time, measured, level), rises(time, shown, level)
     lags = matched_events(events, run_events)
     return {
@@ -168,14 +172,14 @@ def _measures(
 
 
 def rises(time: np.ndarray, values: np.ndarray, level: float) -> np.ndarray:
-    """Times at which a curve, linear between its instants, rises above a level [s]."""
+    """Return the times at which a piecewise linear curve rises above a level [s]."""
     k = np.flatnonzero((values[:-1] <= level) & (values[1:] > level))
     part = (level - values[k]) / (values[k + 1] - values[k])
     return np.asarray(time[k] + part * (time[k + 1] - time[k]))
 
 
 def matched_events(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Differences, second less first, of events of which each is the nearest to the other."""
+    """Return the differences (second minus first) of pairs of mutually nearest events."""
     if not first.size or not second.size:
         return np.empty(0)
     distance = np.abs(first[:, None] - second[None])

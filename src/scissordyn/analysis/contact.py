@@ -1,4 +1,4 @@
-"""Statistics of the contacts of clearance joints, and the deviation from the ideal motion that they cause."""
+"""Statistics of contacts in clearance joints, and the deviation from the ideal motion that they cause."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from scissordyn.errors import InputError
 from scissordyn.record.joint_force import largest_force, some_clearance_joints
 from scissordyn.record.sampling import time_mean
 
-QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)  # Quantiles of forces and impulses
+QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)  # Probabilities of the quantiles of forces and impulses
 CENTRAL_PART = 0.95  # Fraction of the contact time inside the smaller of the two contact arcs
 
 
 def contact_spans(run: xr.Dataset, joint: str) -> np.ndarray:
-    """Start and end of every contact of a joint.
+    """Return start and end of every contact of a joint.
 
     Shapes: returns (contacts, 2) [s].
     """
-    table = run.variables  # run[name] would make a DataArray with its coordinates
+    table = run.variables  # run[name] would be slower: it makes a DataArray with coordinates
     ours = table["contact_joint"].values.astype(str) == joint
     start = table["contact_start"].values[ours]
     end = start + table["contact_duration"].values[ours]
@@ -35,7 +35,7 @@ def contact_spans(run: xr.Dataset, joint: str) -> np.ndarray:
 def contact_statistics(
     run: xr.Dataset, *, ideal: xr.Dataset | None = None, after: float = 0.0, until: float | None = None
 ) -> xr.Dataset:
-    """Contacts of the clearance joints of a run: number, duration, arc, forces, impulses and losses.
+    """Compute number, duration, arc, forces, impulses and losses of the contacts of each clearance joint of a run.
 
     Counts, fractions of time, peaks, impulses and losses come from the table of contacts and are as exact as the run. Arcs and
     forces over time come from the samples.
@@ -44,24 +44,30 @@ def contact_statistics(
     ----------
     run : Dataset
     ideal : Dataset, optional
-        The run of the same mechanism with ideal joints, at the same instants; adds the variables of `deviation`.
+        Run of the same mechanism with ideal joints, at the same instants; adds the variables of `deviation`.
     after, until : float
-        Window of the evaluation [s]; to the end of the run if `until` is not given.
+        Window of the evaluation [s]; by default to the end of the run.
 
     Returns
     -------
     Dataset
-        Along the clearance joints: `impacts` and `impact_rate` (contacts that start in the window), `contact_fraction` and
-        `flight_fraction` of the window, `longest_flight`; `contact_arc_95` and `contact_arc`, the smallest arcs of the bearing
-        with 95 % and all of the sampled contact time, in the frame of the bearing if the run knows its mechanism
-        (attribute `arc_frame`); `peak_force`, `peak_force_quantile`, `mean_force` (over the window, flights included),
-        `contact_force` and `contact_force_quantile` (over the contact time); `impulse` (sum), `impulse_mean`,
-        `impulse_largest` and `impulse_quantile`; `damping_loss`, `friction_loss`, `dissipated_energy` (their sum) and
-        `dissipated_power`. Sums and quantiles of contacts are over those that start in the window. NaN where there is no
-        contact, or no such column in the table. Quantiles of peak forces and impulses, one value a contact, are linear between
-        the sorted values (definition 7 of Hyndman and Fan 1996, doi:10.1080/00031305.1996.10473566); those of the contact force
-        are the least sampled force that is not exceeded for the fraction of the contact time (definition 1, each sample with
-        the time that it stands for).
+        Variables along the clearance joints:
+
+        * `impacts` and `impact_rate`: contacts that start in the window.
+        * `contact_fraction`, `flight_fraction` of the window; `longest_flight`.
+        * `contact_arc_95` and `contact_arc`: smallest arcs of the bearing with 95 % and all of the sampled contact time, in the
+          frame of the bearing if the run contains its mechanism (attribute `arc_frame`).
+        * `peak_force`, `peak_force_quantile`; `mean_force` over the window, flights included; `contact_force` and
+          `contact_force_quantile` over the contact time.
+        * `impulse` (sum), `impulse_mean`, `impulse_largest`, `impulse_quantile`.
+        * `damping_loss`, `friction_loss`, `dissipated_energy` (their sum), `dissipated_power`.
+
+        Sums and quantiles of contacts include those that start in the window. A value is NaN without contact, or if the table
+        has no such column. Quantiles of peak forces and impulses, with one value per contact, are linear between the sorted
+        values
+        (definition 7 of Hyndman and Fan 1996, doi:10.1080/00031305.1996.10473566). A quantile of the contact force is the
+        smallest
+        sampled force that is not exceeded for the fraction of the contact time (definition 1, samples weighted by time).
 
     Raises
     ------
@@ -72,7 +78,7 @@ def contact_statistics(
     start, end = window(run, after, until)
     bearings = _bearing_angles(run, joints)
     columns = [
-        {**_of_the_table(run, name, start, end), **_of_the_samples(run, name, start, end, bearings.get(name))}
+        {**_measures_of_table(run, name, start, end), **_measures_of_samples(run, name, start, end, bearings.get(name))}
         for name in joints
     ]
     variables: dict[str, Variable] = {}
@@ -111,12 +117,13 @@ MEASURES = {
 }
 
 
-def _of_the_table(run: xr.Dataset, joint: str, start: float, end: float) -> dict[str, float | np.ndarray]:
+def _measures_of_table(run: xr.Dataset, joint: str, start: float, end: float) -> dict[str, float | np.ndarray]:
+    """Return the measures that come from the table of contacts."""
     spans = np.clip(contact_spans(run, joint), start, end)
     ours = run["contact_joint"].values.astype(str) == joint
     begin = run["contact_start"].values
     begun = ours & (begin >= start) & (begin < end)
-    # flights lie between the end of a contact and the start of the next one, and at both ends of the window
+    # flights lie between contacts, and at both ends of the window
     flights = np.append(spans[:, 0], end) - np.concatenate([[start], spans[:, 1]])
     touching = float(np.sum(spans[:, 1] - spans[:, 0])) / (end - start)
     impulse = _column(run, "impulse", begun)
@@ -140,9 +147,10 @@ def _of_the_table(run: xr.Dataset, joint: str, start: float, end: float) -> dict
     }
 
 
-def _of_the_samples(
+def _measures_of_samples(
     run: xr.Dataset, joint: str, start: float, end: float, bearing: np.ndarray | None
 ) -> dict[str, float | np.ndarray]:
+    """Return the measures that come from the samples."""
     time = run["time"].values
     inside = (time >= start) & (time <= end)
     place = run["eccentricity"].sel(joint=joint).transpose("time", "axis").values
@@ -164,12 +172,12 @@ def _of_the_samples(
 
 
 def _column(run: xr.Dataset, name: str, begun: np.ndarray) -> np.ndarray:
-    """A column of the table of contacts; one NaN where the table does not have it."""
+    """Return a column of the table of contacts, or a single NaN if the table does not have it."""
     return run[name].values[begun] if name in run else np.full(1, math.nan)
 
 
 def _quantiles(values: np.ndarray, weights: np.ndarray | None = None) -> np.ndarray:
-    """Of contacts: linear between the sorted values; with weights: the least value that is not exceeded for the fraction."""
+    """Return quantiles: linear between sorted values; with weights, the smallest value not exceeded for the fraction."""
     if not values.size:
         return np.full(len(QUANTILES), math.nan)
     if weights is None:
@@ -178,7 +186,7 @@ def _quantiles(values: np.ndarray, weights: np.ndarray | None = None) -> np.ndar
 
 
 def _bearing_angles(run: xr.Dataset, joints: list[str]) -> dict[str, np.ndarray]:
-    """The angle of each joint's bearing over time; none if the run has no mechanism in its attributes."""
+    """Return the angle of each joint's bearing over time; empty if the run does not contain its mechanism."""
     if ATTRIBUTE not in run.attrs:
         return {}
     described = read_configuration(run).mechanism.joints
@@ -188,14 +196,14 @@ def _bearing_angles(run: xr.Dataset, joints: list[str]) -> dict[str, np.ndarray]
 
 
 def smallest_arc(angles: ArrayLike, *, fraction: float = 1.0, weights: ArrayLike | None = None) -> float:
-    """The smallest arc with a given fraction of the weight of points on a circle.
+    """Return the smallest arc with a given fraction of the weight of points on a circle.
 
-    With the angles sorted around the circle and w_i their weights, the smallest a_j - a_i with
+    With the angles sorted around the circle and w_i their weights, it is the smallest a_j - a_i with
 
         w_i + ... + w_j >= fraction sum w
 
-    across the zero of the angle where that is shorter. The arc of all points is 2 pi
-    less the largest gap (the circular range, Mardia and Jupp 2000, Directional Statistics, doi:10.1002/9780470316979).
+    where the arc may cross angle zero. The arc of all points is 2 pi less the largest gap (circular range, Mardia and Jupp
+    2000, Directional Statistics, doi:10.1002/9780470316979).
 
     Shapes: `angles` (n,) [rad], `weights` (n,).
     """
@@ -204,9 +212,7 @@ def smallest_arc(angles: ArrayLike, *, fraction: float = 1.0, weights: ArrayLike
     around = np.mod(np.asarray(angles, float), 2.0 * np.pi)
     weight = np.ones_like(around) if weights is None else np.asarray(weights, float)
     if around.ndim != 1 or weight.shape != around.shape or np.any(weight < 0.0):
-        raise InputError(
-            f"angles of shape {around.shape} with weights of shape {weight.shape}", "one weight, not negative, per angle"
-        )
+        raise InputError(f"angles of shape {around.shape} with weights of shape {weight.shape}", "one weight >= 0 per angle")
     order = np.argsort(around[weight > 0.0])
     around, weight = around[weight > 0.0][order], weight[weight > 0.0][order]
     if not around.size:
@@ -214,7 +220,7 @@ def smallest_arc(angles: ArrayLike, *, fraction: float = 1.0, weights: ArrayLike
     twice = np.concatenate([around, around + 2.0 * np.pi])
     cumulative = np.concatenate([[0.0], np.cumsum(np.concatenate([weight, weight]))])
     first = np.arange(around.size)
-    # round-off in the sum must not require more points than there are
+    # round-off in the sum must not require more points than exist
     needed = fraction * cumulative[around.size] * (1.0 - 1e-12)
     last = np.minimum(np.searchsorted(cumulative, cumulative[first] + needed, side="left") - 1, first + around.size - 1)
     return float(np.min(twice[last] - twice[first]))
@@ -224,9 +230,9 @@ PART = re.compile(r"unit (\d+)/(bar \d+)")  # Names of the bars of an array
 
 
 def deviation(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0, until: float | None = None) -> xr.Dataset:
-    """The error of position, and the loss of synchronism between the units of an array.
+    """Compute the position error and the loss of synchronism between the units of an array.
 
-    With e_k = angle of a bar less that of the ideal mechanism in unit k, the synchronisation error is the spread between the
+    With e_k the angle of a bar minus that of the ideal mechanism in unit k, the synchronisation error is the spread between the
     units, largest over the bars of a unit:
 
         s(t) = max_bars ( max_k e_k(t) - min_k e_k(t) )
@@ -237,14 +243,14 @@ def deviation(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0, until: 
         times, ideal_times, rtol=0.0, atol=1e-9 * float(times[-1] - times[0])
     ):
         raise InputError(
-            f"an ideal run of {ideal.sizes['time']} instants to {float(ideal['time'].values[-1]):g} s for a run of "
+            f"the ideal run has {ideal.sizes['time']} instants to {float(ideal['time'].values[-1]):g} s, the run has "
             f"{times.size} instants to {times[-1]:g} s",
             "a run of the mechanism with ideal joints, with the same until and samples",
             "simulate(arm.ideal(), until=..., samples=...)",
         )
     bodies = [str(name) for name in run["body"].values]
     if bodies != [str(name) for name in ideal["body"].values]:
-        raise InputError("an ideal run with other bodies", "a run of the same mechanism with ideal joints")
+        raise InputError("the ideal run has other bodies", "a run of the same mechanism with ideal joints")
     inside = (times >= start) & (times <= end)
     if not np.any(inside):
         raise InputError(f"no sample between {start:g} s and {end:g} s", "a window with samples")
@@ -280,7 +286,7 @@ def deviation(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0, until: 
 
 
 def _units(bodies: list[str]) -> list[list[int]]:
-    """Columns of the bars with the same name in every unit; none for a single unit."""
+    """Return the columns of bars with the same name in every unit; empty for a single unit."""
     parts: dict[str, list[int]] = {}
     for column, name in enumerate(bodies):
         if matched := PART.fullmatch(name):

@@ -1,4 +1,4 @@
-"""The largest Lyapunov exponent of maps and flows given as Python functions, and the averaging of any such estimate."""
+"""Largest Lyapunov exponent of maps and flows given as Python functions, from the growth of a perturbation."""
 
 from __future__ import annotations
 
@@ -14,22 +14,23 @@ from scissordyn.analysis.variable import described
 from scissordyn.errors import InputError, ScissordynError, whole_number
 
 OFFSET = 1e-8
-"""Distance of two trajectories after rescaling: the square root of round-off, which balances round-off and nonlinearity."""
+"""Distance of two trajectories after rescaling; the square root of round-off balances round-off and nonlinearity."""
 
 Advance = Callable[[int, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
-"""From interval, state and tangent (or offset) to state and tangent at the interval's end."""
+"""Function of interval, state and tangent (or offset) that returns state and tangent at the interval's end."""
 
 
 def exponent_from_growth(
     log_growth: ArrayLike, durations: ArrayLike, *, discard: int = 0, blocks: int = 20, unit: str = "1/s"
 ) -> xr.Dataset:
-    """The exponent from the growth of a perturbation that is rescaled to its initial size after every interval.
+    """Compute the exponent from the growth of a perturbation that is rescaled to its initial size after every interval.
 
         lambda = sum ln(d_k / d_0) / sum T_k
 
-    Its standard error is that of the mean of the rates of blocks, taken as independent. Blocks shorter than the time
-    in which the perturbation rotates make it too large, since growth in one block and decay in the next one compensate; blocks
-    shorter than the correlation time of the motion make it too small. It does not cover rare events later in the motion.
+    The standard error is that of the mean rate of blocks, assumed independent. It is too large for blocks shorter than a
+    rotation
+    of the perturbation, because growth in one block and decay in the next compensate. It is too small for blocks shorter than
+    the correlation time of the motion. It does not include rare events later in the motion.
 
     Parameters
     ----------
@@ -42,7 +43,7 @@ def exponent_from_growth(
     blocks : int
         Number of blocks; an ensemble has at least one per member.
     unit : str
-        Of the exponent: per second, or "1" per step of a map.
+        Unit of the exponent: "1/s", or "1" per step of a map.
 
     Returns
     -------
@@ -53,7 +54,7 @@ def exponent_from_growth(
     Raises
     ------
     InputError
-        If shapes do not fit, a duration is not positive, a growth is NaN, or nothing is left.
+        If shapes do not fit, a duration is not positive, a growth is NaN, or no interval is left.
 
     References
     ----------
@@ -101,32 +102,33 @@ def largest_exponent_map(
     offset: float = OFFSET,
     blocks: int = 20,
 ) -> xr.Dataset:
-    """The largest Lyapunov exponent of a map x -> f(x), per step.
+    """Compute the largest Lyapunov exponent of a map x -> f(x), per step.
 
-    With a Jacobian the tangent map v -> f'(x) v is iterated; without one a second trajectory, rescaled to `offset` from
-    the first after every step (Benettin et al. 1980).
+    With a Jacobian the tangent map v -> f'(x) v is iterated. Without one, a second trajectory is rescaled to the distance
+    `offset`
+    from the first after every step (Benettin et al. 1980).
 
     Parameters
     ----------
     step : callable
-        f; gets and returns an array of the shape of `start`.
+        Function f, from an array of the shape of `start` to another one.
     jacobian : callable or None
-        f', shape (n, n), or (n, n, members).
+        Function f', which returns shape (n, n) or (n, n, members).
     start : array_like, shape (n,) or (n, members)
-        Columns for several starts at once.
+        Initial state, or columns for several initial states.
     steps : int
-        Number of steps, with those discarded.
+        Number of steps, including discarded ones.
     discard : int
-        Steps at the start that are left out.
+        Number of steps at the start that are left out.
     offset : float
         Distance of the second trajectory, in the unit of the state.
     blocks : int
-        For the standard error.
+        Number of blocks for the standard error.
 
     Returns
     -------
     Dataset
-        As of `exponent_from_growth`.
+        Same variables as `exponent_from_growth`.
 
     Raises
     ------
@@ -141,7 +143,7 @@ def largest_exponent_map(
         return after, np.asarray(step(x + v), float) - after
 
     size = 1.0 if jacobian is not None else offset
-    growth = _follow(forward, _start(start), size, steps)
+    growth = _log_growth(forward, _initial_state(start), size, steps)
     return exponent_from_growth(growth, 1.0, discard=discard, blocks=blocks, unit="1")
 
 
@@ -158,37 +160,38 @@ def largest_exponent(
     rtol: float = 1e-9,
     atol: float = 1e-12,
 ) -> xr.Dataset:
-    """The largest Lyapunov exponent of a flow x' = f(t, x) [1/s].
+    """Compute the largest Lyapunov exponent of a flow x' = f(t, x) [1/s].
 
-    With a Jacobian the variational equation v' = f'(t, x) v is integrated beside the motion; without one a second trajectory,
-    brought back to `offset` from the first after every interval (Benettin et al. 1980). Both move in one integration, the
-    second as v = (y - x)/offset, so that they share their steps and the tolerance holds for their difference.
+    With a Jacobian the variational equation v' = f'(t, x) v is integrated together with the motion. Without one, a second
+    trajectory is rescaled to the distance `offset` from the first after every interval (Benettin et al. 1980). Both are
+    integrated
+    together, the second one as v = (y - x)/offset: they share their steps, and the tolerance holds for their difference.
 
     Parameters
     ----------
     rate : callable
-        f(t, x); gets and returns an array of the shape of `start`.
+        Function f(t, x), from an array of the shape of `start` to another one.
     start : array_like, shape (n,) or (n, members)
-        Columns for several starts at once.
+        Initial state, or columns for several initial states.
     interval : float
-        Time between two renormalisations [s]; the perturbation must stay small in it.
+        Time between two renormalisations [s]; the perturbation must stay small during it.
     intervals : int
-        Number of steps, with those discarded.
+        Number of intervals, including discarded ones.
     jacobian : callable, optional
-        f'(t, x), shape (n, n), or (n, n, members).
+        Function f'(t, x), which returns shape (n, n) or (n, n, members).
     discard : int
-        Intervals at the start that do not count.
+        Number of intervals at the start that are left out.
     offset : float
         Distance of the second trajectory, in the unit of the state.
     blocks : int
-        For the standard error.
+        Number of blocks for the standard error.
     rtol, atol : float
-        Of scipy's DOP853, for the state and for the perturbation, which has length 1 at the start of an interval.
+        Tolerances of scipy's DOP853 for the state and the perturbation, which has length 1 at the start of an interval.
 
     Returns
     -------
     Dataset
-        As of `exponent_from_growth`.
+        Same variables as `exponent_from_growth`.
 
     Raises
     ------
@@ -199,7 +202,7 @@ def largest_exponent(
     """
     if not (math.isfinite(interval) and interval > 0.0):
         raise InputError(f"interval = {interval!r}", "a number > 0 [s]")
-    first = _start(start)
+    first = _initial_state(start)
 
     def together(time: float, packed: np.ndarray) -> np.ndarray:
         x, v = packed.reshape(2, *first.shape)
@@ -214,19 +217,20 @@ def largest_exponent(
             raise ScissordynError(f"no step possible at t = {solution.t[-1]:g} s: {solution.message}")
         return tuple(solution.y[:, -1].reshape(2, *first.shape))
 
-    growth = _follow(forward, first, 1.0, intervals)
+    growth = _log_growth(forward, first, 1.0, intervals)
     return exponent_from_growth(growth, interval, discard=discard, blocks=blocks)
 
 
-def _start(start: ArrayLike) -> np.ndarray:
+def _initial_state(start: ArrayLike) -> np.ndarray:
+    """Return a checked initial state as an array."""
     state = np.asarray(start, float)
     if state.ndim not in (1, 2) or state.size == 0 or not np.all(np.isfinite(state)):
         raise InputError(f"start of shape {state.shape}", "finite numbers of shape (n,) or (n, members)")
     return state
 
 
-def _follow(forward: Advance, start: np.ndarray, size: float, intervals: int) -> np.ndarray:
-    """Logarithms of the growth in every interval, for every member; the perturbation is rescaled to `size` each time."""
+def _log_growth(forward: Advance, start: np.ndarray, size: float, intervals: int) -> np.ndarray:
+    """Return the logarithm of the growth in every interval and member; the perturbation is rescaled to `size` each time."""
     whole_number("intervals", intervals)
     if not size > 0.0:
         raise InputError(f"offset = {size:g}", "a number > 0")
@@ -243,5 +247,6 @@ def _follow(forward: Advance, start: np.ndarray, size: float, intervals: int) ->
 
 
 def _apply(matrix: ArrayLike, v: np.ndarray) -> np.ndarray:
+    """Multiply one or several matrices and vectors."""
     turned: np.ndarray = np.einsum("ij...,j...->i...", np.asarray(matrix, float), v)
     return turned

@@ -1,4 +1,4 @@
-"""What a drive, an actuator or a motor needs in a run: torque and speed against a motor's curve, and figures of merit."""
+"""Requirements of a drive, actuator or motor: torque and speed relative to a motor curve, and figures of merit."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ SAMPLE = "sd.MotorCurve((0.0, 10.0, 30.0), (60.0, 60.0, 0.0))"
 
 @dataclass(frozen=True)
 class MotorCurve:
-    """Largest torque that a run needs, as a fraction of what the motor gives at its speed.
+    """Largest required torque of a run as a fraction of the torque that the motor gives at that speed.
 
-    Called with a run it returns that fraction, so that it is a measure of a study: above 1 the motor is too weak.
+    Called with a run it returns the fraction, so that it can be a measure of a study; above 1 the motor is too weak.
 
     Parameters
     ----------
     speeds : tuple of float
-        Of the motor [rad/s], ascending from 0; beyond the last one it gives nothing.
+        Speeds of the motor [rad/s], ascending from 0; beyond the last one its torque is zero.
     torques : tuple of float
-        That it gives at these speeds [N m], linear in between; in both senses of rotation the same.
+        Torques of the motor at these speeds [N m], linear in between; the same in both senses of rotation.
     of : str
-        Name of the actuator or motor of the mechanism, or "drive"; not needed where there is one of them only.
+        Name of the actuator or motor of the mechanism, or "drive"; not needed if there is only one.
     ratio : float
-        Of a gear without losses: turns of the motor for one turn of the joint.
+        Ratio of a gear without losses: turns of the motor per turn of the joint.
     """
 
     speeds: tuple[float, ...]
@@ -51,23 +51,23 @@ class MotorCurve:
             object.__setattr__(self, name, tuple(map(float, getattr(self, name))))
         speeds, torques = np.array(self.speeds), np.array(self.torques)
         if speeds.size < 2 or speeds.size != torques.size:
-            raise InputError(f"a motor with {speeds.size} speeds and {torques.size} torques", "as many, at least two", SAMPLE)
+            raise InputError(f"a motor with {speeds.size} speeds and {torques.size} torques", "as many, at least 2", SAMPLE)
         if not (np.all(np.isfinite(speeds)) and speeds[0] == 0.0 and np.all(np.diff(speeds) > 0.0)):
             came = ", ".join(f"{speed:g}" for speed in speeds)
-            raise InputError(f"speeds of a motor: {came} rad/s", "ascending from 0", SAMPLE)
+            raise InputError(f"the speeds of a motor are {came} rad/s", "values ascending from 0", SAMPLE)
         if not (np.all(np.isfinite(torques)) and np.all(torques >= 0.0) and np.any(torques > 0.0)):
             raise InputError(
-                f"torques of a motor: {', '.join(f'{torque:g}' for torque in torques)} N m", "numbers >= 0", SAMPLE
+                f"the torques of a motor are {', '.join(f'{torque:g}' for torque in torques)} N m", "numbers >= 0", SAMPLE
             )
         if not 0.0 < self.ratio < math.inf:
-            raise InputError(f"a gear ratio of {self.ratio:g}", "a number > 0", "ratio=50.0")
+            raise InputError(f"the gear ratio is {self.ratio:g}", "a number > 0", "ratio=50.0")
 
     def available(self, speed: np.ndarray) -> np.ndarray:
-        """Torque at the joint at given speeds of the joint [N m]; 0 beyond the curve."""
+        """Return the available torque at the joint at given speeds of the joint [N m]; 0 beyond the curve."""
         return np.asarray(self.ratio * np.interp(self.ratio * np.abs(speed), self.speeds, self.torques, right=0.0))
 
     def fraction(self, needed: xr.Dataset) -> np.ndarray:
-        """Torque as a fraction of what the motor gives, along the time of `torque_over_speed`; infinite beyond the curve."""
+        """Return the fraction of the available torque over the time of `torque_over_speed`; infinite beyond the curve."""
         torque, speed = np.abs(needed["torque"].values), needed["speed"].values
         available, beyond = self.available(speed), self.ratio * np.abs(speed) > self.speeds[-1]
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -75,12 +75,12 @@ class MotorCurve:
         return np.where(beyond, np.inf, share)
 
     def __call__(self, run: xr.Dataset) -> float:
-        """The largest fraction in a run."""
-        return float(np.max(self.fraction(torque_over_speed(_equally_spaced(run), self.of))))
+        """Return the largest fraction in a run."""
+        return float(np.max(self.fraction(torque_over_speed(_without_contact_samples(run), self.of))))
 
 
-def _equally_spaced(run: xr.Dataset) -> xr.Dataset:
-    """A run without the further samples of "auto", so that a fraction does not depend on whether these were computed."""
+def _without_contact_samples(run: xr.Dataset) -> xr.Dataset:
+    """Return a run without the additional samples of "auto", on which a fraction must not depend."""
     options = read_configuration(run).options
     if options is None or options.samples != AUTO or run.attrs["status"] != "complete":
         return run
@@ -88,18 +88,18 @@ def _equally_spaced(run: xr.Dataset) -> xr.Dataset:
 
 
 class _Source(NamedTuple):
-    """What turns a body against another one or the ground."""
+    """Part that rotates a body relative to another one or the ground."""
 
     body: str
     base: str
     torque: np.ndarray  # (nt,) [N m]
-    peak: str  # Variable of the largest torques, its dimension, and which of them
-    along: str
-    number: int
+    peak: str  # Variable of the largest torques
+    along: str  # Dimension of that variable
+    number: int  # Index in that dimension
 
 
 def _sources(run: xr.Dataset) -> dict[str, _Source]:
-    """Drives, actuators and motors of a run by name; a single drive is called so."""
+    """Return drives, actuators and motors of a run by name; a single drive is called "drive"."""
     mechanism = read_configuration(run).mechanism
     sources, drives, components = dict[str, _Source](), mechanism.drives, list[Any](mechanism.components)
     for k, drive in enumerate(drives):
@@ -120,20 +120,21 @@ def _sources(run: xr.Dataset) -> dict[str, _Source]:
 
 
 def torque_over_speed(run: xr.Dataset, of: str = "") -> xr.Dataset:
-    """Torque and relative speed of a drive, an actuator or a motor.
+    """Return torque and relative speed of a drive, an actuator or a motor.
 
     Parameters
     ----------
     run : Dataset
     of : str
-        Name of an actuator or a motor, "drive", or the driven body where there are several drives; not needed where there is
-        one of all these only.
+        Name of an actuator or a motor, "drive", or the driven body if there are several drives. It is not needed if there is
+        only one of all these.
 
     Returns
     -------
     Dataset
-        Along `time`: `torque` [N m], `speed` [rad/s] of the body against its base, and `power` [W]: at the samples of the run
-        and, between them, at the located largest torque, with the speed of the sample before it.
+        Along `time`: `torque` [N m], `speed` [rad/s] of the body relative to its base, and `power` [W], at the samples of the
+        run
+        and at the located largest torque, there with the speed of the sample before it.
 
     Raises
     ------
@@ -142,9 +143,9 @@ def torque_over_speed(run: xr.Dataset, of: str = "") -> xr.Dataset:
     """
     sources = _sources(run)
     if not sources:
-        raise InputError("a run without a drive, an actuator or a motor", "a mechanism that is driven() or controlled()")
+        raise InputError("the run has no drive, actuator or motor", "a mechanism with driven() or controlled()")
     if of not in sources and (of or len(sources) > 1):
-        what = f"torque of '{of}'{did_you_mean(of, sources)}" if of else "the torque of one of several"
+        what = f"torque of '{of}'{did_you_mean(of, sources)}" if of else "torque of one of several parts, which is not named"
         raise InputError(what, ", ".join(sources), f"of='{next(iter(sources))}'")
     body, base, torque, largest, along, number = sources[of or next(iter(sources))]
     speed = run["angular_velocity"].sel(body=body).values
@@ -170,47 +171,49 @@ def torque_over_speed(run: xr.Dataset, of: str = "") -> xr.Dataset:
 
 
 def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) -> xr.Dataset:
-    """Figures of merit of a drive or a controller.
+    """Compute figures of merit of a drive or a controller.
 
     Parameters
     ----------
     run : Dataset
-        Of a mechanism with clearance joints, driven or controlled.
+        Run of a mechanism with clearance joints, driven or controlled.
     ideal : Dataset
-        Of the ideal mechanism on the reference motion, over the same time.
+        Run of the ideal mechanism on the reference motion, over the same time.
     after : float
         Start of the evaluation [s].
 
     Returns
     -------
     Dataset
-        For each clearance joint: `contact_fraction` of the time, number of `separations`, `in_contact_from` [s], the start of
-        the contact that lasts to the end (NaN for none), `peak_force` [N]. For the whole: `peak_torque` [N m],
-        `torque_root_mean_square` [N m], `energy_used` [J] (the positive power, integrated over the samples), `tracking_error`
-        [rad] of the driven body, `position_error` [m] of the output body and its `synchronisation_error` [m]: its
-        distance from the position in the ideal mechanism at the same angle of the driven body, NaN if more than half of the
+        For each clearance joint: `contact_fraction` of the time, number of `separations`, `in_contact_from` [s] (start of the
+        contact that lasts to the end, or NaN), `peak_force` [N]. For the whole mechanism: `peak_torque` [N m],
+        `torque_root_mean_square` [N m], `energy_used` [J] (integral of the positive power over the samples), `tracking_error`
+        [rad] of the driven body, `position_error` [m] of the output body, and its `synchronisation_error` [m]. The latter is
+        the
+        distance from the position in the ideal mechanism at the same angle of the driven body; it is NaN if more than half of
+        the
         samples have an angle that the ideal run does not reach. Errors are the largest ones at the samples.
 
     Raises
     ------
     InputError
-        If the runs have no driven body or are not of the same mechanism.
+        If the runs have no driven body or belong to different mechanisms.
     """
     sources = [source for source in _sources(run).values() if source.along in ("drive", "actuator")]
     if not sources:
-        raise InputError("a run without a drive or an actuator", "a mechanism that is driven() or controlled()")
+        raise InputError("the run has no drive or actuator", "a mechanism with driven() or controlled()")
     body = sources[0].body
     sources = [source for source in sources if source.body == body]
     for needed, name in ((run, "run"), (ideal, "ideal run")):
         if "slider_position" not in needed:
-            raise InputError(f"a {name} without slider_position", "a mechanism whose output body is guided")
+            raise InputError(f"the {name} has no slider_position", "a mechanism whose output body is guided")
     time = run["time"].values
     part = time >= after
     if int(np.sum(part)) < 2:
         raise InputError(f"after = {after:g} s leaves fewer than two samples", f"a time before {time[-1]:g} s")
     torque = np.sum([source.torque for source in sources], axis=0)[part]
     power = np.clip(torque * run["angular_velocity"].sel(body=body).values[part], 0.0, None)
-    located = len(sources) == 1 and after <= time[0]  # by the integrator, of one source over the whole run
+    located = len(sources) == 1 and after <= time[0]  # located by the integrator: one source over the whole run
     peak = abs(run[sources[0].peak].values[sources[0].number]) if located else np.max(np.abs(torque))
     (angle, place), (ideal_angle, ideal_place) = (
         (motion["angle"].sel(body=body).values, motion["slider_position"].values) for motion in (run, ideal)
@@ -247,7 +250,7 @@ def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) 
 
 
 def _contact(run: xr.Dataset, joint: str, after: float) -> tuple[float, float, float, float]:
-    """Fraction of the time in contact, separations, start of the contact that lasts, largest force."""
+    """Return fraction of the time in contact, separations, start of the lasting contact, and largest force."""
     end = number_attribute(run, "end")
     chosen = run["contact_joint"].values == joint
     start, duration = run["contact_start"].values[chosen], run["contact_duration"].values[chosen]

@@ -13,7 +13,6 @@ from scissordyn.analysis.variable import described, finite_numbers
 from scissordyn.errors import InputError
 
 MOST_SAMPLES = 5000  # Largest number of samples; the recurrence matrix has its square of entries
-NEAR = 0.2  # Threshold as a fraction of the standard deviation, unless one is given
 
 
 def recurrence(
@@ -25,31 +24,33 @@ def recurrence(
     shortest: int = 2,
     apart: int = 1,
 ) -> xr.Dataset:
-    r"""The recurrence plot and its rates.
+    r"""Compute the recurrence plot and its rates.
 
     .. math::
         R_{ij} = 1 \text{ if } \|x_i - x_j\| \le \text{threshold},\quad
         x_i = (v_i, v_{i+\text{delay}}, \dots, v_{i+(\text{dimension}-1)\,\text{delay}})
 
-    The recurrence rate is the fraction of ones, determinism the fraction of the ones that lie on diagonal lines of at least
-    `shortest` points: times at which the motion returned and then repeated itself. Both leave out indices that differ by less
-    than `apart`. Periodic motion has determinism 1. Quasi-periodic motion has nearly 1 if enough quantities or dimensions
-    unfold it (exactly 1 for the rotation of a circle, as distances are Euclidean); a projection has isolated false recurrences.
-    Independent noise has 2 RR - RR^2 for lines of two. Chaotic maps lie between. Both rates depend on the threshold: compare
-    only at the same one.
+    The recurrence rate is the fraction of ones. Determinism is the fraction of the ones that lie on diagonal lines of at least
+    `shortest` points: times at which the motion returned and then repeated itself. Both exclude indices that differ by less
+    than `apart`. Both depend on the threshold, so compare them only at the same one.
+
+    Periodic motion has determinism 1. Quasi-periodic motion has nearly 1 if enough quantities or dimensions unfold it, exactly
+    1
+    for the rotation of a circle, as distances are Euclidean. A projection has isolated false recurrences. Independent noise has
+    2 RR - RR^2 for lines of two; chaotic maps lie in between.
 
     Parameters
     ----------
     values : array_like, shape (n,) or (n, quantities)
-        Quantities of different units must be scaled first.
+        Values; quantities of different units must be scaled first.
     threshold : float, optional
-        In the unit of the values; 0.2 of their standard deviation if not given.
+        Largest distance of recurrent states, in the unit of the values; by default 0.2 of their standard deviation.
     dimension, delay : int
-        Of the embedding (Takens 1981).
+        Dimension and delay of the embedding (Takens 1981).
     shortest : int
         Number of points of the shortest line.
     apart : int
-        Pairs nearer in time than this are not recurrences (Theiler 1986).
+        Smallest difference of indices of a recurrence (Theiler 1986).
 
     Returns
     -------
@@ -73,10 +74,10 @@ def recurrence(
     table = finite_numbers(values, least=10 + (dimension - 1) * delay, dimensions=2)
     count = table.shape[0] - (dimension - 1) * delay
     if count > MOST_SAMPLES:
-        raise InputError(f"{count} samples for a recurrence plot", f"at most {MOST_SAMPLES}", "values[-2000:]")
+        raise InputError(f"a recurrence plot of {count} samples", f"at most {MOST_SAMPLES}", "values[-2000:]")
     if apart >= count:
         raise InputError(f"apart = {apart!r} for {count} points", f"at most {count - 1}")
-    near = NEAR * math.sqrt(float(np.sum(np.var(table, axis=0)))) if threshold is None else threshold
+    near = 0.2 * math.sqrt(float(np.sum(np.var(table, axis=0)))) if threshold is None else threshold
     if not (math.isfinite(near) and near >= 0.0):
         raise InputError(f"threshold = {near!r}", "a number >= 0 in the unit of the values")
     embedded = np.concatenate([table[k * delay : k * delay + count] for k in range(dimension)], axis=1)
@@ -96,7 +97,7 @@ def recurrence(
 
 
 def _lines(recurrent: np.ndarray, apart: int) -> np.ndarray:
-    """Numbers of points of all diagonal lines, single points among them, from the diagonal `apart` on."""
+    """Return the numbers of points of all diagonal lines, including single points, from the diagonal `apart` on."""
     lengths = []
     for offset in range(apart, len(recurrent)):
         diagonal = np.diagonal(recurrent, offset)

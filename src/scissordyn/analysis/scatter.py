@@ -1,4 +1,4 @@
-"""Velocity against acceleration, sample by sample: the paper's "Poincare map"."""
+"""Velocity against acceleration at every sample, which the paper calls a "Poincare map"."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from scissordyn.errors import InputError, did_you_mean
 def velocity_acceleration(
     run: xr.Dataset, *, after: float = 0.0, until: float | None = None, body: str = "", axis: str = "y"
 ) -> xr.Dataset:
-    """Velocity and acceleration of the slider at every sample.
+    """Return velocity and acceleration of the slider at every sample.
 
     The literature on clearance joints often plots this and calls it a Poincare map. It is a projection of the trajectory: a
-    single stroke has no period, and so no map. Use `stroboscopic` or `section` for maps.
+    single stroke has no period, and therefore no map. Use `stroboscopic` or `section` for maps.
 
     Parameters
     ----------
     run : Dataset
     after, until : float
-        Window of the evaluation [s]; to the end of the run if `until` is not given.
+        Window of the evaluation [s]; by default to the end of the run.
     body : str
-        A body whose mass centre is used in place of the slider.
+        Body whose mass centre is used instead of the slider.
     axis : {"x", "y"}
         Axis, for another body.
 
@@ -34,7 +34,7 @@ def velocity_acceleration(
     Raises
     ------
     InputError
-        If there is no slider and no body is named, or no such body.
+        If there is no slider and no body is named, or the body does not exist.
     """
     start, end = window(run, after, until)
     bodies = [str(name) for name in run["body"].values]
@@ -43,7 +43,7 @@ def velocity_acceleration(
             f"body '{body}'{did_you_mean(body, bodies)} along '{axis}'", f"one of {', '.join(bodies)}, along 'x' or 'y'"
         )
     if not body and "slider_velocity" not in run:
-        raise InputError("a run without a slider", "a body: one of " + ", ".join(bodies), f"body='{bodies[-1]}'")
+        raise InputError("the run has no slider", "a body: one of " + ", ".join(bodies), f"body='{bodies[-1]}'")
     if body:
         pair = {name: run[name].sel(body=body, axis=axis, drop=True) for name in ("velocity", "acceleration")}
     else:

@@ -1,4 +1,4 @@
-"""Poincaré sections of a run: where a variable crosses a level, and once a period of the drive."""
+"""Poincaré sections of a run: crossings of a level, and samples once per period of the drive."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from scissordyn.errors import InputError, did_you_mean, whole_number
 Direction = Literal["both", "rising", "falling"]
 SIGNS: dict[str, tuple[int, ...]] = {"both": (-1, 1), "rising": (1,), "falling": (-1,)}
 
-TWICE = 1e-7  # Roots nearer than this fraction of an interval are one: the same root in the intervals on both sides of a sample
+SAME_ROOT_TOL = 1e-7  # Fraction of an interval; closer roots are one, found in the intervals on both sides of a sample
 
 
 def section(
@@ -27,17 +27,17 @@ def section(
     direction: Direction = "both",
     at: Mapping[str, str] | None = None,
 ) -> xr.Dataset:
-    """The states in which a variable crosses a level, located on cubic Hermite polynomials between the samples.
+    """Return the states in which a variable crosses a level, on cubic Hermite polynomials between the samples.
 
-    Every root of every cubic is found, also two between two samples; a touch without crossing is not one.
+    All roots of every cubic are found, even two roots between two samples. A tangent point without crossing is not a root.
 
     Parameters
     ----------
     run : Dataset
     variable : str
-        A variable whose rate is recorded: slider_position, slider_velocity, position, velocity, angle, angular_velocity.
+        Variable whose rate is recorded: slider_position, slider_velocity, position, velocity, angle, angular_velocity.
     level : float
-        In the variable's unit.
+        Level in the variable's unit.
     direction : {"both", "rising", "falling"}
     at : mapping of str to str, optional
         Body and axis, such as ``{"body": "slider", "axis": "y"}``.
@@ -50,7 +50,7 @@ def section(
     Raises
     ------
     InputError
-        If the variable has no recorded rate, or `at` does not choose one series.
+        If the variable has no recorded rate, or `at` does not select one series.
     """
     usable = [name for name, rate in RATES.items() if name in run and rate in run]
     if variable not in usable:
@@ -74,7 +74,7 @@ def section(
     attributes = {**run.attrs, "section_variable": variable, "section_level": level, "section_direction": direction}
     crossings = xr.Dataset(
         {
-            **_interpolated(run, when[kept], "crossing"),
+            **_interpolate(run, when[kept], "crossing"),
             "direction": described(("crossing",), way[kept], "1", "1 rising, -1 falling"),
         },
         coords={name: run[name] for name in run.coords if name != "time"},
@@ -84,40 +84,40 @@ def section(
 
 
 def _cubics(time: np.ndarray, values: np.ndarray, rates: np.ndarray) -> BPoly:
-    """The cubics with given values and rates at both ends of each interval.
+    """Return cubics with given values and rates at both ends of each interval.
 
-    Their error is y''''(t) h^4/384 at most (Davis 1975, Interpolation and Approximation).
+    Their error is at most y''''(t) h^4/384 (Davis 1975, Interpolation and Approximation).
     """
     third = np.diff(time).reshape(-1, *[1] * (values.ndim - 1)) / 3.0
     return BPoly([values[:-1], values[:-1] + third * rates[:-1], values[1:] - third * rates[1:], values[1:]], time)
 
 
 def _crossings(cubics: BPoly) -> tuple[np.ndarray, np.ndarray]:
-    """Times and directions of the zeros at which the cubics change their sign."""
+    """Return times and directions of the zeros at which the cubics change sign."""
     time = cubics.x
     zeros = np.sort(PPoly.from_bernstein_basis(cubics).roots())
-    near = TWICE * np.diff(time)[np.clip(np.searchsorted(time, zeros) - 1, 0, time.size - 2)]
+    near = SAME_ROOT_TOL * np.diff(time)[np.clip(np.searchsorted(time, zeros) - 1, 0, time.size - 2)]
     kept = (zeros >= time[0] - near) & (zeros <= time[-1] + near) & (np.diff(zeros, prepend=-math.inf) >= near)
     zeros = np.clip(zeros[kept], time[0], time[-1])
     way = np.sign(cubics.derivative()(zeros)).astype(int)
     return zeros[way != 0], way[way != 0]
 
 
-ON_THE_GRID = 1e-9  # A sample within this fraction of the period of an instant of the map is used as it is
+GRID_TOL = 1e-9  # Fraction of the period; a sample this close to an instant of the map is used directly
 
 
 def stroboscopic(run: xr.Dataset, *, period: float, phase: float = 0.0, skip: int = 0) -> xr.Dataset:
-    """The states of a run at t_k = (k + phase) period: the Poincare map of a periodically driven mechanism.
+    """Return the states at t_k = (k + phase) period: the Poincare map of a periodically driven mechanism.
 
-    Where every t_k is a sample (until/(samples - 1) divides the period), the samples are used with all
-    variables. Otherwise positions, velocities and angles are interpolated by cubic Hermite polynomials, and variables without
-    a recorded rate are left out.
+    If every t_k is a sample (until/(samples - 1) divides the period), the samples are returned with all variables. Otherwise
+    positions, velocities and angles are interpolated by cubic Hermite polynomials, and variables without a recorded rate are
+    left out.
 
     Parameters
     ----------
     run : Dataset
     period : float
-        Of the drive [s].
+        Period of the drive [s].
     phase : float
         Phase as a fraction of the period [1].
     skip : int
@@ -143,7 +143,7 @@ def stroboscopic(run: xr.Dataset, *, period: float, phase: float = 0.0, skip: in
         raise InputError(f"phase = {phase!r}", "a fraction of the period, at least 0 and below 1")
     skip = whole_number("skip", skip, 0)
     time = run["time"].values
-    slack = ON_THE_GRID * period
+    slack = GRID_TOL * period
     first = math.ceil((time[0] - slack) / period - phase)
     last = math.floor((time[-1] + slack) / period - phase)
     when = period * (phase + np.arange(first + skip, last + 1))
@@ -160,7 +160,7 @@ def stroboscopic(run: xr.Dataset, *, period: float, phase: float = 0.0, skip: in
         return taken.swap_dims(time="strobe").assign_attrs({**attributes, "source": "samples"})
     inside = np.clip(when, time[0], time[-1])
     coordinates = {name: run[name] for name in run.coords if name != "time"}
-    samples = xr.Dataset(_interpolated(run, inside, "strobe"), coords=coordinates)
+    samples = xr.Dataset(_interpolate(run, inside, "strobe"), coords=coordinates)
     return samples.assign_coords(time=described(("strobe",), when, "s", "time")).assign_attrs(
         {**attributes, "source": "interpolated"}
     )
@@ -174,11 +174,11 @@ RATES = {
     "angle": "angular_velocity",
     "angular_velocity": "angular_acceleration",
 }
-"""Recorded variables whose rate of change is recorded too."""
+"""Recorded variables whose rate is also recorded."""
 
 
-def _interpolated(run: xr.Dataset, when: np.ndarray, dim: str) -> dict[str, Variable]:
-    """Variables of a run between its samples."""
+def _interpolate(run: xr.Dataset, when: np.ndarray, dim: str) -> dict[str, Variable]:
+    """Return the variables of a run, interpolated between its samples."""
     variables: dict[str, Variable] = {}
     for name, rate in RATES.items():
         if name not in run or rate not in run:

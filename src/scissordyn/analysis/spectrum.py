@@ -1,4 +1,4 @@
-"""The power spectrum of a signal and its dominant frequencies."""
+"""Power spectrum of a signal and its dominant frequencies."""
 
 from __future__ import annotations
 
@@ -12,15 +12,16 @@ from scipy import signal
 from scissordyn.analysis.variable import described, finite_numbers
 from scissordyn.errors import InputError
 
-BROADBAND = 10.0  # A frequency dominates if its power density is this many times the median
+DOMINANCE_MIN = 10.0  # Power density of a dominant frequency, relative to the median
 
 
 def spectrum(
     values: ArrayLike, *, spacing: float, segments: int = 4, peaks: int = 5, window: str = "hann", unit: str = "1"
 ) -> xr.Dataset:
-    """The one-sided power spectral density by Welch's method, with its dominant frequencies.
+    """Compute the one-sided power spectral density by Welch's method, and its dominant frequencies.
 
-    The signal is cut into `segments` that overlap by half; the mean is subtracted, they are windowed, and their periodograms
+    The signal is cut into `segments` that overlap by half. The mean is subtracted, the segments are windowed, and their
+    periodograms
     are averaged. The integral of the density is the variance of the signal. Peaks are refined by a parabola through the
     logarithms of three neighbours, accurate to about a twentieth of the resolution 1/(length of a segment).
 
@@ -29,22 +30,22 @@ def spectrum(
     values : array_like, shape (n,)
         Equally spaced samples.
     spacing : float
-        Between samples [s], or 1 for a map.
+        Time between samples [s], or 1 for a map.
     segments : int
         Number of segment lengths in the signal; more segments give less scatter and less resolution.
     peaks : int
         Largest number of dominant frequencies.
     window : str
-        A window of scipy.signal.
+        Name of a window of scipy.signal.
     unit : str
-        Of the values.
+        Unit of the values.
 
     Returns
     -------
     Dataset
         `power_density` along `frequency`; `dominant_frequency` and `dominant_density` along `peak`, strongest first;
-        `flatness`, the geometric over the arithmetic mean of the density: near 0 for lines, 0.56 for one periodogram of white
-        noise, towards 1 with more segments.
+        `flatness`, the geometric mean of the density divided by the arithmetic mean: near 0 for lines, 0.56 for one periodogram
+        of white noise, approaching 1 with more segments.
 
     Raises
     ------
@@ -73,10 +74,10 @@ def spectrum(
     top = float(np.max(inside))
     flatness = math.nan
     if top > 0.0:
-        # excludes the round-off of a pure tone from the floor, and exact zeros from the geometric mean
+        # keeps round-off of a pure tone and exact zeros out of the geometric mean
         floored = np.maximum(inside, top * np.finfo(float).eps ** 2)
         flatness = float(np.exp(np.mean(np.log(floored))) / np.mean(floored))
-    where, _ = signal.find_peaks(density, height=max(BROADBAND * float(np.median(inside)), 1e-12 * top))
+    where, _ = signal.find_peaks(density, height=max(DOMINANCE_MIN * float(np.median(inside)), 1e-12 * top))
     where = where[np.argsort(-density[where], kind="stable")][:peaks]
     left, middle, right = (np.log(np.maximum(density[where + k], 1e-300)) for k in (-1, 0, 1))
     bend = left - 2.0 * middle + right

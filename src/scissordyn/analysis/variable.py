@@ -1,4 +1,4 @@
-"""Common parts of the measures: described variables, the window of time, and checks of arrays."""
+"""Helpers of the measures: variables with units, the window of time, and checks of arrays."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ Variable = tuple[tuple[str, ...], np.ndarray, dict[str, str]]
 
 
 def described(dims: tuple[str, ...], values: ArrayLike, units: str, long_name: str) -> Variable:
-    """A variable of a Dataset with its unit and long name."""
+    """Return a variable of a Dataset with its unit and long name."""
     return dims, np.asarray(values), {"units": units, "long_name": long_name}
 
 
 def window(run: xr.Dataset, after: float, until: float | None) -> tuple[float, float]:
-    """The window of a run."""
+    """Return the checked window of a run, from start to end [s]."""
     first, last = float(run["time"].values[0]), float(run["time"].values[-1])
     end = last if until is None else until
     if not (math.isfinite(after) and math.isfinite(end) and after < end <= last * (1.0 + 1e-12)) or end <= first:
         raise InputError(
-            f"a window from {after:g} s to {end:g} s of a run from {first:g} s to {last:g} s",
+            f"the window from {after:g} s to {end:g} s does not fit a run from {first:g} s to {last:g} s",
             "a window inside the run, its end after its start",
         )
     return max(after, first), end
 
 
 def finite_numbers(values: ArrayLike, *, least: int, dimensions: int = 1) -> np.ndarray:
-    """Numbers as a finite array of one dimension, or of two: a row a sample, a column a quantity.
+    """Return values as a finite array with one dimension, or two: a row per sample, a column per quantity.
 
-    Shapes: `values` (n,) or, of two dimensions, (n, quantities).
+    Shapes: `values` (n,) or, with two dimensions, (n, quantities).
     """
     numbers = np.asarray(values, float)
     table = numbers[:, None] if numbers.ndim == 1 and dimensions == 2 else numbers
@@ -41,6 +41,6 @@ def finite_numbers(values: ArrayLike, *, least: int, dimensions: int = 1) -> np.
     if table.ndim != dimensions or table.shape[0] < least or not table.size or not finite:
         raise InputError(
             f"values of shape {numbers.shape}{'' if finite else ', not all finite'}",
-            f"at least {least} samples, each {'a finite number' if dimensions == 1 else 'of one or several finite numbers'}",
+            f"at least {least} samples, each {'a finite number' if dimensions == 1 else 'with one or several finite numbers'}",
         )
     return table

@@ -1,4 +1,4 @@
-"""The class of a motion, with the evidence: of stroboscopic samples, of a run, and of an ensemble."""
+"""Classification of a motion with evidence: from stroboscopic samples, a run, or an ensemble."""
 
 from __future__ import annotations
 
@@ -23,27 +23,27 @@ from scissordyn.record.joint_force import some_clearance_joints
 
 Kind = Literal["continuous contact", "periodic", "quasi-periodic", "irregular", "transient only"]
 
-ENOUGH = 200  # Smallest number of samples for the 0-1 test, whose displacements extend over a tenth of them only
+SAMPLES_MIN = 200  # Smallest number of samples for the 0-1 test, whose displacements extend over only a tenth of them
 
 REGULAR, CHAOTIC = 0.2, 0.8
-"""K of the 0-1 test below which the motion is regular and above which it is irregular. Between, a longer run is needed."""
+"""Limits of K of the 0-1 test: regular below, irregular above; in between a longer run is needed."""
 
-REPEATS = 4  # Smallest number of repetitions of a period
+REPEATS = 4  # Smallest number of repetitions that establish a period
 
-SETTLING = 4.0
-"""The spread of a settled motion does not change by this factor from the first to the last quarter of the samples."""
+SPREAD_RATIO_MAX = 4.0
+"""Largest ratio, or its inverse, of the spreads in the last and the first quarter of the samples of a settled motion."""
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """A class of motion with its evidence.
+    """Class of a motion with its evidence.
 
     Parameters
     ----------
     kind : {"continuous contact", "periodic", "quasi-periodic", "irregular", "transient only"}
-        "transient only": the samples do not determine the asymptotic motion.
+        Class; "transient only" means that the samples do not determine the asymptotic motion.
     period : int or None
-        In periods of the drive, where the samples repeat.
+        Number of drive periods after which the samples repeat.
     evidence : tuple of str
         Sentences with the decisive numbers and their limitations.
     measures : mapping of str to float
@@ -57,7 +57,7 @@ class Verdict:
 
     @property
     def name(self) -> str:
-        """The kind, with the period where there is one."""
+        """Kind and, if there is one, period."""
         return f"{self.kind}, period {self.period}" if self.period is not None else self.kind
 
 
@@ -74,12 +74,12 @@ def classify_samples(
 ) -> Verdict:
     """Classify samples of a Poincare map as periodic, quasi-periodic or irregular motion.
 
-    The first of these criteria that is met:
+    The first criterion that is met decides:
 
-    1. period p: over the second half of the samples x_{k+p} = x_k within `tolerance` of the scale, for the least p;
+    1. period p: in the second half of the samples x_{k+p} = x_k within `tolerance` of the scale, for the smallest p;
     2. transient only: fewer than 200 samples, or a spread or mean that still changes from the first to the last quarter;
-    3. irregular if K of the 0-1 test is above 0.8, quasi-periodic (or a period above `longest_period`) if it is below 0.2,
-       for the quantity that varies most; transient only in between.
+    3. for the quantity that varies most, irregular if K of the 0-1 test is above 0.8, quasi-periodic (or a period above
+       `longest_period`) if it is below 0.2, transient only in between.
 
     A motion of period 1 without separation in the clearance joints is called continuous contact.
 
@@ -88,8 +88,7 @@ def classify_samples(
     samples : array_like, shape (n,) or (n, quantities)
         One row per period of the drive.
     scale : array_like, shape (quantities,), optional
-        Unit of differences, such as the clearance for eccentricities; the largest absolute value of each quantity
-        if not given.
+        Unit of differences, such as the clearance for eccentricities; by default the largest absolute value of each quantity.
     tolerance : float
         Largest difference of equal samples, as a fraction of the scale.
     longest_period : int
@@ -97,11 +96,11 @@ def classify_samples(
     flight_fraction : float, optional
         Largest fraction of the time that a clearance joint is in free flight, over the second half; 0 is continuous contact.
     times : array_like, shape (n,), optional
-        Of the samples [s].
+        Times of the samples [s].
     trusted_until : float
         Predictability horizon of the trajectory [s]; NaN if not computed.
     seed : int
-        Of the random angles of the 0-1 test.
+        Seed of the random angles of the 0-1 test.
 
     Returns
     -------
@@ -133,15 +132,15 @@ def classify_samples(
     if period is not None:
         kind = "continuous contact" if period == 1 and flight_fraction is not None and flight_fraction <= 0.0 else "periodic"
     else:
-        kind = _aperiodic(scaled, longest_period, seed, evidence, measures)
+        kind = _classify_aperiodic(scaled, longest_period, seed, evidence, measures)
     if times is not None:
         count, beyond = len(scaled), int(np.sum(np.asarray(times, float) > trusted_until))
-        _judge_trust(trusted_until, 1.0 - beyond / count, f"{beyond} of {count} samples lie beyond", evidence, measures)
+        _add_horizon(trusted_until, 1.0 - beyond / count, f"{beyond} of {count} samples lie beyond", evidence, measures)
     return Verdict(kind, period, tuple(evidence), measures)
 
 
 def _period(scaled: np.ndarray, tolerance: float, longest: int, evidence: list[str], measures: dict[str, float]) -> int | None:
-    """The least period of the second half of the samples, or None."""
+    """Return the smallest period of the second half of the samples; None if there is none."""
     tail = scaled[len(scaled) // 2 :]
     misses = [
         float(np.max(np.abs(tail[p:] - tail[:-p]))) for p in range(1, min(longest, len(tail) // REPEATS) + 1) if len(tail) > p
@@ -166,12 +165,13 @@ def _period(scaled: np.ndarray, tolerance: float, longest: int, evidence: list[s
     return None
 
 
-def _aperiodic(
+def _classify_aperiodic(
     scaled: np.ndarray, longest: int, seed: int, evidence: list[str], measures: dict[str, float]
 ) -> Literal["quasi-periodic", "irregular", "transient only"]:
-    if len(scaled) < ENOUGH:
+    """Classify samples without a period."""
+    if len(scaled) < SAMPLES_MIN:
         evidence.append(
-            f"{len(scaled)} samples are too few to distinguish quasi-periodic from irregular motion; {ENOUGH} are needed."
+            f"{len(scaled)} samples are too few to distinguish quasi-periodic from irregular motion; {SAMPLES_MIN} are needed."
         )
         return "transient only"
     quarter = len(scaled) // 4
@@ -181,7 +181,7 @@ def _aperiodic(
     moved = np.abs(scaled[-quarter:].mean(axis=0) - scaled[:quarter].mean(axis=0))
     drift = float(np.max(np.divide(moved, whole, out=np.zeros_like(whole), where=whole > 0.0)))
     measures["spread_change"], measures["drift"] = change, drift
-    if not 1.0 / SETTLING < change < SETTLING or drift > 1.0:
+    if not 1.0 / SPREAD_RATIO_MAX < change < SPREAD_RATIO_MAX or drift > 1.0:
         evidence.append(
             f"From the first to the last quarter of the samples the spread changes by a factor of {change:.3g} and the mean by "
             f"{drift:.2g} standard deviations: the motion has not settled."
@@ -207,16 +207,14 @@ def _aperiodic(
     return "transient only"
 
 
-def _judge_trust(horizon: float, trusted: float, beyond: str, evidence: list[str], measures: dict[str, float]) -> None:
-    """State what part of a motion is reproducible, and what lies beyond the horizon [s]."""
+def _add_horizon(horizon: float, trusted: float, beyond: str, evidence: list[str], measures: dict[str, float]) -> None:
+    """Add the predictability horizon [s] and the trusted fraction of a motion to the evidence."""
     if math.isnan(horizon):
-        evidence.append("How long the trajectory is reproducible has not been checked: repeat the run with trust=True.")
+        evidence.append("The reproducible part of the trajectory has not been determined: repeat the run with trust=True.")
         return
     measures["trusted_fraction"] = trusted
     if trusted < 1.0:
-        evidence.append(
-            f"{beyond} the predictability horizon of {horizon:.6g} s. There one trajectory is no evidence: compare an ensemble."
-        )
+        evidence.append(f"{beyond} the predictability horizon of {horizon:.6g} s. Compare an ensemble beyond it.")
 
 
 MAPS = ("strobe", "cycle")  # Dimensions of stroboscopic maps: of `stroboscopic`, and of long periodic runs
@@ -233,9 +231,10 @@ def classify(
     longest_period: int = 16,
     seed: int = 0,
 ) -> Verdict:
-    """Classify the motion of a run, with the evidence.
+    """Classify the motion of a run, with evidence.
 
-    With a periodic drive the eccentricities, in clearances, are sampled once a period (`classify_samples`). A single stroke has
+    With a periodic drive the eccentricities, in clearances, are sampled once per period (`classify_samples`). A single stroke
+    has
     no asymptotic motion: it is either in continuous contact or transient only.
 
     Parameters
@@ -243,7 +242,7 @@ def classify(
     run : Dataset
         A run, a result of `stroboscopic`, or the cycles of a long periodic run.
     period : float, optional
-        Of the drive [s]; a run without it is a single stroke.
+        Period of the drive [s]; a run without it is a single stroke.
     phase : float
         Phase of the samples, as a fraction of the period [1].
     skip : int
@@ -255,7 +254,7 @@ def classify(
     longest_period : int
         Longest period searched for.
     seed : int
-        Of the random angles of the 0-1 test.
+        Seed of the random angles of the 0-1 test.
 
     Returns
     -------
@@ -270,12 +269,12 @@ def classify(
     fraction: float | None = None
     if "time" in run.dims:
         if period is None:
-            return _stroke(run, after, trusted)
-        strobe, fraction = _map_of(run, period, phase, skip)
+            return _classify_stroke(run, after, trusted)
+        strobe, fraction = _sampled_map(run, period, phase, skip)
     else:
         dim = next((name for name in MAPS if name in run.dims), None)
         if dim is None:
-            raise InputError("a dataset without time, strobe or cycle", "a run, or a map of one")
+            raise InputError("the dataset has no time, strobe or cycle", "a run, or a map of one")
         strobe = run.isel({dim: slice(skip, None)})
         if "contact_fraction" in strobe and strobe.sizes[dim]:
             fraction = _exact_zero(
@@ -283,7 +282,7 @@ def classify(
             )
     dim = next(name for name in MAPS if name in strobe.dims)
     if strobe.sizes[dim] < 2:
-        raise InputError(f"{strobe.sizes[dim]} samples left after skip = {skip}", "at least 2, and 200 for a verdict")
+        raise InputError(f"{strobe.sizes[dim]} samples are left after skip = {skip}", "at least 2, and 200 for a verdict")
     clearance = _clearances(strobe)
     place = strobe["eccentricity"].sel(joint=list(clearance)).transpose(dim, "joint", "axis").values
     return classify_samples(
@@ -298,12 +297,12 @@ def classify(
     )
 
 
-def _map_of(run: xr.Dataset, period: float, phase: float, skip: int) -> tuple[xr.Dataset, float | None]:
-    """The samples of a run once a period, and the largest fraction of free flight over their second half."""
+def _sampled_map(run: xr.Dataset, period: float, phase: float, skip: int) -> tuple[xr.Dataset, float | None]:
+    """Return the samples of a run once per period, and the largest flight fraction over their second half."""
     strobe = stroboscopic(run, period=period, phase=phase, skip=skip)
     if strobe.attrs.get("source") != "samples":
         raise InputError(
-            f"a run whose samples are not at the instants (k + {phase:g}) {period:g} s",
+            f"the samples of the run are not at the instants (k + {phase:g}) {period:g} s",
             "samples at each of them: until/(samples - 1) divides the period",
         )
     settled = float(strobe["time"].values[strobe.sizes["strobe"] // 2])
@@ -313,22 +312,23 @@ def _map_of(run: xr.Dataset, period: float, phase: float, skip: int) -> tuple[xr
 
 
 def _exact_zero(fraction: float) -> float:
-    """Zero where only round-off of the sum of contact times is left."""
+    """Return zero if only round-off of the sum of contact times is left."""
     return 0.0 if fraction < 1e-12 else fraction
 
 
 def _clearances(strobe: xr.Dataset) -> dict[str, float]:
-    """The clearance of every clearance joint of a map [m]."""
+    """Return the clearance of every clearance joint of a map [m]."""
     if "clearance" in strobe:
         return {name: float(strobe["clearance"].sel(joint=name)) for name in some_clearance_joints(strobe)}
     joints = read_configuration(strobe).mechanism.joints if ATTRIBUTE in strobe.attrs else ()
     clearances = {joint.name: float(joint.clearance.clearance) for joint in joints if joint.clearance is not None}
     if not clearances:
-        raise InputError("a map without the clearances of its joints", "a variable 'clearance' along 'joint' [m]")
+        raise InputError("the map has no clearances of its joints", "a variable 'clearance' along 'joint' [m]")
     return clearances
 
 
-def _stroke(run: xr.Dataset, after: float, trusted: float) -> Verdict:
+def _classify_stroke(run: xr.Dataset, after: float, trusted: float) -> Verdict:
+    """Classify a single stroke."""
     statistics = contact_statistics(run, after=after)
     start, end = number_attribute(statistics, "after"), number_attribute(statistics, "until")
     fraction = _exact_zero(float(statistics["flight_fraction"].max()))
@@ -348,9 +348,9 @@ def _stroke(run: xr.Dataset, after: float, trusted: float) -> Verdict:
     }
     window = f"from {start:.6g} s to {end:.6g} s"
     evidence = [
-        f"A single stroke {window}: there is no period, so neither periodic nor chaotic motion can be shown.",
-        f"{measures['impacts']:.0f} impacts; no joint is in contact for less than {100.0 * measures['contact_fraction']:.4g} % "
-        "of the time.",
+        f"A single stroke {window} has no period: neither periodic nor chaotic motion can be shown.",
+        f"{measures['impacts']:.0f} impacts; each joint is in contact for at least "
+        f"{100.0 * measures['contact_fraction']:.4g} % of the time.",
     ]
     if fraction > 0.0:
         evidence.append(
@@ -358,22 +358,22 @@ def _stroke(run: xr.Dataset, after: float, trusted: float) -> Verdict:
             if math.isinf(last)
             else f"All clearance joints are in contact from {last:.6g} s to the end."
         )
-    _judge_trust(trusted, min(max(0.0, (trusted - start) / (end - start)), 1.0), "The end lies beyond", evidence, measures)
+    _add_horizon(trusted, min(max(0.0, (trusted - start) / (end - start)), 1.0), "The end lies beyond", evidence, measures)
     return Verdict("continuous contact" if fraction == 0.0 else "transient only", None, tuple(evidence), measures)
 
 
 @dataclass(frozen=True)
 class Consensus:
-    """The most frequent verdict of an ensemble, and the differences of the others.
+    """Most frequent verdict of an ensemble, and how the others differ.
 
     Parameters
     ----------
     kind : str
-        As of `Verdict`.
+        Kind of the most frequent `Verdict`.
     period : int or None
-        As of `Verdict`.
+        Period of the most frequent `Verdict`.
     fraction : float
-        Of the members that have this kind and period.
+        Fraction of the members that have this kind and period.
     counts : mapping of str to int
         Number of members with each verdict, most frequent first.
     measures : Dataset
@@ -391,20 +391,21 @@ class Consensus:
 
 
 def _deviation(values: list[float]) -> float:
+    """Return the standard deviation of a sample; NaN for one value."""
     return float(np.std(values, ddof=1)) if len(values) > 1 else math.nan
 
 
 STATISTICS: dict[str, tuple[Callable[[list[float]], float], str, str]] = {
     "mean": (np.mean, "of the measure", "mean over the members"),
     "deviation": (_deviation, "of the measure", "standard deviation over the members"),
-    "least": (min, "of the measure", "least of the members"),
+    "least": (min, "of the measure", "smallest of the members"),
     "largest": (max, "of the measure", "largest of the members"),
     "members": (len, "1", "members with this measure"),
 }
 
 
 def consensus(verdicts: Sequence[Verdict]) -> Consensus:
-    """Consensus of the verdicts on an ensemble.
+    """Return the consensus of the verdicts on an ensemble.
 
     The members are runs of one case whose starts differ by round-off. After their trajectories diverge, common results are a
     property of the motion, and different results are random.
@@ -412,7 +413,7 @@ def consensus(verdicts: Sequence[Verdict]) -> Consensus:
     Parameters
     ----------
     verdicts : sequence of Verdict
-        At least two.
+        At least two verdicts.
 
     Returns
     -------
@@ -421,11 +422,11 @@ def consensus(verdicts: Sequence[Verdict]) -> Consensus:
     Raises
     ------
     InputError
-        If there are fewer than two.
+        If there are fewer than two verdicts.
     """
     if len(verdicts) < 2:
         raise InputError(
-            f"an ensemble of {len(verdicts)}", "at least two verdicts", "consensus([classify(run) for run in runs])"
+            f"an ensemble of {len(verdicts)} members", "at least two verdicts", "consensus([classify(run) for run in runs])"
         )
     counts = Counter((verdict.kind, verdict.period) for verdict in verdicts).most_common()
     (kind, period), most = counts[0]

@@ -1,4 +1,4 @@
-"""Gottwald and Melbourne's 0-1 test: 0 for regular, 1 for chaotic motion."""
+"""0-1 test of Gottwald and Melbourne: K near 0 for regular, near 1 for chaotic motion."""
 
 from __future__ import annotations
 
@@ -10,18 +10,17 @@ from scipy import fft
 from scissordyn.analysis.variable import described, finite_numbers
 from scissordyn.errors import InputError, whole_number
 
-LAGS = 0.1  # Lags go up to this fraction of the samples (Gottwald and Melbourne 2009, section 3)
-CONSTANT = 1e-12  # Values that vary by less than this fraction of their size are constant up to round-off
+ROUNDOFF_MAX = 1e-12  # Values that vary by less than this fraction of their size are constant up to round-off
 
 
-UNDECIDED = "the values vary by no more than their errors, which would look like chaos"
+UNDECIDED = "the values vary by no more than their errors, which the test cannot distinguish from chaos"
 
 NOISE = 1e-7
-"""Values that vary by less than this fraction of their size may vary by the errors of a run at the default tolerances only."""
+"""Default relative error of values: that of a run at the default tolerances."""
 
 
 def zero_one_test(values: ArrayLike, *, angles: int = 100, seed: int = 0, noise: float = NOISE) -> xr.Dataset:
-    """The 0-1 test for chaos by the correlation method.
+    """Compute the 0-1 test for chaos by the correlation method.
 
     For angles c in [pi/5, 4 pi/5] the samples phi_j drive the translation
 
@@ -32,36 +31,36 @@ def zero_one_test(values: ArrayLike, *, angles: int = 100, seed: int = 0, noise:
 
         D_c(n) = mean_j [ (p(j+n) - p(j))^2 + (q(j+n) - q(j))^2 ] - (E phi)^2 (1 - cos n c) / (1 - cos c)
 
-    and K the median over the angles, which is insensitive to the few resonant ones. The mean of the samples is subtracted
+    and K is the median over the angles, which is insensitive to the few resonant ones. The mean of the samples is subtracted
     first, so that the last term and its cross terms vanish.
 
     The samples must come from a map (`stroboscopic`, `section`, contact by contact). A finely sampled flow changes little from
     one sample to the next, and K tends to 0 for any motion: `samples_per_oscillation` should not exceed about 10. A few hundred
     samples are enough for clear cases; weak chaos and slow transients need thousands. For K between 0.2 and 0.8 a longer run is
-    needed. Errors diffuse like chaos: K is not known of values that vary by nothing else, as those of an orbit of period 1.
+    needed. Errors diffuse like chaos: K is undetermined if the values vary only by their errors, as on an orbit of period 1.
 
     Parameters
     ----------
     values : array_like, shape (n,)
-        At least 50.
+        At least 50 values.
     angles : int
         Number of angles c.
     seed : int
-        Of the random angles.
+        Seed of the random angles.
     noise : float
-        Error of the values, as a fraction of the largest. If they vary by no more, K is NaN, and the attribute `undecided` says
-        so; 0 is for values without error. Values that are equal up to the rounding of the arithmetic have K = 0.
+        Error of the values, as a fraction of the largest. If they vary by no more, K is NaN and the attribute `undecided` gives
+        the reason; 0 is for values without error. Values that are equal up to round-off have K = 0.
 
     Returns
     -------
     Dataset
-        `K`; `correlation` along `angle`; for the angle whose K_c is the median one (`shown_angle`), `p` and `q` along `step`
-        and `mean_square_displacement` along `lag`; `samples_per_oscillation`, two crossings of the mean each.
+        `K`; `correlation` along `angle`; for the angle with the median K_c (`shown_angle`), `p` and `q` along `step`
+        and `mean_square_displacement` along `lag`; `samples_per_oscillation`, with two crossings of the mean per oscillation.
 
     Raises
     ------
     InputError
-        If there are too few values, or no angles, or the error is negative.
+        If there are too few values or no angles, or if the error is negative.
 
     References
     ----------
@@ -74,7 +73,8 @@ def zero_one_test(values: ArrayLike, *, angles: int = 100, seed: int = 0, noise:
     centred, unknown = _centred(numbers, noise)
     wheel = np.exp(1j * chosen[:, None] * np.arange(1, numbers.size + 1))
     path = np.cumsum(centred * wheel, axis=1)
-    lags = np.arange(1, max(int(LAGS * numbers.size), 5) + 1)
+    # lags up to a tenth of the samples (Gottwald and Melbourne 2009, section 3)
+    lags = np.arange(1, max(int(0.1 * numbers.size), 5) + 1)
     displacement = _mean_square_displacement(path, lags)
     correlation = np.array([_correlation(lags, row) for row in displacement])
     shown = int(np.argsort(correlation, kind="stable")[(angles - 1) // 2])
@@ -100,16 +100,16 @@ def zero_one_test(values: ArrayLike, *, angles: int = 100, seed: int = 0, noise:
 
 
 def _centred(values: np.ndarray, noise: float) -> tuple[np.ndarray, bool]:
-    """Differences from the mean, zero if they are round-off, and whether they vary by no more than their errors."""
+    """Return the differences from the mean, zero if round-off, and whether they do not exceed the errors."""
     centred = values - np.mean(values)
     varying, size = float(np.max(np.abs(centred))), float(np.max(np.abs(values)))
-    if varying <= CONSTANT * size:
+    if varying <= ROUNDOFF_MAX * size:
         return np.zeros_like(centred), False
     return centred, varying <= noise * size
 
 
 def _mean_square_displacement(path: np.ndarray, lags: np.ndarray) -> np.ndarray:
-    """Mean over j = 1, ..., n - n_cut of |z(j + n) - z(j)|^2 for every lag n, by FFT: shape (angles, lags)."""
+    """Return the mean over j = 1, ..., n - n_cut of |z(j + n) - z(j)|^2 for every lag n by FFT, shape (angles, lags)."""
     samples, most = path.shape[1], int(lags[-1])
     kept = samples - most
     # differences do not depend on the mean, and sums of squares lose fewer digits without it
@@ -124,7 +124,7 @@ def _mean_square_displacement(path: np.ndarray, lags: np.ndarray) -> np.ndarray:
 
 
 def _correlation(lags: np.ndarray, displacement: np.ndarray) -> float:
-    """Pearson's correlation; 0 for a constant displacement."""
+    """Return Pearson's correlation; 0 for a constant displacement."""
     if np.ptp(displacement) == 0.0:
         return 0.0
     return float(np.corrcoef(lags, displacement)[0, 1])

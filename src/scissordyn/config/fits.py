@@ -21,7 +21,7 @@ from scissordyn.config.file import read_case
 from scissordyn.config.studies import study
 from scissordyn.config.variation import read_variation
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.identification.fit import fitted, known_headings
+from scissordyn.identification.fit import fit_parameters, known_headings
 from scissordyn.identification.problem import Free, free_parameter
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
@@ -185,7 +185,7 @@ def fit(
     records = [record if isinstance(record, Measured) else read_measured(Path(record), units) for record in curves]
     wanted = dict(free) if isinstance(free, Mapping) else dict.fromkeys(free)
     numbers = [_free(mechanism, parameter, text) for parameter, text in wanted.items()]
-    return fitted(
+    return fit_parameters(
         mechanism, chosen, records, numbers, segment=segment, deviations=deviations, jump=jump, most=most, progress=progress
     )
 

@@ -1,1 +1,1 @@
-"""Numbers of a mechanism from measured curves: least squares over runs, with what the data cannot tell."""
+"""Identification of parameters from measured curves: least squares over runs, with uncertainties."""

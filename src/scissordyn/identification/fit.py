@@ -1,4 +1,4 @@
-"""Fit numbers of a mechanism to measured curves."""
+"""Fit parameters of a mechanism to measured curves."""
 
 from __future__ import annotations
 
@@ -21,21 +21,18 @@ from scissordyn.identification.uncertainty import LEVEL, Uncertainty, uncertaint
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 
-ROUNDS = 3  # Most rounds of weights
-SETTLED = 0.05  # Standard deviations that change by less than this fraction are final
-SMALLEST = 1e-9  # A standard deviation is at least this fraction of the range of its quantity
-ENOUGH = 1e-8  # Relative change of the sum of squares, or of the unknowns, at which the search ends
+SEARCH_TOL = 1e-8  # Relative change of the sum of squares, or of the unknowns, at which the search ends
 
 
 def known_headings(mechanism: Mechanism, options: Options) -> dict[str, str]:
-    """Units of the quantities that a run of a mechanism has over time, by heading."""
+    """Return the units of the quantities that a run of a mechanism has over time, by heading."""
     try:
         return {heading: column.unit for heading, column in columns_of(mechanism, options).items()}
     except FailedRunError as failed:
-        raise InputError(f"the case of the fit does not run: {failed}", "a case that runs") from None
+        raise InputError(f"the case of the fit fails: {failed}", "a case that runs") from None
 
 
-def fitted(
+def fit_parameters(
     mechanism: Mechanism,
     options: Options,
     records: Sequence[Measured],
@@ -47,10 +44,10 @@ def fitted(
     most: int = 100,
     progress: Callable[[str], None] | None = None,
 ) -> xr.Dataset:
-    """Numbers of a mechanism by least squares, see `config.fits.fit`."""
+    """Fit parameters of a mechanism by least squares (`config.fits.fit`)."""
     began = clocks.perf_counter()
     if not free:
-        raise InputError("no free number", "at least one parameter", "--free 'arm.inertia'")
+        raise InputError("no free parameter is given", "at least one parameter", "--free 'arm.inertia'")
     names = [parameter.path for parameter in free]
     for name in names:
         if names.count(name) > 1:
@@ -63,7 +60,7 @@ def fitted(
     )
     rows = sum(piece.record.values.size for piece in segments)
     if rows <= problem.unknowns:
-        raise InputError(f"{rows} measured values for {problem.unknowns} unknown numbers", "more data, fewer free numbers")
+        raise InputError(f"{rows} measured values for {problem.unknowns} unknowns", "more data, or fewer free parameters")
     problem, unknowns, solution = _solved(problem, weights=not deviations, most=most, progress=progress)
     failure = "" if solution.status > 0 else f"{most} evaluations were not enough"
     data = _dataset(problem, unknowns, failure)
@@ -74,25 +71,23 @@ def fitted(
 def _solved(
     problem: Problem, *, weights: bool, most: int, progress: Callable[[str], None] | None
 ) -> tuple[Problem, np.ndarray, OptimizeResult]:
-    """A problem with its last weights, which are those of its own residuals unless they are given, and its unknowns."""
+    """Solve a problem; unless weights are given, repeat it with weights from its residuals. Return problem and unknowns."""
     unknowns = problem.start()
     try:
-        problem.everything_shown(unknowns)
+        problem.run_segments(unknowns)
     except FailedRunError as failed:
-        raise InputError(
-            f"the run that the fit starts from fails: {failed}", "a case that runs over the time of the data"
-        ) from None
+        raise InputError(f"the first run of the fit fails: {failed}", "a case that runs over the time of the data") from None
     if weights:
         problem = dataclasses.replace(problem, deviation=_deviations(problem, unknowns))
-    for round_ in range(ROUNDS if weights else 1):
+    for round_ in range(3 if weights else 1):
         solution = least_squares(
             problem.residuals,
             unknowns,
             jac=problem.jacobian,
             bounds=problem.bounds(),
             x_scale="jac",
-            ftol=ENOUGH,
-            xtol=ENOUGH,
+            ftol=SEARCH_TOL,
+            xtol=SEARCH_TOL,
             gtol=None,
             max_nfev=most,
         )
@@ -102,23 +97,23 @@ def _solved(
         if not weights:
             break
         new = _deviations(problem, unknowns)
-        if np.all(np.abs(new / problem.deviation - 1.0) < SETTLED):
+        if np.all(np.abs(new / problem.deviation - 1.0) < 0.05):  # the standard deviations have converged
             break
         problem = dataclasses.replace(problem, deviation=new)
     return problem, unknowns, solution
 
 
 def _deviations(problem: Problem, unknowns: np.ndarray) -> np.ndarray:
-    """Root mean square of the residuals of each quantity."""
+    """Return the root mean square residual of each quantity, at least 1e-9 of its range."""
     measured = np.concatenate([segment.record.values for segment in problem.segments])
     weighted = problem.residuals(unknowns)[: measured.size].reshape(measured.shape)
     span = np.ptp(measured, axis=0)
-    least = SMALLEST * np.where(span > 0.0, span, 1.0)
+    least = 1e-9 * np.where(span > 0.0, span, 1.0)
     return np.asarray(np.maximum(np.sqrt(np.mean(weighted**2, axis=0)) * problem.deviation, least))
 
 
 def _known_deviations(record: Measured, deviations: Mapping[str, float] | None) -> np.ndarray:
-    """Standard deviations of the columns; the spread of each where they are to be estimated."""
+    """Return the standard deviations of the columns; if they are not given, the spread of each column."""
     if not deviations:
         return spread(record)
     for heading, value in deviations.items():
@@ -127,19 +122,21 @@ def _known_deviations(record: Measured, deviations: Mapping[str, float] | None) 
                 f"standard deviation of '{heading}'{did_you_mean(heading, record.headings)}", "measured quantities"
             )
         if not value > 0.0:
-            raise InputError(f"a standard deviation of {value:g} of '{heading}'", "a number > 0")
+            raise InputError(f"the standard deviation of '{heading}' is {value:g}", "a number > 0")
     missing = [heading for heading in record.headings if heading not in deviations]
     if missing:
-        raise InputError(f"no standard deviation of '{missing[0]}'", "one for each column, or none: then they are estimated")
+        raise InputError(
+            f"the standard deviation of '{missing[0]}' is missing", "one for each column, or none to estimate all of them"
+        )
     return np.array([deviations[heading] for heading in record.headings])
 
 
 def _jumps(segments: Sequence[Segment], jump: float | None) -> np.ndarray | None:
-    """Standard deviations of the jumps of a state between segments."""
+    """Return the standard deviations of the jumps of a state between segments."""
     if jump is None or not any(segment.follows for segment in segments):
         return None
     if not jump > 0.0:
-        raise InputError(f"jumps with a standard deviation of {jump:g}", "a fraction > 0 of the range of the motion", "1e-3")
+        raise InputError(f"jumps have the standard deviation {jump:g}", "a fraction > 0 of the range of the motion", "1e-3")
     starts = [segment.chart.mechanism for segment in segments if segment.chart is not None]
     values = []
     for start in starts:
@@ -152,7 +149,7 @@ def _jumps(segments: Sequence[Segment], jump: float | None) -> np.ndarray | None
         )
     spread = np.std(np.array(values), axis=0)
     count = len(starts[0].bodies)
-    # where a body's frame stands still its mass centre does not: the radius times the angle takes its place
+    # if a body's frame does not move but its mass centre does, radius times angle replaces the displacement
     angle = np.repeat(spread[:count], 2)
     rate = np.repeat(spread[count : 2 * count], 2)
     reach = np.repeat([body.extent for body in starts[0].bodies], 2)
@@ -164,15 +161,14 @@ def _jumps(segments: Sequence[Segment], jump: float | None) -> np.ndarray | None
 
 TITLE = "scissordyn fit"
 
-ALIKE = 0.98  # Numbers whose correlation is larger are hardly distinguished
-DEPENDENT = 2.0  # Errors that grow by more than this factor by the dependence of residuals show that they are no noise
-AT_BOUND = 1e-6  # A number within this fraction of its scale of a bound is at the bound
+ALIKE_CORRELATION = 0.98  # Parameters with a larger correlation can hardly be distinguished
+DEPENDENCE_MAX = 2.0  # Largest growth of errors by dependent residuals that noise explains
 
 
 def _dataset(problem: Problem, unknowns: np.ndarray, failure: str) -> xr.Dataset:
-    """Numbers, their errors and correlations, and measured and fitted curves."""
+    """Return parameters, their errors and correlations, and measured and fitted curves."""
     errors, values, rows = uncertainty(problem, unknowns), problem.values(unknowns), records_of(problem.segments)
-    fitted = np.concatenate([shown.curves for shown in problem.everything_shown(unknowns)])
+    fitted = np.concatenate([run.curves for run in problem.run_segments(unknowns)])
     residual = fitted - rows["measured"][1]
     paths = np.array([parameter.path for parameter in problem.free], dtype=str)
 
@@ -181,9 +177,11 @@ def _dataset(problem: Problem, unknowns: np.ndarray, failure: str) -> xr.Dataset
 
     data = xr.Dataset(
         {
-            "value": of_parameters(values, "fitted value, in the unit of the number"),
+            "value": of_parameters(values, "fitted value, in the unit of the parameter"),
             "start_value": of_parameters([parameter.start for parameter in problem.free], "value that the search started from"),
-            "standard_error": of_parameters(errors.error, "standard error; infinite where the data do not determine it"),
+            "standard_error": of_parameters(
+                errors.error, "standard error; infinite if the data do not determine the parameter"
+            ),
             "low": of_parameters(values - errors.half_width, f"lower end of the interval with probability {LEVEL:g}"),
             "high": of_parameters(values + errors.half_width, f"upper end of the interval with probability {LEVEL:g}"),
             "lower_bound": of_parameters([parameter.low for parameter in problem.free], "lower bound of the search"),
@@ -193,7 +191,7 @@ def _dataset(problem: Problem, unknowns: np.ndarray, failure: str) -> xr.Dataset
             "covariance": (("parameter", "other"), errors.covariance, {"long_name": "covariance, in SI units"}),
             **rows,
             "fitted": (("row", "column"), fitted, {"long_name": "value of the fitted mechanism"}),
-            "residual": (("row", "column"), residual, {"long_name": "fitted less measured"}),
+            "residual": (("row", "column"), residual, {"long_name": "fitted minus measured value"}),
             "deviation": ("column", problem.deviation, {"long_name": "standard deviation that weights the residuals"}),
             "rms": ("column", np.sqrt(np.mean(residual**2, axis=0)), {"long_name": "root mean square residual"}),
         },
@@ -203,7 +201,7 @@ def _dataset(problem: Problem, unknowns: np.ndarray, failure: str) -> xr.Dataset
         "title": TITLE,
         "status": "failed" if failure else "complete",
         "cause": failure,
-        "configuration": write_configuration(problem.fitted(unknowns), problem.options),
+        "configuration": write_configuration(problem.fitted_mechanism(unknowns), problem.options),
         "chi_square": errors.chi_square,
         "dependence": errors.dependence,
         "warnings": json.dumps(_warnings(problem.free, failure, errors, values)),
@@ -212,35 +210,35 @@ def _dataset(problem: Problem, unknowns: np.ndarray, failure: str) -> xr.Dataset
 
 
 def _warnings(free: Sequence[Free], failure: str, errors: Uncertainty, values: np.ndarray) -> list[str]:
-    """What the user has to know of the numbers."""
+    """Return warnings about the fitted parameters."""
     warnings = [f"the search did not end: {failure}"] if failure else []
     for direction in errors.alike:
         names = [f"'{free[k].path}'" for k in direction]
         if len(names) == 1:
-            warnings.append(f"{names[0]} cannot be determined: the data do not depend on it beyond their errors")
+            warnings.append(f"{names[0]} cannot be determined: its effect on the data is within their errors")
         else:
             together = ", ".join(f"{free[k].path} {share:+.3g} %" for k, share in direction.items())
             warnings.append(
-                f"{' and '.join(names)} cannot be distinguished: with {together} the measured curves stay the same; keep one "
-                "of them fixed at a value that was measured otherwise"
+                f"{' and '.join(names)} cannot be distinguished: changes of {together} leave the measured curves unchanged; "
+                "fix one of them at a value measured in another way"
             )
-    if errors.dependence > DEPENDENT:
+    if errors.dependence > DEPENDENCE_MAX:
         warnings.append(
-            f"neighbouring residuals depend on each other, which makes the intervals {errors.dependence:.1f} times as wide "
-            "as noise would: the mechanism or its start differs from what was measured"
+            f"neighbouring residuals depend on each other and widen the intervals by a factor of {errors.dependence:.1f}: "
+            "the mechanism or its start differs from what was measured"
         )
     correlation = errors.correlation
     for i in range(len(free)):
         for j in range(i):
             both = np.isfinite(errors.error[[i, j]]).all()
-            if both and abs(correlation[i, j]) > ALIKE:
+            if both and abs(correlation[i, j]) > ALIKE_CORRELATION:
                 warnings.append(
-                    f"'{free[j].path}' and '{free[i].path}' are hardly distinguished: correlation {correlation[i, j]:.4f}"
+                    f"'{free[j].path}' and '{free[i].path}' can hardly be distinguished: correlation {correlation[i, j]:.4f}"
                 )
     warnings += [
-        f"'{parameter.path}' is at its bound {bound:g} {parameter.unit}: its interval does not hold"
+        f"'{parameter.path}' is at its bound {bound:g} {parameter.unit}: its interval is not valid"
         for parameter, value in zip(free, values.tolist(), strict=True)
         for bound in (parameter.low, parameter.high)
-        if abs(value - bound) <= AT_BOUND * parameter.scale
+        if abs(value - bound) <= 1e-6 * parameter.scale
     ]
     return warnings

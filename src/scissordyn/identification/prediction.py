@@ -1,4 +1,4 @@
-"""What a fitted mechanism predicts of records that it was not fitted to."""
+"""Predictions of a fitted mechanism for records that were not used for the fit."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from scissordyn.identification.start import prepared
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 
-WINDOW = 0.1  # Part of a record from which its start is estimated, in growing windows
+WINDOW = 0.1  # Fraction of a record from which its start is estimated, in growing windows
 
 
 def prediction(
@@ -25,52 +25,52 @@ def prediction(
     segment: float | None = None,
     window: float = WINDOW,
 ) -> xr.Dataset:
-    """Runs of a mechanism beside records that were not used to fit it.
+    """Run a mechanism for records that were not used to fit it.
 
     Parameters
     ----------
     mechanism : Mechanism
     options : Options
-        Of its runs.
+        Options of the runs.
     records : sequence of Measured
     segment : float, optional
-        As for `fit`: duration of parts that start anew [s]; if None each record starts as the case says.
+        Duration of segments with starts of their own, as in `fit` [s]; if None each record starts as the case describes.
     window : float
-        Part of a segment, from its start on, that its start is estimated from; what follows is predicted.
+        Initial fraction of a segment from which its start is estimated; the rest is predicted.
 
     Returns
     -------
     Dataset
-        Over `row` and `column`: `measured`, `predicted`; over `row`: `time`, `segment`, `elapsed` since the start of the
-        segment [s], `counted`, whether it is behind the window. Over `column`: `rms` of the errors that count.
+        Over `row` and `column`: `measured`, `predicted`. Over `row`: `time`, `segment`, `elapsed` since the start of the
+        segment [s], and `counted` (False inside the window). Over `column`: `rms` of the counted errors.
 
     Raises
     ------
     InputError
-        If a run fails, or a window is no part of a record.
+        If a run fails, or `window` is not between 0 and 1.
     """
     if not 0.0 < window < 1.0:
-        raise InputError(f"a window of {window:g}", "a part of a record between 0 and 1", "0.1")
+        raise InputError(f"window = {window:g}", "a fraction of a record between 0 and 1", "0.1")
     segments, columns, options = prepared(mechanism, options, records, segment=segment, windows=(0.5 * window, window))
     problem = Problem(mechanism, options, (), segments, columns, np.ones(len(columns)))
     try:
-        predicted = np.concatenate([shown.curves for shown in problem.everything_shown(problem.start())])
+        predicted = np.concatenate([run.curves for run in problem.run_segments(problem.start())])
     except FailedRunError as failed:
         raise InputError(
-            f"a run that is to predict fails: {failed}", "a mechanism that runs over the time of the data"
+            f"a run for the prediction fails: {failed}", "a mechanism that runs over the time of the data"
         ) from None
     rows = records_of(segments)
     elapsed = np.concatenate([part.record.time - part.record.time[0] for part in segments])
     cut = [0.0 if part.chart is None else window * (part.record.time[-1] - part.record.time[0]) for part in segments]
     counted = elapsed >= np.array(cut)[rows["segment"][1]]
     rms = np.sqrt(np.mean((predicted - rows["measured"][1])[counted] ** 2, axis=0))
-    about = {"long_name": "root mean square error of what was predicted, in the unit of its column"}
+    about = {"long_name": "root mean square error of the prediction, in the unit of its column"}
     return xr.Dataset(
         {
             **rows,
             "elapsed": ("row", elapsed, {"units": "s", "long_name": "time since the start of the segment"}),
-            "counted": ("row", counted, {"long_name": "whether it is behind the window"}),
-            "predicted": (("row", "column"), predicted, {"long_name": "value that the mechanism predicts"}),
+            "counted": ("row", counted, {"long_name": "whether it is after the window"}),
+            "predicted": (("row", "column"), predicted, {"long_name": "predicted value"}),
             "rms": ("column", rms, about),
         },
         attrs={"title": "scissordyn prediction"},

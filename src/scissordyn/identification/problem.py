@@ -1,4 +1,4 @@
-"""The least-squares problem of a fit: free numbers, runs beside the records, weighted residuals and their derivatives."""
+"""Least-squares problem of a fit: free parameters, runs for the records, weighted residuals and their derivatives."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ TURN = 2.0 * math.pi
 
 
 class FailedRunError(Exception):
-    """A run that did not reach the end of its record."""
+    """Run that did not reach the end of its record."""
 
 
 KINEMATIC = {
@@ -37,13 +37,13 @@ KINEMATIC = {
     for rate, names in (("", ("position", "velocity", "acceleration", "angle")), ("angular_", ("velocity", "acceleration")))
     for name in names
 } | {f"slider_{name}" for name in ("position", "velocity", "acceleration")}
-"""Variables for which no energies need to be integrated."""
+"""Variables that do not need energies to be integrated."""
 
 STATE = ("angle", "angular_velocity", "position", "velocity")
 
 
 def motion(mechanism: Mechanism, options: Options, times: np.ndarray, *, monitor: bool = True) -> xr.Dataset:
-    """A run of a mechanism, sampled at some instants."""
+    """Run a mechanism and sample it at some instants."""
     try:
         tables = plan(mechanism)
         chosen = dataclasses.replace(options, until=float(times[-1]), samples=2, trust=False)
@@ -58,41 +58,41 @@ def motion(mechanism: Mechanism, options: Options, times: np.ndarray, *, monitor
 
 
 def columns_of(mechanism: Mechanism, options: Options) -> dict[str, TimeColumn]:
-    """The quantities that a run of a mechanism has over time, by heading."""
+    """Return the quantities that a run of a mechanism has over time, by heading."""
     run = motion(mechanism, options, np.array([0.0, 1e-3 * options.until]))
     return {column.heading: column for column in time_columns(run)}
 
 
 def curves(run: xr.Dataset, columns: Sequence[TimeColumn]) -> np.ndarray:
-    """Values of some columns, shape (instants, columns)."""
+    """Return the values of some columns, shape (instants, columns)."""
     return np.column_stack([column.of(run).astype(float) for column in columns])
 
 
-class Shown(NamedTuple):
-    """What a run shows of a segment, and the states at its first and last instant."""
+class SegmentRun(NamedTuple):
+    """Curves of a run for a segment, and the states at its first and last instant."""
 
     curves: np.ndarray  # (instants, columns)
-    first: np.ndarray  # Of each body angle and place, and their rates
+    first: np.ndarray  # State: angles, angular velocities, positions and velocities of the bodies
     last: np.ndarray
 
 
 @dataclass(frozen=True)
 class Free:
-    """A number that a fit may change, and what is known of it before."""
+    """Parameter that a fit may change, with its range and prior knowledge."""
 
     path: str
-    unit: str  # In SI
-    start: float  # Where the search starts
-    scale: float  # Size of changes that matter; the unknown of the search is the number over its scale
-    low: float  # Bounds
-    high: float
-    mean: float  # Of what was measured otherwise, such as by weighing; an infinite deviation if nothing was
-    deviation: float
-    places: Sequence[Place]  # What `find` has found for the parameter path
+    unit: str  # SI unit
+    start: float  # Initial value of the search
+    scale: float  # Typical size of changes; the unknown of the search is the parameter divided by its scale
+    low: float  # Lower bound
+    high: float  # Upper bound
+    mean: float  # Value from another measurement, such as weighing
+    deviation: float  # Its standard deviation; infinite without another measurement
+    places: Sequence[Place]  # Places of the parameter path, from `find`
 
 
 def free_parameter(mechanism: Mechanism, parameter: str, variation: Variation | None = None) -> Free:
-    """A number that a fit may change."""
+    """Return a parameter that a fit may change."""
     first = number(mechanism, parameter)
     quantity, value = first.quantity, float(first.value)
     assert quantity is not None, "number() gives one with a unit"
@@ -108,13 +108,13 @@ def free_parameter(mechanism: Mechanism, parameter: str, variation: Variation | 
         value, scale = mean, abs(mean) or deviation
     elif variation is not None:
         raise InputError(
-            f"'{parameter}' free over a {variation.kind} distribution",
+            f"'{parameter}' is free over a {variation.kind} distribution",
             "a range, or a value with its standard deviation",
             command("--free", f"{parameter}=normal(0.1, 0.01) {quantity.unit}"),
         )
     if not scale > 0.0:
         raise InputError(
-            f"'{parameter}' starts at zero and has no range, so that the size of its changes is unknown",
+            f"'{parameter}' starts at zero and has no range: the size of its changes is unknown",
             "a range, or another value in the case",
             command("--free", f"{parameter}=0..1 {quantity.unit}"),
         )
@@ -125,24 +125,21 @@ def free_parameter(mechanism: Mechanism, parameter: str, variation: Variation | 
     return Free(parameter, quantity.unit, value, scale, low, high, mean, deviation, find(mechanism, parameter))
 
 
-STEP = 1e-5  # Of a finite difference, as a fraction of the scale of a number
-ACCURATE_STEP = 1e-4  # Of a central difference; its error is its square
-FARTHEST = 1e4  # Bounds that are farther away, in scales of a number, are none
-REJECTED = 1e3  # Residuals of a trial whose run fails, as a multiple of a standard deviation: the search turns back from it
+STEP = 1e-5  # Step of a one-sided difference, as a fraction of a parameter's scale
 
 
 @dataclass(frozen=True)
 class Segment:
-    """A record, or a part of one, that one run follows."""
+    """Record, or a part of one, that one run reproduces."""
 
     record: Measured
-    chart: Chart | None  # Of its start; None where the case says how it starts
-    turns: np.ndarray  # (columns,) Whole turns of measured angles [rad]
-    follows: bool = False  # Whether the segment before it goes on into it
+    chart: Chart | None  # Chart of the start; None if the case describes the start
+    turns: np.ndarray  # (columns,) Full turns of measured angles [rad]
+    follows: bool = False  # Whether it continues the segment before it
 
 
 def records_of(segments: Sequence[Segment]) -> dict[str, Any]:
-    """Variables of a Dataset with the rows of all segments."""
+    """Return the variables of a Dataset with the rows of all segments."""
     records = [segment.record for segment in segments]
     return {
         "time": ("row", np.concatenate([record.time for record in records]), {"units": "s", "long_name": "time"}),
@@ -163,9 +160,9 @@ def records_of(segments: Sequence[Segment]) -> dict[str, Any]:
 
 @dataclass
 class Problem:
-    """Residuals over free numbers and starts of segments.
+    """Residuals as functions of free parameters and starts of segments.
 
-    The unknowns are the free numbers, each over its scale, then the states at the start of every segment.
+    The unknowns are the free parameters, divided by their scales, then the states at the start of every segment.
     """
 
     mechanism: Mechanism
@@ -174,7 +171,7 @@ class Problem:
     segments: Sequence[Segment]
     columns: Sequence[TimeColumn]
     deviation: np.ndarray  # (columns,) Standard deviations of the measured quantities
-    # Standard deviations of the jumps of a state from one segment to the next, in the order of `STATE`
+    # Standard deviations of the jumps of a state between segments, in the order of `STATE`
     jumps: np.ndarray | None = None
     runs: int = field(default=0, init=False)
 
@@ -187,30 +184,33 @@ class Problem:
 
     @property
     def unknowns(self) -> int:
+        """Number of unknowns."""
         return int(self.offsets[-1])
 
     def start(self) -> np.ndarray:
-        """The unknowns that the search starts from."""
+        """Return the initial unknowns of the search."""
         starts = [parameter.start for parameter in self.free] / self.scale
         return np.concatenate([starts, np.zeros(self.unknowns - len(self.free))])
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return lower and upper bounds of the unknowns."""
         rest = np.full(self.unknowns - len(self.free), np.inf)
         ends = [[getattr(parameter, name) for parameter in self.free] / self.scale for name in ("low", "high")]
-        # the search scales steps by distances to bounds, for which one that is never reached is as bad as a wrong unit
-        low, high = (np.where(np.abs(end) < FARTHEST, end, sign * np.inf) for end, sign in zip(ends, (-1.0, 1.0), strict=True))
+        # the search scales steps by the distance to bounds: bounds farther than 1e4 scales would act like a wrong unit
+        low, high = (np.where(np.abs(end) < 1e4, end, sign * np.inf) for end, sign in zip(ends, (-1.0, 1.0), strict=True))
         return np.concatenate([low, -rest]), np.concatenate([high, rest])
 
     def values(self, unknowns: np.ndarray) -> np.ndarray:
-        """The free numbers in SI."""
+        """Return the free parameters in SI units."""
         return np.asarray(self.scale * unknowns[: len(self.free)])
 
-    def fitted(self, unknowns: np.ndarray) -> Mechanism:
+    def fitted_mechanism(self, unknowns: np.ndarray) -> Mechanism:
+        """Return the mechanism with fitted parameters."""
         changes = dict(zip((parameter.path for parameter in self.free), self.values(unknowns).tolist(), strict=True))
         return changed_all(self.mechanism, changes, {parameter.path: parameter.places for parameter in self.free})
 
-    def shown(self, mechanism: Mechanism, k: int, unknowns: np.ndarray) -> Shown:
-        """What a run shows of one segment, in SI; it goes on to the next one if the jump there counts."""
+    def run_segment(self, mechanism: Mechanism, k: int, unknowns: np.ndarray) -> SegmentRun:
+        """Run one segment, in SI units, until the start of the next one if the jump to it is penalised."""
         segment, record = self.segments[k], self.segments[k].record
         times = record.time
         if segment.chart is not None:
@@ -221,49 +221,53 @@ class Problem:
         self.runs += 1
         run = motion(mechanism, self.options, times, monitor=self.monitors)
         first, last = (np.concatenate([run.variables[name].values[at].ravel() for name in STATE]) for at in (0, -1))
-        return Shown(curves(run, self.columns)[: record.time.size] + segment.turns, first, last)
+        return SegmentRun(curves(run, self.columns)[: record.time.size] + segment.turns, first, last)
 
-    def everything_shown(self, unknowns: np.ndarray, mechanism: Mechanism | None = None) -> list[Shown]:
-        fitted = self.fitted(unknowns) if mechanism is None else mechanism
-        return [self.shown(fitted, k, unknowns) for k in range(len(self.segments))]
+    def run_segments(self, unknowns: np.ndarray, mechanism: Mechanism | None = None) -> list[SegmentRun]:
+        """Run all segments."""
+        fitted = self.fitted_mechanism(unknowns) if mechanism is None else mechanism
+        return [self.run_segment(fitted, k, unknowns) for k in range(len(self.segments))]
 
     def residuals(self, unknowns: np.ndarray) -> np.ndarray:
-        """Differences between runs and records over their standard deviations; large where a run fails."""
+        """Return the differences of runs and records divided by their standard deviations; large if a run fails."""
         try:
-            return self.joined(self.everything_shown(unknowns), unknowns)
+            return self.join_residuals(self.run_segments(unknowns), unknowns)
         except FailedRunError:
             rows = sum(segment.record.values.size for segment in self.segments)
             rows += 0 if self.jumps is None else self.jumps.size * sum(segment.follows for segment in self.segments)
-            return np.full(rows + len(self.known), REJECTED)
+            return np.full(rows + len(self.known), 1e3)  # the search turns back from such a trial
 
-    def joined(self, shown: Sequence[Shown], unknowns: np.ndarray) -> np.ndarray:
-        """Residuals: records segment by segment, row by row, then jumps, then what was known before."""
+    def join_residuals(self, segment_runs: Sequence[SegmentRun], unknowns: np.ndarray) -> np.ndarray:
+        """Return the residuals: records by segments and rows, then jumps, then prior knowledge."""
         parts = [
             ((part.curves - segment.record.values) / self.deviation).ravel()
-            for part, segment in zip(shown, self.segments, strict=True)
+            for part, segment in zip(segment_runs, self.segments, strict=True)
         ]
         if self.jumps is not None:
-            parts += [self._jump(shown[k - 1], shown[k]) for k, segment in enumerate(self.segments) if segment.follows]
+            parts += [
+                self._jump(segment_runs[k - 1], segment_runs[k]) for k, segment in enumerate(self.segments) if segment.follows
+            ]
         values = self.values(unknowns)
         parts.append(np.array([(values[k] - self.free[k].mean) / self.free[k].deviation for k in self.known]))
         return np.concatenate(parts)
 
-    def _jump(self, before: Shown, after: Shown) -> np.ndarray:
+    def _jump(self, before: SegmentRun, after: SegmentRun) -> np.ndarray:
+        """Return the residuals of a jump between two segments."""
         difference = after.first - before.last
-        angles = difference.size // 6  # one angle, one angular velocity, two coordinates and two velocities of each body
+        angles = difference.size // 6  # for each body: one angle, one angular velocity, two coordinates and two velocities
         difference[:angles] -= TURN * np.round(difference[:angles] / TURN)
         return np.asarray(difference / self.jumps)
 
     def jacobian(self, unknowns: np.ndarray, *, accurate: bool = False) -> np.ndarray:
-        """Derivatives of the residuals; a segment depends on the free numbers and on its own start."""
+        """Return the derivatives of the residuals; a segment depends on the free parameters and on its own start."""
         low, high = self.bounds()
-        fitted = self.fitted(unknowns)
-        base = self.everything_shown(unknowns, fitted)
-        reference = self.joined(base, unknowns)
+        fitted = self.fitted_mechanism(unknowns)
+        base = self.run_segments(unknowns, fitted)
+        reference = self.join_residuals(base, unknowns)
         matrix = np.zeros((reference.size, self.unknowns))
         for column in range(self.unknowns):
-            width = ACCURATE_STEP if accurate else STEP
-            # a state has directions, lengths and their rates: steps are fractions of one, of the rate for large ones
+            width = 1e-4 if accurate else STEP  # central differences: their error is quadratic in the step
+            # a state contains directions, lengths and rates: steps are absolute for small values and relative for large ones
             width *= max(1.0, abs(unknowns[column])) if column >= len(self.free) else 1.0
             ends: list[tuple[float, np.ndarray]] = []
             for sense in (1.0, -1.0):
@@ -272,14 +276,16 @@ class Problem:
                 if sense < 0.0 and not accurate and ends[0][0] != unknowns[column]:
                     ends.append((unknowns[column], reference))
                 else:
-                    ends.append((moved[column], self._moved(moved, column, base, fitted)))
+                    ends.append((moved[column], self._residuals_after_change(moved, column, base, fitted)))
             (first, above), (second, below) = ends
             matrix[:, column] = (above - below) / (first - second)
         return matrix
 
-    def _moved(self, unknowns: np.ndarray, column: int, base: Sequence[Shown], fitted: Mechanism) -> np.ndarray:
-        """Residuals with one unknown changed: all runs for a free number, one for the start of a segment."""
+    def _residuals_after_change(
+        self, unknowns: np.ndarray, column: int, base: Sequence[SegmentRun], fitted: Mechanism
+    ) -> np.ndarray:
+        """Return the residuals with one unknown changed; a start changes one run, a free parameter all runs."""
         if column < len(self.free):
-            return self.joined(self.everything_shown(unknowns), unknowns)
+            return self.join_residuals(self.run_segments(unknowns), unknowns)
         k = int(np.searchsorted(self.offsets, column, side="right")) - 1
-        return self.joined([*base[:k], self.shown(fitted, k, unknowns), *base[k + 1 :]], unknowns)
+        return self.join_residuals([*base[:k], self.run_segment(fitted, k, unknowns), *base[k + 1 :]], unknowns)

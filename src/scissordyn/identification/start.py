@@ -1,4 +1,4 @@
-"""Records cut into segments, and where a mechanism is when each begins: by its degrees of freedom and their rates."""
+"""Segments of records, and estimation of the state at the start of each, by degrees of freedom and their rates."""
 
 from __future__ import annotations
 
@@ -25,11 +25,9 @@ from scissordyn.plan.gradients import Gradients
 from scissordyn.plan.plan import plan
 from scissordyn.plan.system import make_system
 
-ROUND_OFF = 1e-9  # Singular values of the constraints below this fraction of the largest are zero
-
 
 def check_autonomous(mechanism: Mechanism) -> None:
-    """Raise `InputError` unless the motion can begin at any instant of a record: nothing is prescribed, nothing is loose."""
+    """Raise `InputError` unless the motion can begin at any instant: without prescribed motions, contacts and modes."""
     reasons = [f"the drive of '{drive.body}'" for drive in mechanism.drives]
     reasons += [f"rod '{rod.name}'" for rod in mechanism.rods if rod.motion is not None]
     reasons += [f"drive '{drive.name}'" for drive in mechanism.coordinate_drives]
@@ -38,30 +36,30 @@ def check_autonomous(mechanism: Mechanism) -> None:
     reasons += [f"clearance joint '{contact.name}'" for contact in mechanism.contacts]
     if reasons:
         raise InputError(
-            f"segments with {in_words(reasons[:3])}, which a segment cannot start amid",
-            "records without segments, whose start the case gives; its numbers may be free",
+            f"segments cannot start at any instant with {in_words(reasons[:3])}",
+            "records without segments; the case gives their start, and its parameters may be free",
             "--free crank.angle --free crank.angular_velocity",
         )
 
 
 @dataclass(frozen=True)
 class Chart:
-    """Positions and velocities of the bodies near a reference, by as few numbers as there are."""
+    """Positions and velocities of the bodies near a reference, parametrised by the degrees of freedom."""
 
-    mechanism: Mechanism  # Placed at the reference
-    # (natural coordinates, degrees of freedom) Along which it can move there; the largest entry of each is one
+    mechanism: Mechanism  # Mechanism placed at the reference
+    # (natural coordinates, degrees of freedom) Directions of motion at the reference, each with a largest entry of one
     directions: np.ndarray
     offsets: dict[str, int]  # First natural coordinate of each body
-    position: np.ndarray  # Natural coordinates and their rates at the reference
-    velocity: np.ndarray
+    position: np.ndarray  # Natural coordinates at the reference
+    velocity: np.ndarray  # Rates of the natural coordinates at the reference
 
     @property
     def size(self) -> int:
-        """Numbers of a state: twice the degrees of freedom."""
+        """Number of parameters of a state: twice the degrees of freedom."""
         return 2 * int(self.directions.shape[1])
 
     def placed(self, mechanism: Mechanism, numbers: np.ndarray) -> Mechanism:
-        """A mechanism of these bodies placed at a state, to first order: the assembly closes what is left."""
+        """Return a mechanism placed at a state, to first order; the assembly corrects the rest."""
         half = self.directions.shape[1]
         position = self.position + self.directions @ numbers[:half]
         velocity = self.velocity + self.directions @ numbers[half:]
@@ -71,6 +69,7 @@ class Chart:
 
 
 def _placed(body: Body, position: np.ndarray, velocity: np.ndarray, p: int) -> Body:
+    """Return a body placed at natural coordinates and rates."""
     changes: dict[str, object] = {
         "position": tuple(position[p : p + 2].tolist()),
         "velocity": tuple(velocity[p : p + 2].tolist()),
@@ -78,13 +77,14 @@ def _placed(body: Body, position: np.ndarray, velocity: np.ndarray, p: int) -> B
     if body.rotates:
         (cos, sin), (cos_rate, sin_rate) = position[p + 2 : p + 4].tolist(), velocity[p + 2 : p + 4].tolist()
         angle = math.atan2(sin, cos)
-        changes["angle"] = angle + 2.0 * math.pi * round((body.placed_angle - angle) / (2.0 * math.pi))  # turns count
+        # angles include full turns
+        changes["angle"] = angle + 2.0 * math.pi * round((body.placed_angle - angle) / (2.0 * math.pi))
         changes["angular_velocity"] = (cos * sin_rate - sin * cos_rate) / (cos * cos + sin * sin)
     return dataclasses.replace(body, **changes)  # type: ignore[arg-type]
 
 
 def placed_at(mechanism: Mechanism, bodies: Iterable[Body]) -> Mechanism:
-    """A mechanism whose bodies start where others of the same names are."""
+    """Return a mechanism whose bodies start at the positions and velocities of bodies with the same names."""
     where = {body.name: body for body in bodies}
     names = ("position", "angle", "velocity", "angular_velocity")
     placed = [
@@ -94,7 +94,7 @@ def placed_at(mechanism: Mechanism, bodies: Iterable[Body]) -> Mechanism:
 
 
 def chart_of(mechanism: Mechanism) -> Chart:
-    """The chart about the position in which the bodies, as placed, are assembled."""
+    """Return the chart about the assembled position of the placed bodies."""
     tables = plan(mechanism)
     system = make_system(tables).content
     start: Start = assemble(tables, system, placed_start(tables, system), Held(places=True, speeds=True))
@@ -106,9 +106,9 @@ def chart_of(mechanism: Mechanism) -> Chart:
         jacobian = gradients.jacobian(np.append(start.position, np.ones(coordinates.basis)))[:, : coordinates.free]
         dense = np.asarray(jacobian if isinstance(jacobian, np.ndarray) else jacobian.toarray())
         _, sizes, rows = np.linalg.svd(dense)
-        free = rows[int(np.sum(sizes > ROUND_OFF * sizes.max(initial=0.0))) :].T
+        free = rows[int(np.sum(sizes > 1e-9 * sizes.max(initial=0.0))) :].T  # smaller singular values are zero
     if not free.shape[1]:
-        raise InputError("segments of a mechanism that cannot move", "a mechanism with a degree of freedom")
+        raise InputError("segments of a mechanism that cannot move", "a mechanism with at least one degree of freedom")
     moving = coordinates.matrix[:, : coordinates.free] @ free
     moving = np.asarray(moving) / np.max(np.abs(moving), axis=0)
     position, velocity = natural_state(tables, system, start)
@@ -117,10 +117,9 @@ def chart_of(mechanism: Mechanism) -> Chart:
 
 
 WINDOWS = (0.05, 0.25, 1.0)
-"""Parts of a segment over which its start is estimated, one after the other: a short one has no second minimum."""
+"""Fractions of a segment over which its start is estimated in turn; a short one has no second minimum."""
 
-FEW = 8  # Instants of a window, at least
-TIGHT = 1e-10  # Tolerance of the runs of a fit, unless the case has a smaller one: derivatives are differences of runs
+INSTANTS_MIN = 8  # Smallest number of instants of a window
 
 
 def prepared(
@@ -131,25 +130,27 @@ def prepared(
     segment: float | None,
     windows: Sequence[float] = WINDOWS,
 ) -> tuple[list[Segment], list[TimeColumn], Options]:
-    """Segments with their estimated starts, the columns of a run that were measured, and options of its runs."""
+    """Return segments with estimated starts, the measured columns of a run, and options of its runs."""
     headings = records[0].headings
     for record in records[1:]:
         if record.headings != headings:
-            raise InputError(f"'{record.name}' has other columns than '{records[0].name}'", "files of the same columns")
-    tight = min(TIGHT, options.rtol), min(TIGHT, options.atol)
+            raise InputError(f"'{record.name}' has other columns than '{records[0].name}'", "files with the same columns")
+    tight = min(1e-10, options.rtol), min(1e-10, options.atol)  # derivatives are differences of runs
     options = dataclasses.replace(options, rtol=tight[0], atol=tight[1], trust=False)
     if segment is None:
         for record in records:
             if record.time[0] < 0.0:
-                raise InputError(f"'{record.name}' begins at {record.time[0]:g} s", "times from the start of the case on", "0")
+                raise InputError(f"'{record.name}' begins at {record.time[0]:g} s", "times >= 0 of the case", "0")
     else:
         if not segment > 0.0:
-            raise InputError(f"segments of {segment:g} s", "a duration > 0 [s]", "--segment '1 s'")
+            raise InputError(f"segment = {segment:g} s", "a duration > 0 [s]", "--segment '1 s'")
         options = dataclasses.replace(options, start="as-placed")
     usable = columns_of(mechanism, options)
     for heading in headings:
         if heading not in usable:
-            raise InputError(f"no quantity '{heading}'{did_you_mean(heading, usable)}", "columns of a run of this case")
+            raise InputError(
+                f"the run has no quantity '{heading}'{did_you_mean(heading, usable)}", "columns of a run of this case"
+            )
     columns = [usable[heading] for heading in headings]
     if segment is None:
         return [Segment(record, None, np.zeros(len(columns))) for record in records], columns, options
@@ -163,7 +164,7 @@ def prepared(
 
 
 def spread(record: Measured) -> np.ndarray:
-    """Standard deviation of each quantity about its mean, 1 where it does not change."""
+    """Return the standard deviation of each quantity about its mean; 1 if it is constant."""
     deviation = np.std(record.values, axis=0)
     return np.where(deviation > 0.0, deviation, 1.0)
 
@@ -176,12 +177,12 @@ def estimated_start(
     guess: tuple[Body, ...],
     windows: Sequence[float],
 ) -> tuple[Segment, tuple[Body, ...]]:
-    """The start of a segment by least squares, the free numbers as they are."""
+    """Estimate the start of a segment by least squares, with unchanged free parameters."""
     placed = placed_at(mechanism, _measured_bodies(record, guess))
     try:
         for window in windows:
             chart = chart_of(placed)
-            part = record.rows(0, max(min(FEW, record.time.size), round(window * record.time.size)))
+            part = record.rows(0, max(min(INSTANTS_MIN, record.time.size), round(window * record.time.size)))
             first = motion(chart.mechanism, options, part.time - part.time[0])
             segment = Segment(part, chart, _whole_turns(part, curves(first, columns)))
             problem = Problem(mechanism, options, (), [segment], columns, spread(record))
@@ -191,7 +192,7 @@ def estimated_start(
         run = motion(chart.mechanism, options, record.time - record.time[0])
     except FailedRunError as failed:
         raise InputError(
-            f"'{record.name}': no start from which a run follows the data from {record.time[0]:.6g} s on: {failed}",
+            f"'{record.name}': found no start from which a run follows the data from {record.time[0]:.6g} s on: {failed}",
             "shorter segments, or a case whose bodies are placed near the start of the data",
         ) from None
     turns = _whole_turns(record, curves(run, columns))
@@ -199,15 +200,15 @@ def estimated_start(
 
 
 def _whole_turns(record: Measured, shown: np.ndarray) -> np.ndarray:
-    """Turns by which measured angles differ from those of a run at the first instant, in radians, shape (columns,)."""
+    """Return the full turns between the measured angles and those of a run at the first instant [rad], shape (columns,)."""
     is_angle = np.array([unit == "rad" for unit in record.units])
     return np.where(is_angle, TURN * np.round((record.values[0] - shown[0]) / TURN), 0.0)
 
 
 def _measured_bodies(record: Measured, guess: tuple[Body, ...]) -> tuple[Body, ...]:
-    """Bodies at the angles that were measured first, rotating as was measured or as the first angles change."""
+    """Return the bodies at their first measured angles, rotating as measured or as the first angles change."""
     placed = []
-    some = slice(0, max(3, min(FEW, record.time.size)))
+    some = slice(0, max(3, min(INSTANTS_MIN, record.time.size)))
     time = record.time[some] - record.time[0]
     for body in guess:
         heading, rate = f"angle of {body.name}", f"angular_velocity of {body.name}"
@@ -221,6 +222,7 @@ def _measured_bodies(record: Measured, guess: tuple[Body, ...]) -> tuple[Body, .
 
 
 def _at_end(bodies: tuple[Body, ...], run: xr.Dataset) -> tuple[Body, ...]:
+    """Return the bodies at the end of a run."""
     last, placed = run.isel(time=-1), []
     for k, body in enumerate(bodies):
         angle, speed = float(last["angle"].values[k]), float(last["angular_velocity"].values[k])

@@ -1,4 +1,4 @@
-"""What the residuals say of the numbers: covariance, intervals, and numbers that the data cannot distinguish."""
+"""Uncertainty of fitted parameters: covariance, intervals, and parameters that the data cannot distinguish."""
 
 from __future__ import annotations
 
@@ -10,40 +10,39 @@ from scipy.stats import t as student
 
 from scissordyn.identification.problem import Problem
 
-BLOCKS = 24  # At least so many blocks of consecutive residuals, within which errors may depend on each other
-LEVEL = 0.95  # Probability that an interval holds the number
-UNKNOWN = 1.0  # A direction whose standard error is larger than this fraction of the numbers' scales is not determined
-NUMERICAL = 1e-6  # Singular values below this fraction of the largest are errors of the derivatives
-PART = 0.2  # Numbers with at least this share of the largest change in a direction are named
+LEVEL = 0.95  # Probability that an interval contains the parameter
+SHARE_MIN = 0.2  # Parameters with at least this share of the largest change in a direction are named
 
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """Errors of the free numbers."""
+    """Errors of the free parameters."""
 
-    covariance: np.ndarray  # (p, p) In SI; of directions that are determined
-    error: np.ndarray  # (p,) Standard errors; infinite for numbers that are not determined
-    half_width: np.ndarray  # (p,) Of the intervals with probability `LEVEL`
-    dependence: float  # Ratio of the errors with and without regard to residuals that depend on their neighbours, the largest
-    # Directions that are not determined: relative changes of numbers that together change nothing that was measured
+    covariance: np.ndarray  # (p, p) Covariance of determined directions, in SI units
+    error: np.ndarray  # (p,) Standard errors; infinite for undetermined parameters
+    half_width: np.ndarray  # (p,) Half widths of the intervals with probability `LEVEL`
+    dependence: float  # Largest ratio of the errors with and without regard to dependent residuals
+    # Undetermined directions: relative changes of parameters that leave all measured curves unchanged
     alike: list[dict[int, float]]
-    chi_square: float  # Sum of squares of the weighted residuals over the degrees of freedom
+    chi_square: float  # Sum of squared weighted residuals divided by the degrees of freedom
 
     @property
     def correlation(self) -> np.ndarray:
-        """Of the free numbers, shape (p, p)."""
+        """Correlation of the free parameters, shape (p, p)."""
         size = np.sqrt(np.diag(self.covariance))
         size = np.where(size > 0.0, size, 1.0)
         return np.asarray(self.covariance / np.outer(size, size))
 
 
 def uncertainty(problem: Problem, unknowns: np.ndarray) -> Uncertainty:
-    r"""Errors of the free numbers at the end of a search.
+    r"""Compute the errors of the free parameters at the end of a search.
 
-    The starts of the segments are eliminated: J is what is left of the derivatives by the numbers. Two covariances are formed:
-    s^2 (J'J)^-1, for residuals that do not depend on each other, and (J'J)^-1 (sum of g g') (J'J)^-1 with g = J'r of each of at
-    least `BLOCKS` blocks of consecutive residuals (Liang and Zeger 1986, doi:10.1093/biomet/73.1.13), which holds if they do
-    within blocks, as where the model is not exact. The larger error of the two counts, with Student's t.
+    The starts of the segments are eliminated; J are the remaining derivatives by the parameters. Two covariances are formed.
+    s^2 (J'J)^-1 is valid for independent residuals. (J'J)^-1 (sum of g g') (J'J)^-1, with g = J'r for each of at least 24
+    blocks
+    of consecutive residuals (Liang and Zeger 1986, doi:10.1093/biomet/73.1.13), is valid for residuals that depend on each
+    other
+    within blocks, as they do if the model is not exact. The larger error is used, with Student's t.
     """
     count = len(problem.free)
     residual = problem.residuals(unknowns)
@@ -56,7 +55,8 @@ def uncertainty(problem: Problem, unknowns: np.ndarray) -> Uncertainty:
     degrees = max(1, residual.size - problem.unknowns)
     chi_square = float(residual @ residual / degrees)
     noise = np.sqrt(chi_square)
-    determined = (sizes > NUMERICAL * sizes[0]) & (sizes * UNKNOWN > noise)
+    # small singular values are errors of the derivatives; a standard error above the scales means undetermined
+    determined = (sizes > 1e-6 * sizes[0]) & (sizes > noise)
     inverse = rows[determined].T / sizes[determined] ** 2 @ rows[determined]
     scores = _scores(problem, of_parameters, residual)
     blocks = len(scores)
@@ -68,7 +68,7 @@ def uncertainty(problem: Problem, unknowns: np.ndarray) -> Uncertainty:
         student.ppf(0.5 + 0.5 * LEVEL, max(1, blocks - 1)) * np.sqrt(np.diag(robust)),
     )
     scale = problem.scale
-    lost = np.sqrt(np.sum(rows[~determined] ** 2, axis=0)) > PART * 0.05
+    lost = np.sqrt(np.sum(rows[~determined] ** 2, axis=0)) > SHARE_MIN * 0.05
     factor = np.maximum(1.0, ratio)
     covariance = plain * np.outer(factor, factor)
     return Uncertainty(
@@ -81,10 +81,10 @@ def uncertainty(problem: Problem, unknowns: np.ndarray) -> Uncertainty:
     )
 
 
-def _scores(problem: Problem, own: np.ndarray, residual: np.ndarray) -> np.ndarray:
-    """Gradients J'r of blocks of consecutive residuals, shape (blocks, p)."""
+def _scores(problem: Problem, own: np.ndarray, residual: np.ndarray, least_blocks: int = 24) -> np.ndarray:
+    """Return the gradients J'r of blocks of consecutive residuals, shape (blocks, p)."""
     sizes = [segment.record.values.size for segment in problem.segments]
-    per_segment = max(1, -(-BLOCKS // len(sizes)))
+    per_segment = max(1, -(-least_blocks // len(sizes)))
     scores, first = [], 0
     for size in sizes:
         cuts = np.linspace(first, first + size, min(per_segment, size) + 1).round().astype(int)
@@ -94,7 +94,7 @@ def _scores(problem: Problem, own: np.ndarray, residual: np.ndarray) -> np.ndarr
 
 
 def _direction(row: np.ndarray) -> dict[int, float]:
-    """The numbers of a direction, by their relative changes; the largest changes by one."""
+    """Return the parameters of a direction by their relative changes, with the largest equal to one."""
     largest = int(np.argmax(np.abs(row)))
     shares = row / row[largest]
-    return {k: float(shares[k]) for k in np.argsort(-np.abs(shares), kind="stable").tolist() if abs(shares[k]) >= PART}
+    return {k: float(shares[k]) for k in np.argsort(-np.abs(shares), kind="stable").tolist() if abs(shares[k]) >= SHARE_MIN}

@@ -1,1 +1,1 @@
-"""Points and linear joints: equations of motion in natural coordinates, clearance joints, energy balance."""
+"""Mechanics: equations of motion in natural coordinates, clearance joints, energy balance."""

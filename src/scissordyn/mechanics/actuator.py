@@ -1,8 +1,8 @@
-"""Actuators in the equations of motion: what they sense, the torque that their controllers give, and how both change.
+"""Actuators in the equations of motion: signals, controller torque, and their derivatives.
 
-An actuator's three maps are s, the vector of its sensor, and a, b, the unit vectors along its body and its base. What it is
-lies in `Parameters`: `controller` has the address of its controller, `control` its numbers, `actuator` delay, place of the
-recorded signal and recursion gain.
+The three maps of an actuator are s, the vector of its sensor, and a and b, the unit vectors along its body and its base.
+`Parameters.controller` has the address of its controller, `control` the controller's parameters, `actuator` the delay, the
+index of the recorded signal and the recursion gain.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from scissordyn.mechanics.time_function import motion_at
 SIGNAL_COUNT = len(SIGNALS)
 
 DELAY, RECORDED, GAIN = range(3)
-"""Columns of `Parameters.actuator`: delay [s], place of the recorded signal, recursion gain R [1]."""
+"""Columns of `Parameters.actuator`: delay [s], index of the recorded signal, recursion gain R [1]."""
 
 
 @kernel
 def past_signal(when, column, S):
-    """A recorded signal at an earlier instant, and its rate; before the start it is constant."""
+    """Return a recorded signal and its rate at an earlier instant; the signal is constant before the start."""
     C = S.state
     rows, count = C.history, C.history_length[0]
     if count == 0 or when <= rows[0, 0]:
@@ -67,14 +67,14 @@ def sense(t, i, S, maps):
 
 @kernel
 def torque_at(t, i, S, z, dz):
-    """Torque of component i [N m] at the signals in W.signal; writes the rates of its controller's states into dz."""
+    """Return the torque of component i [N m] for W.signal; write the rates of its controller's states into dz."""
     P, q = S.parameters, S.work.signal
     return control_torque(P.controller[i], t, q[int(P.actuator[i, RECORDED])], q, z, dz, P.control[i])
 
 
 @kernel
 def actuator_torque(t, i, S, maps, z, dz):
-    """Torque of component i [N m]; writes the rates of its controller's states into dz, and what it observed."""
+    """Return the torque of component i [N m]; write the rates of its controller's states and its observed signals."""
     P, W = S.parameters, S.work
     sense(t, i, S, maps)
     W.observed[i, 0] = W.signal[ERROR]
@@ -84,7 +84,7 @@ def actuator_torque(t, i, S, maps, z, dz):
 
 @kernel
 def recorded_signal(t, i, S):
-    """What component i records: S(t) = y(t) + R S(t - T)."""
+    """Return the signal that component i records: S(t) = y(t) + R S(t - T)."""
     P, W = S.parameters, S.work
     sense(t, i, S, map_values(P.contact.size + i, S))
     return W.signal[int(P.actuator[i, RECORDED])] + P.actuator[i, GAIN] * W.signal[DELAYED]
@@ -94,7 +94,7 @@ def recorded_signal(t, i, S):
 def controller_slopes(t, i, S, z):
     """Write the derivatives of torque and state rates by signals, states and time into W.slope, by central differences.
 
-    Rows: the torque, then the states' rates. Columns: signals, states, time.
+    Rows are the torque and the rates of the states. Columns are signals, states and time.
     """
     P, W, first = S.parameters, S.work, S.model.state_start[S.parameters.contact.size + i]
     states, q = z.size, W.signal
@@ -129,9 +129,9 @@ def controller_slopes(t, i, S, z):
 
 @kernel
 def linearise_actuator(t, i, S, z, dt, first_state):
-    """Write the derivatives of component i's maps' forces into W.by_map and W.by_map_rate, and those of its states.
+    """Write the derivatives of component i's forces on its maps into W.by_map and W.by_map_rate, and those of its states.
 
-    Adds what time alone changes to dt[n:] and dt[first_state:]; returns the torque.
+    The partial derivatives by time are added to dt[n:] and dt[first_state:]; the torque is returned.
     """
     M, P, W = S.model, S.parameters, S.work
     element, states = P.contact.size + i, z.size
@@ -148,7 +148,7 @@ def linearise_actuator(t, i, S, z, dt, first_state):
         by_time = slope[output, SIGNAL_COUNT + states]
         for k in range(SIGNAL_COUNT):
             by_time += slope[output, k] * W.signal_rate[k]
-        # the error falls as the angle grows; d angle = arm . d(a, b), d spin = rate_of_turn . d(a, b) + arm . d(a', b')
+        # the error decreases as the angle grows; d angle = arm . d(a, b), d spin = rate_of_turn . d(a, b) + arm . d(a', b')
         by_angle, by_spin = -slope[output, ERROR], slope[output, SPEED]
         if output == 0:
             add_torques(element, S, 0.0, 0.0, by_time, -by_time, ax, ay, bx, by, dt, M.n, M.n)

@@ -1,7 +1,7 @@
-"""Banded linear equations: elimination with row exchanges in a row-wise band. A full matrix is a wide band.
+"""Banded linear equations, by elimination with or without row exchanges. A full matrix is a wide band.
 
-Entry (i, j) of the matrix stands in ``band[i, j - i + lower]``; row exchanges fill up to `lower` further columns on the right.
-Without exchanges elimination takes half as many operations, and goes on from the first row that has changed since the last one.
+Entry (i, j) of the matrix is ``band[i, j - i + lower]``. Row exchanges fill up to `lower` further columns on the right. Without
+exchanges the elimination takes half as many operations and starts at the first row that has changed since the last call.
 """
 
 from __future__ import annotations
@@ -11,15 +11,15 @@ from scissordyn.mechanics.lanes import SHORT, row_times, take_row
 
 
 def width(lower: int, upper: int) -> int:
-    """Columns of the band array for `lower` and `upper` off-diagonals."""
+    """Return the number of columns of the band array for `lower` and `upper` off-diagonals."""
     return 2 * lower + upper + SHORT
 
 
 @kernel
 def factorize(band, lower, upper, pivots):
-    """Factorize in place; returns the row of a zero pivot, or -1.
+    """Factorize in place; return the row of a zero pivot, or -1.
 
-    Writes to `pivots` the rows exchanged with each row, then the last column of each.
+    `pivots` receives the row exchanged with each row, then the last column of each row.
     """
     size, reached = band.shape[0], 0
     for i in range(size):
@@ -49,7 +49,7 @@ def factorize(band, lower, upper, pivots):
 
 @kernel
 def solve(band, lower, pivots, x):
-    """Overwrite the right-hand side x with the solution, from a factorized band."""
+    """Overwrite the right-hand side x with the solution, using a factorized band."""
     size = band.shape[0]
     for i in range(size):
         p = pivots[i]
@@ -67,9 +67,9 @@ def solve(band, lower, pivots, x):
 
 @kernel
 def eliminate(band, reach, first, x):
-    """Eliminate below the diagonal without row exchanges, in the right-hand side x too. Returns the row of a zero pivot, or -1.
+    """Eliminate below the diagonal without row exchanges, also in x; return the row of a zero pivot, or -1.
 
-    Rows before `first` are those of the last call; from it on they are as in the matrix, with zeros beyond its band.
+    Rows before `first` must be those of the last call. Rows from `first` on contain the matrix, with zeros outside its band.
     """
     size = band.shape[0]
     for k in range(max(0, first - reach), size):
@@ -87,7 +87,7 @@ def eliminate(band, reach, first, x):
 
 @kernel
 def substitute(band, reach, x, solution):
-    """Write the solution from what `eliminate` has left."""
+    """Write the solution, using the results of `eliminate`."""
     size = band.shape[0]
     for i in range(size - 1, -1, -1):
         solution[i] = (x[i] - row_times(band, i, reach + 1, solution, i + 1, min(reach, size - 1 - i))) / band[i, reach]
@@ -95,6 +95,6 @@ def substitute(band, reach, x, solution):
 
 @kernel
 def product(band, reach, row, vector):
-    """A row of a banded matrix times a vector."""
+    """Return the product of a row of a banded matrix and a vector."""
     first = max(0, row - reach)
     return row_times(band, row, first - row + reach, vector, first, min(vector.size, row + reach + 1) - first)

@@ -1,8 +1,8 @@
-"""What bars that bend exert on the bodies that are their cross-sections, and the distributed mass of these bars.
+"""Loads of flexible bars on the bodies that are their cross-sections, and the distributed mass of these bodies.
 
-A body at the end of an element has half of its mass at its origin. The rest of the mass matrix times the acceleration less
-gravity is a load of it, and so is what a flexible bar exerts on its points and directions: forces on the vectors of its
-shapes. What acts along a unit direction is no moment.
+A body at the end of an element has half of the element's mass at its origin. The rest of the mass matrix, times acceleration
+minus gravity, is a load of the body. Forces on the vectors of a flexible bar's shapes load its points and directions. A force
+along a unit direction has no moment.
 """
 
 from __future__ import annotations
@@ -15,33 +15,34 @@ from scissordyn.mechanics.force_element import map_values
 
 
 class BendingLoads(NamedTuple):
-    """Tables; all are empty where no bar bends."""
+    """Tables of the loads; all are empty if no bar bends."""
 
-    start: I1  # (bodies + 1,) Rows of the distributed mass: forces on origin and direction by the accelerations of columns
+    start: I1  # (bodies + 1,) Rows of the distributed mass: forces on origin and direction per acceleration of the columns
     column: I1
     row: F2  # (4, entries)
-    weight: F2  # (bodies, 4) The same for the acceleration of gravity
-    origin: F2  # (bodies, 2) From the mass centre, in the frame of the body [m]
-    shape: F2  # (vectors, 2) Forces on the vectors of all flexible bars [N], written as these and rollers are evaluated
-    vector: I2  # (k, 3) Vectors of bodies: which one, its body, and 1 for a direction
+    weight: F2  # (bodies, 4) Forces per acceleration of gravity
+    origin: F2  # (bodies, 2) Position relative to the mass centre, in the frame of the body [m]
+    shape: F2  # (vectors, 2) Forces on the vectors of all flexible bars [N], written during the evaluation of bars and rollers
+    vector: I2  # (k, 3) Vectors of bodies: index of the vector, its body, and 1 for a direction
     turned: F2  # (k, 2) Cosine and sine of the angle from the body's direction to the vector
-    # (c, 5) Torques on cross-sections without a direction of their own: element and its side, first vector of the bar, 1 for
+    # (c, 5) Torques on cross-sections without a direction of their own: element, its side, first vector of the bar, 1 for
+    # a film, which acts at the journal, and first weight
     # a film, which acts at the journal, and where its weights begin
     couple: I2
     couple_turned: F2  # (c, 2)
-    couple_weight: F1  # (c counts,) Slopes of the shapes there
-    couple_shapes: I1  # (c,) Shapes of the bar
+    couple_weight: F1  # (c counts,) Slopes of the shapes at the cross-section
+    couple_shapes: I1  # (c,) Number of shapes of the bar
 
 
 @kernel
 def clear_shape_forces(S):
-    """Forget what bars exerted in the evaluation before."""
+    """Reset the forces of bars from the last evaluation."""
     S.friction.bending.shape[:, :] = 0.0
 
 
 @kernel
 def note_shape_forces(first, count, x, y, factor_x, factor_y, S):
-    """Add forces on the vectors of a bar's shapes, from `first` on, to those that friction in joints reads, if there is any."""
+    """Add forces on the vectors of a bar's shapes, from `first` on, to those that friction in joints reads."""
     shape = S.friction.bending.shape
     if shape.shape[0] == 0:
         return
@@ -52,7 +53,7 @@ def note_shape_forces(first, count, x, y, factor_x, factor_y, S):
 
 @kernel
 def add_couples(S):
-    """Share torques on cross-sections without a direction among the shapes: M J r' on the slope r'."""
+    """Distribute torques M on cross-sections without a direction to the shapes: the force M J r' on the slope r'."""
     B, wrench = S.friction.bending, S.work.wrench
     for c in range(B.couple.shape[0]):
         element, side, first = B.couple[c, 0], B.couple[c, 1], B.couple[c, 2]
@@ -73,7 +74,7 @@ def add_couples(S):
 
 @kernel
 def load_bending(lane, A, S):
-    """Add what bars that bend exert at accelerations of the columns; forces and weight in lane 0 only."""
+    """Add the loads of flexible bars at given accelerations of the columns; forces and weight in lane 0 only."""
     R = S.friction
     B = R.bending
     if B.start.size == 0:
@@ -104,6 +105,6 @@ def load_bending(lane, A, S):
 
 @kernel
 def push_natural(lane, body, fx, fy, gx, gy, R):
-    """Add a force on the origin of a body, and one on its unit direction d, which is the torque d x g, to its load."""
+    """Add a force on the origin of a body and a force g on its unit direction d, equivalent to the torque d x g."""
     dx, dy = R.direction[lane, body, 0], R.direction[lane, body, 1]
     push(lane, body, R.bending.origin[body, 0], R.bending.origin[body, 1], fx, fy, dx * gy - dy * gx, R)

@@ -1,4 +1,4 @@
-"""Where bodies are, and forces on them."""
+"""Positions of bodies, and forces on them."""
 
 from __future__ import annotations
 
@@ -9,30 +9,30 @@ from scissordyn.kernel import F1, F2, F3, I1, I2, kernel
 
 
 class BodyMaps(NamedTuple):
-    """Where the bodies are, and where force elements, rods and latches act on them."""
+    """Maps of the bodies, and points at which force elements, rods and latches act on them."""
 
     start: I1  # Maps of the mass centre (rows 0 and 1) and of the x axis (rows 2 and 3) of each body
     column: I1
     row: F2
     rotation: I1  # (bodies,) Family of parallel bodies; -1 for a body that does not rotate
-    sense: F1  # (bodies,) Its angle is sense times that of the family plus offset [rad]
+    sense: F1  # (bodies,) Sense: the body's angle is sense times that of the family plus offset [rad]
     offset: F1  # (bodies,)
-    body: I2  # (acting + rods, 2) On which bodies force elements act, then rods; -1 for the ground
+    body: I2  # (acting + rods, 2) Bodies of force elements, then of rods; -1 for the ground
     arm: F3  # (acting + rods, 2, 2) Points of application from the mass centres, in the frames of the bodies [m]
-    rod: I1  # (rods,) Their constraints
-    rod_scale: F1  # (rods,) Lengths that their maps are divided by [m]
-    # (terms, 5) Of the coordinates of couplings and coordinate drives: constraint, kind of `COORDINATES`, body and base, -1 for
-    # the ground, and the body on which the force of a slide acts back
+    rod: I1  # (rods,) Constraint of each rod
+    rod_scale: F1  # (rods,) Lengths by which their maps are divided [m]
+    # (terms, 5) Coordinates of couplings and drives: constraint, kind of `COORDINATES`, body, base (-1 for the ground),
+    # and the body that bears the reaction of a slide
     coupling: I2
-    coupling_factor: F1  # (terms,) Force on the coordinate for a multiplier of one
-    # (terms, 2, 2) Points of application on body and base, from the mass centres or in the fixed frame [m]; of a slide the
-    # second is its direction in the frame of the base
+    coupling_factor: F1  # (terms,) Force on the coordinate per unit multiplier
+    # (terms, 2, 2) Points of application on body and base, relative to mass centres or in the fixed frame [m]; the second
+    # of a slide is its direction in the frame of the base
     coupling_arm: F3
-    # (p, 4) Forces of teeth and belts that do no work: constraint, kind of `PRESSURES`, first and second body
+    # (p, 4) Workless forces of teeth and belts: constraint, kind of `PRESSURES`, first and second body
     pressure: I2
-    pressure_factor: F1  # (p,) What a multiplier of one makes: see `pressure_size`
+    pressure_factor: F1  # (p,) Force per unit multiplier (`pressure_size`)
     pressure_number: F2  # (p, 2)
-    # (p, 2, 2) Centres of both wheels, from the mass centres or in the fixed frame [m]; of a rack the second is its normal
+    # (p, 2, 2) Centres of both wheels, relative to mass centres or in the fixed frame [m]; the second of a rack is its normal
     pressure_arm: F3
 
 
@@ -42,7 +42,7 @@ PRESSURES = GEARS, BELT, RACK = range(3)
 
 @kernel
 def mapped(B, body, x):
-    """Mass centre and x axis of a body from the columns, or their accelerations from those of the columns."""
+    """Return mass centre and x axis of a body for given columns, or their accelerations for those of the columns."""
     cx = cy = ux = uy = 0.0
     for i in range(B.start[body], B.start[body + 1]):
         column = x[B.column[i]]
@@ -55,7 +55,7 @@ def mapped(B, body, x):
 
 @kernel
 def push(at, body, arm_x, arm_y, fx, fy, torque, R):
-    """Add a force at a point of a body, and a torque, to its load."""
+    """Add a force at a point of a body, and a torque, to the body's load."""
     if body < 0:
         return
     cos, sin = R.direction[at, body, 0], R.direction[at, body, 1]
@@ -67,7 +67,7 @@ def push(at, body, arm_x, arm_y, fx, fy, torque, R):
 
 @kernel
 def at_point(at, body, x, y, R):
-    """A point of a body, from its mass centre, in the fixed frame."""
+    """Return a point, given relative to a body's mass centre, in the fixed frame."""
     if body < 0:
         return x, y
     cos, sin = R.direction[at, body, 0], R.direction[at, body, 1]
@@ -76,7 +76,7 @@ def at_point(at, body, x, y, R):
 
 @kernel
 def push_at(at, body, x, y, fx, fy, R):
-    """Add a force at a place of the fixed frame to the load of a body."""
+    """Add a force at a point of the fixed frame to the load of a body."""
     if body >= 0:
         R.load[at, body, 0] += fx
         R.load[at, body, 1] += fy
@@ -85,7 +85,7 @@ def push_at(at, body, x, y, fx, fy, R):
 
 @kernel
 def load_couplings(at, multiplier, B, R):
-    """Add what couplings and coordinate drives exert on bodies and bases to their loads."""
+    """Add the forces of couplings and coordinate drives to the loads of bodies and bases."""
     for e in range(B.coupling.shape[0]):
         kind, body, base = B.coupling[e, 1], B.coupling[e, 2], B.coupling[e, 3]
         back, force, arm = B.coupling[e, 4], B.coupling_factor[e] * multiplier[B.coupling[e, 0]], B.coupling_arm[e]
@@ -110,9 +110,10 @@ def load_couplings(at, multiplier, B, R):
 
 @kernel
 def pressure_size(at, e, multiplier, B, R):
-    """Size of pressure e, positive where it presses apart, and its derivative by the multiplier.
+    """Return the size of pressure e, positive if it presses apart, and its derivative by the multiplier.
 
-    Of teeth T/r tan(a); of a belt the sum of its tensions, at least that of the pretension, by the cosine of its spans.
+    For teeth it is T/r tan(a). For a belt it is the sum of its tensions, at least the pretension, times the cosine of its
+    spans.
     """
     kind, value = B.pressure[e, 1], multiplier
     size, slope = B.pressure_factor[e] * abs(value), B.pressure_factor[e] * (1.0 if value >= 0.0 else -1.0)
@@ -132,7 +133,7 @@ def pressure_size(at, e, multiplier, B, R):
 
 @kernel
 def push_apart(at, e, size, B, R):
-    """Add a pressure of a size to the loads of both bodies."""
+    """Add a pressure of given size to the loads of both bodies."""
     first, second, arm = B.pressure[e, 2], B.pressure[e, 3], B.pressure_arm[e]
     x, y = at_point(at, first, arm[0, 0], arm[0, 1], R)
     other_x, other_y, ux, uy = x, y, arm[1, 0], arm[1, 1]

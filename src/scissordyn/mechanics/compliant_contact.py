@@ -1,12 +1,13 @@
-"""Compliant contacts beside hard ones: their laws, taken implicitly in a step of time stepping.
+"""Compliant contacts combined with hard ones; their laws are implicit in a step of time stepping.
 
-The rows N and T of a compliant contact that acts are those of an elastic hard contact with its damping and friction law too,
+The rows N and T of an active compliant contact are those of an elastic hard contact, with its damping and friction laws added,
 
     P_N = h F_n(delta_mean, delta'_mean),    P_T = h F_t(v_mean, F_n, z),
 
-delta_mean as in `hard_elastic`, rates at theta U+ + (1 - theta) U-, theta = 1/2 but near 1 where the damping is far stiffer
-than the step, and the internal states z of friction by implicit Euler. Laws are linearised until impulses agree with them. A
-step resolves the vibration of the contact: its size times the angular frequency is at most `RESOLVED`.
+delta_mean as in `hard_elastic`, rates at theta U+ + (1 - theta) U-, theta = 1/2, or near 1 if the damping is much stiffer than
+the
+step. The internal states z of friction follow implicit Euler. The laws are linearised repeatedly until the impulses agree with
+them. A step resolves the vibration of the contact: step size times angular frequency is at most `PHASE_MAX`.
 """
 
 from __future__ import annotations
@@ -17,18 +18,18 @@ from scissordyn.kernel import call_at, kernel
 from scissordyn.laws.evaluate import elastic_force, friction_force, rate_in_range, reference_speed
 from scissordyn.mechanics.hard_elastic import law_at, law_depth, prepare_law
 from scissordyn.mechanics.hard_result import CLOSED
-from scissordyn.mechanics.hard_rows import SLIP, differ, effective_mass, largest_impulse
+from scissordyn.mechanics.hard_rows import SLIP, effective_mass, largest_impulse, mark_changed
 
-RESOLVED = 0.2  # Step times the angular frequency of a compliant contact
-LONGER = 1.5  # A step that is this many times longer than that is made anew
+PHASE_MAX = 0.2  # Largest product of step size and angular frequency of a compliant contact
+STEP_RATIO_MAX = 1.5  # A step longer than this multiple of the allowed one is repeated
 
-MISFIT, NEGLIGIBLE = 1e-4, 1e-7
-"""Part of a force, and of the largest of the step and of the elastic one, by which the linearised laws may miss the laws."""
+MISFIT_TOL, NEGLIGIBLE_FRACTION = 1e-4, 1e-7
+"""Relative error of the linearised laws, and the error allowed relative to the largest force of the step."""
 
-DIFFERENCE, LEAST_SLIP = 1e-5, 1e-9
-"""Part of an argument by which a law is differentiated, and the least one of slip speeds [m/s]."""
+DIFFERENCE, SLIP_DIFFERENCE = 1e-5, 1e-9
+"""Relative step of the numerical derivatives of laws, and the smallest step of slip speeds [m/s]."""
 
-CORRECTIONS = 3  # Of an internal state of friction, by Newton's method
+CORRECTIONS = 3  # Newton corrections of an internal state of friction
 
 
 @kernel
@@ -54,7 +55,7 @@ def friction_at(i, slip, normal, y, S, H):
     for k in range(states):
         z[k] = y[first + k]
     for _ in range(CORRECTIONS if states > 0 else 0):
-        # implicit Euler, z = z_0 + h z'(z), by Newton's method with a difference for its slope
+        # implicit Euler, z = z_0 + h z'(z), by Newton's method with a numerical slope
         for k in range(states):
             friction_force(P.law[j].friction, slip, normal, z, dz, P.friction[j])
             here, rate = z[k], dz[k]
@@ -81,7 +82,7 @@ def slip_of(i, at, u, H):
 
 @kernel
 def later_part(stiff):
-    """Theta from damping times step over mass."""
+    """Return theta from damping times step size over mass."""
     return 0.5 + 0.5 * stiff * stiff / (1.0 + stiff * stiff)
 
 
@@ -151,7 +152,7 @@ def laws_fit(m, y, S, H):
             # where the slip has turned its sign since the last linearisation, friction is steepest at rest
             across = slip * H.work.rubbed[i] < 0.0
             linearise_laws(i, a, b, u, 0.0 if across else slip, 0.5 * (force + p_n / h), y, S, H)
-            differ(i, m, H)
+            mark_changed(i, m, H)
             fits = False
     return fits
 

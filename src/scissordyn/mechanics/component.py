@@ -1,4 +1,4 @@
-"""Components in the equations of motion: what a port senses, what its kernel's forces do to the bodies, and how they change.
+"""Components in the equations of motion: coordinates of their ports, forces on the bodies, and derivatives.
 
 With q the coordinates of a port and f the forces on them, the forces on the maps m = (u, a, b) of a component are
 sum f_i dq_i/dm. Their derivatives need those of the kernel, by central differences over its few arguments, and dq_i/dm,
@@ -22,17 +22,17 @@ TIME, FACTOR, MODE, APPROACH_SPEED, FACTOR_RATE, DIFFERENCES, REACTION, EFFECTIV
 """Places of `declaration.CONTEXT`."""
 
 DIFFERENCE = 1e-7
-"""Step of the central differences, as a part of an argument or of one unit: round-off of 1e-9, and fine enough for a stop."""
+"""Step of the central differences, relative to an argument or to one unit: round-off of 1e-9, and fine enough for a stop."""
 
-DIFFERENCE_AT_ZERO = 1e-2 * DIFFERENCE  # Least step of coordinates and rates, in their unit
+DIFFERENCE_AT_ZERO = 1e-2 * DIFFERENCE  # Smallest step of coordinates and rates, in their unit
 
 STATE_DIFFERENCE = 1e-5
-"""Least step of a state, as a part of its scale: coarse enough where only its difference to a large coordinate acts."""
+"""Smallest step of a state, relative to its scale; coarse enough if only its difference to a large coordinate matters."""
 
 
 @kernel
 def factor_of(t, i, S):
-    """Value of the time function of component i, and its rate."""
+    """Return the value of component i's time function, and its rate."""
     first = S.model.function[i]
     if first < 0:
         return 1.0, 0.0
@@ -42,7 +42,7 @@ def factor_of(t, i, S):
 
 @kernel
 def write_context(t, i, S):
-    """What a kernel may ask for beside its coordinates."""
+    """Write the context of a kernel: time, factor, mode, approach speed and reaction."""
     x, guard = S.work.context, S.model.component_guard[i]
     x[TIME] = t
     x[FACTOR], x[FACTOR_RATE] = factor_of(t, i, S)
@@ -67,14 +67,14 @@ def sense(i, S, maps):
 
 @kernel
 def evaluate(i, S, z, address, result):
-    """Call a kernel of component i at what stands in the work space."""
+    """Call a kernel of component i with the coordinates and context of the workspace."""
     W = S.work
     call_at(address, W.coordinates[i], W.coordinate_rates[i], z, W.context, S.parameters.component[i], result)
 
 
 @kernel
 def component_gap(t, i, z, S):
-    """Value and rate of the guard of component i."""
+    """Return value and rate of the guard of component i."""
     sense(i, S, map_values(S.parameters.contact.size + i, S))
     write_context(t, i, S)
     evaluate(i, S, z, S.model.gap_kernel[i], S.work.answer)
@@ -83,7 +83,7 @@ def component_gap(t, i, z, S):
 
 @kernel
 def switch_loss(t, i, z, S):
-    """Energy [J] that component i loses as the mode of its guard changes."""
+    """Return the energy [J] that component i loses when the mode of its guard changes."""
     if S.model.switch_kernel[i] == 0:
         return 0.0
     sense(i, S, map_values(S.parameters.contact.size + i, S))
@@ -94,7 +94,7 @@ def switch_loss(t, i, z, S):
 
 @kernel
 def add_component(t, i, S, z, dz):
-    """Add the forces of component i to Work.force, write its results and powers, and the rates of its states into dz."""
+    """Add the forces of component i to Work.force; write its results, powers and the rates of its states."""
     M, W = S.model, S.work
     element, port, out = S.parameters.contact.size + i, M.component_port[i], W.result[i]
     if port == AXIS.code:
@@ -130,7 +130,7 @@ def add_component(t, i, S, z, dz):
 
 @kernel
 def write_powers(i, S, out, forces, power):
-    """Write stored energy and powers of component i, which follow the forces in what its kernel returned."""
+    """Write stored energy and powers of component i, which follow the forces in the kernel's result."""
     M, W = S.model, S.work
     if M.component_passive[i] == 1:
         W.stored_energy[i], W.dissipation[i] = out[forces], out[forces + 1]
@@ -141,7 +141,7 @@ def write_powers(i, S, out, forces, power):
 
 @kernel
 def port_slopes(t, i, S, z):
-    """Derivatives of a component's forces, then of its states' rates, by coordinates, rates and states, and at last by time."""
+    """Write the derivatives of a component's forces and state rates by coordinates, rates, states and time."""
     M, W = S.model, S.work
     address, forces, first = M.force_kernel[i], M.component_forces[i], M.first_rate[i]
     coordinates, up, down = M.component_coordinates[i], W.answer, W.other_answer
@@ -168,7 +168,7 @@ def port_slopes(t, i, S, z):
                 least = STATE_DIFFERENCE * S.parameters.state_scale[M.state_start[S.parameters.contact.size + i] + place]
             here = argument[place]
             h = max(DIFFERENCE * abs(here), least)
-            # a state acts by its small difference to a coordinate, which the rounding of here + h must not enter
+            # a state acts by its small difference to a coordinate, so the round-off of here + h must not enter
             apart = (here + h) - (here - h) if z.size > 0 else 2.0 * h
             argument[place] = here + h
             evaluate(i, S, z, address, up)
@@ -184,9 +184,9 @@ def port_slopes(t, i, S, z):
 
 @kernel
 def linearise_component(t, i, S, z, dt, first_state):
-    """Write the derivatives of component i's generalized forces into Work.block_x and Work.block_v, and those of its states.
+    """Write the derivatives of component i's generalised forces into Work.block_x and Work.block_v, and those of its states.
 
-    What time alone changes is added to dt[n:], and to dt[first_state:] for the rates of the states z.
+    Partial derivatives by time are added to dt[n:], and to dt[first_state:] for the rates of the states z.
     """
     M, W = S.model, S.work
     element, port = S.parameters.contact.size + i, M.component_port[i]
@@ -273,7 +273,7 @@ def linearise_states(element, forces, coordinates, S, z, dt, first_state):
 
 @kernel
 def spread_blocks(element, S):
-    """From the derivatives by the maps to those by the columns of a force element."""
+    """Convert derivatives by the maps to derivatives by the columns of a force element."""
     M, W = S.model, S.work
     row, start = M.element_row, M.element_start[element]
     count, block = M.element_start[element + 1] - start, M.block_start[element]

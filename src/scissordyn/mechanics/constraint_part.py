@@ -1,8 +1,8 @@
-"""The functions whose weighted sums are constraints, each of one map d = rows X: |d|^2/2, the angle of d, or its length.
+"""Parts of constraints: functions of one map d = rows X, namely |d|^2/2, the angle of d, or its length.
 
-`Model.part_reference` says which: the entry of `State.reference` that the turns of an angle are counted from, or a code below.
-With d and changes u of it as complex numbers the angle is Im log d, so that its derivatives are Im(u/d), -Im(u u/d^2) and
-2 Im(u u u/d^3). A linear form v -> Im(c v) has the components (Im c, Re c).
+A constraint is a weighted sum of parts. `Model.part_reference` gives the kind: a code below, or for an angle the entry of
+`State.reference` from which its turns are counted. With d and changes u as complex numbers the angle is Im log d, with the
+derivatives Im(u/d), -Im(u u/d^2) and 2 Im(u u u/d^3). A linear form v -> Im(c v) has the components (Im c, Re c).
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from scissordyn.mechanics.rotation import counted_angle
 
 HALF_SQUARE, LENGTH = -1, -2
 
-ANGLE = 0  # Or any other number that is not negative
+ANGLE = 0  # Any number >= 0: index of the reference
 
 
 @kernel
 def part_value(p, S):
-    """Value of part p without its weight, at `Work.direction`."""
+    """Return the value of part p without its weight, at `Work.direction`."""
     dx, dy = S.work.direction[p, 0], S.work.direction[p, 1]
     kind = S.model.part_reference[p]
     if kind >= 0:
@@ -29,7 +29,7 @@ def part_value(p, S):
 
 @kernel
 def part_slope(kind, dx, dy):
-    """First derivative by d."""
+    """Return the first derivative by d."""
     if kind == HALF_SQUARE:
         return dx, dy
     square = dx * dx + dy * dy
@@ -41,7 +41,7 @@ def part_slope(kind, dx, dy):
 
 @kernel
 def part_curvature(kind, dx, dy, ux, uy):
-    """Second derivative by d, applied to one change u of it."""
+    """Return the second derivative by d, applied to a change u."""
     if kind == HALF_SQUARE:
         return ux, uy
     square = dx * dx + dy * dy
@@ -58,13 +58,13 @@ def part_curvature(kind, dx, dy, ux, uy):
 
 @kernel
 def part_bend(kind, dx, dy, ux, uy, ax, ay):
-    """Derivative by d of what the second derivative of the part by time depends on: curvature a + (curvature u . u)'."""
+    """Return the derivative by d of the part's second time derivative: curvature a + (curvature u . u)'."""
     if kind == HALF_SQUARE:
         return ax, ay
     hx, hy = part_curvature(kind, dx, dy, ax, ay)
     square = dx * dx + dy * dy
     if kind == LENGTH:
-        # (u.u - (e.u)^2) / r by d
+        # derivative of (u.u - (e.u)^2) / r by d
         r = math.sqrt(square)
         ex, ey = dx / r, dy / r
         along = ex * ux + ey * uy

@@ -1,4 +1,4 @@
-"""Quadratic constraints during a run: their values, gradients and multipliers, and the way back to them.
+"""Quadratic constraints during a run: values, gradients, multipliers and projection.
 
 With d = rows X the maps of a constraint, its value is sum(w |d|^2/2), its gradient Phi = sum(w d^T rows).
 """
@@ -12,18 +12,18 @@ from scissordyn.mechanics import band
 from scissordyn.mechanics.constraint_part import part_slope, part_value
 from scissordyn.mechanics.time_function import motion_at, piece_time, prescribe
 
-DRIFT = 1e-13  # Constraints and their rates are projected back beyond this relative error
+DRIFT = 1e-13  # Relative error of constraints and their rates above which they are projected
 
 SUSPECT = 0.1
-"""Gradients are monitored where the root of the least pivot of Phi Phi^T is below this fraction of the largest one so far."""
+"""Gradients are monitored if the root of the smallest pivot of Phi Phi^T is below this fraction of the largest root so far."""
 
-DISPLACED = 1e-6  # Rotation of the fastest body over which the rate of that root is a difference [rad]
+DISPLACED = 1e-6  # Rotation of the fastest body over which the rate of that root is differenced [rad]
 REPETITIONS = 3  # Newton steps of a projection; drift within a step needs one
 
 
 @kernel
 def expand(t, y, S):
-    """Write b(t), X, V and the values that timed constraints have."""
+    """Write b(t), X, V and the values of timed constraints."""
     M, W = S.model, S.work
     n = M.n
     move_drives(t, S)
@@ -37,7 +37,7 @@ def expand(t, y, S):
 
 @kernel
 def move_drives(t, S):
-    """Write b(t) and the values that timed constraints have, unless they are there: a step asks for its end many times."""
+    """Write b(t) and the values of timed constraints; skip it if the time is the last one, as at the end of a step."""
     M, P, W = S.model, S.parameters, S.work
     if t == W.instant[0]:
         return
@@ -51,14 +51,14 @@ def move_drives(t, S):
         if M.timed_linear[i] == 1:
             W.value[0, k], W.value[1, k], W.value[2, k], W.value[3, k] = l, v, a, j
             continue
-        # a distance l(t): value l^2/2 and its derivatives by time
+        # a distance l(t): value l^2/2 and its time derivatives
         W.value[0, k], W.value[1, k] = 0.5 * l * l, l * v
         W.value[2, k], W.value[3, k] = v * v + l * a, 3.0 * v * a + l * j
 
 
 @kernel
 def expand_element(t, y, element, S):
-    """Of b(t), X and V what the maps of one force element read."""
+    """Write those entries of b(t), X and V that the maps of one force element read."""
     M, W = S.model, S.work
     n = M.n
     move_drives(t, S)
@@ -72,7 +72,7 @@ def expand_element(t, y, element, S):
 
 @kernel
 def expand_track(t, y, track, S):
-    """Of b(t) and X what the map of one tracked point reads."""
+    """Write those entries of b(t) and X that the map of one tracked point reads."""
     M, W = S.model, S.work
     move_drives(t, S)
     for k in range(M.track_start[track], M.track_start[track + 1]):
@@ -82,7 +82,7 @@ def expand_track(t, y, track, S):
 
 @kernel
 def map_directions(S, source, target):
-    """Write the maps of all constraints applied to a vector of columns."""
+    """Apply the maps of all constraints to a vector of columns."""
     M = S.model
     for p in range(M.part_constraint.size):
         dx = dy = 0.0
@@ -96,7 +96,7 @@ def map_directions(S, source, target):
 
 @kernel
 def scatter_row(k, S):
-    """Write the gradient of constraint k into Work.gram_row, which is zero."""
+    """Add the gradient of constraint k to Work.gram_row, which is zero before."""
     M, W = S.model, S.work
     for i in range(M.constraint_start[k], M.constraint_start[k + 1]):
         if M.constraint_column[i] < M.n:
@@ -105,7 +105,7 @@ def scatter_row(k, S):
 
 @kernel
 def clear_row(k, S):
-    """Set Work.gram_row back to zero where constraint k has columns."""
+    """Reset the columns of constraint k in Work.gram_row to zero."""
     M, W = S.model, S.work
     for i in range(M.constraint_start[k], M.constraint_start[k + 1]):
         if M.constraint_column[i] < M.n:
@@ -114,7 +114,7 @@ def clear_row(k, S):
 
 @kernel
 def factorize_constraints(S):
-    """Write the gradients of the constraints and factorize Phi Phi^T; returns a singular row or -1."""
+    """Write the gradients of the constraints and factorize Phi Phi^T; return a singular row, or -1."""
     M, W = S.model, S.work
     # gradients: Phi = sum w d^T rows (R4), or with the slopes of other functions of d
     for p in range(M.part_constraint.size):
@@ -173,7 +173,7 @@ def subtract_gradients(S, values, target, first):
 
 @kernel
 def rod_force(k, scale, multiplier, S):
-    """Force on the end of a rod whose constraint is k, from the multipliers: -lambda d with d the map of its only part."""
+    """Return the force -lambda d on the end of a rod with constraint k, where d is the map of its only part."""
     M, direction, part = S.model, S.work.direction, 0
     while M.part_start[part] != M.constraint_start[k]:
         part += 1
@@ -183,7 +183,7 @@ def rod_force(k, scale, multiplier, S):
 
 @kernel
 def value_errors(S):
-    """Write the errors of the constraints into Work.work; returns the largest one."""
+    """Write the errors of the constraints into Work.work; return the largest error."""
     M, W, worst = S.model, S.work, 0.0
     for k in range(W.multiplier.size):
         W.work[k] = -W.value[0, k]
@@ -196,13 +196,13 @@ def value_errors(S):
 
 @kernel
 def velocity_errors(S):
-    """Write the errors in the rates of the constraints into Work.work; returns the largest rate of a map."""
+    """Write the errors of the constraint rates into Work.work; return the largest rate of a map."""
     M, W = S.model, S.work
     map_directions(S, W.V, W.direction_rate)
     fastest = 0.0
     for k in range(W.multiplier.size):
         W.work[k] = -W.value[1, k]
-    # rate of (R4): sum w d . d', less that of the value
+    # rate of (R4): sum w d . d' minus the rate of the value
     for p in range(M.part_constraint.size):
         ux, uy = W.direction_rate[p, 0], W.direction_rate[p, 1]
         sx, sy = part_slope(M.part_reference[p], W.direction[p, 0], W.direction[p, 1])
@@ -213,7 +213,7 @@ def velocity_errors(S):
 
 @kernel
 def project(t, y, S):
-    """Bring constraints and their rates back to their values; returns whether y changed."""
+    """Project the state to the constraints and their rates; return whether y changed."""
     M, W = S.model, S.work
     n, m = M.n, W.multiplier.size
     expand(t, y, S)
@@ -245,7 +245,7 @@ def project(t, y, S):
 
 @kernel
 def velocity_residual(t, y, S):
-    """Largest error in the rate of a constraint, NaN if one is."""
+    """Return the largest error of a constraint rate; NaN if one is NaN."""
     W = S.work
     expand(t, y, S)
     map_directions(S, W.X, W.direction)
@@ -259,7 +259,7 @@ def velocity_residual(t, y, S):
 
 @kernel
 def dependence(S):
-    """Root of the least pivot of Phi Phi^T as it was last factorized: linear in the distance from a singular position."""
+    """Return the root of the smallest pivot of the last Phi Phi^T; it is linear in the distance from a singular position."""
     M, W = S.model, S.work
     least, lower = abs(W.gram[0, M.band_limits[2]]), M.band_limits[2]
     for k in range(1, W.gram.shape[0]):
@@ -269,9 +269,9 @@ def dependence(S):
 
 @kernel
 def singular_ahead(fastest, S):
-    """Time until the gradients of the constraints are dependent, if they go on as at present; infinite if they are not near.
+    """Return the time until the constraint gradients become dependent at the present rate; infinite if not near.
 
-    `project` has written X and V; W.near gets the root of the least pivot as a fraction of the largest one so far.
+    `project` must have written X and V. W.near[1] receives the root of the smallest pivot as a fraction of the largest so far.
     """
     M, W = S.model, S.work
     if W.multiplier.size == 0 or not fastest > 0.0:
@@ -280,7 +280,7 @@ def singular_ahead(fastest, S):
     W.near[0] = max(W.near[0], measure)
     if measure > SUSPECT * W.near[0]:
         return math.inf
-    # suspected by what was factorized last; now at this position
+    # suspected from the last factorization: factorize at this position
     map_directions(S, W.X, W.direction)
     if factorize_constraints(S) >= 0:
         return math.inf
@@ -289,7 +289,7 @@ def singular_ahead(fastest, S):
     W.near[1] = measure / W.near[0]
     if measure > SUSPECT * W.near[0]:
         return math.inf
-    # the root is linear near the point: its rate by a difference along the motion tells when it vanishes
+    # near the singular position the root is linear: extrapolate it along the motion
     step = DISPLACED / fastest
     for i in range(M.n + M.nb):
         W.A[i] = W.X[i] + step * W.V[i]
@@ -304,7 +304,7 @@ def singular_ahead(fastest, S):
 
 @kernel
 def engage(S):
-    """Activate the constraints of latches, or not, as their modes say."""
+    """Activate or deactivate the constraints of latches according to their modes."""
     M, W = S.model, S.work
     for latch in range(M.latch.shape[0]):
         k, p, component = M.latch[latch, 0], M.latch[latch, 1], M.latch[latch, 2]

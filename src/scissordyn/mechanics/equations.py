@@ -1,11 +1,11 @@
 """Equations of motion in natural coordinates with unit mass matrix.
 
-With d = rows X the maps of the quadratic constraints sum(w |d|^2/2) = value, X = (x, b(t)), Phi = sum(w d^T rows), and likewise
-for other functions of d (`constraint_part`):
+With d = rows X the maps of the quadratic constraints sum(w |d|^2/2) = value, X = (x, b(t)), Phi = sum(w d^T rows), and
+correspondingly for other functions of d (`constraint_part`):
 
     x'' + Phi^T lambda = f - M_xb b'',    sum(w (d . d'' + |d'|^2)) = value''.
 
-State y = (x, x', internal states). Everything here reads and writes the arrays of `System` S.
+The state is y = (x, x', internal states). All functions read and write the arrays of a `System` S.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from scissordyn.mechanics.step_matrix import acts
 
 @kernel
 def accelerate(t, y, S, dy):
-    """Right-hand side: write y' into dy."""
+    """Write y' into dy: the right-hand side of the equations of motion."""
     M, P, C, W = S.model, S.parameters, S.state, S.work
     n, nb = M.n, M.nb
     expand(t, y, S)
@@ -52,7 +52,7 @@ def accelerate(t, y, S, dy):
             start, stop = 2 * n + M.state_start[contacts + i], 2 * n + M.state_start[contacts + i + 1]
             add_component(t, i, S, y[start:stop], dy[start:stop])
     friction = S.friction.component
-    if friction.size > 0:  # friction follows the reactions without and with it
+    if friction.size > 0:  # friction depends on the reactions, which are computed without it and then with it
         settle(S, dy)
         find_reactions(t, y, S)
         for k in range(friction.size):
@@ -64,7 +64,7 @@ def accelerate(t, y, S, dy):
 
 @kernel
 def settle(S, dy):
-    """Write velocities, and the accelerations and multipliers that Work.force gives."""
+    """Write velocities, and the accelerations and multipliers for the forces in Work.force."""
     M, C, W = S.model, S.state, S.work
     n, nb = M.n, M.nb
     for i in range(n):
@@ -81,16 +81,16 @@ def settle(S, dy):
         map_directions(S, W.X, W.direction)
         map_directions(S, W.V, W.direction_rate)
         singular = factorize_constraints(S) >= 0
-        for latch in range(M.latch.shape[0]):  # one that could not lock
+        for latch in range(M.latch.shape[0]):  # a latch that could not lock
             singular = singular or math.isnan(C.memory[M.component_guard[M.latch[latch, 2]]])
-        # right-hand side of (R6): quadratic terms of the rates, less the second derivative of the value
+        # right-hand side of (R6): quadratic terms of the rates minus the second derivative of the value
         for k in range(W.multiplier.size):
             W.multiplier[k] = math.nan if singular else -W.value[2, k]
         for p in range(M.part_constraint.size):
             ux, uy = W.direction_rate[p, 0], W.direction_rate[p, 1]
             hx, hy = part_curvature(M.part_reference[p], W.direction[p, 0], W.direction[p, 1], ux, uy)
             W.multiplier[M.part_constraint[p]] += W.part_weight[p] * (hx * ux + hy * uy)
-        # and Phi times the accelerations without constraints
+        # plus Phi times the accelerations without constraints
         for k in range(W.multiplier.size):
             total = W.multiplier[k]
             for i in range(M.constraint_start[k], M.constraint_start[k + 1]):
@@ -105,12 +105,12 @@ def settle(S, dy):
 
 @kernel
 def linearise(t, y, S, dy, dt):
-    """Write y' into dy, the partial derivative of y' by time into dt, and prepare `factorize`."""
+    """Write y' into dy and its partial time derivative into dt, and prepare `factorize`."""
     M, W = S.model, S.work
     n, nb = M.n, M.nb
     accelerate(t, y, S, dy)
     map_directions(S, W.A, W.direction_acceleration)
-    # time enters by b(t): the inertia by its third derivative, elements and constraints below
+    # time enters through b(t): the inertia through its third derivative, elements and constraints below
     for i in range(2 * n):
         dt[i] = 0.0
     for i in range(n):
@@ -123,7 +123,7 @@ def linearise(t, y, S, dy, dt):
 
 @kernel
 def linearise_elements(t, y, S, dt):
-    """Linearise contacts and components, and add to dt what their forces and states change because b(t) moves."""
+    """Linearise contacts and components; add to dt the effect of b(t) on their forces and states."""
     M, W = S.model, S.work
     n, contacts = M.n, S.parameters.contact.size
     for j in range(M.element_start.size - 1):
@@ -140,7 +140,7 @@ def linearise_elements(t, y, S, dt):
         first, count = M.element_start[j], M.element_start[j + 1] - M.element_start[j]
         for b in range(count):
             column = M.element_column[first + b] - n
-            if column <= 0:  # free, or the constant 1
+            if column <= 0:  # a free column, or the constant 1
                 continue
             w, a = W.basis[1, column], W.basis[2, column]
             for i in range(count):
@@ -155,16 +155,16 @@ def linearise_elements(t, y, S, dt):
 
 @kernel
 def linearise_constraints(S, dt):
-    """Keep what `factorize` needs of the constraints, and add to dt what their multipliers change because b(t) moves."""
+    """Store the constraint data for `factorize`; add to dt the effect of b(t) on the multipliers."""
     M, W = S.model, S.work
     n, m = M.n, W.multiplier.size
-    # the stages of a step overwrite these
+    # copies, because the stages of a step overwrite these
     for k in range(m):
         W.frozen_multiplier[k] = W.multiplier[k]
         W.work[k] = -W.value[3, k]
     for i in range(W.gradient.size):
         W.frozen_gradient[i] = W.gradient[i]
-    for p in range(M.part_constraint.size):  # d (Phi^T) / dt lambda, and what the constraints themselves gain
+    for p in range(M.part_constraint.size):  # d (Phi^T) / dt lambda, and the terms of the constraints themselves
         for axis in range(2):
             W.frozen_direction[p, axis] = W.direction[p, axis]
             W.frozen_rate[p, axis] = W.direction_rate[p, axis]
@@ -190,7 +190,7 @@ def linearise_constraints(S, dt):
         hx, hy = part_curvature(kind, dx, dy, ux, uy)
         bx, by = part_bend(kind, dx, dy, ux, uy, W.direction_acceleration[p, 0], W.direction_acceleration[p, 1])
         W.work[k] += weight * (ex * bx + ey * by + 2.0 * (hx * fx + hy * fy) + sx * gx + sy * gy)
-    # as in (R6), with dt in the place of f
+    # as in (R6), with dt instead of f
     for k in range(m):
         for i in range(M.constraint_start[k], M.constraint_start[k + 1]):
             column = M.constraint_column[i]
@@ -202,7 +202,7 @@ def linearise_constraints(S, dt):
 
 @kernel
 def record_signals(t, y, S, signals):
-    """Write the signals that controllers look back at."""
+    """Write the signals that controllers need later with a delay."""
     expand(t, y, S)
     M = S.model
     for i in range(M.recorder.size):

@@ -1,14 +1,14 @@
-"""Bars that bend as one part: forces on the vectors of their shapes.
+"""Flexible bars as one component: forces on the vectors of their shapes.
 
-With r' = sum S_k' q_k at points of quadrature, g = |r'|, t = r'/g and the strains e = g - 1 - e_0, e_0 that of a temperature:
-axial forces times weights N = EA A e by the constant matrix A of `Shapes.stretching`; bending by the constant matrix
-K = int S_k'' S_l'' ds; moments EI c (1 + e_0)^2 on both ends, c the curvature of temperatures:
+At points of quadrature r' = sum S_k' q_k, g = |r'|, t = r'/g, and the strain is e = g - 1 - e_0, with e_0 from a temperature.
+Axial forces times weights are N = EA A e with the constant matrix A of `Shapes.stretching`. Bending has the constant matrix
+K = int S_k'' S_l'' ds. Temperatures with curvature c act as moments EI c (1 + e_0)^2 at both ends:
 
     f_k = -EI sum K_kl q_l - sum S_k' N t + EI c (1 + e_0)^2 [S_k' J r'/g^2] from one end to the other.
 
-A bar with g = 1 + e_0 and the curvature c then has no stress, as r'' grows with g.
+A bar with g = 1 + e_0 and the curvature c then has no stress, because r'' grows with g.
 
-Damping adds EA w tau g' to N and the moment EI tau (r' x r'')' (r' x r'' is the curvature but for the strain).
+Damping adds EA w tau g' to N and the moment EI tau (r' x r'')'; r' x r'' is the curvature if the strain is neglected.
 """
 
 from __future__ import annotations
@@ -22,20 +22,22 @@ from scissordyn.mechanics.time_function import motion_at
 
 _PAIRS = PAIRS
 
-EA, EI, TAU, STRAIN, CURVATURE, LENGTH = range(6)  # Places in the row of a bar's parameters
+EA, EI, TAU, STRAIN, CURVATURE, LENGTH = range(6)  # Columns of a bar's parameters
 
 QX, QY, VX, VY, FX, FY, RX, RY, HX, HY, STRETCH, INVERSE, AXIAL, ENDX, ENDY, HELD, READ = range(17)
-"""Rows of `Workspace.bar`: vectors, their rates, forces; r' at the points; the vectors times -EI, followed by the
-forces on r'; strains at the points, 1/|r'| and A e; r' at both ends; the vectors of static
-shapes one after another, and the columns that they depend on."""
+"""Rows of `Workspace.bar`.
+
+They are: vectors, their rates, forces; r' at the points; the vectors times -EI, followed by the forces on r'; strains at the
+points, 1/|r'| and A e; r' at both ends; the vectors of static shapes one after another, and the columns they depend on.
+"""
 
 
 @kernel
 def tables_of(bar, S):
-    """Number of shapes and points, width of rows by points and by shapes, and where tables of a bar begin.
+    """Return the numbers of shapes and points, padded row widths, and where the tables of a bar begin.
 
-    These are weights, slopes of the shapes at points, stretching, and what forces are multiplied with: the bending form,
-    slopes and second derivatives by points.
+    The tables are weights, slopes of the shapes at points, stretching, and the matrix for forces: the bending form, slopes and
+    second derivatives by points.
     """
     M = S.model
     count, points, weights = M.bar[bar, 1], M.bar[bar, 2], M.bar[bar, 3]
@@ -47,13 +49,13 @@ def tables_of(bar, S):
 
 @kernel
 def whole_pairs(modes):
-    """How many of some vectors of modes are handled by vector instructions."""
+    """Return how many of the vectors of modes are processed by vector instructions."""
     return _PAIRS * (modes // _PAIRS)
 
 
 @kernel
 def read_vectors(bar, S, source, x, y):
-    """Write the vectors of a bar's shapes, from positions or velocities."""
+    """Write the vectors of a bar's shapes, for positions or velocities."""
     M = S.model
     fixed, column, scale = M.bar[bar, 4], M.bar[bar, 5], M.bar_scale[bar]
     whole = whole_pairs(M.bar[bar, 1] - fixed)
@@ -72,7 +74,7 @@ def read_vectors(bar, S, source, x, y):
 
 @kernel
 def add_vectors(bar, S, x, y, target):
-    """Add forces on the vectors of a bar's shapes to those on all columns."""
+    """Add forces on the vectors of a bar's shapes to those on the columns."""
     M = S.model
     fixed, column, scale = M.bar[bar, 4], M.bar[bar, 5], M.bar_scale[bar]
     whole = whole_pairs(M.bar[bar, 1] - fixed)
@@ -92,7 +94,7 @@ def add_vectors(bar, S, x, y, target):
 
 @kernel
 def warmth(t, i, S):
-    """Factor of the temperatures of component i, and its rate."""
+    """Return the factor of the temperatures of component i, and its rate."""
     if S.model.function[i] < 0:
         return 1.0, 0.0
     motion_at(t, S.model.function[i], S)
@@ -101,7 +103,7 @@ def warmth(t, i, S):
 
 @kernel
 def warm_bending(p, factor, factor_rate):
-    """Curvature of temperatures times (1 + e_0)^2, its rate; squared curvature times the same, and its rate."""
+    """Return thermal curvature times (1 + e_0)^2, its rate, squared curvature times (1 + e_0)^2, and its rate."""
     c, c_rate = factor * p[CURVATURE], factor_rate * p[CURVATURE]
     grown, growing = 1.0 + factor * p[STRAIN], factor_rate * p[STRAIN]
     rate, square_rate = grown * (c_rate * grown + 2.0 * c * growing), 2.0 * c * grown * (c_rate * grown + c * growing)
@@ -110,7 +112,7 @@ def warm_bending(p, factor, factor_rate):
 
 @kernel
 def write_strains(bar, S, free):
-    """Write vectors, r' and one over its sizes, the strains beyond `free`, and A e."""
+    """Write vectors, r' and 1/|r'|, the strains minus `free`, and A e."""
     table, B = S.model.bar_table, S.work.bar
     count, points, across, _, _, slopes, stretching, _ = tables_of(bar, S)
     x, y, rx, ry, e = B[QX], B[QY], B[RX], B[RY], B[STRETCH]
@@ -124,7 +126,7 @@ def write_strains(bar, S, free):
 
 @kernel
 def add_flexible_bar(t, i, S):
-    """Add the forces of the bar that is component i to Work.force; write its powers."""
+    """Add the forces of the bar of component i to Work.force; write its powers."""
     M, W, p = S.model, S.work, S.parameters.component[i]
     bar, B = M.bar_of[i], W.bar
     count, points, across, wide, weights, _, _, forces = tables_of(bar, S)
@@ -144,7 +146,7 @@ def add_flexible_bar(t, i, S):
         W.dissipation[i] = write_damping(bar, S, p, weights, forces)
         rows += points
     combine(M.bar_table, forces, rows, wide, hx, hy, fx, fy)
-    # temperature over the height: opposite moments on both ends
+    # temperature gradient over the depth: opposite moments at both ends
     if not vanishes(p[CURVATURE]):
         curvature, rate, _, square_rate = warm_bending(p, factor, factor_rate)
         turned = add_end_moments(bar, S, p[EI] * curvature)
@@ -158,7 +160,7 @@ def add_flexible_bar(t, i, S):
 
 @kernel
 def slopes_at_ends(bar, S):
-    """Write r' at both ends to rows ENDX and ENDY; returns by which angle the bar turns between them."""
+    """Write r' at both ends to rows ENDX and ENDY; return the angle by which the bar turns between them."""
     B = S.work.bar
     count, _, across, _, _, slopes, _, _ = tables_of(bar, S)
     rx, ry = B[ENDX], B[ENDY]
@@ -168,7 +170,7 @@ def slopes_at_ends(bar, S):
 
 @kernel
 def add_end_moments(bar, S, moment):
-    """Add opposite moments on both ends to the forces on the vectors; returns by which angle the bar turns between them."""
+    """Add opposite moments at both ends to the forces; return the angle by which the bar turns between them."""
     table, B = S.model.bar_table, S.work.bar
     count, _, across, _, _, slopes, _, _ = tables_of(bar, S)
     turned = slopes_at_ends(bar, S)
@@ -184,7 +186,7 @@ def add_end_moments(bar, S, moment):
 
 @kernel
 def flexible_bar_energy(t, i, S):
-    """Strain energy [J] of the bar that is component i."""
+    """Return the strain energy [J] of the bar of component i."""
     M, p, B = S.model, S.parameters.component[i], S.work.bar
     bar = M.bar_of[i]
     count, points, _, wide, _, _, _, forces = tables_of(bar, S)
@@ -205,7 +207,7 @@ def flexible_bar_energy(t, i, S):
 
 @kernel
 def write_damping(bar, S, p, weights, forces):
-    """Add what damping exerts to the forces on r', write those on r''; returns the dissipated power."""
+    """Add damping to the forces on r' and write those on r''; return the dissipated power."""
     M, W = S.model, S.work
     count, points, table = M.bar[bar, 1], M.bar[bar, 2], M.bar_table
     B, wide = W.bar, padded(count)
@@ -228,7 +230,7 @@ def write_damping(bar, S, p, weights, forces):
 
 @kernel
 def derivatives(table, first, apart, count, x, y, vx, vy):
-    """Rate of r', r'' and its rate at a point of quadrature."""
+    """Return the rate of r', r'' and its rate at a point of quadrature."""
     px = py = bx = by = qx = qy = 0.0
     for k in range(count):
         slope, bend = table[first + k], table[first + apart + k]

@@ -1,4 +1,4 @@
-"""How the forces of a bar that bends change with positions and velocities: see `flexible_bar`."""
+"""Derivatives of the forces of a flexible bar by positions and velocities (`flexible_bar`)."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ from scissordyn.mechanics.lanes import LANES
 
 @kernel
 def linearise_flexible_bar(t, i, S, dt):
-    """Write the derivatives of a bar's generalized forces to Work.block_x and Work.block_v; what time alone changes to dt."""
+    """Write the derivatives of a bar's generalised forces to Work.block_x and Work.block_v, those by time to dt."""
     M, W, p = S.model, S.work, S.parameters.component[i]
     element, bar = S.parameters.contact.size + i, M.bar_of[i]
     points, B = M.bar[bar, 2], W.bar
@@ -57,7 +57,7 @@ def linearise_flexible_bar(t, i, S, dt):
 
 @kernel
 def write_bending_slopes(bar, S, stiffness):
-    """Write what the bending form contributes, and zeros elsewhere."""
+    """Write the derivatives of the bending form, and zeros elsewhere."""
     table, B, K, D = S.model.bar_table, S.work.bar, S.work.bar_by_x, S.work.bar_by_v
     count, _, _, wide, _, _, _, forces = tables_of(bar, S)
     for k in range(count):
@@ -71,13 +71,13 @@ def write_bending_slopes(bar, S, stiffness):
 
 @kernel
 def add_stretching_slopes(g, bar, S, p, factor_rate):
-    """Add the derivatives of -N t at a point: strains at all points change N, directions at this one t."""
+    """Add the derivatives of -N t at a point: strains at all points change N, the direction at this point changes t."""
     table, B, K = S.model.bar_table, S.work.bar, S.work.bar_by_x
     count, points, across, wide, _, _, stretching, forces = tables_of(bar, S)
     rx, ry, inverse, axial = B[RX], B[RY], B[INVERSE], B[AXIAL]
     first, row = forces + (count + g) * wide, stretching + g * across
     tx, ty, over = rx[g] * inverse[g], ry[g] * inverse[g], p[EA] * axial[g] * inverse[g]
-    ahead_x, ahead_y, warm = B[HX], B[HY], 0.0  # of the axial force here by the vectors
+    ahead_x, ahead_y, warm = B[HX], B[HY], 0.0  # derivative of the axial force at this point by the vectors
     for l in range(count):
         ahead_x[l] = ahead_y[l] = 0.0
     for h in range(points):
@@ -105,7 +105,7 @@ def add_stretching_slopes(g, bar, S, p, factor_rate):
 
 @kernel
 def add_damping_slopes(g, bar, S, p):
-    """Add the derivatives of what damping exerts at a point."""
+    """Add the derivatives of the damping forces at a point."""
     table, B, K, D = S.model.bar_table, S.work.bar, S.work.bar_by_x, S.work.bar_by_v
     count, points, _, wide, weights, _, _, forces = tables_of(bar, S)
     rx, ry, inverse, first = B[RX], B[RY], B[INVERSE, g], forces + (count + g) * wide
@@ -119,7 +119,7 @@ def add_damping_slopes(g, bar, S, p):
     yy = lost * (ty * (py - ty * rate) + rate * tx * tx) * inverse
     for k in range(count):
         s, b = table[first + k], table[first + points * wide + k]
-        cx, cy = s * by - b * ry[g], b * rx[g] - s * bx  # of r' x r'' by the vectors
+        cx, cy = s * by - b * ry[g], b * rx[g] - s * bx  # derivative of r' x r'' by the vectors
         for l in range(count):
             u, c = table[first + l], table[first + points * wide + l]
             ex, ey = u * by - c * ry[g], c * rx[g] - u * bx
@@ -137,7 +137,7 @@ def add_damping_slopes(g, bar, S, p):
 
 @kernel
 def add_thermal_slopes(bar, S, p, factor, factor_rate):
-    """Add the derivatives of the moments on both ends."""
+    """Add the derivatives of the moments at both ends."""
     table, B, K = S.model.bar_table, S.work.bar, S.work.bar_by_x
     count, _, across, _, _, slopes, _, _ = tables_of(bar, S)
     slopes_at_ends(bar, S)
@@ -163,7 +163,7 @@ def add_thermal_slopes(bar, S, p, factor, factor_rate):
 
 @kernel
 def spread_time(bar, S, dt):
-    """Add what the time function alone changes to dt."""
+    """Add the partial derivative by time to dt."""
     M, B = S.model, S.work.bar
     first = M.bar[bar, 0]
     for k in range(M.bar[bar, 1]):
@@ -174,7 +174,7 @@ def spread_time(bar, S, dt):
 
 @kernel
 def spread_flexible_bar(element, bar, S):
-    """From derivatives by the vectors of shapes to those by the columns of the element."""
+    """Convert derivatives by the vectors of shapes to derivatives by the columns of the element."""
     M, W = S.model, S.work
     start, block = M.element_start[element], M.block_start[element]
     columns = M.element_start[element + 1] - start

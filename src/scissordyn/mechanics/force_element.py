@@ -1,6 +1,6 @@
-"""Force elements: what acts between bodies through six rows of maps, be it a contact or a component.
+"""Force elements: contacts and components, which act between bodies through six rows of maps.
 
-The maps give u, a vector between two points or a point, and a and b, the unit directions of two bodies.
+The maps give u, a point or the vector between two points, and a and b, the unit directions of two bodies.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from scissordyn.kernel import kernel
 
 @kernel
 def map_values(element, S):
-    """The six values of the maps of a force element and their rates, at the present X and V."""
+    """Return the six values of the maps of a force element and their rates, at the current X and V."""
     M, W = S.model, S.work
     ux = uy = ax = ay = bx = by = 0.0
     vx = vy = px = py = qx = qy = 0.0
@@ -47,12 +47,12 @@ def add_forces(element, S, fx, fy, gx, gy, hx, hy, target, first, limit):
 
 @kernel
 def add_torques(element, S, fx, fy, torque_a, torque_b, ax, ay, bx, by, target, first, limit):
-    """The same for a force on the first map and torques on two unit directions: a torque is the force torque J d on d."""
+    """Add a force on the first map and torques on both unit directions; a torque is the force torque J d on d."""
     add_forces(element, S, fx, fy, -torque_a * ay, torque_a * ax, -torque_b * by, torque_b * bx, target, first, limit)
 
 
 @kernel
 def write_wrench(element, S, fx, fy, torque_a, torque_b):
-    """Note the force on the point of the first body, and the torques on both bodies."""
+    """Store the force on the point of the first body, and the torques on both bodies."""
     wrench = S.work.wrench
     wrench[element, 0], wrench[element, 1], wrench[element, 2], wrench[element, 3] = fx, fy, torque_a, torque_b

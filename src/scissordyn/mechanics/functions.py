@@ -1,4 +1,4 @@
-"""The mechanics as a problem for the integrators: functions of a `System`'s address, by the names that the loop calls."""
+"""Functions of the mechanics that integrators call with the address of a `System`, under the names of the loop."""
 
 from __future__ import annotations
 
@@ -12,32 +12,28 @@ from scissordyn.mechanics.hard_rows import open_hard
 from scissordyn.mechanics.rotation import count_turns
 from scissordyn.mechanics.system import open_system
 
-LARGEST_TURN = 1.0
-"""A step ends before the fastest body has turned by this [rad] at its present speed, so that turns are counted rightly."""
-
-ROUND_OFF = 1e-12  # A break nearer than this fraction of its instant has been reached
+LARGEST_TURN = 1.0  # Largest rotation of the fastest body in a step [rad]; turns could not be counted for larger ones
+ROUND_OFF = 1e-12  # A break closer than this fraction of its time has been reached
 
 LARGEST_DRIVEN_TURN = 0.02
-"""The same for a mechanism without freedom, whose steps have no error to go by: the powers are integrated over them."""
+"""Largest rotation in a step without degrees of freedom [rad]: such steps have no error estimate, but powers are integrated."""
 
-SINGULAR = 1e-3
-"""A step across a singular position begins where the gradients' dependence is below this fraction of the largest one, and..."""
-
-LOOK = 4.0  # ...where the position is no more steps ahead than this
+SINGULAR = 1e-3  # Smallest pivot root, relative to the largest so far, below which a step may cross a singular position
+LOOK = 4.0  # Largest distance of the singular position for such a step, in step sizes
 
 AFTER_BREAK = 1e-3
-"""For these also: the first step after a break is this part of the way to the next one, as the motion may start from rest."""
+"""First step after a break without degrees of freedom, as a fraction of the way to the next: motion may start from rest."""
 
 
 @entry
 def rate(t: float, y: F1, address: int, dy: F1) -> None:
-    """See `equations.accelerate`."""
+    """Evaluate the right-hand side (`equations.accelerate`)."""
     equations.accelerate(t, y, open_system(address), dy)
 
 
 @entry
 def linearise(t: float, y: F1, address: int, dy: F1, dt: F1) -> None:
-    """See `equations.linearise`."""
+    """Evaluate and linearise the right-hand side (`equations.linearise`)."""
     S = open_system(address)
     reactions = S.friction.rates.size > 0
     if reactions:
@@ -49,21 +45,21 @@ def linearise(t: float, y: F1, address: int, dy: F1, dt: F1) -> None:
 
 @entry
 def factorize(hg: float, address: int) -> int:
-    """See `step_matrix.factorize` and `reaction_slopes`."""
+    """Factorize the step matrix (`step_matrix.factorize`, `reaction_slopes`)."""
     return reaction_slopes.factorize(hg, open_system(address))
 
 
 @entry
 def solve(r: F1, address: int) -> None:
-    """See `step_matrix.solve` and `reaction_slopes`."""
+    """Solve with the step matrix (`step_matrix.solve`, `reaction_slopes`)."""
     reaction_slopes.solve(r, open_system(address))
 
 
 @entry
 def accept(t: float, y: F1, address: int, answer: F1) -> None:
-    """Project the state, count turns; writes whether y changed, how long the next step may be, and the fastest rotation.
+    """Project the state and count turns; write whether y changed, the longest next step and the fastest rotation.
 
-    Close to a singular position it writes minus the time to it, for a caller that can step across it: W.near[3] is finite.
+    Near a singular position the longest step is minus the time to it, if the caller can step across it: W.near[3] is finite.
     """
     S = open_system(address)
     answer[0] = 1.0 if constraint_solver.project(t, y, S) else 0.0
@@ -99,49 +95,49 @@ def accept(t: float, y: F1, address: int, answer: F1) -> None:
 
 @entry
 def activate(address: int) -> None:
-    """Let the constraints of latches be active as their modes say."""
+    """Activate or deactivate the constraints of latches according to their modes."""
     constraint_solver.engage(open_system(address))
 
 
 @entry
 def guards(t: float, y: F1, address: int, value: F1, rate: F1) -> None:
-    """See `guard.guards`."""
+    """Write values and rates of all guards (`guard.guards`)."""
     guards_of.guards(t, y, open_system(address), value, rate)
 
 
 @entry
 def guard(t: float, y: F1, k: int, address: int, value: F1, rate: F1) -> None:
-    """See `guard.guard`."""
+    """Write value and rate of one guard (`guard.guard`)."""
     guards_of.guard(t, y, k, open_system(address), value, rate)
 
 
 @entry
 def reset(t: float, y: F1, guard: int, address: int, data: F1) -> bool:
-    """See `guard.reset`."""
+    """Handle a guard crossing; return whether its mode changed (`guard.reset`)."""
     return guards_of.reset(t, y, guard, open_system(address), data)
 
 
 @entry
 def touch(t: float, y: F1, guard: int, address: int, data: F1) -> None:
-    """See `guard.touch`."""
+    """Activate a guard at the start (`guard.touch`)."""
     guards_of.touch(t, y, guard, open_system(address), data)
 
 
 @entry
 def monitor(t: float, y: F1, address: int, power: F1, rows: F2) -> None:
-    """See `monitored.monitor`."""
+    """Write powers and monitored quantities (`monitored.monitor`)."""
     monitored.monitor(t, y, open_system(address), power, rows)
 
 
 @entry
 def probe(t: float, y: F1, row: int, address: int, dy: F1, out: F1) -> None:
-    """See `monitored.probe`."""
+    """Write one monitored quantity for a trial state (`monitored.probe`)."""
     monitored.probe(t, y, row, open_system(address), dy, out)
 
 
 @entry
 def record(t: float, y: F1, address: int, signals: F1) -> None:
-    """See `equations.record_signals`."""
+    """Write the signals that controllers record (`equations.record_signals`)."""
     equations.record_signals(t, y, open_system(address), signals)
 
 
@@ -162,31 +158,31 @@ FUNCTIONS = {
 
 @kernel
 def hard_step(t, h, y, new, address, hard):
-    """See `hard_contact.hard_step`."""
+    """Make one step with hard contacts (`hard_contact.hard_step`)."""
     hard_contact.hard_step(t, h, y, new, open_system(address), open_hard(hard))
 
 
 @kernel
 def hard_restore(hard):
-    """See `hard_contact.restore`."""
+    """Restore the contact state before the last step (`hard_contact.restore`)."""
     hard_contact.restore(open_hard(hard))
 
 
 @kernel
 def hard_guards_ahead(t, y, address, hard, value, rate):
-    """See `hard_contact.guards_ahead`."""
+    """Write the guards at the end of a step (`hard_contact.guards_ahead`)."""
     hard_contact.guards_ahead(t, y, value, rate, open_system(address), open_hard(hard))
 
 
 @kernel
 def hard_impact(t, h, y, address, hard):
-    """See `hard_impact.hard_impact`."""
+    """Compute impacts at an instant (`hard_impact.hard_impact`)."""
     impacts.hard_impact(t, h, y, open_system(address), open_hard(hard))
 
 
 @kernel
 def hard_monitor(t, h, y, address, hard, power, rows):
-    """See `hard_powers.hard_monitor`."""
+    """Write powers and monitored quantities of a step (`hard_powers.hard_monitor`)."""
     hard_powers.hard_monitor(t, h, y, open_system(address), open_hard(hard), power, rows)
 
 
@@ -197,4 +193,4 @@ HARD_FUNCTIONS = {
     "impact": hard_impact,
     "monitor": hard_monitor,
 }
-"""Of time stepping with hard contacts, by the names that its loop calls."""
+"""Functions of time stepping with hard contacts, under the names of the loop."""

@@ -1,20 +1,20 @@
-"""A step of time stepping with hard contacts: impulses that keep surfaces apart, with restitution and Coulomb friction.
+"""Time step with hard contacts: impulses with restitution and Coulomb friction keep surfaces apart.
 
-Moreau's midpoint rule with Jean's theta = 1/2 (Moreau 1988; Jean 1999, doi:10.1016/S0045-7825(98)00383-1): contacts whose gap
-at the middle of the step has closed get impulses P_N, P_T, with U the relative velocity of the surfaces, positive as they
-separate,
+Moreau's midpoint rule with Jean's theta = 1/2 (Moreau 1988; Jean 1999, doi:10.1016/S0045-7825(98)00383-1). Contacts whose gap
+is closed at the middle of the step receive impulses P_N, P_T. U is the relative velocity of the surfaces, positive for
+separation:
 
     0 <= U_N+ + e U_N- _|_ P_N >= 0,    |P_T| <= mu P_N,  P_T opposite to U_T+ where it slips.
 
-Rows of the equations for the impulses: the constraints, then N and T of each hard contact, then components whose forces depend
-on their speeds, permuted so that their band is narrow. Such forces F, an oil film's among them, are taken at the mean of the
-speeds before and after the step, so that strong damping does not limit the step: with -dF/dv = sum s s^T and U = s.v
+The rows of the equations for the impulses are the constraints, N and T of each hard contact, and components whose forces depend
+on their speeds, permuted to a narrow band. Such forces F, including those of oil films, are evaluated at the mean of the speeds
+before and after the step, so that strong damping does not limit the step. With -dF/dv = sum s s^T and U = s.v
 
     U+ + 2/h lambda = 2 U_m - U-,    U_m where F was evaluated.
 
-Where contacts are few, impacts are located: a step ends where an open gap closes, and an impact there changes velocities alone.
-Zeno's rule: a contact that forces would close again within the step stays closed, and a closed contact has no restitution.
-Positions of contacts that stay closed are moved back to the surface by the least change in the metric of the masses.
+If there are few contacts, impacts are located: a step ends where an open gap closes, and an impact there changes only the
+velocities. Zeno's rule: a contact that forces would close again within the step stays closed, and a closed contact has no
+restitution. Positions of contacts that stay closed are moved back to the surface by the least change in the mass metric.
 """
 
 from __future__ import annotations
@@ -48,23 +48,24 @@ from scissordyn.mechanics.hard_rows import (
 )
 from scissordyn.mechanics.impulse_solver import solve_impulses
 
-DEEP = 1e-6
-"""Gap or indentation of a contact that stays closed, as a fraction of the clearance, beyond which positions are moved back."""
+DEEP = 1e-6  # Gap or indentation of a closed contact, relative to the clearance, above which positions are moved back
 
 LEAST_SQUARES = 1e-2
-"""Weight of the moves against the gaps that they leave, relative to a free journal: where gaps contradict each other, as in a
-closed loop with all joints in contact, no move is larger than five times the gaps."""
+"""Weight of the moves relative to the remaining gaps, for a free journal.
 
-TOO_DEEP = 0.1  # Indentation, as a fraction of the clearance, of a contact at the end of a step that is too long
-NO_DAMPING = 1e-9  # Part of the largest entry of a component's damping that is round-off
-NEAR = 0.5  # Gap, as a fraction of the clearance, up to which a contact may be closed by the forces of a step alone
+Gaps can contradict each other, as in a closed loop with all joints in contact. No move exceeds five times the gaps.
+"""
+
+TOO_DEEP = 0.1  # Indentation at the end of a step, relative to the clearance, above which the step is too long
+NO_DAMPING = 1e-9  # Damping below this fraction of a component's largest entry is round-off
+NEAR = 0.5  # Gap, relative to the clearance, up to which the forces of one step may close a contact
 
 
 @kernel
 def hard_step(t, h, y, new, S, H):
     """Make one step of size h from t and the state y to `new`; what hard contacts have done stands in `HardWork.result`.
 
-    Right after it, `System.work` has the forces of the middle of the step, with the mean of all impulses among them.
+    Afterwards `System.work` contains the forces at the middle of the step, including the mean of all impulses.
     """
     M, C = S.model, S.state
     n, count = M.n, H.model.which.size
@@ -89,7 +90,7 @@ def hard_step(t, h, y, new, S, H):
         H.work.impact[1], H.state.longest[0] = TOO_LONG, math.inf
         take_back(S, H)
         return
-    # velocities and internal states without impulses, then with them: the first of (H2)
+    # velocities and internal states without impulses, then with impulses: the first of (H2)
     for i in range(n):
         new[n + i] = y[n + i] + h * H.state.slope[n + i]
     for i in range(2 * n, y.size):
@@ -115,8 +116,8 @@ def hard_step(t, h, y, new, S, H):
             new[2 * n + M.state_start[j]] = 0.0
         else:
             share_of_force(i, j, h, new, S, H)
-        y[2 * n + M.state_start[j]] = new[2 * n + M.state_start[j]]  # it is a mean over the step
-    # a step that ends too deep, or in which a compliant contact is not resolved, is made again
+        y[2 * n + M.state_start[j]] = new[2 * n + M.state_start[j]]  # the state is a mean over the step
+    # repeat a step that ends too deep, or in which a compliant contact is not resolved
     look_ahead(h, new, S, H)
     if too_long_for_laws(S, H) and H.work.impact[1] > IN_ANY_CASE:
         H.work.impact[1] = TOO_LONG
@@ -130,8 +131,8 @@ def hard_step(t, h, y, new, S, H):
 
 @kernel
 def keep_pressed(h, y, new, S, H):
-    """What elastic contacts have stored is no loss of theirs."""
-    # impulses do the work (H5) at surfaces; the part that their elasticity keeps comes back later
+    """Store the elastic energy of contacts and subtract it from their losses."""
+    # impulses do the work (H5) at surfaces; the elastic part of it returns later
     place_at_end(h, new, S)
     m = S.work.multiplier.size
     for i in range(H.model.which.size):
@@ -166,14 +167,14 @@ def restore(H):
 
 @kernel
 def guards_ahead(t, y, value, rate, S, H):
-    """Write the guards at the end of the step just made; `System.work` has its middle again afterwards."""
+    """Write the guards at the end of the last step; restore `System.work` to the middle of the step."""
     guards(t, y, S, value, rate)
     expand(t - 0.5 * H.work.size[0], H.work.middle, S)
 
 
 @kernel
 def predict(h, y, S, H):
-    """The state at the middle of the step: positions by the velocities, all else by the slope of the last step."""
+    """Predict the state at the middle of the step: positions by velocities, the rest by the slope of the last step."""
     n = S.model.n
     for i in range(n):
         H.work.middle[i] = y[i] + 0.5 * h * y[n + i]
@@ -183,7 +184,7 @@ def predict(h, y, S, H):
 
 @kernel
 def close_gaps(h, S, H):
-    """Mark the contacts whose gap at the middle of the step has closed, with their rows; returns whether there are any."""
+    """Mark the contacts closed at the middle of the step and write their rows; return whether there are any."""
     closes = False
     for i in range(H.model.which.size):
         j = H.model.which[i]
@@ -223,7 +224,7 @@ def close_gaps(h, S, H):
 
 @kernel
 def linearise_damping(t, S, H):
-    """Write the rows s of the components whose forces depend on their speeds; returns whether there are any."""
+    """Write the rows s of components whose forces depend on their speeds; return whether there are any."""
     M, damps = S.model, False
     for c in range(H.model.damped.size):
         if H.model.damped_axis[c] > 0:
@@ -246,16 +247,16 @@ def linearise_damping(t, S, H):
 
 @kernel
 def write_damping(e, most, S, H):
-    """Write rows s of force element e, of which D = sum s s^T: Cholesky's method with pivots; returns how many.
+    """Write rows s of force element e with D = sum s s^T, by pivoted Cholesky factorization; return their number.
 
-    D is the symmetric part of -dF/dv, of which no direction is left out whose damping is not small.
+    D is the symmetric part of -dF/dv. Only directions with negligible damping are omitted.
     """
     M, W = S.model, S.work
     start, count, block = M.element_start[e], M.element_start[e + 1] - M.element_start[e], M.block_start[e]
     largest, rows = 0.0, 0
     for axis in range(most):
         best, left = 0, 0.0
-        # the pivot: the largest diagonal entry of what is left of D
+        # pivot: largest diagonal entry of the remaining D
         for k in range(count):
             here = -W.block_v[block + k * count + k]
             for r in range(axis):
@@ -278,7 +279,7 @@ def write_damping(e, most, S, H):
 def solve_step(t, h, y, S, H):
     """Solve for the impulses of the step; `HardState.slope` has the accelerations without them.
 
-    Returns whether they agree with the laws of compliant contacts.
+    Return whether the impulses agree with the laws of compliant contacts.
     """
     M, W = S.model, S.work
     n, nb, m = M.n, M.nb, W.multiplier.size
@@ -325,10 +326,10 @@ def leave_out_open(m, S, H):
 
 @kernel
 def turn_normals(h, m, S, H):
-    """What the turning of a closed contact's normal within the step adds to its equations.
+    """Write the effect of the rotation of closed contacts' normals within the step on their equations.
 
-    A journal under a load N in its bearing is a pendulum of length c, whose frequency (N G_TT/c)^0.5 may be far above 1/h. Its
-    normal is therefore taken at the mean of the positions, which are not known yet, and at later ones as the frequency grows:
+    A journal under a load N in its bearing is a pendulum of length c; its frequency (N G_TT/c)^0.5 may be far above 1/h. Its
+    normal is therefore taken at the mean of the unknown positions, and at later ones as the frequency grows:
 
         P_T = friction - N h^2/c (a (U_T+ - U_T-) + f u_t),    a = 1/4 + 3/4 f,    f = z^2/(1 + z^2),    z = N G_TT h^2/c.
     """
@@ -357,7 +358,7 @@ def turn_normals(h, m, S, H):
 
 @kernel
 def add_impulses(h, y, new, S, H):
-    """Add the impulses to the velocities, and their mean forces to what stands in `System.work`."""
+    """Add the impulses to the velocities, and their mean forces to `System.work`."""
     M, W = S.model, S.work
     n, m = M.n, W.multiplier.size
     for a in range(H.model.place.size):
@@ -365,7 +366,7 @@ def add_impulses(h, y, new, S, H):
         if value == 0.0:
             continue
         add_row(a, m, value, new, n, S, H)
-        # impulses of the ideal joints, as mean multipliers over the step
+        # impulses of ideal joints, as mean multipliers over the step
         if a < m:
             W.multiplier[a] -= value / h
             continue
@@ -380,7 +381,7 @@ def add_impulses(h, y, new, S, H):
 
 @kernel
 def place_at_end(h, new, S):
-    """Write the positions of the end of the step into Work.X."""
+    """Write the positions at the end of the step into Work.X."""
     M, W = S.model, S.work
     for k in range(M.n):
         W.X[k] = new[k]
@@ -390,7 +391,7 @@ def place_at_end(h, new, S):
 
 @kernel
 def place_at_middle(S, H):
-    """Write those of the middle back."""
+    """Write the positions at the middle of the step into Work.X."""
     M, W = S.model, S.work
     for k in range(M.n):
         W.X[k] = H.work.middle[k]
@@ -400,7 +401,7 @@ def place_at_middle(S, H):
 
 @kernel
 def look_ahead(h, new, S, H):
-    """Note the largest indentation of contacts that are open at the end of the step, and whether one has become too deep."""
+    """Write the largest indentation of contacts open at the end of the step; mark the step if one is too deep."""
     place_at_end(h, new, S)
     H.state.ahead[0] = -math.inf
     for i in range(H.model.which.size):
@@ -440,7 +441,7 @@ def return_to_surfaces(h, new, S, H):
 
 @kernel
 def too_far(S, H):
-    """Write by how much contacts that stay closed move back, NaN for those that do not; returns whether one is not near."""
+    """Write how far contacts that stay closed must move back, NaN for others; return whether one is too far away."""
     m, deep = S.work.multiplier.size, False
     for i in range(H.model.which.size):
         depth, _ = gap(H.model.which[i], S)

@@ -1,13 +1,13 @@
-"""Elasticity of hard contacts that stay closed: their stiffness law, taken implicitly.
+"""Elasticity of hard contacts that stay closed, with an implicit stiffness law.
 
-A contact that was closed before the step is pressed together by F(delta), with delta at a mean over the step, T the speed that
-the curvature of the surface asks for at its end, and K = dF/d delta:
+A contact that was closed before the step is compressed by F(delta), with delta at a mean over the step. T is the speed that the
+curvature of the surface requires at the end, and K = dF/d delta:
 
     P_N = h F(delta_mean),    delta_mean = delta_m - h T/4 - h (a (U+ - U- - 2 T) + f (U- + T)),
     a = 1/4 + 3/4 f,    f = z^2/(1 + z^2),    z = K G_NN h^2.
 
-For z -> 0 this is the implicit midpoint rule, which loses nothing; for z -> infinity both eigenvalues of the vibration of the
-contact tend to zero. With the law linearised the contact's row of the equations has a compliance of its own,
+For z -> 0 this is the implicit midpoint rule, which loses no energy. For z -> infinity both eigenvalues of the contact's
+vibration tend to zero. With the law linearised, the contact's row of the equations has a compliance of its own,
 
     0 <= U+ + c P_N + b _|_ P_N >= 0,    c = 1/(h^2 K a).
 
@@ -19,11 +19,11 @@ from __future__ import annotations
 from scissordyn.kernel import kernel
 from scissordyn.laws.evaluate import elastic_energy, elastic_force
 from scissordyn.mechanics.hard_result import CLOSED
-from scissordyn.mechanics.hard_rows import differ, largest_impulse
+from scissordyn.mechanics.hard_rows import largest_impulse, mark_changed
 
-FLOOR = 1e-3  # Indentation, as a fraction of the clearance, below which the law is taken as linear
-MISFIT = 1e-2  # Part of a force by which the linearised law may miss the law
-NEGLIGIBLE = 1e-4  # And part of the largest force of the step
+FLOOR = 1e-3  # Indentation, relative to the clearance, below which the law is linear
+MISFIT_TOL = 1e-2  # Relative error of the linearised law
+NEGLIGIBLE_FRACTION = 1e-4  # Error of the linearised law relative to the largest force of the step
 
 
 @kernel
@@ -89,16 +89,16 @@ def law_fits(m, H):
         force = force_at(i, max(delta, 0.0), H)
         if abs(h * force - H.work.impulse[at]) > MISFIT * max(h * force, H.work.impulse[at]) + NEGLIGIBLE * largest:
             linearise_law(i, max(delta, 0.0), H)
-            differ(i, m, H)
+            mark_changed(i, m, H)
             fits = False
     return fits
 
 
 @kernel
 def stored_energy(i, H):
-    """Elastic energy [J] of hard contact i at the end of a step, 0 if it is open or parts there.
+    """Return the elastic energy [J] of hard contact i at the end of a step; 0 if it is open or separates.
 
-    Where its vibration is far faster than the step it is that of the indentation whose force it has had.
+    If its vibration is much faster than the step, the energy is that of the indentation corresponding to its force.
     """
     if H.work.result[i, CLOSED] == 0.0:
         return 0.0

@@ -22,16 +22,16 @@ from scissordyn.mechanics.hard_result import (
 from scissordyn.mechanics.hard_rows import add_row, along, assemble, contact_rows, effective_mass, element_of
 from scissordyn.mechanics.impulse_solver import solve_impulses
 
-STRIKES = 1e-9  # Gap, as a fraction of the clearance, up to which a contact takes part in a located impact
-ZENO = 1e-3  # Part of a step: a located impact after which the surfaces would meet again sooner ends with them closed
+STRIKES = 1e-9  # Gap, relative to the clearance, up to which a contact takes part in a located impact
+ZENO = 1e-3  # Fraction of a step; if surfaces would meet again sooner after an impact, they stay closed
 
 STAYS = 1e-3
-"""Gap, as a fraction of the clearance, up to which a contact that was closed is kept in the equations, which may open it."""
+"""Gap, relative to the clearance, up to which a closed contact remains in the equations, which may open it."""
 
 
 @kernel
 def hard_impact(t, h, y, S, H):
-    """Impacts at an instant and a state y, whose velocities they change; h is the size of a step, for Zeno's rule."""
+    """Compute the impacts at an instant and change the velocities of y; h is the step size for Zeno's rule."""
     M, W, C = S.model, S.work, S.state
     n, m = M.n, W.multiplier.size
     for i in range(H.model.which.size):

@@ -1,4 +1,4 @@
-"""Powers and monitored numbers of a step with hard contacts, for the energy balance."""
+"""Powers and monitored quantities of a step with hard contacts, for the energy balance."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from scissordyn.mechanics.monitored import DAMPERS, DAMPING, DRIVE_TORQUE, FRICT
 
 @kernel
 def hard_monitor(t, h, y, S, H, power, rows):
-    """Powers and monitored numbers of the step just made, means over it; NaN for what an impact makes infinite."""
+    """Write powers and monitored quantities as means over the last step; NaN if an impact makes them infinite."""
     M, guards = S.model, S.state.mode.size
     monitor(t, y, S, power, rows)
     for i in range(H.model.which.size):
@@ -34,7 +34,7 @@ def hard_monitor(t, h, y, S, H, power, rows):
 
 @kernel
 def correct_powers(h, y, S, H, power):
-    """Powers of components by the mean of the velocities before and after the step, in the place of that at the middle."""
+    """Correct the powers of components: use the mean of the velocities before and after the step, not the middle one."""
     M, W = S.model, S.work
     n, contacts = M.n, S.parameters.contact.size
     for i in range(M.component_port.size):

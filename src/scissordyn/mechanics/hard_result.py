@@ -1,4 +1,4 @@
-"""What hard contacts have done in a step."""
+"""Results of hard contacts in a step."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ RESTING = 1e-9  # Approach speeds below this fraction of the step's change of ve
 
 @kernel
 def take_results(h, S, H):
-    """Write what each closed contact has done, and whether one of them was an impact."""
+    """Write the results of each closed contact, and whether one of them was an impact."""
     m = S.work.multiplier.size
     for i in range(H.model.which.size):
         if H.work.closed[i] == 0 or H.model.compliant[i] == 1:
@@ -83,7 +83,7 @@ def lasting_part(i, a, H):
 
 @kernel
 def share_of_force(i, j, h, new, S, H):
-    """Mean contact force over the step, without impacts, in the place of the contact's memory and of its state."""
+    """Write the mean contact force over the step, without impacts, to the contact's memory and state."""
     m, contact = S.work.multiplier.size, S.work.contact[j]
     a = H.model.place[m + 2 * i]
     share = 1.0 if H.work.yields[i] == 1 else lasting_part(i, a, H)

@@ -1,4 +1,4 @@
-"""Hard contacts of a mechanism, and the equations for their impulses: rows, products, effective masses, modes."""
+"""Hard contacts of a mechanism and the equations for their impulses: rows, products, effective masses, modes."""
 
 from __future__ import annotations
 
@@ -11,15 +11,14 @@ from scissordyn.mechanics.constraint_solver import solve_constraints
 from scissordyn.mechanics.force_element import map_values
 
 IN_ANY_CASE, AS_DEEP, STEP, TOO_LONG = range(-2, 2)
-"""What is asked of a step: to be made in any case, whatever the indentation at its end, or unless it is too long; then it was
-not made, and says so."""
+"""Step request (force the step, allow any indentation at its end, or reject it if too long), and the status it returns."""
 
 OPEN, STICK, SLIP = range(3)  # Modes of a contact; `SLIP` with P_T = mu P_N, `SLIP` + 1 with P_T = -mu P_N
 
 
-ROUND_OFF = 1e-24  # Square of the velocity along N for a unit impulse, over the largest one of a step, that is round-off
-IMMOBILE = 1e-12  # What a contact yields along T at least, over what it does along N, for the same impulse
-COMPLIANCE = 1e-11  # Of surfaces, as a part of what a free journal would yield, where rows depend on each other
+ROUND_OFF = 1e-24  # Squared velocity along N per unit impulse, relative to the largest of a step, that is round-off
+IMMOBILE = 1e-12  # Smallest velocity along T per unit impulse, relative to the largest velocity along N
+COMPLIANCE = 1e-11  # Compliance of surfaces, relative to that of a free journal, where rows depend on each other
 
 
 class HardModel(NamedTuple):
@@ -68,15 +67,15 @@ class HardWork(NamedTuple):
     """Scratch arrays of a step."""
 
     later: F1  # (k,) theta of a compliant contact along N
-    later_slip: F1  # (k,) and along T
-    rubbed: F1  # (k,) slip speed at which its friction was linearised [m/s]
+    later_slip: F1  # (k,) theta of a compliant contact along T
+    rubbed: F1  # (k,) slip speed at the linearisation of its friction [m/s]
     bristle: F1  # (states of a contact,) scratch
     rebound: F1  # (k,) restitution in the present step
     bias: F1  # (k,) speed at which an open gap closes by the end of the step
-    turn: F1  # (k,) speed along N that the surface's curvature asks for at the end of the step
+    turn: F1  # (k,) speed along N that the curvature of the surface requires at the end of the step
     load: F1  # (k,) normal force of the last step [N]
-    turning_mass: F1  # (k,) impulse along T for U_T+, of a normal that turns [kg]
-    lag: F1  # (k,) and its part that is known [N s]
+    turning_mass: F1  # (k,) impulse along T per U_T+, because the normal rotates [kg]
+    lag: F1  # (k,) known part of that impulse [N s]
     offset: F1  # (k,) e U- + bias
     yields: I1  # (k,) whether it is elastic in the present step
     reached: F1  # (k,) indentation of the law without U+ [m]
@@ -87,7 +86,7 @@ class HardWork(NamedTuple):
     damping: I1  # (c,) whether it acts now
     value: F1  # entries of rows: those of `normal`, which is a part of it, and of the constraints
     normal: F2  # (3, entries of force elements): generalized forces of unit impulses along N and T, and rows s
-    acts: I1  # (rows,) whether it is of an active constraint or of a contact whose gap closes
+    acts: I1  # (rows,) whether the row belongs to an active constraint or a contact whose gap closes
     closed: I1  # (k,) whether the gap closes in the step
     was: I1  # (k,) whether it was in contact before
     impact: I1  # (2,) whether the step has an impact; `STEP` and so on
@@ -102,9 +101,9 @@ class HardWork(NamedTuple):
     before: F1  # (rows,) U- of contacts
     impulse: F1  # (rows,)
     velocity: F1  # (rows,) U+
-    shift: F1  # (rows,) moves of positions along the rows
-    friction: F1  # (k,) coefficient in the present step
-    depth: F1  # (k,) at the middle of the step
+    shift: F1  # (rows,) displacements of positions along the rows
+    friction: F1  # (k,) friction coefficient in the current step
+    depth: F1  # (k,) indentation at the middle of the step [m]
     ending: F1  # (k,) indentation at the end of the step [m]
     kept_mode: I1  # (k,) mode, stuck and slope at the start of the step
     kept_stuck: I1
@@ -130,7 +129,7 @@ class HardContacts(NamedTuple):
     work: HardWork
 
 
-open_hard = opener(HardContacts)  # From the address of a handle of `HardContacts` to it, inside kernels
+open_hard = opener(HardContacts)  # Returns the `HardContacts` of a handle's address, inside kernels
 
 
 @kernel
@@ -161,7 +160,7 @@ def contact_rows(i, S, H):
 
 @kernel
 def convective(j, S):
-    """Second derivative of the indentation without accelerations [m/s^2]; Work.contact has the normal."""
+    """Return the second derivative of the indentation at zero acceleration [m/s^2]; Work.contact contains the normal."""
     ex, ey, _, _, bx, by, ux, uy, _, _, qx, qy = map_values(j, S)
     contact = S.work.contact[j]
     nx, ny = contact.nx, contact.ny
@@ -174,7 +173,7 @@ def convective(j, S):
 
 @kernel
 def speed_along(j, S):
-    """Part of U_T [m/s] that is the motion of a journal's centre; Work.contact has the normal."""
+    """Return the part of U_T [m/s] from the motion of the journal's centre; Work.contact contains the normal."""
     _, _, _, _, _, _, ux, uy, _, _, _, _ = map_values(j, S)
     contact = S.work.contact[j]
     return ux * contact.ny - uy * contact.nx
@@ -192,7 +191,7 @@ def element_of(a, m, S, H):
 
 @kernel
 def along(a, source, S, H):
-    """Product of a row that is no constraint's with a vector of all columns."""
+    """Return the product of a row that is not a constraint and a vector of all columns."""
     M, total = S.model, 0.0
     j, axis = element_of(a, S.work.multiplier.size, S, H)
     for k in range(M.element_start[j], M.element_start[j + 1]):
@@ -202,7 +201,7 @@ def along(a, source, S, H):
 
 @kernel
 def add_row(a, m, value, target, first, S, H):
-    """Add a multiple of row a to target[first:], its free columns alone."""
+    """Add a multiple of row a to target[first:], in its free columns only."""
     M = S.model
     if a < m:
         for k in range(M.constraint_start[a], M.constraint_start[a + 1]):
@@ -217,7 +216,7 @@ def add_row(a, m, value, target, first, S, H):
 
 @kernel
 def acting_row(a, m, S, H):
-    """Whether a row is of an active constraint or of a contact whose gap closes."""
+    """Return whether a row belongs to an active constraint, a closing contact or an active damper."""
     if a < m:
         return S.work.inactive[a] == 0.0
     i = a - m
@@ -281,7 +280,7 @@ def hold_immobile(m, H):
 
 @kernel
 def effective_mass(i, S, H):
-    """Mass [kg] that an impulse along the normal of hard contact i moves, all constraints kept, other contacts open."""
+    """Return the effective mass [kg] of hard contact i along its normal, with all constraints and other contacts open."""
     m = S.work.multiplier.size
     a, reach = m + 2 * i, H.model.reach[0]
     at = H.model.place[a]
@@ -306,7 +305,7 @@ def row_product(a, vector, H):
 
 @kernel
 def largest_impulse(m, H):
-    """The largest normal impulse of a contact that is closed."""
+    """Return the largest normal impulse of a closed contact."""
     largest = 0.0
     for i in range(H.model.which.size):
         if H.work.closed[i] == 1:

@@ -1,12 +1,11 @@
-"""The impulses of a step: a semi-smooth Newton method on banded equations, and Lemke's pivoting if it fails.
+"""Impulses of a step: semi-smooth Newton method on banded equations, and Lemke's pivoting if it fails.
 
-Letters: G products of the rows, lambda their impulses, U = U_free + G lambda. Of each contact the modes are open, stick and
-slip either way (Alart and Curnier 1991, doi:10.1016/0045-7825(91)90022-X); for given modes the equations are linear, and of a
-chain of joints banded: a step of Newton's method costs as many operations as there are joints.
+G are the products of the rows, lambda their impulses, U = U_free + G lambda. Each contact is open, sticks, or slips either way
+(Alart and Curnier 1991, doi:10.1016/0045-7825(91)90022-X). For given modes the equations are linear, and banded for a chain of
+joints: the cost of a Newton step is linear in the number of joints.
 
-Rows that depend on each other, as where all joints of a closed loop are in contact, have more impulses than one that solve
-the equations. G_aa (1 + `COMPLIANCE`) in the place of G_aa of a contact chooses among them: surfaces that yield by this part
-of what a free journal would.
+Dependent rows, for example if all joints of a closed loop are in contact, have several solutions. G_aa (1 + `COMPLIANCE`)
+instead of G_aa selects one of them, as if surfaces had this fraction of the compliance of a free journal.
 """
 
 from __future__ import annotations
@@ -15,30 +14,32 @@ from scissordyn.kernel import kernel
 from scissordyn.mechanics import band
 from scissordyn.mechanics.compliant_contact import begin_laws, laws_fit
 from scissordyn.mechanics.hard_elastic import law_fits, prepare_law
-from scissordyn.mechanics.hard_rows import OPEN, SLIP, STICK, differ, row_product, write_equations
+from scissordyn.mechanics.hard_rows import OPEN, SLIP, STICK, mark_changed, row_product, write_equations
 from scissordyn.mechanics.pivoting import pivot
 
-MOST = 40  # Steps of Newton's method before Lemke's pivoting
+NEWTON_STEPS_MAX = 40  # Newton steps before Lemke's pivoting
 
 TRIES = 10
-"""Steps of Newton's method that change all modes at once although no fewer contacts ask for another mode than ever before; from
-then on the last of these contacts alone changes its mode, until they are fewer, as in block principal pivoting."""
+"""Newton steps that may change all modes without a new minimum of the number of contacts that request another mode.
 
-LAWS = 4  # Times that laws of elastic contacts are linearised anew in a step
-COMPLIANT_LAWS = 12  # The same beside compliant contacts, whose damping and friction are less smooth
+After them only the last of these contacts changes its mode, until there are fewer, as in block principal pivoting.
+"""
+
+LAWS = 4  # Number of linearisations of elastic laws in a step
+COMPLIANT_LAWS = 12  # The same number with compliant contacts, whose damping and friction are less smooth
 
 RECENT = 15
-"""Last steps of Newton's method in which contacts that changed their modes are pivoted first, the others' modes being kept."""
+"""Last Newton steps; contacts that changed their modes in them are pivoted first, while the others keep their modes."""
 
-GROWTHS = 6  # Times that further contacts join these
+GROWTHS = 6  # Number of times that further contacts join the pivoted ones
 
 FOUND, MISFIT, FAILED = range(3)
 
-BORDER = 1e-10  # Part of the largest impulse of a step that is round-off
-STILL = 1e-6  # Slip speed, as a part of what forces change it by in a step, below which surfaces have not slipped
+BORDER = 1e-10  # Fraction of the largest impulse of a step that is round-off
+STILL = 1e-6  # Slip speed, relative to its change by forces in a step, below which surfaces have not slipped
 
 ACCURATE = 1e-9
-"""Velocity that equations without row exchanges may miss, as a part of what impulses change; else rows are exchanged."""
+"""Velocity error allowed without row exchanges, relative to the velocity changes; above it rows are exchanged."""
 
 FACTORIZATIONS, MOST_IN_A_STEP, PIVOTS, PIVOTED, UNSOLVED, IMPULSIVE, DEPENDENT = range(7)
 """Columns of `HardState.counts`: factorizations, most of them in a step, pivots, steps with pivots, steps that are not
@@ -46,14 +47,14 @@ solved, steps with closed contacts, steps with rows that depend on each other.""
 
 COUNTS = 7
 
-DEPENDS = 1e-6  # Pivot over diagonal below which a row depends on others
+DEPENDS = 1e-6  # Ratio of pivot to diagonal below which a row depends on others
 
 
 @kernel
 def solve_impulses(m, y, S, H):
-    """Write impulses and velocities of the rows; modes of the last step are where it begins.
+    """Compute impulses and velocities of the rows, starting from the modes of the last step.
 
-    Returns whether they agree with the laws of compliant contacts.
+    Return whether they agree with the laws of compliant contacts.
     """
     most_laws = LAWS
     for i in range(H.model.which.size):
@@ -99,14 +100,14 @@ def newton(most_laws, m, y, S, H):
     H.work.since[0] = 0
     H.work.restless[:] = 0
     fewest, tries, laws = none, TRIES, 0
-    for tried in range(MOST):
+    for tried in range(NEWTON_STEPS_MAX):
         if not solve_modes(m, H):
             break
         H.state.counts[FACTORIZATIONS] += 1
         H.state.counts[MOST_IN_A_STEP] = max(H.state.counts[MOST_IN_A_STEP], tried + 1)
         asking = ask_for_modes(m, H)
         elastic = laws == most_laws or law_fits(m, H)
-        # all modes agree: now the laws of elastic and compliant contacts have to
+        # all modes are consistent: check the laws of elastic and compliant contacts
         if asking == 0:
             compliant = laws_fit(m, y, S, H)
             if (elastic and compliant) or laws == most_laws:
@@ -124,9 +125,9 @@ def newton(most_laws, m, y, S, H):
 
 @kernel
 def pivot_restless(m, H):
-    """Pivot the contacts alone that kept changing their modes, and those that then ask for another, until none does.
+    """Pivot only the contacts that kept changing modes and those that then request another mode.
 
-    Returns whether none does.
+    Return whether no contact requests another mode at the end.
     """
     for _ in range(GROWTHS):
         pivots = pivot(MOST - RECENT, m, H)
@@ -135,7 +136,7 @@ def pivot_restless(m, H):
             return False
         if ask_for_modes(m, H) == 0:
             return True
-        change_modes(False, MOST, m, H)
+        change_modes(False, NEWTON_STEPS_MAX, m, H)
     return False
 
 
@@ -201,9 +202,9 @@ def depends(H):
 
 @kernel
 def ask_for_modes(m, H):
-    """Write the mode that impulses and velocities of each contact ask for; returns how many ask for another one.
+    """Write the mode that impulses and velocities of each contact require; return how many differ from the current one.
 
-    A contact on the border between two modes, to within round-off of the largest impulse, keeps its mode.
+    A contact on the border between two modes, up to round-off of the largest impulse, keeps its mode.
     """
     asking, reach, largest = 0, H.model.reach[0], 0.0
     for a in range(H.model.place.size):

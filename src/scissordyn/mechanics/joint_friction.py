@@ -1,13 +1,13 @@
-"""Friction in ideal joints, which follows the reaction of its joint within each evaluation.
+"""Friction in ideal joints, which depends on the reaction of its joint in each evaluation.
 
-Friction is linear in the sizes N of the reactions, f_k = N_k f_k(1), and at a position and velocity the reactions are linear in
-friction: r = r_0 + sum_k N_k R_k, with R_k the response to f_k(1). What remains are as many equations as joints with friction,
+Friction is linear in the magnitudes N of the reactions, f_k = N_k f_k(1). At a given position and velocity the reactions are
+linear in friction: r = r_0 + sum_k N_k R_k, with R_k the response to f_k(1). One equation per joint with friction remains,
 
-    N_j = |r_j(N)|,
+    N_j = |r_j(N)|.
 
-solved by Newton's method from the reactions without friction, so that none depends on the one before. There the matrix
-of Newton's method is the identity. While its determinant stays positive, the solution is the one that grows out of that without
-friction; where the determinant vanishes the reactions grow without limit: the joint jams.
+Newton's method solves them from the reactions without friction, independent of earlier evaluations; its matrix there is the
+identity. While the determinant stays positive, the solution continues the one without friction. Where the determinant
+vanishes, the reactions grow without limit: the joint jams.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ from scissordyn.mechanics.force_element import add_forces, map_values, write_wre
 from scissordyn.mechanics.port import port_forces, port_wrench
 from scissordyn.mechanics.reactions import REDUNDANT, sides_of_one, solve_sides
 
-CLOSE = 1e-13  # Change of the reactions, relative to the largest one, at which they are found
-MOST = 50  # Steps of Newton's method; a jam is where they do not suffice
+CLOSE = 1e-13  # Relative change of the reactions at which they have converged
+NEWTON_STEPS_MAX = 50  # Newton steps; if they are not enough, the joint jams
 
 JAMMED, UNDETERMINED = 1, 2
-"""Faults: no reactions are in balance with their friction; there are more joints than reactions can be found for."""
+"""Faults: no reactions balance friction; the reactions are not unique because there are too many joints."""
 
 
 @kernel
 def find_reactions(t, y, S):
-    """Write the reactions that friction follows, NaN where the mechanism jams; `settle` has been without friction."""
+    """Write the reactions that friction depends on, NaN if the mechanism jams; `settle` must have run without friction."""
     M, R = S.model, S.friction
     f, contacts = R.component.size, S.parameters.contact.size
     for k in range(f):
@@ -67,7 +67,7 @@ def find_reactions(t, y, S):
         R.fault[0] = UNDETERMINED
     elif smallest > 0.0:
         R.fault[0] = 0 if balance_sizes(R) else JAMMED
-    # else the state is no number, which the fault of an evaluation before has made of it
+    # otherwise the state is NaN because of a fault in an earlier evaluation
     if R.fault[0] != 0:
         for k in range(f):
             R.size[k] = math.nan
@@ -75,7 +75,7 @@ def find_reactions(t, y, S):
 
 @kernel
 def place_bodies(S):
-    """Write where the bodies are, the same for all lanes."""
+    """Write the positions of the bodies, equal in all lanes."""
     R = S.friction
     for body in range(R.maps.rotation.size):
         cx, cy, ux, uy = mapped(R.maps, body, S.work.X)
@@ -88,7 +88,7 @@ def place_bodies(S):
 
 @kernel
 def move_bodies(lane, A, gx, gy, S):
-    """Write the accelerations of the bodies from those of the columns, and a uniform one."""
+    """Write the accelerations of the bodies from those of the columns plus a uniform one."""
     R = S.friction
     for body in range(R.maps.rotation.size):
         px, py, qx, qy = mapped(R.maps, body, A)
@@ -98,14 +98,14 @@ def move_bodies(lane, A, gx, gy, S):
 
 @kernel
 def load_bodies(lane, multiplier, S):
-    """Add what rods, latches and couplings exert, and in lane 0 what contacts and components do."""
+    """Add the forces of rods, latches and couplings to the loads, and in lane 0 those of contacts and components."""
     M, W, R = S.model, S.work, S.friction
     B, acting, contacts = R.maps, W.wrench.shape[0], S.parameters.contact.size
     for e in range(0 if lane == 0 else acting, B.body.shape[0]):
         fx = fy = torque_a = torque_b = 0.0
         if e >= acting:
             fx, fy = rod_force(B.rod[e - acting], B.rod_scale[e - acting], multiplier, S)
-        elif e >= contacts or S.state.mode[e] == 1:  # what an open contact exerted last is left there
+        elif e >= contacts or S.state.mode[e] == 1:  # the last force of an open contact is not reset
             fx, fy, torque_a, torque_b = W.wrench[e, 0], W.wrench[e, 1], W.wrench[e, 2], W.wrench[e, 3]
         push(lane, B.body[e, 0], B.arm[e, 0, 0], B.arm[e, 0, 1], fx, fy, torque_a, R)
         push(lane, B.body[e, 1], B.arm[e, 1, 0], B.arm[e, 1, 1], -fx, -fy, torque_b, R)
@@ -119,7 +119,7 @@ def load_bodies(lane, multiplier, S):
 
 @kernel
 def respond(t, k, z, S):
-    """Write lane 1 + k: what friction k at a reaction of one does to accelerations, rods and loads."""
+    """Write lane 1 + k: effect of friction k at a unit reaction on accelerations, rods and loads."""
     M, W, R = S.model, S.work, S.friction
     i, lane = R.component[k], k + 1
     element, port, out = S.parameters.contact.size + i, M.component_port[i], W.answer
@@ -147,7 +147,7 @@ def respond(t, k, z, S):
         R.response[k, j] = R.change[j]
     for e in range(R.maps.pressure.shape[0]):
         R.pressing[e, lane] = R.multiplier[R.maps.pressure[e, 0]]
-    # the equations subtract gravity, which is no part of a response
+    # the equations subtract gravity, which is not part of a response
     move_bodies(lane, R.change, R.gravity[0], R.gravity[1], S)
     load_bodies(lane, R.multiplier, S)
     load_bending(lane, R.change, S)
@@ -159,7 +159,7 @@ def respond(t, k, z, S):
 
 @kernel
 def press(S):
-    """Write the multipliers of couplings with a pressure, and into the last lanes what a pressure of one does to the loads."""
+    """Write the multipliers of couplings with a pressure, and the loads of unit pressures into the last lanes."""
     R = S.friction
     f, pressures = R.component.size, R.maps.pressure.shape[0]
     R.change[:] = 0.0
@@ -172,7 +172,7 @@ def press(S):
 
 @kernel
 def press_at(R):
-    """Write the pressures at the present reactions, and their slopes by the multipliers."""
+    """Write the pressures for the current reactions, and their derivatives by the multipliers."""
     for e in range(R.maps.pressure.shape[0]):
         multiplier = R.pressing[e, 0]
         for k in range(R.component.size):
@@ -182,7 +182,7 @@ def press_at(R):
 
 @kernel
 def reaction_of(row, R):
-    """A reaction at the present sizes."""
+    """Return a reaction for the current magnitudes."""
     f = R.component.size
     total = R.reaction[row, 0]
     for k in range(f):
@@ -194,7 +194,7 @@ def reaction_of(row, R):
 
 @kernel
 def reaction_slope(row, k, R):
-    """Its derivative by size k."""
+    """Return the derivative of a reaction by magnitude k."""
     total = R.reaction[row, k + 1]
     for e in range(R.maps.pressure.shape[0]):
         total += R.pressure[e, 1] * R.pressing[e, k + 1] * R.reaction[row, 1 + R.component.size + e]
@@ -203,23 +203,24 @@ def reaction_slope(row, k, R):
 
 @kernel
 def balance_sizes(R):
-    """Solve N_j = |r_j(N)| by Newton's method; returns whether a solution grows out of that without friction.
+    """Solve N_j = |r_j(N)| by Newton's method; return whether the solution continues the one without friction.
 
-    Pressures of teeth and belts depend on the size of their couplings' forces, which friction changes: r_j(N) is linear between
-    the zeros of these.
+    Pressures of teeth and belts depend on the absolute forces of their couplings, which friction changes: r_j(N) is linear
+    between
+    the zeros of these forces.
     """
     f = R.component.size
     lower = f - 1
     for k in range(f):
         R.size[k] = 0.0
-    for _ in range(MOST):
+    for _ in range(NEWTON_STEPS_MAX):
         most = largest = 0.0
         R.slope[:, :] = 0.0
         press_at(R)
         for j in range(f):
             first, second = R.unknown[j, 0], R.unknown[j, 1]
             a, b = reaction_of(first, R), reaction_of(second, R) if second >= 0 else 0.0
-            # a pin by the size of its force; a guide by its force, or by the pair at its edges where that is larger
+            # a pin depends on the magnitude of its force; a guide on its force, or on the larger couple at its edges
             ea, eb, size = 0.0, 0.0, 0.0
             if R.guide[j] == 0:
                 size = math.sqrt(a * a + b * b)

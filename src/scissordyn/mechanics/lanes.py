@@ -1,24 +1,24 @@
-"""Short loops over plane vectors, which the C compiler gives to the processor's vector units."""
+"""Short loops over plane vectors, which the C compiler vectorizes."""
 
 from __future__ import annotations
 
 import math
 
-LANES = 8  # Rows of tables have a whole multiple of so many numbers, which processors take at once
-PAIRS = LANES // 2  # Plane vectors whose components fill the lanes
-SHORT = 4  # Numbers that rows of a band are taken by
+LANES = 8  # Rows of tables are padded to multiples of this number of values, which processors handle at once
+PAIRS = LANES // 2  # Number of plane vectors that fill the lanes
+SHORT = 4  # Number of values of a band's row that are handled at once
 
 
 def combine(table, first, rows, width, x, y, sx, sy):
-    """Write the sums of the rows of a table, each times a vector; its rows have whole lanes and begin at `first`."""
+    """Multiply the rows of a padded table, which begins at `first`, by vectors and sum them up."""
     transform(table, first, rows, width, x, sx)
     transform(table, first, rows, width, y, sy)
 
 
 def transform(table, first, rows, width, x, sx):
-    """Write the sums of the rows of a table, each times a number; its rows have whole lanes and begin at `first`."""
+    """Multiply the rows of a padded table, which begins at `first`, by scalars and sum them up."""
     for column in range(0, width, LANES):
-        # sums of eight columns stay in registers, of which the compiler makes vectors
+        # sums of eight columns stay in registers, which the compiler vectorizes
         a = b = c = d = e = f = g = h = 0.0
         for row in range(rows):
             at, factor = first + row * width + column, x[row]
@@ -35,7 +35,7 @@ def transform(table, first, rows, width, x, sx):
 
 
 def stretch(rx, ry, free, inverse, strain, width):
-    """Write one over the sizes of vectors, and by how much they are longer than 1 + `free`; for whole lanes."""
+    """Write the inverse lengths of vectors, and their elongations beyond 1 + `free`; for whole lanes."""
     for g in range(width):
         size = math.sqrt(rx[g] * rx[g] + ry[g] * ry[g])
         inverse[g] = 1.0 / (size if size > 0.0 else 1.0)
@@ -43,7 +43,7 @@ def stretch(rx, ry, free, inverse, strain, width):
 
 
 def pull(factor, force, inverse, rx, ry, fx, fy, width):
-    """Write forces along vectors with one over their sizes, times a factor; for whole lanes."""
+    """Write forces along vectors, given their inverse lengths, times a factor; for whole lanes."""
     for g in range(width):
         tension = factor * force[g] * inverse[g]
         fx[g] = tension * rx[g]
@@ -51,21 +51,21 @@ def pull(factor, force, inverse, rx, ry, fx, fy, width):
 
 
 def part(source, first, factor, x, y, place, count):
-    """Write plane vectors, times a factor, from where they follow each other to their components; for whole `PAIRS`."""
+    """Write consecutive plane vectors, times a factor, as separate components; for whole `PAIRS`."""
     for k in range(count):
         x[place + k] = factor * source[first + 2 * k]
         y[place + k] = factor * source[first + 2 * k + 1]
 
 
 def join(target, first, factor, x, y, place, count):
-    """Add plane vectors by their components, times a factor, to where they follow each other; for whole `PAIRS`."""
+    """Add separate components, times a factor, to consecutive plane vectors; for whole `PAIRS`."""
     for k in range(count):
         target[first + 2 * k] += factor * x[place + k]
         target[first + 2 * k + 1] += factor * y[place + k]
 
 
 def take_row(table, row, column, other, begin, factor, count):
-    """Take `count` numbers of the row `other` from `begin` on, times a factor, from a row; `SHORT` - 1 zeros follow them."""
+    """Subtract a multiple of `count` values of row `other` from a row; `SHORT` - 1 zeros must follow them."""
     for k in range(0, count, SHORT):
         at, here = column + k, begin + k
         a, b = table[row, at] - factor * table[other, here], table[row, at + 1] - factor * table[other, here + 1]
@@ -74,7 +74,7 @@ def take_row(table, row, column, other, begin, factor, count):
 
 
 def row_times(table, row, column, x, first, count):
-    """The sum of `count` products of a row with numbers of x."""
+    """Return the sum of `count` products of a row and values of x."""
     total = 0.0
     for k in range(count):
         total += table[row, column + k] * x[first + k]
@@ -82,5 +82,5 @@ def row_times(table, row, column, x, first, count):
 
 
 def padded(count: int) -> int:
-    """The width of a row with so many numbers, in whole lanes."""
+    """Return the padded width of a row of `count` values, in whole lanes."""
     return LANES * ((count + LANES - 1) // LANES)

@@ -1,4 +1,4 @@
-"""Powers for the energy balance, and the quantities that are monitored in the loop."""
+"""Powers for the energy balance, and monitored quantities of the time loop."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from scissordyn.mechanics.system import Model
 
 POWERS = ("drive_work", "damping_loss", "friction_loss", "load_work", "damper_loss", "motor_work")
-"""Integrals of the energy balance [J], in the order in which `monitor` writes their powers."""
+"""Integrals of the energy balance [J], in the order of the powers that `monitor` writes."""
 
 DRIVES, DAMPING, FRICTION, LOADS, DAMPERS, MOTORS = range(len(POWERS))
 
@@ -34,35 +34,37 @@ DRIVES, DAMPING, FRICTION, LOADS, DAMPERS, MOTORS = range(len(POWERS))
     CONTACT_FORCE,
     COUPLING_FORCE,
 ) = range(10)
-"""Kinds of quantities that are monitored throughout: `Model.monitor` holds kind and index; that of a component's output is
-the component times `RESULTS` and its place among the results, that of an oiled joint's force the contact times the number of
-components and the place of its film among them; `CONTACT_FORCE` is normal force and friction of a contact, `COUPLING_FORCE` the
-multiplier of a constraint."""
+"""Kinds of monitored quantities; `Model.monitor` contains kind and index.
 
-OF_CONTACT = PRESSURE_VELOCITY, INDENTATION, FRICTION_RATIO, CONTACT_FORCE  # Kinds that one contact alone determines
+The index of a component's output is the component times `RESULTS` plus the column among the results. The index of an oiled
+joint's force is the contact times the number of components plus the film's component. `CONTACT_FORCE` combines normal force
+and friction of a contact; `COUPLING_FORCE` is the multiplier of a constraint.
+"""
 
-EXCEEDED = 1.05  # Friction over its static limit above which the limit counts as exceeded
+OF_CONTACT = PRESSURE_VELOCITY, INDENTATION, FRICTION_RATIO, CONTACT_FORCE  # Kinds that depend on one contact only
+
+EXCEEDED = 1.05  # Ratio of friction to its static limit above which the limit counts as exceeded
 
 
 def monitored_rows(model: Model, kind: int) -> np.ndarray:
-    """Rows, among those of guards and of what is monitored throughout, of one kind of quantity."""
+    """Return the rows of one kind of quantity, counted over guards and monitored quantities."""
     return np.asarray(model.guard_component.size + np.flatnonzero(model.monitor[:, 0] == kind))
 
 
 def companions(model: Model) -> np.ndarray:
-    """Of each guard the row of the force of its contact with friction in it, -1 where that is the normal force."""
+    """Return for each guard the row of its contact's force including friction; -1 if that is the normal force."""
     rows = np.full(model.guard_component.size, -1)
     rows[model.monitor[model.monitor[:, 0] == CONTACT_FORCE, 1]] = monitored_rows(model, CONTACT_FORCE)
     return rows
 
 
 def oiled_contacts(model: Model) -> np.ndarray:
-    """The contacts of the rows of `JOINT_FORCE`."""
+    """Return the contacts of the rows of `JOINT_FORCE`."""
     return np.asarray(model.monitor[model.monitor[:, 0] == JOINT_FORCE, 1] // max(model.component_port.size, 1))
 
 
 def entries_read(model: Model, contacts: int) -> tuple[np.ndarray, np.ndarray]:
-    """Entries of y that each row of guards and monitored numbers reads: where they start, and which; none for all of y.
+    """Return the entries of y that each row of guards and monitored quantities needs: starts and indices; none for all of y.
 
     Shapes: returns `start` (rows + 1,).
     """
@@ -89,7 +91,7 @@ def entries_read(model: Model, contacts: int) -> tuple[np.ndarray, np.ndarray]:
 
 @kernel
 def constraint_forces(S, target):
-    """Write what the drives exert on each entry of b beyond the constant one into target[0:nb]."""
+    """Write the forces of the drives on the entries of b, except the constant one, into target[0:nb]."""
     M, W = S.model, S.work
     n, nb = M.n, M.nb
     for i in range(1, nb):
@@ -108,7 +110,7 @@ def constraint_forces(S, target):
 
 @kernel
 def drive_torque(d, S):
-    """Torque of drive d [N m], from `constraint_forces` in Work.work_b."""
+    """Return the torque of drive d [N m], from `constraint_forces` in Work.work_b."""
     W = S.work
     i = 1 + 2 * d
     return W.work_b[i + 1] * W.basis[0, i] - W.work_b[i] * W.basis[0, i + 1]
@@ -116,7 +118,7 @@ def drive_torque(d, S):
 
 @kernel
 def component_size(i, S):
-    """Size of the force or torque of component i."""
+    """Return the magnitude of the force or torque of component i."""
     out = S.work.result[i]
     if S.model.component_forces[i] == 1:
         return abs(out[0])
@@ -125,7 +127,7 @@ def component_size(i, S):
 
 @kernel
 def joint_force(which, S):
-    """Size of what an oiled joint transmits: normal force and friction of the metal, and the force of the film."""
+    """Return the magnitude of an oiled joint's force: metallic contact and film together."""
     components, W = S.model.component_port.size, S.work
     j = which // components
     film = W.wrench[S.parameters.contact.size + which % components]
@@ -138,7 +140,7 @@ def joint_force(which, S):
 
 @kernel
 def friction_ratio(j, S):
-    """Friction of contact j over the largest that its law allows at rest and by viscosity."""
+    """Return the friction of contact j divided by the largest that its law allows at rest plus viscosity."""
     contact, P = S.work.contact[j], S.parameters
     if not contact.normal > 0.0:
         return 0.0
@@ -148,7 +150,7 @@ def friction_ratio(j, S):
 
 @kernel
 def track_deviation(t, k, S):
-    """Distance [m] of tracked point k from the ideal mechanism's, by a quintic between two nodes; 0 beyond them."""
+    """Return the distance [m] of tracked point k from the ideal mechanism, by a quintic between nodes; 0 beyond them."""
     M, P, X = S.model, S.parameters, S.work.X
     last = P.ideal.shape[0] - 1
     if last < 1:
@@ -175,10 +177,11 @@ def track_deviation(t, k, S):
 
 @kernel
 def write_row(t, row, S, out):
-    """Write one row of monitored numbers, from what stands in S.
+    """Write one row of monitored quantities from the current contents of S.
 
-    A contact: normal force, powers of damping and friction; a component: its force; else the size of a quantity and its square,
-    or for a friction ratio whether the limit is exceeded.
+    A contact has normal force and powers of damping and friction; a component's guard has its force. Other rows have a
+    magnitude
+    and its square, or for a friction ratio whether the limit is exceeded.
     """
     M, W, mode = S.model, S.work, S.state.mode
     if row < S.parameters.contact.size:
@@ -225,9 +228,9 @@ def write_row(t, row, S, out):
 
 @kernel
 def monitor(t, y, S, power, rows):
-    """Write the powers [W] of `POWERS`, and the monitored numbers of guards and of what is monitored throughout.
+    """Write the powers [W] of `POWERS` and all monitored quantities.
 
-    Everything stands in S since `accelerate` was called for the same instant and state.
+    `accelerate` must have been called for the same instant and state.
     """
     M, W = S.model, S.work
     constraint_forces(S, W.work_b)
@@ -254,9 +257,9 @@ def monitor(t, y, S, power, rows):
 
 @kernel
 def probe(t, y, row, S, dy, out):
-    """Write one row of monitored numbers at an instant and a state, of which `entries_read` says what it reads.
+    """Write one row of monitored quantities for an instant and a state; `entries_read` lists the entries of y it needs.
 
-    Contacts and tracked points are evaluated alone, all else with the whole right-hand side.
+    Contacts and tracked points are evaluated separately, all others with the whole right-hand side.
     """
     M, guards = S.model, S.state.mode.size
     kind, which = -1, row

@@ -1,4 +1,4 @@
-"""From states at the samples to what the user reads: motions of bodies, contact quantities, torques, energies, loads."""
+"""Outputs at the samples: motions of bodies, contact quantities, torques, energies, loads."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ ContactRows = Annotated[np.ndarray, ArrayType(CONTACT_RESULT, 2)]
 
 
 class Sampled(NamedTuple):
-    """States at given instants, one row each; whatever has these fields can be given to `record`."""
+    """States at given instants, one row each; any object with these fields can be given to `record`."""
 
     time: F1  # [s]
     state: F2  # free coordinates, their rates, internal states
@@ -38,25 +38,25 @@ class Record(NamedTuple):
     X: F2  # (nt, n + nb) Columns [x; b] and their two derivatives
     V: F2  # (nt, n + nb)
     A: F2  # (nt, n + nb)
-    position: F3  # (nt, bodies, 2) Of the mass centres [m, m/s, m/s^2]
+    position: F3  # (nt, bodies, 2) Mass centres [m]; velocity [m/s] and acceleration [m/s^2] follow
     velocity: F3  # (nt, bodies, 2)
     acceleration: F3  # (nt, bodies, 2)
     direction: F3  # (nt, bodies, 2) Cosine and sine of the angles
-    angle: F2  # (nt, bodies) Turns counted [rad, rad/s, rad/s^2]
+    angle: F2  # (nt, bodies) Angles including full turns [rad]; rates [rad/s] and accelerations [rad/s^2] follow
     angular_velocity: F2  # (nt, bodies)
     angular_acceleration: F2  # (nt, bodies)
-    # (nt, bodies, 3) Forces of contacts, components, rods, latches and couplings on each body [N], and their moment about its
-    # mass centre [N m]
+    # (nt, bodies, 3) Forces of contacts, components, rods, latches and couplings on each body [N], and their moment about
+    # its mass centre [N m]
     load: F3
-    contact: ContactRows  # (nt, contacts) See `system.CONTACT_RESULT`
+    contact: ContactRows  # (nt, contacts) Fields of `system.CONTACT_RESULT`
     # (nt, acting + rods, 4) Force on the first point of each contact, component and rod [N], and torques on both bodies [N m]
     wrench: F3
-    coordinate: F3  # (nt, components, 4) Of the ports
-    result: F3  # (nt, components, RESULTS) Of the components' kernels
+    coordinate: F3  # (nt, components, 4) Coordinates of the ports
+    result: F3  # (nt, components, RESULTS) Results of the components' kernels
     observed: F3  # (nt, components, 2) Angle error [rad] and recorded signal of actuators
     torque: F2  # (nt, drives)
     multiplier: F2  # (nt, m)
-    kinetic: F1  # (nt,) Energies: kinetic, of gravity, of contacts, of components [J]
+    kinetic: F1  # (nt,) Kinetic energy [J]; then those of gravity, contacts and components
     potential: F1  # (nt,)
     elastic: F1  # (nt,)
     stored: F1  # (nt,)
@@ -65,7 +65,7 @@ class Record(NamedTuple):
 
 @kernel
 def write_bodies(at, B, S, R, counted):
-    """Write the motion of the bodies at a sample; `counted` holds the angles of the families."""
+    """Write the motion of the bodies at a sample; `counted` contains the angles of the families."""
     W = S.work
     for body in range(B.rotation.size):
         cx, cy, ux, uy = mapped(B, body, W.X)
@@ -83,7 +83,7 @@ def write_bodies(at, B, S, R, counted):
 
 @kernel
 def write_loads(at, B, S, R):
-    """Write what contacts, components, rods, latches and couplings exert at a sample."""
+    """Write the loads of contacts, components, rods, latches and couplings at a sample."""
     M, W = S.model, S.work
     acting_parts = W.wrench.shape[0]
     for e in range(B.body.shape[0]):
@@ -136,8 +136,8 @@ def write_energies(at, t, y, S, R):
 
 
 @kernel
-def take_up(at, samples, S):
-    """Let act what acts at a sample."""
+def set_sample(at, samples, S):
+    """Set the guards and references of a sample."""
     C = S.state
     for k in range(C.mode.size):
         C.mode[k] = samples.mode[at, k]
@@ -150,10 +150,10 @@ def take_up(at, samples, S):
 
 @entry
 def rates_without(samples: Sampled, which: I1, contact: int, address: int, rates: F2) -> None:
-    """Rates of the state at some samples if one of the contacts exerted nothing."""
+    """Compute the rates of the state at some samples if one of the contacts exerted no force."""
     S = open_system(address)
     for k in range(which.size):
-        take_up(which[k], samples, S)
+        set_sample(which[k], samples, S)
         S.state.mode[contact] = 0
         accelerate(samples.time[which[k]], samples.state[which[k]], S, rates[k])
 
@@ -164,7 +164,7 @@ def fill(samples: Sampled, address: int, B: BodyMaps, R: Record, counted: F1) ->
     S = open_system(address)
     M, W, C = S.model, S.work, S.state
     for at in range(samples.time.size):
-        take_up(at, samples, S)
+        set_sample(at, samples, S)
         # dense output keeps lengths only to its own accuracy
         project(samples.time[at], samples.state[at], S)
         accelerate(samples.time[at], samples.state[at], S, W.scratch)
@@ -196,7 +196,7 @@ def fill(samples: Sampled, address: int, B: BodyMaps, R: Record, counted: F1) ->
 
 
 def sampled(samples: Any) -> Sampled:
-    """What the kernels read of samples."""
+    """Return the fields of samples that the kernels read."""
     return Sampled(*(getattr(samples, field) for field in Sampled._fields))
 
 

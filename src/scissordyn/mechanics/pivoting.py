@@ -1,14 +1,14 @@
-"""The impulses of a step by Lemke's complementary pivoting, where Newton's method finds no modes that agree with each other.
+"""Impulses of a step by Lemke's complementary pivoting, used if Newton's method finds no consistent modes.
 
-It is done for those contacts first whose modes do not come to rest, the others keeping theirs. Letters: r friction part of
-P_T, u normal velocities that have to be >= 0. All rows but those of the contacts pivoted are eliminated; with
-the slip speed U_T = s - p in parts s, p >= 0 the law of the contacts is a linear complementarity problem (Lemke 1965; for
-friction Stewart and Trinkle 1996)
+It is applied first to the contacts whose modes keep changing, while the others keep their modes. r is the friction part of
+P_T, u are normal velocities that must be >= 0. All rows except those of the pivoted contacts are eliminated. With the slip
+speed U_T = s - p in parts s, p >= 0, the contact law is a linear complementarity problem (Lemke 1965; for friction Stewart
+and Trinkle 1996)
 
     w = M z + q,    w = (u, s, mu P_N - r),    z = (P_N, mu P_N + r, p),    0 <= w _|_ z >= 0,
 
-of three variables for each of them. A pivot costs as many operations as it has entries. Where the method ends on a ray
-there may be no solution, as with friction that locks surfaces.
+with three variables per contact. A pivot costs as many operations as the table has entries. If the method ends on a ray,
+there may be no solution, for example if friction locks surfaces.
 """
 
 from __future__ import annotations
@@ -17,23 +17,23 @@ from scissordyn.kernel import kernel, vanishes
 from scissordyn.mechanics import band
 from scissordyn.mechanics.hard_rows import OPEN, SLIP, STICK, row_product, write_equations
 
-MOST = 20  # Pivots for each variable
-SMALL = 1e-11  # Entry of a column, relative to its largest, that is no pivot
-TIED = 1e-12  # Ratios that differ by this part of themselves are equal
+PIVOTS_MAX = 20  # Largest number of pivots per variable
+SMALL = 1e-11  # Entry of a column, relative to its largest, below which it cannot be a pivot
+TIED = 1e-12  # Relative difference below which ratios are equal
 NOTHING = 1e-12  # Impulse, relative to the largest, that is round-off
-BELOW = 1e-9  # Friction below its limit by this part of it is that of surfaces that stick
+BELOW = 1e-9  # Relative distance from its limit above which friction is that of sticking surfaces
 
 
 def table_shape(contacts: int) -> tuple[int, int]:
-    """Rows and columns of the table for so many contacts."""
+    """Return rows and columns of the table for a number of contacts."""
     return 3 * contacts, 3 * contacts + 2
 
 
 @kernel
 def pivot(least, m, H):
-    """Write the impulses of all rows and the modes of contacts that have been restless since `least`; others keep their modes.
+    """Compute the impulses of all rows and the modes of contacts restless since step `least`; others keep their modes.
 
-    Returns the number of pivots, negative if it ends on a ray.
+    Return the number of pivots; negative if the method ends on a ray.
     """
     count = 0
     for i in range(H.model.which.size):
@@ -51,9 +51,9 @@ def pivot(least, m, H):
 
 @kernel
 def unit_impulses(m, count, H):
-    """Impulses of all rows without those of the contacts pivoted, and what a unit of each of their P_N and r adds.
+    """Compute the impulses without the pivoted contacts, and those for a unit of each of their P_N and r.
 
-    Returns whether there are any.
+    Return whether a solution exists.
     """
     size, reach = H.model.place.size, H.model.reach[0]
     write_equations(m, 0, H)
@@ -80,7 +80,7 @@ def unit_impulses(m, count, H):
 
 @kernel
 def write_table(m, count, H):
-    """The dictionary w = M z + 1 z_0 + q, and what is basic and what is not."""
+    """Write the dictionary w = M z + 1 z_0 + q, with its basic and nonbasic variables."""
     size = 3 * count
     for d in range(count):
         i = H.work.active[d]
@@ -110,7 +110,7 @@ def write_table(m, count, H):
 
 @kernel
 def lemke(size, H):
-    """Pivot until z_0 is zero; returns the number of pivots, or -1."""
+    """Pivot until z_0 is zero; return the number of pivots, or -1."""
     # z_0 enters where q is most negative
     row = 0
     for k in range(size):
@@ -128,15 +128,15 @@ def lemke(size, H):
         column = 0
         while H.work.beside[column] != entering:
             column += 1
-        row = leaves(column, size, H)
+        row = leaving_row(column, size, H)
         if row < 0:
             return -1
     return -1
 
 
 @kernel
-def leaves(column, size, H):
-    """The row whose variable is zero first as that of a column grows; -1 if none is."""
+def leaving_row(column, size, H):
+    """Return the row whose variable reaches zero first as that of a column grows; -1 if none does."""
     largest, best, row = 0.0, 0.0, -1
     for k in range(size):
         largest = max(largest, -H.work.table[k, column])
@@ -172,7 +172,7 @@ def exchange(row, column, size, H):
 
 @kernel
 def combine(m, count, H):
-    """Impulses and velocities of all rows from the basic variables, and modes."""
+    """Compute impulses, velocities and modes from the basic variables."""
     size = 3 * count
     for k in range(size):
         H.work.table[k, size] = 0.0  # z by its number

@@ -1,15 +1,15 @@
-"""A rounded corner of one body at a plane guide surface of another: where it is, and how its forces change.
+"""Contact of a rounded corner of one body with a plane guide surface of another: position, forces, derivatives.
 
-Letters: u centre of the corner's arc from a point of the surface's frame, a and b unit directions of the corner's body and of
-the surface's, w_a and w_b their angular velocities, R radius of the arc, n unit vector towards the surface (fixed in its body),
-t = n turned left.
+u is the centre of the corner's arc relative to a point of the surface's frame; a and b are unit directions of the corner's body
+and the surface's body, w_a and w_b their angular velocities. R is the radius of the arc, n the unit vector towards the surface
+(fixed in its body), t = n rotated left.
 
     delta = u.n - level,   delta' = u'.n + (u.t) w_b,   v = u'.t + R w_a - (u.n + R) w_b
 
-Both bodies are pushed at the same point, the tip of the arc u + R n, so that no momentum is lost:
+Both bodies are pushed at the same point, the tip of the arc u + R n, so that momentum is conserved:
 
     on the corner F = -F_n n - F_t t and the torque -R F_t about its centre; on the surface's body -F and the torque
-    (u.n + R) F_t - (u.t) F_n about the point that u starts from.
+    (u.n + R) F_t - (u.t) F_n about the point where u starts.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from scissordyn.mechanics.system import ARM_N, ARM_T, DEPTH_BY_X, N_BY_V, N_BY_X
 
 @kernel
 def surface_normal(j, S, bx, by):
-    """The normal n in the fixed frame."""
+    """Return the normal n in the fixed frame."""
     p = S.parameters.contact[j]
     return p.normal_x * bx - p.normal_y * by, p.normal_y * bx + p.normal_x * by
 
 
 @kernel
 def plane_gap(j, S, maps):
-    """Indentation delta and its rate; negative in free flight."""
+    """Return the indentation delta and its rate; delta is negative in free flight."""
     ux, uy, _, _, bx, by, vx, vy, _, _, qx, qy = maps
     nx, ny = surface_normal(j, S, bx, by)
     turn = bx * qy - by * qx
@@ -37,7 +37,7 @@ def plane_gap(j, S, maps):
 
 @kernel
 def plane_kinematics(j, S, maps):
-    """Write delta, delta', slip speed, n and the way towards the surface into Work.contact."""
+    """Write delta, delta', slip speed, n and the distance to the surface into Work.contact."""
     p, contact = S.parameters.contact[j], S.work.contact[j]
     ux, uy, ax, ay, bx, by, vx, vy, px, py, qx, qy = maps
     radius = p.radius
@@ -65,7 +65,7 @@ def plane_forces(j, S, maps, normal, tangential):
 
 @kernel
 def plane_slopes(j, S, n_d, n_r):
-    """Write how force and motion of a corner change, in the columns of `linearise_contact`, and its turning forces."""
+    """Write derivatives of force and motion of a corner, in the columns of `linearise_contact`, and its rotating forces."""
     M, W = S.model, S.work
     p, contact = S.parameters.contact[j], W.contact[j]
     ux, uy, ax, ay, bx, by, vx, vy, px, py, qx, qy = map_values(j, S)

@@ -1,4 +1,4 @@
-"""From the code of a port to its kernels: the one place beside its file that a new port is named in."""
+"""Dispatch from the code of a port to its kernels; a new port is registered only here and in its own file."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from scissordyn.kernel import kernel
 
 @kernel
 def sense_port(port, maps, angle, q, v):
-    """Write coordinates and rates of a port; `angle` is that of its body, with its turns."""
+    """Write coordinates and rates of a port; `angle` is that of its body, including turns."""
     if port == LINE.code:
         line.sense(maps, angle, q, v)
     elif port == TRAVEL.code:
@@ -23,7 +23,7 @@ def sense_port(port, maps, angle, q, v):
 
 @kernel
 def port_forces(port, maps, q, out):
-    """Forces on the six rows of the maps."""
+    """Return the forces on the six rows of the maps."""
     if port == LINE.code:
         return line.forces(maps, q, out)
     if port == TRAVEL.code:
@@ -37,7 +37,7 @@ def port_forces(port, maps, q, out):
 
 @kernel
 def port_wrench(port, maps, along, out, fx, fy):
-    """Force on the first body's point, and torques on both bodies, where the force on the map u is (fx, fy)."""
+    """Return the force on the first body's point and the torques on both bodies, for a force (fx, fy) on the map u."""
     if port == LINE.code:
         return line.wrench(maps, along, out, fx, fy)
     if port == TRAVEL.code:
@@ -51,7 +51,7 @@ def port_wrench(port, maps, along, out, fx, fy):
 
 @kernel
 def write_port_gradients(port, maps, G, R):
-    """Gradients of the coordinates, and of their rates, by the maps."""
+    """Write the gradients of the coordinates, and of their rates, by the maps."""
     G[:, :] = 0.0
     R[:, :] = 0.0
     if port == LINE.code:
@@ -68,7 +68,7 @@ def write_port_gradients(port, maps, G, R):
 
 @kernel
 def add_port_curvature(port, q, out, G, K):
-    """Add what the maps' forces change because the gradients turn, while the port's forces stay."""
+    """Add the change of the maps' forces as the gradients rotate at constant forces of the port."""
     if port == LINE.code:
         line.curvature(q, out, G, K)
     elif port == FRAME.code:

@@ -1,12 +1,12 @@
-"""A point that runs along a bar that bends: where it is, its distance from the axis, and what a force across the axis does.
+"""Point that runs along a flexible bar: its position, its distance from the axis, and the effect of a force across the axis.
 
 With the point P and the axis r(s) = sum S_k(s) q_k, a = r', b = r'', t = a/|a| and n = J t:
 
     a . (P - r) = 0,   g = n . (P - r),   g' = n . (P' - sum S_k q_k')
 
-since what turns the normal or moves the place along the axis is at right angles to n. So a force F across the axis is F n on P
-and -S_k F n on q_k, exactly. With the rows of the maps of P and of q_k, G = n (P - S_k q_k), T = t (P - S_k q_k) and
-N = n S_k' q_k,
+because the rotation of the normal and the displacement along the axis are perpendicular to n. A force F across the axis is
+therefore exactly F n on P and -S_k F n on q_k. With the rows of the maps of P and of q_k, G = n (P - S_k q_k),
+T = t (P - S_k q_k) and N = n S_k' q_k,
 
     ds = (g N + |a| T)/D,   D = a . a - g n . b,   n . da = N + n . b ds =: A,
 
@@ -26,17 +26,18 @@ from scissordyn.mechanics.bending_loads import note_shape_forces
 from scissordyn.mechanics.flexible_bar import FX, FY, QX, QY, VX, VY, read_vectors
 
 ALONG, ACROSS, TURNING, PX, PY, VALUE, SLOPE, SCALARS = range(8)
-"""Rows of `Workspace.rail`: T, G and N by the element's columns; the axis as polynomials; Legendre's polynomials and their
-derivatives; scalars."""
+"""Rows of `Workspace.rail`: T, G and N by the element's columns; polynomials of the axis; Legendre polynomials and their
+derivatives; scalars.
+"""
 
 NX, NY, SIZE, NB, NC, TU, DENOMINATOR = range(7)  # Scalars: n, |a|, n . b, n . c, t . u, D
-MOST = 40  # Corrections of the place, at most
-CONVERGED = 1e-14  # Last correction of the place, over the bar's length
+CORRECTIONS_MAX = 40  # Largest number of Newton corrections of the place along the axis
+CONVERGED = 1e-14  # Last correction, relative to the bar's length
 
 
 @kernel
 def legendre(x, size, value, slope):
-    """Write Legendre's polynomials and their derivatives at x."""
+    """Write the Legendre polynomials and their derivatives at x."""
     value[0], slope[0] = 1.0, 0.0
     if size > 1:
         value[1], slope[1] = x, 1.0
@@ -47,7 +48,7 @@ def legendre(x, size, value, slope):
 
 @kernel
 def write_axis(first, span, count, size, table, x, y, px, py):
-    """Write the polynomials of a span of the axis."""
+    """Write the polynomials of one span of the axis."""
     for j in range(size):
         sx = sy = 0.0
         for k in range(count):
@@ -59,7 +60,7 @@ def write_axis(first, span, count, size, table, x, y, px, py):
 
 @kernel
 def find_place(i, S, at_x, at_y, x, y):
-    """Span and place of the axis nearest to a point, by Newton's method from the chords of the spans."""
+    """Return span and place of the axis nearest to a point, by Newton's method from the chords of the spans."""
     M, W = S.model, S.work
     table, first, spans, size = M.rail_table, M.rail[i, 0], M.rail[i, 1], M.rail[i, 2]
     count, R = M.bar[M.bar_of[i], 1], W.rail
@@ -72,7 +73,7 @@ def find_place(i, S, at_x, at_y, x, y):
             break
     coefficients, length = first + spans + 1, table[first + spans] - table[first]
     written = -1
-    for _ in range(MOST):
+    for _ in range(CORRECTIONS_MAX):
         while span > 0 and place < table[first + span]:
             span -= 1
         while span < spans - 1 and place > table[first + span + 1]:
@@ -91,7 +92,7 @@ def find_place(i, S, at_x, at_y, x, y):
 
 @kernel
 def axis_at(first, span, place, size, table, R):
-    """The axis and its two derivatives at a place of the span whose polynomials are written; straight beyond its ends."""
+    """Return the axis and its two derivatives at a place of the written span; straight beyond its ends."""
     low, high = table[first + span], table[first + span + 1]
     inside = min(max(place, low), high)
     half = 0.5 * (high - low)
@@ -99,7 +100,7 @@ def axis_at(first, span, place, size, table, R):
     value, slope = R[VALUE], R[SLOPE]
     legendre(xi, size, value, slope)
     rx = ry = ax = ay = bx = by = 0.0
-    before, bent = 0.0, 0.0  # second derivatives of the polynomials, two orders below and here
+    before, bent = 0.0, 0.0  # second derivatives of the polynomials, two orders below and at this order
     for j in range(size):
         curved = 0.0 if j < 2 else before + (2.0 * j - 1.0) * slope[j - 1]
         rx += R[PX, j] * value[j]
@@ -117,7 +118,7 @@ def axis_at(first, span, place, size, table, R):
 
 @kernel
 def write_shapes(first, span, spans, place, count, size, table, value, slope, shape, turn):
-    """Write the shapes and their slopes at a place, from Legendre's polynomials there."""
+    """Write the shapes and their slopes at a place, from the Legendre polynomials there."""
     low, high = table[first + span], table[first + span + 1]
     beyond, half = place - min(max(place, low), high), 0.5 * (high - low)
     coefficients = first + spans + 1
@@ -133,7 +134,7 @@ def write_shapes(first, span, spans, place, count, size, table, value, slope, sh
 
 @kernel
 def sense_rail(i, S, maps):
-    """Write distance, its rate and the place of component i, and what its force needs."""
+    """Write distance, its rate and the place of component i, and the data for its force."""
     M, W, bar = S.model, S.work, S.model.bar_of[i]
     B, R, count = W.bar, W.rail, M.bar[bar, 1]
     x, y, vx, vy, shape, turn = B[QX], B[QY], B[VX], B[VY], B[FX], B[FY]

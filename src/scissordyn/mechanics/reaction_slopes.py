@@ -1,11 +1,11 @@
-"""How the reactions that friction follows depend on the state, in the matrix of implicit steps.
+"""Derivatives of the reactions that friction depends on by the state, for the matrix of implicit steps.
 
-With N_k the reactions and u_k what N_k = 1 adds to the rates, the matrix is W - sum_k u_k dN_k/dy, with W that of constant
+With N_k the reactions and u_k the rates per unit N_k, the matrix is W - sum_k u_k dN_k/dy, with W the matrix for constant
 reactions. W stays banded; by Woodbury's formula
 
     x = W^-1 r + P (1 - V P)^-1 V W^-1 r,    P = W^-1 U,    V = dN/dy.
 
-V is found by central differences: a reaction depends on all numbers of the state.
+V is computed by central differences: a reaction depends on the whole state.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from scissordyn.mechanics import band, step_matrix
 from scissordyn.mechanics.component import DIFFERENCE, STATE_DIFFERENCE
 from scissordyn.mechanics.equations import accelerate
 
-LEAST = 1e-11  # Least step of a state of no scale [m]
+STEP_MIN = 1e-11  # Smallest step of a state without scale [m]
 
 
 @kernel
@@ -28,8 +28,8 @@ def write_slopes(t, y, S):
     for i in range(states + 1):
         here = t if i == states else y[i]
         least = DIFFERENCE
-        if 2 * n <= i < states:  # the scale of bristles of contacts is that of their law
-            least = max(STATE_DIFFERENCE * S.parameters.state_scale[i - 2 * n], LEAST)
+        if 2 * n <= i < states:  # the scale of contact bristles is that of their law
+            least = max(STATE_DIFFERENCE * S.parameters.state_scale[i - 2 * n], STEP_MIN)
         h = max(DIFFERENCE * abs(here), least)
         for side in range(2):
             moved = here + h if side == 0 else here - h
@@ -41,7 +41,7 @@ def write_slopes(t, y, S):
                     R.upper[k] = R.size[k]
                     continue
                 slope = (R.upper[k] - R.size[k]) / (2.0 * h)
-                if not abs(slope) < math.inf:  # a jam beside the state
+                if not abs(slope) < math.inf:  # the mechanism jams close to the state
                     slope = 0.0
                 if i == states:
                     R.by_time[k] = slope
@@ -53,7 +53,7 @@ def write_slopes(t, y, S):
 
 @kernel
 def add_time_slopes(S, dt):
-    """Add what reactions change over time to the partial derivative of the rates; `accelerate` has been at the state."""
+    """Add the effect of reactions' time derivatives to dt; `accelerate` must have been called for the state."""
     R, n = S.friction, S.model.n
     for k in range(R.by_state.shape[0]):
         for i in range(n):
@@ -63,7 +63,7 @@ def add_time_slopes(S, dt):
 
 @kernel
 def factorize(hg, S):
-    """Factorize the matrix of a step for `solve`; returns a singular row or -1."""
+    """Factorize the matrix of a step for `solve`; return a singular row, or -1."""
     R = S.friction
     singular = step_matrix.factorize(hg, S)
     if singular >= 0 or R.rates.size == 0:

@@ -1,7 +1,7 @@
 """Forces and moments of ideal joints, welds, guides and drives from the Newton-Euler equations of each body.
 
-The motion is known, so the reactions are the unknowns of linear equations, three per body. They are solved in the
-least-squares sense by banded normal equations: exact where the reactions are determined, and linear in the number of bodies.
+The motion is known, so the reactions are the unknowns of linear equations, three per body. They are solved as least squares by
+banded normal equations: exact for determined reactions, with a cost linear in the number of bodies.
 """
 
 from __future__ import annotations
@@ -19,40 +19,41 @@ if TYPE_CHECKING:
     from scissordyn.mechanics.outputs import Record
 
 REDUNDANT = 1e-8
-"""Below this ratio of pivots a closer look tells which reactions are determined.
+"""Ratio of pivots below which `careful` checks which reactions are determined.
 
-With d the share of the last unknown in the null space, round-off 1e-16 shows as a pivot of 1e-16/d^2 beside another of d^2: the
+With d the share of the last unknown in the null space, the round-off 1e-16 gives a pivot of 1e-16/d^2 next to another of d^2.
+The
 smaller of the two never exceeds 1e-8.
 """
 
 SHIFT = 1e-13
-"""What is added to singular normal equations, as a share of their diagonal: beyond round-off, far below what is determined."""
+"""Shift of singular normal equations, relative to their diagonal: above round-off, far below determined values."""
 
-REFINEMENTS = 3  # Repetitions after which what is determined is exact to round-off
-LANES = 32  # Instants that are solved side by side, so that the processor's vector units are used
-PROBES = 3  # Vectors that are tried
-TOUCHED = 1e-4  # An unknown is not determined if the null space has a larger share in it
+REFINEMENTS = 3  # Repetitions after which determined values are exact up to round-off
+LANES = 32  # Number of instants that are solved at once, to use the processor's vector units
+PROBES = 3  # Number of test vectors for the null space
+TOUCHED = 1e-4  # Share in the null space above which an unknown is not determined
 
 
 class Balance(NamedTuple):
-    """The unknown reactions and how they enter the balance of each body."""
+    """Unknown reactions and their coefficients in the balance of each body."""
 
     start: I1  # (bodies + 1,) Entries of each body
     unknown: I1  # Row of the ordered unknowns for each entry
-    # (entries, 3) Force (x, y) and torque per unit of the unknown, in the frame of a body or of the ground; unknown torques
-    # are in units of `length`, so that they weigh as much as forces in a mechanism of any size
+    # (entries, 3) Force (x, y) and torque per unit of the unknown, in the frame of a body or the ground; unknown torques
+    # are in units of `length`, so that their weight does not depend on the mechanism's size
     direction: F2
-    arm: F2  # (entries, 2) Point of application from the mass centre of its anchor, in that body's frame [m]
-    anchor: I1  # (entries,) Bodies that carry the point of application and the direction of the force; -1 for the ground
+    arm: F2  # (entries, 2) Point of application relative to the mass centre of its anchor, in that body's frame [m]
+    anchor: I1  # (entries,) Body that carries the point of application
     frame: I1  # (entries,)
     mass: F1  # (bodies,)
     inertia: F1  # (bodies,) Zero for a body that does not rotate
-    moments: I1  # (bodies,) 1 where the balance of moments is an equation, 0 for a body that turns for nobody
+    moments: I1  # (bodies,) 1 if the balance of moments is an equation, 0 for a body without rotation
     length: float  # Scale of the moment equations [m]
-    # Place of each unknown (joints x, y; welds x, y, moment; guides; moments of guides; drives) among the ordered ones
+    # Position of each unknown (joints x, y; welds x, y, moment; guides; guide moments; drives) among the ordered ones
     order: I1
     band: int  # Half bandwidth of the normal equations
-    # Range of the unknowns of ideal joints, welds, ideal guides (forces, then moments) and drives
+    # Ranges of the unknowns of ideal joints, welds, ideal guides (forces, then moments) and drives
     joints: tuple[int, int]
     welds: tuple[int, int]
     guides: tuple[int, int]
@@ -62,7 +63,7 @@ class Balance(NamedTuple):
 
 @kernel
 def body_right(B, body, first, lanes, gravity, acceleration, angular_acceleration, known, right):
-    """Write the right side of the balance of a body at some instants, (3, lanes)."""
+    """Write the right-hand side of the balance of a body at some instants, (3, lanes)."""
     turns = B.moments[body] == 1
     for lane in range(lanes):
         at = first + lane
@@ -74,7 +75,7 @@ def body_right(B, body, first, lanes, gravity, acceleration, angular_acceleratio
 
 @kernel
 def body_rows(B, body, first, lanes, direction, position, rows):
-    """Write the unknowns in the balance of a body at some instants, (3, entries, lanes)."""
+    """Write the coefficients of the unknowns in the balance of a body at some instants, (3, entries, lanes)."""
     turns, start = B.moments[body] == 1, B.start[body]
     for i in range(start, B.start[body + 1]):
         anchor, frame = B.anchor[i], B.frame[i]
@@ -117,7 +118,7 @@ def normal_equations(
 
 @kernel
 def solve_lanes(reach, matrix, load):
-    """Solve symmetric positive definite banded equations side by side, in place: L D L^T without row exchanges."""
+    """Solve symmetric positive definite banded equations for all lanes, in place: L D L^T without row exchanges."""
     size, lanes = matrix.shape[0], matrix.shape[2]
     for j in range(size):
         for below in range(1, min(reach, size - 1 - j) + 1):
@@ -139,7 +140,7 @@ def solve_lanes(reach, matrix, load):
 
 @kernel
 def sides_of_one(B, gravity, direction, position, acceleration, angular_acceleration, known, matrix, rows, right, load):
-    """The normal equations at one position with several sides: `matrix` (unknowns, 2 band + 1, 1), `load` (unknowns, sides)."""
+    """Write normal equations with several right-hand sides: `matrix` (unknowns, 2 band + 1, 1), `load` (unknowns, sides)."""
     matrix[:, :, :] = 0.0
     load[:, :] = 0.0
     sides = load.shape[1]
@@ -161,7 +162,7 @@ def sides_of_one(B, gravity, direction, position, acceleration, angular_accelera
 
 @kernel
 def solve_sides(reach, matrix, load):
-    """Solve them in place, in the order of `solve_lanes`."""
+    """Solve the equations of `sides_of_one` in place, in the order of `solve_lanes`."""
     size, sides = load.shape[0], load.shape[1]
     for j in range(size):
         for below in range(1, min(reach, size - 1 - j) + 1):
@@ -183,12 +184,12 @@ def solve_sides(reach, matrix, load):
 
 @kernel
 def careful(reach, lanes, lane, matrix, load, full, pivots, work, probe, x):
-    """Solve the equations of one lane; an unknown that is not determined becomes NaN.
+    """Solve the equations of one lane; an undetermined unknown becomes NaN.
 
-    Where the normal equations N x = l are singular, N + s leaves x as it is in what is determined, to s over the square of a
-    singular value, and each repetition with l + s x brings that factor once more (iterated Tikhonov regularisation). The
-    same solution applied to s times any vector leaves its part in the null space: an unknown with none is determined. One
-    vector may by chance be orthogonal to the null space while that turns with the bodies, several are not.
+    For singular normal equations N x = l, the shift N + s changes determined unknowns by s over the square of a singular value.
+    Each repetition with l + s x multiplies this error by the same factor (iterated Tikhonov regularisation). The same solution
+    applied to s times a test vector yields its part in the null space: an unknown without such a part is determined. One vector
+    may be orthogonal to the null space by chance at some position, several are not.
     """
     size, scale = x.size, 0.0
     full[:, :] = 0.0
@@ -209,7 +210,7 @@ def careful(reach, lanes, lane, matrix, load, full, pivots, work, probe, x):
         band.solve(full, reach, pivots, x)
     for vector in range(PROBES):
         for row in range(size):
-            probe[row] = math.cos((vector + 1.0) * row * row + vector + 1.0)  # as good as random
+            probe[row] = math.cos((vector + 1.0) * row * row + vector + 1.0)  # pseudo-random
         for _ in range(2):
             for row in range(size):
                 probe[row] *= shift
@@ -221,7 +222,7 @@ def careful(reach, lanes, lane, matrix, load, full, pivots, work, probe, x):
 
 @kernel
 def keep(W):
-    """Keep the equations, which the solution overwrites."""
+    """Copy the equations, which the solution overwrites."""
     for row in range(W.load.shape[0]):
         for lane in range(W.load.shape[1]):
             W.kept_load[row, lane] = W.load[row, lane]
@@ -230,6 +231,8 @@ def keep(W):
 
 
 class Scratch(NamedTuple):
+    """Scratch arrays of `fill`."""
+
     matrix: F3
     kept: F3
     rows: F3
@@ -274,7 +277,7 @@ def fill(
             W.right,
             W.load,
         )
-        for lane in range(lanes, LANES):  # empty lanes must divide by something
+        for lane in range(lanes, LANES):  # empty lanes must have a nonzero divisor
             for row in range(size):
                 W.matrix[row, 0, lane] = 1.0
         keep(W)
@@ -290,17 +293,17 @@ def fill(
 
 
 class Reactions(NamedTuple):
-    """Forces and moments of ideal joints at some instants; NaN where they are not determined."""
+    """Forces and moments of ideal joints at some instants; NaN if they are not determined."""
 
-    joints: np.ndarray  # (nt, ideal joints, 2) On the journals [N]
-    weld_forces: np.ndarray  # (nt, welds, 2) On the start's bodies [N]
-    weld_moments: np.ndarray  # (nt, welds) On the start's bodies, about the weld [N m]
-    guides: np.ndarray  # (nt, ideal guides) On the followers, across the guide [N]
-    guide_moments: np.ndarray  # (nt, guides with a moment) On the followers, about the guided points [N m]
+    joints: np.ndarray  # (nt, ideal joints, 2) Forces on the journals [N]
+    weld_forces: np.ndarray  # (nt, welds, 2) Forces on the start's bodies [N]
+    weld_moments: np.ndarray  # (nt, welds) Moments on the start's bodies, about the weld [N m]
+    guides: np.ndarray  # (nt, ideal guides) Forces on the followers, across the guide [N]
+    guide_moments: np.ndarray  # (nt, guides with a moment) Moments on the followers, about the guided points [N m]
 
 
 def solve_reactions(parts: Balance, gravity: np.ndarray, found: Record) -> Reactions:
-    """Forces and moments of ideal joints, welds and guides at many instants; `gravity` (2,) [m/s^2]."""
+    """Compute forces and moments of ideal joints, welds and guides at many instants; `gravity` (2,) [m/s^2]."""
     instants, unknowns = found.direction.shape[0], parts.order.size
     values = np.zeros((instants, unknowns))
     if unknowns:

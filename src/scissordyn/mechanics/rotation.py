@@ -1,8 +1,8 @@
-"""Angles with their turns: counted from one step to the next.
+"""Angles with full turns, counted from step to step.
 
-An angle is known from the directions of bodies up to full turns. `State.reference` holds the angles at the end of the last
-step, of each family of parallel bodies, of each component that reads an angle and of each angle in a constraint; within a step
-an angle is the one nearest to that.
+The directions of bodies give an angle up to full turns. `State.reference` contains the angles at the end of the last step: of
+each family of parallel bodies, of each component that depends on an angle, and of each angle in a constraint. Within a step
+an angle is the one nearest to its reference.
 """
 
 from __future__ import annotations
@@ -17,20 +17,20 @@ TURN = 2.0 * math.pi
 
 @kernel
 def counted_angle(sine, cosine, reference):
-    """The angle of these direction components that is nearest to a reference."""
+    """Return the angle with given sine and cosine that is nearest to a reference."""
     beyond = math.atan2(sine, cosine) - reference
     return reference + beyond - TURN * math.floor(beyond / TURN + 0.5)
 
 
 @kernel
 def relative_angle(i, S, ax, ay, bx, by):
-    """Angle of direction a against direction b at component i."""
+    """Return the angle of direction a relative to direction b at component i."""
     return counted_angle(bx * ay - by * ax, bx * ax + by * ay, S.state.reference[S.model.reference_of[i]])
 
 
 @kernel
 def rotation_direction(k, S):
-    """Direction of a family of parallel bodies and its rate, at the present X and V."""
+    """Return the direction of a family of parallel bodies and its rate, at the current X and V."""
     M, W = S.model, S.work
     dx = dy = vx = vy = 0.0
     for i in range(M.rotation_start[k], M.rotation_start[k + 1]):
@@ -44,7 +44,7 @@ def rotation_direction(k, S):
 
 @kernel
 def count_turns(S):
-    """Take the present angles as references; returns the largest angular velocity."""
+    """Set the references to the current angles; return the largest angular velocity."""
     M, reference = S.model, S.state.reference
     fastest = 0.0
     rotations = M.rotation_start.size - 1

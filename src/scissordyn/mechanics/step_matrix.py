@@ -1,11 +1,13 @@
-"""The matrix of a linearly implicit step, W = 1/hg - d y' / d y, banded by the order of unknowns in `Model.permutation`.
+"""Matrix of a linearly implicit step, W = 1/hg - d y' / d y, banded in the order of `Model.permutation`.
 
-In larger mechanisms two kinds of unknowns are eliminated before it is factorized (`plan.ordering`):
+In larger mechanisms two kinds of unknowns are eliminated before the factorization (`plan.ordering`):
 
-* the state z of a force element that has a single one: its row holds z itself and the element's coordinates only;
-* the multiplier of a constraint on two coordinates that no other constraint reads, with one of both. With the constraint's row
-  w . k = s and its column g the coordinates are k = a u + b s/|w|, b = w/|w|, a normal to w; the multiplier vanishes from the
-  sum of both rows in a direction normal to g. Entries for s, `Workspace.aside`, go to the right-hand side.
+* the state z of a force element with a single state: its row contains only z and the element's coordinates;
+* the multiplier of a constraint on two coordinates that no other constraint uses, with one of both coordinates. The
+constraint's
+  row is w . k = s and its column g. The coordinates are k = a u + b s/|w|, b = w/|w|, a normal to w. The multiplier vanishes
+  from
+  the sum of both rows in a direction normal to g. Entries for s, `Workspace.aside`, go to the right-hand side.
 """
 
 from __future__ import annotations
@@ -17,20 +19,20 @@ from scissordyn.mechanics import band
 from scissordyn.mechanics.constraint_part import part_bend, part_curvature, part_slope
 
 LEAST_PIVOT = 0.1
-"""Of 1/hg: a state that grows faster than this allows is not eliminated; the step is to be made again with a smaller size."""
+"""Smallest pivot of an eliminated state, in units of 1/hg; for a faster growing state the step must be repeated, smaller."""
 
 
 @kernel
 def acts(element, S):
-    """Whether a force element exerts forces: a contact that is closed, or a component."""
+    """Return whether a force element exerts forces: a closed contact, or a component."""
     return element >= S.parameters.contact.size or S.state.mode[element] == 1
 
 
 @kernel
 def factorize(hg, S):
-    """Factorize W = 1/hg - d y' / d y for `solve`; returns a singular row or -1.
+    """Factorize W = 1/hg - d y' / d y for `solve`; return a singular row, or -1.
 
-    Positions are eliminated (k_x = hg (k_v + r_x)) and the multipliers' changes are kept as unknowns, so a chain stays banded.
+    Positions are eliminated (k_x = hg (k_v + r_x)) and changes of multipliers remain unknowns, so a chain stays banded.
     """
     M, W = S.model, S.work
     n, lower, paired = M.n, M.band_limits[0], M.pair.shape[0] > 0
@@ -55,7 +57,7 @@ def factorize(hg, S):
 
 @kernel
 def constraint_row(p, hg, S):
-    """The weights that part p of a constraint has on the changes of its map."""
+    """Return the weights of part p of a constraint for changes of its map."""
     W, kind = S.work, S.model.part_reference[p]
     dx, dy, ux, uy = W.frozen_direction[p, 0], W.frozen_direction[p, 1], W.frozen_rate[p, 0], W.frozen_rate[p, 1]
     sx, sy = part_slope(kind, dx, dy)
@@ -68,7 +70,7 @@ def constraint_row(p, hg, S):
 
 @kernel
 def orient_pairs(hg, S):
-    """Write the factors of the two coordinates of each pair; returns a row whose constraint or gradient vanishes, or -1."""
+    """Write the factors of both coordinates of each pair; return a row whose constraint or gradient vanishes, or -1."""
     M, W = S.model, S.work
     for q in range(M.pair.shape[0]):
         p, a, b = M.pair[q, 0], M.pair[q, 1], M.pair[q, 2]
@@ -80,7 +82,7 @@ def orient_pairs(hg, S):
                 wa, ga = value, W.frozen_gradient[i]
             elif M.constraint_column[i] == b:
                 wb, gb = value, W.frozen_gradient[i]
-        # the change along the row is given, across it unknown; the sum normal to the gradient has no multiplier
+        # the change along the row is known, that across it unknown; the sum normal to the gradient has no multiplier
         size, steepness = math.hypot(wa, wb), math.hypot(ga, gb)
         if not (size > 0.0 and steepness > 0.0):  # NaN counts as zero
             return M.permutation[a]
@@ -93,7 +95,7 @@ def orient_pairs(hg, S):
 
 @kernel
 def add_constraints(hg, S):
-    """Add the constraints' rows and columns, and what their gradients change."""
+    """Add the rows and columns of constraints, and the effect of their changing gradients."""
     M, W = S.model, S.work
     n, lower, place, matrix = M.n, M.band_limits[0], M.permutation, W.band
     paired = M.pair.shape[0] > 0
@@ -102,7 +104,7 @@ def add_constraints(hg, S):
             matrix[place[n + k], lower] = W.inactive[k]
     for p in range(M.part_constraint.size):
         start, stop, k = M.part_start[p], M.part_start[p + 1], M.part_constraint[p]
-        # lambda dPhi^T/dx: symmetric, by the maps alone
+        # lambda dPhi^T/dx: symmetric, depends on the maps only
         value = hg * W.frozen_multiplier[k] * W.part_weight[p]
         wx, wy = constraint_row(p, hg, S)
         constraint = place[n + k]
@@ -127,7 +129,7 @@ def add_constraints(hg, S):
 
 @kernel
 def add_elements(hg, S):
-    """Add the force elements; returns -1, or the number of a state that cannot be eliminated."""
+    """Add the force elements; return -1, or the index of a state that cannot be eliminated."""
     M, W = S.model, S.work
     n, lower, place, matrix = M.n, M.band_limits[0], M.permutation, W.band
     paired = M.pair.shape[0] > 0
@@ -222,7 +224,7 @@ def solve(r, S):
 
 @kernel
 def load_constraints(r, S):
-    """What the positions' part of r adds to the right-hand side through the constraints."""
+    """Add the effect of the positions' part of r through the constraints to the right-hand side."""
     M, W = S.model, S.work
     n, hg, place = M.n, W.gamma[0], M.permutation
     for p in range(M.part_constraint.size):
@@ -234,7 +236,7 @@ def load_constraints(r, S):
                 along += W.frozen_gradient[i] * r[n + column]
                 dx += M.constraint_row[0, i] * r[column]
                 dy += M.constraint_row[1, i] * r[column]
-        # what r_x changes at fixed rates: Phi^T lambda, and the constraint twice differentiated
+        # effect of r_x at fixed rates: Phi^T lambda, and the constraint differentiated twice
         value, kind, qx, qy = (
             hg * W.frozen_multiplier[k] * weight,
             M.part_reference[p],
@@ -259,7 +261,7 @@ def load_constraints(r, S):
 
 @kernel
 def load_elements(r, S):
-    """What the positions' part of r adds through the force elements, and what their eliminated states do."""
+    """Add the effect of the positions' part of r through force elements, and that of their eliminated states."""
     M, W = S.model, S.work
     n, hg = M.n, W.gamma[0]
     first_row = n + W.multiplier.size
@@ -290,7 +292,7 @@ def load_elements(r, S):
 
 @kernel
 def add_product(j, S):
-    """Add d force / d X of element j, times the first row of Work.local, to Work.load: four rows at a time."""
+    """Add d force / d X of element j times the first row of Work.local to Work.load, four rows at a time."""
     M, W = S.model, S.work
     first, count, start, moved = M.element_start[j], M.element_start[j + 1] - M.element_start[j], M.block_start[j], W.local[0]
     whole = 4 * (count // 4)
@@ -324,7 +326,7 @@ def add_product(j, S):
 
 @kernel
 def eliminated_states(r, S):
-    """Changes of the eliminated states, from those of the coordinates in r."""
+    """Compute the changes of eliminated states from those of the coordinates in r."""
     M, W = S.model, S.work
     n, hg = M.n, W.gamma[0]
     first_row = n + W.multiplier.size

@@ -1,7 +1,10 @@
-"""What the kernels work on, in four parts: model, parameters, state and workspace.
+"""Data of the kernels in four parts: model, parameters, state and workspace.
 
-The model is everything that follows from the topology and the lengths of a mechanism; it is never written and can be shared by
-threads. The parameters are the other numbers of one case. The state is what is needed to go on. The workspace is scratch.
+The model contains everything that follows from the topology and the lengths of a mechanism. It is never written, and threads
+can
+share it. The parameters are the other values of a case. The state, with coordinates and rates, determines the further motion.
+The
+workspace is scratch.
 
 Columns 0 .. n-1 are the free coordinates, n .. n+nb-1 the entries of b(t). Maps are sparse rows: the entries of row k are
 start[k] .. start[k+1]-1. Force elements are the contacts, then the components.
@@ -22,18 +25,19 @@ from scissordyn.mechanics.reactions import Balance
 CONTACT = np.dtype(
     [
         ("clearance", "f8"),  # c of a journal, or of a block in its guide [m]
-        ("radius", "f8"),  # of the journal or corner [m]
-        ("normal_x", "f8"),  # n of a guide surface in the frame of its body
+        ("radius", "f8"),  # radius of the journal or corner [m]
+        ("normal_x", "f8"),  # normal n of a guide surface in the frame of its body
         ("normal_y", "f8"),
         ("level", "f8"),  # u.n at which a corner touches its surface [m]
         ("area", "f8"),  # projected area of the bearing [m^2]
         ("plane", "i8"),  # 1 for a corner at a guide surface, 0 for a journal in a bearing
-        ("spinless", "i8"),  # 1 where the slip speed is that of the contact points R n, which do not turn with the bodies
+        ("spinless", "i8"),  # 1 if the slip speed is that of the contact points R n, which do not turn with the bodies
     ]
 )
 LAW_KERNELS = ("stiffness", "energy", "damping", "settled", "friction", "start", "limit")
-"""Kernels of a contact's laws: elastic force and energy, normal force, its states where an indentation lasts, friction, its
-states at the start of a contact and its limit."""
+"""Kernels of a contact's laws: elastic force, its energy, normal force, settled states, friction, initial states, friction
+limit.
+"""
 
 LAW = np.dtype([(name, "i8") for name in (*LAW_KERNELS, "bristles", "loaded")])
 """Their addresses, or 0; how many states friction has, behind which those of the normal force stand; and 1 where damping refers
@@ -42,14 +46,16 @@ to `laws.evaluate.reference_speed`, 0 where it refers to the approach speed alon
 CONTACT_RESULT = np.dtype(
     [(name, "f8") for name in ("depth", "rate", "slip", "elastic", "normal", "tangential", "nx", "ny", "distance")]
 )
-"""delta [m], delta' [m/s], slip speed [m/s], elastic part, normal and tangential force [N], n, and |e| or the way towards the
-surface from the middle [m]."""
+"""Fields: delta [m], delta' [m/s], slip speed [m/s], elastic, normal and tangential force [N], n, and |e| or the distance
+towards the surface from the middle [m].
+"""
 
 ARM_N, ARM_T, N_BY_X, N_BY_V, SLIP_BY_X, SLIP_BY_V, DEPTH_BY_X, RATE_BY_X, OWN, OTHER = range(10)
-"""Rows of `Workspace.local`: arms of F_n and F_t, derivatives of F_n, of the slip speed, of delta and delta'; two more for the
-kind of contact."""
+"""Rows of `Workspace.local`: arms of F_n and F_t, derivatives of F_n, slip speed, delta and delta'; two more for each kind of
+contact.
+"""
 
-RESULTS = 24  # Most numbers that the kernel of a component returns
+RESULTS = 24  # Largest number of values that the kernel of a component returns
 
 
 ContactArray = Annotated[np.ndarray, ArrayType(CONTACT, 1)]
@@ -58,21 +64,21 @@ ResultArray = Annotated[np.ndarray, ArrayType(CONTACT_RESULT, 1)]
 
 
 class Model(NamedTuple):
-    """Everything that follows from topology and lengths."""
+    """Arrays that follow from topology and lengths."""
 
     n: int
     nb: int
     inertia: F2  # (n, nb) coupling of x'' and b''
     inertia_b: F2  # (nb, nb)
-    coupled: I1  # free coordinates that b'' accelerates
+    coupled: I1  # free coordinates accelerated by b''
     part_start: I1  # (parts+1,) maps of the quadratic constraints
     part_constraint: I1  # (parts,)
-    part_full: F1  # (parts,) weights of constraints that are active
-    part_reference: I1  # (parts,) what it is of its map, see `constraint_part`
+    part_full: F1  # (parts,) weights of active constraints
+    part_reference: I1  # (parts,) kind of the part (`constraint_part`)
     timed: I1  # constraints whose value follows a time function
-    timed_function: I1  # which one
+    timed_function: I1  # index of that time function
     timed_unit: F1  # one over the length that the constraint's maps are divided by [1/m], or over the scale of a coupling
-    timed_linear: I1  # 1 where the value is the time function, not half its square
+    timed_linear: I1  # 1 if the value is the time function itself, not half its square
     latch: I2  # (latches, 3) constraint, first part, component
     constraint_start: I1  # (m+1,) entries of all parts of each constraint
     constraint_column: I1
@@ -85,95 +91,96 @@ class Model(NamedTuple):
     rotation_column: I1
     rotation_row: F2  # (2, entries)
     state_start: I1  # (force elements + 1,) internal states
-    elastic_state: I1  # (contacts,) where y has the elastic energy of a hard contact, or -1
+    elastic_state: I1  # (contacts,) index of a hard contact's elastic energy in y, or -1
     component_port: I1  # (components,) codes of `component.port`
     component_sense: F1  # -1 for a tension, which pulls against its coordinate
     component_coordinates: I1
     component_forces: I1
     component_passive: I1  # whether it stores and dissipates energy
     component_supplied: I1  # whether its time function gives it power
-    component_motor: I1  # whether its power is that of a motor rather than of a load
+    component_motor: I1  # whether its power counts as a motor's, not a load's
     component_timed: I1  # whether it depends on time
-    component_guard: I1  # its guard, or -1
+    component_guard: I1  # guard of the component, or -1
     travel_direction: F2  # (components, 2) unit vector of a port "travel"
-    first_rate: I1  # where the rates of its states stand among its results
+    first_rate: I1  # index of the first state rate among its results
     force_kernel: I1  # addresses, or 0
     gap_kernel: I1
     switch_kernel: I1
     reference_of: I1  # (components,) entry of State.reference, or -1
     function: I1  # (components,) time function, or -1
-    feed_forward: I1  # (components,) likewise for feed-forward torques
-    recorder: I1  # (components,) which recorded signal, or -1
-    monitor: I2  # (monitors, 2) kind and index of what is monitored throughout
+    feed_forward: I1  # (components,) time function of feed-forward torques, or -1
+    recorder: I1  # (components,) index of the recorded signal, or -1
+    monitor: I2  # (monitors, 2) kind and index of monitored quantities
     track_start: I1  # (tracks+1,) maps of the tracked points
     track_column: I1
     track_row: F2  # (2, entries)
     guard_component: I1  # (guards,) component of a guard, or -1 for a contact
-    block_start: I1  # (force elements + 1,) where an element's k x k blocks start
+    block_start: I1  # (force elements + 1,) start of an element's k x k blocks
     force_state_start: I1
     state_state_start: I1
     permutation: I1  # (n+m+nz,) row of the step matrix for each unknown, -1 if it is eliminated
     band_limits: I1  # (4,) lower, upper of the step matrix and of the Gram matrix
     bar_of: I1  # (components,) flexible bar, or -1
-    bar: I2  # (flexible bars, 9): first vector, vectors, points, where tables start, first mode, its column; see `held_table`
+    # (flexible bars, 9): first vector, vectors, points, start of tables, static shapes, first mode column; then `held_table`
+    bar: I2
     bar_scale: F1  # (flexible bars,) vector of a mode over its columns
-    bar_column: I1  # that static shapes depend on
+    bar_column: I1  # columns that static shapes depend on
     bar_table: F1  # weights; slopes at points and ends by shapes; stretching; bending, slopes, second derivatives by points
     shape_start: I1  # (vectors + 1,) maps of the vectors of shapes
     shape_column: I1
     shape_row: F2  # (2, entries)
-    shape_place: I1  # where a column stands among those of its element
-    rail: I2  # (components, 4): of what runs along a bar, where its table starts, spans, polynomials, where its places start
-    rail_table: F1  # of each: places of the cross-sections; Legendre coefficients of the shapes, by spans
-    rail_place: I1  # where a column of the bar's shapes stands among those of the element
+    shape_place: I1  # index of a column among those of its element
+    rail: I2  # (components, 4) for components on a rail: start of the table, spans, polynomials, start of the places
+    rail_table: F1  # places of the cross-sections; Legendre coefficients of the shapes, by spans
+    rail_place: I1  # index of a column of the bar's shapes among those of the element
     pair: I2  # (pairs, 3) part of a constraint whose multiplier is eliminated, and its two coordinates
     pair_of: I1  # (m,) pair of a constraint, or -1
 
 
 class Parameters(NamedTuple):
-    """The numbers of one case."""
+    """Parameters of one case."""
 
-    weight: F1  # (n+nb,) generalized force of gravity
-    motion: F2  # (pieces, COLUMNS) of the drives, then of the other time functions
+    weight: F1  # (n+nb,) generalised force of gravity
+    motion: F2  # (pieces, COLUMNS) pieces of the drives, then of the other time functions
     motion_start: I1  # (functions+1,)
     breaks: F1  # instants at which a time function has a jump in a low derivative
-    value: F1  # (m,) of the constraints at t = 0
+    value: F1  # (m,) values of the constraints at t = 0
     contact: ContactArray  # (contacts,)
     law: LawArray  # (contacts,)
     elastic: F2  # (contacts, PARAMETERS)
     damping: F2
     friction: F2
     component: F2  # (components, PARAMETERS)
-    state_scale: F1  # (internal states,) the sizes that their errors are compared with; 0 where the friction law tells it
+    state_scale: F1  # (internal states,) scales of the states for error control; 0 if the friction law determines it
     controller: I1  # (components,) address of the torque of an actuator's controller, or 0
     control: F2  # (components, PARAMETERS)
-    actuator: F2  # (components, 3): delay, place of the recorded signal, recursion gain
+    actuator: F2  # (components, 3): delay, index of the recorded signal, recursion gain
     ideal: F2  # (nodes, 6 tracks) the tracked points of the ideal mechanism: position, velocity, acceleration of each
     ideal_step: F1  # (1,) time between two nodes [s]
 
 
 class MechanismState(NamedTuple):
-    """What is needed to go on beside coordinates and rates; a guard is a contact or belongs to a component."""
+    """State in addition to coordinates and rates; a guard is a contact or belongs to a component."""
 
     mode: I1  # (guards,) 0 open, 1 in contact, locked or taut
     memory: F1  # (guards,) rate of its value when its mode became 1, see `rate_in_range`; NaN: a latch that could not lock
     mass: F1  # (guards,) effective mass along its gap then, see `contact_mass`; 0: damping refers to the rate above alone
     reference: F1  # angles of rotations, then of components and in constraints, at the end of the last step
-    history: F2  # (steps, 2 + signals * coefficients) of the steps made: start, size, each signal's polynomial in -1 .. 1
+    history: F2  # (steps, 2 + signals * coefficients) completed steps: start, size, each signal's polynomial in -1 .. 1
     history_length: I1  # (1,)
-    initial_history: F1  # (signals,) before the start
+    initial_history: F1  # (signals,) values before the start
 
 
 class Workspace(NamedTuple):
-    """Scratch of a thread."""
+    """Scratch arrays of a thread."""
 
     part_weight: F1  # (parts,) zero while a latch is open
     inactive: F1  # (m,) 1 for an open latch
-    value: F2  # (4, m) of the constraints, with three derivatives by time
+    value: F2  # (4, m) values of the constraints with three time derivatives
     basis: F2  # (4, nb)
-    instant: F1  # (1,) time of the basis and of what timed constraints have in `value` [s]; NaN if they are out of date
+    instant: F1  # (1,) time of `basis` and of timed constraints' values [s]; NaN if they are out of date
     function_value: F1  # (4,)
-    X: F1  # (n+nb,) position, and so on
+    X: F1  # (n+nb,) positions; V and A are their rates and accelerations
     V: F1
     A: F1
     force: F1  # (n+nb,)
@@ -182,27 +189,27 @@ class Workspace(NamedTuple):
     direction_acceleration: F2
     gradient: F1  # (constraint entries,)
     multiplier: F1  # (m,)
-    frozen_direction: F2  # the same where the step matrix was linearised
+    frozen_direction: F2  # directions at the linearisation of the step matrix; rates, gradients and multipliers follow
     frozen_rate: F2
     frozen_gradient: F1
     frozen_multiplier: F1
     band: F2  # step matrix
-    aside: F2  # its entries for what constraints prescribe of their pairs
+    aside: F2  # entries of the step matrix for the prescribed changes of pairs
     pivots: I1
-    row_factor: F1  # (n,) of coordinates in the rows of the step matrix
-    unknown_factor: F1  # (n,) in its columns: both are 1 but for pairs
-    prescribed_factor: F1  # (n,) what a pair's prescribed change contributes; 0 but for pairs
-    prescribed: F1  # (n,) that change
+    row_factor: F1  # (n,) factors of coordinates in the rows of the step matrix
+    unknown_factor: F1  # (n,) factors in its columns; both are 1 except for pairs
+    prescribed_factor: F1  # (n,) contribution of a pair's prescribed change; 0 except for pairs
+    prescribed: F1  # (n,) prescribed change of a pair
     pair_size: F1  # (pairs,) length of the constraint's row
     load: F1  # (n,) right-hand side by coordinate
     state_inverse: F1  # (nz,) inverse pivot of an eliminated state
     gram: F2  # (m, band)
     gram_pivots: I1
-    near: F1  # (4,) near singular positions: see `singular_ahead`; the last instant, and from when on they are looked for [s]
-    segment: F1  # (2,) the break of a time function that has been reached, and the next one [s]
-    gram_row: F1  # (n,) zeros: the gradient of one constraint while it is multiplied
+    near: F1  # (4,) data near singular positions (`singular_ahead`), the last instant, and the start of the search [s]
+    segment: F1  # (2,) last break of a time function, and the next one [s]
+    gram_row: F1  # (n,) zeros, except while the gradient of one constraint is multiplied
     gamma: F1  # (1,) step size times the method's gamma
-    contact: ResultArray  # (contacts,) what the contact kernel found
+    contact: ResultArray  # (contacts,) results of the contact kernel
     wrench: (
         F2  # (force elements, 4) force on the first body's point, torques on both bodies; the second gets the opposite force
     )
@@ -215,7 +222,7 @@ class Workspace(NamedTuple):
     local: F2  # (8, widest element)
     state_work: F2  # (2, most states)
     state_jacobian: F2  # (most states + 3, most states)
-    coordinates: F2  # (components, 4) of the ports
+    coordinates: F2  # (components, 4) coordinates of the ports
     coordinate_rates: F2
     context: F1  # (5,)
     answer: F1  # (RESULTS,)
@@ -223,14 +230,14 @@ class Workspace(NamedTuple):
     result: F2  # (components, RESULTS)
     stored_energy: F1  # (components,) [J]
     dissipation: F1  # (components,) [W]
-    power_in: F1  # (components,) given to the mechanism [W]
+    power_in: F1  # (components,) power given to the mechanism [W]
     slope: F2  # derivatives of a component's kernel, or of an actuator's controller
     gradient_q: F2  # (4, 6)
     gradient_v: F2
     by_map: F2  # (6, 6)
     by_map_rate: F2
-    signal: F1  # (SIGNALS,) of one actuator
-    signal_rate: F1  # (SIGNALS,) by time at a fixed state
+    signal: F1  # (SIGNALS,) signals of one actuator
+    signal_rate: F1  # (SIGNALS,) their time derivatives at a fixed state
     control_work: F2  # (2, most states)
     observed: F2  # (components, 2) angle error and recorded signal
     work: F1  # (n+m+nz,)
@@ -243,28 +250,28 @@ class Workspace(NamedTuple):
 
 
 class FrictionWorkspace(NamedTuple):
-    """The f components of friction in ideal joints, and the balances from which the reactions of these follow.
+    """Tables and scratch of the f frictions in ideal joints, with the balances that give their reactions.
 
-    Lane 0 of the equations is the mechanism without friction and without the p pressures of teeth and belts, lane 1 + k the
-    response to friction k at a reaction of one, lane 1 + f + e that to a pressure of one.
+    Lane 0 of the equations is the mechanism without friction and without the p pressures of teeth and belts. Lane 1 + k is the
+    response to friction k at a unit reaction, lane 1 + f + e the response to a unit pressure.
     """
 
     component: I1  # (f,)
-    place: I1  # (components,) among those, or -1
+    place: I1  # (components,) index among the frictions, or -1
     guide: I1  # (f,) 1 for a guide, 0 for a pin
     unknown: (
         I2  # (f, 2) rows of the ordered reactions: x and y of a pin; force and moment of a guide, the moment -1 if it has none
     )
-    moment: F1  # (f,) force that a unit of the moment makes at the edges of a guide
+    moment: F1  # (f,) force at the edges of a guide per unit moment
     gravity: F1  # (2,) [m/s^2]
     balance: Balance
     maps: BodyMaps
     bending: BendingLoads
-    size: F1  # (f,) reaction that friction follows [N]
-    fault: I1  # (1,) of `joint_friction`, or 0
+    size: F1  # (f,) reaction that friction depends on [N]
+    fault: I1  # (1,) fault of `joint_friction`, or 0
     pressing: F2  # (p, f + 1) multipliers of the couplings with a pressure, and their responses
-    pressure: F2  # (p, 2) size of each, and its derivative by the multiplier
-    direction: F3  # (lanes, bodies, 2), each the same
+    pressure: F2  # (p, 2) size of each pressure, and its derivative by the multiplier
+    direction: F3  # (lanes, bodies, 2) the same in all lanes
     position: F3
     acceleration: F3
     angular_acceleration: F2  # (lanes, bodies)
@@ -276,15 +283,15 @@ class FrictionWorkspace(NamedTuple):
     force: F1  # (n + nb,)
     change: F1  # (n + nb,)
     multiplier: F1  # (m,)
-    slope: F2  # (f, width) a full matrix as a band
+    slope: F2  # (f, width) full matrix stored as a band
     pivots: I1  # (2 f,)
     step: F1  # (f,)
-    # Of implicit steps, see `reaction_slopes`; empty where there are too many states for that
+    # For implicit steps (`reaction_slopes`); empty if there are too many states
     by_state: F2  # (f, states) derivatives of the reactions by the state
     by_time: F1  # (f,)
-    response: F2  # (f, n) what a reaction of one changes of the accelerations, as last evaluated
-    frozen: F2  # (f, n) the same where the step matrix was linearised
-    solved: F2  # (f, states) that, as rates, through the inverse of the matrix for constant reactions
+    response: F2  # (f, n) accelerations per unit reaction, at the last evaluation
+    frozen: F2  # (f, n) the same at the linearisation of the step matrix
+    solved: F2  # (f, states) these rates multiplied by the inverse of the matrix for constant reactions
     share: F2  # (f, width)
     share_pivots: I1  # (2 f,)
     rates: F1  # (states,)
@@ -292,7 +299,7 @@ class FrictionWorkspace(NamedTuple):
 
 
 class System(NamedTuple):
-    """A model, the parameters of a case, a state, a workspace, and the friction of ideal joints."""
+    """Model, parameters, state, workspace and friction of ideal joints."""
 
     model: Model
     parameters: Parameters
@@ -301,4 +308,4 @@ class System(NamedTuple):
     friction: FrictionWorkspace
 
 
-open_system = opener(System)  # From the address of a system's handle to the system, inside kernels
+open_system = opener(System)  # Returns the system of a handle's address, inside kernels

@@ -1,6 +1,6 @@
-"""Functions of time as the kernels read them, and the basis b(t) = (1, cos th_1, sin th_1, ...) of the drives.
+"""Time functions as the kernels evaluate them, and the basis b(t) = (1, cos th_1, sin th_1, ...) of the drives.
 
-Every function is some pieces: from its instant on, a polynomial of fifth degree plus a sine.
+Every function consists of pieces: from the start of a piece on, a polynomial of fifth degree plus a sine.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from scissordyn.components.time_function import (
 from scissordyn.kernel import F1, F2, I1, entry, kernel, vanishes
 
 COLUMNS = 10
-"""Width of a piece: instant, six coefficients from the highest power down, then amplitude, frequency, phase of the sine."""
+"""Number of values of a piece: start, six coefficients from the highest power down, amplitude, frequency, phase of the sine."""
 
 
-AT_BREAK = 2e-12  # Fraction of an instant within which a step begins or ends at a break; steps reach it to a rounding
+AT_BREAK = 2e-12  # Fraction of its time within which a step begins or ends at a break; steps reach it up to round-off
 
 
 def function_rows(motion: TimeFunction, start: float) -> np.ndarray:
-    """The pieces of a time function.
+    """Return the pieces of a time function.
 
     Shapes: returns (pieces, COLUMNS).
     """
@@ -57,7 +57,7 @@ def function_rows(motion: TimeFunction, start: float) -> np.ndarray:
                 before, after, speed, bend, moved = after, before, -speed, -bend, -moved
             return _pieces(*pieces, (strokes * duration - begin, (before,)))
         case Tabulated():
-            from scipy.interpolate import PPoly, make_interp_spline  # a third of a second that others need not wait for
+            from scipy.interpolate import PPoly, make_interp_spline  # imported here: it takes a third of a second
 
             spline = PPoly.from_spline(make_interp_spline(motion.times, motion.values, k=5).tck)
             inside = np.flatnonzero(np.diff(spline.x) > 0.0)
@@ -68,13 +68,13 @@ def function_rows(motion: TimeFunction, start: float) -> np.ndarray:
 
 
 def breaks_of(motion: TimeFunction) -> tuple[float, ...]:
-    """Instants [s] at which the second or third derivative of a time function jumps; steps are to end there."""
+    """Return the instants [s] at which the second or third derivative of a time function jumps; steps should end there."""
     match motion:
         case Cycloidal():
             return (motion.duration,)
         case Trapezoidal():
             ramps = motion.ramp * motion.duration
-            strokes = range(motion.strokes)  # a reversal itself is smooth: one parabola leads to it and away from it
+            strokes = range(motion.strokes)  # a reversal itself is smooth: the same parabola leads to it and away from it
             starts, ends = (k * motion.duration + ramps for k in strokes), ((k + 1) * motion.duration - ramps for k in strokes)
             instants = (*starts, *ends, motion.strokes * motion.duration)
             return tuple(instant - motion.begin for instant in instants if instant > motion.begin)
@@ -83,7 +83,7 @@ def breaks_of(motion: TimeFunction) -> tuple[float, ...]:
 
 
 def _pieces(*pieces: tuple[float | tuple[float, ...], ...]) -> np.ndarray:
-    """Rows from (instant, coefficients from the constant up, sine) triples."""
+    """Return rows from triples of start, coefficients in ascending order, and sine."""
     rows = np.zeros((len(pieces), COLUMNS))
     for row, (instant, coefficients, *sine) in zip(rows, pieces, strict=True):
         assert isinstance(coefficients, tuple)
@@ -96,7 +96,7 @@ def _pieces(*pieces: tuple[float | tuple[float, ...], ...]) -> np.ndarray:
 
 @entry
 def function_at(t: float, rows: F2, value: F1) -> None:
-    """Write a time function and its first three derivatives at time t into value[0:4], at a break those after it."""
+    """Write a time function and its first three derivatives at time t into value[0:4]; at a break, those after it."""
     smooth_function(t, t, rows, 0, rows.shape[0], value)
 
 
@@ -110,7 +110,7 @@ def motion_at(t, which, S):
 
 @kernel
 def piece_time(t, segment):
-    """An instant in the piece that holds at time t for a step between two breaks: at its end that before the break."""
+    """Return an instant in the piece that is valid at time t of a step between two breaks; at its end the piece before."""
     near = AT_BREAK * abs(t)
     if t < segment[0] and segment[0] - t <= near:
         return segment[0]
@@ -121,7 +121,7 @@ def piece_time(t, segment):
 
 @kernel
 def smooth_function(t, when, rows, start, stop, value):
-    """Write the piece of rows `start` to `stop` that holds at `when`, and its derivatives, at time t into value[0:4]."""
+    """Write the piece of rows `start` to `stop` that is valid at `when`, and its derivatives at t, into value[0:4]."""
     low, high = start, stop - 1
     while low < high:  # the last piece that begins at or before that instant
         middle = (low + high + 1) // 2
@@ -133,7 +133,7 @@ def smooth_function(t, when, rows, start, stop, value):
     s = 0.0 if begin == -math.inf else t - begin
     v0 = v1 = v2 = v3 = 0.0
     first = 1
-    while first < 6 and vanishes(rows[low, first]):  # most have a low degree
+    while first < 6 and vanishes(rows[low, first]):  # most polynomials have a low degree
         first += 1
     for k in range(first, 7):
         v3 = v3 * s + 3.0 * v2
@@ -152,7 +152,7 @@ def smooth_function(t, when, rows, start, stop, value):
 
 
 def function_start(motion: TimeFunction, start: float = 0.0) -> float:
-    """Value of a time function at t = 0; `start` is that of one that only has a speed."""
+    """Return the value of a time function at t = 0; `start` is the value of a function given only by its speed."""
     value = np.zeros(4)
     function_at(0.0, function_rows(motion, start), value)
     return float(value[0])
@@ -160,7 +160,7 @@ def function_start(motion: TimeFunction, start: float = 0.0) -> float:
 
 @entry
 def prescribe(t: float, when: float, rows: F2, starts: I1, basis: F2, angle: F1) -> None:
-    """Write b and its derivatives at time t into basis[0:4, :], by the pieces at `when`; `angle` is work space."""
+    """Write b and its derivatives at time t into basis[0:4, :], using the pieces at `when`; `angle` is scratch."""
     for order in range(4):
         basis[order, 0] = 1.0 if order == 0 else 0.0
     for drive in range((basis.shape[1] - 1) // 2):

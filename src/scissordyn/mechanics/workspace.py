@@ -1,4 +1,4 @@
-"""State and workspace of the kernels, before a start."""
+"""Initial state and workspace of the kernels."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from scissordyn.mechanics.system import (
 
 
 def initial_state(model: Model, angles: np.ndarray) -> MechanismState:
-    """Everything open, and angles of rotations, then of components and in constraints, as placed."""
+    """Return a state with everything open and with the placed angles of rotations, components and constraints."""
     guards, signals = model.guard_component.size, int(np.max(model.recorder, initial=-1)) + 1
     return MechanismState(
         mode=np.zeros(guards, np.int64),
@@ -36,7 +36,7 @@ def initial_state(model: Model, angles: np.ndarray) -> MechanismState:
 
 
 def make_workspace(model: Model, parameters: Parameters) -> Workspace:
-    """Scratch for a thread that works on a model."""
+    """Return scratch arrays for a thread that works on a model."""
     n, nb, m = model.n, model.nb, parameters.value.size
     contacts, components = parameters.contact.size, model.component_port.size
     counts, states = np.diff(model.element_start), np.diff(model.state_start)
@@ -101,4 +101,5 @@ def make_workspace(model: Model, parameters: Parameters) -> Workspace:
 
 
 def _zeros(shape: int | tuple[int, ...], *names: str) -> dict[str, np.ndarray]:
+    """Return zero arrays of one shape under several names."""
     return {name: np.zeros(shape) for name in names}

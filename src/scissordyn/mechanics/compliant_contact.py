@@ -108,7 +108,7 @@ def linearise_laws(i, a, b, u_n, slip, normal, y, S, H):
     # P_N = h (F + slope (u_n - U_N+)): a compliance of its own and an offset in the row N
     slope = max(by_depth, least) * H.work.weight[i] + by_rate * H.work.later[i]
     H.work.compliance[i], H.work.offset[i] = 1.0 / (h * slope), -u_n - force / slope
-    small = DIFFERENCE * abs(slip) + LEAST_SLIP
+    small = DIFFERENCE * abs(slip) + SLIP_DIFFERENCE
     up, down = friction_at(i, slip + small, normal, y, S, H), friction_at(i, slip - small, normal, y, S, H)
     by_slip = max((up - down) / (2.0 * small), 0.0)
     later = later_part(h * by_slip * H.work.gram[b, H.model.reach[0]]) if H.work.later_slip[i] == 0.0 else H.work.later_slip[i]
@@ -147,7 +147,7 @@ def laws_fit(m, y, S, H):
         elastic, _ = law_at(i, max(delta, H.parameters.floor[i]), H)
         force = max(normal_at(i, delta, rate_of(i, a, u, H), S, H), 0.0)
         friction = friction_at(i, slip, p_n / h, y, S, H) if p_n > 0.0 else 0.0
-        near = MISFIT * max(h * force, p_n) + NEGLIGIBLE * max(largest, h * elastic)
+        near = MISFIT_TOL * max(h * force, p_n) + NEGLIGIBLE_FRACTION * max(largest, h * elastic)
         if max(abs(h * force - p_n), abs(h * friction - H.work.impulse[b])) > near:
             # where the slip has turned its sign since the last linearisation, friction is steepest at rest
             across = slip * H.work.rubbed[i] < 0.0
@@ -189,5 +189,5 @@ def too_long_for_laws(S, H):
     for i in range(H.model.which.size):
         if H.model.compliant[i] == 1 and H.work.closed[i] == 1:
             _, slope = law_at(i, H.state.pressed[i], H)
-            H.state.longest[0] = min(H.state.longest[0], RESOLVED * math.sqrt(effective_mass(i, S, H) / slope))
-    return H.work.size[0] > LONGER * H.state.longest[0]
+            H.state.longest[0] = min(H.state.longest[0], PHASE_MAX * math.sqrt(effective_mass(i, S, H) / slope))
+    return H.work.size[0] > STEP_RATIO_MAX * H.state.longest[0]

@@ -87,7 +87,10 @@ def law_fits(m, H):
         at = H.model.place[m + 2 * i]
         delta = law_depth(i, at, H)
         force = force_at(i, max(delta, 0.0), H)
-        if abs(h * force - H.work.impulse[at]) > MISFIT * max(h * force, H.work.impulse[at]) + NEGLIGIBLE * largest:
+        if (
+            abs(h * force - H.work.impulse[at])
+            > MISFIT_TOL * max(h * force, H.work.impulse[at]) + NEGLIGIBLE_FRACTION * largest
+        ):
             linearise_law(i, max(delta, 0.0), H)
             mark_changed(i, m, H)
             fits = False

@@ -314,7 +314,7 @@ def largest_impulse(m, H):
 
 
 @kernel
-def differ(i, m, H):
+def mark_changed(i, m, H):
     """Note that the equations of contact i are no longer those that are factorized."""
     H.work.since[0] = min(H.work.since[0], H.model.place[m + 2 * i], H.model.place[m + 2 * i + 1])
 
@@ -344,7 +344,7 @@ def write_equations(m, first, H):
 def write_normal(i, a, H):
     """Write the row N of a closed contact."""
     if H.state.mode[i] == OPEN:
-        only(a, H)
+        write_unit_row(a, H)
         return
     H.work.band[a, H.model.reach[0]] = H.work.band[a, H.model.reach[0]] * (1.0 + COMPLIANCE) + H.work.compliance[i]
     H.work.right[a] = -H.work.free[a] - H.work.offset[i]
@@ -355,7 +355,7 @@ def write_tangential(i, a, b, H):
     """Write the row T of a closed contact, whose row N is a."""
     reach = H.model.reach[0]
     if H.state.mode[i] == OPEN:
-        only(b, H)
+        write_unit_row(b, H)
         return
     if H.state.mode[i] == STICK:
         H.work.band[b, reach] *= 1.0 + COMPLIANCE
@@ -371,7 +371,7 @@ def write_tangential(i, a, b, H):
 
 
 @kernel
-def only(a, H):
+def write_unit_row(a, H):
     """Make row a of the equations a diagonal one without a right-hand side."""
     for k in range(2 * H.model.reach[0] + 1):
         H.work.band[a, k] = 0.0

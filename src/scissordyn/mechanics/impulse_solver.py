@@ -130,7 +130,7 @@ def pivot_restless(m, H):
     Return whether no contact requests another mode at the end.
     """
     for _ in range(GROWTHS):
-        pivots = pivot(MOST - RECENT, m, H)
+        pivots = pivot(NEWTON_STEPS_MAX - RECENT, m, H)
         H.state.counts[PIVOTS] += max(pivots, 0)
         if pivots < 0:
             return False
@@ -149,7 +149,7 @@ def solve_modes(m, H):
     # the rows before the first that changed keep their factors
     if band.eliminate(H.work.band, reach, first, H.work.right) < 0:
         band.substitute(H.work.band, reach, H.work.right, H.work.impulse)
-        follow(H)
+        update_velocities(H)
         if accurate(m, H):
             return True
     write_equations(m, 0, H)
@@ -159,12 +159,12 @@ def solve_modes(m, H):
     if band.factorize(H.work.band, reach, reach, H.work.pivots) >= 0:
         return False
     band.solve(H.work.band, reach, H.work.pivots, H.work.impulse)
-    follow(H)
+    update_velocities(H)
     return True
 
 
 @kernel
-def follow(H):
+def update_velocities(H):
     """Write the velocities that follow from the impulses."""
     for a in range(H.model.place.size):
         H.work.velocity[a] = H.work.free[a] + row_product(a, H.work.impulse, H)
@@ -241,7 +241,7 @@ def change_modes(single, tried, m, H):
         breaks_away = H.work.closed[i] == 1 and H.work.required[i] >= SLIP and H.work.friction[i] > H.parameters.kinetic[i]
         if H.work.required[i] != H.state.mode[i] or breaks_away:
             H.state.mode[i], H.work.restless[i] = H.work.required[i], tried
-            differ(i, m, H)
+            mark_changed(i, m, H)
             if breaks_away:
                 H.work.friction[i] = H.parameters.kinetic[i]
             if single:

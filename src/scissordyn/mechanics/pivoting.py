@@ -119,7 +119,7 @@ def lemke(size, H):
     if H.work.table[row, size + 1] >= 0.0:
         return 0
     column = size
-    for pivots in range(MOST * size):
+    for pivots in range(PIVOTS_MAX * size):
         leaving = H.work.basic[row]
         exchange(row, column, size, H)
         if leaving == 2 * size:

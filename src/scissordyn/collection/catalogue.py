@@ -100,7 +100,7 @@ class Found:
     """Value measured in a run, with its reference value."""
 
     number: Number
-    found: float  # In the unit of the variable
+    found: float  # Measured value in the unit of the variable
     expected: float
     tolerance: float
     unit: str

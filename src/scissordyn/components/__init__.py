@@ -12,7 +12,7 @@ from typing import Any
 
 
 class _CallablePackage(ModuleType):
-    """Package module that can be called, because importing a submodule replaces `sd.component` by this package."""
+    """Module class that makes this package callable. Importing a submodule replaces `sd.component` by the package."""
 
     def __call__(self, **options: Any) -> Any:
         """Make a class a component, as `declaration.component` does."""

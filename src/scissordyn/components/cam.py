@@ -27,7 +27,7 @@ PITCH_NODES, PROFILE_POINTS = (
     720,
     5760,
 )  # Nodes of the pitch curve in the kernels' table, and points of the profile from which they are made
-START_DEPTH_FRACTION = 0.01  # Of the radius: how far a follower may start within the profile
+START_DEPTH_FRACTION = 0.01  # Largest initial depth of a follower in the profile, as a fraction of the radius
 
 
 @kernel

@@ -44,13 +44,13 @@ def force(
     source="Armstrong-Helouvry, Dupont and Canudas de Wit 1994, doi:10.1016/0005-1098(94)90209-7",
 )
 class GuideFriction:
-    r"""Friction in an ideal guide, with the force that the guide transmits at that instant.
+    r"""Friction in an ideal guide, with the force that the guide transmits at each instant.
 
     .. math:: F = -N\left(\mu_k + (\mu_s - \mu_k) e^{-(v/v_s)^2}\right)\tanh\frac{v}{v_0}
 
-    N is the force across the guide. A guide that keeps its follower aligned presses with both edges if its moment M asks for
-    it: :math:`N = \max(|F_n|, 2|M|/l)` with the length l of the follower. Reactions and friction are solved for together;
-    where there is no solution the guide jams, as a drawer does, and a run ends with that cause. Below v_0 the follower creeps.
+    N is the force across the guide. A guide that keeps its follower aligned presses with both edges if its moment M is large
+    enough: :math:`N = \max(|F_n|, 2|M|/l)` with the length l of the follower. Reactions and friction are solved for together;
+    without a solution the guide jams like a drawer, and the run ends with that cause. Below v_0 the follower creeps.
     """
 
     name: str

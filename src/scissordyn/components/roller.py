@@ -48,7 +48,7 @@ class Roller:
     .. math:: F = -K g - D \dot g, \qquad\text{or}\quad F = K\delta\,(1 + \xi\,\dot\delta/\dot\delta^{(-)}),\ \delta = |g| - c
 
     g is the distance of the point from the nearest place of the bar's axis, across it, K the stiffness of the rollers. Two of
-    them hold the direction of a block. Beyond its ends the bar goes on straight.
+    them hold the direction of a block. The bar continues straight beyond its ends.
     """
 
     name: str

@@ -8,7 +8,7 @@ from scissordyn.control.signal import SIGNALS
 from scissordyn.plugin.element import SLOTS, Part, Slot, arguments_of
 from scissordyn.units import State
 
-DEFAULTS = {"delay": 0.0, "recorded": "", "recursion_gain": 0.0}
+DEFAULTS = {"delay": 0.0, "recorded": "", "recursion_gain": 0.0}  # Controllers without a delay use these values
 
 
 class Controller(Part):

@@ -183,7 +183,7 @@ def read_assembly(block: Any, factor: float, notes: list[str]) -> Mechanism:
     except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
         raise InputError(f"block '{BLOCK}' of the DXF: its data are damaged ({error})", EXPECTED) from None
     notes += [
-        f"block '{BLOCK}' of the DXF is read; the parts that are drawn beside it are not",
+        f"block '{BLOCK}' of the DXF is read; the separately drawn parts are not",
         "drive, gravity, clearances and components are not in the DXF",
     ]
     return mechanism

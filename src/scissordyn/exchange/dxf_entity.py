@@ -31,7 +31,7 @@ class Shape(NamedTuple):
 
     places: tuple[Point, ...]  # [m]
     closed: bool
-    layer: str  # In lower case
+    layer: str  # Layer name in lower case
     label: str  # Its kind, handle and block
     heights: tuple[float, ...]  # z of the places [m]
 

@@ -119,7 +119,7 @@ def missed_peaks(run: xr.Dataset) -> list[str]:
 
 
 def _ends(mechanism: Mechanism) -> list[End]:
-    """Return the ends of all bodies: at joints first, then at guides and welds."""
+    """Return all pairs of a body and its joint, guide or weld: joints first, then guides and welds."""
     ends = [End(*place, sign) for joint in mechanism.joints for place, sign in _sides(joint.name, joint.journal, joint.bearing)]
     for guide in mechanism.guides:
         ends += [End(*place, sign, guide) for place, sign in _sides(guide.name, guide.follower, (guide.body, ""))]

@@ -99,7 +99,7 @@ class _Sketch:
 
     joints: dict[str, _Joint]
     links: dict[str, _Link]
-    loads: list[Load]  # With the keys of their links as bars
+    loads: list[Load]  # Loads whose bars are keys of links
     speed: float  # Input speed [rpm], negative clockwise
     gravity: bool
     scale: float  # Length unit [m]

@@ -37,7 +37,7 @@ class Listener(socket.socket):
         super().__init__(listening.family, listening.type, listening.proto, listening.detach())
         self._lock = threading.Lock()
         self._most = max_strangers()
-        self._strangers: dict[int, socket.socket] = {}  # By identity, the oldest first
+        self._strangers: dict[int, socket.socket] = {}  # Connections without the token by identity, the oldest first
 
     def accept(self) -> tuple[socket.socket, Any]:
         """Return the next connection and its address."""
@@ -62,7 +62,7 @@ class Listener(socket.socket):
             self._strangers.pop(id(connection), None)
 
     def _drop_down_to(self, count: int) -> None:
-        """Forget strangers that are closed, and end the oldest ones until at most `count` are left."""
+        """Drop connections without the token: closed ones, and the oldest ones until at most `count` are left."""
         with self._lock:
             self._strangers = {key: other for key, other in self._strangers.items() if other.fileno() >= 0}
             oldest = list(self._strangers)[: max(len(self._strangers) - count, 0)]

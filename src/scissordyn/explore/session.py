@@ -93,7 +93,7 @@ class Worker:
             return self.number
 
     def stop(self) -> None:
-        """Stop the current run; its result is the part computed so far."""
+        """Stop the current run; its result is the part already computed."""
         self._stopped = self.number
 
     def drawn(self, number: int) -> None:
@@ -266,7 +266,7 @@ class Session:
         }
 
     def _lasting(self) -> float:
-        """Return the duration of the current run so far [s]; 0 without one."""
+        """Return the time since the start of the current run [s]; 0 without one."""
         return time.monotonic() - self._began if self.computing else 0.0
 
     def change(self, texts: dict[str, str], *, final: bool = True) -> bool:

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 FRAME_RATES = {"gif": 10, "mp4": 25, "html": 25}
 """Default frames per second of each format. A GIF has fewer because all its frames are held in memory before writing."""
 
-DPI = 100
+DPI = 100  # Resolution of a film's frames [dots per inch]
 
 
 LEADER = {"arrowstyle": "-", "color": BLACK, "linewidth": 0.5, "shrinkA": 1.0, "shrinkB": 0.5}
@@ -190,7 +190,7 @@ def _widened(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]
 
 def _figure(aspect: float, joints: int) -> tuple[Figure, Axes, list[Axes]]:
     """Return a figure with one panel for the structure and one for each joint."""
-    wide = 1.5  # aspect above which the panels of joints are below the structure instead of beside it
+    wide = 1.5  # aspect above which the panels of joints are below the structure instead of next to it
     if aspect > wide:
         width = 9.0
         heights = [min(max(width / aspect, 1.6), 5.0) + 0.7, *[1.9] * bool(joints)]

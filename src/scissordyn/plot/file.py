@@ -22,7 +22,9 @@ DPI = 150  # Resolution of a PNG [dots per inch]
 def check_format(format: str) -> None:
     """Raise `InputError` if the format of a picture is unknown."""
     if format not in FORMATS:
-        raise InputError(f"picture format '{format}'{did_you_mean(format, FORMATS)}", ", ".join(FORMATS), "format='png'")
+        raise InputError(
+            f"unknown picture format '{format}'{did_you_mean(format, FORMATS)}", ", ".join(FORMATS), "format='png'"
+        )
 
 
 def figure_of(drawn: Figure | Axes | Sequence[Axes]) -> Figure:

@@ -22,7 +22,8 @@ LINE_HEIGHT = 9.0  # Height of a line of text [pt]
 NAME_SPACING = np.array([6.0, 1.5])  # Least horizontal and vertical distance between two names of a still [pt]
 
 FILM_DISTANCES = (8.0, 12.0, 18.0, 26.0, 38.0, 54.0)  # Tried distances from a joint to the edge of its name, in films [pt]
-STILL_DISTANCES = (7.0, 11.0, 16.0, 23.0, 32.0, 44.0, 60.0, 82.0, 112.0, 150.0)  # The same distances in stills [pt]
+# Tried distances from a joint to the edge of its name, in stills [pt]
+STILL_DISTANCES = (7.0, 11.0, 16.0, 23.0, 32.0, 44.0, 60.0, 82.0, 112.0, 150.0)
 
 FILM_INSTANTS = 9  # Number of instants considered when all names of a film are placed together
 LEADER_MIN = 13.0  # Names of a still further away than this get a leader line [pt]

@@ -54,7 +54,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-WIDE_PANELS_MAX = 4  # With more magnified joints the panels are narrow, and their titles take one more line
+WIDE_PANELS_MAX = 4  # Largest number of magnified joints whose titles fit in the panels without a line break
 
 
 @picture()

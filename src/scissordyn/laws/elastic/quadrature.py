@@ -10,10 +10,9 @@ NODES: np.ndarray = 0.5 * (np.polynomial.legendre.leggauss(16)[0] + 1.0)
 WEIGHTS: np.ndarray = 0.5 * np.polynomial.legendre.leggauss(16)[1]
 """Gauss's rule of 16 points on [0, 1]. With delta = d s^2 the powers 3/2, 10/9 and 1 of delta become smooth in s."""
 
-ROUNDING = 1e-14
-DEEPEST_LEVEL = 40
-MOST_PIECES = 4000
-"""Halving ends where both halves agree with the whole to rounding, at 2^-40 of the range, or after so many pieces."""
+ROUNDING = 1e-14  # Relative difference of two halves and the whole interval that counts as round-off
+DEEPEST_LEVEL = 40  # Largest number of bisections: the smallest interval is 2^-40 of the range
+MOST_PIECES = 4000  # Largest number of intervals
 
 
 @kernel

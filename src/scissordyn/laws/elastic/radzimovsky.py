@@ -20,7 +20,7 @@ class Radzimovsky(Logarithmic):
 
     The default k_b = 2/sqrt(pi) = 1.128 is Hertz's half width. Two others are in use: b = 1.60 sqrt(f R (1-nu^2)/E)
     summed over both bodies (k_b = 1.60) and, for equal bodies with nu = 0.3, b = 2.15 sqrt(f R/E) (k_b = 1.594);
-    these are full widths in place of the half width.
+    these are full widths instead of half widths.
 
     The citation could not be verified.
     """

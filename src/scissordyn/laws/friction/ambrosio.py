@@ -28,9 +28,7 @@ class Ambrosio(Friction):
     """
 
     kinetic: Coefficient = 0.05
-    dead_speed: Annotated[float, Quantity("m/s", minimum=0.0, maximum=10.0, help="v_0, below which there is no friction")] = (
-        1e-4
-    )
+    dead_speed: Annotated[float, Quantity("m/s", minimum=0.0, maximum=10.0, help="v_0, below which friction is zero")] = 1e-4
     full_speed: Annotated[float, Quantity("m/s", minimum=1e-7, maximum=10.0, help="v_1, above which friction is Coulomb's")] = (
         1e-3
     )

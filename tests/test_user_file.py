@@ -30,7 +30,7 @@ def test_a_message_names_the_kind(kind: str, tmp_path: Path) -> None:
     for reference, says in (
         (f"{tmp_path}/none.py:one", "one"),
         (f"{tmp_path}/mine.txt:one", f"a Python file and a {what} in it"),
-        (f"{file}:othr", f"no {kind} 'othr' in '{file}' (did you mean 'other'?)"),
+        (f"{file}:othr", f"unknown {kind} 'othr' in '{file}' (did you mean 'other'?)"),
     ):
         with pytest.raises(InputError) as caught:
             NAMED[kind](reference)

@@ -57,7 +57,7 @@ def test_a_function_is_a_class_of_laws():
     with pytest.raises(InputError, match="xi = -1"):
         lossy(-1.0)
     exec(f"def many(indentation, {', '.join(f'a{k}' for k in range(17))}):\n    return 0.0", scope := {})
-    with pytest.raises(InputError, match="stiffness law 'many' with 17 parameters; allowed: at most 16"):
+    with pytest.raises(InputError, match="stiffness law 'many' has 17 parameters; allowed: at most 16"):
         element(slot="stiffness")(scope["many"])
 
 
@@ -154,7 +154,7 @@ def test_from_file(tmp_path):
         ("def soft(d:\n", "laws.py:soft", "SyntaxError, line 1"),
         ("import a_module_that_is_not_there\n", "laws.py:soft", "a_module_that_is_not_there"),
         ("", "laws.py:soft", "unknown stiffness law 'soft' in"),
-        ("", "other.py:soft", "for the stiffness law 'soft'"),
+        ("", "other.py:soft", "of the stiffness law 'soft' does not exist"),
         ("", "laws.txt:soft", "a Python file and a function in it"),
     ],
 )

@@ -35,7 +35,7 @@ class Job(Hashable, Protocol):
 
     @property
     def name(self) -> str:
-        """Of the file."""
+        """Name of the file."""
 
     @property
     def toml(self) -> str:

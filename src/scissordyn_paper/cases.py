@@ -158,7 +158,7 @@ class PaperCase:
 
     @property
     def options(self) -> Options:
-        """How it is simulated: friction always by a stiff method with error control, as others would need 1e6 steps."""
+        """Options of the run; friction uses a stiff method with error control, as others would need 1e6 steps."""
         choice, frictional = self.choice, self.friction is not None
         return Options(
             float(_number(self.until)),

@@ -113,7 +113,7 @@ class ControlledRun:
 
     @property
     def name(self) -> str:
-        """Of its file."""
+        """Name of its file."""
         return f"{self.manoeuvre}_{self.scheme.replace(', ', '-').replace(' ', '-')}"
 
     @property

@@ -95,12 +95,12 @@ def compared(group: Group, quantity: Quantity, holds: Holds) -> Find:
 
 
 def every(compare: Callable[[float, float], bool], bound: float) -> Holds:
-    """Whether all values are on one side of a bound."""
+    """Make a test that all values are on one side of a bound."""
     return lambda values: all(compare(value, bound) for value in values)
 
 
 def only(compare: Callable[[float, float], bool], at: int) -> Holds:
-    """Whether the value at a place is smaller, or larger, than each of the others."""
+    """Make a test that the value at an index is smaller, or larger, than each of the others."""
 
     def holds(values: Sequence[float]) -> bool:
         others = list(values)
@@ -111,17 +111,17 @@ def only(compare: Callable[[float, float], bool], at: int) -> Holds:
 
 
 def grows(values: Sequence[float]) -> bool:
-    """Whether each value is larger than the one before."""
+    """Return True if each value is larger than the one before."""
     return all(itertools.starmap(operator.lt, itertools.pairwise(values)))
 
 
 def falls(values: Sequence[float]) -> bool:
-    """Whether each value is smaller than the one before."""
+    """Return True if each value is smaller than the one before."""
     return all(itertools.starmap(operator.gt, itertools.pairwise(values)))
 
 
 def last_between(values: Sequence[float]) -> bool:
-    """Whether the last of three values is between the others, of which the first is the smallest."""
+    """Return True if the third value lies between the first and the second, and the first is the smallest."""
     return values[0] < values[2] < values[1]
 
 
@@ -237,7 +237,7 @@ def dearer(choice: Choice, measured: Measured) -> Finding:
 
 
 def _torques(cause: str, pairs: Mapping[str, tuple[float, float]]) -> Finding:
-    """Whether the peak torque is larger with something than without it."""
+    """Find whether the peak torque is larger with a cause than without it."""
     both = {label: f"{_kilo(more, 'N m')} against {_kilo(less, 'N m')}" for label, (more, less) in pairs.items()}
     return Finding(
         all(more > less for more, less in pairs.values()),

@@ -69,7 +69,7 @@ class Measures:
 
 @dataclass(frozen=True, eq=False)
 class Curves:
-    """What is measured of a run with clearance."""
+    """Curves that are measured in a run with clearance."""
 
     time: np.ndarray  # (nt,) [s]
     series: dict[str, np.ndarray]  # (nt,) Motion of the slider and of the free bar, by quantity
@@ -102,7 +102,7 @@ def curves_of(run: xr.Dataset) -> Curves:
 
 @dataclass(frozen=True, eq=False)
 class IdealMotion:
-    """What the runs on one drive are compared with."""
+    """Ideal motion with which the runs on one drive are compared."""
 
     curves: dict[str, np.ndarray]  # (nt,) Motion of the slider and of bar 2, by quantity
     force: float  # Largest reaction at the joint [N] and largest driving torque by magnitude [N m]
@@ -110,7 +110,7 @@ class IdealMotion:
 
 
 def ideal_motion(run: xr.Dataset) -> IdealMotion:
-    """What to compare with, from the run with ideal joints."""
+    """Return the motion of the run with ideal joints, for comparison."""
     # at a right angle the ideal reactions are not determined: that instant is left out
     reaction = np.hypot(*_at_joint(run, "reaction", "axis", "time"))
     force = smooth_peak(run.variables["time"].values, reaction)[0]

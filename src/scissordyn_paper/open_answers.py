@@ -43,7 +43,7 @@ NOTICED = 0.01  # What differs by less, relatively, is not lower
 
 @dataclass(frozen=True)
 class Change:
-    """What one change of bars, joint or both does to one measure."""
+    """Effect of one change of bars, joint or both on one measure."""
 
     manoeuvre: Manoeuvre
     what: str  # The change in words
@@ -63,7 +63,7 @@ class Change:
 
     @property
     def answer(self) -> str:
-        """Whether the change reduces the measure."""
+        """Answer in words whether the change reduces the measure."""
         return "yes" if self.lower >= CLEAR else "no" if self.lower <= 1.0 - CLEAR else "depends"
 
     @property

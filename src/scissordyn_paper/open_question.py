@@ -1,4 +1,4 @@
-"""What the paper leaves open: bars that bend and oil in the joint, each and together, as data and runs.
+"""The paper's open question: bars that bend and oil in the joint, each and together, as data and runs.
 
 The conclusion of the paper expects that both "may reduce the energy consumption", and cites that flexible bars reduce the
 collisions. Its stroke at 150 rpm starts at full speed, so that the drive's work is mostly kinetic energy; a deployment from

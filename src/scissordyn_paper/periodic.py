@@ -72,7 +72,7 @@ class Regularity:
 
     @property
     def regular(self) -> bool | None:
-        """Whether it is periodic or quasi-periodic; None if that is undecided."""
+        """True if the motion is periodic or quasi-periodic; None if that is undecided."""
         return None if self.kind == "transient only" else self.kind != "irregular"
 
     @property

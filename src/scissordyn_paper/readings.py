@@ -167,7 +167,7 @@ class Block:
 
     @property
     def name(self) -> str:
-        """Of the file."""
+        """Name of the file."""
         return f"{self.number:04d}"
 
     @property

@@ -109,7 +109,7 @@ def _draw_statements(judged: Judged, default: np.ndarray, best: np.ndarray) -> F
 
 
 def _draw_numbers(judged: Judged, information: Mapping[str, tuple[float, float]]) -> Figure:
-    """How much the statements tell of each lost number, and how the largest number met grows with the readings."""
+    """Draw the information of the statements on each lost number, and the largest count met over the number of readings."""
     left, right = drawn = panels(None, 1, 2, size=(11.0, 5.2), share=False)
     names = sorted(information, key=lambda name: -information[name][0])
     left.barh(names, [information[name][0] for name in names], color=BLUE, alpha=0.5, label="told by the statements")

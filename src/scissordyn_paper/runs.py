@@ -35,7 +35,7 @@ def compute(case: PaperCase, *, trust: bool = True) -> xr.Dataset:
 
 @lru_cache(1024)
 def described(case: PaperCase) -> Case:
-    """What a case describes, of parts that it shares with other cases on its drive."""
+    """Return the described case; it shares parts with other cases on its drive."""
     if case.clearance is None:
         return case.described() if case == case.without_contact_laws else described(case.without_contact_laws)
     return case.described_on(described(case.ideal))

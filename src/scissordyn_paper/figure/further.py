@@ -26,7 +26,7 @@ COLOURS = (VERMILION, BLUE, GREEN, ORANGE)
 def draw_maps(
     runs: Mapping[PaperCase, xr.Dataset], settled: Mapping[PaperCase, xr.Dataset], cases: Sequence[PaperCase]
 ) -> Figure:
-    """For each case the paper's picture of the stroke, and below it the map once in each period of the drive."""
+    """Draw the paper's picture of the stroke of each case, and below it the map once in each period of the drive."""
     columns = len(cases)
     drawn = panels(None, 2, columns, size=(2.6 * columns, 5.8), share=False)
     for k, case in enumerate(cases):

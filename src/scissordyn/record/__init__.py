@@ -1,1 +1,1 @@
-"""What a computed motion contains: variables of plain arrays, the Dataset, its summary, and the saved file."""
+"""Contents of a computed motion: variables as plain arrays, the Dataset, its summary and the saved file."""

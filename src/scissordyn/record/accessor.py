@@ -36,7 +36,7 @@ class RunAccessor:
         return summary_of(self._run)
 
     def citations(self) -> Citations:
-        """Who describes what the run has used: mechanism, laws, controllers, components, methods; text, or ``.bibtex``."""
+        """Publications of the mechanism, laws, components and methods that the run has used; text, or ``.bibtex``."""
         return citations(self._run)
 
     def export(self, path: str | os.PathLike[str]) -> Path:

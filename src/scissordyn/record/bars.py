@@ -1,4 +1,4 @@
-"""What bars that bend as one part carry, at places along them: axial force, bending moment, stress, energy, deflection."""
+"""Internal loads of bars that bend by modes, at places along them: axial force, bending moment, stress, energy, deflection."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ VARIABLES = (
 
 
 class Resultants(NamedTuple):
-    """What the part of a bar beyond each place exerts on the part before it, shape (nt, places).
+    """Forces and moments of the part of a bar beyond each place on the part before it, shape (nt, places).
 
     Each twice, before and after what acts at the place itself: axial and shear force [N], bending moment [N m].
     """
@@ -71,7 +71,7 @@ def part_names(bar: FlexibleBar) -> list[str]:
 
 @dataclass(frozen=True)
 class BarMotion:
-    """Of a bar at some instants."""
+    """Motion of a bar at given instants."""
 
     vectors: np.ndarray  # (nt, count, 2) Of its shapes; accelerations less gravity
     rates: np.ndarray  # (nt, count, 2)
@@ -146,7 +146,7 @@ def _cross(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 
 
 def outside_forces(axis: Axis, motion: BarMotion) -> np.ndarray:
-    """What all but the bar itself, its weight and its inertia exerts on the vectors of its shapes, shape (nt, count, 2) [N].
+    """Return outside forces, without weight, on the vectors of a bar's shapes, shape (nt, count, 2) [N].
 
     Of the points these are forces at the cross-sections, of directions d the parts of a couple d x force; what runs along the
     bar or turns a cross-section without a direction of its own is left out.
@@ -191,7 +191,7 @@ def with_distributed_mass(plan: Plan, record: Record, time: np.ndarray) -> Recor
 
 
 def _couple_forces(axis: Axis, motion: BarMotion) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Of each torque on a cross-section without a direction of its own, by which parts it acts on the vectors, and as what.
+    """Yield the parts with which torques on cross-sections without their own direction act on the vectors of shapes.
 
     A torque M on a direction d is the force M J d on it, and this direction is the slope of the bar. Shapes (count,), (nt, 2).
     """
@@ -248,7 +248,7 @@ def resultants(axis: Axis, motion: BarMotion, places: np.ndarray) -> Resultants:
 
 
 def bar_variables(plan: Plan, time: np.ndarray, record: Record, present: Mapping[str, Variable]) -> Variables:
-    """What the parts of flexible bars carry, after the beam elements along their dimension, and how many modes bars have."""
+    """Return the variables of bars by modes, appended to those of beam elements, and the number of modes of each bar."""
     axes = plan.coordinates.natural.axes
     if not axes:
         return {}
@@ -322,7 +322,7 @@ def axial_force_at_points(axis: Axis, motion: BarMotion) -> np.ndarray:
 
 
 def shape_forces(axis: Axis, motion: BarMotion) -> np.ndarray:
-    """What the elastic and damping stresses of a bar exert on the vectors of its shapes, shape (nt, count, 2) [N]."""
+    """Return the forces of elastic and damping stresses of a bar on the vectors of its shapes, shape (nt, count, 2) [N]."""
     shapes, bar = axis.shapes, axis.bar
     points, weights = shapes.quadrature
     slope, elastic, damped, tangent = _strain(axis, motion, points)
@@ -350,7 +350,7 @@ def shape_forces(axis: Axis, motion: BarMotion) -> np.ndarray:
 
 
 def mode_warnings(plan: Plan, run: Run) -> list[RunWarning]:
-    """Whether a contact was so short that it excites bending modes which bars were left without."""
+    """Warn of contacts so short that they excite bending modes that the bars do not have."""
     axes = [axis for axis in plan.coordinates.natural.axes if axis.shapes.modes > 0]
     if not axes or not run["contact_start"].values.size:
         return []

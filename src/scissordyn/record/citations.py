@@ -1,4 +1,4 @@
-"""What a run has used of others' work: who describes its mechanism, its laws, its controllers and its methods."""
+"""Publications that a run has used: sources of its mechanism, laws, controllers and methods."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Citation:
 
 @dataclass(frozen=True)
 class Citations:
-    """What a run has used of others' work."""
+    """Publications that a run has used."""
 
     entries: tuple[Citation, ...]  # The package first, then the mechanism, laws and controllers, components and methods
     without: tuple[str, ...] = ()  # What names no publication as its source, such as a function of the user's
@@ -69,7 +69,7 @@ class Citations:
 
 
 def citations(run: xr.Dataset) -> Citations:
-    """What a run has used of others' work, from what it says of itself."""
+    """Collect the publications that a run has used, from its own attributes."""
     configuration = read_configuration(run)
     version = json.loads(run.attrs.get("versions", "{}")).get("scissordyn", "")
     package = dataclasses.replace(bibliography()["scissordyn"], version=str(version))  # in the version that made the run
@@ -89,7 +89,7 @@ def citations(run: xr.Dataset) -> Citations:
 
 
 def _sources(value: Any) -> Iterator[tuple[str, str]]:
-    """What a mechanism is made of, each with what it says of its source."""
+    """Yield the parts of a mechanism, each with the source in its docstring."""
     if hasattr(value, "place") and hasattr(value, "file"):
         yield f"{value.place} {value.name} of {value.file or 'Python'}", "the user"
     elif is_described(value):
@@ -116,7 +116,7 @@ def _source(described: Any) -> Iterator[tuple[str, str]]:
 
 
 def _of_docstring(kind: type) -> str:
-    """What stands under "References" in the description of a class."""
+    """Return the section "References" of a class docstring."""
     section = re.search(r"^References\n-+\n(.+?)(?:\n\n|\Z)", inspect.getdoc(kind) or "", re.MULTILINE | re.DOTALL)
     return "; ".join(section[1].splitlines()) if section else ""
 

@@ -1,4 +1,4 @@
-"""What couplings and coordinate drives transmit at the samples of a run: coordinates, and forces on them."""
+"""Coordinates, forces and power of couplings and coordinate drives at the samples of a run."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def flank_warnings(plan: Plan, run: Run) -> list[RunWarning]:
 
 
 def _rolls(part: Coupling) -> bool:
-    """Whether a wheel rolls on its base: force at its centre and torque are those of a force where it touches."""
+    """Return True if a wheel rolls on its base, so that its force acts at the point of contact."""
     ends = part.output, part.input
     slides, angles = [end for end in ends if isinstance(end, Slide)], [end for end in ends if isinstance(end, RelativeAngle)]
     return bool(slides and angles) and (slides[0].point[0], slides[0].base) == (angles[0].body, angles[0].base)

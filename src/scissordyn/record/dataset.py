@@ -172,7 +172,7 @@ def _joint_peaks(plan: Plan, path: Trajectory, at: np.ndarray) -> Variables:
 
 
 def component_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
-    """What the components declare, along one dimension for each kind."""
+    """Return the declared outputs of the components, along one dimension for each kind."""
     variables: Variables = {}
     peaks = path.peaks(COMPONENT_FORCE)
     monitored = path.monitored(COMPONENT_OUTPUT).tolist()

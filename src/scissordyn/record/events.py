@@ -126,7 +126,7 @@ LOCATED = "peak_force", "peak_time", "peak_normal_force", "peak_normal_time"  # 
 
 
 def _impact_variables(plan: Plan, table: np.recarray, step: float) -> Variables:
-    """Of contacts in hard joints; their impacts have no largest force, which is estimated."""
+    """Return the variables of impacts in hard joints; their largest force is an estimate."""
     hard = plan.hard_places
     if not hard:
         return {}

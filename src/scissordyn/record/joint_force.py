@@ -160,7 +160,7 @@ def kinds_left_out(run: Run) -> tuple[str, ...]:
 
 
 def _largest_force(run: Run, here: np.ndarray) -> dict[str, Any]:
-    """Of the contacts of a joint, by the names of a summary: as located, or as estimated where contact is hard."""
+    """Return the largest force of a joint's contacts by the names of a summary; that of a hard contact is an estimate."""
     for force, time in (("peak_force", "peak_time"), ("peak_force_estimate", "peak_force_estimate_time")):
         sizes = run[force].values[here] if force in run else np.zeros(0)
         if np.isnan(sizes).all():
@@ -173,14 +173,14 @@ def _largest_force(run: Run, here: np.ndarray) -> dict[str, Any]:
 
 
 def estimate_in_words(force: float, least: float) -> str:
-    """That a force is an estimate, and how far down it reaches where impulses pass through closed contacts [N]."""
+    """Say that a force [N] is an estimate, with its lower bound if impulses pass through closed contacts."""
     if not least < LESS * force:
         return ESTIMATE
     return f"{ESTIMATE}: {short(least, 'N')} by approach speeds and lasting forces, up to this by impulses that others pass on"
 
 
 def parts_of_oiled(metal: float, film: float) -> str:
-    """What metal and film reach each [N], in words; "" of a dry joint."""
+    """Return the largest forces of metal and film [N] in words; an empty text for a dry joint."""
     if math.isnan(film):
         return ""
     return f", its film alone at most {short(film, 'N')}, metal {short(metal, 'N')}"

@@ -1,4 +1,4 @@
-"""Where the points of a mechanism are at the samples of a run: the one way for pictures, films and reports."""
+"""Positions of a mechanism's points at the samples of a run, for pictures, films and reports."""
 
 from __future__ import annotations
 

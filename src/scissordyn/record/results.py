@@ -42,7 +42,7 @@ def labels(dim: str, texts: Sequence[str], long_name: str = "") -> Variable:
 
 
 class Run(Protocol):
-    """What results and a Dataset have in common, which is all that a summary of a run asks for."""
+    """Interface that results and a Dataset share; a summary of a run needs nothing else."""
 
     @property
     def attrs(self) -> dict[Any, Any]: ...
@@ -86,7 +86,7 @@ class Results:
 
     @property
     def attributes(self) -> dict[str, Any]:
-        """Those of the Dataset: with the versions that made it."""
+        """Attributes of the Dataset, with the versions of the programs that made it."""
         return {**self.attrs, "versions": _versions()}
 
     def dataset(self) -> xr.Dataset:

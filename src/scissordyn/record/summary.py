@@ -1,4 +1,4 @@
-"""What the designer asked for, from a run: tracked points, actuators, the largest force, the span and the horizon."""
+"""Summary of a run: tracked points, actuators, the largest force, the span and the predictability horizon."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class PointAnswer(Answer):
 
     @property
     def met(self) -> bool | None:
-        """Whether it never leaves its tolerance; None if there is none, or the deviation is not known."""
+        """True if the point never leaves its tolerance; None without a tolerance or a known deviation."""
         if self.tolerance is None or not math.isfinite(self.deviation):
             return None
         return self.deviation <= self.tolerance
@@ -106,7 +106,7 @@ class ActuatorAnswer(Answer):
 
     @property
     def saturated(self) -> bool:
-        """Whether it reaches its limit."""
+        """True if the torque reaches its limit."""
         return self.limit is not None and self.torque >= AT_LIMIT * self.limit
 
     def __str__(self) -> str:
@@ -135,7 +135,7 @@ class SpanAnswer(Answer):
 
     @property
     def change(self) -> str:
-        """How each of the two sides changes, in words."""
+        """Change of each side of the span, in words."""
         senses: dict[str, list[str]] = {}
         for axis, first, last in zip("xy", self.start, self.end, strict=True):
             same = abs(last - first) <= SAME * max(*self.start, *self.end)
@@ -173,7 +173,7 @@ class BarAnswer(Answer):
 
     @property
     def begin(self) -> str:
-        """How the bars begin, in words."""
+        """Shape of the bars at the start, in words."""
         if not self.start:
             return ""
         return f", {'in equilibrium' if self.start == 'static' else 'not in equilibrium'} at the start ({self.start})"
@@ -198,7 +198,7 @@ class BarAnswer(Answer):
 
 @dataclass(frozen=True)
 class Summary(Answer):
-    """What a designer asks of a run, in SI units. Its text is what ``scissordyn run`` prints first."""
+    """Summary of a run for a designer, in SI units. ``scissordyn run`` prints its text first."""
 
     DERIVED = ("met",)
 
@@ -214,7 +214,7 @@ class Summary(Answer):
 
     @property
     def met(self) -> bool | None:
-        """Whether every tracked point with a tolerance stays within it; None if there is none."""
+        """True if every tracked point with a tolerance stays within it; None without such points."""
         judged = [point.met for point in self.points if point.met is not None]
         return all(judged) if judged else None
 
@@ -236,7 +236,7 @@ class Summary(Answer):
 
 
 def summary_of(run: Run, configuration: Configuration | None = None) -> Summary:
-    """What a designer asks of a run, from what it has recorded; its configuration is read from it unless it is given."""
+    """Summarise the records of a run; its configuration is read from its attributes if it is not given."""
     if configuration is None and ATTRIBUTE in run.attrs:
         configuration = read_configuration(run)
     trusted = float(run.attrs.get("trusted_until", math.nan))
@@ -288,7 +288,7 @@ def _answer(run: Run, joint: JointSummary, described: Any) -> ForceAnswer:
 
 
 def _kind(run: Run, joint: str, described: Any) -> str:
-    """What transmits a force, in words."""
+    """Return the kind of the joint that transmits a force, in words."""
     if "weld" in run and joint in run["weld"].values.tolist():
         return "weld"
     guides = [] if described is None else described.guides
@@ -348,7 +348,7 @@ def _limits(described: Any) -> dict[str, float]:
 
 
 def at_limit(time: np.ndarray, torque: np.ndarray, limit: float | None) -> list[tuple[float, float]]:
-    """When a torque is at its limit [s]: from sample to sample, with half the way to the samples beside them."""
+    """Return the intervals in which a torque is at its limit [s], extended by half a sample on both sides."""
     if limit is None or time.size < 2:
         return []
     middle = np.concatenate([time[:1], 0.5 * (time[1:] + time[:-1]), time[-1:]])

@@ -36,7 +36,7 @@ def track_variables(path: Trajectory, record: Record) -> Variables:
 
 
 def settling_times(plan: Plan, bands: np.ndarray, end: float) -> np.ndarray:
-    """From when on the tracked points stay within their tolerances [s], shape (tracks,)."""
+    """Return the instants from which the tracked points stay within their tolerances [s], shape (tracks,)."""
     settled = np.where(np.isnan(bands["last_above"]), 0.0, bands["last_above"])
     settled[settled >= end * (1.0 - 1e-12)] = math.inf
     return np.where([track.tolerance is None for track in plan.mechanism.tracks], math.nan, settled)

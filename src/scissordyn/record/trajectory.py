@@ -59,7 +59,7 @@ def by_name(rows: np.ndarray, described: np.dtype[np.void]) -> np.ndarray:
 
 
 def unknown(rows: np.ndarray) -> np.ndarray:
-    """As many rows in which nothing is known."""
+    """Return rows of the same shape filled with NaN."""
     return np.full(rows.shape, np.nan).astype(rows.dtype)
 
 
@@ -97,15 +97,15 @@ class Trajectory:
         return contacts(self.log, self.peak, companions(self.system.content.model)[: len(self.plan.contacts)])
 
     def peaks(self, kind: int) -> np.ndarray:
-        """Of one kind of quantity that is monitored throughout: largest value, when, and the integrals."""
+        """Return largest value, its instant and the integrals of one kind of monitored quantity."""
         return np.asarray(self.peak[monitored_rows(self.system.content.model, kind)])
 
     def monitored(self, kind: int) -> np.ndarray:
-        """Which drives, components, contacts or tracked points have a quantity of one kind."""
+        """Return the indices of drives, components, contacts or tracked points that have a quantity of one kind."""
         monitor = self.system.content.model.monitor
         return np.asarray(monitor[monitor[:, 0] == kind, 1])
 
     def bands(self, kind: int) -> np.ndarray:
-        """Of one kind of quantity that is monitored throughout: limit, last instant above it, first at or below it."""
+        """Return limit, last instant above it and first instant at or below it of one kind of monitored quantity."""
         model = self.system.content.model
         return np.asarray(self.band[monitored_rows(model, kind) - model.guard_component.size])

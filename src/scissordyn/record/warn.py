@@ -65,7 +65,7 @@ MOST_NAMES = 6  # Joints that a warning names
 
 
 def run_warnings(plan: Plan, run: Run, immobile: tuple[str, ...]) -> list[RunWarning]:
-    """What is doubtful in a run by its recorded variables, beside what `Extremes` warn of."""
+    """Return the warnings that follow from the recorded variables of a run; `Extremes` gives those of largest values."""
     warnings = contact_failures(plan, run)
     for i, rod in enumerate(plan.rods):
         force, time = run["rod_force"].values[:, i], run["time"].values
@@ -79,7 +79,7 @@ def run_warnings(plan: Plan, run: Run, immobile: tuple[str, ...]) -> list[RunWar
 
 
 class Extremes:
-    """What contacts, friction and controllers have come to at most in one or more stretches of a run."""
+    """Extreme values of contacts, friction and controllers over one or more stretches of a run."""
 
     def __init__(self, plan: Plan) -> None:
         self.plan = plan
@@ -116,7 +116,7 @@ class Extremes:
         return self._outputs.get(i * RESULTS + first, (0.0, math.nan))
 
     def warnings(self) -> list[RunWarning]:
-        """Of contact laws, friction, films, what leaves its curve or stroke, and coupled wheels whose centres move."""
+        """Warnings of contact laws, friction, films, curves and strokes, and of coupled wheels whose centres move."""
         plan, warnings = self.plan, list[RunWarning]()
         for j in plan.compliant_places:  # those of hard contacts serve an estimate only
             laws, speeds, depth = plan.clearances[j], self._speeds[j], float(self._indentation[j])
@@ -158,7 +158,7 @@ class Extremes:
 
 
 def contact_failures(plan: Plan, run: Run) -> list[RunWarning]:
-    """For each joint whose journal was pressed in by more than its radius: that its contact model has failed, and when."""
+    """Warn of each joint whose journal was pressed in by more than its radius: its contact model has failed."""
     warnings = []
     names = [contact.name for contact in plan.contacts]
     for at, name, clearance in zip(plan.places(names), names, plan.clearances, strict=True):
@@ -185,7 +185,7 @@ def _largest_energy(run: Run, size: Callable[[np.ndarray], float]) -> float:
 
 
 def _stands_still(plan: Plan, run: Run) -> bool:
-    """Whether no body moves by more than `MOVED`."""
+    """Return True if no body moves by more than `MOVED`."""
     if not run.sizes["time"]:
         return True
     motion = (run["position"].values, MOVED * plan.coordinates.size), (run["angle"].values, MOVED)
@@ -262,7 +262,7 @@ def _saturated(plan: Plan, run: Run) -> list[RunWarning]:
 
 
 def _overstrained(run: Run) -> list[RunWarning]:
-    """Where bars that bend leave small strains or their elastic range, at the samples."""
+    """Warn of bars that leave small strains or their elastic range at the samples."""
     warnings = list[RunWarning]()
     if "beam_fibre_strain" not in run or not run.sizes["time"]:
         return warnings
@@ -288,7 +288,7 @@ def _buckled(run: Run) -> list[RunWarning]:
 
 
 def _off_the_rail(plan: Plan, run: Run) -> list[RunWarning]:
-    """What runs beyond the end of a bar, at the samples."""
+    """Warn of components that run beyond the end of a bar at the samples."""
     warnings = list[RunWarning]()
     for i, axis in rail_axes(plan.coordinates.natural.axes, plan.components).items():
         part = plan.components[i]
@@ -346,7 +346,7 @@ def warning_lines(warnings: list[RunWarning], mechanism: Mechanism | None = None
 
 
 def _meaning(alike: list[RunWarning], mechanism: Mechanism | None) -> list[str]:
-    """What a warning means for the forces, and what to change."""
+    """Say what a warning means for the forces, and what to change."""
     if alike[0].kind == "fast":
         ratio, name = max((item.numbers["speed"] / item.numbers["limit"], item.part) for item in alike)
         over = ratio**YIELDED

@@ -74,7 +74,7 @@ class StudyResult:
 
     @cached_property
     def points(self) -> xr.Dataset:
-        """What is known of each point of the design.
+        """Results of each point of the design.
 
         Its numbers; the mean of each response, its ``worst`` value and relative ``spread`` of members; `met` and `complete`,
         fractions of its cases; `disagrees` and `undecided`, whether members differ, and on the requirements.
@@ -159,7 +159,7 @@ class StudyResult:
 
     @cached_property
     def conclusion(self) -> Conclusion:
-        """What the study has found, as facts: a kind, the part it is about, and numbers; ``str`` of a fact says it."""
+        """Results of the study as facts, each with a kind, its part and numbers; ``str`` of a fact is a sentence."""
         return conclude(self, self.store.path)
 
     @cached_property
@@ -169,12 +169,12 @@ class StudyResult:
 
     @cached_property
     def fitted(self) -> dict[str, tuple[Trend, ...]]:
-        """By response, both forms of trend, the one that predicts better first."""
+        """Both forms of trend of each response, the better predictor first."""
         return trends(self.study, self.dataset)
 
     @property
     def trends(self) -> dict[str, Trend]:
-        """By response, the power law or straight line that predicts points it has not seen best."""
+        """Power law or straight line of each response, whichever predicts left-out points better."""
         return {name: both[0] for name, both in self.fitted.items()}
 
     @cached_property
@@ -211,11 +211,11 @@ class StudyResult:
 
     @cached_property
     def indices(self) -> tuple[dict[str, xr.Dataset], dict[str, str]]:
-        """By response what it depends on, and why others have no indices; nothing of designs for other purposes."""
+        """Sensitivity indices by response, and the reasons why other responses have none."""
         return sensitivity(self.study, self.dataset)
 
     def sensitivity(self, response: str = "") -> xr.Dataset | dict[str, xr.Dataset]:
-        """What responses depend on: Sobol indices of a Saltelli design, elementary effects of a Morris design.
+        """Sensitivity of responses: Sobol indices of a Saltelli design, elementary effects of a Morris design.
 
         Parameters
         ----------
@@ -436,7 +436,7 @@ class StudyResult:
 
 
 def searching(study: Study, factors: Sequence[Factor], goals: Sequence[str], **options: Any) -> dict[str, Any]:
-    """What changes of a study that searches these factors for the best points."""
+    """Return the fields that turn a study into a search over these factors."""
     names = [factor.path for factor in (*factors, *study.factors)]  # also those that are uncertain from now on
     units = {measure.name: measure.units for measure in study.own_measures}
     wanted = tuple(read_goal(goal, units, names) for goal in goals)

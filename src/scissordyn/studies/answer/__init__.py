@@ -1,1 +1,1 @@
-"""What a study says: requirements met, trends, rankings, reports."""
+"""Answers of a study: requirements met, trends, rankings, reports."""

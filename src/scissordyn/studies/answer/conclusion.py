@@ -41,7 +41,7 @@ PAST = 0.7  # The moved range ends at this fraction of what a requirement needs,
 
 @dataclass(frozen=True)
 class Conclusion:
-    """What a study has found, in the order in which it is wanted."""
+    """Results of a study as facts, in the order in which they are read."""
 
     verdict: tuple[Fact, ...]  # Whether and where the requirements are met; the point to build; its probability
     margins: Section | None  # Of that point
@@ -55,7 +55,7 @@ class Conclusion:
 
 
 def conclude(result: StudyResult, store: str) -> Conclusion:
-    """What a study has found; commands name its store so."""
+    """Collect the results of a study as facts; `store` is the name of its file in suggested commands."""
     study, results, point = result.study, result.dataset, result.recommendation
     needed: list[Fact] = []
     if point is not None:
@@ -70,7 +70,7 @@ def conclude(result: StudyResult, store: str) -> Conclusion:
 
 
 def _verdict(result: StudyResult) -> Fact:
-    """Whether and where the requirements are met."""
+    """Say whether and at which points the requirements are met."""
     study, points, fraction = result.study, result.points, result.fractions[-1]
     about: dict[str, Any] = {"fraction": fraction.fraction}
     about |= {name: None if math.isnan(end) else end for name, end in (("low", fraction.low), ("high", fraction.high))}
@@ -201,7 +201,7 @@ def _power(trend: Trend, k: int) -> Fact:
 
 
 def _line(results: xr.Dataset, study: Study, trend: Trend, k: int) -> Fact:
-    """How a straight line goes with a number."""
+    """Describe the slope of a straight line over a parameter."""
     name, change = trend.numbers[k], float(trend.effects[k])
     first, last = (float(end) for end in trend.ranges[k])
     shown = scale_of(xr.DataArray(change, attrs={"units": trend.units})).with_unit(abs(change), 3)
@@ -212,7 +212,7 @@ def _line(results: xr.Dataset, study: Study, trend: Trend, k: int) -> Fact:
 
 
 def needs(study: Study, results: xr.Dataset, fitted: Mapping[str, tuple[Trend, ...]], numbers: dict[str, float]) -> list[Fact]:
-    """What each requirement needs of the number that is chosen and on which its response depends most."""
+    """Find the value of the chosen parameter with the strongest effect at which each requirement is just met."""
     chosen = {factor.path for factor in study.factors}
     facts = []
     for requirement in study.requirements:
@@ -280,7 +280,7 @@ def trend_table(study: Study, fitted: Mapping[str, tuple[Trend, ...]]) -> Sectio
 
 
 def _next_steps(result: StudyResult, store: str, needed: Sequence[Fact]) -> list[Step]:
-    """What to try next: why, and the command."""
+    """Suggest next steps, each with its reason and command."""
     study, point = result.study, result.recommendation
     if result.counts["pending"]:
         return [(Fact("pending"), command("scissordyn", "study", "resume", store))]

@@ -88,14 +88,14 @@ class Estimate:
 
     @property
     def saved(self) -> float:
-        """How many times as many accurate runs alone have an interval of this width; NaN where it has none."""
+        """Factor by which more accurate runs alone would be needed for this interval; NaN without an interval."""
         alone = self.accurate_high - self.accurate_low
         return (alone / self.width) ** 2 if self.width > 0.0 and math.isfinite(alone) else math.nan
 
 
 @dataclass(frozen=True)
 class Predicted:
-    """What an interpolation between cheap runs says."""
+    """Prediction of an interpolation between cheap runs."""
 
     of_runs: np.ndarray  # (N,) Of these runs, each by others
     others: np.ndarray  # (M,) Of further cases
@@ -131,7 +131,7 @@ def unseen_outliers(pairs: int) -> float:
 
 
 def _regressed(wanted: np.ndarray, predictor: np.ndarray, at: float) -> tuple[float, float, float, float]:
-    """Of a regression: squares of what is known, slope, value at some place, variance of the residuals."""
+    """Fit a regression: sum of squares, slope, value at a given point, variance of the residuals."""
     squares = float(np.sum((predictor - predictor.mean()) ** 2))
     slope = float(np.sum((predictor - predictor.mean()) * (wanted - wanted.mean()))) / squares
     rest = wanted - wanted.mean() - slope * (predictor - predictor.mean())
@@ -209,7 +209,7 @@ def quantile_estimates(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarr
 
 
 def _inverted(values: np.ndarray, fractions: list[tuple[float, float, float]], level: float) -> tuple[float, float, float]:
-    """Where a rising fraction with its interval reaches a level: the value, and its interval."""
+    """Find the value at which a rising fraction reaches a level, and the interval of this value."""
     if not values.size:
         return math.nan, -math.inf, math.inf
     middle, low, high = (np.maximum.accumulate(np.array(ends)) for ends in zip(*fractions, strict=True))
@@ -313,7 +313,7 @@ def _chances(accurate: np.ndarray, paired: np.ndarray, margins: np.ndarray) -> n
 
 
 def _variance_of_pairs(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarray) -> float:
-    """Of the fraction, by leaving out groups of pairs that are spread evenly over the margins."""
+    """Variance of the fraction, by leaving out groups of pairs that are spread evenly over the margins."""
     groups = min(accurate.size, LEFT_OUT)
     places = cheap[((np.arange(min(cheap.size, PLACES)) + 0.5) * (cheap.size / min(cheap.size, PLACES))).astype(int)]
     group = np.arange(accurate.size) % groups

@@ -98,7 +98,7 @@ OPTIONAL = re.compile(r"\[([^\]]*)\]")
 
 @dataclass(frozen=True)
 class Fact:
-    """What is known of a part: a requirement, a response, a number that varies, or the whole study.
+    """Fact about a part of a study: a requirement, a response, a parameter that varies, or the whole study.
 
     Numbers are in SI units, or are facts of which the sentence consists; None is not known.
     """
@@ -120,7 +120,7 @@ class Fact:
         return written.vformat(OPTIONAL.sub(optional, WORDS[self.kind]), (), numbers)
 
     def to_plain(self) -> dict[str, Any]:
-        """As plain data for JSON."""
+        """Return plain data for JSON."""
         return {"kind": self.kind, "part": self.part, "numbers": {name: _plain(value) for name, value in self.numbers.items()}}
 
 

@@ -57,7 +57,7 @@ TINY = 1e-9  # Margin of a case that stands at the bound
 
 
 def verified_path(path: str | os.PathLike[str]) -> str:
-    """Where the accurate runs of a study stand."""
+    """Return the file of a study's accurate runs."""
     stem, end = os.path.splitext(os.fspath(path).rstrip("/"))
     return f"{stem}.verified{end or '.db'}"
 
@@ -176,7 +176,7 @@ def _unpredicted(study: Study, runs: xr.Dataset) -> float:
 
 
 def _responses(study: Study) -> list[Response]:
-    """What requirements are about, or all measures."""
+    """Return the responses of the requirements, or all measures if there are none."""
     return [requirement.response for requirement in study.requirements] or [Response(name) for name in study.measure_names]
 
 
@@ -305,7 +305,7 @@ def confirmed(study: Study, accurate: xr.Dataset, cheap: xr.Dataset) -> pd.DataF
 
 
 def fidelity(result: StudyResult, verified: StudyResult) -> Iterator[Section]:
-    """What both kinds of runs say together."""
+    """Yield the sections that combine cheap and accurate runs."""
     taken = [there.store.times() for there in (result, verified)]
     times = [(float(spent["cases"].sum()), float(spent["seconds"].sum())) for spent in taken]
     cost = _cost(result.study, (result.store, verified.store), times)
@@ -344,7 +344,7 @@ def _met_by(both: Estimate, times: Sequence[tuple[float, float]]) -> Fact:
 
 
 def _row(number: Corrected) -> tuple[str, ...]:
-    """Of the table of both kinds of runs."""
+    """Return a row of the table of cheap and accurate runs."""
     estimate, scale = number.estimate, scale_of(xr.DataArray(number.estimate.value, attrs={"units": number.units}))
 
     def shown(value: float) -> str:
@@ -382,7 +382,7 @@ def _confirmed_table(result: StudyResult, cost: str) -> Section:
 
 
 def _cost(study: Study, stores: tuple[Store, Store], times: Sequence[tuple[float, float]]) -> str:
-    """How many cases of each kind there are, and what those cost whose time is known."""
+    """Say how many cases of each kind there are, and their known computing time."""
     parts = []
     assert study.accurate is not None
     kinds = zip(("cheap", "accurate"), stores, times, (study.options, study.accurate.options), strict=True)

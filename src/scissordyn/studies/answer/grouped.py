@@ -1,4 +1,4 @@
-"""What is said of many cases, put together where only the numbers in it differ."""
+"""Messages of many cases, merged if they differ only in their numbers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a study answers, section by section in the order in which it is read: in the terminal, in a report, in a notebook."""
+"""Answers of a study, section by section, for the terminal, a report and a notebook."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def damage_section(result: StudyResult, store: str) -> Section:
 
 
 def replay_command(store: str, case: int) -> str:
-    """What to type to simulate a case again, with its histories."""
+    """Return the command that simulates a case again, with its histories."""
     return command("scissordyn", "study", "replay", store, case)
 
 
@@ -123,7 +123,7 @@ def _over(study: Study, results: xr.Dataset, factor: Factor) -> str:
 
 
 def agreement(study: Study, points: xr.Dataset) -> Fact | None:
-    """Where members disagree; None without members."""
+    """Say at which points ensemble members disagree; None without members."""
     if study.members == 1:
         return None
     count, differ = points.sizes["point"], int(points["disagrees"].sum())

@@ -84,7 +84,7 @@ class StudyPictures:
         return requirement_bars([fraction.label for fraction in fractions_met], fractions, intervals, axes=axes)
 
     def sensitivity(self, response: str = "", *, axes: Canvas = None) -> list[Axes]:
-        """What each response depends on, or one of them; see `sensitivity_bars`."""
+        """Draw the sensitivity of each response, or of one, as bars."""
         indices = self._result.sensitivity(response)
         return sensitivity_bars(indices if isinstance(indices, dict) else {response: indices}, axes=axes)
 

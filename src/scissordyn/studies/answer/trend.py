@@ -1,4 +1,4 @@
-"""What responses go with: power laws and straight lines, judged by cross-validation, indices by SALib, rank correlations."""
+"""Trends of responses: power laws and straight lines, judged by cross-validation, SALib's indices, rank correlations."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class Trend:
 
     @property
     def clear(self) -> bool:
-        """Whether the trend predicts points that it has not seen."""
+        """True if the trend predicts points that were left out of its fit."""
         return self.predicted >= CLEAR
 
     @property
@@ -72,11 +72,11 @@ class Trend:
 
     @property
     def significant(self) -> np.ndarray:
-        """Whether the interval of each slope excludes 0."""
+        """Mask of the slopes whose interval excludes 0."""
         return np.asarray(np.abs(self.slopes) > self.intervals)
 
     def term(self, k: int, value: float) -> float:
-        """How a number enters: its logarithm or itself."""
+        """Return the regressor of a parameter value: its logarithm or the value itself."""
         return math.log(value) if self.logarithmic[k] else float(value)
 
     def value(self, numbers: dict[str, float]) -> float:
@@ -97,7 +97,7 @@ class Trend:
             return float(np.exp(np.float64(term))) if self.logarithmic[k] else term
 
     def reached(self, name: str, bound: float, numbers: dict[str, float]) -> float:
-        """Where the trend reaches a bound; NaN where not near the data, or only beyond 0, where positive numbers end."""
+        """Return the value at which the trend reaches a bound; NaN if it is far from the data or not positive."""
         value, k = self.inverse(name, bound, numbers), self.numbers.index(name)
         if not math.isfinite(value) or (self.ranges[k, 0] > 0.0 >= value):
             return math.nan

@@ -1,4 +1,4 @@
-"""Which points of a study meet its requirements, how surely, which one to build, where members disagree, what is worst."""
+"""Verdicts of a study: points that meet the requirements, their certainty, the recommended point, the worst cases."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class FeasibleFraction:
 
 @dataclass(frozen=True)
 class Margin:
-    """How far a point is from a requirement in the worst of its cases."""
+    """Distance of a point from a requirement in the worst of its cases."""
 
     requirement: str
     value: float  # Of the worst case; NaN if a case has none
@@ -78,7 +78,7 @@ def case_values(study: Study, results: xr.Dataset, response: Response) -> np.nda
 
 
 def by_point(study: Study, results: xr.Dataset) -> xr.Dataset:
-    """What is known of each point of the design."""
+    """Summarise the results of each point of the design."""
     complete = study.cells(results["status"].values == COMPLETE)
     count = len(complete)
     variables = chosen_numbers(study, results)
@@ -121,7 +121,7 @@ def _mean(values: np.ndarray) -> np.ndarray:
 
 
 def meets_all(study: Study, results: xr.Dataset) -> np.ndarray:
-    """Whether each case is complete and meets all requirements.
+    """Return a mask of the cases that are complete and meet all requirements.
 
     Shapes: returns (cases,).
     """

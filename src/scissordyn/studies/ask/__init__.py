@@ -1,1 +1,1 @@
-"""What a study asks: factors, designs, distributions, requirements, goals."""
+"""Questions of a study: factors, designs, distributions, requirements, goals."""

@@ -1,4 +1,4 @@
-"""What a study computes: what varies, the design, what is uncertain, members, measures and requirements."""
+"""Description of a study: factors, design, uncertain parameters, members, measures and requirements."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ class OwnMeasure:
         return load_function("measure", self.function, self.digest) if isinstance(self.function, str) else self.function
 
     def to_plain(self) -> dict[str, Any]:
-        """As plain data; a function that is no file's as its source, to compare with."""
+        """Return plain data; a function that is not in a file is given by its source, for comparison."""
         function = self.function if isinstance(self.function, str) else ""
         plain = {"name": self.name, "function": function, "of": self.of, "units": self.units}
         if isinstance(self.function, str):
@@ -231,7 +231,7 @@ class Study:
 
     @property
     def goals(self) -> tuple[Goal, ...]:
-        """Of the search; none without one."""
+        """Goals of the search; empty without a search."""
         return self.optimisation.goals if self.optimisation is not None else ()
 
     @property

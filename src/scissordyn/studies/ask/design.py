@@ -1,4 +1,4 @@
-"""What varies in a study, and designs of experiments: its points and samples, each computable from its number alone."""
+"""Factors of a study, and designs of experiments; each point and sample follows from its index alone."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Factor:
 
     @property
     def name(self) -> str:
-        """Of its column: the parameter path, or that of the deviation from a chosen value."""
+        """Name of the column: the parameter path, or that of the deviation from a chosen value."""
         return f"{self.path} deviation" if self.of else self.path
 
     def deviating(self, chosen: Variation) -> list[float]:
@@ -56,7 +56,7 @@ class Factor:
 
     @property
     def texts(self) -> tuple[str, ...]:
-        """What the case file has there, of each name or level; empty if mechanisms themselves have the number."""
+        """Text of each name or level in the case file; empty if mechanisms themselves have the parameter."""
         if not self.si:
             return self.labels
         return tuple(f"{value / self.scale:.12g} {self.unit}".rstrip() for value in self.variation.levels())
@@ -67,7 +67,7 @@ class Factor:
 
     @property
     def logarithmic(self) -> bool:
-        """Whether the range is one of the logarithm."""
+        """True if the values are spread evenly over the logarithm."""
         return isinstance(self.variation, Interval) and self.variation.logarithmic
 
     @property
@@ -80,7 +80,7 @@ class Factor:
 
 @dataclass(frozen=True)
 class Sampling:
-    """How the uncertain numbers are sampled at every point of the design."""
+    """Sampling of the uncertain parameters at every point of the design."""
 
     samples: int = 1
     kind: str = "sobol"
@@ -100,7 +100,7 @@ class Sampling:
 
 @dataclass(frozen=True)
 class Design:
-    """How the points of a study are chosen."""
+    """Choice of the points of a study."""
 
     # "grid", "zip", "random", "latin-hypercube", "sobol", "one-at-a-time", "saltelli" (for Sobol indices), "morris", or
     # "adaptive" (points that an optimiser proposes)
@@ -124,7 +124,7 @@ class Design:
 
     @property
     def extendable(self) -> bool:
-        """Whether points can be added and those before stay the same."""
+        """True if points can be added without changing the earlier ones."""
         return self.kind in EXTENDABLE
 
 

@@ -1,4 +1,4 @@
-"""What a factor of a study varies over, each by its quantile function: levels, an interval, a distribution, names, a fit."""
+"""Ranges of a factor by their quantile functions: levels, an interval, a distribution, names, an ISO fit."""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ class Response:
 
     @property
     def name(self) -> str:
-        """As in a study file; with what components exert if not all of them count."""
+        """Name of the response in a study file, with the selected components if not all count."""
         if self.part:
             return f"{self.part}.{self.measure}"
         return f"{self.measure} ({KINDS[self.unit]})" if self.unit else self.measure
@@ -82,12 +82,12 @@ class Requirement:
         return f"{self.response.name} {self.sign} {scale.with_unit(self.bound, 6)}"
 
     def margin(self, values: np.ndarray) -> np.ndarray:
-        """How far values are on the right side of the bound, as a fraction of it; negative on the wrong one, and for NaN."""
+        """Return the margins of values to the bound as fractions of it; negative if violated or NaN."""
         distance = self.bound - values if self.sign.startswith("<") else values - self.bound
         return np.asarray(np.where(np.isnan(values), -np.inf, distance / (abs(self.bound) or 1.0)))
 
     def met(self, values: np.ndarray) -> np.ndarray:
-        """Whether values meet it; not where they are NaN."""
+        """Return a mask of the values that meet the requirement; False for NaN."""
         with np.errstate(invalid="ignore"):
             return np.asarray(SIGNS[self.sign](values, self.bound))
 
@@ -154,7 +154,7 @@ def value_text(results: xr.Dataset, response: Response, case: int) -> str:
 
 
 def meaning(results: xr.Dataset, requirement: Requirement) -> str:
-    """What the function of the user that a requirement is about says of itself; empty for a measure of the package."""
+    """Return the description of the user's function in a requirement; empty for a measure of the package."""
     if requirement.measure in MEASURES:
         return ""
     text = str(results[requirement.measure].attrs.get("long_name", ""))
@@ -234,18 +234,18 @@ class Goal:
 
     @property
     def sign(self) -> float:
-        """By which the response is multiplied to be made small."""
+        """Factor of the response in the minimised objective: 1 or -1."""
         return -1.0 if self.maximise else 1.0
 
     @property
     def label(self) -> str:
-        """As the user writes it."""
+        """Text of the goal in a study file."""
         return f"{'maximise' if self.maximise else 'minimise'} {self.response.name}"
 
 
 @dataclass(frozen=True)
 class Optimisation:
-    """How the best point is searched for: CMA-ES for one goal, NSGA-II for several, all combinations where names are chosen."""
+    """Search for the best point: CMA-ES for one goal, NSGA-II for several, all combinations if names are chosen."""
 
     goals: tuple[Goal, ...]
     # What counts of a goal over the uncertain numbers and members: "mean", "worst", "quantile 95 %" or "cvar 95 %", the mean

@@ -1,4 +1,4 @@
-"""Which tolerance, step or number of bending modes is enough for a number of a run: from coarse to fine until it stays."""
+"""Convergence of a measure over tolerance, step or number of bending modes, from coarse to fine."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Level:
 
 @dataclass(frozen=True)
 class Convergence:
-    """From which tolerance, step or number of modes on a number stays."""
+    """Coarsest tolerance, step or number of modes from which on a measure stays the same."""
 
     response: str  # What was asked for
     units: str
@@ -62,14 +62,14 @@ class Convergence:
 
     @property
     def options(self) -> dict[str, float]:
-        """What to change of the options of a run; numbers of modes are none of them."""
+        """Options of a run to change; empty if modes are varied."""
         if math.isnan(self.setting) or self.varied == "modes":
             return {}
         return {"step": self.setting} if self.varied == "step" else {"rtol": self.setting, "atol": self.setting}
 
     @property
     def value(self) -> float:
-        """At the finest level."""
+        """Measure at the finest level."""
         return self.levels[-1].value
 
 
@@ -91,7 +91,7 @@ def convergence(
     threads: int | None = None,
     over: Literal["accuracy", "modes"] = "accuracy",
 ) -> Convergence:
-    """Which tolerance, step of hard contacts or number of bending modes is enough for a number of a run.
+    """Find the tolerance, step of hard contacts or number of bending modes that is enough for a measure of a run.
 
     Parameters
     ----------
@@ -136,7 +136,7 @@ def convergence(
 
 
 def _tried(mechanism: Mechanism, options: Options, over: str) -> tuple[str, list[tuple[float, Mechanism, Options]]]:
-    """What is varied, and from coarse to fine its settings with mechanism and options."""
+    """Return the varied setting and its values from coarse to fine, each with mechanism and options."""
     once = replace(options, trust=False)
     if over == "modes":
         if not flexible_bars(mechanism):
@@ -165,7 +165,7 @@ def _level(
 
 
 def _agrees(coarse: Level, finer: Sequence[Level], within: float) -> bool:
-    """Whether a level has the number of finer ones: within what is asked for, or within the noise of members."""
+    """Return True if a level agrees with finer ones, within the requested fraction or the scatter of members."""
     if any(level.cause for level in (coarse, *finer)):
         return False
     reference = finer[-1]

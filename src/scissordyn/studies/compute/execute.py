@@ -41,7 +41,7 @@ QUICK = 0.1  # A case longer than that [s] is timed alone
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a study is."""
+    """Progress of a study."""
 
     complete: int
     failed: int
@@ -62,7 +62,7 @@ class Progress:
 
 
 class How(TypedDict, total=False):
-    """How cases are computed."""
+    """Options for the computation of cases."""
 
     engine: Engine
     block: int | None  # Cases of a block of a new store
@@ -177,7 +177,7 @@ class ProgramError(ScissordynError):
 
 @dataclass(frozen=True)
 class Block:
-    """What a worker needs to compute cases of a block.
+    """Inputs of a worker that computes the cases of a block.
 
     The fingerprint is that of the study in the process that hands out the blocks: a worker that finds another one computes
     nothing. Points are those of an adaptive design.
@@ -299,5 +299,5 @@ def _of_datasets(
 
 
 def _meaning(name: str, function: Callable[..., float]) -> str:
-    """What a measure of the user's is: the first line of what its function says of itself."""
+    """Return the first line of the docstring of a user-defined measure."""
     return (inspect.getdoc(function) or f"measure '{name}' of the user").partition("\n")[0]

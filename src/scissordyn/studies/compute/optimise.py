@@ -22,7 +22,7 @@ STEP = 0.3  # First step size of CMA-ES in the unit cube, as its author recommen
 
 @dataclass(frozen=True)
 class Optimum:
-    """What an optimisation has found."""
+    """Result of an optimisation."""
 
     # Along `point`: the factors, one variable for each goal (its risk), `violation`, `front` (whether no other point is
     # better in all goals), `generation`

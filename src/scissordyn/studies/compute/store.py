@@ -67,7 +67,7 @@ class Store:
     # --- beginning ------------------------------------------------------------------------------------------------------
 
     def exists(self) -> bool:
-        """Whether there is a study; an `InputError` if there is anything else."""
+        """Return True if there is a study; raise `InputError` if there is anything else."""
         path = Path(self.path)
         with _one_line(self.path):
             if path.is_dir():
@@ -100,7 +100,7 @@ class Store:
                 raise InputError(f"'{place}' can only be read", "a study in a place that can be written", "-o study.db")
 
     def begun(self) -> bool:
-        """Whether there is anything to resume."""
+        """Return True if there is a study to resume."""
         return Path(self.path).is_file() and Path(self.path).stat().st_size > 0
 
     def _no_study(self, path: Path) -> InputError:
@@ -157,7 +157,7 @@ class Store:
         return connection
 
     def _value(self, name: str) -> Any:
-        """What a note says."""
+        """Return the value of a note."""
         with self._reading() as connection:
             row = connection.execute("SELECT value, digest FROM notes WHERE name = ?", (name,)).fetchone()
         if row is None or not isinstance(row[0], bytes) or row[1] != table.digest(name, row[0].decode(errors="replace")):

@@ -44,7 +44,7 @@ class Array:
 
 @dataclass(frozen=True)
 class Columns:
-    """What the numbers of a case are, and the names along the dimensions of its arrays."""
+    """Columns of a case's row, and the names along the dimensions of its arrays."""
 
     arrays: tuple[Array, ...]
     labels: dict[str, tuple[tuple[str, ...], tuple[str, ...]]]
@@ -123,7 +123,7 @@ def about_number(study: Study, results: xr.Dataset, name: str) -> dict[str, Any]
 
 
 def number_scale(study: Study, results: xr.Dataset, name: str, *values: float) -> Scale:
-    """In which values of a number that varies are shown."""
+    """Return the scale and unit in which values of a factor are shown."""
     return scale_of(xr.DataArray(list(values), attrs=about_number(study, results, name)))
 
 
@@ -175,7 +175,7 @@ def create(connection: sqlite3.Connection, columns: Columns) -> None:
 
 
 def digest(*parts: object) -> bytes:
-    """Of a note or of a block."""
+    """Return the digest of a note or of a block."""
     return blake2b(json.dumps(parts).encode(), digest_size=8).digest()
 
 

@@ -86,7 +86,11 @@ def _accepted(value: Any, hint: Any) -> Any:
     if isinstance(origin, type) and issubclass(origin, Iterable):
         if not isinstance(value, Iterable) or isinstance(value, str | bytes):
             raise MismatchError
+        for item in value if inside and isinstance(value, list | tuple) else ():  # anything else may be read once only
+            accepted(item, inside[0])
         return value
+    if isinstance(origin, type) and not isinstance(value, origin):
+        raise MismatchError
     return _object(value, hint)
 
 

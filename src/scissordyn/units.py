@@ -90,9 +90,9 @@ def rpm(speed: float) -> float:
 
 
 def _plain(function: str, value: Any) -> float:
-    if not is_number(value):
+    if not is_number(value) or not math.isfinite(value):
         number = LEADING_NUMBER.match(value) if isinstance(value, str) else None
-        raise InputError(f"{function}({shown(value)})", "a number", f"{function}({number[0].strip() if number else 30})")
+        raise InputError(f"{function}({shown(value)})", "a finite number", f"{function}({number[0].strip() if number else 30})")
     return float(value)
 
 
@@ -144,6 +144,8 @@ class Quantity:
     tied: str = ""
 
     def __post_init__(self) -> None:
+        if not isinstance(self.unit, str):
+            raise InputError(f"Quantity({shown(self.unit)})", "a unit as text", 'Quantity("m")')
         smallest, largest = RANGES.get(self.unit, ANY_RANGE)
         if self.above == 0.0 and self.minimum is None:
             object.__setattr__(self, "above", None)
@@ -279,7 +281,23 @@ def _hints(described: Any) -> Mapping[str, Any]:
     if isinstance(described, type):
         return get_type_hints(described, include_extras=True)
     hints = {name: hint for name, hint in described.__annotations__.items() if name != "return"}
-    return get_type_hints(SimpleNamespace(__annotations__=hints), described.__globals__, include_extras=True)
+    resolved = dict[str, Any]()
+    for name, hint in hints.items():
+        one = SimpleNamespace(__annotations__={name: hint})
+        try:
+            resolved |= get_type_hints(one, described.__globals__, include_extras=True)
+        except NameError:  # a type that only type checkers import: of other libraries Datasets are checked
+            resolved |= _with_datasets(one, described.__globals__)
+    return resolved
+
+
+def _with_datasets(described: Any, names: Mapping[str, Any]) -> Mapping[str, Any]:
+    import xarray as xr
+
+    try:
+        return get_type_hints(described, {**names, "xr": xr}, include_extras=True)
+    except NameError:
+        return dict.fromkeys(described.__annotations__, Any)
 
 
 @cache

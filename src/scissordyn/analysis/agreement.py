@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 import xarray as xr
 
+from scissordyn.annotation import shown
 from scissordyn.errors import InputError
 from scissordyn.file.export import TimeColumn, time_columns
 
@@ -41,6 +42,12 @@ class Measured:
     name: str = "data"
 
     def __post_init__(self) -> None:
+        for name in ("time", "values"):
+            if not (isinstance(values := getattr(self, name), np.ndarray) and values.dtype.kind in "fiu"):
+                raise InputError(f"{name} = {shown(values)}", "an array of numbers", "np.array([0.0, 0.1])")
+        for name in ("headings", "units"):
+            if not (isinstance(texts := getattr(self, name), tuple | list) and all(isinstance(text, str) for text in texts)):
+                raise InputError(f"{name} = {shown(texts)}", "a tuple of texts, one a column")
         if self.time.size < 2:
             raise InputError(f"'{self.name}' has {self.time.size} instants", "at least two")
         if self.values.shape != (self.time.size, len(self.headings)) or len(self.units) != len(self.headings):

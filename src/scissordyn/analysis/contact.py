@@ -15,6 +15,7 @@ from scissordyn.components.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.record.joint_force import largest_force, some_clearance_joints
 from scissordyn.record.sampling import time_mean
+from scissordyn.units import checked
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)  # Probabilities of the quantiles of forces and impulses
 CENTRAL_PART = 0.95  # Fraction of the contact time inside the smaller of the two contact arcs
@@ -32,6 +33,7 @@ def contact_spans(run: xr.Dataset, joint: str) -> np.ndarray:
     return np.stack([start, np.where(np.isnan(end), float(table["time"].values[-1]), end)], axis=1)
 
 
+@checked
 def contact_statistics(
     run: xr.Dataset, *, ideal: xr.Dataset | None = None, after: float = 0.0, until: float | None = None
 ) -> xr.Dataset:

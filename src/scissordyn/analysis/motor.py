@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.analysis.variable import described
+from scissordyn.annotation import is_number, shown
 from scissordyn.casefile.configuration import number_attribute, read_configuration
 from scissordyn.components.actuator import Actuator
 from scissordyn.components.motor import Motor
@@ -19,6 +20,7 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.options import AUTO, EQUALLY_SPACED
 from scissordyn.record.joint_force import clearance_joints, largest_force
 from scissordyn.record.sampling import time_mean
+from scissordyn.units import checked
 
 SAMPLE = "sd.MotorCurve((0.0, 10.0, 30.0), (60.0, 60.0, 0.0))"
 
@@ -48,7 +50,7 @@ class MotorCurve:
 
     def __post_init__(self) -> None:
         for name in ("speeds", "torques"):
-            object.__setattr__(self, name, tuple(map(float, getattr(self, name))))
+            object.__setattr__(self, name, _numbers(name, getattr(self, name)))
         speeds, torques = np.array(self.speeds), np.array(self.torques)
         if speeds.size < 2 or speeds.size != torques.size:
             raise InputError(f"a motor with {speeds.size} speeds and {torques.size} torques", "as many, at least 2", SAMPLE)
@@ -119,6 +121,7 @@ def _sources(run: xr.Dataset) -> dict[str, _Source]:
     return sources
 
 
+@checked
 def torque_over_speed(run: xr.Dataset, of: str = "") -> xr.Dataset:
     """Return torque and relative speed of a drive, an actuator or a motor.
 
@@ -170,6 +173,7 @@ def torque_over_speed(run: xr.Dataset, of: str = "") -> xr.Dataset:
     )
 
 
+@checked
 def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) -> xr.Dataset:
     """Compute figures of merit of a drive or a controller.
 
@@ -261,3 +265,10 @@ def _contact(run: xr.Dataset, joint: str, after: float) -> tuple[float, float, f
     kept = float(start[lasting][0]) if np.any(lasting) else np.nan
     separations = float(np.sum(counted & ~lasting))
     return float(np.sum(touched)) / (end - after), separations, kept, largest_force(run, joint, after)
+
+
+def _numbers(name: str, values: object) -> tuple[float, ...]:
+    given = tuple(values) if isinstance(values, tuple | list | np.ndarray) and np.ndim(values) == 1 else ()
+    if not given or not all(map(is_number, given)):
+        raise InputError(f"{name} = {shown(values)} of a motor", "a tuple of numbers", SAMPLE)
+    return tuple(map(float, given))

@@ -12,6 +12,7 @@ from scipy.interpolate import BPoly, PPoly
 
 from scissordyn.analysis.variable import Variable, described
 from scissordyn.errors import InputError, did_you_mean, whole_number
+from scissordyn.units import checked
 
 Direction = Literal["both", "rising", "falling"]
 SIGNS: dict[str, tuple[int, ...]] = {"both": (-1, 1), "rising": (1,), "falling": (-1,)}
@@ -19,6 +20,7 @@ SIGNS: dict[str, tuple[int, ...]] = {"both": (-1, 1), "rising": (1,), "falling":
 SAME_ROOT_TOL = 1e-7  # Fraction of an interval; closer roots are one, found in the intervals on both sides of a sample
 
 
+@checked
 def section(
     run: xr.Dataset,
     *,
@@ -106,6 +108,7 @@ def _crossings(cubics: BPoly) -> tuple[np.ndarray, np.ndarray]:
 GRID_TOL = 1e-9  # Fraction of the period; a sample this close to an instant of the map is used directly
 
 
+@checked
 def stroboscopic(run: xr.Dataset, *, period: float, phase: float = 0.0, skip: int = 0) -> xr.Dataset:
     """Return the states at t_k = (k + phase) period: the Poincare map of a periodically driven mechanism.
 

@@ -11,10 +11,12 @@ from scipy import signal
 
 from scissordyn.analysis.variable import described, finite_numbers
 from scissordyn.errors import InputError
+from scissordyn.units import checked
 
 DOMINANCE_MIN = 10.0  # Power density of a dominant frequency, relative to the median
 
 
+@checked
 def spectrum(
     values: ArrayLike, *, spacing: float, segments: int = 4, peaks: int = 5, window: str = "hann", unit: str = "1"
 ) -> xr.Dataset:

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
+from scissordyn.annotation import shown
 from scissordyn.errors import InputError
 
 Variable = tuple[tuple[str, ...], np.ndarray, dict[str, str]]
@@ -35,7 +36,10 @@ def finite_numbers(values: ArrayLike, *, least: int, dimensions: int = 1) -> np.
 
     Shapes: `values` (n,) or, with two dimensions, (n, quantities).
     """
-    numbers = np.asarray(values, float)
+    try:
+        numbers = np.asarray(values, float)
+    except (TypeError, ValueError):
+        raise InputError(f"values {shown(values)}", f"at least {least} samples, each a finite number") from None
     table = numbers[:, None] if numbers.ndim == 1 and dimensions == 2 else numbers
     finite = bool(np.all(np.isfinite(table)))
     if table.ndim != dimensions or table.shape[0] < least or not table.size or not finite:

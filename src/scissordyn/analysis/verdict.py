@@ -20,6 +20,7 @@ from scissordyn.analysis.zero_one import zero_one_test
 from scissordyn.casefile.configuration import ATTRIBUTE, number_attribute, read_configuration
 from scissordyn.errors import InputError
 from scissordyn.record.joint_force import some_clearance_joints
+from scissordyn.units import checked
 
 Kind = Literal["continuous contact", "periodic", "quasi-periodic", "irregular", "transient only"]
 
@@ -220,6 +221,7 @@ def _add_horizon(horizon: float, trusted: float, beyond: str, evidence: list[str
 MAPS = ("strobe", "cycle")  # Dimensions of stroboscopic maps: of `stroboscopic`, and of long periodic runs
 
 
+@checked
 def classify(
     run: xr.Dataset,
     *,
@@ -404,6 +406,7 @@ STATISTICS: dict[str, tuple[Callable[[list[float]], float], str, str]] = {
 }
 
 
+@checked
 def consensus(verdicts: Sequence[Verdict]) -> Consensus:
     """Return the consensus of the verdicts on an ensemble.
 

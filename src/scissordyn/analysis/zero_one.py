@@ -9,6 +9,7 @@ from scipy import fft
 
 from scissordyn.analysis.variable import described, finite_numbers
 from scissordyn.errors import InputError, whole_number
+from scissordyn.units import checked
 
 ROUNDOFF_MAX = 1e-12  # Values that vary by less than this fraction of their size are constant up to round-off
 
@@ -19,6 +20,7 @@ NOISE = 1e-7
 """Default relative error of values: that of a run at the default tolerances."""
 
 
+@checked
 def zero_one_test(values: ArrayLike, *, angles: int = 100, seed: int = 0, noise: float = NOISE) -> xr.Dataset:
     """Compute the 0-1 test for chaos by the correlation method.
 

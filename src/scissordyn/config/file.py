@@ -26,7 +26,7 @@ from scissordyn.model.options import Options
 from scissordyn.model.parameter_path import KINDS, number
 from scissordyn.model.section import with_dimension
 from scissordyn.run.inverse_dynamics import feed_forward
-from scissordyn.units import Quantity
+from scissordyn.units import Quantity, checked
 
 SAMPLE = "write_case(arm, 'arm.toml')"
 
@@ -45,6 +45,7 @@ OF_CASES = frozenset(("structure", "body", "joint", "run"))  # Tables of which e
 DEEPEST = 32  # Tables and lists inside each other; a case has six
 
 
+@checked
 def read_case(path: str | os.PathLike[str], changes: Iterable[str] = ()) -> Case:
     """The case that a TOML file describes.
 
@@ -97,6 +98,7 @@ def is_case(tree: dict[str, Any]) -> bool:
     return "case" not in tree and bool(OF_CASES & tree.keys())
 
 
+@checked
 def write_case(described: Mechanism | Case, path: str | os.PathLike[str], *, run: Options | None = None) -> Path:
     """Write a mechanism, or a mechanism and the options of its simulation, as a case file; reading it gives equal ones.
 

@@ -27,6 +27,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.model.parameter_path import number
 from scissordyn.studies.ask.distribution import Interval, Levels, Normal
+from scissordyn.units import checked
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -119,6 +120,7 @@ def _check_steps(time: np.ndarray, lines: list[int], path: Path) -> None:
 Data = Measured | str | os.PathLike[str]
 
 
+@checked
 def fit(
     case: Case | Mechanism | str | os.PathLike[str],
     data: Data | Sequence[Data],
@@ -216,6 +218,7 @@ class LeastValue:
     tried: dict[float, bool]  # Whether the requirements are met, by value
 
 
+@checked
 def least_value(
     case: Case,
     parameter: str,

@@ -27,7 +27,7 @@ from scissordyn.studies.ask.requirement import Requirement, read_response
 from scissordyn.studies.compute.execute import How, Progress
 from scissordyn.studies.compute.store import Store
 from scissordyn.studies.result import StudyResult, computed, searching
-from scissordyn.units import Quantity
+from scissordyn.units import Quantity, checked
 
 FilePath = str | os.PathLike[str]
 Varied = Mapping[str, Any]
@@ -113,6 +113,7 @@ def _result(described: Study, store: FilePath | None, compute: bool, budget: flo
     return result
 
 
+@checked
 def open_study(
     path: FilePath,
     *,

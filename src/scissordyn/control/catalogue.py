@@ -7,10 +7,12 @@ from typing import Any
 
 from scissordyn.control import delayed, tracking
 from scissordyn.plugin.element import element_named, elements_in
+from scissordyn.units import checked
 
 CONTROLLERS: Mapping[str, type[Any]] = elements_in(tracking, delayed)  # Controllers by name
 
 
+@checked
 def controller(name: str) -> type[Any]:
     """Return the controller class of a given name.
 

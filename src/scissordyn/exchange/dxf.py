@@ -35,6 +35,7 @@ from scissordyn.exchange.drawing import (
 )
 from scissordyn.exchange.dxf_entity import Entities, Shape, listed, notes_of
 from scissordyn.lookup import library
+from scissordyn.units import checked
 
 GROUND_LAYER, GUIDE_LAYER, INPUT_LAYER = "ground", "guide", "input"
 
@@ -51,6 +52,7 @@ EOF_PATTERN = re.compile(r"^[ \t]*0[ \t]*\r?\n[ \t]*EOF[\s\x1a]*\Z", re.MULTILIN
 SAMPLE = "scissordyn import linkage.dxf --unit mm -o case.toml"
 
 
+@checked
 def read_dxf(text: str, *, unit: str = "", linear_density: float = LINEAR_DENSITY, tolerance: float | None = None) -> Imported:
     """Return the mechanism of a drawing in DXF.
 

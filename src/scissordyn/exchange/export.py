@@ -20,6 +20,7 @@ from scissordyn.model.body import Body
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
+from scissordyn.units import checked
 
 FORCES = (".csv", ".json", ".inp")  # Endings of pin-force files
 MECHANISMS = (".dxf", ".csv", ".xml", ".fmu")  # Endings of mechanism files
@@ -35,6 +36,7 @@ def check_ending(path: str | os.PathLike[str], allowed: tuple[str, ...], what: s
     return ending
 
 
+@checked
 def export(
     what: Any,
     path: str | os.PathLike[str],

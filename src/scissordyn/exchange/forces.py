@@ -22,6 +22,7 @@ from scissordyn.model.joint import Guide
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.section import read_material
 from scissordyn.record.joint_force import joint_force
+from scissordyn.units import checked
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -46,6 +47,7 @@ class End(NamedTuple):
     of_weld: bool = False
 
 
+@checked
 def pin_forces(run: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
     """Compute the forces that joints, guides and welds exert on each bar.
 

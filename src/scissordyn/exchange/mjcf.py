@@ -28,10 +28,12 @@ from scissordyn.model.body import Body
 from scissordyn.model.coupling import Coordinate, Coupling, RelativeAngle, Slide
 from scissordyn.model.joint import Guide, Revolute, Weld
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.units import checked
 
 LIMIT_MARGIN = 1e-9  # [rad or m] offset of a stop at which a joint starts, so that the stop's side is unambiguous
 
 
+@checked
 def read_mjcf(text: str, *, folder: str | Path | None = None) -> Imported:
     """Return the planar mechanism of a model in MJCF or URDF at its start.
 

@@ -37,7 +37,7 @@ from scissordyn.exchange.drawing import (
 )
 from scissordyn.model.coupling import Drive
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.units import rpm
+from scissordyn.units import checked, rpm
 
 DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_-"
 SAMPLE = "scissordyn import 'https://app.pmksplus.com/?...' -o case.toml"
@@ -105,6 +105,7 @@ class _Sketch:
     scale: float  # Length unit [m]
 
 
+@checked
 def read_pmks(link: str, *, linear_density: float = LINEAR_DENSITY) -> Imported:
     """Return the mechanism of a PMKS+ link.
 

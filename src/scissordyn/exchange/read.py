@@ -7,12 +7,14 @@ from pathlib import Path
 from scissordyn.errors import InputError
 from scissordyn.exchange.drawing import LINEAR_DENSITY, Imported
 from scissordyn.exchange.source import decode, read_source
+from scissordyn.units import checked
 
 TABLES = (".csv", ".tsv")
 
 ENDINGS = (".dxf", ".xml", ".mjcf", ".urdf", *TABLES)
 
 
+@checked
 def read_drawing(
     source: str | Path, *, unit: str = "", linear_density: float = LINEAR_DENSITY, tolerance: float | None = None
 ) -> Imported:

@@ -13,10 +13,12 @@ from scissordyn.identification.problem import FailedRunError, Problem, records_o
 from scissordyn.identification.start import prepared
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
+from scissordyn.units import checked
 
 WINDOW = 0.1  # Fraction of a record from which its start is estimated, in growing windows
 
 
+@checked
 def prediction(
     mechanism: Mechanism,
     options: Options,

@@ -13,6 +13,7 @@ from scissordyn.laws.contact import Damping, Elastic, Friction
 from scissordyn.laws.material import MATERIALS as MATERIALS
 from scissordyn.plugin.element import Slot, element_named, elements_in
 from scissordyn.plugin.user_file import class_in
+from scissordyn.units import checked
 
 ELASTIC: Mapping[str, type[Elastic]] = elements_in(elastic)  # Elastic parts of the normal force, by name
 DAMPING: Mapping[str, type[Damping]] = elements_in(damping)  # Damping parts of the normal force, by name
@@ -24,6 +25,7 @@ BY_KIND: Mapping[str, Mapping[str, type[Any]]] = MappingProxyType(
 """Laws of the three kinds, by their names in a clearance."""
 
 
+@checked
 def law(kind: str, name: str) -> type[Any]:
     """Return the law class of a given kind and name.
 

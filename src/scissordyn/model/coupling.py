@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Annotated, Literal, get_args
 
+from scissordyn.annotation import shown
 from scissordyn.components.place import GROUND, BodyPoint, Name
 from scissordyn.components.time_function import ConstantSpeed, TimeFunction
 from scissordyn.errors import InputError
@@ -43,7 +44,8 @@ class Slide:
     base: str = GROUND
 
     def __post_init__(self) -> None:
-        check_quantities(self, f"the slide of '{'.'.join(self.point)}'")
+        named = isinstance(self.point, tuple) and all(isinstance(name, str) for name in self.point)
+        check_quantities(self, f"the slide of '{'.'.join(self.point) if named else shown(self.point)}'")
         if self.point[0] == self.base:
             raise InputError(f"the slide of a point of '{self.base}' relative to its own body", "a point of another body")
 

@@ -27,6 +27,7 @@ from scissordyn.plot.series import MOST_JOINTS, chosen_joints, clearance_pins, l
 from scissordyn.plot.style import BLACK, literal, small
 from scissordyn.record.joint_force import clearance_joints
 from scissordyn.record.sampling import spread_samples
+from scissordyn.units import checked
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -54,6 +55,7 @@ def check_film(path: str | os.PathLike[str]) -> None:
         )
 
 
+@checked
 def animate(
     run: xr.Dataset,
     mechanism: Mechanism,

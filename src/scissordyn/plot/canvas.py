@@ -19,6 +19,7 @@ from scissordyn.plot.label import FILM_INSTANTS
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.series import clearance_pins, largest_forces, mechanism_of, predictability_horizon
 from scissordyn.record.sampling import spread_samples
+from scissordyn.units import checked
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -212,6 +213,7 @@ class View:
         return f'<iframe srcdoc="{escape(self.html)}" style="width: 100%; height: {height}px; border: 0"></iframe>'
 
 
+@checked
 def view(run: xr.Dataset, *, ghost: xr.Dataset | None = None) -> View:
     """Return the motion of a run as a film for a notebook, with its clearance joints magnified.
 

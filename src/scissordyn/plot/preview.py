@@ -24,6 +24,7 @@ from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERM
 from scissordyn.plot.symbol import symbols
 from scissordyn.record.placement import Placement
 from scissordyn.run.simulate import simulate
+from scissordyn.units import checked
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,6 +33,7 @@ FIGURE_SIZE_MIN = 6.0  # Longer side of the figure of a mechanism without names 
 MAX_NAMES = 160  # Largest number of names; names of joints with clearance, drives and components come first
 
 
+@checked
 def preview(mechanism: Mechanism, *, axes: Canvas = None, start: xr.Dataset | None = None) -> Axes:
     """Draw the assembled mechanism with the names of its bodies, joints, drives and components.
 

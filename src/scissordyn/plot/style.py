@@ -9,6 +9,7 @@ from textwrap import wrap
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from scissordyn.errors import InputError, did_you_mean, printable
+from scissordyn.units import checked
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -58,6 +59,7 @@ Columns are 90 and 190 mm wide, as in most journals of mechanics; printed letter
 Canvas: TypeAlias = "Axes | Iterable[Axes] | None"  # Target of a picture: one Axes, several, or None for a new figure
 
 
+@checked
 def style(name: str = "screen", **parameters: Any) -> AbstractContextManager[object]:
     """Set the size of new pictures and their letters, for the rest of a program or within a ``with`` block.
 

@@ -20,6 +20,7 @@ from scissordyn.plan.bending import HERMITE, beams_of
 from scissordyn.plan.flexible import flexible_bars
 from scissordyn.record.bars import PARTS, extreme_fibre, marks_of, part_names
 from scissordyn.record.results import Variables, described, labels
+from scissordyn.units import checked
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -73,6 +74,7 @@ def bars_of(mechanism: Mechanism) -> tuple[Bar, ...]:
     return (*(Bar(name, tuple(beams)) for name, beams in groups), *wholes)
 
 
+@checked
 def internal_forces(
     run: xr.Dataset,
     mechanism: Mechanism | None = None,

@@ -15,6 +15,7 @@ from scissordyn.casefile.configuration import ATTRIBUTE, TITLE
 from scissordyn.errors import InputError
 from scissordyn.file.output_file import OURS, check_name, check_target, regular_size, write_file
 from scissordyn.record.results import Results, Run
+from scissordyn.units import checked
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 OTHER_FILES = {".toml": "read_case", ".db": "open_study"}  # What reads files that are no runs
 
 
+@checked
 def save(run: xr.Dataset, path: str | os.PathLike[str], *, replace_broken: bool = False) -> Path:
     r"""Write a run to a NetCDF file, whole or not at all.
 
@@ -52,6 +54,7 @@ def save(run: xr.Dataset, path: str | os.PathLike[str], *, replace_broken: bool 
     return _write_run(run, path, lambda: _netcdf(_writable(run)), replace_broken=replace_broken)
 
 
+@checked
 def load(path: str | os.PathLike[str]) -> xr.Dataset:
     """Read a run from a NetCDF file into memory. Nothing in it is executed.
 
@@ -151,7 +154,7 @@ def _write_run(
         warnings.warn(
             f"the saved run cannot be run again from '{path}': its {kind} '{name}' is in no file; put it in one and {how} "
             f"'mine.py:{name.rpartition('.')[2]}'",
-            stacklevel=3,
+            stacklevel=4,
         )
     try:
         return _write(path, content, replace_broken)

@@ -16,6 +16,7 @@ from scissordyn.kinematics.transmission import dyads, transmission_angle
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.run.simulate import simulate
+from scissordyn.units import checked
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,6 +30,7 @@ FURTHEST = 3.0  # Lengths of a driven rod are followed up to this multiple of th
 SHORT = 1e-3  # And down to this fraction of it
 
 
+@checked
 def ideal_kinematics(mechanism: Mechanism, *, until: float, samples: int | None = None) -> xr.Dataset:
     """The mechanism with ideal joints along its stroke: motion, transmission angles, torque, reactions, singular positions.
 

@@ -114,6 +114,7 @@ _MAKERS = {
 """What makes other datasets again, by their titles."""
 
 
+@checked
 def replay(
     run: xr.Dataset,
     *,

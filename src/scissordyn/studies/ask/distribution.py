@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Annotated, Any, ClassVar
@@ -12,6 +12,7 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from scipy import special
 
+from scissordyn.annotation import is_number, shown
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.units import Meaning, Quantity, documented
 
@@ -27,8 +28,17 @@ class Variation:
     kind: ClassVar[str]
 
     def _check_finite(self, *numbers: float) -> None:
-        if not all(map(math.isfinite, numbers)):
-            raise InputError(f"{self.kind} of {', '.join(f'{number:g}' for number in numbers)}", "finite numbers")
+        if not all(is_number(number) and math.isfinite(number) for number in numbers):
+            given = ", ".join(f"{number:g}" if is_number(number) else shown(number) for number in numbers)
+            raise InputError(f"{self.kind} of {given}", "finite numbers")
+
+    def _numbers(self, values: Any) -> tuple[float, ...]:
+        """Several finite numbers as Python's own."""
+        if isinstance(values, str | bytes | Mapping) or not isinstance(values, Iterable):
+            raise InputError(f"{self.kind} of {shown(values)}", "a tuple of finite numbers")
+        given = tuple(values)
+        self._check_finite(*given)
+        return tuple(map(float, given))
 
     def _check_ends(self, low: float, high: float) -> None:
         self._check_finite(low, high)
@@ -62,10 +72,9 @@ class Levels(Variation):
     values: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "values", tuple(map(float, self.values)))
+        object.__setattr__(self, "values", self._numbers(self.values))
         if not self.values:
             raise InputError("an empty list of levels", "at least one value")
-        self._check_finite(*self.values)
 
     def quantile(self, u: np.ndarray) -> np.ndarray:
         return np.asarray(np.asarray(self.values)[np.minimum((u * len(self.values)).astype(int), len(self.values) - 1)])
@@ -87,6 +96,10 @@ class Names(Variation):
     probabilities: Annotated[tuple[float, ...], Meaning("of each, with the sum 1; all the same if empty")] = ()
 
     def __post_init__(self) -> None:
+        if not isinstance(self.values, tuple | list) or not all(isinstance(name, str) for name in self.values):
+            raise InputError(f"names of {shown(self.values)}", "a tuple of texts", 'Names(("steel", "bronze"))')
+        object.__setattr__(self, "values", tuple(self.values))
+        object.__setattr__(self, "probabilities", self._numbers(self.probabilities))
         if not self.values:
             raise InputError("an empty list of names", "at least one name")
         twice = next((name for name in self.values if self.values.count(name) > 1), None)
@@ -301,10 +314,9 @@ class Empirical(Variation):
     values: Annotated[tuple[float, ...], Meaning("at least two")]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "values", tuple(sorted(map(float, self.values))))
+        object.__setattr__(self, "values", tuple(sorted(self._numbers(self.values))))
         if len(self.values) < 2:
             raise InputError(f"a table of {len(self.values)} values", "at least two values")
-        self._check_finite(*self.values)
 
     def quantile(self, u: np.ndarray) -> np.ndarray:
         return np.asarray(np.interp(u, np.linspace(0.0, 1.0, len(self.values)), self.values))
@@ -380,10 +392,12 @@ class Fit:
 
     def __post_init__(self) -> None:
         for grade in (self.hole_grade, self.shaft_grade):
-            if grade not in GRADES:
+            if not isinstance(grade, int) or grade not in GRADES:
                 raise InputError(f"tolerance grade {grade}", f"{min(GRADES)} to {max(GRADES)}", SAMPLE)
-        if self.shaft not in DEVIATIONS:
+        if not isinstance(self.shaft, str) or self.shaft not in DEVIATIONS:
             raise InputError(f"shaft '{self.shaft}'", ", ".join(DEVIATIONS), SAMPLE)
+        if not is_number(self.diameter):
+            raise InputError(f"a fit at {shown(self.diameter)}", "a diameter [m]", SAMPLE)
         if not SMALLEST <= self._millimetres <= DIAMETERS[-1]:
             raise InputError(f"a fit at {self._millimetres:g} mm", f"diameters of {SMALLEST:g} to {DIAMETERS[-1]} mm", SAMPLE)
 

@@ -20,6 +20,7 @@ from scissordyn.run.batch import Perturbed, simulate_cases
 from scissordyn.run.measure import MEASURES
 from scissordyn.run.trajectory import make_driver
 from scissordyn.studies.ask.requirement import Response, check_part, read_response, response_values
+from scissordyn.units import checked
 
 TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)  # From coarse to fine; each is compared with the next two
 
@@ -81,6 +82,7 @@ def read_wanted(text: str) -> tuple[str, float]:
     return match[1], float(match[2] or 1.0) / 100.0
 
 
+@checked
 def convergence(
     mechanism: Mechanism,
     options: Options,

@@ -228,7 +228,7 @@ def test_altered_case_files(folder: Path, said: Said, first: int) -> None:
         (LEAST.replace('speed = "1 rpm"', 'speed = "1e200 rpm"'), "<= 1e+07 [rad/s]"),
         (
             LEAST.replace('speed = "1 rpm"', 'table = { time = "0 1 2 3 4 5 us", angle = "30 31 32 33 34 35 deg" }'),
-            "tabulated until 5e-06 s",
+            "tabulated from 0 s to 5e-06 s",
         ),
         (
             LEAST + '[[force]]\nname = "f"\npoint = "slider.centre"\nforce = "1, 0 N"\n'

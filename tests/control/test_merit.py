@@ -88,7 +88,7 @@ def test_control_keeps_contact(disturbed_array, ideal):
 
 def test_errors(ideal):
     """Contract: runs that do not fit are refused."""
-    with pytest.raises(sd.InputError, match="without a drive"):
+    with pytest.raises(sd.InputError, match="the run has no drive"):
         figures_of_merit(sd.simulate(sd.scissor(units=1), until=0.01, samples=3), ideal)
     with pytest.raises(sd.InputError, match="fewer than two samples"):
         figures_of_merit(ideal, ideal, after=5.0)

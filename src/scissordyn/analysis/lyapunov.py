@@ -28,9 +28,8 @@ def exponent_from_growth(
         lambda = sum ln(d_k / d_0) / sum T_k
 
     The standard error is that of the mean rate of blocks, assumed independent. It is too large for blocks shorter than a
-    rotation
-    of the perturbation, because growth in one block and decay in the next compensate. It is too small for blocks shorter than
-    the correlation time of the motion. It does not include rare events later in the motion.
+    rotation of the perturbation, because growth in one block and decay in the next compensate. It is too small for blocks
+    shorter than the correlation time of the motion. It does not include rare events later in the motion.
 
     Parameters
     ----------
@@ -105,8 +104,7 @@ def largest_exponent_map(
     """Compute the largest Lyapunov exponent of a map x -> f(x), per step.
 
     With a Jacobian the tangent map v -> f'(x) v is iterated. Without one, a second trajectory is rescaled to the distance
-    `offset`
-    from the first after every step (Benettin et al. 1980).
+    `offset` from the first after every step (Benettin et al. 1980).
 
     Parameters
     ----------
@@ -164,8 +162,8 @@ def largest_exponent(
 
     With a Jacobian the variational equation v' = f'(t, x) v is integrated together with the motion. Without one, a second
     trajectory is rescaled to the distance `offset` from the first after every interval (Benettin et al. 1980). Both are
-    integrated
-    together, the second one as v = (y - x)/offset: they share their steps, and the tolerance holds for their difference.
+    integrated together, the second one as v = (y - x)/offset: they share their steps, and the tolerance holds for their
+    difference.
 
     Parameters
     ----------

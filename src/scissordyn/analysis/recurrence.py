@@ -35,9 +35,8 @@ def recurrence(
     than `apart`. Both depend on the threshold, so compare them only at the same one.
 
     Periodic motion has determinism 1. Quasi-periodic motion has nearly 1 if enough quantities or dimensions unfold it, exactly
-    1
-    for the rotation of a circle, as distances are Euclidean. A projection has isolated false recurrences. Independent noise has
-    2 RR - RR^2 for lines of two; chaotic maps lie in between.
+    1 for the rotation of a circle, as distances are Euclidean. A projection has isolated false recurrences. Independent noise
+    has 2 RR - RR^2 for lines of two; chaotic maps lie in between.
 
     Parameters
     ----------

@@ -23,9 +23,8 @@ def spectrum(
     """Compute the one-sided power spectral density by Welch's method, and its dominant frequencies.
 
     The signal is cut into `segments` that overlap by half. The mean is subtracted, the segments are windowed, and their
-    periodograms
-    are averaged. The integral of the density is the variance of the signal. Peaks are refined by a parabola through the
-    logarithms of three neighbours, accurate to about a twentieth of the resolution 1/(length of a segment).
+    periodograms are averaged. The integral of the density is the variance of the signal. Peaks are refined by a parabola
+    through the logarithms of three neighbours, accurate to about a twentieth of the resolution 1/(length of a segment).
 
     Parameters
     ----------

@@ -236,8 +236,7 @@ def classify(
     """Classify the motion of a run, with evidence.
 
     With a periodic drive the eccentricities, in clearances, are sampled once per period (`classify_samples`). A single stroke
-    has
-    no asymptotic motion: it is either in continuous contact or transient only.
+    has no asymptotic motion: it is either in continuous contact or transient only.
 
     Parameters
     ----------

@@ -28,8 +28,8 @@ def zero_one_test(values: ArrayLike, *, angles: int = 100, seed: int = 0, noise:
 
         p(n) = sum_{j<=n} phi_j cos(j c),    q(n) = sum_{j<=n} phi_j sin(j c)
 
-    which is bounded for regular motion and diffuses like Brownian motion for chaotic motion. K_c is the correlation of
-    1, ..., n_cut with the modified mean square displacement
+    which is bounded for regular motion and diffuses like Brownian motion for chaotic motion. K_c is the correlation of 1, ...,
+    n_cut with the modified mean square displacement
 
         D_c(n) = mean_j [ (p(j+n) - p(j))^2 + (q(j+n) - q(j))^2 ] - (E phi)^2 (1 - cos n c) / (1 - cos c)
 

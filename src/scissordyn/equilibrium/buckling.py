@@ -55,8 +55,7 @@ def buckling(
     Linear buckling solves (K + factor G) a = 0. K is the stiffness without loads, with straight bars. G is the geometric
     stiffness of the internal forces that the loads cause there: axial forces of bars, forces of springs, bushings and rollers,
     reactions. Clearance joints are taken as ideal. Deflections before buckling are neglected: where they are large, the
-    mechanism
-    fails at a smaller load. The position without loads must be stable, by flexible bars, springs or drives.
+    mechanism fails at a smaller load. The position without loads must be stable, by flexible bars, springs or drives.
 
     Parameters
     ----------
@@ -132,9 +131,8 @@ def buckling_ratios(plan: Plan, samples: Samples, record: Record, variables: Map
 
     The samples are divided into five parts. In each part, the position with the most severe compression is taken, with drives,
     servos and free motions locked and with ideal joints. There K a = factor G a is solved. K is the stiffness of the material,
-    G the
-    geometric stiffness of the largest compression (or least tension) at each place during the part. The ratio is the largest
-    1/factor of the modes in which a bar takes part; it is 0 without compression.
+    G the geometric stiffness of the largest compression (or least tension) at each place during the part. The ratio is the
+    largest 1/factor of the modes in which a bar takes part; it is 0 without compression.
     """
     bars = bars_of(plan.mechanism)
     ratio = np.zeros(len(bars))
@@ -331,9 +329,8 @@ class _InternalForces:
     def _geometric_of_bar(self, axis: Axis, pushed: list[tuple[float, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
         """Return int N w'^2 ds of a bar by modes, with N from the equilibrium of the part before each place.
 
-        The second result is the generalised force that keeps unit directions within the bar at unit length. It is part of N and
-        does not
-        act on other parts.
+        The second result is the generalised force that keeps unit directions within the bar at unit length. It is part of N
+        and does not act on other parts.
         """
         bar, shapes, by, count = axis.bar, axis.shapes, self.shapes[axis.bar.name], len(axis.bar.sections)
         vectors = axis.vectors(self.at.natural)

@@ -32,8 +32,7 @@ def magnified_deflection(
     """Return the run with the displacements from the position with straight bars multiplied by a factor.
 
     That position is the one nearest to the run's, with straight bars and ideal joints on the same drive. Pins stay together,
-    because
-    all bodies are moved by the same rule.
+    because all bodies are moved by the same rule.
     """
     if not bends(mechanism):
         raise InputError("the mechanism has no flexible bars to magnify", "flexible bars", "sd.with_bending(mechanism, ...)")

@@ -38,9 +38,9 @@ def modes(
     """Return natural frequencies and mode shapes of small undamped oscillations about one or several positions.
 
     Drives and prescribed distances are locked at their values at t = 0, or at each of `times`. Friction and dampers are left
-    out;
-    loads have their values at t = 0. The eigenvalue problem is Z^T (-df/dx + lambda d^2 Phi) Z a = omega^2 a, where Z spans the
-    motions that the constraints allow, f are the forces, lambda the multipliers, and the mass matrix is the identity.
+    out; loads have their values at t = 0. The eigenvalue problem is Z^T (-df/dx + lambda d^2 Phi) Z a = omega^2 a, where Z
+    spans the motions that the constraints allow, f are the forces, lambda the multipliers, and the mass matrix is the
+    identity.
 
     Parameters
     ----------

@@ -137,10 +137,9 @@ def equilibrium(plan: Plan, handle: Handle, position: np.ndarray, load: float = 
     """Find a stable equilibrium by descent from a position; an unstable one if no side is preferred.
 
     The method is pseudo-transient continuation: implicit Euler steps from rest, each solved by Newton's method. The step size
-    grows
-    while the steps converge, so that the iteration tends to Newton's method. Steps from rest reduce the potential energy and
-    therefore lead to a stable equilibrium, except for long steps. At an unstable equilibrium the descent continues to the side
-    it came from. If it fails, it is repeated with thin bars of smaller axial stiffness.
+    grows while the steps converge, so that the iteration tends to Newton's method. Steps from rest reduce the potential energy
+    and therefore lead to a stable equilibrium, except for long steps. At an unstable equilibrium the descent continues to the
+    side it came from. If it fails, it is repeated with thin bars of smaller axial stiffness.
 
     References
     ----------

@@ -84,8 +84,7 @@ def statics(
     """Return forces in pins, guides, drives, rods, springs and bars along the motion of the drives, without inertia.
 
     At each position the drives and prescribed distances are locked and loads have their values at that time. All other
-    coordinates
-    are in static equilibrium. Clearances, dampers, clutches and brakes are left out; servos hold their references.
+    coordinates are in static equilibrium. Clearances, dampers, clutches and brakes are left out; servos hold their references.
 
     Parameters
     ----------
@@ -314,8 +313,7 @@ def _extreme(times: np.ndarray, vectors: np.ndarray, sign: float) -> tuple[float
     """Return the largest value (sign = 1) or minus the least value (-1), and its time, between the positions.
 
     The magnitude of a reaction has a kink where the reaction passes near zero; its components are smooth and are interpolated
-    by
-    parabolas.
+    by parabolas.
     """
     values = sign * _magnitude(vectors)
     if vectors.shape[1] > 1 and times.size > 2 and np.isfinite(values).any():

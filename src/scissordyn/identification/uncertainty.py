@@ -39,10 +39,8 @@ def uncertainty(problem: Problem, unknowns: np.ndarray) -> Uncertainty:
 
     The starts of the segments are eliminated; J are the remaining derivatives by the parameters. Two covariances are formed.
     s^2 (J'J)^-1 is valid for independent residuals. (J'J)^-1 (sum of g g') (J'J)^-1, with g = J'r for each of at least 24
-    blocks
-    of consecutive residuals (Liang and Zeger 1986, doi:10.1093/biomet/73.1.13), is valid for residuals that depend on each
-    other
-    within blocks, as they do if the model is not exact. The larger error is used, with Student's t.
+    blocks of consecutive residuals (Liang and Zeger 1986, doi:10.1093/biomet/73.1.13), is valid for residuals that depend on
+    each other within blocks, as they do if the model is not exact. The larger error is used, with Student's t.
     """
     count = len(problem.free)
     residual = problem.residuals(unknowns)

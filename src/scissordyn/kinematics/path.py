@@ -234,8 +234,7 @@ def drive_inertia(path: Path) -> np.ndarray:
     """Return the inertia of a mechanism with ideal joints about its only drive, at each point of a path.
 
     A servo has to accelerate this inertia J. With the feedback gains ``k_p = J w**2`` and ``k_d = 2 z J w`` the error of its
-    angle
-    decays with the natural frequency w and the damping ratio z.
+    angle decays with the natural frequency w and the damping ratio z.
 
     Shapes: returns (points,) [kg m^2].
 
@@ -277,8 +276,7 @@ def smooth_peak(time: np.ndarray, values: np.ndarray) -> tuple[float, float]:
     """Return value and time of the vertex of the parabola through the largest sample and its two neighbours.
 
     Use it for a curve without impacts, such as a reaction of the ideal mechanism. Peaks of impacts are located by the
-    integrator.
-    With 500 samples per period the error is below 1e-7 of the value.
+    integrator. With 500 samples per period the error is below 1e-7 of the value.
 
     Shapes: `time` (nt,) [s], `values` (nt,).
     """

@@ -5,9 +5,8 @@ The rows N and T of an active compliant contact are those of an elastic hard con
     P_N = h F_n(delta_mean, delta'_mean),    P_T = h F_t(v_mean, F_n, z),
 
 delta_mean as in `hard_elastic`, rates at theta U+ + (1 - theta) U-, theta = 1/2, or near 1 if the damping is much stiffer than
-the
-step. The internal states z of friction follow implicit Euler. The laws are linearised repeatedly until the impulses agree with
-them. A step resolves the vibration of the contact: step size times angular frequency is at most `PHASE_MAX`.
+the step. The internal states z of friction follow implicit Euler. The laws are linearised repeatedly until the impulses agree
+with them. A step resolves the vibration of the contact: step size times angular frequency is at most `PHASE_MAX`.
 """
 
 from __future__ import annotations

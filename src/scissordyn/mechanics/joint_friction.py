@@ -206,8 +206,7 @@ def balance_sizes(R):
     """Solve N_j = |r_j(N)| by Newton's method; return whether the solution continues the one without friction.
 
     Pressures of teeth and belts depend on the absolute forces of their couplings, which friction changes: r_j(N) is linear
-    between
-    the zeros of these forces.
+    between the zeros of these forces.
     """
     f = R.component.size
     lower = f - 1

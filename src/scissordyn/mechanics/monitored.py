@@ -180,8 +180,7 @@ def write_row(t, row, S, out):
     """Write one row of monitored quantities from the current contents of S.
 
     A contact has normal force and powers of damping and friction; a component's guard has its force. Other rows have a
-    magnitude
-    and its square, or for a friction ratio whether the limit is exceeded.
+    magnitude and its square, or for a friction ratio whether the limit is exceeded.
     """
     M, W, mode = S.model, S.work, S.state.mode
     if row < S.parameters.contact.size:

@@ -1,10 +1,8 @@
 """Data of the kernels in four parts: model, parameters, state and workspace.
 
 The model contains everything that follows from the topology and the lengths of a mechanism. It is never written, and threads
-can
-share it. The parameters are the other values of a case. The state, with coordinates and rates, determines the further motion.
-The
-workspace is scratch.
+can share it. The parameters are the other values of a case. The state, with coordinates and rates, determines the further
+motion. The workspace is scratch.
 
 Columns 0 .. n-1 are the free coordinates, n .. n+nb-1 the entries of b(t). Maps are sparse rows: the entries of row k are
 start[k] .. start[k+1]-1. Force elements are the contacts, then the components.

@@ -208,9 +208,8 @@ def with_backlash(
     """Return the mechanism with backlash in a coupling: a dead zone between two flanks, each with a contact law.
 
     The output's wheel, or the input's wheel if the output is not an angle, carries a second body "COUPLING flanks". The
-    coupling
-    moves this body instead of the wheel. Two end stops between them are the flanks; the wheel starts in the middle. The wheel
-    starts with its given speed, the flanks with the speed of the other side of the coupling.
+    coupling moves this body instead of the wheel. Two end stops between them are the flanks; the wheel starts in the middle.
+    The wheel starts with its given speed, the flanks with the speed of the other side of the coupling.
 
     Returns
     -------

@@ -28,8 +28,7 @@ class Body:
     """Rigid body with named points in its own frame and an initial guess of its position.
 
     A body without inertia does not rotate: it is a point mass, or a block aligned by its guide. A position, angle or velocity
-    of
-    None follows from the other bodies; its initial guess is (0, 0), 0 and rest.
+    of None follows from the other bodies; its initial guess is (0, 0), 0 and rest.
     """
 
     name: Annotated[str, Meaning("name, unique in the mechanism")]

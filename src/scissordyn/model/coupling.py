@@ -95,10 +95,9 @@ class Teeth:
     """Teeth of two gears, or of a pinion and a rack; the force acts at the pitch point, along the pressure line.
 
     The pitch radii follow from the ratio and the distance of the centres; that of a pinion on a rack follows from the ratio.
-    The
-    force has the component T/r along the path of the teeth, and T/r tan(a) across it, which presses external gears apart on
-    either flank. If the centres can move, because a bearing has clearance or a bar bends, the force across the path also turns
-    the wheels. The loaded flank must then be given.
+    The force has the component T/r along the path of the teeth, and T/r tan(a) across it, which presses external gears apart
+    on either flank. If the centres can move, because a bearing has clearance or a bar bends, the force across the path also
+    turns the wheels. The loaded flank must then be given.
     """
 
     pressure_angle: Annotated[

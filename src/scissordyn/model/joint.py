@@ -50,8 +50,8 @@ class Guide:
     """Straight line, on the ground or on a moving body, that a point of another body follows.
 
     Point and direction of the line are in the frame of its body. An aligned follower is a block in a channel (a prismatic
-    joint);
-    any other follower rotates freely about its guided point. A clearance guide is a channel and stays aligned if made ideal.
+    joint); any other follower rotates freely about its guided point. A clearance guide is a channel and stays aligned if made
+    ideal.
     """
 
     name: Annotated[str, Meaning("name; [[guide_clearance]] refers to it")]

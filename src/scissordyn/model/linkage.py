@@ -64,11 +64,9 @@ def slider_crank(
     """Return a slider-crank: a crank about the origin, a rod, and a slider along x, r sin a + l sin b = offset.
 
     The defaults are those of comparisons of clearance joint laws by Flores and co-workers. At a prescribed speed the mass of
-    the
-    crank influences only the torque. Mass centres of crank and rod are in their middles, that of the slider is on its pin. With
-    an inertia the slider is a block: an ideal guide keeps it aligned, and it can tilt in a clearance guide. Without an inertia
-    the
-    slider does not rotate.
+    the crank influences only the torque. Mass centres of crank and rod are in their middles, that of the slider is on its pin.
+    With an inertia the slider is a block: an ideal guide keeps it aligned, and it can tilt in a clearance guide. Without an
+    inertia the slider does not rotate.
 
     Returns
     -------
@@ -127,8 +125,7 @@ def four_bar(
 
     The defaults make a crank-rocker: by Grashof's criterion the crank rotates fully, since 0.08 + 0.20 < 0.18 + 0.15. Other
     lengths are allowed if they can be assembled at the start. On the "open" branch the rocker pin starts to the left of the
-    line
-    from the crank pin to the rocker's ground pin.
+    line from the crank pin to the rocker's ground pin.
 
     Returns
     -------
@@ -181,9 +178,9 @@ def n_four_bar(
 ) -> Mechanism:
     """Return N parallelograms side by side, benchmark A02 of IFToMM's library of multibody problems.
 
-    N + 1 upright cranks stand on ground pins A0, A1, ... at a distance L along x; N couplers join their upper ends
-    B0, B1, ... All bars are equal and uniform. The linkage moves like a pendulum,
-    ((N+1)/3 + N) L th'' = -((N+1)/2 + N) g cos th. All its bars are aligned twice per revolution.
+    N + 1 upright cranks stand on ground pins A0, A1, ... at a distance L along x; N couplers join their upper ends B0, B1, ...
+    All bars are equal and uniform. The linkage moves like a pendulum, ((N+1)/3 + N) L th'' = -((N+1)/2 + N) g cos th. All its
+    bars are aligned twice per revolution.
 
     Returns
     -------

@@ -43,8 +43,7 @@ class Mechanism:
     """Description of a planar mechanism. It is frozen; every change returns a new one.
 
     A `CoordinateDrive` among the drives is moved to `coordinate_drives`; rods and latches among the components are moved to
-    `rods`
-    and `latches`.
+    `rods` and `latches`.
     """
 
     bodies: tuple[Body, ...]
@@ -210,8 +209,7 @@ class Mechanism:
         """Return the mechanism with a clearance at one or several joints or guides.
 
         Joints are given by name, by a group ("all", "pivots" inside the units of an array, "ends" between units), or by a
-        pattern
-        such as ``"unit 3/*"``. With a `GuideClearance` the names are those of guides.
+        pattern such as ``"unit 3/*"``. With a `GuideClearance` the names are those of guides.
 
         Returns
         -------
@@ -274,8 +272,7 @@ class Mechanism:
         """Return the mechanism with a controlled torque on a body, which replaces any drive of that body.
 
         The torques of several actuators on one body add up. The default reference is the motion of the body's drive, or its
-        initial
-        angle. Only the first actuator of a body, against the ground, starts on its reference.
+        initial angle. Only the first actuator of a body, against the ground, starts on its reference.
 
         Returns
         -------

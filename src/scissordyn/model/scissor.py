@@ -176,8 +176,7 @@ def polar_scissor(
         R_i = a cos(th + k/2) / sin(g/2),    R_o = b cos(th - k/2) / sin(g/2)
 
     Straight bars give tan(g/2) = (b - a)/(b + a) cot th: the curvature, downwards if b > a, changes during deployment. Equal
-    legs
-    give g = k: the radius changes and the angle does not (Hoberman 1990, US patent 4942700).
+    legs give g = k: the radius changes and the angle does not (Hoberman 1990, US patent 4942700).
 
     Returns
     -------

@@ -41,8 +41,7 @@ class Constraint:
     """Constraint: the sum of weight |map|^2 / 2, or of weight times another function of the map, equals `value`.
 
     The maps are dimensionless and of the order of one; those with a length are divided by `scale`. For a coupling, the weights
-    and
-    the value are divided by it.
+    and the value are divided by it.
     """
 
     parts: tuple[tuple[float, PointMap], ...]  # Weights and maps
@@ -106,8 +105,7 @@ class Natural:
     """Natural coordinates of some bodies: the origin p and, if the body rotates, the unit vector d along its x axis.
 
     Every point of a body is p + x d + y J d, linear in both. For a cross-section of a flexible bar that is not clamped, the
-    tangent
-    of the bar replaces d. Its length is one plus the strain.
+    tangent of the bar replaces d. Its length is one plus the strain.
     """
 
     bodies: dict[str, Body]

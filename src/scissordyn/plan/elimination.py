@@ -261,8 +261,7 @@ class Elimination:
         """Return the names of the constraints that together determine some expressions, drives first.
 
         The solved constraints are independent. The unknown columns of an expression are therefore a unique combination of
-        theirs; the
-        constraints with a part in it are returned.
+        theirs; the constraints with a part in it are returned.
         """
         solved = sorted(int(row) for row in self.solved_at if row >= 0)
         chosen = [self.imposed[row] for row in solved if before is None or row < before]

@@ -131,8 +131,7 @@ def contact_frequency(mechanism: Mechanism, mass: float) -> float:
     """Return one over the shortest duration of an impact of a mass at 1 m/s on a clearance [Hz]; 0 without contacts.
 
     For spheres the duration scales with the fifth root of mass squared over speed, so neither must be known well. A hard
-    contact
-    uses the stiffness law of the impact that its impulse replaces.
+    contact uses the stiffness law of the impact that its impulse replaces.
     """
     clearances = {contact.clearance for contact in mechanism.contacts if contact.clearance is not None}
     return max((1.0 / _impact_duration(clearance.stiffness, clearance.surfaces, mass) for clearance in clearances), default=0.0)

@@ -1,12 +1,10 @@
 """Reduction of a mechanism to few coordinates: linear constraints are eliminated, the mass matrix becomes the identity.
 
 Each body is its origin p and, if it rotates, the unit vector d along its x axis. Every point of it is p + x d + y J d, linear
-in
-both. Linear constraints are pins, guides, prescribed directions, and parallel opposite bars of a parallelogram of ideal
+in both. Linear constraints are pins, guides, prescribed directions, and parallel opposite bars of a parallelogram of ideal
 joints. The result is: natural coordinates = T [x; b(t)] with T constant. The free coordinates x are scaled to a unit mass
-matrix;
-b = (1, cos th_1, sin th_1, ...) are the prescribed directions. The quadratic constraints are |d|^2 = 1 for each family of
-parallel bars, and one for each guide on a moving body, rod and latch.
+matrix; b = (1, cos th_1, sin th_1, ...) are the prescribed directions. The quadratic constraints are |d|^2 = 1 for each family
+of parallel bars, and one for each guide on a moving body, rod and latch.
 """
 
 from __future__ import annotations

@@ -262,9 +262,8 @@ def _monitors(mechanism: Mechanism, constraints: tuple[Constraint, ...]) -> np.n
     """Return kind and index of all monitored quantities.
 
     They are: torques of drives, forces of components, pressure times velocity in clearance joints, indentations, ratios of
-    friction
-    to its limit for laws with internal states, deviations of tracked points, outputs declared as monitored, and forces of oiled
-    joints, of contacts with friction and of couplings.
+    friction to its limit for laws with internal states, deviations of tracked points, outputs declared as monitored, and
+    forces of oiled joints, of contacts with friction and of couplings.
     """
     contacts, films, total = mechanism.contacts, len(mechanism.components), len(acting(mechanism))
     laws: list[Any] = [contact.clearance for contact in contacts]

@@ -32,9 +32,9 @@ def independent(coordinates: Coordinates, angles: np.ndarray, *, lenient: bool =
     """Return the coordinates without the constraints that follow from the others at all positions.
 
     The rank of the gradients after a small random move, drives included, shows which constraints may be redundant. They are
-    dropped
-    if they still hold after a second move guided only by the others. If only the start is singular, for example folded flat,
-    all constraints stay. A redundant coupling is an error, unless `lenient` is set because clearances make it independent.
+    dropped if they still hold after a second move guided only by the others. If only the start is singular, for example folded
+    flat, all constraints stay. A redundant coupling is an error, unless `lenient` is set because clearances make it
+    independent.
 
     Shapes: `angles` (drives,) [rad].
     """

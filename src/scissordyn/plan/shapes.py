@@ -131,14 +131,11 @@ class Shapes:
         """Return twice the axial energy over EA as a form in the strains at quadrature points, shape (points, points) [m].
 
         The bending energy of all vectors, EI int |r''|^2 ds, contains the squared derivative e' of the strain in addition to
-        the
-        curvature. It is subtracted here: int e^2 - (EI/EA) e'^2 ds, with e a polynomial in each span. A subtracted fraction x
-        leaves
-        1 - x up to x = 1/2, and 1/(4 x) beyond, so that the energy stays positive.
+        the curvature. It is subtracted here: int e^2 - (EI/EA) e'^2 ds, with e a polynomial in each span. A subtracted
+        fraction x leaves 1 - x up to x = 1/2, and 1/(4 x) beyond, so that the energy stays positive.
 
         The strain is projected on the strains of axial motions. Those of a straight bar are unchanged. Other strains of a
-        strongly
-        bent bar, which axial motions cannot remove, then do not lock its bending.
+        strongly bent bar, which axial motions cannot remove, then do not lock its bending.
         """
         points, weights = self.quadrature
         form, slopes = np.zeros((2, points.size, points.size))
@@ -171,8 +168,7 @@ class Shapes:
         """Return the form minimised over strains a of the unit directions.
 
         With l the slope of a direction's shape, the strain is g = e + a l. The bending form contains g'^2 - 2 a e' l' - a^2
-        l'^2 instead
-        of g'^2. If the points do not resolve e' and a motion would lose its stiffness, this is not corrected.
+        l'^2 instead of g'^2. If the points do not resolve e' and a motion would lose its stiffness, this is not corrected.
         """
         points, weights = self.quadrature
         rows = [len(self.places) + self.clamped.index(k) for k in self.unit]

@@ -1,9 +1,8 @@
 """Points of action of coupling forces: pitch points of teeth, pulleys of a belt, nut and bearing of a screw.
 
 With c_1, c_2 the centres of two wheels and psi the angle of the line between them, angles relative to the body that carries
-both
-centres obey theta_2 = i theta_1, so theta_2 - i theta_1 - (1 - i) psi is constant. As a constraint of wheels and centres it
-gives the same motion. Its force on the centres is that of teeth along their path, or of the difference of a belt's tensions
+both centres obey theta_2 = i theta_1, so theta_2 - i theta_1 - (1 - i) psi is constant. As a constraint of wheels and centres
+it gives the same motion. Its force on the centres is that of teeth along their path, or of the difference of a belt's tensions
 across the line of centres. The forces of teeth across their path, and of a belt along that line, do no work.
 """
 

@@ -33,9 +33,9 @@ CORRECTIONS = 3  # Newton corrections of an internal state of friction
 
 @kernel
 def normal_at(i, delta, rate, S, H):
-    """Normal force [N] of compliant contact i; negative where its surfaces part so fast that the law would pull."""
+    """Return the normal force [N] of compliant contact i; negative if fast separation makes the law pull."""
     j = H.model.which[i]
-    # below the floor the law is linear, and has no damping
+    # below the floor the law is linear and undamped
     if delta <= H.parameters.floor[i]:
         force, _ = law_at(i, delta, H)
         return force
@@ -47,7 +47,7 @@ def normal_at(i, delta, rate, S, H):
 
 @kernel
 def friction_at(i, slip, normal, y, S, H):
-    """Friction force [N] of compliant contact i at the end of a step; its states then stand in `HardWork.bristle`."""
+    """Return the friction force [N] of compliant contact i at the end of a step; write its states to `HardWork.bristle`."""
     M, P, j = S.model, S.parameters, H.model.which[i]
     states = M.state_start[j + 1] - M.state_start[j]
     z, dz, first, h = H.work.bristle[:states], S.work.state_work[0, :states], 2 * M.n + M.state_start[j], H.work.size[0]
@@ -68,14 +68,14 @@ def friction_at(i, slip, normal, y, S, H):
 
 @kernel
 def rate_of(i, at, u, H):
-    """Rate of the indentation [m/s] at which the laws are evaluated, for U_N+ = u."""
+    """Return the indentation rate [m/s] at which the laws are evaluated, for U_N+ = u."""
     later = H.work.later[i]
     return -later * (u - H.work.turn[i]) - (1.0 - later) * (H.work.before[at] + H.work.turn[i])
 
 
 @kernel
 def slip_of(i, at, u, H):
-    """And the slip speed [m/s], for U_T+ = u."""
+    """Return the slip speed [m/s] at which the laws are evaluated, for U_T+ = u."""
     return -H.work.later_slip[i] * u - (1.0 - H.work.later_slip[i]) * H.work.before[at]
 
 
@@ -87,7 +87,7 @@ def later_part(stiff):
 
 @kernel
 def normal_slopes(i, delta, rate, S, H):
-    """Derivatives of the normal force by indentation [N/m] and rate [N s/m]."""
+    """Return the derivatives of the normal force by indentation [N/m] and rate [N s/m]."""
     j, small = H.model.which[i], DIFFERENCE * max(delta, H.parameters.floor[i])
     elastic = elastic_force(H.parameters.law[i], delta, H.parameters.elastic[i]) if delta > H.parameters.floor[i] else 0.0
     slow = DIFFERENCE * (abs(rate) + abs(reference_speed(elastic, delta, rate, S.state.memory[j], S.state.mass[j])))
@@ -98,13 +98,13 @@ def normal_slopes(i, delta, rate, S, H):
 
 @kernel
 def linearise_laws(i, a, b, u_n, slip, normal, y, S, H):
-    """Write the equations of compliant contact i with its laws linearised at U_N+ = u_n, a slip speed and a normal force."""
+    """Write the equations of compliant contact i, linearised at U_N+ = u_n, a slip speed and a normal force."""
     h = H.work.size[0]
     delta, rate = H.work.reached[i] - H.work.weight[i] * u_n, rate_of(i, a, u_n, H)
     force = normal_at(i, delta, rate, S, H)
     by_depth, by_rate = normal_slopes(i, delta, rate, S, H)
     _, least = law_at(i, H.parameters.floor[i], H)
-    # P_N = h (F + slope (u_n - U_N+)): a compliance of its own and an offset in the row N
+    # P_N = h (F + slope (u_n - U_N+)): compliance and offset in the row N
     slope = max(by_depth, least) * H.work.weight[i] + by_rate * H.work.later[i]
     H.work.compliance[i], H.work.offset[i] = 1.0 / (h * slope), -u_n - force / slope
     small = DIFFERENCE * abs(slip) + SLIP_DIFFERENCE
@@ -113,7 +113,7 @@ def linearise_laws(i, a, b, u_n, slip, normal, y, S, H):
     later = later_part(h * by_slip * H.work.gram[b, H.model.reach[0]]) if H.work.later_slip[i] == 0.0 else H.work.later_slip[i]
     H.work.later_slip[i] = later
     u_t = -(slip + (1.0 - later) * H.work.before[b]) / later
-    # and likewise in the row T
+    # the same for the row T
     H.work.turning_mass[i] = h * by_slip * later
     H.work.lag[i] = h * friction_at(i, slip, normal, y, S, H) + H.work.turning_mass[i] * u_t
     H.work.rubbed[i] = slip
@@ -121,7 +121,7 @@ def linearise_laws(i, a, b, u_n, slip, normal, y, S, H):
 
 @kernel
 def begin_laws(i, m, y, S, H):
-    """Write the equations of compliant contact i with its laws linearised at the velocities before the step."""
+    """Write the equations of compliant contact i, linearised at the velocities before the step."""
     a, b = H.model.place[m + 2 * i], H.model.place[m + 2 * i + 1]
     H.state.pressed[i] = max(H.state.pressed[i], H.work.depth[i], 0.0)
     prepare_law(i, a, H)
@@ -135,7 +135,7 @@ def begin_laws(i, m, y, S, H):
 
 @kernel
 def laws_fit(m, y, S, H):
-    """Whether impulses agree with the laws of all compliant contacts; where they do not these are linearised anew."""
+    """Return whether the impulses agree with the laws of all compliant contacts; linearise again those that do not."""
     fits, h, largest = True, H.work.size[0], largest_impulse(m, H)
     for i in range(H.model.which.size):
         if H.work.closed[i] == 0 or H.model.compliant[i] == 0:
@@ -148,7 +148,7 @@ def laws_fit(m, y, S, H):
         friction = friction_at(i, slip, p_n / h, y, S, H) if p_n > 0.0 else 0.0
         near = MISFIT_TOL * max(h * force, p_n) + NEGLIGIBLE_FRACTION * max(largest, h * elastic)
         if max(abs(h * force - p_n), abs(h * friction - H.work.impulse[b])) > near:
-            # where the slip has turned its sign since the last linearisation, friction is steepest at rest
+            # friction is steepest at rest: use zero slip if the slip has reversed since the last linearisation
             across = slip * H.work.rubbed[i] < 0.0
             linearise_laws(i, a, b, u, 0.0 if across else slip, 0.5 * (force + p_n / h), y, S, H)
             mark_changed(i, m, H)
@@ -158,7 +158,7 @@ def laws_fit(m, y, S, H):
 
 @kernel
 def take_compliant(y, new, S, H):
-    """Write what compliant contacts that act have done in the step, and the states of their friction."""
+    """Write the results of active compliant contacts in the step, and the states of their friction."""
     M, h, m = S.model, H.work.size[0], S.work.multiplier.size
     for i in range(H.model.which.size):
         if H.model.compliant[i] == 0 or H.work.closed[i] == 0:
@@ -183,7 +183,7 @@ def take_compliant(y, new, S, H):
 
 @kernel
 def too_long_for_laws(S, H):
-    """Write how long a step may be for the compliant contacts that act; returns whether the present one is too long."""
+    """Write the longest step for the active compliant contacts; return whether the present step is too long."""
     H.state.longest[0] = math.inf
     for i in range(H.model.which.size):
         if H.model.compliant[i] == 1 and H.work.closed[i] == 1:

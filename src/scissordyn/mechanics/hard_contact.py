@@ -63,7 +63,7 @@ NEAR = 0.5  # Gap, relative to the clearance, up to which the forces of one step
 
 @kernel
 def hard_step(t, h, y, new, S, H):
-    """Make one step of size h from t and the state y to `new`; what hard contacts have done stands in `HardWork.result`.
+    """Make one step of size h from t and the state y to `new`; write the contact results to `HardWork.result`.
 
     Afterwards `System.work` contains the forces at the middle of the step, including the mean of all impulses.
     """
@@ -76,16 +76,16 @@ def hard_step(t, h, y, new, S, H):
         H.work.was[i], H.work.kept_mode[i], H.work.kept_stuck[i] = C.mode[H.model.which[i]], H.state.mode[i], H.state.stuck[i]
         C.mode[H.model.which[i]] = 0  # contact forces of the last step do not act
         H.work.load[i] = C.memory[H.model.which[i]] if H.model.compliant[i] == 0 else 0.0
-    # forces of everything else at the middle of the step: a of (H2)
+    # all other forces at the middle of the step: a of (H2)
     predict(h, y, S, H)
     accelerate(t + 0.5 * h, H.work.middle, S, new)
     for i in range(y.size):
         H.state.slope[i] = new[i]
-    # which contacts take part, and the rows w_N, w_T of (H2) and s of (H3)
+    # active contacts, and the rows w_N, w_T of (H2) and s of (H3)
     acts_now = close_gaps(h, S, H)
     if linearise_damping(t + 0.5 * h, S, H):
         acts_now = True
-    # the impulses; a step whose compliant laws they do not meet is too long
+    # the impulses; the step is too long if they do not satisfy the compliant laws
     if acts_now and not solve_step(t, h, y, S, H) and H.work.impact[1] > IN_ANY_CASE:
         H.work.impact[1], H.state.longest[0] = TOO_LONG, math.inf
         take_back(S, H)
@@ -103,7 +103,7 @@ def hard_step(t, h, y, new, S, H):
     # positions by the mean of both velocities: the second of (H2)
     for i in range(n):
         new[i] = y[i] + 0.5 * h * (y[n + i] + new[n + i])
-        # what the next step begins with: forces, not impacts
+        # the next step begins with forces, not impacts
         H.state.slope[n + i] = H.state.slope[n + i] if H.work.impact[0] == 1 else (new[n + i] - y[n + i]) / h
     # contacts that stay closed carry their mean force into the next step
     for i in range(count):
@@ -150,7 +150,7 @@ def keep_pressed(h, y, new, S, H):
 
 @kernel
 def take_back(S, H):
-    """Put back what the step has changed: it is to be made again, shorter."""
+    """Undo the step, which must be repeated with a smaller size."""
     for i in range(H.model.which.size):
         S.state.mode[H.model.which[i]] = H.work.was[i]
     restore(H)
@@ -158,7 +158,7 @@ def take_back(S, H):
 
 @kernel
 def restore(H):
-    """Put back what the next step begins with."""
+    """Restore the contact state with which the next step begins."""
     for i in range(H.model.which.size):
         H.state.mode[i], H.state.stuck[i] = H.work.kept_mode[i], H.work.kept_stuck[i]
     for i in range(H.state.slope.size):
@@ -195,7 +195,7 @@ def close_gaps(h, S, H):
         # a compliant contact begins and ends at its guard, not at the middle of a step
         if H.model.compliant[i] == 1:
             H.work.closed[i] = H.work.was[i]
-            # what was closed, or was left with a gap that a step closes, has no restitution (Zeno's rule)
+            # a contact that was closed, or whose remaining gap closes in a step, has no restitution (Zeno's rule)
             H.work.rebound[i] = H.work.bias[i] = 0.0
             H.work.yields[i] = H.work.was[i]
             if H.work.was[i] == 1:
@@ -204,7 +204,7 @@ def close_gaps(h, S, H):
                 H.work.turn[i] = 0.5 * h * convective(j, S)
                 closes = True
             continue
-        # beyond its surface, or so near that the forces of this step alone may close it
+        # beyond its surface, or so close that the forces of this step alone may close it
         least = -(STAYS if H.parameters.locate[0] == 1 else NEAR) * S.parameters.contact[j].clearance
         if depth >= least if H.work.was[i] == 1 or H.parameters.locate[0] == 0 else False:
             kinematics(j, S)
@@ -214,7 +214,7 @@ def close_gaps(h, S, H):
             H.work.yields[i] = 1 if H.work.was[i] == 1 and H.parameters.locate[0] == 0 else 0
             # h kappa/2 of (H3a)
             H.work.turn[i] = 0.5 * h * convective(j, S) if H.work.was[i] == 1 or depth < 0.0 else 0.0
-            # U_N+ >= -2 g/h: it ends on the surface
+            # U_N+ >= -2 g/h: the step ends on the surface
             H.work.bias[i] = -2.0 * depth / h if depth < 0.0 and H.parameters.locate[0] == 0 else 0.0
             closes = True
         else:
@@ -277,17 +277,17 @@ def write_damping(e, most, S, H):
 
 @kernel
 def solve_step(t, h, y, S, H):
-    """Solve for the impulses of the step; `HardState.slope` has the accelerations without them.
+    """Solve for the impulses of the step, given the accelerations without them in `HardState.slope`.
 
     Return whether the impulses agree with the laws of compliant contacts.
     """
     M, W = S.model, S.work
     n, nb, m = M.n, M.nb, W.multiplier.size
     first = m + 2 * H.model.which.size
-    # what does not take part keeps U = 0
+    # inactive rows keep U = 0
     for a in range(H.model.place.size):
         H.work.free[H.model.place[a]] = H.work.before[H.model.place[a]] = 0.0
-    # velocities without impulses at the end, and at the start, both with the drives' own
+    # velocities without impulses at the end and at the start, both with the velocities of the drives
     for k in range(n):
         W.A[k] = y[n + k] + h * H.state.slope[n + k]
     for k in range(nb):
@@ -302,7 +302,7 @@ def solve_step(t, h, y, S, H):
     for a in range(m, H.model.place.size):
         if acting_row(a, m, S, H):
             H.work.before[H.model.place[a]] = along(a, W.A, S, H)
-    # (H3): the row asks for the mean of the speeds, which enters as 2 U_m - U-
+    # (H3): the row needs the mean of the speeds, which enters as 2 U_m - U-
     for a in range(first, H.model.place.size):
         if H.work.damping[a - first] == 1:
             H.work.free[H.model.place[a]] += H.work.before[H.model.place[a]] - 2.0 * along(a, W.V, S, H)
@@ -314,7 +314,7 @@ def solve_step(t, h, y, S, H):
 
 @kernel
 def leave_out_open(m, S, H):
-    """Of the contacts with a gap that were open: leave out those that are not closed by the forces of this step alone."""
+    """Remove contacts with a gap that were open and that the forces of this step alone do not close."""
     for i in range(H.model.which.size):
         if H.work.closed[i] == 0 or H.work.was[i] == 1 or H.work.depth[i] >= 0.0:
             continue
@@ -339,7 +339,7 @@ def turn_normals(h, m, S, H):
             continue
         j = H.model.which[i]
         at, other = H.model.place[m + 2 * i], H.model.place[m + 2 * i + 1]
-        # (H3a), but no more than the surfaces approach: no energy is given
+        # (H3a), but not more than the approach of the surfaces: this adds no energy
         if H.work.yields[i] == 0:
             H.work.turn[i] = min(H.work.turn[i], max(-H.work.before[at], 0.0))
         H.work.bias[i] = max(H.work.bias[i] - 0.5 * H.work.turn[i], 0.0) - H.work.turn[i]
@@ -351,7 +351,7 @@ def turn_normals(h, m, S, H):
         z = load * H.work.gram[other, H.model.reach[0]]
         f = z * z / (1.0 + z * z)
         H.work.turning_mass[i] = load * (0.25 + 0.75 * f)
-        # u_t is the motion of the centre alone; what the rotation of the surfaces adds does not turn the normal
+        # u_t is the motion of the centre only; rotation of the surfaces does not turn the normal
         rolls = along(m + 2 * i + 1, S.work.V, S, H) - speed_along(j, S)
         H.work.lag[i] = H.work.turning_mass[i] * H.work.before[other] - load * f * (H.work.before[other] - rolls)
 
@@ -411,7 +411,7 @@ def look_ahead(h, new, S, H):
         H.work.ending[i] = depth
         if H.work.closed[i] == 0:
             H.state.ahead[0] = max(H.state.ahead[0], depth)
-        # by its depth at the end, or by twice what it has gained since the middle
+        # by the depth at the end, or by twice its increase since the middle
         most = TOO_DEEP * S.parameters.contact[H.model.which[i]].clearance
         if (
             H.work.impact[1] == STEP
@@ -424,7 +424,7 @@ def look_ahead(h, new, S, H):
 
 @kernel
 def beyond_law(i, S, H):
-    """Indentation [m] of hard contact i at the end of the step beyond that whose force it has had."""
+    """Return the indentation [m] of hard contact i at the end of the step minus that of its contact force."""
     if H.work.yields[i] == 1 and H.work.closed[i] == 1:
         return H.work.ending[i] - max(law_depth(i, H.model.place[S.work.multiplier.size + 2 * i], H), 0.0)
     return H.work.ending[i]
@@ -445,14 +445,14 @@ def too_far(S, H):
     m, deep = S.work.multiplier.size, False
     for i in range(H.model.which.size):
         depth, _ = gap(H.model.which[i], S)
-        # NaN: the row of this contact is no part of the system that moves positions
+        # NaN: the row of this contact is not part of the system that moves positions
         if (
             H.work.closed[i] == 0
             or H.work.result[i, CLOSED] == 0.0
             or (H.parameters.locate[0] == 0 and depth <= 0.0 and H.work.yields[i] == 0)
         ):
             depth = math.nan
-        # a contact that yields is where its law has it
+        # an elastic contact is at the position of its law
         elif H.work.yields[i] == 1:
             depth = 0.0
         H.work.shift[H.model.place[m + 2 * i]] = depth
@@ -462,7 +462,7 @@ def too_far(S, H):
 
 @kernel
 def move_back(new, S, H):
-    """Move positions by what `too_far` has written: a weighted least-squares solution."""
+    """Move positions by the distances of `too_far`, as a weighted least-squares solution."""
     m, reach = S.work.multiplier.size, H.model.reach[0]
     for a in range(H.model.place.size):
         at, normal = H.model.place[a], m <= a < m + 2 * H.model.which.size and (a - m) % 2 == 0
@@ -473,7 +473,7 @@ def move_back(new, S, H):
             H.work.band[at, k] = H.work.gram[at, k] if moves else 0.0
         for k in range(2 * reach + 1, H.work.band.shape[1]):
             H.work.band[at, k] = 0.0
-        # (G + 0.01 diag G) pi = delta: where indentations contradict each other, by least squares
+        # (G + 0.01 diag G) pi = delta: least squares if indentations contradict each other
         if normal:
             H.work.band[at, reach] *= 1.0 + LEAST_SQUARES
         if not moves:

@@ -28,7 +28,7 @@ NEGLIGIBLE_FRACTION = 1e-4  # Error of the linearised law relative to the larges
 
 @kernel
 def force_at(i, delta, H):
-    """Force [N] of hard contact i at an indentation."""
+    """Return the force [N] of hard contact i at an indentation."""
     least = H.parameters.floor[i]
     if delta <= least:
         return elastic_force(H.parameters.law[i], least, H.parameters.elastic[i]) / least * delta
@@ -37,7 +37,7 @@ def force_at(i, delta, H):
 
 @kernel
 def law_at(i, delta, H):
-    """And its derivative [N/m]."""
+    """Return the force [N] of hard contact i at an indentation, and its derivative [N/m]."""
     force, least = force_at(i, delta, H), H.parameters.floor[i]
     if delta <= least:
         return force, elastic_force(H.parameters.law[i], least, H.parameters.elastic[i]) / least
@@ -60,13 +60,13 @@ def linearise_law(i, delta, H):
 
 @kernel
 def law_depth(i, at, H):
-    """Indentation [m] whose force hard contact i has had in the step."""
+    """Return the indentation [m] that corresponds to the force of hard contact i in the step."""
     return H.work.reached[i] - H.work.weight[i] * H.work.velocity[at]
 
 
 @kernel
 def prepare_law(i, at, H):
-    """Write what the equations of a closed, elastic contact read; `HardWork.turn` has T."""
+    """Write the data of a closed elastic contact for its equations; `HardWork.turn` contains T."""
     h, turn, before = H.work.size[0], H.work.turn[i], H.work.before[at]
     _, slope = law_at(i, H.state.pressed[i], H)
     z = slope * H.work.gram[at, H.model.reach[0]] * h * h
@@ -79,7 +79,7 @@ def prepare_law(i, at, H):
 
 @kernel
 def law_fits(m, H):
-    """Whether impulses agree with the law of all elastic contacts that keep their mode; where not it is linearised anew."""
+    """Return whether the impulses of elastic contacts agree with their laws; linearise again those that do not."""
     fits, h, largest = True, H.work.size[0], largest_impulse(m, H)
     for i in range(H.model.which.size):
         if H.work.closed[i] == 0 or H.work.yields[i] == 0 or H.model.compliant[i] == 1 or H.work.required[i] != H.state.mode[i]:

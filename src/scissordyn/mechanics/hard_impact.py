@@ -82,7 +82,7 @@ def hard_impact(t, h, y, S, H):
 
 @kernel
 def take_impacts(h, y, S, H):
-    """Write what each contact has done in an impact; `HardWork.middle` has accelerations without contacts."""
+    """Write the impact results of each contact; `HardWork.middle` contains accelerations without contacts."""
     m, n = S.work.multiplier.size, S.model.n
     H.state.ahead[1] = math.inf
     for k in range(n):
@@ -116,7 +116,7 @@ def take_impacts(h, y, S, H):
 
 @kernel
 def drive_work(y, S, H):
-    """Work of the drives in an impact [J]: `HardWork.scratch` has the state before it."""
+    """Return the work of the drives in an impact [J]; `HardWork.scratch` contains the state before it."""
     M, W = S.model, S.work
     n, m, total = M.n, W.multiplier.size, 0.0
     for k in range(1, M.nb):

@@ -56,7 +56,7 @@ def correct_powers(h, y, S, H, power):
         if H.work.damping[c] == 0:
             continue
         at, middle = H.model.place[first + c], along(first + c, W.V, S, H)
-        mean = middle - H.work.impulse[at] / h  # of U before and after
+        mean = middle - H.work.impulse[at] / h  # mean of U before and after
         if M.component_motor[H.model.damped[c]] == 1:
             power[MOTORS] += H.work.impulse[at] * mean / h
         elif M.component_passive[H.model.damped[c]] == 1:

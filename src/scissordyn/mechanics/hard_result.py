@@ -33,7 +33,7 @@ def take_results(h, S, H):
             H.work.closed[i], H.state.stuck[i], H.state.mode[i] = 0, 0, OPEN
             continue
         out[ANGLE], out[APPROACH], out[IMPULSE] = math.atan2(contact.ny, contact.nx), max(-before, 0.0), p_n
-        turned = H.work.lag[i] - H.work.turning_mass[i] * H.work.velocity[b]  # part of P_T that is the normal's
+        turned = H.work.lag[i] - H.work.turning_mass[i] * H.work.velocity[b]  # part of P_T caused by the rotation of the normal
         out[RESTITUTION_LOSS] = -0.5 * p_n * (after + before) - 0.5 * turned * (H.work.velocity[b] + H.work.before[b])
         out[FRICTION_LOSS] = -0.5 * (p_t - turned) * (H.work.velocity[b] + H.work.before[b])
         H.state.stuck[i] = 1 if H.state.mode[i] == STICK else 0
@@ -52,20 +52,20 @@ def take_results(h, S, H):
         if H.work.closed[i] == 0 or H.model.compliant[i] == 1:
             continue
         sudden = H.work.result[i, SUDDEN]
-        if H.work.yields[i] == 1 and H.work.impact[0] == 1:  # an impact elsewhere goes through it
+        if H.work.yields[i] == 1 and H.work.impact[0] == 1:  # an impact elsewhere passes through this contact
             sudden = H.work.result[i, IMPULSE] - h * H.work.load[i]
         H.work.result[i, STRUCK] = impact_energy(i, sudden, S, H)
 
 
 @kernel
 def impact_energy(i, impulse, S, H):
-    """M v^2 [J] of the single impact of effective mass m that has an impulse m v (1 + e); 0 if that is no new largest one."""
+    """Return m v^2 [J] of a single impact of effective mass m with impulse m v (1 + e); 0 if it is not a new maximum."""
     if H.work.was[i] == 0:
         H.state.struck[i] = 0.0
     a = H.model.place[S.work.multiplier.size + 2 * i]
     square = impulse / (1.0 + H.work.rebound[i])
     square *= square
-    # 1/m is at most G_NN, which is known
+    # 1/m is at most the known G_NN
     if not (impulse > 0.0 and square * H.work.gram[a, H.model.reach[0]] > H.state.struck[i]):
         return 0.0
     energy = square / effective_mass(i, S, H)
@@ -75,7 +75,7 @@ def impact_energy(i, impulse, S, H):
 
 @kernel
 def lasting_part(i, a, H):
-    """Part of the normal impulse of a contact that forces ask for, not an impact."""
+    """Return the fraction of a contact's normal impulse that forces cause, not an impact."""
     impulsive = max(-H.work.before[a] - H.work.turn[i], 0.0) * (1.0 + H.work.rebound[i])
     by_force = max(H.work.before[a] - H.work.free[a] + 2.0 * H.work.turn[i], 0.0)
     return by_force / (by_force + impulsive) if by_force > 0.0 else 0.0

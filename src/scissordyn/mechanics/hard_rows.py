@@ -24,14 +24,14 @@ COMPLIANCE = 1e-11  # Compliance of surfaces, relative to that of a free journal
 class HardModel(NamedTuple):
     """Which contacts are solved for, and the structure of the equations of their impulses."""
 
-    which: I1  # (k,) number among the contacts; hard ones, then compliant ones
-    compliant: I1  # (k,) whether it is compliant, see `compliant_contact`
-    damped: I1  # (c,) components whose forces depend on their speeds, each as often as it may have rows
-    damped_axis: I1  # (c,) which of these
+    which: I1  # (k,) index among the contacts; hard ones, then compliant ones
+    compliant: I1  # (k,) whether it is compliant (`compliant_contact`)
+    damped: I1  # (c,) components whose forces depend on their speeds, one entry per possible row
+    damped_axis: I1  # (c,) row index of each entry within its component
     place: I1  # (rows,) permutation, rows = m+2k+c
     pairs: I2  # (pairs, 2): rows a >= b that share columns, in the order of a
-    reach: I1  # (1,) of the band
-    products: I2  # (products, 2): entries of rows that stand in the same column, of one pair after another
+    reach: I1  # (1,) half bandwidth
+    products: I2  # (products, 2): entries of rows in the same column, pair by pair
     product_start: I1  # (pairs + 1,)
 
 
@@ -41,26 +41,26 @@ class HardParameters(NamedTuple):
     restitution: F1  # (k,)
     kinetic: F1  # (k,)
     static: F1  # (k,)
-    law: I1  # (k,) address of the force of its stiffness law
-    energy: I1  # (k,) and of its energy, or 0
-    elastic: F2  # (k, PARAMETERS) and their numbers
-    floor: F1  # (k,) indentation below which the law is taken as linear [m]
+    law: I1  # (k,) address of the kernel of its stiffness law's force
+    energy: I1  # (k,) address of the kernel of its energy, or 0
+    elastic: F2  # (k, PARAMETERS) parameters of its stiffness law
+    floor: F1  # (k,) indentation below which the law is linear [m]
     locate: I1  # (1,) whether impacts are located, and no contact begins within a step
 
 
 class HardState(NamedTuple):
     """State of hard contacts between steps, and counts since the start."""
 
-    longest: F1  # (1,) step for compliant contacts [s]
-    pressed: F1  # (k,) indentation at which the law was evaluated in the last step [m]
-    struck: F1  # (k,) largest impact since it closed [J]
+    longest: F1  # (1,) longest step for compliant contacts [s]
+    pressed: F1  # (k,) indentation at the evaluation of the law in the last step [m]
+    struck: F1  # (k,) energy of the largest impact since it closed [J]
     mode: I1  # (k,) OPEN, STICK, SLIP, SLIP + 1 (towards -T)
     stuck: I1  # (k,) whether it stuck in the last step
-    overlap: F1  # (k,) largest indentation so far beyond that of the law [m]
-    slope: F1  # (ny,) y' of the last step, its jumps left out
-    stick: F1  # (k,) time for which it has stuck [s]
-    ahead: F1  # (2,) largest indentation [m] of open contacts at the end, time until one that rebounds is back [s]
-    counts: I1  # (COUNTS,) see `impulse_solver`
+    overlap: F1  # (k,) largest indentation so far minus that of the law [m]
+    slope: F1  # (ny,) y' of the last step, without its jumps
+    stick: F1  # (k,) total time of sticking [s]
+    ahead: F1  # (2,) largest indentation [m] of open contacts at the end; time until a rebounding contact closes again [s]
+    counts: I1  # (COUNTS,) counters of `impulse_solver`
 
 
 class HardWork(NamedTuple):
@@ -70,32 +70,32 @@ class HardWork(NamedTuple):
     later_slip: F1  # (k,) theta of a compliant contact along T
     rubbed: F1  # (k,) slip speed at the linearisation of its friction [m/s]
     bristle: F1  # (states of a contact,) scratch
-    rebound: F1  # (k,) restitution in the present step
+    rebound: F1  # (k,) restitution coefficient in the current step
     bias: F1  # (k,) speed at which an open gap closes by the end of the step
     turn: F1  # (k,) speed along N that the curvature of the surface requires at the end of the step
     load: F1  # (k,) normal force of the last step [N]
     turning_mass: F1  # (k,) impulse along T per U_T+, because the normal rotates [kg]
     lag: F1  # (k,) known part of that impulse [N s]
     offset: F1  # (k,) e U- + bias
-    yields: I1  # (k,) whether it is elastic in the present step
+    yields: I1  # (k,) whether it is elastic in the current step
     reached: F1  # (k,) indentation of the law without U+ [m]
-    weight: F1  # (k,) and what it is less for U+ [s]
-    faster: F1  # (k,) f, 0 where its vibration is resolved, 1 where it is far faster than the step
-    compliance: F1  # (k,) speed for P_N [1/kg]
-    size: F1  # (1,) of the present step [s]
-    damping: I1  # (c,) whether it acts now
-    value: F1  # entries of rows: those of `normal`, which is a part of it, and of the constraints
+    weight: F1  # (k,) decrease of that indentation per U+ [s]
+    faster: F1  # (k,) f: 0 if its vibration is resolved, 1 if it is much faster than the step
+    compliance: F1  # (k,) speed per P_N [1/kg]
+    size: F1  # (1,) size of the current step [s]
+    damping: I1  # (c,) whether the row is active now
+    value: F1  # entries of rows: those of `normal`, which is a view of it, and of the constraints
     normal: F2  # (3, entries of force elements): generalized forces of unit impulses along N and T, and rows s
     acts: I1  # (rows,) whether the row belongs to an active constraint or a contact whose gap closes
     closed: I1  # (k,) whether the gap closes in the step
     was: I1  # (k,) whether it was in contact before
-    impact: I1  # (2,) whether the step has an impact; `STEP` and so on
+    impact: I1  # (2,) whether the step has an impact; request or status of the step (`STEP`)
     required: I1  # (k,) the mode that its impulses and velocities require
-    restless: I1  # (k,) number of the last step of Newton's method after which its mode was changed
-    gram: F2  # (rows, 2 reach + 1) symmetric, products of the rows
-    band: F2  # (rows, more than 3 reach) the equations, factorized
-    right: F1  # (rows,) their right-hand side, eliminated
-    since: I1  # (1,) the first row in which they differ from what is factorized
+    restless: I1  # (k,) index of the last Newton step that changed its mode
+    gram: F2  # (rows, 2 reach + 1) symmetric products of the rows
+    band: F2  # (rows, more than 3 reach) factorized equations
+    right: F1  # (rows,) right-hand side after elimination
+    since: I1  # (1,) first row that differs from the factorized equations
     pivots: I1
     free: F1  # (rows,) velocities of the rows without impulses
     before: F1  # (rows,) U- of contacts
@@ -114,10 +114,10 @@ class HardWork(NamedTuple):
     result: F2  # (k, RESULTS)
     drive_work: F1  # (1,) of the drives in an impact [J]
     active: I1  # (k,) closed contacts, for pivoting
-    units: F2  # (2k+1, rows) impulses of all rows for units of those of contacts, and without them
-    table: F2  # (3k, 3k+2) its dictionary
-    basic: I1  # (3k,) variables of its rows
-    beside: I1  # (3k+1,) and of its columns
+    units: F2  # (2k+1, rows) impulses of all rows for unit impulses of contacts, and without contacts
+    table: F2  # (3k, 3k+2) dictionary of the pivoting
+    basic: I1  # (3k,) basic variables, of the rows
+    beside: I1  # (3k+1,) nonbasic variables, of the columns
 
 
 class HardContacts(NamedTuple):
@@ -134,7 +134,7 @@ open_hard = opener(HardContacts)  # Returns the `HardContacts` of a handle's add
 
 @kernel
 def contact_rows(i, S, H):
-    """Write generalized forces of unit forces along N and T of hard contact i; Work.contact has its normal."""
+    """Write generalised forces of unit forces along N and T of hard contact i; Work.contact contains its normal."""
     M, j = S.model, H.model.which[i]
     ux, uy, ax, ay, bx, by, _, _, _, _, _, _ = map_values(j, S)
     p, contact = S.parameters.contact[j], S.work.contact[j]
@@ -181,7 +181,7 @@ def speed_along(j, S):
 
 @kernel
 def element_of(a, m, S, H):
-    """Force element and row of `HardWork.normal` of a row that is no constraint's."""
+    """Return force element and row of `HardWork.normal` for a row that is not a constraint."""
     i = a - m
     if i < 2 * H.model.which.size:
         return H.model.which[i // 2], i % 2
@@ -227,7 +227,7 @@ def acting_row(a, m, S, H):
 
 @kernel
 def assemble(h, S, H):
-    """Write the products of all acting rows, and what the rows of components add to theirs."""
+    """Write the products of all active rows, and the diagonal terms of components."""
     m, reach = S.work.multiplier.size, H.model.reach[0]
     first = H.work.value.size - S.work.gradient.size
     for k in range(S.work.gradient.size):
@@ -253,7 +253,7 @@ def assemble(h, S, H):
 
 @kernel
 def hold_immobile(m, H):
-    """Let a contact that cannot move along T yield by next to nothing there; leave out one that cannot along N."""
+    """Give a contact that cannot move along T a tiny compliance there; open one that cannot move along N."""
     reach, largest = H.model.reach[0], 0.0
     for i in range(H.model.which.size):
         if H.work.closed[i] == 1:
@@ -263,7 +263,7 @@ def hold_immobile(m, H):
         if H.work.closed[i] == 0:
             continue
         a, b = H.model.place[m + 2 * i], H.model.place[m + 2 * i + 1]
-        if H.model.compliant[i] == 1:  # its law gives the force
+        if H.model.compliant[i] == 1:  # its force follows from its law
             H.work.gram[a, reach] = max(H.work.gram[a, reach], IMMOBILE * largest)
         if H.work.gram[a, reach] <= ROUND_OFF * largest:
             H.work.closed[i], H.state.mode[i], H.state.stuck[i] = 0, OPEN, 0
@@ -299,7 +299,7 @@ def effective_mass(i, S, H):
 
 @kernel
 def row_product(a, vector, H):
-    """Row a of G, which is banded, times a vector of all rows."""
+    """Return the product of row a of the banded matrix G and a vector of all rows."""
     return product(H.work.gram, H.model.reach[0], a, vector)
 
 
@@ -315,13 +315,13 @@ def largest_impulse(m, H):
 
 @kernel
 def mark_changed(i, m, H):
-    """Note that the equations of contact i are no longer those that are factorized."""
+    """Record that the equations of contact i differ from the factorized ones."""
     H.work.since[0] = min(H.work.since[0], H.model.place[m + 2 * i], H.model.place[m + 2 * i + 1])
 
 
 @kernel
 def write_equations(m, first, H):
-    """Write the equations of the present modes from one row on."""
+    """Write the equations for the current modes from row `first` on."""
     size, reach = H.model.place.size, H.model.reach[0]
     for a in range(first, size):
         for k in range(2 * reach + 1):
@@ -329,7 +329,7 @@ def write_equations(m, first, H):
         for k in range(2 * reach + 1, H.work.band.shape[1]):
             H.work.band[a, k] = 0.0
         H.work.right[a] = -H.work.free[a]
-        if H.work.gram[a, reach] == 0.0:  # an open latch or contact, a component that does not damp
+        if H.work.gram[a, reach] == 0.0:  # an open latch or contact, or a component without damping
             H.work.band[a, reach] = 1.0
             H.work.right[a] = 0.0
     for i in range(H.model.which.size):
@@ -352,7 +352,7 @@ def write_normal(i, a, H):
 
 @kernel
 def write_tangential(i, a, b, H):
-    """Write the row T of a closed contact, whose row N is a."""
+    """Write the row T of a closed contact with row N at a."""
     reach = H.model.reach[0]
     if H.state.mode[i] == OPEN:
         write_unit_row(b, H)
@@ -372,7 +372,7 @@ def write_tangential(i, a, b, H):
 
 @kernel
 def write_unit_row(a, H):
-    """Make row a of the equations a diagonal one without a right-hand side."""
+    """Replace row a of the equations by a unit row with zero right-hand side."""
     for k in range(2 * H.model.reach[0] + 1):
         H.work.band[a, k] = 0.0
     H.work.band[a, H.model.reach[0]] = 1.0

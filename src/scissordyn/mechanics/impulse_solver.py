@@ -58,7 +58,7 @@ def solve_impulses(m, y, S, H):
     """
     most_laws = LAWS
     for i in range(H.model.which.size):
-        if H.work.before[H.model.place[m + 2 * i]] > 0.0:  # surfaces that part already
+        if H.work.before[H.model.place[m + 2 * i]] > 0.0:  # the surfaces already separate
             H.work.rebound[i] = 0.0
         H.work.compliance[i] = 0.0
         if H.model.compliant[i] == 1 and H.work.closed[i] == 1:
@@ -70,13 +70,13 @@ def solve_impulses(m, y, S, H):
         else:
             H.work.offset[i] = H.work.rebound[i] * H.work.before[H.model.place[m + 2 * i]] + H.work.bias[i]
         at = H.model.place[m + 2 * i + 1]
-        # mu_s for what stuck in the last step or is only now set in motion
+        # mu_s for a contact that stuck in the last step or only now starts to move
         still = H.work.closed[i] == 1 and abs(H.work.before[at]) <= STILL * abs(H.work.free[at] - H.work.before[at])
         H.work.friction[i] = H.parameters.static[i] if still or H.state.stuck[i] == 1 else H.parameters.kinetic[i]
         if H.work.closed[i] == 1 and H.state.mode[i] == OPEN:
             H.state.mode[i] = STICK if H.parameters.kinetic[i] > 0.0 else SLIP
     H.state.counts[IMPULSIVE] += 1
-    # modes by Newton's method, else those of restless contacts by pivoting, else all of them, else without friction
+    # modes by Newton's method, else pivoting of restless contacts, else of all contacts, else without friction
     agree = newton(most_laws, m, y, S, H)
     if agree != FAILED:
         if depends(H):
@@ -85,7 +85,7 @@ def solve_impulses(m, y, S, H):
     H.state.counts[PIVOTED] += 1
     if not pivot_restless(m, H):
         pivots = pivot(0, m, H)
-        if pivots < 0:  # without friction there is a solution
+        if pivots < 0:  # without friction a solution exists
             H.state.counts[UNSOLVED] += 1
             H.work.friction[:] = 0.0
             H.state.counts[PIVOTS] += max(pivot(0, m, H), 0)
@@ -95,7 +95,7 @@ def solve_impulses(m, y, S, H):
 
 @kernel
 def newton(most_laws, m, y, S, H):
-    """Find modes that agree with each other; returns `FOUND`, `MISFIT` where compliant laws do not, or `FAILED`."""
+    """Find consistent modes; return `FOUND`, `MISFIT` if compliant laws are not met, or `FAILED`."""
     none = 3 * H.model.which.size + 1
     H.work.since[0] = 0
     H.work.restless[:] = 0
@@ -142,11 +142,11 @@ def pivot_restless(m, H):
 
 @kernel
 def solve_modes(m, H):
-    """Impulses for the present modes, and the velocities that follow; returns whether there are any."""
+    """Compute the impulses for the current modes and the resulting velocities; return whether a solution exists."""
     size, reach, first = H.model.place.size, H.model.reach[0], H.work.since[0]
     write_equations(m, first, H)
     H.work.since[0] = size
-    # the rows before the first that changed keep their factors
+    # rows before the first changed one keep their factors
     if band.eliminate(H.work.band, reach, first, H.work.right) < 0:
         band.substitute(H.work.band, reach, H.work.right, H.work.impulse)
         update_velocities(H)
@@ -165,14 +165,14 @@ def solve_modes(m, H):
 
 @kernel
 def update_velocities(H):
-    """Write the velocities that follow from the impulses."""
+    """Write the velocities that result from the impulses."""
     for a in range(H.model.place.size):
         H.work.velocity[a] = H.work.free[a] + row_product(a, H.work.impulse, H)
 
 
 @kernel
 def accurate(m, H):
-    """Whether impulses satisfy the equations of what is closed, to within round-off of the velocities that they change."""
+    """Return whether the impulses satisfy the equations of closed contacts up to round-off of the velocity changes."""
     reach, largest, worst = H.model.reach[0], 0.0, 0.0
     for a in range(H.model.place.size):
         largest = max(largest, abs(H.work.free[a]), H.work.gram[a, reach] * abs(H.work.impulse[a]))
@@ -191,7 +191,7 @@ def accurate(m, H):
 
 @kernel
 def depends(H):
-    """Whether a row of the factorized equations depends on others, but for its compliance."""
+    """Return whether a row of the factorized equations depends on others, apart from its compliance."""
     reach = H.model.reach[0]
     least = 1.0
     for a in range(H.model.place.size):
@@ -216,7 +216,7 @@ def ask_for_modes(m, H):
             continue
         a, b = H.model.place[m + 2 * i], H.model.place[m + 2 * i + 1]
         p_n, p_t, new = H.work.impulse[a], H.work.impulse[b], OPEN
-        # closed by the augmented Lagrangian of Alart and Curnier; the border counts as the present mode
+        # the augmented Lagrangian of Alart and Curnier decides whether it is closed; on the border the mode is kept
         if p_n - (H.work.velocity[a] + H.work.compliance[i] * p_n + H.work.offset[i]) / H.work.gram[a, reach] > (
             near if old == OPEN else -near
         ):
@@ -236,7 +236,7 @@ def ask_for_modes(m, H):
 
 @kernel
 def change_modes(single, tried, m, H):
-    """Change the modes of all contacts that ask for it, or of the last one, and note when."""
+    """Change the modes of all contacts that require it, or only of the last one; record the Newton step."""
     for i in range(H.model.which.size - 1, -1, -1):
         breaks_away = H.work.closed[i] == 1 and H.work.required[i] >= SLIP and H.work.friction[i] > H.parameters.kinetic[i]
         if H.work.required[i] != H.state.mode[i] or breaks_away:

@@ -25,11 +25,11 @@ class Sampled(NamedTuple):
     """States at given instants, one row each; any object with these fields can be given to `record`."""
 
     time: F1  # [s]
-    state: F2  # free coordinates, their rates, internal states
-    mode: I2  # 1 for each guard that acts
+    state: F2  # Free coordinates, their rates, internal states
+    mode: I2  # 1 for each active guard
     memory: F2  # rate of each guard at its last rise
     mass: F2  # and its effective mass then
-    reference: F2  # angles at the end of the last step
+    reference: F2  # Angles at the end of the last step
 
 
 class Record(NamedTuple):

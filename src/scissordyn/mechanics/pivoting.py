@@ -155,7 +155,7 @@ def leaving_row(column, size, H):
 
 @kernel
 def exchange(row, column, size, H):
-    """Make the variable of a column basic in the place of that of a row."""
+    """Exchange the nonbasic variable of a column with the basic variable of a row."""
     inverse = 1.0 / H.work.table[row, column]
     for k in range(size + 2):
         H.work.table[row, k] *= -inverse
@@ -175,7 +175,7 @@ def combine(m, count, H):
     """Compute impulses, velocities and modes from the basic variables."""
     size = 3 * count
     for k in range(size):
-        H.work.table[k, size] = 0.0  # z by its number
+        H.work.table[k, size] = 0.0  # values of z, by index
     for k in range(size):
         if size <= H.work.basic[k] < 2 * size:
             H.work.table[H.work.basic[k] - size, size] = max(H.work.table[k, size + 1], 0.0)
@@ -184,7 +184,7 @@ def combine(m, count, H):
         largest = max(largest, H.work.table[c, size])
     for at in range(H.model.place.size):
         H.work.impulse[at] = H.work.units[2 * count, at]
-    # P_T = r, between -mu P_N and mu P_N: on its limit the contact slips
+    # P_T = r lies between -mu P_N and mu P_N; at its limit the contact slips
     for c in range(count):
         i = H.work.active[c]
         p_n = H.work.table[c, size]

@@ -161,7 +161,7 @@ class MechanismState(NamedTuple):
     """State in addition to coordinates and rates; a guard is a contact or belongs to a component."""
 
     mode: I1  # (guards,) 0 open, 1 in contact, locked or taut
-    memory: F1  # (guards,) rate of its value when its mode became 1, see `rate_in_range`; NaN: a latch that could not lock
+    memory: F1  # (guards,) rate of its value when its mode became 1 (`rate_in_range`); NaN: a latch that could not lock
     mass: F1  # (guards,) effective mass along its gap then, see `contact_mass`; 0: damping refers to the rate above alone
     reference: F1  # angles of rotations, then of components and in constraints, at the end of the last step
     history: F2  # (steps, 2 + signals * coefficients) completed steps: start, size, each signal's polynomial in -1 .. 1

@@ -85,7 +85,7 @@ class Lubrication:
         return self.density if self.oil is None else self.oil.density
 
     def check(self, clearance: float, radius: float, length: float) -> None:
-        """Raise `InputError` where a joint is too rough, too short or too long for the film."""
+        """Raise `InputError` if a joint is too rough, too short or too long for the film."""
         if self.roughness > ROUGHEST * clearance:
             raise InputError(
                 f"lubrication with roughness = {self.roughness:g} m in a clearance of {clearance:g} m",

@@ -137,7 +137,7 @@ def reset_hard_state(state: HardState) -> None:
 
 
 Entries = list[tuple[np.ndarray, np.ndarray]]
-"""Of each row the free columns in which it has entries, in order, and where these stand in `HardWork.value`."""
+"""Free columns with entries of each row, in order, and the indices of these entries in `HardWork.value`."""
 
 
 def _entries(plan: Plan, which: list[int], damped: list[tuple[int, int]]) -> Entries:

@@ -46,7 +46,7 @@ def make_parameters(mechanism: Mechanism, coordinates: Coordinates) -> Parameter
             p["plane"], p["level"] = 1, contact.distance - joint.journal_radius
             p["normal_x"], p["normal_y"] = contact.normal
         if clearance.contact == "hard":
-            continue  # no laws: see `plan.hard_contact`
+            continue  # `plan.hard_contact` holds its tables
         law[j]["bristles"], law[j]["loaded"] = len(clearance.friction.states), clearance.reference == "loaded"
         for which, kind in enumerate(("stiffness", "damping", "friction")):
             chosen: Any = getattr(clearance, kind)

@@ -1,9 +1,10 @@
-"""Contacts: where two surfaces are, what forces they exert, and how these change.
+"""Kinematics, forces and derivatives of contacts.
 
-Here are journals in their bearings; contact points of a block at the surfaces of its guide are in `plane_contact`.
+This module treats journals in their bearings; `plane_contact` treats contacts between a block and its guide.
 
-Letters: e journal against bearing centre, n = e/|e|, t = n turned left, delta = |e| - c, v slip speed of the surfaces,
-w angular velocity, d unit direction of a body. The maps of a joint give e, d of the journal's body, d of the bearing's body.
+Symbols: e position of the journal's centre relative to the bearing's, n = e/|e|, t = n turned by 90 degrees to the left,
+delta = |e| - c, v slip speed of the surfaces, w angular velocity, d unit direction of a body. The maps of a joint give e and
+the directions d of the journal's and of the bearing's body.
 """
 
 from __future__ import annotations
@@ -40,20 +41,20 @@ from scissordyn.mechanics.system import (
 
 @kernel
 def gap(j, S):
-    """|e| - c and its rate; negative in free flight."""
+    """Return the indentation |e| - c of contact j, negative in free flight, and its rate."""
     maps = map_values(j, S)
     if S.parameters.contact[j].plane == 1:
         return plane_gap(j, S, maps)
     ex, ey, _, _, _, _, ux, uy, _, _, _, _ = maps
     e = math.sqrt(ex * ex + ey * ey)
-    # at e = 0 the normal is undefined; whichever way the journal leaves, it moves outward
+    # at e = 0 the normal is undefined; a journal that leaves in any direction moves outward
     rate = (ex * ux + ey * uy) / e if e > 0.0 else math.sqrt(ux * ux + uy * uy)
     return e - S.parameters.contact[j].clearance, rate
 
 
 @kernel
 def kinematics(j, S):
-    """Write delta, delta', slip speed, n and |e| of contact j into Work.contact; returns the maps and their rates."""
+    """Write delta, delta', slip speed, n and |e| of contact j into Work.contact; return the maps and their rates."""
     maps = map_values(j, S)
     p, contact = S.parameters.contact[j], S.work.contact[j]
     if p.plane == 1:
@@ -77,7 +78,7 @@ def kinematics(j, S):
 
 @kernel
 def damped_force(j, S, elastic, delta, rate, z, dz):
-    """Normal force [N] of contact j from its elastic part; writes the rates of the states of damping into dz."""
+    """Return the normal force [N] of contact j from its elastic part; write the rates of the damping states into dz."""
     C = S.state
     reference = reference_speed(elastic, delta, rate, C.memory[j], C.mass[j])
     return normal_force(S.parameters.law[j].damping, elastic, delta, rate, reference, z, dz, S.parameters.damping[j])
@@ -85,12 +86,12 @@ def damped_force(j, S, elastic, delta, rate, z, dz):
 
 @kernel
 def contact_laws(j, S, z, dz):
-    """Evaluate the laws of contact j into Work.contact, write the rates of its states into dz; returns the maps."""
+    """Evaluate the laws of contact j into Work.contact, write the rates of its states into dz; return the maps."""
     P, W = S.parameters, S.work
     maps = kinematics(j, S)
     law, contact = P.law[j], W.contact[j]
     elastic = normal = 0.0
-    if law.stiffness == 0:  # a hard contact: its mean forces over a step
+    if law.stiffness == 0:  # a hard contact: its mean forces during the step
         contact.elastic = 0.0
         contact.normal = S.state.memory[j]
         contact.tangential = z[0]
@@ -129,7 +130,7 @@ def contact_forces(j, S, z, dz):
 
 @kernel
 def contact_at(t, y, j, S):
-    """Evaluate contact j alone into Work.contact."""
+    """Write the results of contact j to Work.contact, without evaluating other parts."""
     M = S.model
     expand_element(t, y, j, S)
     start, stop = 2 * M.n + M.state_start[j], 2 * M.n + M.state_start[j + 1]
@@ -138,7 +139,7 @@ def contact_at(t, y, j, S):
 
 @kernel
 def no_forces(j, S):
-    """Forget the forces of the last evaluation of contact j."""
+    """Set the forces of contact j to zero."""
     contact = S.work.contact[j]
     contact.elastic = 0.0
     contact.normal = 0.0
@@ -148,11 +149,10 @@ def no_forces(j, S):
 
 @kernel
 def begin_contact(y, j, S, data, resting):
-    """Start the contact of j with its states; returns whether it started.
+    """Start contact j and its internal states; return whether it started.
 
-    `data` gets delta', the angle of n and the effective mass along n.
-
-    One that does not approach does not start, except where it rests in contact at the beginning of a run.
+    A contact starts if its surfaces approach each other, or if it rests in contact when a run begins. Writes delta', the
+    angle of n and the effective mass along n to `data`.
     """
     M, C = S.model, S.state
     no_forces(j, S)
@@ -180,9 +180,10 @@ def begin_contact(y, j, S, data, resting):
 
 @kernel
 def renew_contacts(S):
-    """Renew effective masses, and raise approach speeds to the present rates, where a lock has changed constraints and rates.
+    """Update the effective masses and approach speeds of closed contacts after a latch has locked.
 
-    A contact into which the jump of the velocities drives the surfaces begins an impact then.
+    The lock changes constraints and velocities. If this increases the speed at which the surfaces of a contact approach, an
+    impact begins there, and the approach speed becomes the current rate.
     """
     C, W = S.state, S.work
     for j in range(S.parameters.contact.size):
@@ -193,7 +194,7 @@ def renew_contacts(S):
 
 @kernel
 def end_contact(j, S, data):
-    """End the contact of j; `data` gets delta' and the angle of n."""
+    """End contact j; write delta' and the angle of n to `data`."""
     no_forces(j, S)
     kinematics(j, S)
     contact = S.work.contact[j]
@@ -205,11 +206,12 @@ def end_contact(j, S, data):
 
 @kernel
 def law_slopes(j, S, z, up, down, by_state):
-    """Partial derivatives of the laws of contact j at its present state, by central differences.
+    """Return the partial derivatives of the laws of contact j at its current state, by central differences.
 
-    Only a handful of scalars enter a law, so differences cost little, and a user's law needs no derivative. Returns
-    d F_n / d (delta, delta'), d F_t / d (v, F_n); writes into by_state rows 0 .. s-1: d dz / d z, row s: d F_t / d z,
-    row s+1: d dz / d v, row s+2: d dz / d F_n, row s+3: d F_n / d z, row s+4: d dz / d delta, row s+5: d dz / d delta'.
+    A law has few arguments, so that differences are cheap, and a user's law needs no derivatives. Returns
+    d F_n / d (delta, delta') and d F_t / d (v, F_n). With s states, `by_state` receives d dz / d z in rows 0 to s-1,
+    d F_t / d z in row s, d dz / d v in s+1, d dz / d F_n in s+2, d F_n / d z in s+3, d dz / d delta in s+4,
+    d dz / d delta' in s+5.
     """
     P, C = S.parameters, S.state
     contact, law, scale = S.work.contact[j], P.law[j], S.model.state_start[j]
@@ -276,7 +278,7 @@ def law_slopes(j, S, z, up, down, by_state):
 
 @kernel
 def pin_slopes(j, S, n_d, n_r):
-    """Write how force and motion of a journal change, in the columns of `linearise_contact`, and its turning forces."""
+    """Write the derivatives of force and motion of a journal to Work.local, and the effect of its rotation to Work.block_x."""
     M, W = S.model, S.work
     p, contact = S.parameters.contact[j], W.contact[j]
     _, _, ax, ay, bx, by, ux, uy, px, py, qx, qy = map_values(j, S)
@@ -327,10 +329,10 @@ def pin_slopes(j, S, n_d, n_r):
 
 @kernel
 def linearise_contact(j, S, z, by_state, up, down):
-    """Write the derivatives of contact j's generalized forces and state rates into Work.block_x and its companions.
+    """Write the derivatives of contact j's generalised forces and state rates to Work.block_x, block_v and those of states.
 
-    What the surfaces' geometry contributes, the change of the forces while F_n and F_t stay, `pin_slopes` or `plane_slopes` has
-    written into Work.block_x.
+    `pin_slopes` or `plane_slopes` first writes the geometric part to Work.block_x: the change of the generalised forces at
+    constant F_n and F_t.
     """
     M, W = S.model, S.work
     n_d, n_r, t_v, t_n = law_slopes(j, S, z, up, down, by_state)
@@ -364,5 +366,5 @@ def linearise_contact(j, S, z, by_state, up, down):
                 W.rate_by_x[i] = by_depth * local[DEPTH_BY_X, a] + by_rate * local[RATE_BY_X, a]
                 W.rate_by_v[i] = -by_rate * local[ARM_N, a]
     for s in range(states):
-        for k in range(states):  # friction follows the normal force, and with it the states of that
+        for k in range(states):  # friction depends on the normal force and therefore on the damping states
             W.rate_by_state[square + s * states + k] = by_state[s, k] + by_state[states + 2, s] * by_state[states + 3, k]

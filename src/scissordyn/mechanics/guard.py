@@ -1,4 +1,4 @@
-"""Guards: contacts and components that begin or cease to act, and what happens then."""
+"""Guards, whose zero crossings start or end the action of contacts and components, and the resulting state changes."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from scissordyn.mechanics.contact import begin_contact, end_contact, gap, renew_
 from scissordyn.mechanics.contact_mass import component_mass
 from scissordyn.mechanics.system import APPROACH_FLOOR
 
-LOCKED = 1e-9  # A latch has locked when the rates of all constraints vanish within this fraction of the fastest rate
+LOCKED = 1e-9  # Largest constraint rate after a latch locks, relative to the fastest rate
 
 
 @kernel
 def guards(t, y, S, value, rate):
-    """Write what rises through zero as a guard begins to act, and its rate; |e| - c for the contact of a journal."""
+    """Write value and rate of all guards; a value rises through zero when its element begins to act (a journal: |e| - c)."""
     M = S.model
     expand(t, y, S)
     contacts = S.parameters.contact.size
@@ -40,7 +40,7 @@ def guards(t, y, S, value, rate):
 
 @kernel
 def guard(t, y, k, S, value, rate):
-    """The same for one guard."""
+    """Write value and rate of guard k only."""
     if k < S.parameters.contact.size:
         expand_element(t, y, k, S)
         value[k], rate[k] = gap(k, S)
@@ -53,7 +53,7 @@ def guard(t, y, k, S, value, rate):
 
 @kernel
 def state_range(i, S):
-    """Where the internal states of component i stand in y."""
+    """Return the index range of the internal states of component i in y."""
     M = S.model
     element = S.parameters.contact.size + i
     return 2 * M.n + M.state_start[element], 2 * M.n + M.state_start[element + 1]
@@ -61,9 +61,9 @@ def state_range(i, S):
 
 @kernel
 def reset(t, y, guard, S, data):
-    """A guard has been crossed; writes its rate, the angle of the normal or a loss of energy, and the work of the drives.
+    """Change the mode of a guard whose value has crossed zero; return whether it changed.
 
-    Returns whether its mode changed.
+    Writes the rate, the angle of the normal or the energy lost, and the work of the drives to `data`.
     """
     M, C = S.model, S.state
     data[2] = 0.0
@@ -90,7 +90,7 @@ def reset(t, y, guard, S, data):
 
 @kernel
 def touch(t, y, guard, S, data):
-    """Let a guard act that is past zero at the start, whatever its rate."""
+    """Activate a guard whose value is positive at the start of a run, for any rate."""
     M, C = S.model, S.state
     expand(t, y, S)
     if guard < S.parameters.contact.size:
@@ -106,10 +106,10 @@ def touch(t, y, guard, S, data):
 
 @kernel
 def lock(t, y, guard, S, data):
-    """A plastic impact onto a latch's constraint; `data` gets the energy lost and the work that the drives do meanwhile.
+    """Lock a latch by a plastic impact; write the energy lost and the work of the drives in the impact to `data`.
 
-    Both are computed by themselves, so that the energy balance tests them. Where the other constraints forbid the impact, the
-    state stays and the latch's memory is NaN: no step goes on from there.
+    Both are computed independently, so that the energy balance tests them. If other constraints prevent the impact, the state
+    is kept, the latch's memory becomes NaN, and the integration stops.
     """
     M, W, C = S.model, S.work, S.state
     n, lost = M.n, 0.0
@@ -128,7 +128,7 @@ def lock(t, y, guard, S, data):
             y[i] = W.scratch[i]
         C.memory[guard] = math.nan
         return
-    for i in range(n):  # the jump of the velocities, in the place of accelerations
+    for i in range(n):  # velocity jumps, stored as accelerations
         W.A[i] = y[n + i] - W.scratch[n + i]
         lost += 0.5 * W.A[i] * W.A[i]
     data[1], data[2] = lost, impulsive_work(S)
@@ -137,10 +137,10 @@ def lock(t, y, guard, S, data):
 
 @kernel
 def impulsive_work(S):
-    """Work [J] of the drives and of prescribed distances in a jump W.A[:n] of the velocities; the position stands in W.X.
+    """Return the work [J] of drives and prescribed distances in a velocity jump W.A[:n] at the position W.X.
 
-    The impulses P of the constraints follow from the jump, -Phi_x^T P. A drive has the impulse M_bx jump + Phi_b^T P on its
-    entries of b, and keeps its speed while it acts.
+    The impulses P of the constraints follow from the jump, which equals -Phi_x^T P. The impulse of a drive on its entries of b
+    is M_bx jump + Phi_b^T P; the drive's speed is unchanged.
     """
     M, W = S.model, S.work
     n = M.n

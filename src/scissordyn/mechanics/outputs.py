@@ -27,8 +27,8 @@ class Sampled(NamedTuple):
     time: F1  # [s]
     state: F2  # Free coordinates, their rates, internal states
     mode: I2  # 1 for each active guard
-    memory: F2  # rate of each guard at its last rise
-    mass: F2  # and its effective mass then
+    memory: F2  # Rate of each guard at its last activation
+    mass: F2  # Effective mass of each guard at its last activation
     reference: F2  # Angles at the end of the last step
 
 

@@ -69,7 +69,7 @@ class Measured:
         return np.asarray(self.values[:, self.headings.index(heading)])
 
     def rows(self, first: int, last: int) -> Measured:
-        """Return the instants from `first` to before `last`, with unchanged times."""
+        """Return the results at the instants `first` to `last` - 1; their times are unchanged."""
         return self._of(slice(first, last))
 
     def every(self, step: int) -> Measured:

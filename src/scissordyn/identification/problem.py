@@ -92,7 +92,7 @@ class Free:
 
 
 def free_parameter(mechanism: Mechanism, parameter: str, variation: Variation | None = None) -> Free:
-    """Return a parameter that a fit may change."""
+    """Return a free parameter of a fit, with its start value, bounds and scale."""
     first = number(mechanism, parameter)
     quantity, value = first.quantity, float(first.value)
     assert quantity is not None, "number() gives one with a unit"

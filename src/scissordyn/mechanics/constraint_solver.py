@@ -12,12 +12,12 @@ from scissordyn.mechanics import band
 from scissordyn.mechanics.constraint_part import part_slope, part_value
 from scissordyn.mechanics.time_function import motion_at, piece_time, prescribe
 
-DRIFT = 1e-13  # Relative error of constraints and their rates above which they are projected
+DRIFT_TOL = 1e-13  # Relative error of constraints and their rates above which they are projected
 
-SUSPECT = 0.1
+MONITORED_RATIO = 0.1
 """Gradients are monitored if the root of the smallest pivot of Phi Phi^T is below this fraction of the largest root so far."""
 
-DISPLACED = 1e-6  # Rotation of the fastest body over which the rate of that root is differenced [rad]
+ROTATION_STEP = 1e-6  # Rotation of the fastest body over which the rate of that root is differenced [rad]
 REPETITIONS = 3  # Newton steps of a projection; drift within a step needs one
 
 
@@ -223,7 +223,7 @@ def project(t, y, S):
     # positions by Newton's method, the first of (R7)
     for _ in range(REPETITIONS):
         map_directions(S, W.X, W.direction)
-        if not value_errors(S) > DRIFT or factorize_constraints(S) >= 0:
+        if not value_errors(S) > DRIFT_TOL or factorize_constraints(S) >= 0:
             break
         solve_constraints(S, W.work[:m])
         subtract_gradients(S, W.work, y, 0)
@@ -234,7 +234,7 @@ def project(t, y, S):
     fastest, worst = velocity_errors(S), 0.0
     for k in range(m):
         worst = max(worst, abs(W.work[k]))
-    if worst > DRIFT * fastest and factorize_constraints(S) < 0:
+    if worst > DRIFT_TOL * fastest and factorize_constraints(S) < 0:
         solve_constraints(S, W.work[:m])
         subtract_gradients(S, W.work, y, n)
         for i in range(n):
@@ -278,7 +278,7 @@ def singular_ahead(fastest, S):
         return math.inf
     measure = dependence(S)
     W.near[0] = max(W.near[0], measure)
-    if measure > SUSPECT * W.near[0]:
+    if measure > MONITORED_RATIO * W.near[0]:
         return math.inf
     # suspected from the last factorization: factorize at this position
     map_directions(S, W.X, W.direction)
@@ -287,10 +287,10 @@ def singular_ahead(fastest, S):
     measure = dependence(S)
     W.near[0] = max(W.near[0], measure)
     W.near[1] = measure / W.near[0]
-    if measure > SUSPECT * W.near[0]:
+    if measure > MONITORED_RATIO * W.near[0]:
         return math.inf
     # near the singular position the root is linear: extrapolate it along the motion
-    step = DISPLACED / fastest
+    step = ROTATION_STEP / fastest
     for i in range(M.n + M.nb):
         W.A[i] = W.X[i] + step * W.V[i]
     map_directions(S, W.A, W.direction)

@@ -18,7 +18,7 @@ ROUND_OFF = 1e-12  # A break closer than this fraction of its time has been reac
 LARGEST_DRIVEN_TURN = 0.02
 """Largest rotation in a step without degrees of freedom [rad]: such steps have no error estimate, but powers are integrated."""
 
-SINGULAR = 1e-3  # Smallest pivot root, relative to the largest so far, below which a step may cross a singular position
+SINGULAR_RATIO = 1e-3  # Smallest pivot root, relative to the largest so far, below which a step may cross a singular position
 LOOK = 4.0  # Largest distance of the singular position for such a step, in step sizes
 
 AFTER_BREAK = 1e-3
@@ -71,7 +71,7 @@ def accept(t: float, y: F1, address: int, answer: F1) -> None:
         ahead = constraint_solver.singular_ahead(fastest, S)
         if ahead < math.inf:
             longest = min(longest, 0.5 * ahead)
-            if S.work.near[1] < SINGULAR and ahead <= LOOK * (t - S.work.near[2]):
+            if S.work.near[1] < SINGULAR_RATIO and ahead <= LOOK * (t - S.work.near[2]):
                 across = ahead
         S.work.near[2] = t
     breaks, reached, following = S.parameters.breaks, -math.inf, math.inf

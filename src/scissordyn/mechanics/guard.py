@@ -21,7 +21,7 @@ from scissordyn.mechanics.contact import begin_contact, end_contact, gap, renew_
 from scissordyn.mechanics.contact_mass import component_mass
 from scissordyn.mechanics.system import APPROACH_FLOOR
 
-LOCKED = 1e-9  # Largest constraint rate after a latch locks, relative to the fastest rate
+LOCK_RATE_TOL = 1e-9  # Largest constraint rate after a latch locks, relative to the fastest rate
 
 
 @kernel
@@ -123,7 +123,7 @@ def lock(t, y, guard, S, data):
     # the rate part of (R7) is the plastic impact
     engage(S)
     project(t, y, S)
-    if not velocity_residual(t, y, S) <= LOCKED * fastest:
+    if not velocity_residual(t, y, S) <= LOCK_RATE_TOL * fastest:
         for i in range(2 * n):
             y[i] = W.scratch[i]
         C.memory[guard] = math.nan

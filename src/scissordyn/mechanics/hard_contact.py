@@ -30,7 +30,7 @@ from scissordyn.mechanics.contact import gap, kinematics
 from scissordyn.mechanics.equations import accelerate
 from scissordyn.mechanics.guard import guards
 from scissordyn.mechanics.hard_elastic import law_depth, stored_energy
-from scissordyn.mechanics.hard_impact import STAYS
+from scissordyn.mechanics.hard_impact import CLOSED_GAP_MAX
 from scissordyn.mechanics.hard_result import CLOSED, REBOUND, RESTITUTION_LOSS, share_of_force, take_results
 from scissordyn.mechanics.hard_rows import (
     IN_ANY_CASE,
@@ -48,7 +48,7 @@ from scissordyn.mechanics.hard_rows import (
 )
 from scissordyn.mechanics.impulse_solver import solve_impulses
 
-DEEP = 1e-6  # Gap or indentation of a closed contact, relative to the clearance, above which positions are moved back
+GAP_TOL = 1e-6  # Gap or indentation of a closed contact, relative to the clearance, above which positions are moved back
 
 LEAST_SQUARES = 1e-2
 """Weight of the moves relative to the remaining gaps, for a free journal.
@@ -56,9 +56,9 @@ LEAST_SQUARES = 1e-2
 Gaps can contradict each other, as in a closed loop with all joints in contact. No move exceeds five times the gaps.
 """
 
-TOO_DEEP = 0.1  # Indentation at the end of a step, relative to the clearance, above which the step is too long
+INDENTATION_MAX = 0.1  # Indentation at the end of a step, relative to the clearance, above which the step is too long
 NO_DAMPING = 1e-9  # Damping below this fraction of a component's largest entry is round-off
-NEAR = 0.5  # Gap, relative to the clearance, up to which the forces of one step may close a contact
+FORCED_GAP_MAX = 0.5  # Gap, relative to the clearance, up to which the forces of one step may close a contact
 
 
 @kernel
@@ -205,7 +205,7 @@ def close_gaps(h, S, H):
                 closes = True
             continue
         # beyond its surface, or so close that the forces of this step alone may close it
-        least = -(STAYS if H.parameters.locate[0] == 1 else NEAR) * S.parameters.contact[j].clearance
+        least = -(CLOSED_GAP_MAX if H.parameters.locate[0] == 1 else FORCED_GAP_MAX) * S.parameters.contact[j].clearance
         if depth >= least if H.work.was[i] == 1 or H.parameters.locate[0] == 0 else False:
             kinematics(j, S)
             contact_rows(i, S, H)
@@ -412,7 +412,7 @@ def look_ahead(h, new, S, H):
         if H.work.closed[i] == 0:
             H.state.ahead[0] = max(H.state.ahead[0], depth)
         # by the depth at the end, or by twice its increase since the middle
-        most = TOO_DEEP * S.parameters.contact[H.model.which[i]].clearance
+        most = INDENTATION_MAX * S.parameters.contact[H.model.which[i]].clearance
         if (
             H.work.impact[1] == STEP
             and H.parameters.locate[0] == 0
@@ -456,7 +456,7 @@ def too_far(S, H):
         elif H.work.yields[i] == 1:
             depth = 0.0
         H.work.shift[H.model.place[m + 2 * i]] = depth
-        deep = deep or abs(depth) > DEEP * S.parameters.contact[H.model.which[i]].clearance
+        deep = deep or abs(depth) > GAP_TOL * S.parameters.contact[H.model.which[i]].clearance
     return deep
 
 

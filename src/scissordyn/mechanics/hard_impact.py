@@ -22,10 +22,10 @@ from scissordyn.mechanics.hard_result import (
 from scissordyn.mechanics.hard_rows import add_row, along, assemble, contact_rows, effective_mass, element_of
 from scissordyn.mechanics.impulse_solver import solve_impulses
 
-STRIKES = 1e-9  # Gap, relative to the clearance, up to which a contact takes part in a located impact
-ZENO = 1e-3  # Fraction of a step; if surfaces would meet again sooner after an impact, they stay closed
+IMPACT_GAP_MAX = 1e-9  # Gap, relative to the clearance, up to which a contact takes part in a located impact
+REBOUND_FRACTION_MIN = 1e-3  # Fraction of a step; if surfaces would meet again sooner after an impact, they stay closed
 
-STAYS = 1e-3
+CLOSED_GAP_MAX = 1e-3
 """Gap, relative to the clearance, up to which a closed contact remains in the equations, which may open it."""
 
 
@@ -49,7 +49,7 @@ def hard_impact(t, h, y, S, H):
         if H.model.compliant[i] == 1:  # its force is finite
             H.work.closed[i] = H.work.yields[i] = 0
             continue
-        reach = STAYS if H.work.was[i] == 1 else STRIKES
+        reach = CLOSED_GAP_MAX if H.work.was[i] == 1 else IMPACT_GAP_MAX
         H.work.closed[i] = 1 if depth >= -reach * S.parameters.contact[j].clearance else 0
         if H.work.closed[i] == 1:
             kinematics(j, S)
@@ -103,7 +103,7 @@ def take_impacts(h, y, S, H):
         out[FRICTION_LOSS] = -0.5 * H.work.impulse[b] * (H.work.velocity[b] + H.work.before[b])
         together = -along(m + 2 * i, S.work.A, S, H)  # acceleration of the surfaces towards each other
         back = 2.0 * max(after, 0.0) / together if together > 0.0 else math.inf
-        out[CLOSED] = 1.0 if back < ZENO * h else 0.0
+        out[CLOSED] = 1.0 if back < REBOUND_FRACTION_MIN * h else 0.0
         if out[CLOSED] == 0.0:
             stored = S.model.elastic_state[H.model.which[i]]
             out[RESTITUTION_LOSS] += y[stored]

@@ -22,7 +22,7 @@ COMPLIANCE = 1e-11  # Compliance of surfaces, relative to that of a free journal
 
 
 class HardModel(NamedTuple):
-    """Which contacts are solved for, and the structure of the equations of their impulses."""
+    """Indices of the contacts that are solved for, and the structure of the equations for their impulses."""
 
     which: I1  # (k,) index among the contacts; hard ones, then compliant ones
     compliant: I1  # (k,) whether it is compliant (`compliant_contact`)

@@ -25,20 +25,20 @@ TRIES = 10
 After them only the last of these contacts changes its mode, until there are fewer, as in block principal pivoting.
 """
 
-LAWS = 4  # Number of linearisations of elastic laws in a step
-COMPLIANT_LAWS = 12  # The same number with compliant contacts, whose damping and friction are less smooth
+LINEARISATIONS_MAX = 4  # Number of linearisations of elastic laws in a step
+COMPLIANT_LINEARISATIONS_MAX = 12  # The same number with compliant contacts, whose damping and friction are less smooth
 
-RECENT = 15
+RECENT_STEPS = 15
 """Last Newton steps; contacts that changed their modes in them are pivoted first, while the others keep their modes."""
 
-GROWTHS = 6  # Number of times that further contacts join the pivoted ones
+GROWTHS_MAX = 6  # Number of times that further contacts join the pivoted ones
 
 FOUND, MISFIT, FAILED = range(3)
 
-BORDER = 1e-10  # Fraction of the largest impulse of a step that is round-off
-STILL = 1e-6  # Slip speed, relative to its change by forces in a step, below which surfaces have not slipped
+IMPULSE_ROUND_OFF = 1e-10  # Fraction of the largest impulse of a step that is round-off
+SLIP_ROUND_OFF = 1e-6  # Slip speed, relative to its change by forces in a step, below which surfaces have not slipped
 
-ACCURATE = 1e-9
+VELOCITY_TOL = 1e-9
 """Velocity error allowed without row exchanges, relative to the velocity changes; above it rows are exchanged."""
 
 FACTORIZATIONS, MOST_IN_A_STEP, PIVOTS, PIVOTED, UNSOLVED, IMPULSIVE, DEPENDENT = range(7)
@@ -47,7 +47,7 @@ solved, steps with closed contacts, steps with rows that depend on each other.""
 
 COUNTS = 7
 
-DEPENDS = 1e-6  # Ratio of pivot to diagonal below which a row depends on others
+PIVOT_RATIO_MIN = 1e-6  # Ratio of pivot to diagonal below which a row depends on others
 
 
 @kernel
@@ -56,14 +56,14 @@ def solve_impulses(m, y, S, H):
 
     Return whether they agree with the laws of compliant contacts.
     """
-    most_laws = LAWS
+    most_laws = LINEARISATIONS_MAX
     for i in range(H.model.which.size):
         if H.work.before[H.model.place[m + 2 * i]] > 0.0:  # the surfaces already separate
             H.work.rebound[i] = 0.0
         H.work.compliance[i] = 0.0
         if H.model.compliant[i] == 1 and H.work.closed[i] == 1:
             begin_laws(i, m, y, S, H)
-            most_laws = COMPLIANT_LAWS
+            most_laws = COMPLIANT_LINEARISATIONS_MAX
             continue
         if H.work.yields[i] == 1:
             prepare_law(i, H.model.place[m + 2 * i], H)
@@ -71,7 +71,7 @@ def solve_impulses(m, y, S, H):
             H.work.offset[i] = H.work.rebound[i] * H.work.before[H.model.place[m + 2 * i]] + H.work.bias[i]
         at = H.model.place[m + 2 * i + 1]
         # mu_s for a contact that stuck in the last step or only now starts to move
-        still = H.work.closed[i] == 1 and abs(H.work.before[at]) <= STILL * abs(H.work.free[at] - H.work.before[at])
+        still = H.work.closed[i] == 1 and abs(H.work.before[at]) <= SLIP_ROUND_OFF * abs(H.work.free[at] - H.work.before[at])
         H.work.friction[i] = H.parameters.static[i] if still or H.state.stuck[i] == 1 else H.parameters.kinetic[i]
         if H.work.closed[i] == 1 and H.state.mode[i] == OPEN:
             H.state.mode[i] = STICK if H.parameters.kinetic[i] > 0.0 else SLIP
@@ -90,7 +90,7 @@ def solve_impulses(m, y, S, H):
             H.work.friction[:] = 0.0
             H.state.counts[PIVOTS] += max(pivot(0, m, H), 0)
         H.state.counts[PIVOTS] += max(pivots, 0)
-    return most_laws != COMPLIANT_LAWS or laws_fit(m, y, S, H)
+    return most_laws != COMPLIANT_LINEARISATIONS_MAX or laws_fit(m, y, S, H)
 
 
 @kernel
@@ -129,8 +129,8 @@ def pivot_restless(m, H):
 
     Return whether no contact requests another mode at the end.
     """
-    for _ in range(GROWTHS):
-        pivots = pivot(NEWTON_STEPS_MAX - RECENT, m, H)
+    for _ in range(GROWTHS_MAX):
+        pivots = pivot(NEWTON_STEPS_MAX - RECENT_STEPS, m, H)
         H.state.counts[PIVOTS] += max(pivots, 0)
         if pivots < 0:
             return False
@@ -186,7 +186,7 @@ def accurate(m, H):
         worst = max(worst, abs(H.work.velocity[a] + H.work.compliance[i] * H.work.impulse[a] + H.work.offset[i]))
         if H.state.mode[i] == STICK:
             worst = max(worst, abs(H.work.velocity[b]))
-    return worst <= ACCURATE * largest
+    return worst <= VELOCITY_TOL * largest
 
 
 @kernel
@@ -197,7 +197,7 @@ def depends(H):
     for a in range(H.model.place.size):
         if H.work.gram[a, reach] > 0.0:
             least = min(least, abs(H.work.band[a, reach]) / H.work.gram[a, reach])
-    return least < DEPENDS
+    return least < PIVOT_RATIO_MIN
 
 
 @kernel
@@ -209,7 +209,7 @@ def ask_for_modes(m, H):
     asking, reach, largest = 0, H.model.reach[0], 0.0
     for a in range(H.model.place.size):
         largest = max(largest, abs(H.work.impulse[a]))
-    near = BORDER * largest
+    near = IMPULSE_ROUND_OFF * largest
     for i in range(H.model.which.size):
         old = H.work.required[i] = H.state.mode[i]
         if H.work.closed[i] == 0:

@@ -24,7 +24,7 @@ from scissordyn.mechanics.force_element import add_forces, map_values, write_wre
 from scissordyn.mechanics.port import port_forces, port_wrench
 from scissordyn.mechanics.reactions import REDUNDANT, sides_of_one, solve_sides
 
-CLOSE = 1e-13  # Relative change of the reactions at which they have converged
+REACTION_TOL = 1e-13  # Relative change of the reactions at which they have converged
 NEWTON_STEPS_MAX = 50  # Newton steps; if they are not enough, the joint jams
 
 JAMMED, UNDETERMINED = 1, 2
@@ -182,7 +182,7 @@ def press_at(R):
 
 @kernel
 def reaction_of(row, R):
-    """Return a reaction for the current magnitudes."""
+    """Return the ideal reaction of a row for the current magnitudes of friction and pressure."""
     f = R.component.size
     total = R.reaction[row, 0]
     for k in range(f):
@@ -245,9 +245,9 @@ def balance_sizes(R):
         for j in range(f):
             R.size[j] += R.step[j]
             most = max(most, abs(R.step[j]))
-        if not most > CLOSE * largest:
+        if not most > REACTION_TOL * largest:
             least = 0.0
             for j in range(f):
                 least = min(least, R.size[j])
-            return sign > 0.0 and least >= -CLOSE * largest
+            return sign > 0.0 and least >= -REACTION_TOL * largest
     return False

@@ -32,7 +32,7 @@ derivatives; scalars.
 
 NX, NY, SIZE, NB, NC, TU, DENOMINATOR = range(7)  # Scalars: n, |a|, n . b, n . c, t . u, D
 CORRECTIONS_MAX = 40  # Largest number of Newton corrections of the place along the axis
-CONVERGED = 1e-14  # Last correction, relative to the bar's length
+CORRECTION_TOL = 1e-14  # Last correction, relative to the bar's length
 
 
 @kernel
@@ -85,7 +85,7 @@ def find_place(i, S, at_x, at_y, x, y):
         ex, ey = at_x - rx, at_y - ry
         change = (ax * ex + ay * ey) / (ax * ax + ay * ay - bx * ex - by * ey)
         place += change
-        if abs(change) <= CONVERGED * length:
+        if abs(change) <= CORRECTION_TOL * length:
             break
     return span, place
 

@@ -26,13 +26,13 @@ The
 smaller of the two never exceeds 1e-8.
 """
 
-SHIFT = 1e-13
+DIAGONAL_SHIFT = 1e-13
 """Shift of singular normal equations, relative to their diagonal: above round-off, far below determined values."""
 
 REFINEMENTS = 3  # Repetitions after which determined values are exact up to round-off
 LANES = 32  # Number of instants that are solved at once, to use the processor's vector units
 PROBES = 3  # Number of test vectors for the null space
-TOUCHED = 1e-4  # Share in the null space above which an unknown is not determined
+NULL_SHARE_MAX = 1e-4  # Share in the null space above which an unknown is not determined
 
 
 class Balance(NamedTuple):
@@ -199,7 +199,7 @@ def careful(reach, lanes, lane, matrix, load, full, pivots, work, probe, x):
             full[row - below, reach + below] = matrix[row, below, lane]
         scale = max(scale, full[row, reach])
         x[row] = work[row] = load[row, lane]
-    shift = SHIFT * scale
+    shift = DIAGONAL_SHIFT * scale
     for row in range(size):
         full[row, reach] += shift
     band.factorize(full, reach, reach, pivots)
@@ -216,7 +216,7 @@ def careful(reach, lanes, lane, matrix, load, full, pivots, work, probe, x):
                 probe[row] *= shift
             band.solve(full, reach, pivots, probe)
         for row in range(size):
-            if not abs(probe[row]) < TOUCHED:
+            if not abs(probe[row]) < NULL_SHARE_MAX:
                 x[row] = math.nan
 
 

@@ -38,8 +38,9 @@ limit.
 """
 
 LAW = np.dtype([(name, "i8") for name in (*LAW_KERNELS, "bristles", "loaded")])
-"""Their addresses, or 0; how many states friction has, behind which those of the normal force stand; and 1 where damping refers
-to `laws.evaluate.reference_speed`, 0 where it refers to the approach speed alone."""
+"""Addresses of these kernels, or 0; the number of friction states, which precede those of the normal force; and `loaded`, which
+is 1 if damping refers to `laws.evaluate.reference_speed` and 0 if it refers to the approach speed only.
+"""
 
 CONTACT_RESULT = np.dtype(
     [(name, "f8") for name in ("depth", "rate", "slip", "elastic", "normal", "tangential", "nx", "ny", "distance")]

@@ -32,16 +32,17 @@ SHORTEST, LONGEST = 0.25, 4.0  # Range of length over diameter in the table of f
 ROUGH = Quantity("m", above=0.0, maximum=1e-3, help="combined rms roughness sigma of both surfaces")
 ASPERITIES = Quantity("1", minimum=0.0, maximum=1.0, help="stiffness K of the asperities (Greenwood and Tripp)")
 
-ROUGHEST = 0.1  # Largest roughness over the clearance; the asperities' force is a series in this ratio
+ROUGHNESS_RATIO_MAX = 0.1  # Largest roughness over the clearance; the asperities' force is a series in this ratio
 
 
 @documented
 @dataclass(frozen=True)
 class Lubrication:
-    """A film of oil that fills the clearance; where it is as thin as the surfaces are rough, their asperities carry beside it.
+    """Oil film in a clearance, with metallic contact in parallel where the film is as thin as the surfaces are rough.
 
-    The combined rms roughness of journal and bearing is sigma = sqrt(sigma_J^2 + sigma_B^2). An oil has a viscosity at the
-    temperature. Finite bearings are from a quarter to four diameters long; negative pressures can count in short and long ones.
+    The combined rms roughness of journal and bearing is sigma = sqrt(sigma_J^2 + sigma_B^2). An oil has a viscosity that
+    depends on the temperature. Finite bearings are 0.25 to 4 diameters long. Negative pressures can be included for short and
+    long bearings.
 
     Raises
     ------
@@ -86,7 +87,7 @@ class Lubrication:
 
     def check(self, clearance: float, radius: float, length: float) -> None:
         """Raise `InputError` if a joint is too rough, too short or too long for the film."""
-        if self.roughness > ROUGHEST * clearance:
+        if self.roughness > ROUGHNESS_RATIO_MAX * clearance:
             raise InputError(
                 f"lubrication with roughness = {self.roughness:g} m in a clearance of {clearance:g} m",
                 "a combined rms roughness of at most a tenth of the clearance",
@@ -186,13 +187,14 @@ ReferenceKind = Annotated[
 class Clearance:
     """Revolute clearance joint: a journal that is smaller than its bearing by the radial clearance.
 
-    A damping factor refers the rate of the indentation to the approach speed of an impact. A contact that begins slowly and is
-    loaded later is no impact: with reference "loaded" it refers to the speed that its motion and its strain are worth, and a
-    free impact is the same. With "onset" it refers to the approach speed at all times, as published.
+    Damping laws divide the rate of the indentation by the approach speed of an impact. This does not describe a contact that
+    begins slowly and is loaded later. With reference "loaded", the rate is divided by the speed that corresponds to the
+    contact's kinetic and elastic energy; free impacts are unchanged. With "onset", it is always divided by the approach speed,
+    as published.
 
-    Hard contact has impulses in place of forces by laws, with the restitution of the damping law and the coefficients of the
-    friction law. The slip speed is that of the surfaces, or, as in some papers and for comparison with them only, of the points
-    where they touch: these do not turn with the bodies, and nearly all sliding is left out.
+    Hard contact replaces forces by impulses, with the restitution of the damping law and the coefficients of the friction law.
+    The slip speed is that of the surfaces. For comparison with some papers it can be that of the contact points, which do not
+    rotate with the bodies, so that nearly all sliding is lost.
     """
 
     clearance: Annotated[float, Quantity("m", above=0.0, help="radial clearance c = R_B - R_J")]
@@ -240,11 +242,11 @@ class GuideClearance:
     """Clearance guide: a block in a wider channel; its rounded corners touch the two guide surfaces.
 
     The clearance is c = (H - W)/2 with H the width of the channel and W that of the block (Flores, Ambrosio, Claro and
-    Lankarani 2008, doi:10.1115/1.2802113). A rectangular block is centred on the guided point and straight at the start. Given
-    corners are in the follower's frame; one to the left of the guided point, seen along the guide, faces the left guide
-    surface, and each surface has the distance c from the nearest corners that face it. Around a pole each corner faces the
-    surface on its own side of it from outside. Elastic laws are those with parameters at a plane surface: hertz, braendlein,
-    power, linear, or of your own. Hard contact and `reference` are as in a `Clearance`.
+    Lankarani 2008, doi:10.1115/1.2802113). A rectangular block is centred on the guided point and aligned with the guide at the
+    start. Corners can be given in the follower's frame instead. A corner to the left of the guided point, seen along the guide,
+    faces the left guide surface. Each surface is at the distance c from the nearest corner that faces it. Around a pole, each
+    corner faces the surface on its own side from outside. The elastic law needs parameters for a plane surface: hertz,
+    braendlein, power, linear, or a law of your own. Hard contact and `reference` are as in a `Clearance`.
     """
 
     clearance: Annotated[float, Quantity("m", above=0.0, help="gap on either side of the centred block, (H - W)/2")]

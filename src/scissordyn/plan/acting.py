@@ -44,7 +44,8 @@ def states_of(contact: Revolute | ContactPoint) -> tuple[State, ...]:
 def time_functions(mechanism: Mechanism, first: int) -> tuple[np.ndarray, np.ndarray, list[tuple[Any, float]]]:
     """Return the indices of each component's time function and feed-forward torque, and the list of these functions.
 
-    Indices start at `first`; -1 means none. Each function comes with its value at t = 0, which one given by a speed needs.
+    Indices start at `first`; -1 means none. The list pairs each function with its value
+    at t = 0, because a function given by a speed is integrated from there.
     """
     components = acting(mechanism)
     index, feed = np.full((2, len(components)), -1, np.int64)

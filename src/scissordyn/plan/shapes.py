@@ -210,7 +210,7 @@ def _evaluated(shapes: Shapes, places: tuple[float, ...], derivative: int) -> np
 def shapes_of(
     places: tuple[float, ...], clamped: tuple[int, ...], modes: int, unit: tuple[int, ...] = (), ratio: float = 0.0
 ) -> Shapes:
-    """Return the shapes of bars with these lengths, counted from the first cross-section."""
+    """Return the shapes of a bar whose cross-sections are at these distances from the first one."""
     # above this EI/(EA L^2) of a clamped bar the strain changes near its clamp, and modes resolve it
     stocky = unit and ratio > 1e-5 * places[-1] ** 2
     return Shapes(places, clamped, modes, unit, FURTHER_OF_STOCKY if stocky else FURTHER)

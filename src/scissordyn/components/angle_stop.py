@@ -40,11 +40,11 @@ def force(angle, speed, mode, approach_speed, effective_mass, stiffness, exponen
 class AngleStop:
     r"""End stop of a rotation: beyond its angle a torque pushes the body back.
 
-    .. math:: T = K\delta^n\left(1 + \xi\,\dot\delta/\dot\delta^{(-)}\right)
+    .. math:: T = K\delta^n\left(1 + \xi\,\dot\delta/v\right)
 
-    with delta the angle beyond the stop, its rate at the touch in the denominator, and the damping factor of Flores et al.
-    2011 for the restitution coefficient. The side from which the stop is reached is the one the bodies start on; turns are
-    counted.
+    with delta the angle beyond the stop, v its rate at the touch, or more where the stop is loaded later, and the damping
+    factor of Flores et al. 2011 for the restitution coefficient. The side from which the stop is reached is the one the
+    bodies start on; turns are counted.
     """
 
     name: str

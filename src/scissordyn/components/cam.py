@@ -96,9 +96,10 @@ def force(x, y, angle, x_rate, y_rate, speed, mode, approach_speed, effective_ma
 class Cam:
     r"""Disc cam with a given profile against a roller or an edge that may lift off.
 
-    .. math:: F = K\delta^n\left(1 + \xi\,\dot\delta/\dot\delta^{(-)}\right)
+    .. math:: F = K\delta^n\left(1 + \xi\,\dot\delta/v\right)
 
-    Between its pairs the profile is a periodic cubic spline. The roller rolls without friction.
+    v is the speed at the touch, or more where the contact is loaded later. Between its pairs the profile is a periodic
+    cubic spline. The roller rolls without friction.
     """
 
     name: str

@@ -45,10 +45,11 @@ def force(gap, gap_rate, mode, approach_speed, effective_mass, stiffness, dampin
 class Roller:
     r"""Point that runs along a bending bar without friction: rollers on both sides of the bar, or a guide with clearance.
 
-    .. math:: F = -K g - D \dot g, \qquad\text{or}\quad F = K\delta\,(1 + \xi\,\dot\delta/\dot\delta^{(-)}),\ \delta = |g| - c
+    .. math:: F = -K g - D \dot g, \qquad\text{or}\quad F = K\delta\,(1 + \xi\,\dot\delta/v),\ \delta = |g| - c
 
     g is the distance of the point from the nearest place of the bar's axis, across it, K the stiffness of the rollers. Two of
     them hold the direction of a block. The bar continues straight beyond its ends.
+    v is the speed at the touch, or more where the side is loaded later.
     """
 
     name: str

@@ -39,7 +39,9 @@ def force(travel, speed, mode, approach_speed, effective_mass, stiffness, expone
 class TravelStop:
     r"""End stop of a travelling point: beyond a line across its direction a force pushes it back.
 
-    .. math:: F = K\delta^n\left(1 + \xi\,\dot\delta/\dot\delta^{(-)}\right)
+    .. math:: F = K\delta^n\left(1 + \xi\,\dot\delta/v\right)
+
+    v is the speed at the touch, or more where the stop is loaded later.
     """
 
     name: str

@@ -25,7 +25,7 @@ def _hidden_states() -> str:
     for kinetic in (0.01, 0.1):
         reference = sd.simulate(array(kinetic), until=UNTIL, rtol=1e-12, atol=1e-12, method="dop853")["contact_start"].values
         for weight in (1.0, 10.0, 100.0, 1000.0):
-            with mock.patch.object(tolerance, "INTERNAL_STATES", weight):
+            with mock.patch.object(tolerance, "FRICTION_STATE_FACTOR", weight):
                 run = sd.simulate(array(kinetic), until=UNTIL)
             errors = np.abs(run["contact_start"].values[:5] - reference[:5])
             steps = json.loads(run.attrs["statistics"])["steps"]

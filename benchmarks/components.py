@@ -12,7 +12,7 @@ from benchmarks.measure import command, table
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
-from scissordyn.run.advance.driver import counted
+from scissordyn.run.advance.driver import count_steps
 from scissordyn.run.advance.loop import advance
 from scissordyn.run.trajectory import make_driver
 
@@ -61,7 +61,7 @@ def measure(quick: bool = False) -> str:
                 driver, _, _ = make_driver(plan(mechanism), Options(UNTIL, method=method))
                 began = time.process_time()
                 advance(driver, UNTIL)
-                seconds, done = time.process_time() - began, counted(driver.state)
+                seconds, done = time.process_time() - began, count_steps(driver.state)
                 if turn:
                     costs.setdefault(key, []).append(seconds / (done["rates"] + done["jacobians"]) * 1e9)
         for n in counts:

@@ -126,7 +126,7 @@ SAME_ANSWER: dict[tuple[str, str, str, str], str] = {
     ): "the row of damping that does not act has no right side, and none acts in an impact",
     (
         *("run/batch.py", "size", "bound"),
-        "min(MOST_TOGETHER, int(GROUP_SECONDS / self.seconds), cases // (8 * threads))",
+        "min(GROUP_CASES_MAX, int(GROUP_SECONDS / self.seconds), cases // (8 * threads))",
     ): GROUPED,
     (
         *("run/batch.py", "_together", "bound"),
@@ -143,7 +143,12 @@ SAME_ANSWER: dict[tuple[str, str, str, str], str] = {
         "both",
         "os.cpu_count() or 1",
     ): "not reached where the system tells the processors of a process",
-    ("run/engine.py", "_spread", "dropped", "time.monotonic() + RECOUNT"): "how often the workers of a cluster are counted",
+    (
+        "run/engine.py",
+        "_compute_on",
+        "dropped",
+        "time.monotonic() + RECOUNT_SECONDS",
+    ): "how often the workers are counted",
     (
         *("run/ideal.py", "motion_range", "bound"),
         "min((place for place in locks if place > first), default=math.nan)",

@@ -17,7 +17,7 @@ from scissordyn.mechanics.functions import rate
 def test_arrays_are_checked_before_they_are_handed_on() -> None:
     """Contract: the library reads memory by the declaration alone."""
     for wrong in (np.zeros(4, int), np.zeros((2, 2)), np.zeros(8)[::2], [0.0]):
-        with pytest.raises(TypeError, match="in place of a contiguous, writable float64 array, dimension 1"):
+        with pytest.raises(TypeError, match="instead of a contiguous, writable float64 array of dimension 1"):
             rate(0.0, wrong, 0, np.zeros(4))
 
 

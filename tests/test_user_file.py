@@ -54,5 +54,5 @@ def test_a_controller_that_is_not_in_a_file() -> None:
     """Contract: a run with a controller made in Python asks for a controller in a file, not for a law."""
     controller = element(slot="controller")(lambda error: 0.0 * error)()
     text = write_configuration(sd.four_bar().controlled(controller, speed=1.0))
-    with pytest.raises(InputError, match=r"as a controller, which was in no file; .* the controller as 'mine.py:<lambda>'"):
+    with pytest.raises(InputError, match=r"as a controller, which is not in a file; .* the controller as 'mine.py:<lambda>'"):
         read_mechanism(text)

@@ -1,4 +1,4 @@
-"""Whether a value is what an annotation says, and the annotation in words."""
+"""Comparison of values with type annotations, and descriptions of annotations for messages."""
 
 from __future__ import annotations
 
@@ -10,29 +10,30 @@ from numbers import Real
 from typing import Annotated, Any
 
 _ACCEPTED: set[tuple[Any, type]] = set()
-"""Hints and the types that were found to fit them as they are: descriptions are made by the thousand in a batch."""
+"""Pairs of a hint and a type that fits it unchanged; a batch creates thousands of descriptions, so that the check must be fast.
+"""
 
-LONGEST = 60  # Characters of a value that a message shows
+SHOWN_LENGTH_MAX = 60  # [characters] longest value in a message
 
 
 class MismatchError(ValueError):
-    """A value that is not what its annotation says."""
+    """Error: a value does not fit its annotation."""
 
 
 def is_number(value: object) -> bool:
-    """Whether a value is a real number, of Python or of another library such as numpy; a truth value is none."""
+    """Report whether a value is a real number of any library; a bool is not a number."""
     return isinstance(value, Real) and not isinstance(value, bool)
 
 
 @cache
 def plain_hint(hint: Any) -> Any:
-    """A type hint without its annotations."""
+    """Return a type hint without `Annotated`."""
     return typing.get_args(hint)[0] if typing.get_origin(hint) is Annotated else hint
 
 
 @cache
 def members(hint: Any) -> tuple[Any, ...]:
-    """The members of a union, flat; of any other hint that itself."""
+    """Return the members of a union, flattened; any other hint is its only member."""
     hint = plain_hint(hint)
     if typing.get_origin(hint) in (typing.Union, types.UnionType):
         return tuple(inner for member in typing.get_args(hint) for inner in members(member))
@@ -40,7 +41,10 @@ def members(hint: Any) -> tuple[Any, ...]:
 
 
 def accepted(value: Any, hint: Any) -> Any:
-    """The value as its annotation says it, with numbers and sequences of other libraries as Python's own."""
+    """Return a value that fits its annotation, with numbers and sequences of other libraries converted to Python's own.
+
+    Raises `MismatchError` if the value does not fit.
+    """
     pair = hint, type(value)
     if pair in _ACCEPTED:
         return value
@@ -52,7 +56,7 @@ def accepted(value: Any, hint: Any) -> Any:
 
 @cache
 def type_decides(hint: Any) -> bool:
-    """Whether the type of a value decides, as it does unless there are entries to look at or a list of what is allowed."""
+    """Report whether the type alone decides if a value fits; it does not for sequences and literals."""
     return all(isinstance(member, type) and typing.get_origin(member) is None for member in members(hint))
 
 
@@ -101,7 +105,7 @@ def _number(value: Any, kind: type) -> Any:
         raise MismatchError
     try:
         converted = kind(value)
-    except (ValueError, OverflowError):  # of nan or infinity there is no whole number
+    except (ValueError, OverflowError):  # nan and infinity have no whole number
         raise MismatchError from None
     if converted != value and kind is int:
         raise MismatchError
@@ -111,7 +115,7 @@ def _number(value: Any, kind: type) -> Any:
 def _object(value: Any, hint: Any) -> Any:
     if hint is Any or not isinstance(hint, type):
         return value
-    if hint is bool and type(value).__name__ in ("bool", "bool_"):  # numpy's own is no subclass
+    if hint is bool and type(value).__name__ in ("bool", "bool_"):  # numpy's bool is not a subclass of Python's
         return bool(value)
     if isinstance(value, type) or not isinstance(value, hint):
         raise MismatchError
@@ -119,7 +123,7 @@ def _object(value: Any, hint: Any) -> Any:
 
 
 def body_point(text: str) -> tuple[str, str]:
-    """Body and point of "BODY.POINT", the form that case files have."""
+    """Return body and point of the text "BODY.POINT"; raise `MismatchError` for any other text."""
     body, _, point = text.rpartition(".")
     if not (body and point):
         raise MismatchError
@@ -143,13 +147,13 @@ def _entries(value: Any, inside: tuple[Any, ...]) -> tuple[Any, ...]:
 
 
 def _unless_same(value: Any, new: Any) -> Any:
-    """The value itself unless an entry of it was converted."""
+    """Return `new` if one of its entries was converted, otherwise the original value."""
     pairs = zip(value.items(), new.items(), strict=True) if isinstance(value, Mapping) else zip(value, new, strict=True)
     return value if all(old is other or (isinstance(old, tuple) and old == other) for old, other in pairs) else new
 
 
 def in_words(hint: Any) -> str:
-    """An annotation in the words of a message, such as "text" or "ConstantSpeed, Harmonic or None"."""
+    """Describe an annotation in a message, for example "text" or "ConstantSpeed, Harmonic or None"."""
     kinds = members(hint)
     if len(kinds) > 1:
         words = list(dict.fromkeys(map(in_words, kinds)))
@@ -173,6 +177,6 @@ def in_words(hint: Any) -> str:
 
 
 def shown(value: Any) -> str:
-    """A value in a message, in short."""
+    """Return a value as text for a message, cut to `SHOWN_LENGTH_MAX` characters."""
     text = f"the class {value.__name__}" if isinstance(value, type) else " ".join(repr(value).split())
-    return text if len(text) <= LONGEST else f"{text[: LONGEST - 3]}..."
+    return text if len(text) <= SHOWN_LENGTH_MAX else f"{text[: SHOWN_LENGTH_MAX - 3]}..."

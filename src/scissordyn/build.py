@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 
-os.environ["SCISSORDYN_ENGINE"] = "python"  # nothing is there yet that could run a kernel
+os.environ["SCISSORDYN_ENGINE"] = "python"  # no library can run a kernel yet
 
 import argparse
 import sys
@@ -25,17 +25,17 @@ from scissordyn.kernel import ENTRIES, PACKAGE, digest_of, library_name
 from scissordyn.laws.catalogue import DAMPING, ELASTIC, FRICTION
 from scissordyn.plugin.element import recipes
 
-ROOMS = ("plugin", "laws", "control", "components", "mechanics", "integrate", "plan")
-LOOPS = "scissordyn.run.advance.system"  # Where entries are
+ROOMS = ("plugin", "laws", "control", "components", "mechanics", "integrate", "plan")  # subpackages that contain kernels
+LOOP_MODULE = "scissordyn.run.advance.system"  # module with the entries of the time loop
 
 
 def _elements() -> Iterator[Any]:
-    """Recipes of the kernels of all laws, controllers and components, for each set of states that a part may have."""
+    """Yield recipes of the kernels of all laws, controllers and components, for each set of states that a part may have."""
     for catalogue in (ELASTIC, DAMPING, FRICTION, CONTROLLERS):
         for element in catalogue.values():
             declared = element.declaration
             names = tuple(state.name for state in declared.states)
-            # of a class whose states are a property each part has some of them
+            # if the states are a property of the class, a part has some of them
             for present in _subsets(names) if isinstance(getattr(element, "states", ()), property) else [names]:
                 yield from recipes(declared, present).values()
     for component in (*COMPONENTS.values(), Film):
@@ -47,9 +47,9 @@ def _subsets(names: tuple[str, ...]) -> Iterable[tuple[str, ...]]:
 
 
 def library_source() -> str:
-    """The library in C."""
+    """Return the source of the library in C."""
     names = [path.relative_to(PACKAGE).with_suffix("").as_posix() for room in ROOMS for path in (PACKAGE / room).rglob("*.py")]
-    for module in (*sorted(f"scissordyn.{name.replace('/', '.')}" for name in names), LOOPS):
+    for module in (*sorted(f"scissordyn.{name.replace('/', '.')}" for name in names), LOOP_MODULE):
         import_module(module)
     unit = Unit()
     for entry in ENTRIES.values():
@@ -63,11 +63,11 @@ def library_source() -> str:
 
 
 def main() -> int:
-    """Write the library into the package or another folder, or its source to a file."""
+    """Write the library, or its source, into the package, another folder or a file."""
     parser = argparse.ArgumentParser(prog="python -m scissordyn.build", description="Build the library of compiled kernels.")
-    parser.add_argument("folder", nargs="?", type=Path, default=PACKAGE, help="where to; the package itself if not given")
+    parser.add_argument("folder", nargs="?", type=Path, default=PACKAGE, help="target folder; the package itself by default")
     parser.add_argument("--c", type=Path, metavar="FILE", help="write the source in C alone")
-    parser.add_argument("--target", default="", metavar="MACHINE", help="another machine, as aarch64-linux-gnu")
+    parser.add_argument("--target", default="", metavar="MACHINE", help="another machine, for example aarch64-linux-gnu")
     options = parser.parse_args()
     try:
         if options.c:

@@ -1,4 +1,4 @@
-"""Errors that state the given value, the allowed values and an example to type."""
+"""Errors that name the given value, the allowed values and an example to type."""
 
 from __future__ import annotations
 
@@ -7,42 +7,42 @@ import unicodedata
 from collections.abc import Iterable
 from difflib import get_close_matches
 
-BREAKS = re.compile(r"[\t\n\v\f\r\x1c-\x1e\x85\u2028\u2029]+")  # Characters that end a line or jump within it
+BREAKS = re.compile(r"[\t\n\v\f\r\x1c-\x1e\x85\u2028\u2029]+")  # characters that end a line or move within it
 
 
-LONG_NUMBER = re.compile(r"(\d{12})\d{48,}")  # A number that nobody reads to its end
+LONG_NUMBER = re.compile(r"(\d{12})\d{48,}")  # a number that is too long to read
 
 
 def shortened(text: str) -> str:
-    """A text with the first digits of numbers of sixty digits and more."""
+    """Return a text in which numbers of sixty or more digits are cut to their first digits."""
     return LONG_NUMBER.sub(lambda number: f"{number[1]}... ({len(number[0])} digits)", text)
 
 
 def printable(text: str) -> str:
-    r"""A text as one line that a terminal shows as it is: no line breaks, no escape codes, no change of direction."""
+    """Return a text as one line that a terminal shows unchanged: no line breaks, escape codes or change of direction."""
     line = BREAKS.sub(" ", text)
     if line.isascii() and line.isprintable():
         return line
-    # control, format, surrogate, private and unassigned characters: what no font shows or a terminal obeys
+    # control, format, surrogate, private and unassigned characters: no font shows them, or a terminal obeys them
     return "".join(
         letter.encode("unicode_escape").decode() if unicodedata.category(letter).startswith("C") else letter for letter in line
     )
 
 
 def command(*words: object) -> str:
-    """A command for the user to paste into a shell: each word is one word there, whatever characters it has."""
+    """Return a command for a shell; each word is quoted if its characters require it."""
     import shlex
 
     return printable(" ".join(shlex.quote(str(word)) for word in words))
 
 
 class ScissordynError(Exception):
-    """Any error that the package raises on purpose; its text is one line for the user.
+    """Base class of all errors that the package raises on purpose; the text is one line for the user.
 
     Parameters
     ----------
     text : str
-        Shown as `printable` makes it.
+        Text of the error; it is shown as `printable` returns it.
     """
 
     def __init__(self, text: str = "") -> None:
@@ -50,7 +50,7 @@ class ScissordynError(Exception):
 
 
 class InputError(ScissordynError, ValueError):
-    """An input that cannot be used.
+    """Error: an input cannot be used.
 
     Parameters
     ----------
@@ -114,16 +114,17 @@ OTHER_WORDS = {
     "dop853": "rk8",
     "rodas5p": "ode15s bdf radau stiff implicit",
 }
-"""Words of the field, by what they are called here; a word stands for whichever of its lines a message allows first."""
+"""Other words for the terms of this package, by term; the first allowed term with a word is suggested for the word."""
 
-ABSENT_WORDS = ("wheel",)  # Parts that there are not, so that a similar name is no hint
+ABSENT_WORDS = ("wheel",)  # parts that the package does not have, so that a similar name is not suggested
 
 
 def did_you_mean(name: object, known: Iterable[str]) -> str:
-    """The known name nearest to `name`, as a question to append to a message, or nothing."""
+    """Return the known name nearest to `name`, as a question to append to a message, or ""."""
     names = list(known)
     word = str(name).strip().casefold().replace(" ", "_").replace("-", "_")
-    same = [candidate for candidate in names if candidate.casefold() == str(name).casefold()]  # "a" is "A" before it is "all"
+    # "A" is nearer to "a" than "all" is
+    same = [candidate for candidate in names if candidate.casefold() == str(name).casefold()]
     same = same or [candidate for candidate in names if word in OTHER_WORDS.get(candidate, "").split()]
     if word in ABSENT_WORDS and not same:
         return ""
@@ -132,7 +133,7 @@ def did_you_mean(name: object, known: Iterable[str]) -> str:
 
 
 def whole_number(name: str, value: object, least: int = 1, most: int | None = None, *, sample: str = "") -> int:
-    """A count that a user gave."""
+    """Return a count given by the user; raise `InputError` unless it is an int within the bounds."""
     if isinstance(value, bool) or not isinstance(value, int) or value < least or (most is not None and value > most):
         allowed = f"a whole number >= {least}" + (f" and <= {most}" if most is not None else "")
         raise InputError(f"{name} = {value!r}", allowed, sample)

@@ -1,8 +1,8 @@
 """Kernels: plain Python functions of numbers and arrays, which `compiler` translates to C when the package is built.
 
-A kernel calls other kernels. What Python calls is an `entry`, a kernel whose arguments are annotated: it runs in the library of
-the package, or, with SCISSORDYN_ENGINE=python, as the Python function that it is, and the bounds of every index are checked.
-The library is loaded once; it is built anew in a checkout whose kernels have changed.
+A kernel calls other kernels. Python calls an `entry`, a kernel with annotated arguments. An entry runs in the package's
+library. With SCISSORDYN_ENGINE=python it runs as a Python function, and every index is checked. The library is loaded once; in
+a checkout it is built again if kernels have changed.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ PACKAGE = Path(__file__).parent
 
 
 def library_name(machine: str = "") -> str:
-    """Name of its file on another machine, or on this one."""
+    """Return the file name of the library on another machine, or on this one by default."""
     return "_kernels.dll" if "windows" in machine or (not machine and sys.platform == "win32") else "_kernels.so"
 
 
@@ -37,11 +37,11 @@ LIBRARY = PACKAGE / library_name()
 
 
 class EngineError(ScissordynError):
-    """There is no library of compiled kernels that fits."""
+    """Error: no library of compiled kernels fits."""
 
 
 def digest_of(files: list[str]) -> str:
-    """Of sources by their names below the package; of a file that is gone, of nothing."""
+    """Return the digest of sources, given by their names below the package; a missing file counts as empty."""
     total = hashlib.sha256()
     for name in files:
         path = PACKAGE / name
@@ -55,7 +55,7 @@ def library() -> ctypes.CDLL:
         build_library("no library of compiled kernels")
     loaded = _load()
     if not _is_current(loaded):
-        _unload(loaded)  # under the same name the system hands out the library that it has
+        _unload(loaded)  # otherwise the system returns the loaded library again
         build_library("kernels have changed since their library was built")
         loaded = _load()
     return loaded
@@ -66,7 +66,7 @@ def _load() -> ctypes.CDLL:
         return ctypes.CDLL(str(LIBRARY))
     except OSError as error:
         raise EngineError(
-            f"'{LIBRARY}' is no library for this machine ({error}); allowed: one that was built here; type: "
+            f"'{LIBRARY}' is not a library for this machine ({error}); allowed: a library built on this machine; type: "
             f"{Path(sys.executable).name} -m scissordyn.build"
         ) from None
 
@@ -78,7 +78,7 @@ def _unload(loaded: ctypes.CDLL) -> None:
 
 
 def _is_current(loaded: ctypes.CDLL) -> bool:
-    """Whether the sources are those that the library was made of; they are read only if one is newer than the library."""
+    """Report whether the library was built from the current sources; the sources are read only if one is newer."""
     files = _text(loaded, "SOURCES").split()
     built = LIBRARY.stat().st_mtime
     times = [path.stat().st_mtime if path.is_file() else float("inf") for path in (PACKAGE / name for name in files)]
@@ -92,14 +92,14 @@ def _text(loaded: ctypes.CDLL, name: str) -> str:
 
 
 def build_library(reason: str) -> None:
-    """Build the library in a process of its own, which has kernels in Python."""
+    """Build the library in another process, which runs kernels in Python."""
     print(f"scissordyn: {reason}; building it takes some seconds", file=sys.stderr)
     done = subprocess.run([sys.executable, "-m", "scissordyn.build"], capture_output=True, text=True, check=False)
     if done.returncode:
         raise EngineError(f"{reason}, and building it failed: {(done.stderr.strip() or 'no reason given').splitlines()[-1]}")
 
 
-PYTHON = os.environ.get("SCISSORDYN_ENGINE", "") == "python"  # Whether kernels run as plain Python
+PYTHON = os.environ.get("SCISSORDYN_ENGINE", "") == "python"  # True if kernels run as plain Python
 
 
 @dataclass(frozen=True)
@@ -118,27 +118,27 @@ I2 = Annotated[np.ndarray, ArrayType(np.dtype(np.int64), 2)]
 
 
 def kernel(function: Callable[..., Any]) -> Any:
-    """A function that is translated where another kernel calls it."""
+    """Mark a function as a kernel, which is translated where another kernel calls it."""
     return function
 
 
 def vanishes(x: float) -> bool:
-    """Whether what x multiplies can be left out: x is zero, and so are its derivatives, if it has some."""
+    """Report whether a factor x and all its derivatives, if it has any, are zero, so that the product can be left out."""
     return x == 0.0
 
 
-ENTRIES: dict[str, Entry] = {}  # All entries by the names of their symbols in the library
+ENTRIES: dict[str, Entry] = {}  # all entries by the names of their symbols in the library
 
 
 def entry(function: Callable[..., Any]) -> Any:
-    """A kernel that Python calls: `int`, `float`, arrays such as `F1` and named tuples of these as arguments."""
+    """Mark a kernel that Python calls; arguments are `int`, `float`, arrays such as `F1` and named tuples of these."""
     entry_point = Entry(function)
     ENTRIES[entry_point.symbol] = entry_point
     return entry_point
 
 
 class Entry:
-    """A kernel that Python calls."""
+    """Kernel that Python calls."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
         update_wrapper(self, function)
@@ -147,12 +147,12 @@ class Entry:
 
     @cached_property
     def hints(self) -> dict[str, Any]:
-        """Types of the arguments, and of what it returns."""
+        """Types of the arguments and of the result, by name."""
         hints = get_type_hints(self.python, include_extras=True)
         return {name: hints[name] for name in (*inspect.signature(self.python).parameters, "return")}
 
     def bound(self, compiled: ctypes.CDLL) -> Callable[..., Any]:
-        """The function of that name in a library, for arguments as they are in Python."""
+        """Return the entry's function in a library, with arguments as in Python."""
         called = getattr(compiled, self.symbol)
         kinds = [hint for name, hint in self.hints.items() if name != "return"]
         called.argtypes = [part for hint in kinds for part in _words(hint)]
@@ -182,45 +182,46 @@ class Entry:
         return self.bound(library())
 
     def __call__(self, *arguments: Any) -> Any:
-        """Run it."""
+        """Run the kernel."""
         return self._called(*arguments)
 
 
 def _words(hint: Any) -> list[Any]:
-    """Types in C of an argument."""
+    """Return the C types of an argument."""
     if get_origin(hint) is Annotated:
         dimensions = get_args(hint)[1].dimensions
         return [ctypes.c_void_p, *[ctypes.c_int64] * (dimensions + (dimensions == 2))]
     return [{int: ctypes.c_int64, float: ctypes.c_double}.get(hint, ctypes.c_void_p)]
 
 
-_NOWHERE = np.zeros(1).ctypes.data  # Where arrays without entries begin
+_EMPTY_ADDRESS = np.zeros(1).ctypes.data  # address of arrays without entries
 
 
 def _array_words(array: Any, kind: ArrayType, owner: str) -> tuple[int, ...]:
-    """Where an array lies, its shape, and in two dimensions the distance of its rows: what the C type of an array holds.
+    """Return an array's address and shape, and in two dimensions the distance of its rows, as the C type of an array has them.
 
-    The library reads memory by the declaration alone: another type would be read as garbage and written beyond.
+    The library trusts the declared type. An array of another type would be read as garbage and written beyond its end.
     """
     if not (
         isinstance(array, np.ndarray) and array.dtype == kind.dtype and array.ndim == kind.dimensions and array.flags.carray
     ):
         raise TypeError(
-            f"{owner}: {_what(array)} in place of a contiguous, writable {kind.dtype} array, dimension {kind.dimensions}"
+            f"{owner}: {_describe_value(array)} instead of a contiguous, writable "
+            f"{kind.dtype} array of dimension {kind.dimensions}"
         )
-    # the address by the buffer, which takes a quarter of the time of array.ctypes.data
-    address = ctypes.addressof(ctypes.c_char.from_buffer(array)) if array.size else _NOWHERE  # type: ignore[arg-type]
+    # the address by the buffer takes a quarter of the time of array.ctypes.data
+    address = ctypes.addressof(ctypes.c_char.from_buffer(array)) if array.size else _EMPTY_ADDRESS  # type: ignore[arg-type]
     return (address, *array.shape, array.shape[1]) if array.ndim == 2 else (address, *array.shape)
 
 
-def _what(part: Any) -> str:
+def _describe_value(part: Any) -> str:
     if isinstance(part, np.ndarray):
         return f"{'' if part.flags.carray else 'not contiguous or read-only '}{part.dtype} array, dimension {part.ndim}"
     return type(part).__name__
 
 
 class Handle:
-    """A tuple of arrays, or of such tuples, in memory as C has it: kernels get its address."""
+    """Tuple of arrays or of named tuples of arrays, in memory as in C; kernels receive its address."""
 
     def __init__(self, content: Any) -> None:
         self.content = content
@@ -229,7 +230,7 @@ class Handle:
         _HANDLES[self.address] = self
 
     def exchange(self, part: str, **arrays: Any) -> None:
-        """Put other arrays, of the same type, in the place of some of a part; the address stays."""
+        """Replace arrays of a part by others of the same type; the address does not change."""
         content = self.content._replace(**{part: getattr(self.content, part)._replace(**arrays)})
         self._memory[:] = _memory_of(content, type(content))
         self.content = content
@@ -237,15 +238,15 @@ class Handle:
 
     @cached_property
     def opened(self) -> Any:
-        """The content with attributes in the place of named columns, as kernels in Python read it."""
+        """Content with attributes instead of named columns, as kernels in Python read it."""
         return with_attributes(self.content)
 
 
-_HANDLES: weakref.WeakValueDictionary[int, Handle] = weakref.WeakValueDictionary()
+_HANDLES: weakref.WeakValueDictionary[int, Handle] = weakref.WeakValueDictionary()  # handles by their address
 
 
 class CheckedArray(np.ndarray):
-    """An array whose indices are within its bounds, as they have to be in C: neither from the end nor beyond it."""
+    """Array that raises `IndexError` for an index that is invalid in C: negative or beyond the end."""
 
     def _check(self, index: Any) -> None:
         for part, size in zip(index if isinstance(index, tuple) else (index,), self.shape, strict=False):
@@ -254,18 +255,18 @@ class CheckedArray(np.ndarray):
                 raise IndexError(f"index {part} of an array with {size} entries")
 
     def __getitem__(self, index: Any) -> Any:
-        """An entry or a part."""
+        """Return an entry or a part."""
         self._check(index)
         return super().__getitem__(index)
 
     def __setitem__(self, index: Any, value: Any) -> None:
-        """Put an entry or a part."""
+        """Set an entry or a part."""
         self._check(index)
         super().__setitem__(index, value)
 
 
 def with_attributes(content: Any) -> Any:
-    """Arrays, also inside tuples, as kernels in Python read them: checked, or with entries that have attributes."""
+    """Return arrays, also inside tuples, as kernels in Python read them: checked, or with columns as attributes."""
     if isinstance(content, tuple) and hasattr(content, "_fields"):
         return type(content)(*map(with_attributes, content))
     if not isinstance(content, np.ndarray):
@@ -281,13 +282,13 @@ def _memory_of(content: Any, described: type) -> np.ndarray:
 
 @cache
 def fields_of(described: type) -> tuple[tuple[str, Any], ...]:
-    """Name and type of each field of a named tuple."""
+    """Return name and type of each field of a named tuple."""
     return tuple(get_type_hints(described, include_extras=True).items())
 
 
 @cache
 def _fields_in_memory(described: type) -> list[tuple[str, Any, ArrayType | None]]:
-    """Full name, type and, of an array, its kind: asked for each time, they would take half of the time of `_append_words`."""
+    """Return full name, type and array kind of each field; the cache saves half of the time of `_append_words`."""
     return [
         (f"{described.__name__}.{name}", get_origin(hint) or hint, get_args(hint)[1] if get_origin(hint) is Annotated else None)
         for name, hint in fields_of(described)
@@ -301,7 +302,7 @@ def _append_words(content: Any, described: type, words: list[int]) -> None:
         elif hint is tuple:
             words += part
         elif not isinstance(part, hint):
-            raise TypeError(f"{name}: {_what(part)} in place of {hint.__name__}")
+            raise TypeError(f"{name}: {_describe_value(part)} instead of {hint.__name__}")
         elif isinstance(part, tuple):
             _append_words(part, hint, words)
         else:
@@ -309,30 +310,30 @@ def _append_words(content: Any, described: type, words: list[int]) -> None:
 
 
 class Opener:
-    """What kernels open the `Handle` of a named tuple with; in C an address is the tuple itself."""
+    """Function by which kernels open the `Handle` of a named tuple; in C an address is the tuple itself."""
 
     def __init__(self, described: type) -> None:
         self.described = described
         self.__name__ = f"open_{described.__name__.lower()}"
 
     def __call__(self, address: int) -> Any:
-        """From an address to the tuple, in Python."""
+        """Return the tuple at an address, in Python."""
         return _HANDLES[int(address)].opened
 
 
 opener = Opener
 
 
-CALLED: dict[int, Callable[..., float]] = {}  # Functions by the numbers that stand for kernel pointers in Python
+CALLED: dict[int, Callable[..., float]] = {}  # functions by the integers that replace kernel pointers in Python
 
 
 def call_at(address: int, q: Any, v: Any, z: Any, x: Any, p: Any, out: Any) -> Any:
-    """Call the kernel at a pointer: arrays, or tuples of floats; see `compiler.recipe`."""
+    """Call the kernel at a pointer with arrays or tuples of floats, in the layout of `compiler.recipe`."""
     if int(address) in CALLED:
         return CALLED[int(address)](q, v, z, x, p, out)
     arrays = [np.asarray(numbers, float) for numbers in (q, v, z, x, p, out)]
     if not all(array.flags.c_contiguous for array in arrays):
-        raise TypeError("call_at: numbers that do not lie one after the other; allowed: np.ascontiguousarray(z, float)")
+        raise TypeError("call_at: the arrays are not contiguous; allowed: np.ascontiguousarray(z, float)")
     return _AT_POINTER(int(address))(*(array.ctypes.data for array in arrays))
 
 
@@ -340,7 +341,7 @@ _AT_POINTER = ctypes.CFUNCTYPE(ctypes.c_double, *[ctypes.c_void_p] * 6)
 
 
 if PYTHON:
-    # numbers divide as in C, where an integer has an end
+    # numbers divide as in C, where an integer has a limit
     np.seterr(all="ignore")
     _floor = math.floor
     math.floor = lambda x: _floor(x) if math.isfinite(x) else float(np.floor(x))  # type: ignore[assignment]

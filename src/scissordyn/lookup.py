@@ -1,4 +1,4 @@
-"""What is looked up by its name: public names and keywords, with the nearest one for another; libraries of extras."""
+"""Lookup by name: public names, keywords of functions, and libraries of optional extras."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from typing import Any
 from scissordyn.errors import InputError, did_you_mean
 
 
-def unexpected(signature: inspect.Signature, named: Mapping[str, Any]) -> str:
-    """What is wrong with the first keyword that a signature has not, with the nearest one; "" if it has all."""
+def describe_unexpected(signature: inspect.Signature, named: Mapping[str, Any]) -> str:
+    """Return a message about the first keyword that a signature does not have, with the nearest one, or ""."""
     parameters = signature.parameters
     if any(parameter.kind is parameter.VAR_KEYWORD for parameter in parameters.values()):
         return ""
@@ -24,7 +24,7 @@ def unexpected(signature: inspect.Signature, named: Mapping[str, Any]) -> str:
 
 
 def library(name: str, extra: str, purpose: str) -> Any:
-    """A module of a library of an extra."""
+    """Import a module of an optional library; raise `InputError` with the extra to install if it is missing."""
     try:
         return import_module(name)
     except ImportError as error:
@@ -37,7 +37,7 @@ def library(name: str, extra: str, purpose: str) -> Any:
 
 
 def public(package: str, name: str, homes: Mapping[str, str]) -> Any:
-    """The object of a public name, imported from its module."""
+    """Return the object of a public name, imported from its module."""
     if name not in homes:
         raise AttributeError(f"module '{package}' has no attribute '{name}'{did_you_mean(name, homes)}")
     return getattr(import_module(f"{package}.{homes[name]}"), name)

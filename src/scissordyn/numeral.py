@@ -1,4 +1,4 @@
-"""Prefixes of units, and numbers of tables as text, with three significant digits or more, as `table.js` in the browser."""
+"""Unit prefixes, and numbers of tables as text with at least three significant digits; `table.js` does the same."""
 
 from __future__ import annotations
 
@@ -6,45 +6,45 @@ import math
 from collections.abc import Iterable
 from decimal import ROUND_HALF_UP, Decimal
 
-PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}  # By power of ten
-LEAST = 3  # Significant digits of every number
-LARGEST = 4  # Significant digits of the largest number of a column, whose decimals the others take
-MOST = 7  # Numbers with more digits after the point than this, or before it, are written with a power of ten
+PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}  # by power of ten
+DIGITS_MIN = 3  # significant digits of every number
+COLUMN_DIGITS = 4  # significant digits of the largest number in a column, which sets the decimals of the column
+PLAIN_DIGITS_MAX = 7  # digits before or after the point above which a number is written with a power of ten
 
 
 def prefix(largest: float, low: int = -12, high: int = 9, *, from_tenth: bool = False) -> int:
-    """The power of ten with which the figure of a number is 1 to 1000, or 0.1 to 100."""
+    """Return the power of ten by which a number is divided to lie from 1 to 1000, or from 0.1 to 100 with `from_tenth`."""
     if not (math.isfinite(largest) and largest > 0.0):
         return 0
-    # the next float below a limit counts as the limit, so that round-off does not choose the prefix
+    # the next float below a limit counts as the limit, so that round-off does not change the prefix
     return min(max(3 * math.floor((math.log10(largest) + 1e-9 + from_tenth) / 3.0), low), high)
 
 
 def numeral(value: float, places: int = 0) -> str:
-    """A number as text, trailing zeros kept: 9.50."""
+    """Return a number as text with trailing zeros, for example 9.50."""
     if not math.isfinite(value):
         return "-"
     if value == 0.0:
-        return f"{0.0:.{min(places, MOST)}f}"
+        return f"{0.0:.{min(places, PLAIN_DIGITS_MAX)}f}"
     exact = Decimal(value)
-    wanted = max(places, LEAST - 1 - exact.adjusted(), 0)
-    if wanted <= MOST and exact.adjusted() < MOST:
+    wanted = max(places, DIGITS_MIN - 1 - exact.adjusted(), 0)
+    if wanted <= PLAIN_DIGITS_MAX and exact.adjusted() < PLAIN_DIGITS_MAX:
         return f"{exact.quantize(Decimal(1).scaleb(-wanted), ROUND_HALF_UP):f}"
-    figure = exact.scaleb(-exact.adjusted()).quantize(Decimal(1).scaleb(1 - LEAST), ROUND_HALF_UP)
+    figure = exact.scaleb(-exact.adjusted()).quantize(Decimal(1).scaleb(1 - DIGITS_MIN), ROUND_HALF_UP)
     carried = figure.adjusted()  # 9.996 becomes 10.00
-    mantissa = figure.scaleb(-carried).quantize(Decimal(1).scaleb(1 - LEAST), ROUND_HALF_UP)
+    mantissa = figure.scaleb(-carried).quantize(Decimal(1).scaleb(1 - DIGITS_MIN), ROUND_HALF_UP)
     return f"{mantissa:f}e{exact.adjusted() + carried}"
 
 
-def decimals(values: Iterable[float], digits: int = LARGEST) -> int:
-    """Digits after the point that a column of numbers has in common."""
+def decimals(values: Iterable[float], digits: int = COLUMN_DIGITS) -> int:
+    """Return the number of decimals that a column of numbers shares."""
     largest = max((abs(value) for value in values if math.isfinite(value)), default=0.0)
     before = Decimal(largest).adjusted() if largest else 0
-    return min(max(digits - 1 - max(before, 0), 0), MOST)
+    return min(max(digits - 1 - max(before, 0), 0), PLAIN_DIGITS_MAX)
 
 
-def numerals(values: Iterable[float], digits: int = LARGEST) -> list[str]:
-    """Numbers of one column as text."""
+def numerals(values: Iterable[float], digits: int = COLUMN_DIGITS) -> list[str]:
+    """Return the numbers of a column as text."""
     every = [float(value) for value in values]
     places = decimals(every, digits)
     return [numeral(value, places) for value in every]

@@ -18,7 +18,7 @@ from typing import Annotated, Any, Literal, ParamSpec, TypeVar, get_args, get_or
 
 from scissordyn.annotation import MismatchError, accepted, in_words, is_number, members, plain_hint, shown, type_decides
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.lookup import unexpected
+from scissordyn.lookup import describe_unexpected
 from scissordyn.numeral import PREFIXES, numerals, prefix
 
 RANGES: Mapping[str, tuple[float, float]] = {
@@ -34,15 +34,18 @@ RANGES: Mapping[str, tuple[float, float]] = {
     "N": (1e-12, 1e12),
     "N m": (1e-12, 1e12),
 }
-"""By unit, the smallest number above zero and the largest of any machine, with orders of magnitude to spare. Numbers beyond
-them are slips, and their powers leave the range of floating-point numbers. Bounds that a field declares take precedence."""
+"""Smallest positive and largest number of a machine by unit, with orders of magnitude to spare.
 
-ANY_RANGE = (1e-30, 1e30)  # The same for units that are not listed
+Numbers outside are mistakes, and their powers leave the range of floating-point numbers. Bounds that a field declares take
+precedence.
+"""
+
+ANY_RANGE = (1e-30, 1e30)  # range of units that are not listed
 
 
 @dataclass(frozen=True)
 class State:
-    """An internal state of a component, a controller, a damping or a friction law.
+    """Internal state of a component, a controller, a damping law or a friction law.
 
     Parameters
     ----------
@@ -51,10 +54,10 @@ class State:
     unit : str
         SI unit; "1" for a pure number.
     scale : float or callable, optional
-        The size that errors of the state are compared with, in its unit: a step may be wrong by the tolerance times this. Or a
-        function of the described part, as ``lambda part: part.torque / part.stiffness``. Where only the difference of a state
-        and a coordinate acts, it is the size of the difference. Friction laws with a kernel `start` may leave it out: their
-        states are then compared with those of sliding at 1 m/s.
+        Size with which errors of the state are compared, in its unit: a step may be wrong by the tolerance times the scale. It
+        may be a function of the described part, for example ``lambda part: part.torque / part.stiffness``. If only the
+        difference between a state and a coordinate acts, the scale is the size of the difference. Friction laws with a kernel
+        `start` may leave the scale out: their states are then compared with those of sliding at 1 m/s.
     """
 
     name: str
@@ -62,12 +65,12 @@ class State:
     scale: float | Callable[[Any], float] | None = None
 
     def size(self, part: Any) -> float:
-        """The scale for one part.
+        """Return the scale for one part.
 
         Raises
         ------
         InputError
-            If it is not a finite number above zero.
+            If the scale is not a finite number above zero.
         """
         scale = self.scale(part) if callable(self.scale) else self.scale
         if not is_number(scale) or not 0.0 < scale < math.inf:  # type: ignore[operator]
@@ -80,12 +83,12 @@ class State:
 
 
 def degrees(angle: float) -> float:
-    """An angle in degrees as radians [rad]."""
+    """Convert an angle in degrees to radians [rad]."""
     return math.radians(_plain("degrees", angle))
 
 
 def rpm(speed: float) -> float:
-    """A speed in revolutions per minute as angular velocity [rad/s]."""
+    """Convert a speed in revolutions per minute to an angular velocity [rad/s]."""
     return _plain("rpm", speed) * 2.0 * math.pi / 60.0
 
 
@@ -96,15 +99,15 @@ def _plain(function: str, value: Any) -> float:
     return float(value)
 
 
-LEADING_NUMBER = re.compile(r"\s*[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+LEADING_NUMBER = re.compile(r"\s*[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")  # a number at the start of a text
 
 
 @dataclass(frozen=True)
 class Sample:
-    """A value that the user can type; as text it is Python, a reader of case files writes it with its unit."""
+    """Value that the user can type; its text is Python, and a reader of case files writes it with its unit."""
 
     key: str
-    value: float  # In SI
+    value: float  # in SI
     unit: str  # SI unit
 
     def __str__(self) -> str:
@@ -125,13 +128,13 @@ class Quantity:
     above, below : float, optional
         Open bounds.
     minimum, maximum : float, optional
-        Closed bounds. Where no bound is given, and for ``above=0.0``, that of `RANGES` for the unit.
+        Closed bounds. If no bound is given, and for ``above=0.0``, the bound is that of `RANGES` for the unit.
     help : str
         Description of the number in one line.
     because : str
-        Why there is a bound, where that is not plain: what a larger number takes.
+        Reason for a bound, if it is not obvious: the cost of a larger number.
     tied : str
-        What to change instead of this number, where it stands in other places too and cannot change alone.
+        What to change instead of this number, if the number also occurs elsewhere and cannot change alone.
     """
 
     unit: str
@@ -157,7 +160,7 @@ class Quantity:
 
     @property
     def allowed(self) -> str:
-        """The bounds in words, e.g. ``a number > 0 [m]``."""
+        """Bounds in words, for example ``a finite number > 0 [m]``."""
         bounds = [
             f"{sign} {bound:g}"
             for sign, bound in ((">", self.above), (">=", self.minimum), ("<", self.below), ("<=", self.maximum))
@@ -168,7 +171,7 @@ class Quantity:
         return f"a finite number {number}".rstrip() + ("" if self.unit == "1" else f" [{self.unit}]") + why
 
     def admits(self, value: float) -> bool:
-        """Whether `value` is a finite number inside the bounds."""
+        """Report whether `value` is a finite number inside the bounds."""
         try:
             number = float(value)
         except OverflowError:
@@ -184,16 +187,16 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Pairs:
-    """What an annotated tuple of pairs means: ``Annotated[tuple[Point, ...], Pairs(("angles", "moments"), ("rad", "N m"))]``.
+    """Meaning of an annotated tuple of pairs: ``Annotated[tuple[Point, ...], Pairs(("angles", "moments"), ("rad", "N m"))]``.
 
     Parameters
     ----------
     names : (str, str)
-        Of the first and of the second numbers.
+        Names of the first and of the second numbers.
     units : (str, str)
         SI units.
     help : str
-        One line that says what the pairs are.
+        One-line description of the pairs.
     """
 
     names: tuple[str, str]
@@ -203,21 +206,21 @@ class Pairs:
 
 @cache
 def quantities(described: type) -> dict[str, Quantity]:
-    """The quantities that the annotated fields of a dataclass declare, by field name."""
+    """Return the quantities that the annotated fields of a dataclass declare, by field name."""
     hints = get_type_hints(described, include_extras=True)
     return {name: extra for name, hint in hints.items() for extra in extras(hint) if isinstance(extra, Quantity)}
 
 
 @dataclass(frozen=True)
 class Meaning:
-    """What a value other than a number means: ``Annotated[Friction, Meaning("a friction law", "LuGre(kinetic=0.1)")]``."""
+    """Meaning of a value that is not a number: ``Annotated[Friction, Meaning("a friction law", "LuGre(kinetic=0.1)")]``."""
 
-    help: str  # One line
-    example: str = ""  # A value as Python
+    help: str  # one line
+    example: str = ""  # a value as Python
 
 
 def help_of(hint: Any) -> str:
-    """What a value means, in one line, as its annotation says it."""
+    """Return the one-line meaning of a value, from its annotation."""
     return next((extra.help for extra in extras(hint) if getattr(extra, "help", "")), "")
 
 
@@ -225,7 +228,7 @@ Described = TypeVar("Described", bound=Callable[..., Any])
 
 
 def documented(described: Described, meanings: Mapping[str, str] = MappingProxyType({}), source: str = "") -> Described:
-    """A class or function whose docstring gets parameters, with units and meanings from their annotations, and a source."""
+    """Add parameters, with units and meanings from their annotations, and a source to the docstring of a class or function."""
     text = inspect.cleandoc(described.__doc__ or "")
     hints, rows = _hints(inspect.unwrap(described)), []
     for name, parameter in inspect.signature(described).parameters.items():
@@ -250,7 +253,7 @@ Result = TypeVar("Result")
 
 
 def checked(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
-    """A function whose arguments are first compared with their annotations; one that does not fit is an `InputError`."""
+    """Wrap a function so that its arguments are first compared with their annotations; a mismatch raises `InputError`."""
     signature, name = inspect.signature(function), getattr(function, "__name__", "")
 
     @functools.wraps(function)
@@ -258,7 +261,7 @@ def checked(function: Callable[Arguments, Result]) -> Callable[Arguments, Result
         try:
             bound = signature.bind(*given, **named)
         except TypeError as error:
-            raise TypeError(f"{name}() {unexpected(signature, named) or error}") from None
+            raise TypeError(f"{name}() {describe_unexpected(signature, named) or error}") from None
         hints = _hints(function)
         called = bound.arguments.get("name")
         owner = f"{name} '{called}'" if isinstance(called, str) and called else f"{name}()"
@@ -277,7 +280,7 @@ def checked(function: Callable[Arguments, Result]) -> Callable[Arguments, Result
 
 @cache
 def _hints(described: Any) -> Mapping[str, Any]:
-    """Of what is given; the type of a result may be one that only type checkers import."""
+    """Return the hints of a class's fields or a function's arguments; a result's type may exist for type checkers only."""
     if isinstance(described, type):
         return get_type_hints(described, include_extras=True)
     hints = {name: hint for name, hint in described.__annotations__.items() if name != "return"}
@@ -302,20 +305,20 @@ def _with_datasets(described: Any, names: Mapping[str, Any]) -> Mapping[str, Any
 
 @cache
 def extras(hint: Any) -> tuple[Any, ...]:
-    """What the annotations of a hint, or of the members of a union, say beyond its type."""
+    """Return the annotations of a hint, or of the members of a union, besides the type."""
     return tuple(extra for layer in (hint, *get_args(hint)) if get_origin(layer) is Annotated for extra in get_args(layer)[1:])
 
 
 @cache
 def _quantity(hint: Any) -> Quantity | None:
-    """The quantity that a hint says a value is."""
+    """Return the quantity in a hint, or None."""
     return next((extra for extra in extras(hint) if isinstance(extra, Quantity)), None)
 
 
 def check_quantities(instance: Any, named: str = "") -> None:
     """Raise `InputError` for the first field of a dataclass instance that does not fit its annotation; `named` is its owner.
 
-    Numbers of other libraries, such as numpy's, become Python's own, lists become tuples.
+    Numbers of other libraries, such as numpy's, become Python's own; lists become tuples.
     """
     described: type = type(instance)
     for declared in _declared(described):
@@ -331,7 +334,7 @@ def check_quantities(instance: Any, named: str = "") -> None:
 
 @dataclasses.dataclass(slots=True)
 class _Declared:
-    """A field that can be given, and what of it is known to fit: nearly all values do, and comparing with hints is slow."""
+    """Field of a dataclass, with the types and values that are known to fit; the full comparison with a hint is slow."""
 
     name: str
     quantity: Quantity | None
@@ -341,13 +344,13 @@ class _Declared:
     last: Any = ()
 
     def admits(self, value: Any) -> bool:
-        """Whether a value is known to fit, as it is."""
+        """Report whether a value is known to fit unchanged."""
         if self.quantity is not None:
             return type(value) is float and self.quantity.admits(value)
         return type(value) in self.types or value is self.last
 
     def fits(self, value: Any) -> None:
-        """Note a value that fits as it is: its type, if that decides, or else itself, which is given on to other instances."""
+        """Remember a value that fits unchanged: its type if that decides, otherwise the value itself."""
         if self.quantity is None and _quantity(self.hint) is None and type_decides(self.hint):
             self.types.add(type(value))
         elif self.quantity is None and type(value) is tuple:
@@ -356,7 +359,7 @@ class _Declared:
 
 @cache
 def _declared(described: type) -> tuple[_Declared, ...]:
-    """The fields that can be given, with the quantity of those that are floating-point numbers."""
+    """Return the fields that can be given, with the quantity of floating-point fields."""
     fields, hints = [field for field in dataclasses.fields(described) if field.init], _hints(described)
     numbers = {field.name for field in fields if plain_hint(hints[field.name]) in (float, float | None)}
     return tuple(
@@ -366,7 +369,7 @@ def _declared(described: type) -> tuple[_Declared, ...]:
 
 
 def _fitted(owner: str, name: str, value: Any, hint: Any, field: Any = None) -> Any:
-    """A value that fits its annotation, as Python's own; otherwise an `InputError`."""
+    """Return a value that fits its annotation, converted to Python's own types; otherwise raise `InputError`."""
     quantity = _quantity(hint)
     try:
         fitting = accepted(value, hint)
@@ -376,7 +379,7 @@ def _fitted(owner: str, name: str, value: Any, hint: Any, field: Any = None) -> 
         near = did_you_mean(value, get_args(plain_hint(hint))) if get_origin(plain_hint(hint)) is Literal else ""
         example = _example(name, value, hint, field)
         raise InputError(f"{owner}: {name} = {shown(value)}{near}", _allowed(hint), example) from None
-    if quantity is None or fitting is None or isinstance(fitting, str):  # a word that is allowed in place of a number
+    if quantity is None or fitting is None or isinstance(fitting, str):  # a word that is allowed instead of a number
         return fitting
     numbers = fitting if isinstance(fitting, tuple) else (fitting,)
     if not all(quantity.admits(number) for number in numbers):
@@ -385,7 +388,7 @@ def _fitted(owner: str, name: str, value: Any, hint: Any, field: Any = None) -> 
 
 
 def _allowed(hint: Any) -> str:
-    """An annotation in words; for a protocol, whose name says nothing to a user, what it means."""
+    """Return an annotation in words; for a protocol, whose name tells a user nothing, return its meaning."""
     meaning = next((extra.help for extra in extras(hint) if isinstance(extra, Meaning)), "")
     kinds = (plain_hint(hint), *get_args(plain_hint(hint)))
     named = any(getattr(kind, "_is_protocol", False) or hasattr(kind, "slot") for kind in kinds)
@@ -405,7 +408,7 @@ def _out_of_bounds(owner: str, name: str, value: Any, hint: Any, quantity: Quant
 
 
 def _as_number(name: str, text: str, quantity: Quantity) -> Sample | str:
-    """What to write in Python in place of a number with its unit."""
+    """Return the Python text to write instead of a number with its unit."""
     start = LEADING_NUMBER.match(text)
     number, unit = (float(start[0]), text[start.end() :].strip()) if start else (math.nan, "")
     factor = {"deg": math.radians(1.0), "rpm": math.pi / 30.0, "mm": 1e-3, "ms": 1e-3, quantity.unit: 1.0, "": 1.0}.get(unit)
@@ -414,12 +417,12 @@ def _as_number(name: str, text: str, quantity: Quantity) -> Sample | str:
 
 
 def _example(name: str, value: Any, hint: Any, field: Any) -> str:
-    """What to write in Python in place of a value of another type."""
+    """Return the Python text to write instead of a value of another type."""
     sample = next((extra.example for extra in extras(hint) if isinstance(extra, Meaning) and extra.example), "")
     if isinstance(value, type):
         try:
             accepted(value(), hint)
-        except Exception:  # whatever a class without its arguments raises: then it is no example
+        except Exception:  # a class that cannot be made without arguments is not an example
             pass
         else:
             return f"{name}={value.__name__}()"
@@ -434,19 +437,19 @@ def _example(name: str, value: Any, hint: Any, field: Any) -> str:
 
 
 def counted(number: int, thing: str = "contact") -> str:
-    """A number of things in words: "1 contact", "2 contacts"."""
+    """Return a number of things in words: "1 contact", "2 contacts"."""
     return f"{number} {thing}" + ("" if number == 1 else "s")
 
 
 def cell(value: float, unit: str) -> str:
-    """One result with its unit, as a table shows it: trailing zeros are kept."""
+    """Return one result with its unit, as a table shows it, with trailing zeros."""
     power = prefix(abs(value)) if unit != "1" else 0
     (text,) = numerals([value / 10.0**power])
     return text if unit == "1" or text == "-" else f"{text} {PREFIXES[power]}{unit}"
 
 
 def short(value: float, unit: str) -> str:
-    """One number with its unit, to four digits; round-off, a thousandth of the smallest prefix, is zero."""
+    """Return one number with a prefixed unit, to four digits; round-off below 1e-15 of the unit is shown as zero."""
     if abs(value) < 1e-3 * 10.0 ** min(PREFIXES):
         return f"0 {unit}"
     power = prefix(abs(value))

@@ -1,4 +1,4 @@
-"""Warnings of a run as data, a kind with a part and numbers, and the one table of their words."""
+"""Warnings of a run as data (kind, part, numbers), and the table of their texts."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-NAMED = 3  # Most names of parts in one line
+NAMES_MAX = 3  # largest number of part names in one line
 
-_LOADED = ": a contact that began at {speed:.3g} m/s was loaded to {force:.5g} N and is no impact at that speed: its damping "
+_LOADED = ": a contact that began at {speed:.3g} m/s was loaded to {force:.5g} N, not by an impact at that speed: its damping "
 _AT_LIMIT = ": the controller is at its limit of {limit:g} N m for "
-_WARMED = ": the power lost would warm the oil by {rise:.3g} K if nothing cooled it, "
+_WARMED = ": the dissipated power would warm the oil by {rise:.3g} K without cooling, "
 
 WORDS: Mapping[str, str] = MappingProxyType(
     {
@@ -22,14 +22,14 @@ WORDS: Mapping[str, str] = MappingProxyType(
         # laws of a joint
         "fast": ": {fast} of {contacts} contacts start faster than {limit:.2g} m/s (up to {speed:.3g} m/s); above that "
         "impacts are not elastic and contact forces are estimates",
-        "deep": ": indentation reaches {fraction:.0%} of the {size}; '{law}' assumes a contact that is small against the "
-        "radii, up to {most:.0%}",
+        "deep": ": indentation reaches {fraction:.0%} of the {size}; '{law}' assumes a contact that is small compared "
+        "with the radii, up to {most:.0%}",
         "continued": ": indentation reaches {depth:.3g} mm; '{law}' describes up to {deepest:.3g} mm and is continued along "
         "its tangent",
         "doubt": ": {slot} law: {doubt}",
         "caveat": ": '{law}': {caveat}",
         "one material": ": '{law}' is for two surfaces of one material",
-        "steel": ": '{law}' has the constants of steel built in",
+        "steel": ": '{law}' contains the constants of steel",
         "restitution range": ": '{law}' is for restitution coefficients from {low:g} to {high:g}, not {restitution:g}",
         "restitution": ": '{law}' returns a restitution coefficient of {returned:.3f} for {restitution:g}; the damping law "
         "'exact' returns the given one",
@@ -48,15 +48,15 @@ WORDS: Mapping[str, str] = MappingProxyType(
         "no or several solutions there, and the motion depends on stiffness and damping of the contact",
         # hard contacts
         "contacts with steps": "contacts begin and end with steps of {step:g} s, whatever their error, not where surfaces "
-        "touch: they start pressed in, with energy from nowhere",
+        "touch; contacts start with an indentation, which adds energy",
         "not solved": "the impulses of {count} of {steps} steps with contacts are not solved: neither Newton's method nor "
-        "pivoting finds modes that agree with each other, as with friction that locks surfaces (Painlevé); their impulses "
-        "are those without friction",
+        "pivoting finds consistent modes, for example if friction locks surfaces (Painlevé); their impulses "
+        "are computed without friction",
         "over-determined": "in {count} of {steps} steps with contacts more contacts are closed than the position "
-        "determines: their impulses are those of surfaces with the same small compliance, only their sums are determined",
+        "determines: only the sums of their impulses are determined; each is that of surfaces with the same small compliance",
         "overlap": ": hard surfaces overlap by {overlap:.2g} clearances{others}: the step of {step:.3g} s is too long",
-        "not converged": "the losses of restitution have not converged: {unresolved:.3g} of {lost:.3g} J are those of "
-        "contacts that follow the one before in their joint within {within:g} steps, and change with the step; compare "
+        "not converged": "the losses of restitution have not converged: {unresolved:.3g} of {lost:.3g} J are lost in "
+        "contacts within {within:g} steps of the previous contact of their joint, and depend on the step; compare "
         'trust = true, or step = "{step:.2g} s"',
         "jammed": "at rest or jammed: from t = {time:.6g} s on nothing moves, and the contacts of {names} stick",
         # components
@@ -66,23 +66,23 @@ WORDS: Mapping[str, str] = MappingProxyType(
         "at limit, no reference": _AT_LIMIT + "{fraction:.2g} of the run, first at t = {time:.6g} s",
         "at limit between samples": _AT_LIMIT + "less than the time between two samples",
         "restless": ": between samples it changes from one limit to the other {reversals} times: its gains are too high for "
-        "what it moves, or beside hard contact the step is too long (smaller gains, or compliant contact)",
+        "the moved mass, or the step is too long for hard contact; use smaller gains, or compliant contact",
         "at limit in a case": ": the controller reaches its limit of {limit:g} N m",
         "state scale": ": an error of {error:.2g} {unit}, which the tolerance allows in its state '{state}', is {share:.2g} "
         "of its largest {force}; the scale of {scale:.2g} {unit} is too large, about {fitting:.1g} {unit} would fit",
-        "off the rail": " runs off the end of bar '{bar}' at t = {time:.6g} s, which goes on straight in the model",
-        "beyond": " leaves its curve or stroke by up to {beyond:.3g} {unit} (t = {time:.6g} s), where its force is held",
-        "impulse": " locks at t = {time:.6g} s by an impulse that the drives take up with {work:.3g} J; the largest driving "
-        "torques do not contain it",
-        "unseen force": ": bearings see the torques of this coupling, but not its force; teeth, a belt or a screw of the "
-        "coupling say where it acts",
-        "pulling flank": ": the flank that is given pulls for {fraction:.2g} of the run, with up to {force:.3g} {unit} on the "
-        "output (t = {time:.6g} s); teeth part there, and the other flank carries",
-        "moving centre": ": coupling '{coupling}' keeps a relation of angles also where this clearance lets the centre of "
-        "'{body}' move by {clearance:.3g} mm: teeth or a belt would turn it by up to that over its pitch radius",
+        "off the rail": " runs off the end of bar '{bar}' at t = {time:.6g} s; the model extends the bar straight",
+        "beyond": " leaves its curve or stroke by up to {beyond:.3g} {unit} (t = {time:.6g} s), where its force is constant",
+        "impulse": " locks at t = {time:.6g} s; the drives do {work:.3g} J of work in this impulse, which the largest driving "
+        "torques do not include",
+        "unseen force": ": bearings carry the torques of this coupling, but not its force; add teeth, a belt or a screw to the "
+        "coupling to state where its force acts",
+        "pulling flank": ": the given flank pulls for {fraction:.2g} of the run, with up to {force:.3g} {unit} on the "
+        "output (t = {time:.6g} s); real teeth separate then, and the other flank carries",
+        "moving centre": ": coupling '{coupling}' keeps its relation of angles although this clearance lets the centre of "
+        "'{body}' move by {clearance:.3g} mm; teeth or a belt would turn it by up to this distance divided by its pitch radius",
         # bars that bend
-        "yield": " is stressed to {ratio:.3g} times its yield strength: the bar stays elastic in the model (t = {time:.6g} s)",
-        "strain": " has a strain of {ratio:.3g}: the model is one of small strains (t = {time:.6g} s)",
+        "yield": " is stressed to {ratio:.3g} times its yield strength; the model of the bar is elastic (t = {time:.6g} s)",
+        "strain": " has a strain of {ratio:.3g}; the model is valid for small strains (t = {time:.6g} s)",
         "buckling": " is compressed to {ratio:.3g} times the force at which the mechanism buckles with its drives locked (t "
         "= {time:.6g} s)",
         "bending modes": ": the contact at t = {time:.6g} s lasts {lasting:.3g} ms and excites bending up to "
@@ -90,13 +90,13 @@ WORDS: Mapping[str, str] = MappingProxyType(
         "contact",
         # films of oil
         "thin film": ": the film is thinner than three roughnesses of {roughness:.3g} m for {fraction:.2g} of the run, least "
-        "{least:.3g} m at t = {time:.6g} s in the direction {angle:.3g} deg; asperities carry there beside "
-        "the film",
-        "roughness decides": ": the largest force, {force:.3g} N at t = {time:.6g} s, comes with a film of {thickness:.3g} m, "
-        "below three roughnesses of {roughness:.3g} m: it depends on the roughness; asperities carry {share:.2g} of it",
+        "{least:.3g} m at t = {time:.6g} s in the direction {angle:.3g} deg; asperities carry part of the load "
+        "there",
+        "roughness decides": ": the largest force, {force:.3g} N at t = {time:.6g} s, occurs in a film of {thickness:.3g} m, "
+        "below three roughnesses of {roughness:.3g} m, and depends on the roughness; asperities carry {share:.2g} of it",
         "thin film in a case": ": the film is thinner than three roughnesses of {roughness:.3g} m, least {least:.3g} m",
         "film pressure": ": film pressures reach {pressure:.2g} Pa (t = {time:.6g} s); above {limit:.0e} Pa oil thickens "
-        "and surfaces yield: its forces are those of rigid surfaces",
+        "and surfaces yield, but the model has rigid surfaces",
         "full film pulls": ": the full film pulls with pressures down to {tension:.2g} Pa below the surroundings at t = "
         "{time:.6g} s; oil boils {bears:.2g} Pa below them: full = true is not possible there",
         "cavitation": ": the film cavitates beyond the model: to follow the journal its oil would have to go to "
@@ -108,14 +108,15 @@ WORDS: Mapping[str, str] = MappingProxyType(
         "vapour_pressure of an oil that is made for a vacuum, or leave the joint dry",
         "vortices": ": Reynolds' number {number:.3g} exceeds {limit:.3g}, above which the film has vortices",
         "squeeze": ": the squeeze Reynolds number rho c |e'|/mu reaches {number:.3g}; above {limit:g} the inertia of the "
-        "oil, which the film does not have, is no small part of its pressure",
-        "oil boils off": _WARMED + "beyond {limit:g} deg C, where oils evaporate and boil; in the model it stays as it is",
-        "oil warms": _WARMED + "and its viscosity fall from {before:.3g} to {after:.3g} Pa s; both are fixed in the model",
+        "oil, which the model neglects, is a considerable part of its pressure",
+        "oil boils off": _WARMED + "beyond {limit:g} deg C, where oils evaporate and boil; the model keeps the oil unchanged",
+        "oil warms": _WARMED + "and its viscosity fall from {before:.3g} to {after:.3g} Pa s; both are constant in the model",
         # energy and reactions
-        "unbalanced": "the energy balance misses {residual:.3g} J{share}: the results are not accurate; try {finer}",
-        "gain": "{source} gives energy: {variable} falls by {gain:.3g} J until t = {time:.6g} s; the energy balance does "
-        "not see it",
-        "event gain": "the event of '{name}' at t = {time:.6g} s gives {gain:.3g} J; the energy balance does not see it",
+        "unbalanced": "energy balance error: {residual:.3g} J{share}; the results are not accurate; try {finer}",
+        "gain": "{source} gives energy: {variable} falls by {gain:.3g} J until t = {time:.6g} s; this is not "
+        "included in the energy balance",
+        "event gain": "the event of '{name}' at t = {time:.6g} s gives {gain:.3g} J; this is not included in the energy "
+        "balance",
         "redundant joints": "there are redundant ideal joints; the reactions of {names} are not determined and are left out "
         "(NaN)",
         "aligned": "at {count} of {instants} instants, first at t = {time:.6g} s, bodies are aligned (a singular position): "
@@ -123,20 +124,23 @@ WORDS: Mapping[str, str] = MappingProxyType(
         "checkpoints": "the last checkpoints are missing: {problem}",
     }
 )
-"""What a warning of each kind says. Words after a part begin with a colon if several parts can share a line."""
+"""Text of each kind of warning.
+
+A text that follows the name of a part begins with a colon if several parts can share a line.
+"""
 
 WORST = MappingProxyType({"fast": "speed"})
-"""The number that ranks the parts of a line; of other kinds it is the first that differs."""
+"""Number that ranks the parts of a line; for other kinds, the first number that differs ranks them."""
 
 
 @dataclass(frozen=True)
 class RunWarning:
-    """What is doubtful in a run; its text is a sentence."""
+    """Something doubtful in a run; its text is a sentence."""
 
-    kind: str  # Of `WORDS`
-    part: str = ""  # Its name; empty if the warning is about the whole run
-    what: str = "joint"  # What the part is
-    numbers: Mapping[str, Any] = field(default_factory=dict)  # In the units of the words; texts where there is no number
+    kind: str  # key of `WORDS`
+    part: str = ""  # name of the part; empty if the warning is about the whole run
+    what: str = "joint"  # kind of part
+    numbers: Mapping[str, Any] = field(default_factory=dict)  # in the units of the text; some values are texts
 
     def __str__(self) -> str:
         prefix = f"{self.what} '{self.part}'" if self.part else ""
@@ -149,19 +153,19 @@ class RunWarning:
 
 
 def warning(kind: str, part: str = "", what: str = "joint", /, **numbers: Any) -> RunWarning:
-    """A warning of a kind of `WORDS`, with the numbers that these name."""
+    """Return a warning of a kind in `WORDS`, with the numbers that its text names."""
     return RunWarning(
         kind, part, what, {name: number.tolist() if hasattr(number, "tolist") else number for name, number in numbers.items()}
     )
 
 
 def plain(texts: Iterable[str]) -> list[RunWarning]:
-    """Sentences of other rooms as warnings."""
+    """Return warnings from sentences of other packages."""
     return [warning("plain", text=text) for text in texts]
 
 
 def group(warnings: Iterable[RunWarning]) -> list[list[RunWarning]]:
-    """Warnings of one kind about parts that differ in numbers only, each group where its first one was."""
+    """Group warnings of one kind about parts that differ only in numbers; a group is at the place of its first warning."""
     groups: dict[Any, list[RunWarning]] = {}
     for item in warnings:
         texts = tuple(value for value in item.numbers.values() if isinstance(value, str))
@@ -171,7 +175,7 @@ def group(warnings: Iterable[RunWarning]) -> list[list[RunWarning]]:
 
 
 def line(warnings: list[RunWarning]) -> str:
-    """A group in one line, with the ranges of its numbers and the part with the worst."""
+    """Return a group as one line, with the ranges of its numbers and the part with the worst number."""
     if len(warnings) == 1:
         return str(warnings[0])
     kind, what = warnings[0].kind, warnings[0].what
@@ -187,8 +191,8 @@ def line(warnings: list[RunWarning]) -> str:
         low, high = (format(extreme, form or "") for extreme in (min(values), max(values)))
         words += low if low == high else f"{low} to {high}"
         differing += [name] if low != high else []
-    names = [f"'{item.part}'" for item in warnings[:NAMED]]
-    names += [f"{len(warnings) - NAMED} more"] if len(warnings) > NAMED else []
+    names = [f"'{item.part}'" for item in warnings[:NAMES_MAX]]
+    names += [f"{len(warnings) - NAMES_MAX} more"] if len(warnings) > NAMES_MAX else []
     worst = ""
     if differing:
         by = WORST[kind] if WORST.get(kind) in differing else differing[0]

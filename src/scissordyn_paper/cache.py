@@ -12,7 +12,7 @@ from typing import Any, Protocol, TypeVar, cast
 import xarray as xr
 
 from scissordyn.errors import InputError, ScissordynError
-from scissordyn.file.provenance import FACES, PACKAGE
+from scissordyn.file.provenance import DISPLAY_ROOMS, PACKAGE
 from scissordyn.file.provenance import provenance as made_with
 from scissordyn.record.store import load, save
 from scissordyn.run.engine import Engine, error_text, outcomes
@@ -20,7 +20,7 @@ from scissordyn.run.engine import Engine, error_text, outcomes
 Progress = Callable[[str, int, int], None]  # Kind of work, number done, total number
 
 SHOWN = (
-    *FACES,
+    *DISPLAY_ROOMS,
     "figure",
     *(
         f"{name}.py"

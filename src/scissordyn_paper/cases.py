@@ -11,8 +11,8 @@ from typing import Annotated, Any, Literal
 
 from scissordyn.casefile.case import Case
 from scissordyn.casefile.structure import ClearanceTable
-from scissordyn.casefile.table import instance, located
-from scissordyn.config.file import case_of
+from scissordyn.casefile.table import add_prefix, instance
+from scissordyn.config.file import make_case
 from scissordyn.errors import InputError
 from scissordyn.model.clearance import Clearance, SlipKind
 from scissordyn.model.options import Options, StartKind
@@ -230,12 +230,12 @@ class PaperCase:
 
     def described(self) -> Case:
         """The mechanism and options of the case file."""
-        with located(self.name):
-            return case_of(tomllib.loads(self.toml), {"folder": Path()})
+        with add_prefix(self.name):
+            return make_case(tomllib.loads(self.toml), {"folder": Path()})
 
     def described_on(self, ideal: Case) -> Case:
         """The same with clearance, made of the parts of the ideal case on the same drive, which takes less time."""
-        with located(self.name):
+        with add_prefix(self.name):
             (table,) = tomllib.loads(self.toml)["clearance"]
             read: Any = instance(ClearanceTable, table, {"folder": Path()})
             mechanism = ideal.mechanism.with_clearance(read.joint, read.result())

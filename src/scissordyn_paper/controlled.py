@@ -26,7 +26,7 @@ from scissordyn.control.tracking.pid import PID
 from scissordyn.errors import ScissordynError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain
-from scissordyn.run.advance.interrupt import pass_on
+from scissordyn.run.advance.interrupt import raise_if_interrupted
 from scissordyn.run.inverse_dynamics import feed_forward
 from scissordyn.run.simulate import simulate
 from scissordyn.units import degrees
@@ -183,7 +183,7 @@ def ideal_of(job: ControlledRun) -> ControlledRun:
 def compute(job: ControlledRun) -> xr.Dataset:
     """Simulate a manoeuvre under a scheme."""
     manoeuvre = MANOEUVRES[job.manoeuvre]
-    run = pass_on(simulate(job.mechanism(), until=manoeuvre.until, samples=manoeuvre.samples))
+    run = raise_if_interrupted(simulate(job.mechanism(), until=manoeuvre.until, samples=manoeuvre.samples))
     if run.attrs["status"] != "complete":
         raise ScissordynError(f"run '{job.name}': {run.attrs['cause']}")
     return run

@@ -20,10 +20,10 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.casefile.case import Case
-from scissordyn.casefile.table import located, toml
-from scissordyn.config.file import case_of
+from scissordyn.casefile.table import add_prefix, toml
+from scissordyn.config.file import make_case
 from scissordyn.errors import ScissordynError
-from scissordyn.run.advance.interrupt import pass_on
+from scissordyn.run.advance.interrupt import raise_if_interrupted
 from scissordyn.run.simulate import simulate
 from scissordyn.units import degrees
 from scissordyn_paper.cases import DEFAULT, SIZES, Choice, PaperCase
@@ -187,19 +187,19 @@ LONGEST_FIRST = tuple(sorted(OPEN_CASES, key=lambda case: (case.bars == "rigid",
 
 @lru_cache(8)
 def _described(text: str) -> Case:
-    return case_of(tomllib.loads(text), {"folder": Path()})
+    return make_case(tomllib.loads(text), {"folder": Path()})
 
 
 def compute(case: OpenCase) -> xr.Dataset:
     """Simulate a case and measure it."""
-    with located(case.name):
+    with add_prefix(case.name):
         described = _described(case.toml)
         mechanism = described.mechanism
         if case.member:
             mechanism = mechanism.replace("A.clearance", case.clearance * (1.0 + case.member * 1e-12))
         trusted = case.bars == "rigid" and case.member == 0 and case.choice == DEFAULT
-        run = pass_on(simulate(mechanism, **{**described.run.keywords, "trust": trusted}))
-        ideal = pass_on(simulate(_ideal(case), **_described(_ideal_case(case).toml).run.keywords))
+        run = raise_if_interrupted(simulate(mechanism, **{**described.run.keywords, "trust": trusted}))
+        ideal = raise_if_interrupted(simulate(_ideal(case), **_described(_ideal_case(case).toml).run.keywords))
     if run.attrs["status"] != "complete":
         raise ScissordynError(f"run '{case.name}': {run.attrs['cause']}")
     found = {name: ((), value) for name, value in _measured(run, ideal, case).items()}

@@ -22,7 +22,7 @@ from scissordyn.periodic.bifurcation import OtherDiagramError, bifurcation
 from scissordyn.periodic.cycles import cycle
 from scissordyn.periodic.ensemble import ensemble
 from scissordyn.periodic.lyapunov import separation_exponent
-from scissordyn.run.advance.interrupt import pass_on
+from scissordyn.run.advance.interrupt import raise_if_interrupted
 from scissordyn.run.engine import Engine
 from scissordyn.units import degrees
 from scissordyn_paper.cache import Progress
@@ -164,12 +164,12 @@ def fetch_diagram(path: Path, *, engine: Engine = None, progress: Progress | Non
         )
 
     try:
-        diagram = pass_on(made())
+        diagram = raise_if_interrupted(made())
     except OtherDiagramError:
         # a file that is cut, or of another diagram; any other is left alone
         check_target(path, sample="-o paper", replace_broken=True)
         path.unlink(missing_ok=True)
-        diagram = pass_on(made())
+        diagram = raise_if_interrupted(made())
     failed = diagram["value"].values[diagram["status"].values != "complete"]
     if failed.size:
         raise ScissordynError(f"the bifurcation diagram failed at {JOINT}.clearance = {failed[0]:g} m")
@@ -177,6 +177,6 @@ def fetch_diagram(path: Path, *, engine: Engine = None, progress: Progress | Non
 
 
 def _check(run: xr.Dataset, case: PaperCase) -> None:
-    if pass_on(run).attrs["status"] != "complete":
+    if raise_if_interrupted(run).attrs["status"] != "complete":
         causes = [str(run.attrs.get("cause", ""))] if "cause" not in run else run["cause"].values.astype(str).tolist()
         raise ScissordynError(f"'{case.name}' under the periodic drive failed: {'; '.join(filter(None, causes))}")

@@ -14,7 +14,7 @@ from scissordyn.casefile.case import Case
 from scissordyn.errors import ScissordynError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.record.placement import Placement
-from scissordyn.run.advance.interrupt import pass_on
+from scissordyn.run.advance.interrupt import raise_if_interrupted
 from scissordyn.run.engine import Engine
 from scissordyn.run.inverse_dynamics import constrain_contact
 from scissordyn.run.simulate import simulate
@@ -27,7 +27,7 @@ def compute(case: PaperCase, *, trust: bool = True) -> xr.Dataset:
     """Simulate a case."""
     mechanism = described(case).mechanism
     simulated = constrain_contact(mechanism) if case.constrained else mechanism
-    run = pass_on(simulate(simulated, **{**case.options.keywords, "trust": trust}))
+    run = raise_if_interrupted(simulate(simulated, **{**case.options.keywords, "trust": trust}))
     if run.attrs["status"] != "complete":
         raise ScissordynError(f"run '{case.name}' ({case.choice.words}): {run.attrs['cause']}")
     return _with_contact(run, mechanism) if case.constrained else run

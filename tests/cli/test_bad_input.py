@@ -209,9 +209,9 @@ def test_altered_case_files(folder: Path, said: Said, first: int) -> None:
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("x = " + "[" * 1000 + "]" * 1000, "inside each other"),
-        ("x = " + "[" * 60 + "]" * 60, "more than 32 lists and tables"),
-        ("x = " + "{ y = " * 500 + "1" + " }" * 500, "inside each other"),
+        ("x = " + "[" * 1000 + "]" * 1000, "nested"),
+        ("x = " + "[" * 60 + "]" * 60, "more than 32 nested lists and tables"),
+        ("x = " + "{ y = " * 500 + "1" + " }" * 500, "nested"),
         (LEAST.replace('"1 ms"', "9" * 5000), "a number of thousands of digits"),
         (LEAST.replace('"1 ms"', "9" * 4000), "a number of hundreds of digits: out of bounds"),
         (LEAST + "samples = " + "9" * 4000 + "\n", "run.samples"),
@@ -220,7 +220,7 @@ def test_altered_case_files(folder: Path, said: Said, first: int) -> None:
         (LEAST.replace('"scissor"', '["scissor"]'), "unknown structure"),
         (LEAST.replace('"scissor"', '{ a = "scissor" }'), "unknown structure"),
         (LEAST + JOINT + "material = []\n", "unknown material"),
-        (LEAST + JOINT + 'stiffness = { law = ["liu"] }\n', "no name of a stiffness law"),
+        (LEAST + JOINT + 'stiffness = { law = ["liu"] }\n', "the stiffness law has no name"),
         (LEAST + JOINT + 'journal_radius = "1e308 m"\n', "<= 1e+06 [m]"),
         (LEAST + JOINT + 'friction = { law = "ambrosio", kinetic = 1e308 }\n', "<= 10"),
         (LEAST.replace("[drive]", 'bar_mass = "5e-324 kg"\n[drive]'), ">= 1e-12 and <= 1e+09 [kg]"),

@@ -61,7 +61,7 @@ def test_what_has_no_end_is_not_read(folder: Path, refused: Refused, monkeypatch
         assert "not a" in refused("run", path)
     assert "it is a folder" in refused("check", ".")
     with Path("huge.toml").open("wb") as file:
-        file.truncate(text.LARGEST + 1)
+        file.truncate(text.FILE_BYTES_MAX + 1)
     assert "'huge.toml' has more than 64 MiB" in refused("check", "huge.toml")
     table = 'drive = { table = "/dev/zero" }\n' + PAPER.read_text().replace('[drive]\nspeed = "150 rpm"', "")
     Path("table.toml").write_text(table)

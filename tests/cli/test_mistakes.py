@@ -174,7 +174,7 @@ def test_what_it_would_take_or_what_is_wrong_is_said(
 ) -> None:
     """Limit: one short line with status 2, although nothing can be computed here; nothing is left behind or changed."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("scissordyn.run.simulate.results_of", None)
+    monkeypatch.setattr("scissordyn.run.simulate.compute_results", None)
     monkeypatch.setattr("scissordyn.run.advance.loop.advance_together", None)
     monkeypatch.setattr(demand, "machine_memory", lambda: 10**9)
     files = {
@@ -197,8 +197,8 @@ def test_memory_of_samples_is_what_is_free(
     """Limit: as many samples as the free memory holds twice, as arrays and as a file; one more is refused before the run."""
     case = EXAMPLES / "paper.toml"
     (tmp_path / "meminfo").write_text("MemTotal: 8000000 kB\nMemAvailable: 100000 kB\n")
-    monkeypatch.setattr(demand, "FREE", tmp_path / "meminfo")
-    monkeypatch.setattr("scissordyn.run.simulate.results_of", None)
+    monkeypatch.setattr(demand, "MEMORY_INFO", tmp_path / "meminfo")
+    monkeypatch.setattr("scissordyn.run.simulate.compute_results", None)
     assert demand.free_memory() == 102_400_000
     per_sample = 2 * 8 * (25 + 14 * 5 + (2 + 6) * 7)
     line = refused("run", str(case), "--samples", str(102_400_000 // per_sample + 1))
@@ -207,9 +207,14 @@ def test_memory_of_samples_is_what_is_free(
 
 def test_sizes_in_words() -> None:
     """Closed form: amounts of memory and times of any length, and the number of a grid's points without its points."""
-    assert [demand.size(10**n) for n in (6, 10, 13)] == ["1 MB", "10 GB", "10 TB"]
-    assert demand.size(10**412) == "1.00e+400 TB"
-    assert [demand.duration(s) for s in (1.5, 600.0, 10_800.0, 31_557_600 * 5)] == ["1.5 s", "10 minutes", "3 hours", "5 years"]
+    assert [demand.format_bytes(10**n) for n in (6, 10, 13)] == ["1 MB", "10 GB", "10 TB"]
+    assert demand.format_bytes(10**412) == "1.00e+400 TB"
+    assert [demand.format_duration(s) for s in (1.5, 600.0, 10_800.0, 31_557_600 * 5)] == [
+        "1.5 s",
+        "10 minutes",
+        "3 hours",
+        "5 years",
+    ]
     assert design_size(Design("grid"), [Interval(0.0, 1.0, count=10**9)] * 4) == 10**36
 
 

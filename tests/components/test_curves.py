@@ -229,7 +229,7 @@ def test_warning_where_a_stroke_is_left() -> None:
     )
     for found in (run, sd.statics(crank, until=3.0)):
         assert "stroke load 'cut' leaves its curve or stroke by up to 0.04" in found.attrs["warnings"]
-        assert "(t = 3 s), where its force is held" in found.attrs["warnings"]
+        assert "(t = 3 s), where its force is constant" in found.attrs["warnings"]
 
 
 @pytest.mark.parametrize(

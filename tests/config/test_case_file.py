@@ -134,7 +134,7 @@ def test_tables_of_motion_from_file_and_inline_agree(tmp_path: Path, case_of: Ca
     [
         ("0, 30\n1, 31\n", "does not begin with the heading"),
         ("time [ms], angle [mm]\n0, 30\n", "wrong dimension"),
-        ("time [ms], angle [deg]\n0, 30\n1, thirty\n", "line 3 is no two numbers"),
+        ("time [ms], angle [deg]\n0, 30\n1, thirty\n", "line 3 does not hold two numbers"),
         ("time [ms], angle [deg]\n0, 30, 1\n", "line 2"),
         ("time [ms], angle [deg]\n0, 30\n1, 31\n", "2 times and 2 values"),
         ("time [ms], angle [deg]\n0 30\n1 31\n2 nan\n3 3\n4 4\n5 5\n", "a finite number"),
@@ -178,8 +178,8 @@ def test_a_bad_table_of_motion_is_refused(tmp_path: Path, content: str, reason: 
         ('clearance.A.material={youngs_modulus="200 GPa"}', "clearance.A.material", "missing key 'poisson_ratio'"),
         ("clearance.A.restitution=1.5", "clearance.A.restitution", "<= 1"),
         ('clearance.A.restitution="0.9"', "clearance.A.restitution", "plain number"),
-        ('clearance.A.damping={law="flores", restitution=0.5}', "clearance.A.damping", "given twice"),
-        ("clearance.A.stiffness=3", "clearance.A.stiffness", "no name of a stiffness law"),
+        ('clearance.A.damping={law="flores", restitution=0.5}', "clearance.A.damping", "for the joint and for its damping"),
+        ("clearance.A.stiffness=3", "clearance.A.stiffness", "the stiffness law has no name"),
         ("clearance=3", "clearance", "[[clearance]]"),
         ("drive=3", "drive", "not a table"),
         ("drive.body=unit 1/bar 9", "drive", "did you mean"),
@@ -236,7 +236,7 @@ def test_a_law_in_the_users_own_file(tmp_path: Path, case_of: Callable[..., Case
     assert gap.stiffness.parameters() == (2e9, 1.5)
     with pytest.raises(InputError, match=r"clearance\.A\.stiffness .*did you mean 'soft'"):
         read_case(tmp_path / "case.toml", ["clearance.A.stiffness=my_laws.py:sof"])
-    with pytest.raises(InputError, match=r"stiffness\.k = \"1 N\": text in place of a plain number"):
+    with pytest.raises(InputError, match=r"stiffness\.k = \"1 N\": text instead of a plain number"):
         read_case(tmp_path / "case.toml", ['clearance.A.stiffness={ law = "my_laws.py:soft", k = "1 N" }'])
 
 

@@ -387,13 +387,13 @@ def nothing() -> Any:
     [
         (
             lambda: sd.scissor().with_clearance("A", sd.Clearance(1e-4, stiffness=local())),
-            "stiffness law of the class 'soft', which was made in Python",
+            "stiffness law: its class 'soft' is not in a file",
         ),
         (
             lambda: dataclasses.replace(parts_only(), components=(nothing(),)),
-            "component 'n' of the class 'Nothing', which was made in Python",
+            "component 'n': its class 'Nothing' is not in a file",
         ),
-        (lambda: sd.Mechanism((sd.Body("b", 1.0, 0.1, {"a.b": (0.0, 0.0)}),)), "a point called 'a.b'"),
+        (lambda: sd.Mechanism((sd.Body("b", 1.0, 0.1, {"a.b": (0.0, 0.0)}),)), "the point name 'a.b' has a dot"),
         (
             lambda: dataclasses.replace(
                 parts_only(), rods=(sd.Rod("r", ("rod", "end"), ("ground", "O"), motion=sd.ConstantSpeed(1.0)),)
@@ -417,7 +417,7 @@ def test_only_own_files_are_replaced(tmp_path: Path) -> None:
     path = tmp_path / "case.toml"
     for text in (template("scissor"), "notes\n", "# A case"):
         path.write_text(text, encoding="utf-8")
-        with pytest.raises(InputError, match="no case file that scissordyn wrote"):
+        with pytest.raises(InputError, match="not a case file of scissordyn"):
             sd.write_case(sd.scissor(), path)
         assert path.read_text(encoding="utf-8") == text
     path.write_text("")

@@ -13,7 +13,7 @@ import pytest
 from scissordyn.casefile.case import Case
 from scissordyn.casefile.part import PARTS
 from scissordyn.casefile.text import line_of, place_text
-from scissordyn.config.file import changed, read_case
+from scissordyn.config.file import apply_changes, read_case
 from scissordyn.config.study import read_study
 from scissordyn.errors import InputError, did_you_mean
 
@@ -193,7 +193,7 @@ def tree() -> dict[str, Any]:
 def test_a_change_is_made_at_its_path(change: str, path: tuple[str | int, ...], value: object) -> None:
     """Contract: the value at the path, everything else and the original as they were."""
     before = tree()
-    found: Any = changed(before, [change])
+    found: Any = apply_changes(before, [change])
     for key in path:
         found = found[key]
     assert found == value
@@ -204,7 +204,7 @@ def test_a_change_is_made_at_its_path(change: str, path: tuple[str | int, ...], 
 def test_a_table_that_is_the_only_one_need_not_be_named(path: str) -> None:
     """Identity: its keys, and keys of its laws, with its name, its place and without."""
     single = {"clearance": [{"joint": "A", "clearance": "1 mm", "friction": "lugre"}]}
-    found = changed(single, [f"{path}.clearance=2 mm", f"{path}.friction.kinetic=0.1", f"{path}.contact=hard"])
+    found = apply_changes(single, [f"{path}.clearance=2 mm", f"{path}.friction.kinetic=0.1", f"{path}.contact=hard"])
     assert found["clearance"] == [
         {"joint": "A", "clearance": "2 mm", "friction": {"law": "lugre", "kinetic": 0.1}, "contact": "hard"}
     ]
@@ -212,7 +212,7 @@ def test_a_table_that_is_the_only_one_need_not_be_named(path: str) -> None:
 
 def test_later_changes_see_earlier_ones() -> None:
     """Contract: two changes of one value."""
-    assert changed(tree(), ["drive.speed=1 rpm", "drive.speed=2 rpm"])["drive"]["speed"] == "2 rpm"
+    assert apply_changes(tree(), ["drive.speed=1 rpm", "drive.speed=2 rpm"])["drive"]["speed"] == "2 rpm"
 
 
 @pytest.mark.parametrize(
@@ -223,24 +223,24 @@ def test_later_changes_see_earlier_ones() -> None:
         ("drive..speed=3", "a path of keys"),
         ("drive.speed.x=3", "no keys below"),
         ("clearance.B.clearance=3 mm", "one of A, unit 1/pivot, 0, 1"),
-        ("clearance.2.clearance=3 mm", "no '2' there"),
+        ("clearance.2.clearance=3 mm", "no '2'"),
         ("clearance.unit 1/pivo.clearance=3 mm", "did you mean 'unit 1/pivot'"),
         ("clearance.A=3", "whole table"),
-        ("clearance.clearance=1 mm", "which [[clearance]] is not said"),
+        ("clearance.clearance=1 mm", "the name of the [[clearance]] is missing"),
     ],
 )
 def test_a_path_that_leads_nowhere_is_refused(change: str, says: str) -> None:
     """Contract: the message quotes the change."""
     with pytest.raises(InputError, match=f"--set.*{re.escape(says)}"):
-        changed(tree(), [change])
+        apply_changes(tree(), [change])
 
 
 def test_a_change_of_all_tables_is_that_of_each() -> None:
     """Identity: "clearance.all.KEY" is "clearance.NAME.KEY" for each name; a table called "all" is meant itself."""
-    single = changed(tree(), ["clearance.A.friction=none", "clearance.unit 1/pivot.friction=none"])
-    assert changed(tree(), ["clearance.all.friction=none"]) == single
+    single = apply_changes(tree(), ["clearance.A.friction=none", "clearance.unit 1/pivot.friction=none"])
+    assert apply_changes(tree(), ["clearance.all.friction=none"]) == single
     named = {"clearance": [{"joint": "all"}, {"joint": "A"}]}
-    assert changed(named, ["clearance.all.clearance=1 mm"])["clearance"] == [
+    assert apply_changes(named, ["clearance.all.clearance=1 mm"])["clearance"] == [
         {"joint": "all", "clearance": "1 mm"},
         {"joint": "A"},
     ]

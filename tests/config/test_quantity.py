@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from scissordyn.casefile.quantity import (
     FAMILIAR,
+    UNIT_FACTORS,
     UNITS,
-    USUAL,
     _registry,
     example,
     read_numbers,
@@ -61,8 +61,8 @@ def test_text_becomes_si(text: str, unit: str, value: float) -> None:
         ("3 1/s", "rad/s", "wrong dimension"),
         ("0.3 percent", "rad", "unknown unit"),
         ("0.5 mm mm", "m", "wrong dimension"),
-        ("mm", "m", "no number"),
-        ("", "m", "no number"),
+        ("mm", "m", "not a number with a unit"),
+        ("", "m", "not a number with a unit"),
         ("nan m", "m", "out of bounds"),
         ("inf m", "m", "out of bounds"),
         ("2 3 m", "m", "is not a unit"),
@@ -139,12 +139,12 @@ def test_units_agree_with_pints_own_list() -> None:
         assert unit_factor(name, target) == pytest.approx(expected, rel=1e-14), name
 
 
-@pytest.mark.parametrize(("unit", "target"), USUAL)
+@pytest.mark.parametrize(("unit", "target"), UNIT_FACTORS)
 def test_usual_units_are_those_of_the_registry(unit: str, target: str) -> None:
     """Cross-check by a second formulation: the factors that are known without pint are pint's own to the last bit."""
     registry = _registry()
-    assert registry.convert(1.0, registry.parse_units(unit), registry.parse_units(target)) == USUAL[unit, target]
-    assert unit_factor(unit, target) == USUAL[unit, target]
+    assert registry.convert(1.0, registry.parse_units(unit), registry.parse_units(target)) == UNIT_FACTORS[unit, target]
+    assert unit_factor(unit, target) == UNIT_FACTORS[unit, target]
 
 
 @pytest.mark.parametrize("unit", ["Grad", "Mdeg", "Grad/s"])

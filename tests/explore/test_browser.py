@@ -181,7 +181,7 @@ def test_wrong_number_stands_beside_its_field(tab: Tab) -> None:
     assert tab.text("structure.bar_length") == "-1 m"
     assert (tab.run, tab.curve("torque")) == (first, torque)
     tab.type("structure.bar_length", "two")
-    error.get_by_text("no number").wait_for()
+    error.get_by_text("not a number with a unit").wait_for()
     tab.type("structure.bar_length", "2.1 m")
     tab.ready(first)
     assert error.text_content() == ""

@@ -17,7 +17,7 @@ from scissordyn.explore.session import Outcome, Session, Worker
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.record.results import Results
 from scissordyn.record.store import save
-from scissordyn.run.simulate import results_of, simulate
+from scissordyn.run.simulate import compute_results, simulate
 
 from .heard import PATIENCE, until
 
@@ -38,9 +38,9 @@ def gate(monkeypatch: pytest.MonkeyPatch) -> tuple[threading.Event, list[int]]:
         if mechanism != mechanism.ideal():
             runs.append(1)
             assert opened.wait(PATIENCE)
-        return results_of(mechanism, *given, **named)
+        return compute_results(mechanism, *given, **named)
 
-    monkeypatch.setattr("scissordyn.run.simulate.results_of", wait)
+    monkeypatch.setattr("scissordyn.run.simulate.compute_results", wait)
     return opened, runs
 
 
@@ -141,7 +141,7 @@ def test_curves_follow_with_the_instants_of_contacts(case: Case, samples: int | 
 def test_saved_run_is_shown_without_computing(case: Case, gate: tuple[threading.Event, list[int]], tmp_path: Path) -> None:
     """Contract: a saved run is that of the first page, bit for bit; a change computes a run of its own."""
     opened, runs = gate
-    run = results_of(case.mechanism, replace(case.options, rtol=1e-8, atol=1e-8)).dataset()
+    run = compute_results(case.mechanism, replace(case.options, rtol=1e-8, atol=1e-8)).dataset()
     save(run, tmp_path / "run.nc")
     saved = open_case(tmp_path / "run.nc")
     session = Session(saved, lambda what: None)

@@ -12,7 +12,7 @@ import pytest
 pytest.importorskip("websockets", reason="the package websockets is not installed")
 
 from scissordyn.explore.serve import ASSETS, pack_message
-from scissordyn.numeral import LEAST, decimals, numeral, numerals
+from scissordyn.numeral import DIGITS_MIN, decimals, numeral, numerals
 
 LOAD = """async code => {
   const url = URL.createObjectURL(new Blob([code], { type: "text/javascript" }));
@@ -169,7 +169,7 @@ def test_number_has_three_digits_or_more() -> None:
         mantissa, _, power = text.partition("e")
         figures = mantissa.lstrip("-").replace(".", "").lstrip("0")
         last = 10.0 ** (int(power or 0) - len(mantissa.partition(".")[2]))
-        assert len(figures) >= LEAST or value == 0.0
+        assert len(figures) >= DIGITS_MIN or value == 0.0
         assert float(text) == pytest.approx(value, rel=1e-12, abs=0.5 * last * (1.0 + 1e-9))
 
 

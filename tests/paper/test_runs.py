@@ -8,7 +8,7 @@ import xarray as xr
 
 from scissordyn.errors import ScissordynError
 from scissordyn.record.store import load, save
-from scissordyn.run.advance.interrupt import look
+from scissordyn.run.advance.interrupt import check_interrupt
 from scissordyn_paper import runs as module
 from scissordyn_paper.beyond import REFERENCE, event_table
 from scissordyn_paper.cache import Jobs, computed, fetch_all, provenance
@@ -130,7 +130,7 @@ def test_what_is_in_work_stops_with_an_error():
         assert begun.wait(60.0)
         try:
             while task > 1:
-                look()
+                check_interrupt()
                 time.sleep(0.01)
         except KeyboardInterrupt:
             stopped.set()

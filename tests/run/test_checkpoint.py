@@ -100,7 +100,7 @@ def test_a_driver_goes_on_bit_for_bit(name: str, changes: tuple[str, ...], monke
     monkeypatch.setattr(loop_module, "SLICE", 20_000)
     for moment in draw.sample(moments, 3):
         other = fresh(mechanism, options)
-        other.take_up(moment)
+        other.load_arrays(moment)
         assert {key: part.tobytes() for key, part in other.arrays().items()} == {
             key: part.tobytes() for key, part in moment.items()
         }
@@ -185,12 +185,12 @@ def test_other_runs_are_refused(tmp_path: Path, clearance_array: Mechanism) -> N
     keeper = opened(checkpoint, clearance_array, options)
     compute(plan(clearance_array), options, keeper=keeper)
     assert opened(checkpoint, clearance_array, options).parts.keys() == {"run"}
-    assert 'configuration.run.until = "10 ms" there, "20 ms" here' in refused(clearance_array, Options(0.02))
+    assert 'configuration.run.until = "10 ms" in the checkpoint, "20 ms" in this run' in refused(clearance_array, Options(0.02))
     other = clearance_array.replace("A.clearance", 4e-4)
-    assert 'configuration.clearance[0].clearance = "0.5 mm" there, "0.4 mm" here' in refused(other, options)
+    assert 'configuration.clearance[0].clearance = "0.5 mm" in the checkpoint, "0.4 mm" in this run' in refused(other, options)
     whole = load(checkpoint.path)
     save(whole.assign_attrs(versions=json.dumps({**json.loads(whole.attrs["versions"]), "sources": "0"})), checkpoint.path)
-    assert 'versions.sources = "0" there' in refused(clearance_array, options)
+    assert 'versions.sources = "0" in the checkpoint' in refused(clearance_array, options)
     damaged = whole.copy(deep=True)
     damaged["run"].values[100] += 1
     save(damaged, checkpoint.path)
@@ -270,17 +270,17 @@ def test_ctrl_c_keeps_run_and_checkpoint(
     whole, target = tmp_path / "whole.nc", tmp_path / "run.nc"
     assert status_of([*CASE, "-o", str(whole)]) == 0
     monkeypatch.setattr(driver_module, "FIRST_STEPS", 20)
-    take_up = Keeper.take_up
+    restore = Keeper.restore
 
     def once(keeper: Keeper, *arguments: Any) -> tuple[float, Callable[[float], None]]:
-        monkeypatch.setattr(Keeper, "take_up", take_up)
+        monkeypatch.setattr(Keeper, "restore", restore)
 
         def interrupt(_: float) -> None:
             raise KeyboardInterrupt
 
         return 0.0, interrupt
 
-    monkeypatch.setattr(Keeper, "take_up", once)
+    monkeypatch.setattr(Keeper, "restore", once)
     kept = [*CASE, "-o", str(target), "--checkpoint", "1 min"]
     assert status_of(kept) == 130
     assert sorted(path.name for path in tmp_path.iterdir()) == ["run.nc", "run.nc.checkpoint", "whole.nc"]

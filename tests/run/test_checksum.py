@@ -16,7 +16,7 @@ import xarray as xr
 import scissordyn as sd
 from scissordyn.explore.case import open_case
 from scissordyn.file.checksum import LINE_BYTES, verify_checksum
-from scissordyn.file.netcdf import CHUNK_BYTES, protection
+from scissordyn.file.netcdf import CHUNK_BYTES, chunk_options
 
 
 @pytest.fixture(scope="module")
@@ -103,7 +103,7 @@ def test_the_checksum_is_that_of_common_tools(whole: Path) -> None:
 @pytest.mark.parametrize("rows", [1, CHUNK_BYTES // 16, CHUNK_BYTES // 16 + 1, 10 * CHUNK_BYTES // 16 + 7])
 def test_chunks_are_small_and_full(rows: int) -> None:
     """Limit: none is larger than HDF5's cache, and the last one has fewer unused rows than there are chunks."""
-    first, *rest = protection(np.broadcast_to(0.0, (rows, 2)))["chunks"]
+    first, *rest = chunk_options(np.broadcast_to(0.0, (rows, 2)))["chunks"]
     count = -(-rows // first)
     assert rest == [2]
     assert 16 * first <= CHUNK_BYTES

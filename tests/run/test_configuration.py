@@ -196,8 +196,8 @@ def test_only_runs_are_run_again(array: Mechanism) -> None:
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("[]", "not whole TOML"),
-        ("", "an empty attribute 'configuration'"),
+        ("[]", "not valid TOML"),
+        ("", "the attribute 'configuration' is empty"),
         ("structure = 3", "structure = 3: not a table"),
         ('[structure]\nkind = "model.body.Body"', "unknown structure"),
         ('[structure]\nkind = "mechanism"\nbodys = 1', "unknown key 'bodys' (did you mean"),

@@ -100,7 +100,7 @@ def test_writers_do_not_simulate(arm: sd.Mechanism, monkeypatch: pytest.MonkeyPa
     """Contract: a Dataset is made of a trajectory and its record without any call that advances a mechanism."""
     options = Options(until=2e-3, samples=11)
     path = trajectory.compute(plan(arm), options)
-    path, record = trajectory.recorded(path.plan, options, path)
+    path, record = trajectory.record_trajectory(path.plan, options, path)
 
     def refuse(*arguments: object, **named: object) -> None:
         raise AssertionError("simulated")

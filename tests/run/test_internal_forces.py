@@ -219,7 +219,7 @@ def test_they_are_those_of_a_run() -> None:
 @pytest.mark.parametrize(
     ("mechanism", "measure", "said"),
     [
-        (rigid(), "peak_deflection", "without bars that bend"),
+        (rigid(), "peak_deflection", "has no bars that bend"),
         (bent(section=None, material=None, bending_stiffness=4e4, axial_stiffness=7e7), "peak_bar_stress", "youngs_modulus"),
     ],
 )

@@ -16,7 +16,7 @@ from scissordyn.plan.plan import plan
 from scissordyn.run import method
 from scissordyn.run.advance import tolerance as tolerance_module
 from scissordyn.run.advance.tolerance import error_weights
-from scissordyn.run.method import STABLE, fastest_modes, film_steps
+from scissordyn.run.method import STABILITY_LIMIT, fastest_modes, film_steps
 from scissordyn.run.trajectory import compute, make_driver
 
 TUBE = {"bending_stiffness": 42743.0, "axial_stiffness": 7.5e7}
@@ -123,7 +123,7 @@ def test_steps_through_a_film() -> None:
     )
     moving = (speed > 0.0) & (run["film_thickness"].values[:, 0] > 0.0)
     decay = np.where(moving, force / np.where(moving, speed, 1.0) / mass, 0.0)
-    expected = float(np.trapezoid(decay, run["time"].values)) / STABLE
+    expected = float(np.trapezoid(decay, run["time"].values)) / STABILITY_LIMIT
     assert 0.5 * expected < found < 2.0 * expected
 
 
@@ -137,7 +137,7 @@ def test_the_fastest_modes_of_many_states(modes: int, monkeypatch: pytest.Monkey
     options = Options(1e-3)
     found = {}
     for most in (10**6, 0):
-        monkeypatch.setattr(method, "MOST_EIGENVALUES", most)
+        monkeypatch.setattr(method, "DENSE_STATES_MAX", most)
         driver, prepared, choice = make_driver(plan(servo), options)
         assert choice.method == "rodas5p"
         found[most] = fastest_modes(driver.plan, driver.system, prepared.y)
@@ -150,8 +150,8 @@ def test_stiff_steps_beside_contacts_do_not_follow_axial_waves(monkeypatch: pyte
     bent = sd.with_bending(sd.scissor(units=2).with_clearance("A", sd.Clearance(1e-4, friction=FRICTIONLESS)), **TUBE, modes=4)
     servo = bent.controlled(sd.PID(2e4, derivative=3500.0), speed=sd.rpm(50))
     steps, starts, peaks = [], [], []
-    for vibrations, tolerance in ((tolerance_module.VIBRATIONS, 1e-8), (1.0, 1e-8), (1.0, 1e-11)):
-        monkeypatch.setattr(tolerance_module, "VIBRATIONS", vibrations)
+    for vibrations, tolerance in ((tolerance_module.BENDING_FACTOR, 1e-8), (1.0, 1e-8), (1.0, 1e-11)):
+        monkeypatch.setattr(tolerance_module, "BENDING_FACTOR", vibrations)
         run = sd.simulate(servo, until=4e-3, samples=11, rtol=tolerance, atol=tolerance)
         statistics = counts_of(run)
         assert statistics["method"] == "rodas5p"

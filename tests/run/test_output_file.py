@@ -21,7 +21,7 @@ from scissordyn.file.netcdf import NetcdfFile
 from scissordyn.file.output_file import check_target, write_file
 from scissordyn.record.results import Results, Variable
 from scissordyn.record.store import load, save, write_results
-from scissordyn.run.simulate import results_of
+from scissordyn.run.simulate import compute_results
 
 
 @pytest.fixture
@@ -285,7 +285,7 @@ def stored(path: Path) -> list[Any]:
 def case(name: str) -> Results:
     """A short run of an example."""
     made = read_case(EXAMPLES / f"{name}.toml", ["run.until=3 ms", "run.samples=7"])
-    return results_of(made.mechanism, made.run)
+    return compute_results(made.mechanism, made.run)
 
 
 def no_case() -> Results:

@@ -15,7 +15,7 @@ import pytest
 
 import scissordyn
 import scissordyn as sd
-from scissordyn.file.provenance import FACES, provenance
+from scissordyn.file.provenance import DISPLAY_ROOMS, provenance
 from scissordyn.periodic import bifurcation as bifurcation_module
 from scissordyn_paper.cache import SHOWN
 
@@ -46,8 +46,8 @@ def test_every_source_counts(tmp_path: Path) -> None:
         text = file.read_text() if file.exists() else None
         file.write_text((text or "") + "\n# edited\n")
         after = asked(tmp_path, SHOWN)
-        assert (after[0] != before[0]) == (room not in FACES), room
-        assert (after[1] != before[1]) == (room not in FACES), room
+        assert (after[0] != before[0]) == (room not in DISPLAY_ROOMS), room
+        assert (after[1] != before[1]) == (room not in DISPLAY_ROOMS), room
         file.unlink() if text is None else file.write_text(text)
     assert asked(tmp_path, SHOWN) == before
 
@@ -56,7 +56,7 @@ def test_what_is_left_out_is_not_imported() -> None:
     """Contract: nothing that computes a kept number imports, itself or through others, a source that the digest leaves out."""
     graph = grimp.build_graph("scissordyn", "scissordyn_paper")
     entries = {
-        ("periodic.bifurcation", "periodic.ensemble", "periodic.lyapunov"): FACES,
+        ("periodic.bifurcation", "periodic.ensemble", "periodic.lyapunov"): DISPLAY_ROOMS,
         ("runs", "periodic", "controlled", "readings", "cache"): SHOWN,
     }
     for modules, skipped in entries.items():

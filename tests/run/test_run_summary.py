@@ -19,8 +19,8 @@ from scissordyn.plan.plan import plan
 from scissordyn.record.sampling import equally_spaced, spread_samples, time_mean
 from scissordyn.record.summary import at_limit
 from scissordyn.record.warn import MEANS, force_at_equal_energy, warning_lines
-from scissordyn.run.instants import MOST_INSTANTS, chosen_rows, with_recorded
-from scissordyn.run.simulate import results_of
+from scissordyn.run.instants import SAMPLES_MAX, add_recorded_samples, choose_rows
+from scissordyn.run.simulate import compute_results
 from scissordyn.run.trajectory import compute
 from scissordyn.units import short
 from scissordyn.warning import RunWarning, group, line, warning
@@ -166,8 +166,8 @@ def test_auto_samples_meet_every_peak() -> None:
     assert force.sel(time=instants).values == pytest.approx(auto["peak_force"].values, rel=1e-8)
     assert float(plain["normal_force"].max()) < float(force.max())
     np.testing.assert_array_equal(auto["position"].sel(time=plain["time"]), plain["position"])
-    assert auto.sizes["time"] <= MOST_INSTANTS
-    wanted = results_of(array, Options(0.05), curves=True)
+    assert auto.sizes["time"] <= SAMPLES_MAX
+    wanted = compute_results(array, Options(0.05), curves=True)
     np.testing.assert_array_equal(wanted["position"].values, plain["position"].values)
     drawn = wanted.finer.dataset()
     xr.testing.assert_identical(drawn.drop_attrs(), auto.drop_attrs())
@@ -181,7 +181,7 @@ def test_auto_samples_have_events_and_located_maxima(events: str, contact: str) 
     joint = sd.Clearance(5e-4, contact=contact, friction=sd.Ambrosio(0.1))
     array = sd.scissor(units=2).driven(speed=sd.rpm(150)).with_clearance("A", joint)
     options = Options(0.05, samples="auto", events=events)
-    path = with_recorded(compute(plan(array), options, curves=True))
+    path = add_recorded_samples(compute(plan(array), options, curves=True))
     again = compute(plan(array), options, times=path.samples.time)
     ends = np.isin(path.samples.time, path.steps[0])  # behind the impact of a hard contact, back on the constraints
     assert ends.sum() > 100
@@ -200,7 +200,7 @@ def test_recorded_steps_are_thinned_out(monkeypatch: pytest.MonkeyPatch) -> None
     """Limit: a record that is full keeps events and largest values, and every other of the other steps."""
     array = sd.scissor(units=2).driven(speed=sd.rpm(150)).with_clearance("A", sd.Clearance(5e-4))
     whole = compute(plan(array), Options(0.3), curves=True)
-    monkeypatch.setattr("scissordyn.run.trajectory.MOST_RECORDED", 1024)
+    monkeypatch.setattr("scissordyn.run.trajectory.RECORDED_STEPS_MAX", 1024)
     path = compute(plan(array), Options(0.3), curves=True)
     assert whole.recorded.time.size > 2000
     assert path.recorded.every[0] > 1
@@ -216,12 +216,12 @@ def test_auto_samples_have_a_largest_number() -> None:
     """Limit: more contacts than samples; every third of their instants stays."""
     time = np.linspace(0.0, 1.0, 100_000)
     equal = np.linspace(0.0, 1.0, 2001)
-    rows = chosen_rows(equal, time, time[::2])
-    assert 0.4 * MOST_INSTANTS < rows.size <= MOST_INSTANTS - equal.size
+    rows = choose_rows(equal, time, time[::2])
+    assert 0.4 * SAMPLES_MAX < rows.size <= SAMPLES_MAX - equal.size
     assert np.sum(rows % 2 == 0) == 16_667
-    few = chosen_rows(equal, time, time[::1000])
+    few = choose_rows(equal, time, time[::1000])
     assert np.isin(np.arange(0, 100_000, 1000), few).all()
-    assert few.size <= MOST_INSTANTS - equal.size
+    assert few.size <= SAMPLES_MAX - equal.size
 
 
 def test_auto_in_a_case_file(tmp_path: Path) -> None:

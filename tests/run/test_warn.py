@@ -155,7 +155,7 @@ def test_a_balance_that_does_not_close(clearance_run, clearance_array) -> None:
         off = clearance_run.copy(deep=True)
         off["energy_residual"][-1] = share * whole
         for arm, finer in ((clearance_array, "try a smaller rtol and atol"), (hard, "try a shorter step")):
-            found = [text for text in map(str, run_warnings(plan(arm), off, ())) if "energy balance misses" in text]
+            found = [text for text in map(str, run_warnings(plan(arm), off, ())) if "energy balance error" in text]
             assert len(found) == count
             assert all(finer in text for text in found)
 

@@ -18,7 +18,7 @@ from scipy import stats
 
 import scissordyn as sd
 from scissordyn.errors import InputError, ScissordynError
-from scissordyn.file.pdf import BROWSERS, printed
+from scissordyn.file.pdf import BROWSERS, print_pdf
 from scissordyn.model.options import Options
 from scissordyn.model.parameter_path import number
 from scissordyn.plot.study import feasibility_map, pareto_front, requirement_bars, response_curves, sensitivity_bars
@@ -439,7 +439,7 @@ def browser(folder: Path, monkeypatch: pytest.MonkeyPatch, line: str) -> None:
 @pytest.mark.skipif(not any(map(shutil.which, BROWSERS)), reason="no browser that prints")
 def test_a_page_is_printed() -> None:
     """Contract: a PDF with the pages that were asked for."""
-    found = printed(PAGE)
+    found = print_pdf(PAGE)
     assert found.startswith(b"%PDF-")
     assert found.rstrip().endswith(b"%%EOF")
     assert len(re.findall(rb"/Type\s*/Page\b", found)) == 2
@@ -449,14 +449,14 @@ def test_without_a_browser_there_is_none(monkeypatch: pytest.MonkeyPatch) -> Non
     """Contract: the error says what to type."""
     monkeypatch.setattr(shutil, "which", lambda name: None)
     with pytest.raises(InputError, match=r"-o report\.html"):
-        printed(PAGE)
+        print_pdf(PAGE)
 
 
 def test_what_a_browser_does_not_print_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Contract: nothing written, or something that is no PDF."""
     browser(tmp_path, monkeypatch, "exit 3")
     with pytest.raises(ScissordynError, match="has not printed"):
-        printed(PAGE)
+        print_pdf(PAGE)
     browser(tmp_path, monkeypatch, 'for a in "$@"; do case $a in --print-to-pdf=*) echo no > "${a#*=}";; esac; done')
     with pytest.raises(ScissordynError, match="is no PDF"):
-        printed(PAGE)
+        print_pdf(PAGE)

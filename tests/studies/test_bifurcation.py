@@ -9,7 +9,7 @@ import xarray as xr
 
 from scissordyn.cli.response import bifurcation as command
 from scissordyn.errors import InputError
-from scissordyn.periodic.bifurcation import bifurcation, carried
+from scissordyn.periodic.bifurcation import bifurcation, transfer_state
 from scissordyn.periodic.cycles import cycle
 from scissordyn.periodic.stroboscope import run_cycles
 from scissordyn.plot.regularity import bifurcation as draw
@@ -103,7 +103,7 @@ def test_following(impacting):
     options = cycle_options(impacting)
     found = run_cycles(mechanisms[0], options, cycles=3)
     for k in (1, 2):
-        found = run_cycles(mechanisms[k], options, cycles=3, start=carried(mechanisms[k - 1], found.end, mechanisms[k]))
+        found = run_cycles(mechanisms[k], options, cycles=3, start=transfer_state(mechanisms[k - 1], found.end, mechanisms[k]))
         np.testing.assert_array_equal(chain["peak_force"].values[k], found.values["peak_force"])
     alone = bifurcation(impacting, over="A.clearance", values=CLEARANCES[::-1], cycles=3, keep=3, engine=1)
     assert not np.array_equal(chain["peak_force"].values[1], alone["peak_force"].values[1])
@@ -134,10 +134,10 @@ def test_a_carried_state_stands_where_it_stood(frictional):
     """Identity: from a mechanism to itself nothing changes; to a heavier one, bodies keep position and speed to round-off."""
     options = cycle_options(frictional)
     end = run_cycles(frictional, options, cycles=2).end
-    same = carried(frictional, end, frictional)
+    same = transfer_state(frictional, end, frictional)
     np.testing.assert_allclose(same.y, end.y, rtol=1e-12)
     assert (same.mode.tolist(), same.arrays["memory"].tolist()) == (end.mode.tolist(), end.arrays["memory"].tolist())
-    wider = carried(frictional, end, frictional.replace("A.clearance", 1e-3))
+    wider = transfer_state(frictional, end, frictional.replace("A.clearance", 1e-3))
     np.testing.assert_allclose(wider.y, end.y, rtol=1e-12)
     assert end.mode.tolist() == [1]
     assert wider.mode.tolist() == [0]

@@ -13,7 +13,7 @@ import xarray as xr
 
 import scissordyn as sd
 from scissordyn.cli.study import study as command
-from scissordyn.config.studies import refined as refined_study
+from scissordyn.config.studies import refine_study as refined_study
 from scissordyn.model.record import to_plain
 from scissordyn.studies.ask.description import OwnMeasure, Study
 from scissordyn.studies.ask.design import Design, Factor, Sampling
@@ -279,7 +279,7 @@ def test_engines(engine: Any, found: StudyResult) -> None:
         ({"measures": [lambda run: 1.0]}, "'<lambda>' as the name of your own measure"),
         ({"requirements": {"peak_fource": 1.0}}, "did you mean 'peak_force'"),
         ({"requirements": {"peak_force": None}}, "requirement on 'peak_force': None; allowed: an upper bound in SI"),
-        ({"requirements": {"peak_force": "500 N"}}, "'peak_force 500 N' is no requirement"),
+        ({"requirements": {"peak_force": "500 N"}}, "'peak_force 500 N' is not a requirement"),
         ({"goals": "peak_force"}, "goal 'peak_force'; allowed: minimise or maximise"),
         ({"design": "sobel"}, "did you mean 'sobol'"),
         ({"samples": 2}, "2 samples of no uncertain number"),

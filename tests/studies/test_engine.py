@@ -16,7 +16,7 @@ from types import SimpleNamespace
 import pytest
 
 import scissordyn as sd
-from scissordyn.run.advance.interrupt import look, stopped_by
+from scissordyn.run.advance.interrupt import check_interrupt, interrupted_by
 from scissordyn.run.engine import EngineError, Outcome, error_text, outcomes, workers_of
 
 LONG = 2000.0  # Simulated time that takes minutes [s]
@@ -64,12 +64,12 @@ def test_leaving_interrupts_what_is_in_work() -> None:
 def test_a_thread_looks_at_its_own_event() -> None:
     """Contract: only where it was asked to, and only once the event is set."""
     stop = threading.Event()
-    with stopped_by(stop):
-        look()
+    with interrupted_by(stop):
+        check_interrupt()
         stop.set()
         with pytest.raises(KeyboardInterrupt):
-            look()
-    look()
+            check_interrupt()
+    check_interrupt()
 
 
 @pytest.mark.parametrize("threads", [0, -1, True, 1.5])
@@ -86,7 +86,7 @@ def test_any_executor_is_an_engine() -> None:
         assert sorted(outcome.value for outcome in outcomes(pool, abs, [-1, -2, -3])) == [1, 2, 3]
     with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
         assert sorted(outcome.value for outcome in outcomes(pool, lambda task: task + 1, [1, 2])) == [2, 3]  # of no module
-        with pytest.raises(EngineError, match=r"a worker died .*; what is complete is kept"):
+        with pytest.raises(EngineError, match=r"a worker died .*; completed tasks are kept"):
             list(outcomes(pool, fatal, [2]))
     with pytest.raises(sd.InputError, match="engine = 'two'"):
         list(outcomes("two", abs, []))  # type: ignore[arg-type]

@@ -12,7 +12,7 @@ import xarray as xr
 
 import scissordyn as sd
 from scissordyn.config.file import read_case
-from scissordyn.config.studies import refined
+from scissordyn.config.studies import refine_study
 from scissordyn.errors import InputError
 from scissordyn.plot.study import feasibility_map, response_curves
 from scissordyn.studies.answer.conclusion import conclude
@@ -111,10 +111,10 @@ def test_a_store_is_read_resumed_and_refined(case: Path, found: StudyResult) -> 
     assert again.counts["pending"] == 0
     opened = sd.open_study(found.store.path)
     assert opened.mechanism(7) == found.mechanism(7)
-    fewer = refined(opened.built(), vary={MATERIAL: "[titanium]", SECTION: f"[{SECTIONS[1]}]", "A.clearance": "0.5 mm"})
+    fewer = refine_study(opened.built(), vary={MATERIAL: "[titanium]", SECTION: f"[{SECTIONS[1]}]", "A.clearance": "0.5 mm"})
     assert fewer.variants == (found.mechanism(11),)
     with pytest.raises(InputError, match="did you mean 'titanium'"):
-        refined(opened.built(), vary={MATERIAL: "[titan]"})
+        refine_study(opened.built(), vary={MATERIAL: "[titan]"})
 
 
 def test_export_writes_names(found: StudyResult, tmp_path: Path) -> None:
@@ -177,12 +177,12 @@ def test_a_wall_is_the_text_of_its_section(case: Path) -> None:
         assert table["mass [kg]"][row] == sum(body.mass for body in made.bodies)
     assert found.best == {wall: 1e-3, MATERIAL: "aluminium", SECTION: SECTIONS[0]}
     assert found.trends["mass"].numbers[0] == wall
-    fewer = refined(found.built(), vary={wall: "2 mm", SECTION: f"[{SECTIONS[0]}]"})
+    fewer = refine_study(found.built(), vary={wall: "2 mm", SECTION: f"[{SECTIONS[0]}]"})
     assert [each.components[0].axial_stiffness for each in fewer.variants] == pytest.approx(  # type: ignore[attr-defined]
         [modulus * (60e-3**2 - 56e-3**2) for modulus in (210e9, 70e9)], rel=1e-12
     )
     with pytest.raises(InputError, match="values of the study: 1 mm, 2 mm, 3 mm"):
-        refined(found.built(), vary={wall: "2.5 mm"})
+        refine_study(found.built(), vary={wall: "2.5 mm"})
 
 
 def test_numbers_of_the_structure_vary(case: Path) -> None:
@@ -207,7 +207,7 @@ def test_names_by_probability() -> None:
         ({"structure.bars.materiel": ["steel"]}, {}, "did you mean 'material'"),
         ({MATERIAL: ["steel", "steel"]}, {}, "the name 'steel' twice"),
         ({MATERIAL: []}, {}, "at least one"),
-        ({"run.method": ["auto", "dopri5"]}, {}, "other options of the runs"),
+        ({"run.method": ["auto", "dopri5"]}, {}, "the names change the options of the runs"),
         ({MATERIAL: MATERIALS}, {"design": "morris", "points": 8}, "names, which have no order"),
         ({MATERIAL: MATERIALS[1:]}, {"design": "one-at-a-time"}, "names and levels of the case among them"),
         ({MATERIAL: MATERIALS, "A.clearance": (1e-4, 2e-4)}, {"goals": "minimise mass"}, "lists of all that is chosen"),
@@ -215,7 +215,7 @@ def test_names_by_probability() -> None:
         ({f"{SECTION}.wal": "1..3 mm"}, {}, "no 'wal' .did you mean 'wall'"),
         ({f"{SECTION}.wall": "1..40 mm"}, {}, "a wall below 30 mm"),
         ({f"{SECTION}.wall": "1..3 K"}, {}, "section.wall"),
-        ({f"{SECTION}.wall": "normal(1, 0.1) mm"}, {}, "a range of which the levels are taken"),
+        ({f"{SECTION}.wall": "normal(1, 0.1) mm"}, {}, "a range with a number of values"),
         ({f"{SECTION}.wall": "1..3 mm, 65 values"}, {}, "65 combinations of"),
         ({"structure.units": list("12")}, {"measures": "peak_bar_stress"}, "measures of each bar"),
     ],

@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 
 import scissordyn as sd
-from scissordyn.config.study import Given, described_study, read_study
+from scissordyn.config.study import Given, make_study, read_study
 from scissordyn.config.variation import read_deviation, read_variation
 from scissordyn.model.parameter_path import single
 from scissordyn.studies.answer.page import varied_numbers
@@ -103,11 +103,11 @@ def test_texts_of_tolerances(text: str, found: Uniform) -> None:
     ("text", "what"),
     [
         ("+- 20 %", "a tolerance without a nominal value"),
-        ("0.3 mm +- 0.02 mm, gauss", "'gauss' behind a tolerance"),
+        ("0.3 mm +- 0.02 mm, gauss", "'gauss' after a tolerance"),
         ("0.3 mm +- 0 mm", "a tolerance of 0 mm"),
         ("0.3 mm +- -1 mm", "a tolerance of -1 mm"),
         ("0.3 +- 0.02", "missing unit"),
-        ("0.3 mm +- x", "'x' is no number"),
+        ("0.3 mm +- x", "'x' is not a number"),
         ("0.3 mm +- 1 N", "wrong dimension"),
         ("K7/g6 at 10 mm", "hole 'K'"),
         ("H7/p6 at 10 mm", "shaft 'p'"),
@@ -115,7 +115,7 @@ def test_texts_of_tolerances(text: str, found: Uniform) -> None:
         ("H7/g6 at 600 mm", "a fit at 600 mm"),
         ("H7/g6 at 0.5 mm", "a fit at 0.5 mm"),
         ("H7/g6 at 10", "missing unit of the diameter"),
-        ("H7/g6 at 10 mm, beta", "'beta' behind a fit"),
+        ("H7/g6 at 10 mm, beta", "'beta' after a fit"),
         ("triangular(0.3, 0.2, 0.4) mm", "a triangular distribution"),
         ("weibull(2) mm", "1 numbers of a weibull"),
         ("beta(0, 2, 0.1, 0.2) mm", "shapes 0, 2"),
@@ -181,7 +181,7 @@ def described(vary: dict[str, str], uncertain: dict[str, str]) -> sd.study:
     from scissordyn.studies.ask.design import Sampling
 
     text = StudyText(case="case", vary=vary, uncertain=uncertain, sampling=Sampling(4))
-    return described_study(Given(two_joints().driven(speed=10.0), sd.Options(UNTIL)), text)
+    return make_study(Given(two_joints().driven(speed=10.0), sd.Options(UNTIL)), text)
 
 
 def test_each_joint_has_its_own_tolerance() -> None:

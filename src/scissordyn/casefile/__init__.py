@@ -1,1 +1,1 @@
-"""Case files: the text of a mechanism and of the options of its simulation, read and written."""
+"""Case files: reading and writing the text of a mechanism and of the options of its simulation."""

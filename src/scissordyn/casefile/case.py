@@ -1,4 +1,4 @@
-"""A whole case file, which a user writes or a run carries, and the mechanism and options that it describes."""
+"""Tables of a whole case file, written by a user or stored in a run, and the mechanism and options that they describe."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Annotated, Any
 
-from scissordyn.casefile.part import PARTS, assembled
+from scissordyn.casefile.part import PARTS, assemble
 from scissordyn.casefile.structure import (
     STRUCTURE,
     BendingTable,
@@ -20,7 +20,7 @@ from scissordyn.casefile.structure import (
     PayloadTable,
     StructureTable,
 )
-from scissordyn.casefile.table import About, Context, Reader, Table, described, made_table, placed, read_list, reader
+from scissordyn.casefile.table import About, Context, Reader, Table, add_place, described, make_table, read_list, reader
 from scissordyn.casefile.time_function import DriveTable
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
@@ -42,7 +42,7 @@ class Case:
 
 
 def _one_or_several(table: type[Table]) -> Reader:
-    """One table, or a list of them."""
+    """Return a reader of one table or of a list of tables of the same kind."""
 
     @reader(lambda: {"anyOf": [table, {"type": "array", "items": table}]})
     def read(given: Any, context: Context) -> list[Table]:
@@ -54,7 +54,7 @@ def _one_or_several(table: type[Table]) -> Reader:
 @reader(lambda: {"type": "object", "additionalProperties": {"type": ["string", "number", "boolean"]}})
 def read_values(given: Any, _: Context) -> Mapping[str, Any]:
     if not isinstance(given, Mapping) or not all(isinstance(value, str | int | float) for value in given.values()):
-        raise InputError("not a table of texts and numbers", "what scissordyn writes there")
+        raise InputError("not a table of texts and numbers", "a table as scissordyn writes it")
     return MappingProxyType(dict(given))
 
 
@@ -62,22 +62,22 @@ ADDITIONS = (
     *("panels", "bending", "payload", "clearance", "guide_clearance"),
     *("joint_friction", "drive", "control", "coupling"),
 )
-"""Tables that add to the mechanism of the structure and the parts, in their order: a later one replaces an earlier one."""
+"""Tables that change the mechanism of the structure and the parts, in the order of application; a later one overrides."""
 
 
 class _CaseTable(Table):
-    """A whole case file, apart from the components."""
+    """Whole case file, without the components."""
 
     structure: Annotated[StructureTable, STRUCTURE, About("the structure", examples=[{"kind": "scissor"}])]
     drive: Annotated[Sequence[DriveTable], _one_or_several(DriveTable), About("a drive; [[drive]] for several")] = ()
     control: Annotated[
         Sequence[ControlTable],
         _one_or_several(ControlTable),
-        About("a controlled torque in place of a drive; [[control]] for several"),
+        About("a controlled torque instead of a drive; [[control]] for several"),
     ] = ()
-    code: Annotated[
-        Mapping[str, Any], read_values, About("digests of the files of your own that the case was written with")
-    ] = MappingProxyType({})
+    code: Annotated[Mapping[str, Any], read_values, About("digests of the user's files that the case was written with")] = (
+        MappingProxyType({})
+    )
     run: Annotated[
         Options,
         described(Options, until="50 ms", step="0.1 ms"),
@@ -88,27 +88,27 @@ class _CaseTable(Table):
         return Case(self.mechanism(feed_forward), self.run)
 
     def mechanism(self, feed_forward: FeedForward | None = None) -> Mechanism:
-        """The mechanism of the file; an `InputError` with the place in the file if its tables are inconsistent.
+        """Return the mechanism of the file; raise `InputError` with the place in the file if its tables are inconsistent.
 
-        `feed_forward` computes the torques that a [control] of the file asks of the ideal mechanism.
+        `feed_forward` computes the torques of the ideal mechanism that a [control] table requests.
         """
-        with placed("structure"):
+        with add_place("structure"):
             base = self.structure.fields()
         parts = {name: getattr(self, name) for name in PARTS}
-        mechanism = assembled(base, parts | {"coupling": [table.result() for table in self.coupling]})
+        mechanism = assemble(base, parts | {"coupling": [table.result() for table in self.coupling]})
         for section in ADDITIONS:
             for index, table in enumerate(tables := getattr(self, section)):
-                with placed(section, index):
+                with add_place(section, index):
                     mechanism = self._added(mechanism, section, table, tables[:index], feed_forward)
             if section == "panels" and self.structure.bars is not None:
-                with placed("structure"):
+                with add_place("structure"):
                     mechanism = self.structure.bars.result(mechanism)
         return mechanism
 
     def _added(
         self, mechanism: Mechanism, section: str, table: Any, before: Sequence[Any], feed_forward: FeedForward | None
     ) -> Mechanism:
-        """The mechanism with what one table adds to it."""
+        """Return the mechanism with the addition of one table."""
         match section:
             case "clearance" if table.joint in [earlier.joint for earlier in before]:
                 raise InputError(f"joint '{table.joint}' given twice", "one [[clearance]] for each joint")
@@ -139,9 +139,9 @@ LISTS: Mapping[str, tuple[Reader, str]] = {
     "bending": (BendingTable.reader(), "bars that bend; one table for each kind"),
     "joint_friction": (JointFrictionTable.reader(), "friction in many ideal pins; a later table replaces"),
 }
-"""Lists of tables: how each is read, and what it is."""
+"""Lists of tables: the reader of one entry, and its description."""
 
-CaseTable = made_table(
+CaseTable = make_table(
     "CaseTable",
     _CaseTable,
     {key: (Annotated[Sequence[Annotated[Any, read]], About(about)], ()) for key, (read, about) in LISTS.items()},

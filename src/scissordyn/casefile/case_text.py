@@ -1,4 +1,4 @@
-"""The text of a case file for any mechanism: the way back from the frozen descriptions to TOML with units."""
+"""Text of a case file for any mechanism: conversion of the frozen descriptions to TOML with units."""
 
 from __future__ import annotations
 
@@ -42,33 +42,33 @@ from scissordyn.plugin.element import Part
 from scissordyn.units import Pairs
 
 BEGINNING = "# A case of scissordyn, written by write_case."
-"""The first line, by which a file is known to be replaceable."""
+"""First line of a case file that may be overwritten."""
 
 RECORD = "# A case of scissordyn, as it was computed."
 
-CONTROL = re.compile(r"[\x00-\x1f\x7f]")
+CONTROL = re.compile(r"[\x00-\x1f\x7f]")  # control characters, which a comment must not hold
 
-SURROGATE = "[\ud800-\udfff]"
+SURROGATE = "[\ud800-\udfff]"  # half of a surrogate pair
 
-NO_CODE = Code()  # For tables in which no class of the user's can be
-UNTIL = 0.05  # End of the simulated time where none is given [s], as in the files that ``scissordyn new`` prints
+NO_CODE = Code()  # code for tables that cannot hold user-defined classes
+DEFAULT_UNTIL = 0.05  # [s] default end of the simulated time, as in the files that ``scissordyn new`` prints
 
-Entries = dict[str, Any]  # Keys of a table and their values as parsed TOML has them
+Entries = dict[str, Any]  # keys of a table and their values, as parsed TOML has them
 
 
 def case_text(described: Mechanism | Case, run: Options | None = None, *, folder: Path | None = None) -> str:
-    """Return the text of a case file that describes a mechanism exactly: reading it gives an equal one, bit for bit.
+    """Return the text of a case file that describes a mechanism exactly; reading the text gives an equal one, bit for bit.
 
-    Each number has the unit in which it is shortest, such as mm, deg or rpm, if the number read from the text is the same to
-    the last bit, and SI units with all digits otherwise.
+    Each number has the unit in which it is shortest, for example mm, deg or rpm, if the text gives the same number to the last
+    bit. Otherwise it has its SI unit and all digits.
 
     Parameters
     ----------
     described : Mechanism or Case
     run : Options, optional
-        Options of the simulation; those of the case, or the defaults for 50 ms, if not given.
+        Options of the simulation; by default those of the case, or the defaults for 50 ms.
     folder : path, optional
-        Folder of the file, from which names of user-defined code are relative.
+        Folder of the file, to which names of user-defined code are relative.
 
     Returns
     -------
@@ -78,21 +78,23 @@ def case_text(described: Mechanism | Case, run: Options | None = None, *, folder
     Raises
     ------
     InputError
-        If a part cannot be written, such as a function that is in no file.
+        If a part cannot be written, for example a function that is not in a file.
     """
     mechanism = described.mechanism if isinstance(described, Case) else described
     if not isinstance(mechanism, Mechanism):
-        raise InputError(f"a {type(mechanism).__name__} as a case", "a Mechanism or a Case", "write_case(arm, 'arm.toml')")
-    options = run or (described.run if isinstance(described, Case) else Options(UNTIL))
+        raise InputError(
+            f"cannot write a {type(mechanism).__name__} as a case", "a Mechanism or a Case", "write_case(arm, 'arm.toml')"
+        )
+    options = run or (described.run if isinstance(described, Case) else Options(DEFAULT_UNTIL))
     text = "\n".join([BEGINNING, *_lines(_tables(mechanism, Code(folder)) | _run(options)), ""])
     if half := re.search(f'"([^"]*{SURROGATE}[^"]*)"', text):
-        raise InputError(f"the name {half[1]!r}, which has half a surrogate pair", "text that UTF-8 can hold")
+        raise InputError(f"the name {half[1]!r} has half a surrogate pair", "text that UTF-8 can hold")
     _check(text, mechanism, options, {"folder": folder or Path()})
     return text
 
 
 def record_text(mechanism: Mechanism, options: Options | None = None, further: Mapping[str, Any] | None = None) -> str:
-    """What a run carries: the case file of its mechanism and options, which also names what a case file of a user's cannot."""
+    """Return the case file that a run stores, which may also name user-defined classes without a file."""
     code = RecordedCode()
     lines = [RECORD, *_lines(_tables(mechanism, code))]
     if code.noted:
@@ -114,7 +116,7 @@ def _run(options: Options) -> Entries:
 
 
 def _tables(mechanism: Mechanism, code: Code) -> Entries:
-    """All tables but for [run], in the order of a case file."""
+    """Return all tables except [run], in the order of a case file."""
     fields, structure = declared(Mechanism), {"kind": "mechanism"}
     mechanism, backlashes = closed(mechanism)
     for name in ("gravity", "gravity_direction", "input_body", "output_body", "source"):
@@ -152,7 +154,7 @@ def _tables(mechanism: Mechanism, code: Code) -> Entries:
 
 
 def _components(mechanism: Mechanism, code: Code) -> Entries:
-    """The components: in tables of their kind as long as that keeps their order, then in [[component]] tables."""
+    """Return the tables of the components: by kind as long as their order allows, then as [[component]] tables."""
     components: tuple[Any, ...] = mechanism.components
     listed: dict[str, list[Entries]] = {section: [] for section in COMPONENT_SECTIONS if section not in ("rod", "latch")}
     order, others, last = list(listed), list[Entries](), 0
@@ -189,13 +191,13 @@ def _coordinate(part: Coordinate, code: Code) -> Entries:
 
 
 def _body(body: Body, code: Code) -> Entries:
-    """A body; a straight bar by its length where that gives the same one."""
+    """Return the table of a body; a straight bar is given by its length if that describes the same body."""
     entries = _fields(body, code)
     if body.inertia is None or "end" not in body.points:
         return entries
     length, shown, straight = body.points["end"][0], dict(entries), bar_points(body.points["end"][0])
     points = {name: place for name, place in body.points.items() if name not in straight}
-    # as texts: 0 and 0.0 are equal, and not the same to the last bit
+    # compare texts, since 0 and 0.0 are equal but differ in their bits
     if not length > 0.0 or repr((body.centre, dict(body.points))) != repr((straight["middle"], straight | points)):
         return entries
     del shown["inertia"], shown["points"]
@@ -207,7 +209,7 @@ def _body(body: Body, code: Code) -> Entries:
 
 
 def _fields(described: Any, code: Code) -> Entries:
-    """The fields of a description as keys; those with their default are left out, and None, which a file says in that way."""
+    """Return the fields of a description as keys, without defaults and None."""
     return {field.name: _value(value, field, type(described), code) for field, value in given(described) if value is not None}
 
 
@@ -251,14 +253,14 @@ def _value(value: Any, field: Declared, kind: type, code: Code) -> Any:
 
 
 def _named(described: Any, key: str, code: Code) -> Any:
-    """A law or a controller: by name alone if its parameters are the defaults."""
+    """Return the table of a law or a controller, or its name alone if all parameters have their defaults."""
     entries, ours = _fields(described, code), type(described).__module__.startswith("scissordyn.")
     name = described.name if ours else code.of_class(described, described.slot.title)
     return {key: name, **entries} if entries else name
 
 
 def _time_function(function: TimeFunction, unit: str) -> Entries:
-    """A time function by its one key; its values have a unit."""
+    """Return the table of a time function: its kind as the only key, and values with units."""
     match function:
         case ConstantSpeed(speed):
             if unit == "m":
@@ -279,7 +281,7 @@ def _time_function(function: TimeFunction, unit: str) -> Entries:
 def _points(points: Mapping[str, Point], code: Code) -> Entries:
     for name in points:
         if "." in name and not code.recorded:
-            raise InputError(f"a point called '{name}'", "names without a dot, which separates body and point")
+            raise InputError(f"the point name '{name}' has a dot", "a name without a dot, which separates body and point")
     return {name: _quantity(place, "m") for name, place in points.items()}
 
 
@@ -288,12 +290,12 @@ def _body_point(place: BodyPoint, code: Code) -> str | BodyPoint:
     if "." in point and code.recorded:
         return place
     if "." in point:
-        raise InputError(f"a point called '{point}'", "names without a dot, which separates body and point")
+        raise InputError(f"the point name '{point}' has a dot", "a name without a dot, which separates body and point")
     return f"{body}.{point}"
 
 
 def _quantity(values: Sequence[float], unit: str) -> Any:
-    """A number without a unit, or numbers with one, as text."""
+    """Return a plain number, or numbers with a unit as text."""
     return values[0] if unit == "1" else exact(values, unit)
 
 
@@ -305,13 +307,13 @@ def _check(text: str, mechanism: Mechanism, options: Options, context: Context) 
         if reread != written:
             place, wrong, wanted = first_difference(reread, written)
             raise InputError(
-                f"a description that a case file cannot hold: {place} = {str(wanted)[:60]} is read as {str(wrong)[:60]}",
-                "what the tables of a case file have",
+                f"a case file cannot hold this description: {place} = {str(wanted)[:60]} is read as {str(wrong)[:60]}",
+                "values that the tables of a case file can hold",
             )
 
 
 def _normal(plain: Any) -> Any:
-    """Plain data with every number as the text of a float, and files by their absolute names."""
+    """Return plain data with every number as the text of a float, and files by their absolute names."""
     if isinstance(plain, dict):
         return {key: _normal(value) for key, value in plain.items()}
     if isinstance(plain, list):

@@ -1,4 +1,4 @@
-"""Classes of the user's in a case file: how they are named, and what stands for them when the file is read."""
+"""User-defined classes in a case file: their names, and what represents them when the file is read."""
 
 from __future__ import annotations
 
@@ -14,26 +14,29 @@ from scissordyn.model.record import code_digest, source_of
 from scissordyn.plugin.element import SLOTS, Element, element_class
 from scissordyn.plugin.user_file import file_digest, origin_of, split_reference
 
-CLASS = "class"  # What the name of a class begins with that is in no file: "class Rubber"
+CLASS_PREFIX = "class"  # start of the name of a class that is in no file, as in "class Rubber"
 
 
 class Code:
-    """Of case files: named by their files, from the folder of the case file if they are in it, and executed when read."""
+    """User-defined code of a case file; a class is named by its file, relative to the case's folder if possible.
+
+    The file is executed when the case file is read.
+    """
 
     recorded = False
-    """Whether a run carries the text: points may have names that "BODY.POINT" cannot mean, and no other file is read."""
+    """True for the text stored in a run: names of points may hold a dot, and no other file is read."""
 
     def __init__(self, folder: Path | None = None, digests: Mapping[str, str] = MappingProxyType({})) -> None:
         self.folder, self.digests = folder, digests
 
     def of_class(self, part: Any, what: str) -> str:
-        """The name of the class of a part of the user's."""
+        """Return the name of the class of a user-defined part."""
         origin = origin_of(type(part))
         if origin is None:
             name = type(part).__name__
             raise InputError(
-                f"{what} of the class '{name}', which was made in Python",
-                "a class of the package, or of a file: put it in one and import it from there",
+                f"{what}: its class '{name}' is not in a file",
+                "a class of the package, or a class imported from a file",
                 f"from mine import {name}",
             )
         return self._of_file(*origin)
@@ -48,8 +51,8 @@ class Code:
         return f"{path.as_posix()}:{name}"
 
     def names(self, name: str) -> bool:
-        """Whether a name of a law, a controller or a component is that of one of the user's."""
-        return ".py:" in name or (name in self.digests and name.startswith(f"{CLASS} "))
+        """Report whether the name of a law, controller or component belongs to a user-defined class."""
+        return ".py:" in name or (name in self.digests and name.startswith(f"{CLASS_PREFIX} "))
 
     def element(self, slot: str, name: str, parameters: Mapping[str, Any]) -> Any:
         return element_class(slot, self.reference(SLOTS[slot].slot.title, name), self.folder or Path())
@@ -58,21 +61,21 @@ class Code:
         return component_class(self.reference("component", name), self.folder or Path())
 
     def reference(self, what: str, name: str) -> str:
-        """File and name of what is executed; an `InputError` if the case file has another digest of the file."""
+        """Return file and name of the code to execute; raise `InputError` if the case file has another digest of the file."""
         if name in self.digests and file_digest(split_reference(what, name, self.folder)[0]) != self.digests[name]:
             raise InputError(f"'{name.rpartition(':')[0]}' is not the file that the case was written with", "the same file")
         return name
 
 
 class RecordedCode(Code):
-    """Of what a run carries: named by where they are, with digests of their files, or of what they compute."""
+    """User-defined code of the text stored in a run; a class is named by its absolute path and a digest."""
 
     recorded = True
 
     def __init__(self) -> None:
         super().__init__(None, {})
         self.noted: dict[str, str] = {}
-        self.sources: list[str] = []  # Of kernels that are in no file, for the reader
+        self.sources: list[str] = []  # sources of kernels that are in no file, for the reader
 
     def of_class(self, part: Any, what: str) -> str:
         origin = origin_of(type(part))
@@ -80,7 +83,7 @@ class RecordedCode(Code):
             return self._of_file(*origin)
         kernels = part.declaration.kernels.values()
         self.sources += map(source_of, kernels)
-        return self._of_file(f"{CLASS} {type(part).__qualname__}", code_digest([*kernels, type(part).parameters]))
+        return self._of_file(f"{CLASS_PREFIX} {type(part).__qualname__}", code_digest([*kernels, type(part).parameters]))
 
     def _of_file(self, origin: str, digest: str) -> str:
         self.noted[origin] = digest
@@ -88,7 +91,7 @@ class RecordedCode(Code):
 
 
 class AllowedCode(Code):
-    """Of what a run carries, to run it again: from the files that the user allows, which are known by their digests."""
+    """User-defined code of a stored run that is run again, from the files that the user allows; digests identify them."""
 
     recorded = True
 
@@ -99,9 +102,9 @@ class AllowedCode(Code):
     def reference(self, what: str, name: str) -> str:
         kind, _, called = name.partition(" ")
         called = called.rpartition(".")[2]
-        if kind == CLASS and called:
+        if kind == CLASS_PREFIX and called:
             raise InputError(
-                f"the run uses the Python class '{called}' as a {what}, which was in no file",
+                f"the run uses the Python class '{called}' as a {what}, which is not in a file",
                 f"a {what} from the catalogue or from a file",
                 f"put it in a file and give the {what} as 'mine.py:{called}'",
             )
@@ -118,7 +121,7 @@ class AllowedCode(Code):
                 return f"{path.resolve()}:{called}"
         if digests:
             raise InputError(
-                f"the run uses the {what} '{called}' of '{file}' with the digest {digest}, and the digest of "
+                f"the run uses the {what} '{called}' of '{file}' with the digest {digest}, but the digest of "
                 + ", of ".join(f"'{path}' is {there}" for path, there in digests.items()),
                 "the file as it was when the run was made",
             )
@@ -132,13 +135,13 @@ class AllowedCode(Code):
 def _digest_of(path: Path) -> str:
     if not path.is_file():
         raise InputError(
-            f"no file '{path}' for the functions of the run", "a Python file that exists", "--allow-code my_laws.py"
+            f"no file '{path}' with the functions of the run", "a Python file that exists", "--allow-code my_laws.py"
         )
     return file_digest(path)
 
 
 class AbsentPart:
-    """A part of the user's in a run that is only read: its class is not executed, but its name and its numbers are there."""
+    """User-defined part of a run that is only read; its class is not executed, but its name and its values are known."""
 
     place: str
     file: str
@@ -155,13 +158,13 @@ class AbsentPart:
 
 
 class AbsentCode(Code):
-    """Of what a run carries, to read its facts: nothing is executed."""
+    """User-defined code of a stored run that is only read; no code is executed."""
 
     recorded = True
 
     def element(self, slot: str, name: str, parameters: Mapping[str, Any]) -> Any:
         base = SLOTS[slot].slot
-        # what it takes is not known: any feed-forward torque, and no sensor
+        # the parameters of the class are unknown: allow any feed-forward torque, and no sensor
         facts = {**base.defaults, "declaration": Element(base, MappingProxyType({})), "__module__": "user"}
         facts |= {"uses_feed_forward": True, "uses_sensor": False} if slot == "controller" else {}
         return _absent(slot, name, parameters, (AbsentPart, SLOTS[slot]), facts)
@@ -183,5 +186,5 @@ def _absent(place: str, name: str, values: Mapping[str, Any], bases: tuple[type,
 
 
 def code_of(context: Mapping[str, Any]) -> Code:
-    """What stands for classes of the user's, by the context of a table."""
+    """Return the code for user-defined classes, from the context of a table."""
     return context.get("code") or Code(context.get("folder", Path()))

@@ -1,4 +1,4 @@
-"""The attribute "configuration" of a saved run, a case file: its reader and its writer."""
+"""Reader and writer of the attribute "configuration" of a saved run, which is a case file."""
 
 from __future__ import annotations
 
@@ -15,22 +15,23 @@ from scissordyn.annotation import is_number, shown
 from scissordyn.casefile.case import CaseTable, read_values
 from scissordyn.casefile.case_text import record_text
 from scissordyn.casefile.code import AbsentCode, AbsentPart, AllowedCode, Code
-from scissordyn.casefile.table import instance, made_table
+from scissordyn.casefile.table import instance, make_table
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 
 ATTRIBUTE = "configuration"
 
-WRITTEN = "a Dataset that scissordyn made"
+EXPECTED = "a Dataset that scissordyn made"
 
-NOT_WRITTEN = {"control", "payload", "panels", "bending", "joint_friction"}
-"""Tables of a case file that a run does not contain: it has the bodies and components that they make."""
+TABLES_WITHOUT_RECORD = {"control", "payload", "panels", "bending", "joint_friction"}
+"""Tables of a case file that a run does not contain; the run holds the bodies and components that they make."""
 
-TITLE = "scissordyn run"  # Of what `simulate` returns; a map or a diagram has a configuration too, and is not run again from it
+# title of a run of `simulate`; maps and diagrams have a configuration too, but cannot be run again from it
+TITLE = "scissordyn run"
 
 
-RecordTable = made_table(
+RecordTable = make_table(
     "RecordTable",
     CaseTable,
     {
@@ -38,11 +39,11 @@ RecordTable = made_table(
         "diagram": (Annotated[Mapping[str, Any], read_values], MappingProxyType({})),
     },
 )
-"""The tables of a configuration: those of a case file, [run] optional, and the further entries of a diagram."""
+"""Tables of a configuration: those of a case file with optional [run], and further entries of a diagram."""
 
 
 class HasAttributes(Protocol):
-    """A Dataset, or results of which no Dataset has been made."""
+    """Dataset, or results before they become a Dataset."""
 
     @property
     def attrs(self) -> dict[Any, Any]: ...
@@ -50,17 +51,17 @@ class HasAttributes(Protocol):
 
 @dataclass(frozen=True)
 class Configuration:
-    """The case file that a saved run carries. Reading it executes nothing."""
+    """Case file stored in a saved run; reading it executes no code."""
 
     text: str
-    mechanism: Mechanism  # Its facts; classes of the user's are only named. `build_mechanism` has them
-    options: Options | None = None  # How it was simulated; None where the file does not say
-    diagram: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))  # Further entries of a bifurcation diagram
-    absent: tuple[Any, ...] = ()  # Components of the user's, which are not in the mechanism
+    mechanism: Mechanism  # user-defined classes are only named; `build_mechanism` executes them
+    options: Options | None = None  # options of the simulation; None if the file has none
+    diagram: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))  # further entries of a bifurcation diagram
+    absent: tuple[Any, ...] = ()  # user-defined components, which are not in the mechanism
 
     @property
     def mechanism_text(self) -> str:
-        """The tables of the mechanism alone, to compare."""
+        """Text of the mechanism's tables alone, for comparison."""
         return self.text.partition("\n[run]\n")[0].partition("\n[diagram]\n")[0].rstrip()
 
     def build_mechanism(self, allow_code: str | os.PathLike[str] | Sequence[str | os.PathLike[str]] = ()) -> Mechanism:
@@ -69,7 +70,7 @@ class Configuration:
 
 
 def read_mechanism(text: str, allow_code: Sequence[Path] = ()) -> Mechanism:
-    """The mechanism of a configuration, with user-defined classes from files that may be executed."""
+    """Return the mechanism of a configuration; user-defined classes come from the allowed files, which are executed."""
     return _read(str(text), lambda digests: AllowedCode(allow_code, digests)).mechanism
 
 
@@ -80,11 +81,11 @@ def _facts(text: str) -> Configuration:
 
 def _read(text: str, code: Any) -> Configuration:
     if not text.strip():
-        raise InputError("an empty attribute 'configuration'", WRITTEN)
+        raise InputError("the attribute 'configuration' is empty", EXPECTED)
     try:
         tree = tomllib.loads(text)
-        for section in NOT_WRITTEN & tree.keys():
-            raise InputError(f"[[{section}]] in a run", "the tables that scissordyn writes there")
+        for section in TABLES_WITHOUT_RECORD & tree.keys():
+            raise InputError(f"[[{section}]] in a run", "the tables that scissordyn writes in a run")
         digests = tree.get("code", {})
         chosen: Code = code(digests if isinstance(digests, dict) else {})
         table = instance(RecordTable, tree, {"code": chosen})
@@ -93,25 +94,25 @@ def _read(text: str, code: Any) -> Configuration:
     except (ValueError, RecursionError) as error:
         if isinstance(error, InputError):
             raise
-        raise InputError(f"the attribute 'configuration' is not whole TOML: {error}", WRITTEN) from None
+        raise InputError(f"the attribute 'configuration' is not valid TOML: {error}", EXPECTED) from None
 
 
 def is_run(data: HasAttributes) -> bool:
-    """Whether `simulate` made it."""
+    """Report whether a dataset is a run of `simulate`."""
     return data.attrs.get("title") == TITLE
 
 
 def read_configuration(run: HasAttributes) -> Configuration:
     text = run.attrs.get(ATTRIBUTE)
     if not isinstance(text, str):
-        raise InputError(f"a dataset without the attribute '{ATTRIBUTE}'", WRITTEN)
+        raise InputError(f"the dataset has no attribute '{ATTRIBUTE}'", EXPECTED)
     return _facts(text)
 
 
 def number_attribute(run: HasAttributes, name: str) -> float:
     value = run.attrs.get(name)
     if not is_number(value):
-        raise InputError(f"a dataset whose attribute '{name}' is {shown(value)}", "a number, as scissordyn writes it")
+        raise InputError(f"the dataset's attribute '{name}' is {shown(value)}", "a number, as scissordyn writes it")
     return float(value)  # type: ignore[arg-type]
 
 
@@ -121,5 +122,5 @@ def write_configuration(
     *,
     diagram: Mapping[str, str | int | float | bool] | None = None,
 ) -> str:
-    """The attribute "configuration" of a run: a case file."""
+    """Return the attribute "configuration" of a run, which is a case file."""
     return record_text(mechanism, options, diagram)

@@ -1,4 +1,4 @@
-"""Parts of a mechanism in a case file: bodies, joints, guides, connections, ground points, springs, loads, motors, stops."""
+"""Parts of a mechanism in a case file: bodies, joints, guides, connections, ground points and components."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from scissordyn.casefile.table import (
     Shape,
     Table,
     described,
-    filler,
     keys_of,
-    made_table,
+    make_table,
     read_as,
     reader,
     table_of,
+    table_reader,
 )
 from scissordyn.casefile.time_function import time_function
 from scissordyn.casefile.value import BODY_POINT
@@ -65,8 +65,10 @@ def _read_points(given: Any, context: Context) -> tuple[BodyPoint, BodyPoint]:
 class CoordinateTable(Table):
     """An angle of a body, a slide of a point, or a distance of two points."""
 
-    angle: Annotated[str | None, About("body whose angle it is, against the base")] = None
-    slide: Annotated[BodyPoint | None, About("point whose displacement along the direction it is, in the base")] = None
+    angle: Annotated[str | None, About("body whose angle against the base is the coordinate")] = None
+    slide: Annotated[BodyPoint | None, About("point whose displacement along the direction is the coordinate, in the base")] = (
+        None
+    )
     distance: Annotated[tuple[BodyPoint, BodyPoint] | None, _read_points, About("two points")] = None
     base: Annotated[str, About("a body, or the ground")] = GROUND
     direction: Annotated[float | None, quantities(Slide)["direction"]] = None
@@ -81,7 +83,7 @@ class CoordinateTable(Table):
         if self.slide is not None:
             return Slide(self.slide, self.direction or 0.0, self.base)
         if self.direction is not None or (self.distance is not None and self.base != GROUND):
-            raise InputError("a direction or a base beside what has none", SAMPLE)
+            raise InputError("direction or base given for a coordinate that has none", SAMPLE)
         return RelativeAngle(self.angle, self.base) if self.angle is not None else Distance(*self.distance)  # type: ignore[misc]
 
 
@@ -106,7 +108,7 @@ _READ_MOTION = Reader(
 )
 
 
-read_as(Coordinate, filler(lambda: CoordinateTable, CoordinateTable.coordinate))
+read_as(Coordinate, table_reader(lambda: CoordinateTable, CoordinateTable.coordinate))
 _COORDINATE = Annotated[Coordinate, About(f"a coordinate: {SAMPLE}")]
 
 COUPLING: Hints = (
@@ -115,14 +117,20 @@ COUPLING: Hints = (
     (
         "ratio",
         Annotated[
-            float, _read_ratio, Quantity("1"), About('output over input, as -0.5 or "5 mm/turn"; negative in opposite senses')
+            float,
+            _read_ratio,
+            Quantity("1"),
+            About('output divided by input, for example -0.5 or "5 mm/turn"; negative in opposite senses'),
         ],
     ),
-    ("offset", Annotated[float | None, _read_offset, About("output where the input is zero; as assembled without it")]),
-    ("transmission", None),  # a key for each kind
+    (
+        "offset",
+        Annotated[float | None, _read_offset, About("output for a zero input; by default that of the assembled mechanism")],
+    ),
+    ("transmission", None),  # replaced by one key for each kind
 )
 TRANSMISSIONS: Mapping[str, type] = {"teeth": Teeth, "belt": Belt, "screw": Screw}
-"""Keys of a coupling that say where its force acts, and what they describe."""
+"""Keys of a coupling that state where its force acts, and the classes that they describe."""
 BacklashTable = table_of(
     with_backlash,
     (("mechanism", None), ("coupling", None)),
@@ -136,7 +144,9 @@ def _read_backlash(given: Any, context: Context) -> Call:
     return BacklashTable.read({"angle": given} if isinstance(given, str) else given, context)
 
 
-_BACKLASH = Quantity("rad", above=0.0, help='angle between both flanks, as "0.5 deg" or with the law of their contacts')
+_BACKLASH = Quantity(
+    "rad", above=0.0, help='angle between both flanks, for example "0.5 deg", or a table with the law of their contacts'
+)
 _FLANKS = {"angle": "0.5 deg", "stiffness": 1e5, "restitution": 0.5}
 
 
@@ -168,7 +178,7 @@ class CouplingTable(
         self.result()
 
     def result(self) -> Coupling:
-        """The coupling, with its force where its teeth, belt or screw are."""
+        """Return the coupling, with the force of its teeth, belt or screw."""
         given = [name for name in TRANSMISSIONS if getattr(self, name) is not None]
         if len(given) > 1:
             raise InputError(f"{' and '.join(given)} in one coupling", "one of them")
@@ -183,7 +193,7 @@ COORDINATE_DRIVE: Hints = (
 
 
 def coupling_lines(mechanism: Mechanism) -> list[str]:
-    """A line for each coupling, as its case file has it."""
+    """Return one line of text for each coupling, in the terms of a case file."""
     lines, (bare, backlashes) = [], closed(mechanism)
     for part in bare.couplings:
         unit, name = ratio_unit(part.output, part.input), part.name
@@ -197,7 +207,7 @@ def coupling_lines(mechanism: Mechanism) -> list[str]:
 
 
 def transmission_words(part: Coupling) -> str:
-    """How the force of a coupling is transmitted, after a comma; empty where it is a relation of coordinates."""
+    """Return a clause about the teeth, belt or screw of a coupling, or "" for a mere relation of coordinates."""
     match part.transmission:
         case Teeth(pressure_angle=angle):
             return f", teeth with a pressure angle of {written(angle, 'rad')}"
@@ -220,12 +230,12 @@ def coordinate_words(coordinate: Coordinate) -> str:
 
 
 _CENTRE = Quantity("m", help="mass centre in the body's frame; of a bar its middle")
-_STRAIGHT = 'makes it a straight bar with points "start", "middle" and "end", uniform by default'
-_TURNING = "about the mass centre; without it and without length the body does not rotate"
+_STRAIGHT = 'length of a straight bar with points "start", "middle" and "end", uniform by default'
+_TURNING = "moment of inertia about the mass centre; without inertia and length the body does not rotate"
 
 
 def _body_keys() -> dict[str, tuple[Any, Any]]:
-    """The keys of a body, and one for a straight bar."""
+    """Return the keys of a body, including those of a straight bar."""
     examples: dict[str, Any] = {"position": "0, 0 m", "angle": "30 deg", "velocity": "0, 0 m/s", "angular_velocity": "0 rpm"}
     keys = keys_of(Body, (), name="crank", mass="1 kg", points={"tip": "0.2, 0.05 m"}, **examples)
     further = {
@@ -251,12 +261,12 @@ class _Body(Table):
         straight = bar(fields["name"], length=length, mass=fields["mass"], inertia=fields["inertia"])
         twice = next((name for name in points if name in straight.points), None)
         if twice is not None:
-            raise InputError(f"body '{straight.name}': point '{twice}', which a bar has already", "another name")
+            raise InputError(f"body '{straight.name}': point '{twice}' is already a point of the bar", "another name")
         straight_points = {**straight.points, **points}
         return Body(**fields | {"inertia": straight.inertia, "points": straight_points, "centre": centre or straight.centre})
 
 
-BodyTable = made_table("BodyTable", _Body, _body_keys(), _Body.__doc__)
+BodyTable = make_table("BodyTable", _Body, _body_keys(), _Body.__doc__)
 
 
 class GroundTable(Table):
@@ -271,12 +281,12 @@ class GroundTable(Table):
 
 @dataclass(frozen=True)
 class Part:
-    """The table of a kind of part."""
+    """Kind of part in a case file, with its table."""
 
-    keys: Callable[[], type[Table]]  # Makes the table, see `table`
-    reader: Reader  # Builds the part from the table
-    fills: str  # Its field of `Mechanism`
-    help: str  # What it is, in one line
+    keys: Callable[[], type[Table]]  # makes the table
+    reader: Reader  # builds the part from the table
+    fills: str  # field of `Mechanism`
+    help: str  # one-line description
 
     @property
     def table(self) -> type[Table]:
@@ -284,17 +294,17 @@ class Part:
 
 
 def _part(kind: type, fills: str, help: str, hints: Hints = (), **examples: Any) -> Part:
-    """A part whose keys are the fields of its dataclass."""
+    """Return a part whose keys are the fields of its dataclass."""
     keys = cache(lambda: table_of(kind, hints, **examples))
-    return Part(keys, filler(keys), fills, help)
+    return Part(keys, table_reader(keys), fills, help)
 
 
-_LISTED = {"rod": "rods", "latch": "latches"}  # Components that a mechanism has in lists of their own
+_LISTED = {"rod": "rods", "latch": "latches"}  # components with their own field of `Mechanism`
 
 
 @cache
 def _component_part(kind: Any) -> Part:
-    """The table of a component class, from its declaration."""
+    """Return the part of a component class, from its declaration."""
     declaration: Declaration = kind.declaration
     first_line = (kind.__doc__ or "").strip().splitlines()[0]
     help = first_line[:1].lower() + first_line[1:].split(": ")[0].rstrip(".")
@@ -303,19 +313,19 @@ def _component_part(kind: Any) -> Part:
 
 
 class UserComponentTable(Table):
-    """A component of a class in a file of the user's own, or any one; the further keys are the fields of the class."""
+    """A component of any class, for example of a user's file; the further keys are the fields of the class."""
 
     type: Annotated[
         str,
         About(
-            "the class, as 'file.py:Class', or any component as 'spring', where the order of several kinds counts",
+            "a class, for example 'file.py:Class', or a component such as 'spring' if the order of several kinds matters",
             examples=["my_components.py:Rubber"],
         ),
     ]
 
 
 def _any_component() -> Shape:
-    """A component by its section, or one of a class of the user's own, whose keys are not known."""
+    """Return the schema of a component by its section, or of a user-defined class, whose keys are not known."""
     named = {"type": {"type": "string", "pattern": r"\.py:"}}
     ours = [
         {"properties": {"type": {"const": section}}, "required": ["type"]} for section in COMPONENTS if section not in _LISTED
@@ -335,7 +345,7 @@ def _read_user_component(given: Any, context: Context) -> Any:
 
 
 def component_part(type: str, folder: Path) -> Part:
-    """What a table [[component]] is read by, from its `type`; a file that it names is executed."""
+    """Return the part for a [[component]] table with some `type`; a file that `type` names is executed."""
     classes = {section: kind for section, kind in COMPONENTS.items() if section not in _LISTED}
     if ".py:" not in type and type not in classes:
         raise InputError(
@@ -345,11 +355,13 @@ def component_part(type: str, folder: Path) -> Part:
     return _component_part(classes[type] if type in classes else component_class(type, folder))
 
 
-_IDEAL: Hints = (("clearance", None),)  # Tables of their own give the clearance
+_IDEAL: Hints = (("clearance", None),)  # the clearance has its own table
 
 PARTS: Mapping[str, Part] = {
-    "body": Part(lambda: BodyTable, filler(lambda: BodyTable, _Body.body), "bodies", "a rigid body"),
-    "ground": Part(lambda: GroundTable, filler(lambda: GroundTable, GroundTable.place), "ground", "a point of the fixed frame"),
+    "body": Part(lambda: BodyTable, table_reader(lambda: BodyTable, _Body.body), "bodies", "a rigid body"),
+    "ground": Part(
+        lambda: GroundTable, table_reader(lambda: GroundTable, GroundTable.place), "ground", "a point of the fixed frame"
+    ),
     "joint": _part(
         Revolute,
         "joints",
@@ -388,22 +400,22 @@ PARTS: Mapping[str, Part] = {
     **{
         section: _component_part(kind)
         for section, kind in COMPONENTS.items()
-        if section != "actuator"  # a table [control] describes it
+        if section != "actuator"  # described by a [control] table
     },
     "component": Part(
         lambda: UserComponentTable,
         _read_user_component,
         "components",
-        "a component of a class in a file of your own",
+        "a component of a class in the user's file",
     ),
 }
-"""The further tables of a case file, apart from [structure], [drive], [[clearance]] and [run]."""
+"""Tables of a case file besides [structure], [drive], [[clearance]] and [run]."""
 
-COMPONENT_SECTIONS = tuple(section for section in PARTS if section in COMPONENTS)  # Tables of the package's own components
+COMPONENT_SECTIONS = tuple(section for section in PARTS if section in COMPONENTS)  # tables of the package's own components
 
 
-def assembled(base: Mapping[str, Any], parts: Mapping[str, list[Any]]) -> Mechanism:
-    """A mechanism from its structure and the further parts of the file."""
+def assemble(base: Mapping[str, Any], parts: Mapping[str, list[Any]]) -> Mechanism:
+    """Return a mechanism from its structure and the other parts of the file."""
     fields = {"bodies": (), "ground": (), **base}
     for name, part in PARTS.items():
         there = (item for item in parts[name] if not isinstance(item, AbsentPart))

@@ -1,4 +1,4 @@
-"""Numbers with units: from text to SI and back."""
+"""Numbers with units: conversion between text and SI units."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 PREFIXES = ("giga- = 1e9 = G-", "mega- = 1e6 = M-", "kilo- = 1e3 = k-", "centi- = 1e-2 = c-", "milli- = 1e-3 = m-")
 SMALL_PREFIXES = ("micro- = 1e-6 = µ- = μ- = u-", "nano- = 1e-9 = n-")
-# In pint's own list an angle is a pure number: "0.1 %" is an angle and 1 Hz is 1 rad/s. Here an angle is a
-# dimension, 1 Hz is one revolution per second, and the list loads twenty times faster.
+# In pint's own list an angle is a pure number, so that "0.1 %" is an angle and 1 Hz is 1 rad/s. Here an angle is a dimension
+# and 1 Hz is one revolution per second. This list also loads twenty times faster.
 UNITS = (
     "meter = [length] = m = metre",
     "second = [time] = s",
@@ -47,10 +47,10 @@ KNOWN_UNITS = (
     "m mm cm km um s ms us min h kg g t rad deg turn rpm Hz N kN Pa kPa MPa GPa J W in ft lb lbf psi bar K "
     "meter millimeter centimeter micrometer second millisecond minute kilogram gram radian degree newton pascal"
 )
-"""Units suggested for a mistyped one."""
+"""Units that may be suggested for a mistyped unit."""
 
-SPEEDS = re.compile(r"(?:1\s*/\s*min|min\s*(?:\^|\*\*)\s*-1)", re.IGNORECASE)
-"""Revolutions per minute as drawings and catalogues have them."""
+REVOLUTIONS_PER_MINUTE = re.compile(r"(?:1\s*/\s*min|min\s*(?:\^|\*\*)\s*-1)", re.IGNORECASE)
+"""Revolutions per minute, as written in drawings and catalogues."""
 
 FAMILIAR = {
     "m": ("m", "mm"),
@@ -62,11 +62,11 @@ FAMILIAR = {
     "N": ("kN", "N"),
     "m/rad": ("m/rad", "mm/rad", "mm/turn"),
 }
-"""Units to write a number in, largest first, by the SI unit of its quantity."""
+"""Units in which a number is written, largest first, by the SI unit of its quantity."""
 
-CELSIUS = ("degC", "°C")  # Units of a temperature, which has an offset
+CELSIUS = ("degC", "°C")  # temperature units with an offset
 
-USUAL = {
+UNIT_FACTORS = {
     ("mm", "m"): 1e-3,
     ("cm", "m"): 1e-2,
     ("ms", "s"): 1e-3,
@@ -78,24 +78,25 @@ USUAL = {
     ("MPa", "Pa"): 1e6,
     ("GPa", "Pa"): 1e9,
 }
-"""What pint gives for the units of most case files, without the tenth of a second that importing it takes."""
+"""Conversion factors of the units in most case files; they equal pint's, whose import takes a tenth of a second."""
 
 SI_UNITS = (
     *("m", "m/s", "m/s^2", "rad", "rad/s", "s", "1/s", "1/m", "s/m", "kg", "kg m^2", "kg/m^3"),
     *("N", "N m", "N/m", "N s", "N s/m", "N m/s", "N m/rad", "N m s/rad", "N m/(rad s)", "Pa", "K", "1/K"),
 )
-"""Those of the fields of case files."""
+"""SI units of the fields of case files."""
 
-USUAL |= dict.fromkeys(zip(SI_UNITS, SI_UNITS, strict=True), 1.0)
+UNIT_FACTORS |= dict.fromkeys(zip(SI_UNITS, SI_UNITS, strict=True), 1.0)
 
+# a number in a list, with the comma or space after it
 NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf)\b)\s*,?\s*")
-LEADING_NUMBER = re.compile(f"{NUMBER.pattern}(.*)", re.DOTALL)
-UNIT_TEXT = re.compile(r"[\w°²³·*/^()\s-]*")
+LEADING_NUMBER = re.compile(f"{NUMBER.pattern}(.*)", re.DOTALL)  # a number, and the rest of the text
+UNIT_TEXT = re.compile(r"[\w°²³·*/^()\s-]*")  # characters of a unit
 LARGE = re.compile("(giga|mega)(radian|degree|turn|meter|second)")
-"""What "Grad", a degree in German, and "Mm" would be read as, by the unit that is meant."""
+"""Units that pint reads from "Grad" (German for degree) or "Mm", and that are most likely a mistake."""
 
 LARGE_POWER = re.compile(r"(?:\^|\*\*)[^a-zA-Z]*?(?:\d\d|\^|\*\*)")
-"""Powers that no unit has; pint would evaluate them, and 9^9^9^9 without end."""
+"""Powers that no unit has; pint would evaluate 9^9^9^9 without end."""
 
 
 @cache
@@ -110,9 +111,9 @@ def _registry() -> pint.UnitRegistry[float]:
 
 @cache
 def unit_factor(unit: str, target: str) -> float:
-    """Number of units `target` in one `unit`; an `InputError` for an unknown unit or another dimension."""
-    if (unit, target) in USUAL:
-        return USUAL[unit, target]
+    """Return the number of `target` units in one `unit`; raise `InputError` for an unknown unit or another dimension."""
+    if (unit, target) in UNIT_FACTORS:
+        return UNIT_FACTORS[unit, target]
     if not UNIT_TEXT.fullmatch(unit) or LARGE_POWER.search(unit):
         raise InputError(f"'{unit}' is not a unit")
     import pint
@@ -122,11 +123,11 @@ def unit_factor(unit: str, target: str) -> float:
         parsed = registry.parse_units(unit)
         factor = float(registry.convert(1.0, parsed, registry.parse_units(target)))
     except pint.UndefinedUnitError as error:
-        unknown = str(error).split("'")[1]  # the one place where pint gives the name alone, in every version
+        unknown = str(error).split("'")[1]  # the only place where every version of pint gives the name alone
         near = did_you_mean(unknown, [*KNOWN_UNITS.split(), "N m"])
         raise InputError(f"unknown unit '{unknown}'{near}") from None
     except pint.DimensionalityError:
-        likely = " (did you mean 'rpm'?)" if target == "rad/s" and SPEEDS.fullmatch(unit) else ""
+        likely = " (did you mean 'rpm'?)" if target == "rad/s" and REVOLUTIONS_PER_MINUTE.fullmatch(unit) else ""
         raise InputError(f"wrong dimension: '{unit}' is not a unit of [{target}]{likely}") from None
     except (
         pint.PintError,
@@ -134,7 +135,7 @@ def unit_factor(unit: str, target: str) -> float:
         AssertionError,
         ValueError,
         TypeError,
-    ):  # pint has many
+    ):  # pint raises many kinds of errors
         raise InputError(f"'{unit}' is not a unit") from None
     if large := LARGE.search(str(parsed)):
         likely, others = {"meter": ("mm", "m, mm, km"), "second": ("ms", "s, ms")}.get(large[2], ("deg", "deg, rad, turn"))
@@ -143,16 +144,16 @@ def unit_factor(unit: str, target: str) -> float:
 
 
 def unit_typed(text: str) -> str:
-    """The unit behind the number that a text begins with; empty if there is none."""
+    """Return the unit after the number at the start of a text, or ""."""
     match = LEADING_NUMBER.fullmatch(text)
     return match[2].strip() if match is not None else ""
 
 
-LARGEST = 2**1023  # A whole number beyond it is no floating-point number
+INTEGER_MAX = 2**1023  # a larger whole number cannot become a floating-point number
 
 
 def _with_unit(number: float, quantity: Quantity, sample: str) -> str:
-    """A number that was given without a unit, with the unit that brings it nearest to the sample, if that is allowed."""
+    """Return a number that has no unit with the allowed unit that brings the number nearest to the sample."""
     match = LEADING_NUMBER.fullmatch(sample)
     likely = float(match[1]) * unit_factor(match[2], quantity.unit) if match and match[2] else 0.0
     units = [quantity.unit] if likely else []
@@ -166,27 +167,27 @@ def _with_unit(number: float, quantity: Quantity, sample: str) -> str:
 
 
 def read_quantity(value: object, quantity: Quantity, sample: str = "") -> float:
-    """A number in SI units from the value in a case file."""
+    """Return a number in SI units from a value in a case file."""
     wanted = quantity.allowed if quantity.unit == "1" else f"{quantity.allowed}, as text with its unit"
     if isinstance(value, bool) or not isinstance(value, str | int | float):
         raise InputError("not a number", wanted, sample)
-    if isinstance(value, int) and not -LARGEST < value < LARGEST:
+    if isinstance(value, int) and not -INTEGER_MAX < value < INTEGER_MAX:
         raise InputError("out of bounds", wanted, sample)
     if quantity.unit == "1":
         if isinstance(value, str):
-            raise InputError("text in place of a plain number", wanted, sample)
-        number: float = value  # a whole number stays one
+            raise InputError("text instead of a plain number", wanted, sample)
+        number: float = value  # a whole number stays an int
     elif isinstance(value, str):
         match = LEADING_NUMBER.fullmatch(value)
         if match is None:
-            raise InputError("no number", wanted, sample)
+            raise InputError("not a number with a unit", wanted, sample)
         if re.match(r"\s*[+-]?\d+,\d", value):
             raise InputError("a decimal comma", "a decimal point", value.strip().replace(",", ".", 1))
         if not match[2]:
             raise InputError("missing unit", wanted, _with_unit(float(match[1]), quantity, sample))
         if quantity.unit == "K" and match[2].strip() in CELSIUS:
             if quantity.admits(-1.0):
-                raise InputError("a temperature in place of a difference", wanted, f"{match[1]} K")
+                raise InputError("a temperature instead of a difference", wanted, f"{match[1]} K")
             number = float(match[1]) + 273.15
         else:
             number = _scaled([match[1]], match[2].strip(), quantity.unit, wanted, sample)[0]
@@ -198,7 +199,7 @@ def read_quantity(value: object, quantity: Quantity, sample: str = "") -> float:
 
 
 def read_numbers(text: object, unit: str) -> tuple[float, ...]:
-    """Numbers in SI from text such as ``"0, 10, 20 ms"``: one unit, after the last number."""
+    """Return numbers in SI units from text such as ``"0, 10, 20 ms"``, with one unit after the last number."""
     wanted, sample = f"finite numbers and, after the last, their unit [{unit}]", f"'0 0.1 0.2 {unit}'"
     content, numbers, at = text if isinstance(text, str) else "", list[str](), 0
     while match := NUMBER.match(content, at):
@@ -223,7 +224,7 @@ def _scaled(numbers: list[str], unit: str, target: str, wanted: str, sample: str
 
 
 def written(value: float, unit: str) -> str:
-    """A number in the form of a case file, in a usual unit."""
+    """Return a number as text with a usual unit, as in a case file."""
     if unit == "1":
         return f"{value:.12g}"
     names = FAMILIAR.get(unit, (unit,))
@@ -235,30 +236,30 @@ def written(value: float, unit: str) -> str:
 
 
 def si_value(text: str) -> float:
-    """A number of `exact` in SI units."""
+    """Return the SI value of a text that `exact` wrote."""
     number, unit = LEADING_NUMBER.fullmatch(text).groups()  # type: ignore[union-attr]
     target = next((target for target, names in FAMILIAR.items() if unit.strip() in names), None)
     return float(number) * (unit_factor(unit.strip(), target) if target else 1.0)
 
 
-SHORT = 12  # Digits up to which a number is written in mm in place of m and the like; full digits stay in SI
+SHORT_DIGITS = 12  # digits up to which a number is written in a unit such as mm; longer numbers are written in SI units
 
 
 def exact(values: Iterable[float], unit: str) -> str:
-    """Numbers in the form of a case file, such that reading them gives the same to the last bit."""
+    """Return numbers as text with a unit, such that reading the text gives the same numbers to the last bit."""
     numbers = tuple(map(float, values))
     candidates = []
     for name in dict.fromkeys((*FAMILIAR.get(unit, ()), unit)):
         factor = 1.0 if name == unit else unit_factor(name, unit)
         digits = [_digits(number, factor) for number in numbers]
         longest = max(len(text or "") for text in digits)
-        if None not in digits and (name == unit or unit not in FAMILIAR.get(unit, ()) or longest <= SHORT):
+        if None not in digits and (name == unit or unit not in FAMILIAR.get(unit, ()) or longest <= SHORT_DIGITS):
             candidates.append(f"{', '.join(map(str, digits))} {name}")
-    return min(candidates, key=len)  # that of SI is always among them: its factor is 1
+    return min(candidates, key=len)  # the SI unit is always a candidate, since its factor is 1
 
 
 def _digits(number: float, factor: float) -> str | None:
-    """The shortest digits that times a factor are a number to the last bit; None if there are none."""
+    """Return the shortest digits that give `number` to the last bit when multiplied by `factor`, or None."""
     scaled = number / factor
     for precision in (15, 16, 17):
         text = f"{scaled:.{precision}g}"
@@ -268,22 +269,22 @@ def _digits(number: float, factor: float) -> str | None:
 
 
 class NumbersText(NamedTuple):
-    """What a text has to be: some numbers, one after the other, and a unit behind the last."""
+    """Form of a text with numbers: one after the other, with a unit after the last."""
 
-    unit: str  # In SI, of which others are multiples
-    numbers: int | None = 1  # None for any
-    negative: bool = True  # Whether they may be
+    unit: str  # SI unit; multiples of it are allowed
+    numbers: int | None = 1  # None for any number of values
+    negative: bool = True  # True if negative values are allowed
 
     @property
     def name(self) -> str:
-        """Of the regular expression that checks it."""
+        """Name of the regular expression that checks the text."""
         slug = re.sub(r"[\^()]", "", self.unit.replace("/", "_per_").replace(" ", "_"))
         count = {None: "numbers", 1: "number"}.get(self.numbers, f"{self.numbers}_numbers")
         return f"{count}_{slug}" + ("" if self.negative else "_not_negative")
 
 
 def example(quantity: Quantity) -> str:
-    """An allowed value of a quantity in the form of a case file."""
+    """Return an allowed value of a quantity as text, as in a case file."""
     low = next((bound for bound in (quantity.above, quantity.minimum) if bound is not None), 0.0)
     high = next((bound for bound in (quantity.below, quantity.maximum) if bound is not None), low + 2.0)
     candidates = (1.0, 0.5 * (low + high), low, high)

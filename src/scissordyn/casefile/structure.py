@@ -1,4 +1,4 @@
-"""The table [structure], and what a case file adds: bars that bend, friction in pins, payloads, clearances, controllers."""
+"""Table [structure], and tables that add bars that bend, joint friction, payloads, clearances and controllers."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from scissordyn.casefile.table import (
     Table,
     call_table,
     keys_of,
-    made_table,
+    make_table,
     reader,
     table_of,
     toml,
@@ -54,24 +54,24 @@ BendingTable = table_of(
 
 
 def _of_all_bars() -> type[Table]:
-    """The table of some bars without the key that says which."""
+    """Return the table of bars without the key `bars`, which names them."""
     hints = BendingTable.__annotations__.items()
     keys = {key: (hint, getattr(BendingTable, key, MISSING)) for key, hint in hints if key != "bars"}
-    return made_table("bars", Table, keys, "Section and material of all bars.")
+    return make_table("bars", Table, keys, "Section and material of all bars.")
 
 
 @reader(_of_all_bars)
 def _all_bars(given: Any, context: Context) -> Any:
-    """Of all bars; their mass is that of a section unless the table says otherwise."""
+    """Read the table of all bars; their mass is that of the section by default."""
     if not isinstance(given, Mapping):
-        raise InputError("not a table", "the keys of [[bending]] but for bars", f"bars = {toml(BARS_SAMPLE)}")
+        raise InputError("not a table", "the keys of [[bending]] except bars", f"bars = {toml(BARS_SAMPLE)}")
     if "bars" in given:
         raise InputError("bars within bars", "[[bending]] for some of the bars", f"bars = {toml(BARS_SAMPLE)}")
     mass = {"mass": "section"} if "section" in given else {}
     return BendingTable.read({"bars": "all", **mass, **given}, context)
 
 
-ALL_BARS = _all_bars  # For a key of [structure] whose value is a table of all bars
+ALL_BARS = _all_bars  # reader for a key of [structure] whose value is a table of all bars
 
 
 JointFrictionTable = table_of(
@@ -102,17 +102,17 @@ _LAWS: Hints = (
 )
 
 
-def _table(kind: type, which: str, joints: str, **examples: Any) -> type[Call]:
-    """The table of a kind of clearance: its keys, those of which joints or guides, and the restitution of its damping law."""
+def _clearance_table(kind: type, which: str, joints: str, **examples: Any) -> type[Call]:
+    """Return the table of a kind of clearance, with the names of its joints or guides and the restitution coefficient."""
     keys: dict[str, Any] = {which: (Annotated[str, About(joints, [examples.pop(which)])], MISSING)}
     for key, hint in keys_of(kind, _LAWS, material="steel", **examples).items():
-        if key == "stiffness":  # the damping law, which is read later, takes it
+        if key == "stiffness":  # the damping law, which is read later, uses this coefficient
             keys["restitution"] = (_RESTITUTION, None)
         keys[key] = hint
     return call_table(kind, keys, base=Call)
 
 
-ClearanceTable = _table(
+ClearanceTable = _clearance_table(
     Clearance,
     "joint",
     'the clearance joint, or several: "all", "pivots", "unit 1/*"',
@@ -122,7 +122,7 @@ ClearanceTable = _table(
     lubrication="ISO VG 46",
 )
 
-GuideClearanceTable = _table(
+GuideClearanceTable = _clearance_table(
     GuideClearance,
     "guide",
     'the clearance guide, or several: "all"',
@@ -134,7 +134,7 @@ GuideClearanceTable = _table(
     corners=["-19, -9 mm", "19, -9 mm", "19, 9 mm", "-19, 9 mm"],
 )
 
-FeedForward = Callable[..., Tabulated]  # `run.inverse_dynamics.feed_forward`, which rooms above hand in
+FeedForward = Callable[..., Tabulated]  # `run.inverse_dynamics.feed_forward`, passed in by an upper package
 
 TORQUES = 'feed_forward = { time = "0 0.1 0.2 0.3 0.4 0.5 s", torque = "0 1 2 3 4 5 N m" }'
 
@@ -144,28 +144,28 @@ def _read_torques(given: Any, context: Context) -> str | Tabulated:
     if given == "ideal":
         return "ideal"
     if not isinstance(given, Mapping) or set(given) != {"time", "torque"}:
-        raise InputError("not a feed-forward torque", '"ideal" for that of the ideal mechanism, or a table', TORQUES)
+        raise InputError("not a feed-forward torque", '"ideal" for the torque of the ideal mechanism, or a table', TORQUES)
     return read_tabulated(given, Path(), "N m")
 
 
 class ControlTable(Table):
-    """A controlled torque in place of a drive."""
+    """A controlled torque instead of a drive."""
 
     controller: Annotated[Controller, About("scissordyn controllers lists them", examples=[CONTROLLER])]
     body: Annotated[str, About("the body on which the torque acts", examples=["unit 1/bar 1"])] = ""
     reference: Annotated[
         TimeFunction | None,
         OverTime("rad", "the reference angle over time"),
-        About("the reference angle; that of the body's [drive] without it", examples=[{"speed": "20 rpm"}]),
+        About("the reference angle; by default that of the body's [drive]", examples=[{"speed": "20 rpm"}]),
     ] = None
     feed_forward: Annotated[
         str | Tabulated | None,
         _read_torques,
-        About("torque to add: that of the ideal mechanism with rigid bars, or a table", examples=["ideal"]),
+        About("additional torque: that of the ideal mechanism with rigid bars, or a table", examples=["ideal"]),
     ] = None
     sensor: Annotated[str, About('a joint, whose eccentricity is measured, or a point "BODY.POINT"', examples=["A"])] = ""
     inertia: Annotated[float, quantities(Actuator)["inertia"]] = 0.0
-    base: Annotated[str, About("the body against which it acts and measures, or the ground")] = GROUND
+    base: Annotated[str, About("the body against which the controller acts and measures, or the ground")] = GROUND
     start_on_reference: Annotated[bool, About("whether the body starts at the reference's angle and speed")] = True
     name: Annotated[str, About("name of the actuator", examples=["servo"])] = ""
 
@@ -204,12 +204,14 @@ class StructureTable(Table):
     )
     source: Annotated[
         str | None,
-        About("who describes it, for `scissordyn cite`", examples=["Li, Wang 2020, doi:10.1177/1369433220971728"]),
+        About(
+            "publication about the structure, for `scissordyn cite`", examples=["Li, Wang 2020, doi:10.1177/1369433220971728"]
+        ),
     ] = None
 
     @abstractmethod
     def fields(self) -> dict[str, Any]:
-        """The structure as fields of `Mechanism`."""
+        """Return the structure as fields of `Mechanism`."""
 
 
 class MechanismTable(StructureTable):
@@ -225,7 +227,7 @@ class MechanismTable(StructureTable):
     output_body: Annotated[str, About("the output body", examples=["slider"])] = ""
 
     def fields(self) -> dict[str, Any]:
-        """Gravity and the names of the first and last body."""
+        """Return gravity and the names of the input and output bodies."""
         values = {name: getattr(self, name) for name in type(self).declared_keys() if name not in ("kind", "bars")}
         return {**values, "source": self.source or ""}
 
@@ -240,9 +242,9 @@ class BuiltTable(Call, StructureTable):
 
 
 def _built(kind: str, builder: Callable[..., Mechanism], help: str, **examples: Any) -> type[StructureTable]:
-    """The table of a kind of structure whose keys are the arguments of a builder, which all have defaults."""
+    """Return the table of a kind of structure; its keys are the builder's arguments, which all have defaults."""
     named: Any = Annotated[Literal[kind], About(help, [kind])]
-    base = made_table(f"{builder.__name__}_kind", BuiltTable, {"kind": (named, dataclasses.MISSING)})
+    base = make_table(f"{builder.__name__}_kind", BuiltTable, {"kind": (named, dataclasses.MISSING)})
     table: Any = table_of(builder, (), base_table=base, **examples)
     return table  # type: ignore[no-any-return]
 
@@ -275,9 +277,9 @@ class _Kind(Table):
 
 @reader(lambda: {"anyOf": list(STRUCTURES.values())})
 def _read(given: Any, context: Context) -> StructureTable:
-    # the kind first: it determines the other keys
+    # read the kind first, since it determines the other keys
     alone = {key: value for key, value in given.items() if key == "kind"} if isinstance(given, Mapping) else given
     return STRUCTURES[_Kind.read(alone, context).kind].read(given, context)
 
 
-STRUCTURE = _read  # For ``Annotated[StructureTable, STRUCTURE]``: a key whose value is the table of some kind of structure
+STRUCTURE = _read  # reader for a key whose value is the table of some kind of structure

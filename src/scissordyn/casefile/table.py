@@ -1,4 +1,4 @@
-"""Base of the tables of a case file, and the text of their errors."""
+"""Base class of the tables of a case file, and the text of their errors."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.walk import declared, is_described
 from scissordyn.units import Quantity, Sample, help_of
 
-Shape = Any  # A class of tables, or a mapping of JSON Schema whose values may be such classes
+Shape = Any  # a table class, or a JSON Schema mapping whose values may be table classes
 
 Context = dict[str, Any]
-"""What readers know beside their value: the "folder" of relative file names, and the "values" of the keys before in a table."""
+"""Context of a reader: the "folder" of relative file names, and the "values" of the earlier keys in the table."""
 
 
 @dataclass(frozen=True, eq=False)
 class Reader:
-    """In an annotation: how the value of a key is read, and what is accepted."""
+    """Part of an annotation: reads the value of a key, and gives the schema of accepted values."""
 
     read: Callable[[Any, Context], Any]
     shape: Callable[[], Shape]
@@ -36,23 +36,23 @@ class Reader:
 
 @dataclass(frozen=True, eq=False)
 class About:
-    """In an annotation: what a key is for, in one line, and examples of its values."""
+    """Part of an annotation: one-line description of a key, and example values."""
 
     description: str = ""
     examples: Sequence[Any] = ()
 
 
 def reader(shape: Callable[[], Shape]) -> Callable[[Callable[[Any, Context], Any]], Reader]:
-    """Makes a function a reader; what it accepts is asked for late, since tables are made late."""
+    """Return a decorator that makes a function a reader; the schema is made late, as tables are."""
     return lambda read: Reader(read, shape)
 
 
 _READERS: dict[frozenset[Any], Callable[[tuple[Any, ...]], Reader]] = {}
-"""By the members of a type: from what an annotation says beside it, such as a unit, to the reader."""
+"""Functions that make a reader from an annotation's extras, for example a unit, by the members of the annotated type."""
 
 
 def read_as(hint: Any, make: Reader | Callable[[tuple[Any, ...]], Reader]) -> None:
-    """Let all keys of a type be read by a reader, unless their annotation has another."""
+    """Register the reader of all keys of a type whose annotation has no other reader."""
     _READERS[frozenset(members(hint))] = make if callable(make) else lambda _: make
 
 
@@ -61,14 +61,15 @@ def reader_of(hint: Any, about: tuple[Any, ...]) -> Reader | None:
     return None if make is None else make(about)
 
 
-Hints = tuple[tuple[str, Any], ...]  # Names of fields, and the annotations by which they are read in place of their own
-LARGEST_SHOWN = 10**300  # Whole numbers beyond it are not written out; Python refuses to write more than 4300 digits
+Hints = tuple[tuple[str, Any], ...]  # names of fields, and annotations that replace their own
+WRITTEN_MAX = 10**300  # a larger whole number is not written out; Python refuses to write more than 4300 digits
 
 
-WORDS = {str: "text", int: "a whole number", bool: "true or false", float: "a number"}  # What a value has to be, by its type
+# description of the expected value, by its type
+WORDS = {str: "text", int: "a whole number", bool: "true or false", float: "a number"}
 
 
-BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
+BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")  # a TOML key that needs no quotes
 
 
 def toml(value: Any) -> str:
@@ -80,13 +81,13 @@ def toml(value: Any) -> str:
         return "[" + ", ".join(map(toml, value)) + "]"
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-    if isinstance(value, int) and abs(value) > LARGEST_SHOWN:
+    if isinstance(value, int) and abs(value) > WRITTEN_MAX:
         return "a number of hundreds of digits"
     return f"{value!r}"
 
 
 def toml_entries(table: Mapping[str, Any]) -> list[str]:
-    """The keys of a table with their values, an entry for each."""
+    """Return one text "key = value" for each key of a table."""
     return [f"{key if BARE_KEY.fullmatch(key) else toml(key)} = {toml(value)}" for key, value in table.items()]
 
 
@@ -108,17 +109,17 @@ class Key:
 
     @property
     def words(self) -> tuple[str, ...]:
-        """The words that are allowed, in place of a number or alone."""
+        """Words that are allowed, alone or instead of a number."""
         return tuple(word for hint in members(self.hint) if get_origin(hint) is Literal for word in get_args(hint))
 
     @property
     def help(self) -> str:
-        """Description in one line."""
+        """One-line description."""
         return (self.quantity.help if self.quantity else "") or self.description
 
     @property
     def sample(self) -> str:
-        """An example value as TOML: its first example, its default, or any allowed value."""
+        """Example value as TOML: the first example, the default, or any allowed value."""
         if self.examples:
             return toml(self.examples[0])
         value = None if self.required else self.default
@@ -128,14 +129,14 @@ class Key:
         return text if self.quantity.unit == "1" else toml(text)
 
     def read(self, given: Any, context: Context) -> Any:
-        """The value in SI units; an `InputError` for anything that is not allowed."""
+        """Return the value in SI units; raise `InputError` for a value that is not allowed."""
         if self.reader is not None:
             return self.reader.read(given, context)
         if self.quantity is None or (isinstance(given, str) and given in self.words):
             return _plain(given, self.hint, context)
         try:
             if self.words and not isinstance(given, int | str):
-                raise InputError("not a whole number, an integer", self.quantity.allowed)
+                raise InputError("not a whole number", self.quantity.allowed)
             number = read_quantity(given, self.quantity, self.sample.strip('"'))
         except InputError as error:
             sample = toml(error.type_this) if self.quantity.unit != "1" else error.type_this
@@ -144,8 +145,8 @@ class Key:
         return _plain(number, self.hint, context)
 
 
-def _key(name: str, annotation: Any, default: Any) -> Key:
-    """Of several things said about a key the last one counts."""
+def _make_key(name: str, annotation: Any, default: Any) -> Key:
+    """Return the key of an annotation; the last description and the last examples in it count."""
     annotated = get_args(annotation)[1:] if get_origin(annotation) is Annotated else ()
     about = [extra for extra in annotated if isinstance(extra, About)]
     quantity = next((extra for extra in annotated if isinstance(extra, Quantity)), None)
@@ -155,7 +156,7 @@ def _key(name: str, annotation: Any, default: Any) -> Key:
         name,
         plain_hint(annotation),
         default,
-        None if by_type else quantity,  # which is that of each of its numbers
+        None if by_type else quantity,  # the reader checks each number
         chosen or by_type,
         next((extra.description for extra in reversed(about) if extra.description), "") or help_of(annotation),
         next((extra.examples for extra in reversed(about) if extra.examples), ()),
@@ -163,7 +164,7 @@ def _key(name: str, annotation: Any, default: Any) -> Key:
 
 
 def _plain(given: Any, hint: Any, context: Context) -> Any:
-    """A value without a unit, as its annotation says."""
+    """Return a value without a unit; raise an error if its type does not fit the annotation."""
     kinds, words = members(hint), list[str]()
     for kind in kinds:
         if kind is Any or (kind is NoneType and given is None):
@@ -190,19 +191,19 @@ NO_LIST = "not a list of tables"
 
 
 def read_list(given: Any, hint: Any, context: Context) -> list[Any]:
-    """Items by their annotation, each error with its place."""
+    """Return the items of a list, read by their annotation; an error names the place of its item."""
     if not isinstance(given, list):
         raise InputError(NO_LIST, "a list")
-    key, values = _key("", hint, MISSING), []
+    key, values = _make_key("", hint, MISSING), []
     for index, item in enumerate(given):
-        with placed(index, given=item):
+        with add_place(index, given=item):
             values.append(key.read(item, context))
     return values
 
 
 @contextmanager
-def placed(*place: int | str, given: Any = MISSING) -> Iterator[None]:
-    """Give any `InputError` its place in the file, from the inside outwards, and what stands there."""
+def add_place(*place: int | str, given: Any = MISSING) -> Iterator[None]:
+    """Add the place in the file, and the value at this place, to any `InputError` raised inside."""
     try:
         yield
     except PlacedError as error:
@@ -216,33 +217,33 @@ def placed(*place: int | str, given: Any = MISSING) -> Iterator[None]:
 
 
 class Table:
-    """A table of a case file: its annotations declare its keys; others are errors, a quantity is read with its unit."""
+    """Table of a case file; annotations declare its keys, other keys are errors, and quantities are read with units."""
 
     exactly_one: ClassVar[tuple[str, ...]] = ()
-    """Keys of which a file gives one."""
+    """Keys of which a file must give exactly one."""
     _keys: ClassVar[Mapping[str, Key]]
 
-    if TYPE_CHECKING:  # keys that `made_table` declares
+    if TYPE_CHECKING:  # keys that `make_table` declares
 
         def __getattr__(self, name: str) -> Any: ...
 
     @classmethod
     def declared_keys(cls) -> Mapping[str, Key]:
-        """Its keys in their order, those of its bases first."""
+        """Return the keys in their order, those of base classes first."""
         if "_keys" not in vars(cls):
             hints = get_type_hints(cls, include_extras=True)
             names = [name for name, hint in hints.items() if get_origin(hint) is not ClassVar]
-            cls._keys = {name: _key(name, hints[name], getattr(cls, name, MISSING)) for name in names}
+            cls._keys = {name: _make_key(name, hints[name], getattr(cls, name, MISSING)) for name in names}
         return cls._keys
 
     @classmethod
     def reader(cls) -> Reader:
-        """For ``Annotated[Any, ClearanceTable.reader()]``: a key whose value is such a table."""
+        """Return the reader of a key whose value is a table of this kind."""
         return Reader(cls.read, lambda: cls)
 
     @classmethod
     def read(cls, given: Any, context: Context) -> Self:
-        """The table with its values in SI units; an `InputError` for the first error."""
+        """Return the table with its values in SI units; raise `InputError` for the first error."""
         keys = cls.declared_keys()
         if isinstance(given, list) and len(given) == 1 and isinstance(given[0], Mapping):
             raise InputError("a list of tables", "one table, headed by a name in single brackets")
@@ -258,9 +259,9 @@ class Table:
         values: dict[str, Any] = {}
         for name, key in keys.items():
             value = given.get(name, key.default)
-            # a default is read where it is as a file has it, such as "liu"
+            # a default may have the form of a case file, for example "liu"
             if name in given or (key.reader is not None and isinstance(value, str)):
-                with placed(name, given=value):
+                with add_place(name, given=value):
                     values[name] = key.read(value, {**context, "values": values})
             else:
                 values[name] = value
@@ -277,29 +278,29 @@ class Table:
 AnyTable = TypeVar("AnyTable", bound=Table)
 
 
-Keys = Mapping[str, tuple[Any, Any]]  # Annotations and defaults of keys; `MISSING` for none
+Keys = Mapping[str, tuple[Any, Any]]  # annotations and defaults of keys; `MISSING` for no default
 
 
-def made_table(name: str, base: type[AnyTable], keys: Keys, doc: str | None = None) -> type[AnyTable]:
-    """A class of tables from the annotations and defaults of its own keys."""
+def make_table(name: str, base: type[AnyTable], keys: Keys, doc: str | None = None) -> type[AnyTable]:
+    """Return a table class with the annotations and defaults of its own keys."""
     defaults = {key: default for key, (_, default) in keys.items() if default is not MISSING}
     hints = {key: hint for key, (hint, _) in keys.items()}
     return type(name, (base,), {**defaults, "__annotations__": hints, "__doc__": doc, "__module__": __name__})
 
 
 class Call(Table):
-    """The fields of a dataclass, or the arguments of a function, as the keys of a table, see `table_of`."""
+    """Table whose keys are the fields of a dataclass or the arguments of a function, as made by `table_of`."""
 
     function: ClassVar[Callable[..., Any]]
     arguments: ClassVar[Mapping[str, str]]
 
     def result(self, *before: Any) -> Any:
-        """What the dataclass or the function gives for them, after the arguments that have no key."""
+        """Return the dataclass or the function's result; `before` are the arguments without a key."""
         return type(self).function(*before, **{name: getattr(self, key) for key, name in self.arguments.items()})
 
 
 def _documented(described: Callable[..., Any]) -> dict[str, str]:
-    """First sentences of the parameters in a docstring; those of a class after those of its ancestors."""
+    """Return the first sentence about each parameter in a docstring; a class overrides its base classes."""
     texts: dict[str, str] = {}
     for part in reversed(described.__mro__) if isinstance(described, type) else (described,):
         docstring = inspect.cleandoc(part.__doc__ or "")
@@ -310,7 +311,7 @@ def _documented(described: Callable[..., Any]) -> dict[str, str]:
 
 
 def _defaults(described: Callable[..., Any]) -> dict[str, Any]:
-    """The defaults of the fields of a dataclass or of the arguments of a function; laws and materials as a file names them."""
+    """Return the defaults of a dataclass's fields or a function's arguments; laws and materials by their names."""
     if not isinstance(described, type):
         parameters = inspect.signature(described).parameters.values()
         return {
@@ -321,7 +322,7 @@ def _defaults(described: Callable[..., Any]) -> dict[str, Any]:
 
 
 def keys_of(described: Callable[..., Any], hints: Hints = (), **examples: Any) -> dict[str, tuple[Any, Any]]:
-    """Annotations and defaults of the keys of a table, see `table_of`; a hint of None stands for a parameter without a key."""
+    """Return annotations and defaults of a table's keys, as in `table_of`; a hint of None removes a parameter."""
     annotations = {**get_type_hints(described, include_extras=True), **dict(hints)}
     documented = {**MEANINGS, **_documented(described)}
     keys: dict[str, tuple[Any, Any]] = {}
@@ -341,7 +342,7 @@ def table_of(
     spelt: Mapping[str, str] = MappingProxyType({}),
     **examples: Any,
 ) -> type[Call]:
-    """The table whose keys are the fields of a frozen dataclass or the arguments of a function, with quantities."""
+    """Return the table class for the fields of a frozen dataclass or the arguments of a function."""
     keys = {spelt.get(name, name): key for name, key in keys_of(described, hints, **examples).items()}
     return call_table(described, keys, base=base_table, spelt=spelt)
 
@@ -349,40 +350,40 @@ def table_of(
 def call_table(
     described: Callable[..., Any], keys: Keys, *, base: type[Call], spelt: Mapping[str, str] = MappingProxyType({})
 ) -> type[Call]:
-    """The table of some keys, of which those with the name of a parameter are what a dataclass or a function takes."""
-    table = made_table(described.__name__, base, keys, None if isinstance(described, type) else described.__doc__)
+    """Return the table class of given keys; those with the name of a parameter are passed to the dataclass or function."""
+    table = make_table(described.__name__, base, keys, None if isinstance(described, type) else described.__doc__)
     names = {spelt.get(name, name): name for name in _defaults(described)}
     table.function, table.arguments = staticmethod(described), {key: names[key] for key in keys if key in names}
     return table
 
 
 plain_table = cache(table_of)
-"""The table of a dataclass as it is."""
+"""Return the table class of a dataclass without changes."""
 
 
 def build(described: Any, given: Any, context: Context) -> Any:
-    """An instance of a frozen dataclass from the table that a case file gives for it."""
+    """Return an instance of a frozen dataclass from its table in a case file."""
     return plain_table(described).read(given, context).result()
 
 
 def with_key(key: str, value: Any, table: type[Table], *, required: bool = True) -> type[Table]:
-    """A table with one more key, whose schema is given; for editors, which reads nothing."""
+    """Return a table class with one more key and its schema; editors use it, and nothing is read with it."""
     hint = Annotated[Any, Reader(lambda given, _: given, lambda: value)]
-    return made_table(f"{table.__name__}_{key}", table, {key: (hint, MISSING if required else None)}, table.__doc__)
+    return make_table(f"{table.__name__}_{key}", table, {key: (hint, MISSING if required else None)}, table.__doc__)
 
 
 def described(kind: type, hints: Hints = (), **examples: Any) -> Reader:
-    """For ``Annotated[Harmonic, described(Harmonic)]``: a key whose value is a table that fills a frozen dataclass."""
-    return filler(cache(lambda: table_of(kind, hints, **examples)))
+    """Return the reader of a key whose value is a table that describes a frozen dataclass."""
+    return table_reader(cache(lambda: table_of(kind, hints, **examples)))
 
 
-def filler(keys: Callable[[], type[Any]], result: Callable[[Any], Any] = lambda table: table.result()) -> Reader:
-    """Reads a table, which is made when the first one is read, as what it describes."""
+def table_reader(keys: Callable[[], type[Any]], result: Callable[[Any], Any] = lambda table: table.result()) -> Reader:
+    """Return a reader of a table and its result; the table class is made when the first table is read."""
     return Reader(lambda given, context: result(keys().read(given, context)), keys)
 
 
 def instance(table: type[AnyTable], given: Any, context: Context) -> AnyTable:
-    """A table read from parsed TOML."""
+    """Return a table from parsed TOML; raise `PlacedError` for the first error."""
     try:
         return table.read(given, context)
     except PlacedError:
@@ -392,29 +393,29 @@ def instance(table: type[AnyTable], given: Any, context: Context) -> AnyTable:
 
 
 class PlacedError(InputError):
-    """An error at a place of a case file."""
+    """Error at a place of a case file."""
 
     def __init__(
         self, place: Place, given: str, what: str, allowed: str = "", type_this: object = "", *, key: str | None = None
     ) -> None:
         self.place, self.given, self.text, self.key = place, given, what, key
-        super().__init__(self.said(place_text({}, place)), allowed, in_a_file(type_this))
+        super().__init__(self.error_text(place_text({}, place)), allowed, example_text(type_this))
 
-    def said(self, where: str) -> str:
+    def error_text(self, where: str) -> str:
         return ": ".join(filter(None, (f"{where}{self.given}", self.text)))
 
 
-def in_a_file(sample: object) -> str:
-    """What the user can type, in the form of a case file."""
+def example_text(sample: object) -> str:
+    """Return the text to type in a case file."""
     if isinstance(sample, Sample):
         return f"{sample.key} = {toml(written(sample.value, sample.unit))}"
     return str(sample)
 
 
 @contextmanager
-def located(where: str) -> Iterator[None]:
-    """Put some words before the text of any `InputError`."""
+def add_prefix(where: str) -> Iterator[None]:
+    """Prefix the text of any `InputError` raised inside with the place `where`."""
     try:
         yield
     except InputError as error:
-        raise InputError(f"{where}: {error.what}", error.allowed, in_a_file(error.type_this)) from None
+        raise InputError(f"{where}: {error.what}", error.allowed, example_text(error.type_this)) from None

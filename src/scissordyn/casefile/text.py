@@ -1,4 +1,4 @@
-"""Text files of the user, TOML above all: their content, and where in it a key stands."""
+"""Reading of the user's text files, mostly TOML, and the line numbers of keys in them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from typing import Any
 from scissordyn.errors import InputError, command, did_you_mean
 from scissordyn.file.output_file import HDF_MAGIC
 
-LARGEST = 64 * 2**20  # Largest text file that is read [bytes]: a table of a million instants takes about 30 MB
+FILE_BYTES_MAX = 64 * 2**20  # [bytes] largest text file that is read; a table of a million instants takes about 30 MB
 
 
 def read_text(path: Path, what: str, sample: str = "") -> str:
@@ -26,47 +26,49 @@ def read_text(path: Path, what: str, sample: str = "") -> str:
             kind = "a folder" if path.is_dir() else "not a regular file"
             raise InputError(f"cannot read '{path}': it is {kind}", what, "" if path.is_dir() else sample)
         with path.open("rb") as file:
-            content = file.read(LARGEST + 1)
+            content = file.read(FILE_BYTES_MAX + 1)
     except (OSError, ValueError) as error:
         if isinstance(error, InputError):
             raise
-        near = _near(path) if isinstance(error, FileNotFoundError) else ""
+        near = _suggest_file(path) if isinstance(error, FileNotFoundError) else ""
         raise InputError(f"cannot read '{path}': {getattr(error, 'strerror', None) or error}{near}", what, sample) from None
     if content.startswith(HDF_MAGIC):
         shown = command("scissordyn", "plot", path, "-o", "figures")
         raise InputError(f"'{path}' is a saved run or diagram, in NetCDF", what, shown)
-    if len(content) > LARGEST:
-        raise InputError(f"'{path}' has more than {LARGEST // 2**20} MiB", f"{what} of at most {LARGEST // 2**20} MiB", sample)
+    if len(content) > FILE_BYTES_MAX:
+        raise InputError(
+            f"'{path}' has more than {FILE_BYTES_MAX // 2**20} MiB", f"{what} of at most {FILE_BYTES_MAX // 2**20} MiB", sample
+        )
     try:
-        return content.decode("utf-8-sig")  # with or without the mark that some editors put first
+        return content.decode("utf-8-sig")  # with or without the byte order mark of some editors
     except UnicodeDecodeError:
         raise InputError(f"'{path}' is not a text file", f"{what} in UTF-8", sample) from None
 
 
-def _near(path: Path) -> str:
-    """A question for the file beside a missing one that has nearly its name."""
+def _suggest_file(path: Path) -> str:
+    """Return a question that suggests the file with the most similar name in the folder."""
     try:
         return did_you_mean(path.name, sorted(other.name for other in path.parent.iterdir() if other.is_file()))
     except (OSError, ValueError):
         return ""
 
 
-Place = tuple[int | str, ...]  # Keys from the top of a file down, with the index of each table of a list
-HANDLES = ("joint", "guide", "name", "body")  # Keys that identify a table of a list; the first one present is used
+Place = tuple[int | str, ...]  # keys from the top of a file down, with the index of each table in a list
+HANDLES = ("joint", "guide", "name", "body")  # keys that identify a table of a list; the first one present counts
 
 TOKEN = re.compile(
     r'"""(?:[^\\]|\\.)*?"""|\'\'\'.*?\'\'\'|"(?:[^"\\\n]|\\.)*"|\'[^\'\n]*\'|#[^\n]*|[\[\]{}\n]',
     re.DOTALL,
 )
-"""What can hide the end of a line, or is one."""
+"""Tokens that can hide the end of a line, or are one."""
 
-PART = r"""(?:[\w-]+|"(?:[^"\\\n]|\\.)*"|'[^'\n]*')"""
-KEY = re.compile(rf"\s*({PART}(?:\s*\.\s*{PART})*)\s*=")
-HEADER = re.compile(rf"\s*(\[\[?)\s*({PART}(?:\s*\.\s*{PART})*)\s*\]")
+PART = r"""(?:[\w-]+|"(?:[^"\\\n]|\\.)*"|'[^'\n]*')"""  # one part of a dotted key
+KEY = re.compile(rf"\s*({PART}(?:\s*\.\s*{PART})*)\s*=")  # a key at the start of a statement, up to its equals sign
+HEADER = re.compile(rf"\s*(\[\[?)\s*({PART}(?:\s*\.\s*{PART})*)\s*\]")  # the header of a table or of a table in a list
 
 
 def _statements(text: str) -> Iterator[tuple[int, str]]:
-    """Line and text of each statement of a TOML file."""
+    """Yield line and text of each statement of a TOML file."""
     start, depth = 0, 0
     for token in TOKEN.finditer(text):
         mark = token[0]
@@ -78,7 +80,7 @@ def _statements(text: str) -> Iterator[tuple[int, str]]:
 
 
 def _keys(dotted: str) -> tuple[str, ...]:
-    """The parts of a key such as ``a."b.c"``."""
+    """Return the parts of a key such as ``a."b.c"``."""
     tree: Any = tomllib.loads(f"{dotted} = 0")
     keys = []
     while isinstance(tree, dict):
@@ -88,7 +90,7 @@ def _keys(dotted: str) -> tuple[str, ...]:
 
 
 def _places(text: str) -> Iterator[tuple[int, Place]]:
-    """Line and place of each header and of each key."""
+    """Yield line and place of each header and each key."""
     counts: dict[Place, int] = {}
     table: Place = ()
 
@@ -113,45 +115,46 @@ def _places(text: str) -> Iterator[tuple[int, Place]]:
                 yield line, table
             elif key:
                 yield line, (*table, *_keys(key[1]))
-        except tomllib.TOMLDecodeError:  # not a statement of TOML, of which the parser speaks
+        except tomllib.TOMLDecodeError:  # not a valid statement; the TOML parser reports it
             continue
 
 
 def line_of(text: str, place: Place) -> int:
-    """The line of a place, or of the innermost table around it that is written out; 0 if there is none."""
+    """Return the line of a place, or of the innermost enclosing table with its own header; 0 if there is none."""
     best, nearest = 0, 0
     for line, here in _places(text):
-        list_of_tables = here[-1:] == (0,) and here[:-1] == place  # where one table is read, or none of that name
+        # a list of tables is given, but one table or no table of this name is read
+        list_of_tables = here[-1:] == (0,) and here[:-1] == place
         if len(here) > best and (place[: len(here)] == here or list_of_tables):
             best, nearest = len(here), line
     return nearest
 
 
-def handle(entry: Any) -> str:
-    """The name of a table in a list, by which a change means it; "" if it has none."""
+def table_name(entry: Any) -> str:
+    """Return the name that identifies a table in a list, or ""."""
     return next((str(entry[key]) for key in HANDLES if isinstance(entry.get(key), str)), "") if isinstance(entry, dict) else ""
 
 
 def place_text(tree: Any, place: Place) -> str:
-    """A place as ``--set`` takes it, with tables of a list by their name: ``clearance.A.friction``."""
+    """Return a place in the form of ``--set``, with the tables of a list by name: ``clearance.A.friction``."""
     text = ""
     for key, there in _steps(tree, place):
         if isinstance(key, int):
-            text += f".{handle(there)}" if handle(there) else f" ({_ordinal(key + 1)})"
+            text += f".{table_name(there)}" if table_name(there) else f" ({_ordinal(key + 1)})"
         else:
             text += f".{key}" if text else key
     return text
 
 
-def inside(tree: Any, place: Place) -> Any:
-    """What is at a place; None if nothing is there."""
+def value_at(tree: Any, place: Place) -> Any:
+    """Return the value at a place, or None."""
     return [tree, *(there for _, there in _steps(tree, place))][-1]
 
 
 def _steps(tree: Any, place: Place) -> Iterator[tuple[int | str, Any]]:
-    """Each key of a place, and what is there."""
+    """Yield each key of a place and the value at it."""
     for key in place:
-        if isinstance(key, int) and isinstance(tree, dict) and tree:  # a single table where a list of them is read
+        if isinstance(key, int) and isinstance(tree, dict) and tree:  # a single table, where a list of tables is expected
             continue
         try:
             tree = tree[key]
@@ -165,12 +168,12 @@ def _ordinal(number: int) -> str:
 
 
 def place_of_name(tree: Any, message: str) -> Place:
-    """The table of a list that a message names first, in quotes; empty if it names none."""
+    """Return the place of the first table of a list that a message names in quotes, or ()."""
     tables = {
-        handle(entry): (section, index)
+        table_name(entry): (section, index)
         for section, entries in reversed(tree.items())
         if isinstance(entries, list)
         for index, entry in reversed(list(enumerate(entries)))
-        if handle(entry)
+        if table_name(entry)
     }
     return next((tables[name] for name in re.findall(r"'([^']+)'", message) if name in tables), ())

@@ -1,4 +1,4 @@
-"""Time functions of drives, loads and lengths in a case file: their kinds, and how each is read."""
+"""Time functions of drives, loads and lengths in a case file: kinds and readers."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from scissordyn.casefile.table import (
     Reader,
     Shape,
     Table,
+    add_prefix,
     described,
-    filler,
-    located,
-    made_table,
+    make_table,
     read_as,
     reader,
+    table_reader,
     toml,
 )
 from scissordyn.casefile.text import read_text
@@ -46,17 +46,17 @@ HEADER = re.compile(
 
 @dataclass(frozen=True)
 class Values:
-    """What a time function gives, and examples of its kinds as TOML has them."""
+    """Kind of values of a time function, with example texts in TOML."""
 
-    name: str  # Of a column in a table
+    name: str  # name of a column in a table
     unit: str
-    shown: str  # Unit in the heading of a file
-    key: str  # That a time function of such values usually has
-    column: Any  # Of a table at 0, 10, ..., 50 ms
-    coefficients: list[Any]  # Of a polynomial
-    ends: tuple[Any, Any]  # Of a move
-    oscillation: tuple[Any, Any]  # Mean and amplitude
-    speed: Quantity | None = None  # Of a constant speed
+    shown: str  # unit in the heading of a file
+    key: str  # usual key of a time function with such values
+    column: Any  # column of a table at 0, 10, ..., 50 ms
+    coefficients: list[Any]  # coefficients of a polynomial
+    ends: tuple[Any, Any]  # ends of a move
+    oscillation: tuple[Any, Any]  # mean and amplitude
+    speed: Quantity | None = None  # constant speed
 
     @property
     def table(self) -> str:
@@ -116,16 +116,16 @@ VALUES: Mapping[str, Values] = {
         speed=Quantity("N m/s", help="a torque that grows from zero at this rate"),
     ),
 }
-"""What time functions give, by unit."""
+"""Kinds of values of time functions, by unit."""
 
 
 def powers(unit: str) -> tuple[str, ...]:
-    """Units of the coefficients of a polynomial of time whose values have a unit, from the constant up."""
+    """Return the units of the coefficients of a polynomial of time, from the constant up."""
     return (unit, f"{unit}/s", *(f"{unit}/s^{power}" for power in range(2, 6)))
 
 
 def read_tabulated(given: Any, folder: Path, unit: str = "rad") -> Tabulated:
-    """Values at instants, in a file or here."""
+    """Read values at instants, from a file or from a table."""
     values, name = VALUES[unit], VALUES[unit].name
     if isinstance(given, str):
         return _from_file(folder / given, values)
@@ -142,7 +142,7 @@ def _plain(given: Any, sample: str) -> tuple[float, ...]:
 
 
 def _from_file(path: Path, values: Values) -> Tabulated:
-    # a case may be somebody else's, and name a file that he must not see: no text of the file is in a message
+    # A case may name a file that its author must not see: no message contains text of the file.
     wanted = f"time [ms], {values.name} [{values.shown}]"
     header, *lines = read_text(path, "a text file with two columns").splitlines() or [""]
     units = HEADER.fullmatch(header)
@@ -156,9 +156,11 @@ def _from_file(path: Path, values: Values) -> Tabulated:
         try:
             time, value = map(float, entries)
         except ValueError:
-            raise InputError(f"'{path}' line {number} is no two numbers", "two numbers in each line", "10, 35.5") from None
+            raise InputError(
+                f"'{path}' line {number} does not hold two numbers", "two numbers in each line", "10, 35.5"
+            ) from None
         rows.append((time, value))
-    with located(f"'{path}' line 1"):
+    with add_prefix(f"'{path}' line 1"):
         scale = unit_factor(units["time"], "s"), 1.0 if values.unit == "1" else unit_factor(units["unit"], values.unit)
     return Tabulated(tuple(time * scale[0] for time, _ in rows), tuple(value * scale[1] for _, value in rows))
 
@@ -172,7 +174,7 @@ def _table_reader(unit: str) -> Reader:
     @reader(lambda: {"anyOf": [{"type": "string"}, table_shape(unit)]})
     def read(given: Any, context: Context) -> Tabulated:
         if isinstance(given, str) and code_of(context).recorded:
-            raise InputError("the name of a file in a run", "the numbers themselves", VALUES[unit].table)
+            raise InputError("a file name in a saved run", "the numbers themselves", VALUES[unit].table)
         return read_tabulated(given, context.get("folder", Path()), unit)
 
     return read
@@ -185,7 +187,7 @@ def _coefficients(units: tuple[str, ...]) -> Shape:
 
 
 def _polynomial_reader(unit: str) -> Reader:
-    """Coefficients from the constant up, each with the unit of its power of time."""
+    """Return a reader of coefficients from the constant up, each with the unit of its power of time."""
     units, sample = powers(unit), f"polynomial = {toml(VALUES[unit].coefficients)}"
 
     @reader(lambda: _coefficients(units))
@@ -194,7 +196,7 @@ def _polynomial_reader(unit: str) -> Reader:
             raise InputError("not a list of one to six coefficients", "coefficients from the constant up", sample)
         coefficients = []
         for power, (number, wanted) in enumerate(zip(given, units, strict=False)):
-            with located(f"coefficient {power}"):
+            with add_prefix(f"coefficient {power}"):
                 coefficients.append(read_quantity(number, Quantity(wanted), sample))
         return Polynomial(tuple(coefficients))
 
@@ -202,7 +204,7 @@ def _polynomial_reader(unit: str) -> Reader:
 
 
 class MotionTable(Table):
-    """Time functions, of which one is given."""
+    """Table of which exactly one key, a kind of time function, is given."""
 
     sample: ClassVar[str]
 
@@ -220,7 +222,7 @@ class MotionTable(Table):
 
 
 def units_of(kind: type, unit: str) -> dict[str, str]:
-    """Units of the fields of a time function whose values have a unit; a phase stays an angle."""
+    """Return the units of the fields of a time function; a phase remains an angle."""
     numbers = quantities(kind).items()
     return {name: unit if number.unit == "rad" and name != "phase" else number.unit for name, number in numbers}
 
@@ -233,9 +235,9 @@ def _filled(kind: type, unit: str, examples: Mapping[str, Any]) -> Reader:
 
 
 def _table_of(name: str, unit: str, what: str) -> type[MotionTable]:
-    """The time functions of some values."""
+    """Return the table class of the time functions with some kind of values."""
     values, keys = VALUES[unit], dict[str, tuple[Any, Any]]()
-    instead = ", in place of speed" if values.speed else ""
+    instead = ", instead of speed" if values.speed else ""
     headings = f'a file that starts with "time [ms], {values.name} [{values.shown}]"'
     ramps = "a move with ramps of constant acceleration, to and fro with strokes"
     sine = "mean + amplitude sin(angular_frequency t + phase)"
@@ -251,7 +253,7 @@ def _table_of(name: str, unit: str, what: str) -> type[MotionTable]:
     for key, kind, read, about, example in kinds:
         keys[key] = (Annotated[kind | None, read, About(about + instead, [example])], None)
     *others, last = keys
-    table = made_table(name, MotionTable, keys, f"{what}: one of {', '.join(others)} and {last}.")
+    table = make_table(name, MotionTable, keys, f"{what}: one of {', '.join(others)} and {last}.")
     table.exactly_one = tuple(keys)
     table.sample = 'speed = "150 rpm"' if unit == "rad" else f"{values.key} = {toml({'cycloidal': values.move})}"
     return table
@@ -264,7 +266,7 @@ TABLES = {
     "rad": AngleTable,
     "N m": _table_of("TorqueTable", "N m", "A torque over time"),
 }
-"""Tables of time functions, by the unit of their values."""
+"""Table classes of time functions, by the unit of their values."""
 
 
 class DriveTable(AngleTable):  # type: ignore[misc, valid-type]
@@ -274,8 +276,8 @@ class DriveTable(AngleTable):  # type: ignore[misc, valid-type]
 
 
 def time_function(unit: str) -> Reader:
-    """For a key whose value is a time function."""
-    return filler(lambda: TABLES[unit], MotionTable.motion)
+    """Return the reader of a key whose value is a time function."""
+    return table_reader(lambda: TABLES[unit], MotionTable.motion)
 
 
 read_as(TimeFunction, lambda about: time_function(next((extra.unit for extra in about if isinstance(extra, OverTime)), "1")))

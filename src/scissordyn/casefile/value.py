@@ -1,4 +1,4 @@
-"""Readers of values by their type, whatever key has them: points, lists, laws, controllers, materials and oils."""
+"""Readers of values by their type: points, lists, laws, controllers, materials and oils."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 from scissordyn.annotation import MismatchError, body_point
 from scissordyn.casefile.code import AbsentPart, code_of
 from scissordyn.casefile.quantity import NumbersText, read_numbers
-from scissordyn.casefile.table import Context, Reader, Shape, build, located, plain_table, read_as, reader, toml, with_key
+from scissordyn.casefile.table import Context, Reader, Shape, add_prefix, build, plain_table, read_as, reader, toml, with_key
 from scissordyn.components.place import BodyPoint, Point
 from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.control.controller import Controller
@@ -26,7 +26,7 @@ from scissordyn.units import Pairs, Quantity
 
 
 def columns_shape(columns: Mapping[str, Shape]) -> Shape:
-    """A table of columns, all of which are given."""
+    """Return the schema of a table of columns, all of which are required."""
     return {"type": "object", "properties": columns, "required": list(columns), "additionalProperties": False}
 
 
@@ -35,7 +35,7 @@ def _unit(about: tuple[Any, ...]) -> str:
 
 
 def pair(unit: str) -> Reader:
-    """For two numbers and their unit."""
+    """Return the reader of two numbers and their unit."""
 
     @reader(lambda: NumbersText(unit, 2))
     def read(given: Any, _: Context) -> Point:
@@ -64,7 +64,7 @@ def _pairs(pairs: Pairs) -> Reader:
             raise InputError("not a table of two lists", f"the keys {pairs.names[0]} and {pairs.names[1]}", sample)
         first, second = (read_numbers(given[name], unit) for name, unit in units.items())
         if len(first) != len(second):
-            raise InputError(f"{len(first)} {pairs.names[0]} and {len(second)} {pairs.names[1]}", "as many of both")
+            raise InputError(f"{len(first)} {pairs.names[0]} and {len(second)} {pairs.names[1]}", "lists of equal length")
         return tuple(zip(first, second, strict=True))
 
     return read
@@ -76,7 +76,7 @@ def _corners(given: Any, context: Context) -> tuple[Point, ...]:
         raise InputError("not a list of corners", "a list of places", 'corners = ["-20, -10 mm", "20, -10 mm", "0, 10 mm"]')
     corners = []
     for place in given:
-        with located("a corner"):
+        with add_prefix("a corner"):
             corners.append(PLACE.read(place, context))
     return tuple(corners)
 
@@ -87,9 +87,9 @@ def _points(given: Any, context: Context) -> dict[str, Point]:
         raise InputError("not a table of points", "a name and a place for each point", 'points = { tip = "0.1, 0.2 m" }')
     points: dict[str, Point] = {}
     for name, place in given.items():
-        with located(f"point '{name}'"):
+        with add_prefix(f"point '{name}'"):
             if "." in name and not code_of(context).recorded:
-                raise InputError("a dot in the name", "names without a dot, which separates body and point")
+                raise InputError("the name has a dot", "a name without a dot, which separates body and point")
             points[name] = PLACE.read(place, context)
     return points
 
@@ -125,7 +125,7 @@ def _names(given: Any, context: Context) -> tuple[str, ...]:
 
 
 def _of_points(about: tuple[Any, ...]) -> Reader:
-    """Pairs of numbers with a meaning, or else corners."""
+    """Return the reader of pairs of numbers, or of corners if the annotation has no `Pairs`."""
     return next((_pairs(extra) for extra in about if isinstance(extra, Pairs)), _corners)
 
 
@@ -138,29 +138,29 @@ read_as(tuple[float, ...], lambda about: _numbers(_unit(about)))
 read_as(tuple[str, ...], _names)
 
 
-USUAL = {"stiffness": "liu", "damping": "flores", "friction": "none"}
-"""A law of each kind, to be suggested: the default of a clearance joint."""
+SUGGESTED_LAWS = {"stiffness": "liu", "damping": "flores", "friction": "none"}
+"""Suggested law of each kind: the default of a clearance joint."""
 
 CONTROLLER: dict[str, Any] = {"name": "pid", "proportional": "2e4 N m/rad", "derivative": "1500 N m s/rad"}
-"""A controller as an example."""
+"""Example of a controller."""
 
 
 def _read_element(slot: str, given: Any, context: Context) -> Any:
-    """A law or a controller; of damping with the restitution coefficient of the table around it, if there is one."""
+    """Read a law or a controller; a damping law uses the restitution coefficient of the table around it, if there is one."""
     key, classes, file, sample = (
         ("name", CONTROLLERS, "my_control.py:steer", f"controller = {toml(CONTROLLER)}")
         if slot == "controller"
-        else ("law", BY_KIND[slot], "my_laws.py:soft", f'{slot} = "{USUAL[slot]}"')
+        else ("law", BY_KIND[slot], "my_laws.py:soft", f'{slot} = "{SUGGESTED_LAWS[slot]}"')
     )
     title, allowed = SLOTS[slot].slot.title, ", ".join(classes) + f", or a class or function in a file as {file}"
     parameters = dict(given) if isinstance(given, Mapping) else {key: given}
     name = parameters.pop(key, None)
     if not isinstance(name, str):
-        raise InputError(f"no name of a {title}", allowed, sample)
+        raise InputError(f"the {title} has no name", allowed, sample)
     restitution = context.get("values", {}).get("restitution") if slot == "damping" else None
     if restitution is not None:
         if "restitution" in parameters:
-            raise InputError(f"restitution given twice, for the joint and for its {title}", "one of them")
+            raise InputError(f"restitution is given for the joint and for its {title}", "one of them")
         parameters["restitution"] = restitution
     code = code_of(context)
     kind: Any = code.element(slot, name, parameters) if code.names(name) else classes.get(name)
@@ -171,13 +171,13 @@ def _read_element(slot: str, given: Any, context: Context) -> Any:
         type_this = f'{slot} = "{near[0]}"' if near else sample
         raise InputError(f"unknown {title} '{name}'{did_you_mean(name, classes)}", allowed, type_this)
     if restitution is not None and "restitution" not in {field.name for field in dataclasses.fields(kind)}:
-        what = f"restitution given for the joint, but {title} '{name}' has none"
+        what = f"restitution is given for the joint, but {title} '{name}' has none"
         raise InputError(what, "leave out restitution, or another law")
     return build(kind, parameters, context)
 
 
 def _named_tables(key: str, classes: Mapping[str, type]) -> Shape:
-    """The name of one of several classes, or a table of its parameters; one in a file, whose keys are not known."""
+    """Return the schema of a class name or of a table of its parameters; the keys of a user-defined class are not known."""
     in_file = {"type": "string", "pattern": r"\.py:"}
     tables = [with_key(key, {"const": name}, plain_table(kind)) for name, kind in classes.items()]
     further = {"type": "object", "properties": {key: in_file}, "required": [key]}
@@ -185,7 +185,7 @@ def _named_tables(key: str, classes: Mapping[str, type]) -> Shape:
 
 
 def _table_or_name(kind: type, names: Iterable[str] | None) -> Shape:
-    """A name, one of those that are known unless any text is, or a table whose own name may be left out."""
+    """Return the schema of a name, or of a table whose own name may be left out; any name is allowed if `names` is None."""
     text = {"type": "string"} if names is None else {"enum": list(names)}
     return {"anyOf": [text, with_key("name", {"type": "string"}, plain_table(kind), required=False)]}
 
@@ -205,7 +205,7 @@ def _read_oil(given: Any, context: Context) -> Any:
     if isinstance(given, Mapping):
         return build(Oil, {"name": "custom", **given}, context)
     if not isinstance(given, str):
-        raise InputError(f"{given!r} as an oil", ", ".join(OILS) + ", or a table of viscosity_40, viscosity_100 and density")
+        raise InputError(f"unknown oil {given!r}", ", ".join(OILS) + ", or a table of viscosity_40, viscosity_100 and density")
     return oil_of(given)
 
 

@@ -32,7 +32,7 @@ from scissordyn.record.coupling import coupling_warnings
 from scissordyn.record.results import Results, Run
 from scissordyn.record.summary import summary_of
 from scissordyn.run.demand import check_samples
-from scissordyn.run.simulate import results_of
+from scissordyn.run.simulate import compute_results
 from scissordyn.run.trajectory import make_driver
 from scissordyn.units import counted, short
 
@@ -158,7 +158,7 @@ def _clearances(kind: str, parts: Sequence[Any]) -> list[str]:
 def _ideal(mechanism: Mechanism, until: float, samples: int) -> Results | str:
     """The whole motion with ideal joints; why there is none, or "" where it ends early or takes long."""
     try:
-        ideal = results_of(mechanism.ideal(), Options(until, samples=samples), limited(PATIENCE))
+        ideal = compute_results(mechanism.ideal(), Options(until, samples=samples), limited(PATIENCE))
     except TimeIsOverError:
         return ""
     except InputError as error:  # the case itself may run: its joints may bridge what ideal ones cannot

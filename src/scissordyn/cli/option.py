@@ -71,10 +71,10 @@ class Where:
 
     def __post_init__(self) -> None:
         if self.workers is not None:
-            from scissordyn.run.demand import check_memory, count_in_words, machine_memory
+            from scissordyn.run.demand import check_memory, format_count, machine_memory
 
             most, size = machine_memory() // WORKER_BYTES, self.workers * WORKER_BYTES
-            what = f"{count_in_words(self.workers)} workers"
+            what = f"{format_count(self.workers)} workers"
             check_memory(what, size, Decimal(self.workers), f"at most {most} here", "--workers 2")
 
     @contextmanager
@@ -106,7 +106,7 @@ def _tell(line: str) -> None:
 def read_run(path: Path, *, samples: int = 2) -> xr.Dataset:
     """A saved run with at least so many samples."""
     from scissordyn.casefile.configuration import is_run
-    from scissordyn.casefile.table import located
+    from scissordyn.casefile.table import add_prefix
     from scissordyn.file.sound import check_run
     from scissordyn.record.store import load
 
@@ -115,15 +115,15 @@ def read_run(path: Path, *, samples: int = 2) -> xr.Dataset:
         raise InputError(f"cannot read '{path}': no such file", wanted, "scissordyn run case.toml -o run.nc")
     if path.suffix.lower() == ".toml":
         from scissordyn.casefile.text import read_text
-        from scissordyn.config.file import is_study, parsed
+        from scissordyn.config.file import is_study, parse_toml
 
-        kind, ending = ("study", "db") if is_study(parsed(read_text(path, wanted), path)) else ("run", "nc")
+        kind, ending = ("study", "db") if is_study(parse_toml(read_text(path, wanted), path)) else ("run", "nc")
         sample = command("scissordyn", kind, path, "-o", f"{path.stem}.{ending}")
         raise InputError(f"'{path}' is a {kind.replace('run', 'case')} file", wanted, sample)
     run = load(path)
     if not is_run(run):
         raise InputError(f"'{path}' holds a '{run.attrs.get('title')}'", "a run of 'scissordyn run'")
-    with located(f"'{path}'"):
+    with add_prefix(f"'{path}'"):
         check_run(run)
     if run.sizes.get("time", 0) < samples:
         raise InputError(f"'{path}' holds a run of {run.sizes.get('time', 0)} samples", f"a run of {samples} or more")

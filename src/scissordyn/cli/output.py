@@ -101,7 +101,7 @@ def _try(target: Path, folder: Path, sample: str) -> None:
         with tempfile.TemporaryFile(dir=folder):
             pass
     except OSError as error:
-        raise InputError(f"cannot write '{target}': {error.strerror}", "a place that can be written", sample) from None
+        raise InputError(f"cannot write '{target}': {error.strerror}", "a path that can be written", sample) from None
 
 
 def console() -> Console:

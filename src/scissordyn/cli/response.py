@@ -342,14 +342,14 @@ def bifurcation(
     from scissordyn.model.parameter_path import number
     from scissordyn.periodic.bifurcation import bifurcation as compute
     from scissordyn.periodic.bifurcation import check_diagram
-    from scissordyn.periodic.cycles import recorded
+    from scissordyn.periodic.cycles import recorded_names
 
     check_run(output, case, "-o diagram.nc")
     check_picture(plot, case, "--plot diagram.png")
     read = read_case(case, list(change or []))
     quantity = number(read.mechanism, over).quantity
     assert quantity is not None
-    variables = recorded(read.mechanism)
+    variables = recorded_names(read.mechanism)
     if variable and variable not in variables:
         what, sample = f"--variable '{variable}'{did_you_mean(variable, variables)}", command("--variable", variables[0])
         raise InputError(what, ", ".join(variables), sample)

@@ -109,12 +109,12 @@ def _pictures(result: Results, mechanism: Mechanism, plot: Path | None, film: Pa
         return []
     from scissordyn.plot.animation import animate
     from scissordyn.plot.report import draw_all
-    from scissordyn.run.advance.interrupt import pass_on
+    from scissordyn.run.advance.interrupt import raise_if_interrupted
     from scissordyn.run.simulate import simulate
 
     run, files = result.dataset(), []
     if plot is not None:
-        ideal = pass_on(simulate(mechanism.ideal(), until=float(run["time"][-1]), samples=run.sizes["time"]))
+        ideal = raise_if_interrupted(simulate(mechanism.ideal(), until=float(run["time"][-1]), samples=run.sizes["time"]))
         files += draw_all(run, ideal, plot, mechanism)
     if film is not None:
         files.append(animate(run, mechanism, film))
@@ -139,14 +139,14 @@ def _is_saved(path: Path) -> bool:
 def _checkpoint(every: str, output: Path | None, case: Path) -> Checkpoint:
     """The checkpoint beside the file of the result."""
     from scissordyn.casefile.quantity import read_quantity
-    from scissordyn.casefile.table import located
+    from scissordyn.casefile.table import add_prefix
     from scissordyn.run.advance.checkpoint import Checkpoint
     from scissordyn.units import quantities
 
     sample = "-o run.nc --checkpoint '60 s'"
     if output is None:
         raise InputError("--checkpoint without -o", "a file for the run, beside which its state is kept", sample)
-    with located(f"--checkpoint {every}"):
+    with add_prefix(f"--checkpoint {every}"):
         seconds = read_quantity(every, quantities(Checkpoint)["every"], "60 s")
     path = output.with_name(f"{output.name}.checkpoint")
     check_file(path, case, sample)
@@ -159,7 +159,7 @@ def _from_case(path: Path, changes: list[str], keeper: Checkpoint | None, *, kep
     from scissordyn.model.options import AUTO
     from scissordyn.plan.plan import plan
     from scissordyn.run.demand import check_samples
-    from scissordyn.run.simulate import results_of
+    from scissordyn.run.simulate import compute_results
 
     case = read_case(path, changes)
     check_samples(plan(case.mechanism), case.run.count)
@@ -167,27 +167,28 @@ def _from_case(path: Path, changes: list[str], keeper: Checkpoint | None, *, kep
     if kept:
         options = case.run if _samples_chosen(path, changes) else dataclasses.replace(case.run, samples=AUTO)
     with progress_bar(case.run.until) as progress:
-        return case.mechanism, results_of(case.mechanism, options, progress, keeper)
+        return case.mechanism, compute_results(case.mechanism, options, progress, keeper)
 
 
 def _samples_chosen(path: Path, changes: list[str]) -> bool:
     """Return whether the case file or a change names the samples."""
     from scissordyn.casefile.text import read_text
-    from scissordyn.config.file import parsed
+    from scissordyn.config.file import parse_toml
 
     keys = {text.partition("=")[0].replace(" ", "") for text in changes}
-    return "run.samples" in keys or "samples" in parsed(read_text(path, "a case file in TOML"), path).get("run", {})
+    return "run.samples" in keys or "samples" in parse_toml(read_text(path, "a case file in TOML"), path).get("run", {})
 
 
 def _computed_again(path: Path, saved: Any, until: float, *, kept: bool) -> str:
     """Say how far an interrupted run came, and that it is computed from its start again."""
-    from scissordyn.run.demand import duration
+    from scissordyn.run.demand import format_duration
     from scissordyn.units import short
 
     reached, taken = float(saved.attrs["end"]), float(json.loads(saved.attrs["statistics"])["seconds"])
     return (
-        f"scissordyn: '{path}' was interrupted at {short(reached, 's')} of {short(until, 's')}, after {duration(taken)}: it is "
-        "computed from its start again" + ("" if kept else "; with -o FILE --checkpoint '60 s' a run can go on")
+        f"scissordyn: '{path}' was interrupted at {short(reached, 's')} of {short(until, 's')}, "
+        f"after {format_duration(taken)}: it is computed from its start again"
+        + ("" if kept else "; with -o FILE --checkpoint '60 s' a run can go on")
     )
 
 
@@ -196,7 +197,7 @@ def _again(
 ) -> tuple[Mechanism, Results]:
     from scissordyn.casefile.configuration import read_configuration
     from scissordyn.record.store import load
-    from scissordyn.run.simulate import replayed
+    from scissordyn.run.simulate import replay_results
 
     if changes:
         raise InputError(f"'{changes[0]}' for a saved run", "a saved run as it was, or changes to a case file")
@@ -208,5 +209,5 @@ def _again(
     if saved.attrs["status"] == "interrupted" and not silent:
         print(_computed_again(path, saved, until, kept=keeper is not None), file=sys.stderr)
     with progress_bar(until) as progress:
-        result = replayed(saved, allow_code=allow_code, progress=progress, checkpoint=keeper)
+        result = replay_results(saved, allow_code=allow_code, progress=progress, checkpoint=keeper)
     return configuration.build_mechanism(allow_code), result

@@ -109,14 +109,14 @@ def study(
     if what in ("resume", "retry", "extend"):
         return _continue(result, what, where, points)
     if what == "refine":
-        from scissordyn.config.studies import refined
+        from scissordyn.config.studies import refine_study
 
         if output is None:
             raise InputError("'study refine' without a store of its own", "-o and a file", "-o next.db")
         check_store_name(output)
         ranges, drawn = addressed(vary, "--vary"), addressed(uncertain, "--uncertain")
         numbers = {"points": points, "samples": samples, "seed": seed}
-        narrowed = refined(result.built(), vary=ranges, uncertain=drawn, goals=goal or (), **numbers)
+        narrowed = refine_study(result.built(), vary=ranges, uncertain=drawn, goals=goal or (), **numbers)
         return compute(narrowed, output, where, block=block)
     if what == "status":
         return _status(result)

@@ -17,9 +17,9 @@ import numpy as np
 from scissordyn.bibliography.reference import Reference, references
 from scissordyn.casefile.case import Case
 from scissordyn.casefile.quantity import read_quantity
-from scissordyn.casefile.table import About, Context, Table, described, instance, located, reader
+from scissordyn.casefile.table import About, Context, Table, add_prefix, described, instance, reader
 from scissordyn.casefile.text import read_text
-from scissordyn.config.file import folder_of_examples, in_file, parsed, read_case
+from scissordyn.config.file import folder_of_examples, in_file, parse_toml, read_case
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.simulate import simulate
@@ -63,7 +63,7 @@ class Number:
 
     def measure(self, run: xr.Dataset) -> Found:
         """Measure the value in a run and compare it with the reference value."""
-        with located(f"number '{self.what}'"):
+        with add_prefix(f"number '{self.what}'"):
             if self.variable not in run:
                 near = did_you_mean(self.variable, map(str, run.variables))
                 raise InputError(f"unknown variable '{self.variable}'{near}", "a variable of the run")
@@ -200,7 +200,7 @@ def read_entry(folder: Path, package: str) -> Entry:
     """Return the entry that a folder describes."""
     path = folder / DECLARATION
     text = read_text(path, "the declaration of a mechanism in TOML")
-    tree = parsed(text, path)
+    tree = parse_toml(text, path)
     with in_file(path, text, tree):
         table = instance(_EntryTable, tree, {"folder": folder})
     file = folder / CASE if table.example is None else folder_of_examples() / f"{table.example}.toml"

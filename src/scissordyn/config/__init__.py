@@ -1,1 +1,1 @@
-"""Case files: from TOML with units to the frozen descriptions of `scissordyn.model`."""
+"""Case and study files: reading TOML with units into the frozen descriptions of `scissordyn.model` and `scissordyn.studies`."""

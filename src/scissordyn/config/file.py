@@ -1,4 +1,4 @@
-"""Case files: those that come with the package, and how one is read, changed and written."""
+"""Case files: reading, changing and writing them, and the folder of the package's examples."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from scissordyn.casefile.case import Case, CaseTable
 from scissordyn.casefile.case_text import BEGINNING, case_text
 from scissordyn.casefile.code import Code
 from scissordyn.casefile.quantity import read_quantity
-from scissordyn.casefile.table import Context, PlacedError, in_a_file, instance
-from scissordyn.casefile.text import handle, inside, line_of, place_of_name, place_text, read_text
+from scissordyn.casefile.table import Context, PlacedError, example_text, instance
+from scissordyn.casefile.text import line_of, place_of_name, place_text, read_text, table_name, value_at
 from scissordyn.errors import InputError, command, did_you_mean
 from scissordyn.file.output_file import OTHER_ENDINGS, check_target, write_file
 from scissordyn.model.mechanism import Mechanism
@@ -31,29 +31,29 @@ from scissordyn.units import Quantity, checked
 SAMPLE = "write_case(arm, 'arm.toml')"
 
 UNQUOTED = re.compile(r"\s*(?P<key>[\w-]+)\s*[=:]\s*\"?(?P<value>(?:[+-]?[\d.]+\s*)?[a-zA-Z°µ][^\"#{\[]*)\"?\s*(#.*)?")
-"""A line with a text, or a number and its unit, without quotes, with one, or after a colon."""
+"""Line with an unquoted text or quantity, with only one quote, or with a colon instead of an equals sign."""
 
-AGAIN = "stands there again"
+REPEATED = "is repeated"
 REASONS = (
-    (r"Cannot overwrite a value", f"a key or table {AGAIN}, which may stand once"),
-    (r"Cannot declare .* twice", f"a table {AGAIN}, which may stand once"),
-    (r"Illegal character '\\n'", "a text there has no closing quote"),
+    (r"Cannot overwrite a value", f"a key or table {REPEATED}"),
+    (r"Cannot declare .* twice", f"a table {REPEATED}"),
+    (r"Illegal character '\\n'", "a text has no closing quote"),
 )
-"""What Python says of TOML in other words."""
+"""Messages of Python's TOML parser, and clearer texts for them."""
 
-OF_CASES = frozenset(("structure", "body", "joint", "run"))  # Tables of which each case file has one
-DEEPEST = 32  # Tables and lists inside each other; a case has six
+CASE_TABLES = frozenset(("structure", "body", "joint", "run"))  # tables that identify a case file
+NESTING_MAX = 32  # largest depth of nested tables and lists; a case has six levels
 
 
 @checked
 def read_case(path: str | os.PathLike[str], changes: Iterable[str] = ()) -> Case:
-    """The case that a TOML file describes.
+    """Read the case that a TOML file describes.
 
     Parameters
     ----------
     path : path
     changes : iterable of str, optional
-        Values to change first, as "drive.speed=250 rpm", see `changed`.
+        Values to change first, for example "drive.speed=250 rpm", in the form of `apply_changes`.
 
     Returns
     -------
@@ -66,50 +66,52 @@ def read_case(path: str | os.PathLike[str], changes: Iterable[str] = ()) -> Case
     """
     path = Path(path)
     text = read_text(path, "a case file in TOML", "" if path.exists() else f"scissordyn new scissor > {command(path)}")
-    written = parsed(text, path, "TOML, as 'scissordyn new scissor' prints it")
-    of_file, of_parts = sorted_changes(written, changes, CaseTable.declared_keys().keys())
-    tree = changed(written, of_file)
+    written = parse_toml(text, path, "TOML, as 'scissordyn new scissor' prints it")
+    of_file, of_parts = split_changes(written, changes, CaseTable.declared_keys().keys())
+    tree = apply_changes(written, of_file)
     if is_study(written):
         what = f"'{path}' is a study file"
         raise InputError(
-            what, "a case file, as the one that it names", command("scissordyn", "study", path, "-o", f"{path.stem}.db")
+            what,
+            "a case file",
+            command("scissordyn", "study", path, "-o", f"{path.stem}.db"),
         )
     if "body" in tree and "structure" not in tree:
         raise InputError(f"{path}: missing key 'structure'", "bodies of a mechanism", 'structure = { kind = "mechanism" }')
     with in_file(path, text, tree, written):
-        case = case_of(tree, {"folder": path.parent, "code": _code(tree, path.parent)})
-        return replace(case, mechanism=with_numbers(case.mechanism, of_parts)) if of_parts else case
+        case = make_case(tree, {"folder": path.parent, "code": _code(tree, path.parent)})
+        return replace(case, mechanism=apply_numbers(case.mechanism, of_parts)) if of_parts else case
 
 
-def case_of(tree: Mapping[str, Any], context: Context) -> Case:
-    """The case that parsed TOML describes."""
+def make_case(tree: Mapping[str, Any], context: Context) -> Case:
+    """Return the case that parsed TOML describes."""
     table: Any = instance(CaseTable, tree, context)
     described: Case = table.case(feed_forward)
     return described
 
 
 def is_study(tree: dict[str, Any]) -> bool:
-    """Whether parsed TOML is a study file, which names a case in place of having one."""
-    return isinstance(tree.get("case"), str) and not OF_CASES & tree.keys()
+    """Report whether parsed TOML is a study file, which names a case file."""
+    return isinstance(tree.get("case"), str) and not CASE_TABLES & tree.keys()
 
 
 def is_case(tree: dict[str, Any]) -> bool:
-    """Whether parsed TOML is a case file rather than a study file."""
-    return "case" not in tree and bool(OF_CASES & tree.keys())
+    """Report whether parsed TOML is a case file rather than a study file."""
+    return "case" not in tree and bool(CASE_TABLES & tree.keys())
 
 
 @checked
 def write_case(described: Mechanism | Case, path: str | os.PathLike[str], *, run: Options | None = None) -> Path:
-    """Write a mechanism, or a mechanism and the options of its simulation, as a case file; reading it gives equal ones.
+    """Write a mechanism, with the options of its simulation, as a case file; reading the file gives equal ones.
 
-    A file that is there is replaced if `write_case` wrote it; any other is refused. It is written whole or not at all.
+    An existing file is replaced only if `write_case` wrote it. The file is written completely or not at all.
 
     Parameters
     ----------
     described : Mechanism or Case
     path : path
     run : Options, optional
-        Of the simulation; those of the case, or the defaults for 50 ms, if not given.
+        Options of the simulation; by default those of the case, or the defaults for 50 ms.
 
     Returns
     -------
@@ -118,10 +120,10 @@ def write_case(described: Mechanism | Case, path: str | os.PathLike[str], *, run
     Raises
     ------
     InputError
-        If a part cannot be written, such as a function in no file, or another file is in the way.
+        If a part cannot be written, for example a function that is not in a file, or if another file has the name.
     """
     if Path(path).suffix.lower() in (".nc", *OTHER_ENDINGS) and Path(path).suffix.lower() != ".toml":
-        raise InputError(f"'{path}' for a case file", "a name that ends in .toml", f"{Path(path).stem}.toml")
+        raise InputError(f"'{path}' is not a name for a case file", "a name that ends in .toml", f"{Path(path).stem}.toml")
     check_target(path, sample=SAMPLE, beginning=BEGINNING.encode())
     text = case_text(described, run, folder=Path(path).absolute().parent)
     return write_file(path, text.encode(), sample=SAMPLE)
@@ -134,64 +136,65 @@ def _code(tree: dict[str, Any], folder: Path) -> Code:
 
 @contextmanager
 def in_file(path: Path, text: str, tree: dict[str, Any], written: dict[str, Any] | None = None) -> Iterator[None]:
-    """Give any `InputError` the file and the line of its place, unless that was changed after it was written."""
+    """Add the file and the line to any `InputError` raised inside; the line is left out if the place was changed."""
     written = tree if written is None else written
     try:
         yield
     except InputError as error:
         what, place = error.what, place_of_name(tree, error.what) if written == tree else ()
         if isinstance(error, PlacedError):
-            what, place = error.said(place_text(tree, error.place)), (*error.place, *filter(None, [error.key]))
-            place = place if inside(written, place) == inside(tree, place) else ()
+            what, place = error.error_text(place_text(tree, error.place)), (*error.place, *filter(None, [error.key]))
+            place = place if value_at(written, place) == value_at(tree, place) else ()
         line = line_of(text, place)
         where = f"{path}, line {line}" if line else f"{path}"
-        raise InputError(f"{where}: {what}", error.allowed, in_a_file(error.type_this)) from None
+        raise InputError(f"{where}: {what}", error.allowed, example_text(error.type_this)) from None
 
 
-def _quoted(text: str, reason: str) -> str:
-    """The line of an error with quotes about its quantity, if quotes are what it lacks."""
+def _quote_value(text: str, reason: str) -> str:
+    """Return the line of a TOML error with its quantity in quotes, or "" if quotes are not what it lacks."""
     place = re.search(r"at line (\d+)", reason)
     lines = text.splitlines()
     match = UNQUOTED.fullmatch(lines[int(place[1]) - 1]) if place and int(place[1]) <= len(lines) else None
     return f'{match["key"]} = "{match["value"].strip()}"' if match else ""
 
 
-def parsed(text: str, path: Path, allowed: str = "TOML") -> dict[str, Any]:
+def parse_toml(text: str, path: Path, allowed: str = "TOML") -> dict[str, Any]:
     try:
         tree = tomllib.loads(text)
     except RecursionError:
-        raise InputError(f"'{path}' has lists or tables inside each other without end", f"at most {DEEPEST} levels") from None
-    except ValueError as error:  # also of a whole number of thousands of digits
+        raise InputError(f"'{path}' has lists or tables nested without end", f"at most {NESTING_MAX} levels") from None
+    except ValueError as error:  # a whole number of thousands of digits raises a plain ValueError
         reason = str(error) if isinstance(error, tomllib.TOMLDecodeError) else "a number of thousands of digits"
         what = next((re.sub(pattern, words, reason) for pattern, words in REASONS if re.search(pattern, reason)), reason)
-        sample = "" if AGAIN in what else _quoted(text, reason)
+        sample = "" if REPEATED in what else _quote_value(text, reason)
         raise InputError(f"'{path}' is not valid TOML: {what}", allowed, sample) from None
     level: list[Any] = [tree]
-    for _ in range(DEEPEST):
+    for _ in range(NESTING_MAX):
         level = [inner for outer in level for inner in (outer.values() if isinstance(outer, dict) else outer)]
         level = [inner for inner in level if isinstance(inner, dict | list)]
     if level:
-        raise InputError(f"'{path}' has more than {DEEPEST} lists and tables inside each other", f"at most {DEEPEST} levels")
+        raise InputError(f"'{path}' has more than {NESTING_MAX} nested lists and tables", f"at most {NESTING_MAX} levels")
     return tree
 
 
 def folder_of_examples() -> Path:
-    """Where they are: beside the package's modules in an installation, in the root of its repository otherwise."""
+    """Return the folder of the examples: in an installed package, or in the root of the repository."""
     package = Path(__file__).parents[1]
     installed = package / "examples"
     return installed if installed.is_dir() else package.parents[1] / "examples"
 
 
-CHANGE = "--set drive.speed='250 rpm'"
+CHANGE = "--set drive.speed='250 rpm'"  # example of a change
 DIMENSION = Quantity("m", above=0.0, help="dimension of a section")
-OF_PINS = ("pin_friction", "pin_lugre")
-LAW_KEYS = ("stiffness", "damping", "friction")
+PIN_FRICTIONS = ("pin_friction", "pin_lugre")  # sections of friction in ideal pins
+LAW_KEYS = ("stiffness", "damping", "friction")  # keys whose value is a law, by name or as a table
 
 
-def changed(tree: dict[str, Any], changes: Iterable[str]) -> dict[str, Any]:
-    """Parsed TOML with some values changed by ``path=value``.
+def apply_changes(tree: dict[str, Any], changes: Iterable[str]) -> dict[str, Any]:
+    """Return parsed TOML with some values changed by ``path=value``.
 
-    Tables of a list go by index, name or joint (``clearance.A.friction``), or all of them (``clearance.all.friction``).
+    A table of a list is given by index, name or joint (``clearance.A.friction``); ``clearance.all.friction`` changes all of
+    them.
     """
     new = copy.deepcopy(tree)
     for change in changes:
@@ -199,32 +202,32 @@ def changed(tree: dict[str, Any], changes: Iterable[str]) -> dict[str, Any]:
         keys = [key.strip() for key in path.split(".")]
         if not equals or not all(keys):
             raise InputError(f"--set {change!r}", "a path of keys, an equals sign and a value", CHANGE)
-        for path_of_one in _of_all(new, keys):
-            _put(new, path_of_one, _parsed(value.strip()), change)
+        for path_of_one in _expand_all(new, keys):
+            _set_value(new, path_of_one, _parse_value(value.strip()), change)
     return new
 
 
-def _of_all(tree: dict[str, Any], keys: list[str]) -> list[list[str]]:
-    """The path, or that of each table of a list for ``clearance.all.friction``, unless one is called so."""
+def _expand_all(tree: dict[str, Any], keys: list[str]) -> list[list[str]]:
+    """Return the path, or the paths of all tables of a list for ``clearance.all.friction``, unless a table is named "all"."""
     tables = tree.get(keys[0])
-    if len(keys) < 3 or keys[1] != "all" or not isinstance(tables, list) or "all" in map(handle, tables):
+    if len(keys) < 3 or keys[1] != "all" or not isinstance(tables, list) or "all" in map(table_name, tables):
         return [keys]
     return [[keys[0], str(index), *keys[2:]] for index in range(len(tables))]
 
 
-def _parsed(text: str) -> Any:
+def _parse_value(text: str) -> Any:
     try:
         table = tomllib.loads(f"value = {text}")
-    except (ValueError, RecursionError):  # not TOML, or numbers and nesting beyond reason: the reader says what is wrong
+    except (ValueError, RecursionError):  # not TOML, or too large or too deeply nested; the reader reports the error
         return text
     return table["value"] if len(table) == 1 else text
 
 
-def _put(tree: dict[str, Any], keys: list[str], value: Any, change: str) -> None:
+def _set_value(tree: dict[str, Any], keys: list[str], value: Any, change: str) -> None:
     place: Any = tree
     for depth, key in enumerate(keys[:-1]):
-        if isinstance(place, list) and not (_alone(place, key) and (key in place[0] or key in LAW_KEYS)):
-            place = _item(place, key, change)
+        if isinstance(place, list) and not (_is_only(place, key) and (key in place[0] or key in LAW_KEYS)):
+            place = _find_table(place, key, change)
             continue
         place = place[0] if isinstance(place, list) else place
         inner = place.setdefault(key, {})
@@ -238,13 +241,13 @@ def _put(tree: dict[str, Any], keys: list[str], value: Any, change: str) -> None
                 f"--set {change!r}: '{'.'.join(keys[: depth + 1])}' has no keys below it", "a path of keys", CHANGE
             )
         place = inner
-    if isinstance(place, list) and len(keys) > 1 and _alone(place, keys[-1]):
+    if isinstance(place, list) and len(keys) > 1 and _is_only(place, keys[-1]):
         place = place[0]
     if isinstance(place, list):
-        names = [handle(entry) or str(number) for number, entry in enumerate(place)]
+        names = [table_name(entry) or str(number) for number, entry in enumerate(place)]
         which = keys[-1] in names or keys[-1].isdecimal()
         path = ".".join([*keys, "KEY"] if which else [*keys[:-1], names[0], keys[-1]]) if names else ""
-        what = f"'{'.'.join(keys)}' is a whole table" if which else f"which [[{keys[-2]}]] is not said"
+        what = f"'{'.'.join(keys)}' is a whole table" if which else f"the name of the [[{keys[-2]}]] is missing"
         raise InputError(
             f"--set {change!r}: {what}",
             "a key below it" if which else "one of " + ", ".join(names),
@@ -253,34 +256,34 @@ def _put(tree: dict[str, Any], keys: list[str], value: Any, change: str) -> None
     place[keys[-1]] = value
 
 
-def _alone(items: list[Any], key: str) -> bool:
-    """Whether a table is the only one of its kind and a key is none of its names: it need not be named."""
-    return len(items) == 1 and isinstance(items[0], dict) and key != handle(items[0]) and not key.isdecimal()
+def _is_only(items: list[Any], key: str) -> bool:
+    """Report whether a table is the only one of its kind and `key` is not its name, which may then be left out."""
+    return len(items) == 1 and isinstance(items[0], dict) and key != table_name(items[0]) and not key.isdecimal()
 
 
-def _item(items: list[Any], key: str, change: str) -> Any:
-    handles = list(map(handle, items))
+def _find_table(items: list[Any], key: str, change: str) -> Any:
+    handles = list(map(table_name, items))
     if key.isdecimal() and int(key) < len(items):
         return items[int(key)]
     if key in handles:
         return items[handles.index(key)]
     names = [name for name in handles if name] + [str(index) for index in range(len(items))]
-    raise InputError(f"--set {change!r}: no '{key}' there{did_you_mean(key, names)}", "one of " + ", ".join(names))
+    raise InputError(f"--set {change!r}: no '{key}'{did_you_mean(key, names)}", "one of " + ", ".join(names))
 
 
-def sorted_changes(tree: dict[str, Any], changes: Iterable[str], sections: Set[str]) -> tuple[list[str], list[str]]:
-    """Changes of the file's own tables, and those of parts that the file makes, such as the bars of an array."""
+def split_changes(tree: dict[str, Any], changes: Iterable[str], sections: Set[str]) -> tuple[list[str], list[str]]:
+    """Split changes into those of the file's own tables and those of generated parts, for example the bars of an array."""
     of_file, of_parts = [], []
     for change in changes:
         parameter, equals, _ = change.partition("=")
         head, dot, _ = (word.strip() for word in parameter.partition("."))
-        # a kind of part of which the file itself has none
-        of_part = not tree.get(head) and (head in KINDS or (head in OF_PINS and "joint_friction" in tree))
+        # a kind of part that the file itself does not contain
+        of_part = not tree.get(head) and (head in KINDS or (head in PIN_FRICTIONS and "joint_friction" in tree))
         of_table = not of_part and bool(get_close_matches(head, sections, n=1, cutoff=0.75))
-        if not (equals and dot) or of_table:  # also a misspelt one, which is named there
+        if not (equals and dot) or of_table:  # a misspelt table is reported when the file is read
             of_file.append(change)
             continue
-        listed = [section for section, items in tree.items() if isinstance(items, list) and head in map(handle, items)]
+        listed = [section for section, items in tree.items() if isinstance(items, list) and head in map(table_name, items)]
         if listed:
             of_file.append(f"{'clearance' if 'clearance' in listed else listed[0]}.{change}")
         else:
@@ -288,7 +291,7 @@ def sorted_changes(tree: dict[str, Any], changes: Iterable[str], sections: Set[s
     return of_file, of_parts
 
 
-def with_numbers(mechanism: Mechanism, changes: Iterable[str]) -> Mechanism:
+def apply_numbers(mechanism: Mechanism, changes: Iterable[str]) -> Mechanism:
     for change in changes:
         parameter, _, text = change.partition("=")
         place = number(mechanism, parameter.strip())

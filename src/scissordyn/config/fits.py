@@ -1,4 +1,4 @@
-"""Numbers that are searched for: fits to files of measured curves, and the least values that meet requirements."""
+"""Searches for parameter values: fits to measured curves, and least values that meet requirements."""
 
 from __future__ import annotations
 
@@ -34,12 +34,11 @@ if TYPE_CHECKING:
 
 
 SAMPLE = "time [s], angle of crank [deg]"
-HEADING = re.compile(r"\s*(?P<name>.*?)\s*(?:\[(?P<unit>[^\]]*)\])?\s*")
-GAP = 10.0  # A step of so many usual ones is a gap
+HEADING = re.compile(r"\s*(?P<name>.*?)\s*(?:\[(?P<unit>[^\]]*)\])?\s*")  # a column heading: a name and a unit in brackets
 
 
 def read_measured(path: Path, known: Mapping[str, str]) -> Measured:
-    """A file of measured curves."""
+    """Read a file of measured curves: a heading and at least two rows of numbers."""
     lines = [
         (number, line)
         for number, line in enumerate(read_text(path, f"a table that begins with {SAMPLE}").splitlines(), 1)
@@ -56,7 +55,7 @@ def read_measured(path: Path, known: Mapping[str, str]) -> Measured:
 
 
 def _heading(cells: list[str], path: Path, known: Mapping[str, str]) -> tuple[tuple[str, ...], tuple[str, ...], list[float]]:
-    """Headings, SI units and factors to them, the factor of the time first."""
+    """Return headings, their SI units, and conversion factors; the first factor is that of the time."""
     headings, units, factors = list[str](), list[str](), list[float]()
     for place, cell in enumerate(cells):
         match = HEADING.fullmatch(cell)
@@ -70,7 +69,7 @@ def _heading(cells: list[str], path: Path, known: Mapping[str, str]) -> tuple[tu
                 "columns of a run of this case, as 'scissordyn export' writes them",
             )
         if name in headings:
-            raise InputError(f"'{path}': '{name}' twice", "each quantity once")
+            raise InputError(f"'{path}': two columns are named '{name}'", "each quantity once")
         target = known[name] if place else "s"
         try:
             factors.append(1.0 if unit == target else unit_factor(unit, target))
@@ -82,7 +81,7 @@ def _heading(cells: list[str], path: Path, known: Mapping[str, str]) -> tuple[tu
             headings.append(name)
             units.append(target)
     if not headings:
-        raise InputError(f"'{path}' has no column but the time", "at least one measured quantity", SAMPLE)
+        raise InputError(f"'{path}' has only the time column", "at least one measured quantity", SAMPLE)
     return tuple(headings), tuple(units), factors
 
 
@@ -90,15 +89,15 @@ def _numbers(row: list[str], count: int, path: Path, line: int) -> list[float]:
     if len(row) != count or not all(cell.strip() for cell in row):
         empty = f"{len(row)} numbers" if len(row) != count else "an empty cell"
         raise InputError(
-            f"'{path}' line {line}: {empty}, a gap in the data",
-            f"{count} numbers in each line; a file for each unbroken record",
+            f"'{path}' line {line}: {empty}",
+            f"{count} numbers in each line; one file for each unbroken record",
         )
     try:
         numbers = [float(cell) for cell in row]
     except ValueError as error:
         raise InputError(f"'{path}' line {line}: {error}", "numbers with a decimal point") from None
     if not np.isfinite(numbers).all():
-        raise InputError(f"'{path}' line {line}: a value that is not finite, a gap in the data", "finite numbers")
+        raise InputError(f"'{path}' line {line}: a value is not finite", "finite numbers")
     return numbers
 
 
@@ -107,13 +106,13 @@ def _check_steps(time: np.ndarray, lines: list[int], path: Path) -> None:
     if np.any(steps <= 0.0):
         k = int(np.argmax(steps <= 0.0))
         ends = f"from {time[k]:.9g} s to {time[k + 1]:.9g} s"
-        raise InputError(f"'{path}' line {lines[k + 1]}: the time runs backwards, {ends}", "increasing instants")
-    usual = float(np.median(steps))
-    if np.max(steps) > GAP * usual:
+        raise InputError(f"'{path}' line {lines[k + 1]}: the time decreases {ends}", "increasing instants")
+    usual, gap_steps = float(np.median(steps)), 10.0  # a longer step, in usual steps, is a gap in the record
+    if np.max(steps) > gap_steps * usual:
         k = int(np.argmax(steps))
         raise InputError(
             f"'{path}' line {lines[k + 1]}: a gap of {steps[k]:.4g} s in the time, after {time[k]:.9g} s",
-            f"steps of at most {GAP:g} times the usual one, {usual:.4g} s; a file for each unbroken record",
+            f"steps of at most {gap_steps:g} times the usual one, {usual:.4g} s; one file for each unbroken record",
         )
 
 
@@ -133,48 +132,48 @@ def fit(
     options: Options | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> xr.Dataset:
-    r"""Numbers of a mechanism from measured curves, by least squares over runs.
+    """Fit parameters of a mechanism to measured curves, by least squares over runs.
 
-    The sum of the squares of (run - data) / standard deviation is made least, in a trust region with bounds
-    (`scipy.optimize.least_squares`). Long or chaotic records are cut into segments, each of which starts anew
-    where its data say (multiple shooting): errors then do not grow beyond a segment.
+    The sum of the squares of (run - data) / standard deviation is minimised in a trust region with bounds
+    (`scipy.optimize.least_squares`). Long or chaotic records are divided into segments; each segment starts from its own data
+    (multiple shooting), so that errors do not grow beyond a segment.
 
     Parameters
     ----------
     case : Case, Mechanism or path
-        Its numbers are where the search starts.
+        Its parameter values are the start of the search.
     data : Measured or path, or several
-        Unbroken records; see `read_measured`.
+        Unbroken records, in files as read by `read_measured`.
     free : iterable of str, or mapping
-        The numbers to fit. A mapping gives bounds in SI, ``(1e-4, 1e-3)``, or as text, ``"1e-4..1e-3 kg m^2"``, or
-        what was measured otherwise, ``"normal(0.138, 0.001) kg"``.
+        Parameters to fit. A mapping gives bounds in SI, ``(1e-4, 1e-3)``, or as text, ``"1e-4..1e-3 kg m^2"``, or an
+        independent measurement, ``"normal(0.138, 0.001) kg"``.
     segment : float, optional
-        Duration of a segment [s]; infinite for a start of its own for each record. If not given, records start as the case
-        says, at its time zero; the numbers of that start may be free, as in ``"arm.angle"``.
+        Duration of a segment [s]; infinite for one start for each record. By default records start at time zero of the case;
+        the values of that start may be free, for example ``"arm.angle"``.
     deviations : mapping of str to float, optional
-        Standard deviation of each measured quantity by heading, in SI. If not given, they are the root mean squares of the
-        residuals of each quantity, found with the numbers.
+        Standard deviation of each measured quantity by heading, in SI. By default the root mean squares of the residuals, which
+        are found with the parameters.
     jump : float, optional
-        Standard deviation of the jumps of angles, places and velocities between segments, as a fraction of their range: a small
-        one makes the segments one motion. If not given, segments are independent of each other.
+        Standard deviation of the jumps of angles, positions and velocities between segments, as a fraction of their range. A
+        small value joins the segments to one motion. By default segments are independent.
     most : int
-        Evaluations of the residuals in a round of weights.
+        Largest number of residual evaluations in a round of weights.
     options : Options, optional
-        Of the runs, in place of those of the case.
+        Options of the runs; by default those of the case.
     progress : callable, optional
-        Called with a line of text now and then.
+        Called repeatedly with a line of text.
 
     Returns
     -------
     Dataset
-        Over "parameter": `value`, `standard_error`, `low` and `high` (the interval with a probability of 95 %), `correlation`,
-        `covariance`; over "row" and "column": `measured`, `fitted`, `residual`. Its attribute "warnings" names numbers that the
-        data cannot distinguish. The attribute "configuration" has the fitted mechanism.
+        Along "parameter": `value`, `standard_error`, `low` and `high` (95 % confidence interval), `correlation`, `covariance`.
+        Along "row" and "column": `measured`, `fitted`, `residual`. The attribute "warnings" names parameters that the data
+        cannot distinguish. The attribute "configuration" has the fitted mechanism.
 
     Raises
     ------
     InputError
-        For unknown quantities or parameter paths, units of another dimension, times that run backwards, gaps.
+        If a quantity or parameter path is unknown, a unit has another dimension, times decrease, or a record has gaps.
     """
     if isinstance(case, str | os.PathLike):
         case = read_case(case)
@@ -200,22 +199,19 @@ def _free(mechanism: Mechanism, parameter: str, given: str | tuple[float, float]
         quantity = number(mechanism, parameter).quantity
         assert quantity is not None
         variation = read_variation(given, quantity, parameter=parameter)
-        if isinstance(variation, Normal) and math.isfinite(variation.high):  # a tolerance: its limits are those of the design
+        if isinstance(variation, Normal) and math.isfinite(variation.high):  # a tolerance: its limits belong to the design
             variation = Normal(variation.mean, variation.deviation)
     return free_parameter(mechanism, parameter, variation)
 
 
-VALUES = 8  # Values that are tried at a time
-
-
 @dataclass(frozen=True)
 class LeastValue:
-    """Between which values a case begins to meet its requirements."""
+    """Value of a parameter from which on a case meets its requirements."""
 
     path: str
-    value: float  # The least value tried above which, itself included, all values tried meet the requirements, in SI
-    fails_at: float  # The largest value tried that does not
-    tried: dict[float, bool]  # Whether the requirements are met, by value
+    value: float  # least tried value from which on all tried values meet the requirements, in SI
+    fails_at: float  # largest tried value that does not meet them
+    tried: dict[float, bool]  # True if the requirements are met, by value
 
 
 @checked
@@ -229,22 +225,22 @@ def least_value(
     tolerance: float = 0.01,
     engine: Any = None,
 ) -> LeastValue:
-    """The least value of a number with which requirements are met.
+    """Find the least value of a parameter with which the requirements are met.
 
-    Eight values at a time are simulated between one that fails and one above which all that were tried do not; requirements
-    that are met, not met and met again below the value are seen where a value was tried there.
+    Eight values at a time are simulated between the largest value that fails and the next one. A range below the result in
+    which the requirements are met is found only if a tried value lies in it.
 
     Parameters
     ----------
     case : Case
     parameter : str
-        Of the number.
+        Path of the parameter.
     low, high : float
-        Values between which it is searched for, in SI.
+        Range of the search, in SI.
     requirements : sequence of str
-        Such as ``"tip.error < 5 mm"``.
+        For example ``"tip.error < 5 mm"``.
     tolerance : float
-        Width of the interval at the end, as a fraction of its value.
+        Width of the final interval, as a fraction of its value.
     engine : Executor or int, optional
         As for `study`.
 
@@ -255,7 +251,7 @@ def least_value(
     Raises
     ------
     InputError
-        If the requirements are not met at the high end, or are at the low one.
+        If the requirements are not met at `high`, or are met at `low`.
     """
     if not low < high:
         raise InputError(f"'{parameter}' from {low:g} to {high:g}", "a smaller value, then a larger one", "--from 1 --to 2")
@@ -265,7 +261,7 @@ def least_value(
     unit = "" if quantity is None or quantity.unit == "1" else f" {quantity.unit}"
     tried: dict[float, bool] = {}
     while True:
-        values = np.linspace(low, high, VALUES + 2) if not tried else np.linspace(low, high, VALUES + 2)[1:-1]
+        values = np.linspace(low, high, 10) if not tried else np.linspace(low, high, 10)[1:-1]
         result = study(case, {parameter: Levels(tuple(values.tolist()))}, requirements=list(requirements), engine=engine)
         met = result.points["met"].values == 1.0
         tried |= dict(zip(values.tolist(), met.tolist(), strict=True))

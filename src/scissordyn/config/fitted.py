@@ -1,4 +1,4 @@
-"""Further parts for a printed case file, with values that fit its structure: `scissordyn new KIND --with servo,tip,payload`."""
+"""Additional parts of a printed case file, with values that fit its structure: `scissordyn new KIND --with servo`."""
 
 from __future__ import annotations
 
@@ -26,23 +26,21 @@ from scissordyn.plan.plan import plan
 from scissordyn.run.inverse_dynamics import feed_forward
 from scissordyn.units import Quantity
 
-Given = Mapping[str, Any]  # Values of the keys of a table
-Changes = Callable[[str, Given], Given]  # From the name of a section and its values to what the user has asked for
-DURATION = 2.0  # Of the move from rest to rest, unless another is asked for [s]
-HELD = 1.1  # The run lasts longer than the move by this factor, so that what settles is seen
-OSCILLATIONS, DAMPING = 6.0, 0.7  # Of the servo's error: natural frequency times the duration of the move, and damping ratio
-SHARE = 0.1  # Of the mechanism's mass, weight or size, for payloads and loads
-RESERVE = 1.5  # The servo's limit over the torque of the ideal mechanism
-AT_REST = 0.01  # Points that move less, as a fraction of the size, do not carry or measure anything
-BEYOND, BEFORE = 0.02, 0.01  # Of the move, by which stops stand behind its end, and latches before it
+Given = Mapping[str, Any]  # values of the keys of a table
+# function from the name of a section and its values to the values with the user's changes
+Changes = Callable[[str, Given], Given]
+MOVE_DURATION = 2.0  # [s] default duration of the move from rest to rest
+LOAD_FRACTION = 0.1  # fraction of the mechanism's mass, weight or size, for payloads and loads
+MOTION_MIN = 0.01  # [mechanism sizes] smallest motion of a point that carries or measures something
+STOP_MARGIN = 0.02  # fraction of the move by which end stops lie beyond its end
 
 
 @dataclass(frozen=True)
 class Stroke:
-    """A structure and a move of its driven body from rest to rest."""
+    """Structure with a move of its driven body from rest to rest."""
 
-    mechanism: Mechanism  # Of the printed file
-    motion: Cycloidal  # The angle of its driven body
+    mechanism: Mechanism  # mechanism of the printed file
+    motion: Cycloidal  # angle of its driven body
 
     @cached_property
     def path(self) -> Path:
@@ -54,13 +52,13 @@ class Stroke:
 
     @cached_property
     def ends(self) -> tuple[int, int]:
-        """Where the move starts and ends on the path."""
+        """Indices of the start and the end of the move on the path."""
         last = self.path.place.size - 1
         return (0, last) if self.turn > 0.0 else (last, 0)
 
     @property
     def turn(self) -> float:
-        """How far the driven body turns [rad]."""
+        """Rotation of the driven body in the move [rad]."""
         return self.motion.end - self.motion.start
 
     @property
@@ -70,16 +68,16 @@ class Stroke:
 
     @property
     def mass(self) -> float:
-        """Of all bodies [kg]."""
+        """Mass of all bodies [kg]."""
         return sum(body.mass for body in self.mechanism.bodies)
 
     @property
     def weight(self) -> float:
-        """A force to compare loads with [N]: the weight, or where there is no gravity that on earth."""
+        """Weight [N], with gravity on earth if the mechanism has none; loads are compared with it."""
         return self.mass * (self.mechanism.gravity or 9.81)
 
     def place(self, point: BodyPoint, end: int) -> np.ndarray:
-        """Position of a point at the start (0) or the end (1) of the move [m]."""
+        """Return the position of a point at the start (0) or the end (1) of the move [m]."""
         name, local = point
         if name == GROUND:
             return np.array(dict(self.mechanism.ground)[local])
@@ -91,35 +89,35 @@ class Stroke:
 
     @cached_property
     def anchor(self) -> BodyPoint:
-        """A point that loads act from: the first of the ground, or of the driven body."""
+        """Point from which loads act: the first point of the ground, or of the driven body."""
         first = next((name for name, _ in self.mechanism.ground), "")
         return (GROUND, first) if first else (self.mechanism.input_body, "start")
 
     @cached_property
     def tip(self) -> BodyPoint:
-        """The point of a body that is farthest from the anchor at the end of the move, and moves."""
+        """Moving point that is farthest from the anchor at the end of the move."""
         points = [
             (body.name, point)
             for body in self.mechanism.bodies
             for point in body.points
-            if np.linalg.norm(self.way((body.name, point))) > AT_REST * self.size and body.name != self.anchor[0]
+            if np.linalg.norm(self.way((body.name, point))) > MOTION_MIN * self.size and body.name != self.anchor[0]
         ]
         from_anchor = [np.linalg.norm(self.place(point, 1) - self.place(self.anchor, 1)) for point in points]
         return points[int(np.argmax(np.round(from_anchor, 9)))]
 
     def way(self, point: BodyPoint) -> np.ndarray:
-        """From where a point starts to where it ends [m]."""
+        """Return the displacement of a point from the start to the end of the move [m]."""
         return np.asarray(self.place(point, 1) - self.place(point, 0))
 
 
 def _rounded(value: float, unit: str) -> str:
-    """A number with two digits and its unit, as one would type it."""
+    """Return a number with two digits and its unit."""
     return written(float(f"{value:.2g}"), unit)
 
 
 def _exact(value: float, unit: str) -> str:
-    """A number as near as a case file has it: to twelve digits."""
-    return written(round(value, 12) + 0.0, unit)  # no -0
+    """Return a number to twelve digits, the precision of a case file, with its unit."""
+    return written(round(value, 12) + 0.0, unit)  # adding 0.0 removes the sign of -0
 
 
 def _list(values: Iterable[float], unit: str) -> str:
@@ -127,55 +125,58 @@ def _list(values: Iterable[float], unit: str) -> str:
 
 
 def _curve(pairs: Iterable[tuple[float, float]], **units: str) -> dict[str, str]:
-    """Pairs of numbers, increasing, as two lists by their names."""
+    """Return pairs of increasing numbers as two lists by their names."""
     return {
         name: _list(numbers, unit)
         for (name, unit), numbers in zip(units.items(), zip(*sorted(pairs), strict=True), strict=True)
     }
 
 
-def _move(start: str, end: str, duration: float = DURATION) -> dict[str, Any]:
+def _move(start: str, end: str, duration: float = MOVE_DURATION) -> dict[str, Any]:
     return {"cycloidal": {"start": start, "end": end, "duration": written(duration, "s")}}
 
 
-Values = Mapping[str, Given]  # The keys of parts, by what is asked for
+Values = Mapping[str, Given]  # keys of parts, by the name of the part
 
 
 def _servo(stroke: Stroke) -> Values:
+    """Return a servo whose error decays with 6 oscillations per move, a damping ratio of 0.7 and half as much spare torque."""
     inertia = float(drive_inertia(stroke.path)[stroke.ends[0]])
-    bandwidth = 2.0 * math.pi * OSCILLATIONS / stroke.motion.duration
+    bandwidth = 2.0 * math.pi * 6.0 / stroke.motion.duration
     torque = np.abs(feed_forward(stroke.mechanism, stroke.motion, until=stroke.motion.duration, samples=201).values)
     gains = {
         "name": "feed-forward",
         "proportional": _rounded(inertia * bandwidth**2, "N m/rad"),
-        "derivative": _rounded(2.0 * DAMPING * inertia * bandwidth, "N m s/rad"),
-        "limit": _rounded(RESERVE * float(torque.max()), "N m"),
+        "derivative": _rounded(2.0 * 0.7 * inertia * bandwidth, "N m s/rad"),
+        "limit": _rounded(1.5 * float(torque.max()), "N m"),
     }
     return {"servo": {"controller": gains, "feed_forward": "ideal", "name": "servo"}}
 
 
-def _at_the_tip(stroke: Stroke) -> Values:
+def _parts_at_tip(stroke: Stroke) -> Values:
     body, point = stroke.tip
-    way, tip, force = stroke.way(stroke.tip), ".".join(stroke.tip), SHARE * stroke.weight
+    way, tip, force = stroke.way(stroke.tip), ".".join(stroke.tip), LOAD_FRACTION * stroke.weight
     length = float(np.linalg.norm(way))
     along = way / length
     direction = math.atan2(along[1], along[0])
-    start, limit = (float(along @ place) for place in (stroke.place(stroke.tip, 0), stroke.place(stroke.tip, 1) + BEYOND * way))
+    start, limit = (
+        float(along @ place) for place in (stroke.place(stroke.tip, 0), stroke.place(stroke.tip, 1) + STOP_MARGIN * way)
+    )
     load = [(start - 0.2 * length, 0.0), (start + 0.5 * length, -force), (start + 1.2 * length, -0.5 * force)]
     return {
         "tip": {"name": "tip", "body": body, "point": point, "tolerance": _rounded(1e-3 * stroke.size, "m")},
-        "payload": {"at": tip, "mass": _rounded(SHARE * stroke.mass, "kg")},
+        "payload": {"at": tip, "mass": _rounded(LOAD_FRACTION * stroke.mass, "kg")},
         "force": {"point": tip, "force": f"0, {-float(f'{force:.2g}'):g} N"},
         "stroke_load": {"point": tip, "direction": _exact(direction, "rad"), "curve": _curve(load, travels="m", forces="N")},
         "travel_stop": {"point": tip, "direction": _exact(direction, "rad"), "limit": _exact(limit, "m")},
     }
 
 
-def _along_a_line(stroke: Stroke) -> Values:
-    """Parts from the anchor to the tip."""
+def _parts_along_line(stroke: Stroke) -> Values:
+    """Return parts that act from the anchor to the tip."""
     start, end = (float(np.linalg.norm(stroke.place(stroke.tip, k) - stroke.place(stroke.anchor, k))) for k in (0, 1))
-    low, high = 0.9 * min(start, end), 1.1 * max(start, end)  # of the way, and a tenth more
-    force, middle = SHARE * stroke.weight, 0.5 * (low + high)
+    low, high = 0.9 * min(start, end), 1.1 * max(start, end)  # the range of the move, and a tenth more
+    force, middle = LOAD_FRACTION * stroke.weight, 0.5 * (low + high)
     pushed, speed = math.copysign(force, end - start), 2.0 * (end - start) / stroke.motion.duration
     progressive = [(low, 0.0), (middle, 0.3 * force), (high, force)]
     drive = [(-20.0 * speed, pushed), (0.0, pushed), (speed, 0.0), (20.0 * speed, -pushed)]
@@ -200,34 +201,34 @@ def _along_a_line(stroke: Stroke) -> Values:
 
 
 def _rod(stroke: Stroke) -> Values:
-    """A rod that drives the structure, whose tip moves along it [m/rad]."""
+    """Return a rod that drives the structure; raise `InputError` if the tip does not move along the rod at the start."""
     (name, point), path = stroke.tip, stroke.path
     rate, first = drive_rate(path, stroke.ends[0]), path.closure.first[name]
     x, y = stroke.mechanism.body(name).points[point]
     cos, sin = rate[first + 2 : first + 4] if path.closure.natural.rotates(name) else (0.0, 0.0)
     velocity = rate[first : first + 2] + np.array([cos * x - sin * y, sin * x + cos * y])
     line = stroke.place(stroke.tip, 0) - stroke.place(stroke.anchor, 0)
-    if abs(np.dot(line, velocity) / np.linalg.norm(line)) < AT_REST * stroke.size:
+    if abs(np.dot(line, velocity) / np.linalg.norm(line)) < MOTION_MIN * stroke.size:
         raise InputError(
             f"a rod from {'.'.join(stroke.anchor)} to {'.'.join(stroke.tip)} cannot drive this structure at its start",
             "a motor, or a rod elsewhere",
             "--with motor",
         )
-    return _along_a_line(stroke)
+    return _parts_along_line(stroke)
 
 
-def _at_a_pin(stroke: Stroke) -> Values:
-    """Parts between the driven body and another one that moves, to which it is pinned."""
+def _parts_at_pin(stroke: Stroke) -> Values:
+    """Return parts that act between the driven body and another moving body, which is pinned to it."""
     mechanism, driven = stroke.mechanism, stroke.mechanism.input_body
     pin = next(joint for joint in mechanism.joints if driven in joint.bodies and GROUND not in joint.bodies)
     base = next(name for name in pin.bodies if name != driven)
     names = [body.name for body in mechanism.bodies]
     angle = stroke.path.angle[:, names.index(driven)] - stroke.path.angle[:, names.index(base)]
-    # continuous from the angles as placed, in which turns count
+    # continuous from the angles as placed, full turns included
     angle += mechanism.body(driven).placed_angle - mechanism.body(base).placed_angle - angle[stroke.ends[0]]
     start, end = (float(angle[k]) for k in stroke.ends)
     turned = mechanism.body(pin.bearing[0]).placed_angle - mechanism.body(pin.journal[0]).placed_angle
-    moment = SHARE * stroke.weight * stroke.size
+    moment = LOAD_FRACTION * stroke.weight * stroke.size
     shares = {"peak_moment": 1.0, "steady_moment": 0.15, "peak_moment_equal": 0.4, "steady_moment_equal": 0.1}
     moments = {name: _rounded(share * moment, "N m") for name, share in shares.items()}
     friction = {"radius": _rounded(0.01 * stroke.size, "m"), "kinetic": 0.1}
@@ -237,32 +238,32 @@ def _at_a_pin(stroke: Stroke) -> Values:
         "clutch": {"capacity": _rounded(moment, "N m")},
         "pin_friction": friction,
         "pin_lugre": friction,
-        "angle_stop": {"angle": _exact(end + BEYOND * (end - start), "rad")},
-        "latch": {"angle": _exact(end - BEFORE * (end - start), "rad")},
+        "angle_stop": {"angle": _exact(end + STOP_MARGIN * (end - start), "rad")},
+        "latch": {"angle": _exact(end - 0.01 * (end - start), "rad")},
     }
     ends = {"start": ".".join(pin.journal), "end": ".".join(pin.bearing)}
     return {
         **{name: {"body": driven, "base": base, **values} for name, values in hinges.items()},
         "panels": {
             "bodies": "unit */bar 1" if "unit 1/bar 1" in names else base,
-            "mass": _rounded(SHARE * stroke.mass, "kg"),
+            "mass": _rounded(LOAD_FRACTION * stroke.mass, "kg"),
         },
         "bushing": {**ends, "free_angle": _exact(turned, "rad")},
     }
 
 
-def _with_friction(stroke: Stroke) -> Values:
+def _parts_with_friction(stroke: Stroke) -> Values:
     if np.isnan(ideal_reactions(plan(rigid(stroke.mechanism.ideal()).driven(stroke.motion)))).any():
         raise InputError(
-            "friction in a pin whose reaction is not determined: this structure has more joints than it needs",
-            "a friction torque that is given",
+            "pin friction: the structure has redundant joints, so that the pin's reaction is not determined",
+            "a given friction torque",
             "--with clutch",
         )
-    return _at_a_pin(stroke)
+    return _parts_at_pin(stroke)
 
 
-def _on_the_driven_body(stroke: Stroke) -> Values:
-    torque = SHARE * stroke.weight * stroke.size
+def _parts_on_driven_body(stroke: Stroke) -> Values:
+    torque = LOAD_FRACTION * stroke.weight * stroke.size
     forward, speed = math.copysign(torque, stroke.turn), 2.0 * stroke.turn / stroke.motion.duration
     motor = [(-2.0 * speed, forward), (0.0, forward), (0.8 * speed, 1.2 * forward), (speed, 0.0), (5.0 * speed, -forward)]
     cogging = [torque * share for share in (0.0, 1.0, 0.0, -1.0, 0.0)]
@@ -281,37 +282,37 @@ def _on_the_driven_body(stroke: Stroke) -> Values:
 
 FURTHER: Mapping[str, Callable[[Stroke], Values]] = {
     "servo": _servo,
-    "tip": _at_the_tip,
-    "payload": _at_the_tip,
-    "panels": _at_a_pin,
-    **dict.fromkeys(("spring", "constant_force_spring", "nonlinear_spring", "gas_spring", "cable"), _along_a_line),
-    **dict.fromkeys(("torsion_spring", "tape_spring", "clutch"), _at_a_pin),
-    **dict.fromkeys(("pin_friction", "pin_lugre"), _with_friction),
-    "bushing": _at_a_pin,
-    "force": _at_the_tip,
-    "torque": _on_the_driven_body,
-    "stroke_load": _at_the_tip,
-    **dict.fromkeys(("angle_load", "motor", "tabulated_motor"), _on_the_driven_body),
-    "linear_motor": _along_a_line,
-    "angle_stop": _at_a_pin,
-    "travel_stop": _at_the_tip,
+    "tip": _parts_at_tip,
+    "payload": _parts_at_tip,
+    "panels": _parts_at_pin,
+    **dict.fromkeys(("spring", "constant_force_spring", "nonlinear_spring", "gas_spring", "cable"), _parts_along_line),
+    **dict.fromkeys(("torsion_spring", "tape_spring", "clutch"), _parts_at_pin),
+    **dict.fromkeys(("pin_friction", "pin_lugre"), _parts_with_friction),
+    "bushing": _parts_at_pin,
+    "force": _parts_at_tip,
+    "torque": _parts_on_driven_body,
+    "stroke_load": _parts_at_tip,
+    **dict.fromkeys(("angle_load", "motor", "tabulated_motor"), _parts_on_driven_body),
+    "linear_motor": _parts_along_line,
+    "angle_stop": _parts_at_pin,
+    "travel_stop": _parts_at_tip,
     "rod": _rod,
-    "latch": _at_a_pin,
+    "latch": _parts_at_pin,
 }
-"""What can be asked for: what gives its values for a structure and its move."""
+"""Functions that return the values of a part for a structure and its move, by the part's name."""
 
-SECTIONS = {name: {"servo": "control", "tip": "track"}.get(name, name) for name in FURTHER}  # The table of each
+SECTIONS = {name: {"servo": "control", "tip": "track"}.get(name, name) for name in FURTHER}  # table of each part
 
-DRIVING = ("motor", "tabulated_motor", "linear_motor", "rod")  # Parts that move the mechanism in place of a drive
+DRIVING = ("motor", "tabulated_motor", "linear_motor", "rod")  # parts that move the mechanism instead of a drive
 
 assert set(COMPONENTS) - {"actuator", "beam", "flexible_bar", "roller", "cam", "guide_friction", "guide_lugre"} <= set(FURTHER)
 
 
-LOADS = ("payload", "panels")
+LOADS = ("payload", "panels")  # parts that increase the mass of the structure
 
 
-def fitted(mechanism: Mechanism, turn: float, parts: Iterable[str], changes: Changes) -> dict[str, Given]:
-    """Tables of further parts for a structure, and what else changes in its file with them."""
+def fit_parts(mechanism: Mechanism, turn: float, parts: Iterable[str], changes: Changes) -> dict[str, Given]:
+    """Return the tables of additional parts for a structure, and other sections of its file that change."""
     names = list(dict.fromkeys(parts))
     for name in names:
         if name not in FURTHER:
@@ -322,16 +323,16 @@ def fitted(mechanism: Mechanism, turn: float, parts: Iterable[str], changes: Cha
             )
     drives = [name for name in names if name in (*DRIVING, "servo")]
     if len(drives) > 1:
-        both = f"{drives[0]} and {drives[1]}, which both drive the structure"
+        both = f"{drives[0]} and {drives[1]} both drive the structure"
         raise InputError(both, "one of them", f"--with {command(drives[0])}")
     if "latch" in names and not drives:
-        raise InputError("a latch, which a prescribed drive does not let lock", "a latch with a servo", "--with servo,latch")
+        raise InputError("a latch cannot lock against a prescribed drive", "a latch with a servo", "--with servo,latch")
     start = mechanism.body(mechanism.input_body).placed_angle
     drive = changes("drive", _move(_exact(start, "rad"), _exact(start + turn, "rad")))
     motion = instance(DriveTable, drive, {}).motion()
     assert isinstance(motion, Cycloidal), "the only motion of this table"
     tables: dict[str, Given] = {}
-    for name in sorted(names, key=lambda part: part not in LOADS):  # servo and springs are for the loaded structure
+    for name in sorted(names, key=lambda part: part not in LOADS):  # the servo and springs must fit the loaded structure
         section = SECTIONS[name]
         tables[section] = changes(section, FURTHER[name](Stroke(mechanism, motion))[name])
         if name in LOADS:
@@ -340,5 +341,5 @@ def fitted(mechanism: Mechanism, turn: float, parts: Iterable[str], changes: Cha
             mechanism = add(mechanism, tables[section][where], mass)
     if not set(names) & set(DRIVING):
         tables["drive"] = drive
-    tables["run"] = {"until": written(HELD * motion.duration, "s")}
+    tables["run"] = {"until": written(1.1 * motion.duration, "s")}
     return tables

@@ -1,4 +1,4 @@
-"""JSON Schema of case and study files, made from the tables that read them; regular expressions of numbers with units."""
+"""JSON Schema of case and study files, made from the tables that read them, and regular expressions of quantities."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from scissordyn.units import Quantity
 FILES = ("case", "study")
 
 DRAFT = "http://json-schema.org/draft-07/schema#"
-"""The newest that the extensions of editors for TOML read."""
+"""Newest draft that TOML extensions of editors support."""
 
-PLAIN = {str: "string", bool: "boolean", int: "integer", float: "number"}
+PLAIN = {str: "string", bool: "boolean", int: "integer", float: "number"}  # JSON types of plain values
 
 Schema = dict[str, Any]
 
 
 def schema(which: str = "case") -> Schema:
-    """The JSON Schema of a kind of file.
+    """Return the JSON Schema of case or study files.
 
-    What it cannot see: bounds of numbers with a unit other than their sign, dimensions of composed units, names that refer to
-    other tables, keys that exclude each other in a table, Python files of the user's own, and everything that only the whole
-    mechanism shows. `scissordyn check` sees these.
+    The schema does not check these: bounds of numbers with a unit except their sign, dimensions of composed units, names that
+    refer to other tables, keys that exclude each other, user-defined Python files, and the mechanism as a whole. `scissordyn
+    check` checks them.
     """
     if which not in FILES:
         raise InputError(f"schema of '{which}'{did_you_mean(which, FILES)}", ", ".join(FILES), "scissordyn schema case")
@@ -52,7 +52,7 @@ def schema(which: str = "case") -> Schema:
 
 
 class _Writer:
-    """Schemas of tables, each written once."""
+    """Writer of the schemas of tables; each schema is written once."""
 
     def __init__(self) -> None:
         self.defined: dict[str, Schema] = {}
@@ -66,7 +66,7 @@ class _Writer:
                 count += 1
                 name = f"{table.__name__}_{count}"
             self.names[table] = name
-            self.defined[name] = {}  # the place is taken while its own tables are written
+            self.defined[name] = {}  # reserve the name while the table's own tables are written
             self.defined[name] = self.table(table)
         return {"$ref": f"#/definitions/{name}"}
 
@@ -99,7 +99,7 @@ class _Writer:
             about["examples"] = list(key.examples)
         if isinstance(key.default, str | bool) and key.default != "":
             about["default"] = key.default
-        # beside a reference some editors read nothing else
+        # some editors read nothing besides a reference
         return {**accepted, **about} if "$ref" not in accepted else {"allOf": [accepted], **about}
 
     def _of(self, annotation: Any) -> Schema:
@@ -112,7 +112,7 @@ class _Writer:
         if origin in (list, Sequence):
             return {"type": "array", "items": self._of(inner[0])}
         if origin in (typing.Union, types.UnionType):
-            # of what Python alone can give, such as a section, there is no value in a file
+            # a value that only Python can give, for example a section, has no form in a file
             kept = [schema for member in members(annotation) if (schema := self._of(member))]
             return kept[0] if len(kept) == 1 else {"anyOf": kept}
         if isinstance(annotation, type) and issubclass(annotation, Table):
@@ -122,7 +122,7 @@ class _Writer:
         return {}
 
     def shape(self, shape: Any) -> Schema:
-        """What a reader says that it accepts, with tables and texts of numbers, whose patterns are long, as references."""
+        """Return the schema of a reader's accepted values; tables and long patterns become references."""
         if isinstance(shape, NumbersText):
             self.defined[shape.name] = {"type": "string", "pattern": pattern_of(shape)}
             return {"$ref": f"#/definitions/{shape.name}"}
@@ -136,7 +136,7 @@ class _Writer:
         return [self._inner(entry) for entry in value] if isinstance(value, list) else value
 
     def _number(self, quantity: Quantity, annotation: Any, words: tuple[str, ...]) -> Schema:
-        """A number with its unit, or a plain one with its bounds; or one of some words."""
+        """Return the schema of a number with its unit, or of a plain number with its bounds, or of some words."""
         if quantity.unit == "1":
             accepted: Schema = {"type": "integer" if int in members(annotation) else "number"}
             bounds = ("minimum", quantity.minimum), ("maximum", quantity.maximum)
@@ -148,12 +148,12 @@ class _Writer:
         return {"anyOf": [accepted, {"enum": list(words)}]} if words else accepted
 
 
-WORD = 3  # Letters of the longest symbol
+SYMBOL_LENGTH_MAX = 3  # [letters] longest unit symbol
 
-DIGITS = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
-ZERO = r"-(?:0+\.?0*|\.0+)(?:[eE][+-]?[0-9]+)?"
+DIGITS = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"  # a number without a sign
+ZERO = r"-(?:0+\.?0*|\.0+)(?:[eE][+-]?[0-9]+)?"  # a negative zero
 ANY_NUMBER = rf"[+-]?{DIGITS}"
-OPERATORS = r"[ ²³^*/·()0-9-]+"  # What stands between two units
+OPERATORS = r"[ ²³^*/·()0-9-]+"  # characters between two units
 
 
 def _names(definition: str) -> list[str]:
@@ -163,7 +163,7 @@ def _names(definition: str) -> list[str]:
 
 @cache
 def _units() -> tuple[str, ...]:
-    """Names of all units, without prefixes, longest first."""
+    """Return the names of all units without prefixes, longest first."""
     names = {name for definition in UNITS for name in _names(definition)}
     return tuple(sorted(names, key=lambda name: (-len(name), name)))
 
@@ -174,7 +174,7 @@ def _any_unit() -> str:
 
 
 def _prefixed(names: list[str]) -> str:
-    """Units with their prefixes, but for what is the name of another unit: min is no thousandth of an inch."""
+    """Return a pattern of units with prefixes, without combinations that name another unit: min is not a milli-inch."""
     alternatives = []
     for name in names:
         taken = {other.removesuffix(name) for other in _units() if other.endswith(name) and other != name}
@@ -183,8 +183,8 @@ def _prefixed(names: list[str]) -> str:
 
 
 def _either(names: Iterable[str]) -> str:
-    """One of some names; words, and not symbols, may be in the plural: ms are milliseconds."""
-    return f"(?:{'|'.join(re.escape(name) + ('s?' if len(name) > WORD else '') for name in names)})"
+    """Return a pattern of some names; words, but not symbols, may be in the plural, since ms means milliseconds."""
+    return f"(?:{'|'.join(re.escape(name) + ('s?' if len(name) > SYMBOL_LENGTH_MAX else '') for name in names)})"
 
 
 @cache
@@ -195,7 +195,7 @@ def _prefix(without: frozenset[str] = frozenset()) -> str:
 
 @cache
 def _unit_pattern(unit: str) -> str:
-    """Units of one dimension: single ones by name, composed ones by the names that they are composed of."""
+    """Return a pattern of the units of one dimension: single units by name, and composed units."""
     single = []
     for name in _units():
         try:
@@ -219,7 +219,7 @@ def _unit_pattern(unit: str) -> str:
 
 @cache
 def pattern_of(text: NumbersText) -> str:
-    """The regular expression of a text of numbers."""
+    """Return the regular expression of a text of numbers."""
     number = ANY_NUMBER if text.negative else rf"(?:\+?{DIGITS}|{ZERO})"
     times = "*" if text.numbers is None else f"{{{text.numbers - 1}}}"
     more = "" if text.numbers == 1 else rf"(?:(?:\s*,\s*|\s+){ANY_NUMBER}){times}"

@@ -1,4 +1,4 @@
-"""``sd.study``: a study of plain values, texts or a study file, one that is opened, and the one that follows it."""
+"""``sd.study`` and ``sd.open_study``: studies of plain values, texts or a study file, and changed studies."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ import numpy as np
 
 from scissordyn.casefile.case import Case
 from scissordyn.config.file import read_case
-from scissordyn.config.study import Given, StudyText, described_study, factors_of, own_measure, read_study, study_of
-from scissordyn.config.variation import by_change, by_object, listed, names_of, read_variation
+from scissordyn.config.study import Given, StudyText, factors_of, make_measure, make_study, read_study, study_of
+from scissordyn.config.variation import make_names, read_listed, read_variation, reader_by_change, reader_by_object
 from scissordyn.errors import InputError, command, did_you_mean
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
@@ -31,9 +31,9 @@ from scissordyn.units import Quantity, checked
 
 FilePath = str | os.PathLike[str]
 Varied = Mapping[str, Any]
-Meant = Mapping[str, Mapping[str, Any]]  # What each name stands for, by parameter
+NamedValues = Mapping[str, Mapping[str, Any]]  # value of each name, by parameter
 
-POINTS = 32  # Points of a study that follows a search, if no number is given
+DEFAULT_POINTS = 32  # points of a study that continues a search, by default
 RANGES = "(1e-4, 4e-4), [50.0, 100.0, 200.0], sd.Normal(0.1, 0.02), '0.1..0.4 mm', or names, ['steel', 'aluminium']"
 
 
@@ -66,7 +66,64 @@ def study(
     progress: Callable[[Progress], None] | None = None,
     compute: bool = True,
 ) -> StudyResult:
-    """Vary numbers and names of a case, keep every result in a store, and say where requirements are met."""
+    """Vary parameters and names of a case, keep every result in a store, and report where the requirements are met.
+
+    Parameters
+    ----------
+    case : Mechanism, Case or path
+        Mechanism or case that is varied, or a case file. A study file alone describes the whole study.
+    factors : mapping of str to values, optional
+        Design parameters, in SI, by parameter path: a range ``(1e-4, 4e-4)``, levels ``[50.0, 100.0]``, a text such as
+        ``"0.1..0.4 mm"``, a distribution, or names.
+    until : float, optional
+        End of the simulated time [s]; by default that of the case.
+    options : Options, optional
+        Options of the runs; by default those of the case.
+    measures : sequence of str or function, or mapping of str to function, optional
+        Measures that are kept of each run: names, or user-defined functions by name and unit, ``{"late [N]": late}``.
+    requirements : sequence of str, or mapping of str to bound, optional
+        For example ``"peak_force < 500 N"``.
+    uncertain : mapping of str to values, optional
+        Uncertain parameters, like `factors`.
+    design : str
+        "grid", "zip", "random", "latin-hypercube", "sobol", "one-at-a-time", "saltelli" or "morris"; by default "sobol" if
+        `points` is given and "grid" otherwise.
+    points, seed : int
+        Number of points of the design, and seed of everything random.
+    samples, sampling, common
+        Number of samples of the uncertain parameters at each point, their design, and True for the same samples at all points.
+    members : int
+        Runs of each sample whose starts differ by round-off.
+    goals : str or sequence of str, optional
+        Goals of a search, for example ``"minimise peak_force"``.
+    risk, population, generations
+        Statistic of a goal over samples and members, candidates per generation, and number of generations.
+    screen : mapping of options or Case, optional
+        Cheap runs, some of which are verified with the case.
+    verify : int
+        Number of points to verify.
+    budget : float, optional
+        Time for cheap and accurate runs [s].
+    store : path, optional
+        File of the study's store, which a later call continues; by default a temporary file.
+    engine : Executor or int, optional
+        Engine that computes the cases; an int is a number of threads; by default one thread per processor.
+    block : int, optional
+        Number of cases in a block of a new store; chosen by the time of a case if not given.
+    progress : callable, optional
+        Called after each block.
+    compute : bool
+        False opens an existing store of this study without computing.
+
+    Returns
+    -------
+    StudyResult
+
+    Raises
+    ------
+    InputError
+        If a parameter, measure, requirement or option cannot be used, or the store belongs to another study.
+    """
     if factors is None and uncertain is None and isinstance(case, (str, os.PathLike)):
         described = study_of(read_study(Path(case)))
     else:
@@ -75,8 +132,8 @@ def study(
         search = {"risk": risk, "population": population, "generations": generations, "seed": seed}
         text = StudyText(
             case="case",
-            vary=_varied(factors or {}),
-            uncertain=_varied(uncertain or {}),
+            vary=_read_factors(factors or {}),
+            uncertain=_read_factors(uncertain or {}),
             measures=kept,
             require=_requirements(requirements, units),
             design=Design(design or ("sobol" if points else "grid"), points, seed),
@@ -87,14 +144,14 @@ def study(
         every = (pair for varied in (factors, uncertain) for pair in (varied or {}).items())
         values = {parameter: values for parameter, values in every if isinstance(values, Mapping)}
         base = _base(case, until, options, values)
-        described = described_study(base, text, _cheap(screen, base, values), verify)
+        described = make_study(base, text, _make_cheap(screen, base, values), verify)
     return _result(described, store, compute, budget, engine=engine, block=block, progress=progress)
 
 
 def _result(described: Study, store: FilePath | None, compute: bool, budget: float | None, **how: Unpack[How]) -> StudyResult:
     if not compute:
         if store is None:
-            raise InputError("compute=False without a store", "the store of the study", "store='study.db'")
+            raise InputError("compute=False needs a store", "the store of the study", "store='study.db'")
         kept = Store(store)
         if not kept.exists():
             raise InputError(f"no study at '{store}'", "the store of a study, or compute=True")
@@ -120,16 +177,16 @@ def open_study(
     allow_code: FilePath | Sequence[FilePath] = (),
     measures: Mapping[str, Callable[..., float]] | None = None,
 ) -> StudyResult:
-    """The study of a store; nothing of the user's is executed to read one.
+    """Open the study of a store; reading a study executes no user-defined code.
 
     Parameters
     ----------
     path : path
-        Of the store.
+        Path of the store.
     allow_code : path or sequence of path
-        Python files of yours that the study uses, which may be executed to resume, extend or replay it.
+        User-defined Python files of the study that may be executed, to resume, extend or replay it.
     measures : mapping of str to function, optional
-        Functions that the study measures by and that are no file's, as for `study`.
+        User-defined measures of the study that are not in a file, as for `study`.
 
     Returns
     -------
@@ -148,44 +205,44 @@ def open_study(
     return StudyResult(store.study(reading=True), store, lambda: store.study(allow_code=files, own_measures=functions))
 
 
-def _base(case: Mechanism | Case | FilePath, until: float | None, options: Options | None, values: Meant) -> Given:
+def _base(case: Mechanism | Case | FilePath, until: float | None, options: Options | None, values: NamedValues) -> Given:
     if isinstance(case, (str, os.PathLike)):
         file = read_case(Path(case))
-        read = by_change(Path(case), [], file.run, values)
+        read = reader_by_change(Path(case), [], file.run, values)
         base = Given(file.mechanism, options or Options(**file.run.keywords), read)
     elif isinstance(case, Case):
-        base = _of_objects(case.mechanism, options or Options(**case.run.keywords), values)
+        base = _make_given(case.mechanism, options or Options(**case.run.keywords), values)
     elif isinstance(case, Mechanism):
         if options is None and until is None:
-            raise InputError("a study of a mechanism without an end of its runs", "until [s], or options", "until=0.5")
-        base = _of_objects(case, options or Options(until or 0.0), values)
+            raise InputError("study: the end of the runs is missing", "until [s], or options", "until=0.5")
+        base = _make_given(case, options or Options(until or 0.0), values)
     else:
         raise InputError(
-            f"a study of {case!r:.60}", "a mechanism, a case, a case file or a study file", "sd.study('study.toml')"
+            f"study: case = {case!r:.60}", "a mechanism, a case, a case file or a study file", "sd.study('study.toml')"
         )
     return base if until is None else replace(base, options=replace(base.options, until=until))
 
 
-def _of_objects(mechanism: Mechanism, options: Options, values: Meant) -> Given:
-    return Given(mechanism, options, by_object(mechanism, values) if values else None)
+def _make_given(mechanism: Mechanism, options: Options, values: NamedValues) -> Given:
+    return Given(mechanism, options, reader_by_object(mechanism, values) if values else None)
 
 
-def _cheap(screen: Any, base: Given, values: Meant) -> Given | None:
-    """The mechanism and the options of cheap runs."""
+def _make_cheap(screen: Any, base: Given, values: NamedValues) -> Given | None:
+    """Return the mechanism and the options of the cheap runs, or None."""
     if screen is None:
         return None
     if isinstance(screen, Case):
-        return _of_objects(screen.mechanism, screen.run, values)
+        return _make_given(screen.mechanism, screen.run, values)
     names = [field.name for field in fields(Options)]
     if not isinstance(screen, Mapping) or not screen or not set(screen) <= set(names):
         raise InputError(f"screen = {screen!r:.60}", f"a case, or options of its runs: {', '.join(names)}", "{'rtol': 1e-3}")
     return replace(base, options=replace(base.options, **screen))
 
 
-def _varied(given: Varied) -> dict[str, str | Variation]:
-    """What numbers vary over, of plain values."""
+def _read_factors(given: Varied) -> dict[str, str | Variation]:
+    """Return the variations of parameters given as plain values."""
     if not isinstance(given, Mapping):
-        raise InputError(f"numbers that vary: {given!r:.60}", "values by parameter", "{'A.clearance': (1e-4, 4e-4)}")
+        raise InputError(f"values to vary: {given!r:.60}", "values by parameter path", "{'A.clearance': (1e-4, 4e-4)}")
     return {parameter: _variation(parameter, values) for parameter, values in given.items()}
 
 
@@ -193,21 +250,21 @@ def _variation(parameter: str, values: Any) -> str | Variation:
     if isinstance(values, (str, Variation)):
         return values
     if isinstance(values, Mapping):
-        return names_of(list(values))
+        return make_names(list(values))
     if isinstance(values, (list, tuple)) and any(isinstance(value, str) for value in values):
-        return names_of(values)
+        return make_names(values)
     try:
         numbers = tuple(float(value) for value in np.ravel(values))
     except (TypeError, ValueError):
-        raise InputError(f"'{parameter}' over {values!r:.60}", RANGES) from None
+        raise InputError(f"'{parameter}' = {values!r:.60}", RANGES) from None
     try:
         return Interval(*numbers) if isinstance(values, tuple) and len(numbers) == 2 else Levels(numbers)
     except InputError as error:
-        raise InputError(f"'{parameter}' over {values!r:.60}: {error.what}", error.allowed or RANGES, error.type_this) from None
+        raise InputError(f"'{parameter}' = {values!r:.60}: {error.what}", error.allowed or RANGES, error.type_this) from None
 
 
 def _measures(given: Any) -> list[str | OwnMeasure]:
-    """Names of measures, and measures of the user's."""
+    """Return names of measures, and user-defined measures."""
     if isinstance(given, Mapping):
         return [_own_measure(name, function) for name, function in given.items()]
     every = [given] if isinstance(given, str) or callable(given) else list(given)
@@ -220,11 +277,11 @@ def _measures(given: Any) -> list[str | OwnMeasure]:
 def _own_measure(name: str, function: Any) -> OwnMeasure:
     if not callable(function):
         raise InputError(f"measure '{name}' by {function!r:.60}", "a function by its name and unit", "{'late [N]': late}")
-    return own_measure(name, function)
+    return make_measure(name, function)
 
 
 def _requirements(given: Any, own: Mapping[str, str]) -> list[str | Requirement]:
-    """Requirements, of texts and bounds."""
+    """Return requirements from texts and bounds."""
     if not isinstance(given, Mapping):
         return [given] if isinstance(given, (str, Requirement)) else list(given)
     requirements: list[str | Requirement] = []
@@ -242,7 +299,7 @@ def _requirements(given: Any, own: Mapping[str, str]) -> list[str | Requirement]
     return requirements
 
 
-def refined(
+def refine_study(
     study: Study,
     *,
     vary: Mapping[str, str] | None = None,
@@ -252,13 +309,13 @@ def refined(
     seed: int | None = None,
     goals: Sequence[str] = (),
 ) -> Study:
-    """The study with some things changed."""
+    """Return the study with changed factors, uncertain parameters, samples or goals."""
     apart = {factor.name: factor for factor in study.apart}
     vary, uncertain = dict(vary or {}), dict(uncertain or {})
     places = {name: _places(factor, vary.pop(name)) for name, factor in apart.items() if name in vary}
     study = study.with_places(places)
     if clash := apart.keys() & uncertain.keys():
-        raise InputError(f"'{min(clash)}' as an uncertain number", "some of its values", command("--vary", f"{min(clash)}=..."))
+        raise InputError(f"'{min(clash)}' cannot be uncertain", "some of its values", command("--vary", f"{min(clash)}=..."))
     chosen = {factor.path: factor for factor in study.factors}
     chosen |= {factor.path: factor for factor in factors_of(study.mechanism, vary, Path())}
     drawn = factors_of(study.mechanism, uncertain, Path())
@@ -283,9 +340,9 @@ def refined(
 
 
 def _places(factor: Factor, text: str) -> list[int]:
-    """Places of some names or levels of a study."""
+    """Return the indices of some names or levels among those of the study."""
     every: Any = factor.variation
-    names = listed(text)
+    names = read_listed(text)
     if factor.labels:
         values: Sequence[Any] = (text,) if names is None else names.values
         other = next((value for value in values if value not in factor.labels), None)
@@ -300,7 +357,7 @@ def _places(factor: Factor, text: str) -> list[int]:
 
 
 def _design(study: Study, factors: Sequence[Factor], points: int | None, seed: int) -> Design:
-    """The design of the study; all combinations where each number has one value, a Sobol design after a search."""
+    """Return the design of the changed study: all combinations if each factor has one value, a Sobol design after a search."""
     if all(factor.variation.count == 1 for factor in factors):
         return Design()
     kind = study.design.kind if study.design.kind in SAMPLED else "sobol" if points or study.optimisation else study.design.kind
@@ -308,4 +365,4 @@ def _design(study: Study, factors: Sequence[Factor], points: int | None, seed: i
         return Design(kind)
     if points is not None and points < 1:
         raise InputError(f"{points} points", "a whole number >= 1", "--points 32")
-    return Design(kind, points or (study.design.points if study.design.kind == kind else POINTS), seed)
+    return Design(kind, points or (study.design.points if study.design.kind == kind else DEFAULT_POINTS), seed)

@@ -1,4 +1,4 @@
-"""Study files, and the texts in them and on the command line: what a number varies over, requirements, measures."""
+"""Study files, and the texts in them and on the command line: ranges of parameters, requirements, measures."""
 
 from __future__ import annotations
 
@@ -17,32 +17,32 @@ from scissordyn.casefile.table import (
     Shape,
     Table,
     described,
-    filler,
     instance,
     reader,
     table_of,
+    table_reader,
     toml,
 )
 from scissordyn.casefile.text import read_text
-from scissordyn.config.file import in_file, is_case, parsed, read_case
+from scissordyn.config.file import in_file, is_case, parse_toml, read_case
 from scissordyn.config.variation import (
+    FILE_TABLES,
     FORMS,
     NAMES_SAMPLE,
-    OF_FILE,
     MechanismReader,
-    by_change,
     is_deviation,
-    listed,
-    names_of,
+    make_names,
     number_and_unit,
     number_of_file,
     read_deviation,
+    read_listed,
     read_variation,
+    reader_by_change,
     scale_of,
+    split_each,
     unit_like,
     unit_of,
     variants_of,
-    without_each,
 )
 from scissordyn.errors import InputError, command
 from scissordyn.model.mechanism import Mechanism
@@ -65,14 +65,14 @@ from scissordyn.studies.ask.requirement import (
 from scissordyn.units import Quantity
 
 OWN = re.compile(r"\s*([^\s\[\]]+)\s*(?:\[([^\[\]]*)\])?\s*(?:\bof\s+(\S+))?\s*")
-"""What stands before the equals sign of a measure of the user's: a name, a unit in brackets, and what its function gets."""
+"""Parts of a user-defined measure before its equals sign: a name, a unit in brackets, and the argument of its function."""
 
 
-MOTOR = "motor_fraction"  # Measure of a study with the curve of a motor
+MOTOR = "motor_fraction"  # measure of a study with a motor curve
 
 OWN_SAMPLE = "'late [N] = mine.py:late'"
 
-COMPARISON = re.compile(r"\s*([^<>=]+?)\s*(<=|>=|<|>)\s*([^<>=]+?)\s*")
+COMPARISON = re.compile(r"\s*([^<>=]+?)\s*(<=|>=|<|>)\s*([^<>=]+?)\s*")  # a requirement: a response, a comparison, a bound
 
 
 LIST_OF_TEXTS = {"type": "array", "items": {"type": "string"}}
@@ -85,16 +85,16 @@ def _read_texts(given: Any, context: Context) -> list[str]:
     return given
 
 
-_GOALS = Annotated[list[str], _read_texts, About("what is minimised or maximised", examples=[["minimise peak_force"]])]
-SEARCH = table_of(Optimisation, (("goals", _GOALS),))
-_read_search = filler(lambda: SEARCH, vars)
+_GOALS = Annotated[list[str], _read_texts, About("measures to minimise or maximise", examples=[["minimise peak_force"]])]
+SEARCH = table_of(Optimisation, (("goals", _GOALS),))  # table of a search
+_read_search = table_reader(lambda: SEARCH, vars)
 
 
-NAMES = {"type": "array", "items": {"type": ["string", "number", "boolean"]}, "minItems": 1}
+NAMES = {"type": "array", "items": {"type": ["string", "number", "boolean"]}, "minItems": 1}  # schema of a list of names
 
 
 def _addresses(deeper: int = 6) -> Shape:
-    """Texts and lists of names by parameter; without quotes TOML makes tables of the parts of a parameter path."""
+    """Return the schema of texts and lists of names by parameter; an unquoted parameter path becomes nested tables in TOML."""
     over = {"values": {"type": "string"}, "each": {"type": "boolean"}}
     weighed = {"values": NAMES, "probabilities": {"type": "array", "items": {"type": "number"}}}
     tables = [
@@ -108,23 +108,23 @@ def _addresses(deeper: int = 6) -> Shape:
 
 @reader(_addresses)
 def _read_addresses(given: Any, context: Context) -> dict[str, str | Variation]:
-    """Texts and names by parameter; without quotes TOML makes tables of the parts of a parameter path."""
+    """Read texts and names by parameter; an unquoted parameter path becomes nested tables in TOML."""
     if not isinstance(given, Mapping):
         raise InputError("not a table of parameters", f"texts such as {FORMS}", '"A.clearance" = "0.05..0.4 mm"')
-    varied = dict(_flat(given))
+    varied = dict(_flatten(given))
     for parameter, value in varied.items():
         if not isinstance(value, str | Names):
             raise InputError(f"'{parameter}' = {toml(value)}", f"text such as {FORMS}, or a list of names", NAMES_SAMPLE)
     return varied
 
 
-POINT = "'0 rpm, 60 N m'"
+POINT = "'0 rpm, 60 N m'"  # example of a point of a motor curve
 SPEED = Quantity("rad/s", minimum=0.0, help="speed of a motor")
 TORQUE = Quantity("N m", minimum=0.0, help="torque of a motor")
 
 
 def read_motor(points: Sequence[str], of: str = "", ratio: float = 1.0) -> MotorCurve:
-    """The curve of a motor."""
+    """Return the curve of a motor."""
     pairs = []
     for text in points:
         speed, comma, torque = text.partition(",")
@@ -143,7 +143,7 @@ def _read_points(given: Any, context: Context) -> list[str]:
         texts: list[str] = _read_texts.read(given, context)
         return texts
     except InputError as error:
-        raise InputError(error.what, "texts, a name and a number as points, of and ratio", f"points = [{POINT}]") from None
+        raise InputError(error.what, "points: a list of texts; of: a name; ratio: a number", f"points = [{POINT}]") from None
 
 
 MotorTable = table_of(
@@ -151,44 +151,44 @@ MotorTable = table_of(
     (
         ("points", Annotated[list[str], _read_points, About(examples=[[POINT.strip("'")]])]),
         ("of", Annotated[str, About("a drive, an actuator or a motor")]),
-        ("ratio", Annotated[float, About("speed of the motor over that of its body")]),
+        ("ratio", Annotated[float, About("speed of the motor divided by that of its body")]),
     ),
 )
-"""The curve of a motor."""
+"""Table of a motor curve."""
 
-_read_motor = filler(lambda: MotorTable)
+_read_motor = table_reader(lambda: MotorTable)
 
 
 class ScreenTable(Table):
     """The cheap runs of a study, which accurate ones verify."""
 
     set: Annotated[Sequence[str], _read_texts, About("changes that make runs cheap", examples=[["run.rtol=1e-3"]])]
-    verify: Annotated[int, About("points that the case verifies: the first of the design, or the best of a search")] = (
+    verify: Annotated[int, About("number of points to verify: the first of the design, or the best of a search")] = (
         Accurate.points
     )
 
 
 class StudyText(Table):
-    """A whole study file, or the same in Python with what its texts stand for."""
+    """A whole study file, or the same content given in Python."""
 
     case: Annotated[str, About("the case file that is varied", examples=["case.toml"])]
     set: Annotated[Sequence[str], _read_texts, About("changes of the case")] = ()
     vary: Annotated[Mapping[str, Any], _read_addresses, About("numbers and names to vary, by parameter")] = MappingProxyType({})
-    uncertain: Annotated[Mapping[str, Any], _read_addresses, About("uncertain ones, by parameter")] = MappingProxyType({})
-    measures: Annotated[Sequence[str | OwnMeasure], _read_texts, About("what is kept of each run")] = ()
-    require: Annotated[Sequence[str | Requirement], _read_texts, About("what a design has to meet")] = ()
+    uncertain: Annotated[Mapping[str, Any], _read_addresses, About("uncertain numbers, by parameter")] = MappingProxyType({})
+    measures: Annotated[Sequence[str | OwnMeasure], _read_texts, About("measures that are kept of each run")] = ()
+    require: Annotated[Sequence[str | Requirement], _read_texts, About("requirements that a design must meet")] = ()
     design: Annotated[Design, described(Design), About("how points are chosen")] = Design()
     sampling: Annotated[Sampling, described(Sampling), About("how uncertain numbers are sampled")] = Sampling()
     members: Annotated[int, About("runs of each sample that differ by round-off")] = 1
-    motor: Annotated[Any, _read_motor, About("curve of a motor that has to be enough")] = None
+    motor: Annotated[Any, _read_motor, About("curve of a motor that must be sufficient")] = None
     optimise: Annotated[Any, _read_search, About("search for the best point")] = MappingProxyType({})
-    screen: Annotated[Any, ScreenTable.reader(), About("cheap runs, of which some are verified by the case")] = None
+    screen: Annotated[Any, ScreenTable.reader(), About("cheap runs, some of which are verified with the case")] = None
 
 
 def read_study(path: Path) -> StudyText:
-    """The study that a TOML file describes."""
+    """Read the study that a TOML file describes."""
     text = read_text(path, "a study file in TOML")
-    tree = parsed(text, path)
+    tree = parse_toml(text, path)
     if is_case(tree):
         allowed = "a study file, which names a case and what varies"
         raise InputError(f"'{path}' is a case file", allowed, command("scissordyn", "run", path))
@@ -199,43 +199,43 @@ def read_study(path: Path) -> StudyText:
     table.case, table.measures = (
         str(path.parent / table.case),
         [
-            "=".join((_named(measure)[0], f"{path.parent / _named(measure)[1]}")) if "=" in measure else measure
+            "=".join((_split_measure(measure)[0], f"{path.parent / _split_measure(measure)[1]}")) if "=" in measure else measure
             for measure in map(str, table.measures)
         ],
     )
     return table
 
 
-def _flat(tree: Mapping[str, Any], before: str = "") -> Iterable[tuple[str, Any]]:
-    """Parameter paths of a table; without quotes TOML makes tables of their parts."""
+def _flatten(tree: Mapping[str, Any], before: str = "") -> Iterable[tuple[str, Any]]:
+    """Yield parameter paths and values of a table; an unquoted parameter path becomes nested tables in TOML."""
     for key, value in tree.items():
         if isinstance(value, dict) and "values" in value and set(value) <= {"values", "each", "probabilities"}:
-            yield f"{before}{key}", _valued(value, f"'{before}{key}' = {toml(value)}")
+            yield f"{before}{key}", _read_values(value, f"'{before}{key}' = {toml(value)}")
         elif isinstance(value, dict):
-            yield from _flat(value, f"{before}{key}.")
+            yield from _flatten(value, f"{before}{key}.")
         else:
-            yield f"{before}{key}", names_of(value) if isinstance(value, list) else value
+            yield f"{before}{key}", make_names(value) if isinstance(value, list) else value
 
 
-def _valued(table: Mapping[str, Any], said: str) -> str | Names:
-    """Values that each place of a pattern has for itself, or names with their probabilities."""
+def _read_values(table: Mapping[str, Any], said: str) -> str | Names:
+    """Return values for each place of a pattern, or names with their probabilities."""
     values, apart = table["values"], table.get("each", False)
     if isinstance(values, list) and "each" not in table:
-        return names_of(values, table.get("probabilities", ()))
+        return make_names(values, table.get("probabilities", ()))
     if not isinstance(apart, bool) or not isinstance(values, str) or "probabilities" in table:
         raise InputError(said, "values, a text, and each = true or false; or a list of names and probabilities", EACH_SAMPLE)
     return f"{values}, each" if apart else values
 
 
-def _named(measure: str) -> tuple[str, str]:
-    """Name and function of a measure of the user's."""
+def _split_measure(measure: str) -> tuple[str, str]:
+    """Return name and function of a user-defined measure."""
     name, _, reference = measure.partition("=")
     return name, reference.strip()
 
 
 @dataclass(frozen=True)
 class Given:
-    """A mechanism, the options of its runs, and what makes it with other names: None where nobody knows what they stand for."""
+    """Mechanism, options of its runs, and the reader of mechanisms with other names; None if the names have no meaning."""
 
     mechanism: Mechanism
     options: Options
@@ -245,19 +245,19 @@ class Given:
 def study_of(text: StudyText) -> Study:
     screen: Any = text.screen
     if screen is None:
-        return described_study(_given(text), text)
-    return described_study(_given(text), text, _given(text, screen.set), screen.verify)
+        return make_study(_read_given(text), text)
+    return make_study(_read_given(text), text, _read_given(text, screen.set), screen.verify)
 
 
-def _given(text: StudyText, changes: Sequence[str] = ()) -> Given:
-    """The case of a study file with further changes."""
+def _read_given(text: StudyText, changes: Sequence[str] = ()) -> Given:
+    """Return the case of a study file with further changes."""
     every, file = [*text.set, *changes], Path(text.case)
     case = read_case(file, every)
-    return Given(case.mechanism, Options(**case.run.keywords), by_change(file, every, case.run))
+    return Given(case.mechanism, Options(**case.run.keywords), reader_by_change(file, every, case.run))
 
 
-def described_study(base: Given, text: StudyText, cheap: Given | None = None, verify: int = Accurate.points) -> Study:
-    """The study of a text; of cheap runs, where there are any, which those of the case verify."""
+def make_study(base: Given, text: StudyText, cheap: Given | None = None, verify: int = Accurate.points) -> Study:
+    """Return the study of a text; `cheap` runs, if given, are verified with those of the case."""
     simulated = cheap or base
     mechanism = simulated.mechanism
     names = [name for name in text.measures if isinstance(name, str) and "=" not in name]
@@ -265,7 +265,7 @@ def described_study(base: Given, text: StudyText, cheap: Given | None = None, ve
     for response in wanted:
         check_part(mechanism, response)
     others = (measure for measure in text.measures if measure not in names)
-    functions = [own_measure(*_named(measure)) if isinstance(measure, str) else measure for measure in others]
+    functions = [make_measure(*_split_measure(measure)) if isinstance(measure, str) else measure for measure in others]
     functions += [OwnMeasure(MOTOR, text.motor)] if text.motor is not None else []
     units = {measure.name: measure.units for measure in functions}
     requirements = [read_requirement(bound, units) if isinstance(bound, str) else bound for bound in text.require]
@@ -296,14 +296,14 @@ def described_study(base: Given, text: StudyText, cheap: Given | None = None, ve
 
 
 def factors_of(mechanism: Mechanism, given: Mapping[str, str | Variation], folder: Path) -> tuple[Factor, ...]:
-    """The numbers that vary, with the units in which the user wrote them, and the names."""
+    """Return the varied parameters, with the units in which the user wrote them, and the varied names."""
     factors = []
     for parameter, values in given.items():
-        text = _numbers(mechanism, parameter, values)
+        text = _read_levels(mechanism, parameter, values)
         if isinstance(text, Names):
             factors.append(Factor(parameter, text))
             continue
-        if parameter.partition(".")[0] in OF_FILE:
+        if parameter.partition(".")[0] in FILE_TABLES:
             factors.append(number_of_file(parameter, text, folder))
             continue
         quantity = number(mechanism, parameter).quantity
@@ -311,7 +311,7 @@ def factors_of(mechanism: Mechanism, given: Mapping[str, str | Variation], folde
         if not isinstance(text, str):
             factors.append(Factor(parameter, text))
             continue
-        plain, apart = without_each(text)
+        plain, apart = split_each(text)
         deviates = is_deviation(plain)
         variation, relative = (
             read_deviation(plain, quantity, parameter=parameter)
@@ -326,9 +326,9 @@ def factors_of(mechanism: Mechanism, given: Mapping[str, str | Variation], folde
     return tuple(factors)
 
 
-def _numbers(mechanism: Mechanism, parameter: str, given: str | Variation) -> str | Variation:
-    """What a parameter path varies over; of a list at the parameter path of a number, the levels."""
-    names = listed(given) if isinstance(given, str) else given
+def _read_levels(mechanism: Mechanism, parameter: str, given: str | Variation) -> str | Variation:
+    """Return what a parameter path varies over; a list for a numeric parameter becomes levels."""
+    names = read_listed(given) if isinstance(given, str) else given
     if not isinstance(names, Names):
         return given
     try:
@@ -338,8 +338,8 @@ def _numbers(mechanism: Mechanism, parameter: str, given: str | Variation) -> st
     return ", ".join(names.values)
 
 
-def own_measure(name: str, function: str | Callable[..., float]) -> OwnMeasure:
-    """A measure of the user's."""
+def make_measure(name: str, function: str | Callable[..., float]) -> OwnMeasure:
+    """Return a user-defined measure from "NAME [UNIT]" and its function, or the place of its function in a file."""
     match, text = OWN.fullmatch(name), f"{name}={function}" if isinstance(function, str) else name
     if match is None:
         raise InputError(f"measure '{text}'", "a name, its unit if it has one, and a function of a file", OWN_SAMPLE)
@@ -353,10 +353,10 @@ def own_measure(name: str, function: str | Callable[..., float]) -> OwnMeasure:
 
 
 def read_requirement(text: str, own: Mapping[str, str] | None = None) -> Requirement:
-    """A requirement such as ``peak_force < 500 N`` or ``A.peak_force < 500 N``."""
+    """Return a requirement such as ``peak_force < 500 N`` or ``A.peak_force < 500 N``."""
     match = COMPARISON.fullmatch(text)
     if match is None:
-        raise InputError(f"'{text}' is no requirement", "a measure, a sign and a bound", "'peak_force < 500 N'")
+        raise InputError(f"'{text}' is not a requirement", "a measure, a comparison and a bound", "'peak_force < 500 N'")
     try:
         part, measure, unit = read_response(match[1], own)
         value, unit_given = number_and_unit(match[3])

@@ -1,4 +1,4 @@
-"""A commented case file as a starting point, from the declarations of the tables."""
+"""Templates: commented case files as a starting point, made from the declarations of the tables."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from scissordyn.casefile.structure import (
 )
 from scissordyn.casefile.table import Table, table_of, toml, toml_entries
 from scissordyn.casefile.time_function import DriveTable
-from scissordyn.config.file import case_of, changed
-from scissordyn.config.fitted import Given, fitted
+from scissordyn.config.file import apply_changes, make_case
+from scissordyn.config.fitted import Given, fit_parts
 from scissordyn.errors import InputError, command, did_you_mean
 from scissordyn.model.body import Body
 from scissordyn.model.commanded import rigid
@@ -54,7 +54,7 @@ STARTERS: Mapping[str, Mapping[str, Any]] = {
         "clearance": {"joint": "slider pin", "clearance": "0.1 mm"},
     },
 }
-"""By structure: values of the keys of each section, a list of tables for the parts."""
+"""Values of the keys in each section of a template, by structure; parts have a list of tables."""
 
 TURNS: Mapping[str, float] = {
     kind: math.radians(degrees)
@@ -69,16 +69,16 @@ TURNS: Mapping[str, float] = {
         "mechanism": -60.0,
     }.items()
 }
-"""By structure: how far its driven body turns in a move from rest to rest [rad]; arrays extend by it."""
+"""Rotation of the driven body in a move from rest to rest [rad], by structure; arrays extend by it."""
 
-AT_REST: Mapping[str, Mapping[str, Any]] = {"n-four-bar": {"speed": "0 m/s"}}
-"""By structure: values of [structure] with which it starts at rest, if it does not by itself."""
+REST_VALUES: Mapping[str, Mapping[str, Any]] = {"n-four-bar": {"speed": "0 m/s"}}
+"""Values of [structure] with which a structure starts at rest, if it does not by default."""
 
 
 LOADS: Mapping[str, type[Table]] = {"payload": PayloadTable, "panels": PanelsTable}
 
-WIDE = 44  # Longer values have their comment on the line above
-RUN = table_of(Options, until="50 ms", step="0.1 ms")  # The table of the options of a run
+COMMENT_COLUMN_MAX = 44  # [characters] longest line with a comment behind it; a longer line has its comment above
+RUN = table_of(Options, until="50 ms", step="0.1 ms")  # table of the options of a run
 
 OPTIONAL: Mapping[type[Table], tuple[str, ...]] = {
     DriveTable: tuple(DriveTable.declared_keys()),
@@ -94,7 +94,7 @@ OPTIONAL: Mapping[type[Table], tuple[str, ...]] = {
         for part in PARTS.values()
     },
 }
-"""Keys that are shown as comments unless given: they are alternatives of other keys, or have a meaning if absent."""
+"""Keys that are commented out unless given: alternatives of other keys, or keys that mean something if absent."""
 
 GAINS = """\
 # Gains of a servo: with the inertia J about the driven body (scissordyn check prints it), the error of its angle decays with
@@ -104,19 +104,20 @@ GAINS = """\
 
 
 def template(kind: str, parts: Iterable[str] = (), changes: Iterable[str] = ()) -> str:
-    """A case file with every key, its value and its meaning."""
+    """Return a case file with every key, its value and its meaning."""
     if kind not in STRUCTURES:
         raise InputError(
             f"structure '{kind}'{did_you_mean(kind, STRUCTURES)}", ", ".join(STRUCTURES), "scissordyn new scissor > case.toml"
         )
     starter, names, ordered = STARTERS[kind], list(parts), _Changes(changes)
-    structure = ordered("structure", {**starter.get("structure", {}), **(AT_REST.get(kind, {}) if names else {})})
-    further = fitted(_assembled(kind, structure), TURNS[kind], names, ordered) if names else {}
+    structure = ordered("structure", {**starter.get("structure", {}), **(REST_VALUES.get(kind, {}) if names else {})})
+    further = fit_parts(_assemble(kind, structure), TURNS[kind], names, ordered) if names else {}
     drive = further.get("drive") if names else starter.get("drive")
     text = ["# A case for scissordyn. Numbers carry their units; names of laws and materials: scissordyn laws"]
     text.append(_section("[structure]", STRUCTURES[kind], structure))
     for name in PARTS:
-        for number, values in enumerate(starter.get(name, [])):  # the first with every key, the others with those given
+        # the first table shows every key, the others only the given keys
+        for number, values in enumerate(starter.get(name, [])):
             table = [f"[[{name}]]", *toml_entries(values)]
             text.append("\n".join(table) if number else _section(table[0], PARTS[name].table, values))
     if drive is not None:
@@ -132,8 +133,8 @@ def template(kind: str, parts: Iterable[str] = (), changes: Iterable[str] = ()) 
         if kind == "mechanism" or name in further
     ]
     text += [_section(f"[[{name}]]", table, further.get(name, {}), out=name not in further) for name, table in LOADS.items()]
-    bent = {"start": "static"} if names and structure.get("bars") and _assembled(kind, structure).gravity else {}
-    # a move from rest of bars that their weight bends begins in equilibrium
+    bent = {"start": "static"} if names and structure.get("bars") and _assemble(kind, structure).gravity else {}
+    # bars that bend under their weight start in equilibrium
     run = ordered("run", {"samples": AUTO, **starter.get("run", {}), **further.get("run", {}), **bent})
     text.append(_section("[run]", RUN, run))
     ordered.check()
@@ -143,13 +144,13 @@ def template(kind: str, parts: Iterable[str] = (), changes: Iterable[str] = ()) 
             "# Further bodies, joints and guides: scissordyn new mechanism shows their tables."
         )
     written = "\n\n".join(text) + "\n"
-    if ordered.any:  # what is changed is read as the user will read it
-        case_of(tomllib.loads(written), {})
+    if ordered.any:  # check that the changed file can be read
+        make_case(tomllib.loads(written), {})
     return written
 
 
 class _Changes:
-    """What a user asks for beside the parts: values of sections."""
+    """The user's changes of values in a template, by section."""
 
     def __init__(self, changes: Iterable[str]) -> None:
         self._asked: dict[str, list[str]] = {}
@@ -159,41 +160,41 @@ class _Changes:
         self.any = bool(self._asked)
 
     def __call__(self, section: str, given: Given) -> Given:
-        """The values of a section with those that are asked for."""
+        """Return the values of a section, with the user's changes."""
         self._sections.append(section)
-        section_values: Given = changed({section: dict(given)}, self._asked.get(section, ()))[section]
+        section_values: Given = apply_changes({section: dict(given)}, self._asked.get(section, ()))[section]
         return section_values
 
     def check(self) -> None:
-        """Raise `InputError` for a section that the file does not have."""
+        """Raise `InputError` for a change in a section that the file does not have."""
         for section, changes in self._asked.items():
             if section not in self._sections:
                 near = did_you_mean(section, self._sections)
-                raise InputError(f"--set {changes[0]!r} of a file without [{section}]{near}", ", ".join(self._sections))
+                raise InputError(f"--set {changes[0]!r}: the file has no [{section}]{near}", ", ".join(self._sections))
 
 
-def _assembled(kind: str, structure: Given) -> Mechanism:
-    """The mechanism of the tables that a starter gives, without clearance."""
+def _assemble(kind: str, structure: Given) -> Mechanism:
+    """Return the mechanism of a starter's tables, without clearance."""
     parts = {name: values for name, values in STARTERS[kind].items() if name in PARTS}
     tables = {"structure": {"kind": kind, **structure}, **parts, "run": {"until": "1 s"}}
-    mechanism = case_of(tables, {}).mechanism
+    mechanism = make_case(tables, {}).mechanism
     if structure.get("bars") is None:
         return mechanism
-    # parts are fitted to rigid bars of the same names and masses, as tables refer to those
+    # parts are fitted to rigid bars with the same names and masses, since tables refer to these
     unbent = {**tables, "structure": {"kind": kind, **{key: value for key, value in structure.items() if key != "bars"}}}
-    bare = case_of(unbent, {}).mechanism
-    return dataclasses.replace(bare, bodies=tuple(_as_heavy(body, rigid(mechanism).bodies) for body in bare.bodies))
+    bare = make_case(unbent, {}).mechanism
+    return dataclasses.replace(bare, bodies=tuple(_with_mass_of(body, rigid(mechanism).bodies) for body in bare.bodies))
 
 
-def _as_heavy(bar: Body, parts: Iterable[Body]) -> Body:
-    """A uniform bar with the mass of its parts."""
+def _with_mass_of(bar: Body, parts: Iterable[Body]) -> Body:
+    """Return a uniform bar with the total mass of its parts."""
     mass = sum(part.mass for part in parts if part.name == bar.name or part.name.startswith(f"{bar.name}/"))
     inertia = None if bar.inertia is None else bar.inertia * mass / bar.mass
     return dataclasses.replace(bar, mass=mass, inertia=inertia)
 
 
 def _section(heading: str, table: type[Table], given: Given, *, out: bool = False) -> str:
-    """One table with a comment on every line; `out` makes all of it a comment."""
+    """Return one table with a comment on every line; `out` comments the whole table out."""
     name, keys = heading.strip("[]"), table.declared_keys()
     for key in given:
         if key not in keys:
@@ -205,17 +206,17 @@ def _section(heading: str, table: type[Table], given: Given, *, out: bool = Fals
         comment = out or (key not in given and key in OPTIONAL.get(table, ()))
         rows.append((f"{'# ' * comment}{key} = {value}", _note(table, key)))
     heading = f"# {heading}" if out else heading
-    width = max(len(row) for row, _ in rows if len(row) <= WIDE)
-    lines = [f"{row:{width}}  # {note}" if len(row) <= WIDE else f"# {note}\n{row}" for row, note in rows]
+    width = max(len(row) for row, _ in rows if len(row) <= COMMENT_COLUMN_MAX)
+    lines = [f"{row:{width}}  # {note}" if len(row) <= COMMENT_COLUMN_MAX else f"# {note}\n{row}" for row, note in rows]
     return "\n".join((f"{heading:{width}}  # {meaning}", *lines))
 
 
 def _note(table: type[Table], key: str) -> str:
-    """Description of a key, with its bounds."""
+    """Return the description of a key, with its bounds."""
     declared = table.declared_keys()[key]
     quantity = declared.quantity
     bounds = quantity.allowed.removeprefix("a finite number").strip() if quantity else ""
     choices = "" if key == "kind" else " or ".join(map(toml, declared.words))
     allowed = choices if choices and choices.split(" ")[0] not in declared.help else bounds
-    # without a unit alone: the value beside it has one
+    # skip bounds that are a unit only, since the value shows its unit
     return declared.help + (f", {allowed}" if allowed and not allowed.startswith("[") else "")

@@ -1,4 +1,4 @@
-"""What varies in a study: ranges, levels and distributions of numbers; names, each of which makes a mechanism of its own."""
+"""Variations of a study: ranges, levels and distributions of numbers, and names, each of which gives another mechanism."""
 
 from __future__ import annotations
 
@@ -55,30 +55,33 @@ DISTRIBUTIONS: Mapping[str, tuple[type[Any], str, int]] = {
     "weibull": (Weibull, "pvv", 2),
     "table": (Empirical, "", 0),
 }
-"""Classes by their names in a text, the kinds of their numbers, and how many there are at least: v a value with its unit, d a
-deviation in the unit behind the bracket, p a pure number; a table is a file."""
+"""Classes by their names in a text, the kinds of their arguments, and the least number of arguments.
 
+Kinds: v a value with its unit, d a deviation in the unit after the bracket, p a pure number. A table is a file.
+"""
+
+# a fit of hole and shaft, for example "H7/g6 at 10 mm, normal"
 FIT = re.compile(r"\s*([A-Za-z]+\d+\s*/\s*[A-Za-z]+\d+)\s+at\s+([^,]+?)\s*(?:,\s*(\w+)\s*)?")
 FIT_SAMPLE = "'H7/g6 at 10 mm'"
 
-SIGNS = ("+-", "±", "+/-")
+SIGNS = ("+-", "±", "+/-")  # signs before a tolerance
 TOLERANCE_SAMPLE = "'0.3 mm +- 0.02 mm', '0.3 mm +- 20 %', '+- 20 %' of a number that is chosen"
 OR_SHARE = ", or %", TOLERANCE_SAMPLE
 SHAPES = ("uniform", "normal", "triangular")
 """Distributions within a tolerance; the limits of the normal one are three standard deviations from its mean."""
 
-EACH = re.compile(r"(.*?)\s*,\s*each\s*", re.DOTALL)
+EACH = re.compile(r"(.*?)\s*,\s*each\s*", re.DOTALL)  # a variation that each place of a pattern has for itself
 
-CALL = re.compile(r"\s*([a-z]+)\s*\((.*)\)\s*(.*)", re.DOTALL)
-LONGEST = 18  # Digits of a number of values; Python reads no more than 4300
-HYPHEN = re.compile(r"\s*(\d+\.?\d*|\.\d+)\s*-\s*(?=[\d.])")  # A range that is written with a hyphen
+CALL = re.compile(r"\s*([a-z]+)\s*\((.*)\)\s*(.*)", re.DOTALL)  # a distribution: name, arguments, unit
+DIGITS_MAX = 18  # [digits] longest number of values; Python reads at most 4300 digits
+HYPHEN = re.compile(r"\s*(\d+\.?\d*|\.\d+)\s*-\s*(?=[\d.])")  # a range written with a hyphen
 
-OPTION = re.compile(r"(\d+)\s+values|(log)")
+OPTION = re.compile(r"(\d+)\s+values|(log)")  # an option of a range: a number of values, or log
 
 
 def unit_of(text: str) -> str:
-    """The unit in which the user writes a variation."""
-    text = without_each(text)[0]
+    """Return the unit in which the user wrote a variation."""
+    text = split_each(text)[0]
     if (sign := _sign(text)) is not None:
         nominal, rest = text.split(sign, 1)
         tolerance = number_and_unit(rest.split(",")[0])[1]
@@ -94,9 +97,9 @@ def unit_of(text: str) -> str:
 
 
 def read_variation(text: str, quantity: Quantity, *, parameter: str = "", folder: Path | None = None) -> Variation:
-    """What a number varies over."""
+    """Return the variation of a numeric parameter."""
     try:
-        return _variation(text, quantity, folder or Path())
+        return _read_variation(text, quantity, folder or Path())
     except InputError as error:
         sample = error.type_this or VARY
         if error.what == "missing unit":
@@ -106,23 +109,23 @@ def read_variation(text: str, quantity: Quantity, *, parameter: str = "", folder
         raise InputError(f"'{parameter}' over '{text}': {error.what}", error.allowed or FORMS, sample) from None
 
 
-def without_each(text: str) -> tuple[str, bool]:
-    """A text without its last word ``each``, and whether it had it."""
+def split_each(text: str) -> tuple[str, bool]:
+    """Return a text without its last word ``each``, and whether it had the word."""
     match = EACH.fullmatch(text)
     return (match[1], True) if match is not None else (text, False)
 
 
 def is_deviation(text: str) -> bool:
-    """Whether a text is a tolerance without a nominal value: about a value that is chosen."""
+    """Report whether a text is a tolerance without a nominal value; the nominal value is then a chosen one."""
     return text.strip().startswith(SIGNS)
 
 
 def read_deviation(text: str, quantity: Quantity, *, parameter: str = "") -> tuple[Variation, bool]:
-    """The deviation from a value that is chosen."""
+    """Return the deviation from a chosen value, and whether it is relative."""
     try:
-        size, unit, shape = _tolerance(text.strip().removeprefix(str(_sign(text))))
+        size, unit, shape = _read_tolerance(text.strip().removeprefix(str(_sign(text))))
         width = size / 100.0 if unit == "%" else size * scale_of(unit, quantity.unit, *OR_SHARE)
-        return _shaped(shape, 0.0, width), unit == "%"
+        return _make_distribution(shape, 0.0, width), unit == "%"
     except InputError as error:
         what = f"tolerance of '{parameter}', '{text}': {error.what}"
         raise InputError(what, error.allowed or TOLERANCE_SAMPLE, error.type_this) from None
@@ -132,23 +135,23 @@ def _sign(text: str) -> str | None:
     return next((sign for sign in SIGNS if sign in text), None)
 
 
-def _tolerance(text: str) -> tuple[float, str, str]:
-    """Size, unit and shape of what stands behind the sign of a tolerance."""
+def _read_tolerance(text: str) -> tuple[float, str, str]:
+    """Return size, unit and shape of a tolerance, from the text after its sign."""
     first, *others = (part.strip() for part in text.split(","))
     value, unit = number_and_unit(first)
     shape = ", ".join(others) or SHAPES[0]
     if shape not in SHAPES:
-        raise InputError(f"'{shape}' behind a tolerance{did_you_mean(shape, SHAPES)}", ", ".join(SHAPES), TOLERANCE_SAMPLE)
+        raise InputError(f"'{shape}' after a tolerance{did_you_mean(shape, SHAPES)}", ", ".join(SHAPES), TOLERANCE_SAMPLE)
     if not 0.0 < float(value) < math.inf:
         raise InputError(f"a tolerance of {value} {unit}".rstrip(), "a number > 0", TOLERANCE_SAMPLE)
     return float(value), unit, shape
 
 
 def scale_of(unit: str, si: str, or_else: str = "", sample: str = "") -> float:
-    """What one of a unit is in SI; an `InputError` if the unit is missing or not wanted."""
+    """Return the SI value of one unit; raise `InputError` if the unit is missing or not expected."""
     if si == "1":
         if unit:
-            raise InputError(f"unit '{unit}' of a pure number", f"a plain number{or_else}")
+            raise InputError(f"unit '{unit}' for a pure number", f"a plain number{or_else}")
         return 1.0
     allowed = f"a number and its unit [{si}]{or_else}"
     if not unit:
@@ -159,50 +162,50 @@ def scale_of(unit: str, si: str, or_else: str = "", sample: str = "") -> float:
         raise InputError(error.what, error.allowed or allowed, error.type_this or sample) from None
 
 
-def _shaped(shape: str, middle: float, width: float) -> Variation:
-    """A distribution within a tolerance."""
+def _make_distribution(shape: str, middle: float, width: float) -> Variation:
+    """Return a distribution within a tolerance."""
     low, high = middle - width, middle + width
     if shape == "normal":
         return Normal(middle, width / 3.0, low, high)
     return Triangular(low, middle, high) if shape == "triangular" else Uniform(low, high)
 
 
-def _about(text: str, sign: str, quantity: Quantity) -> Variation:
-    """A nominal value and its tolerance."""
+def _read_nominal(text: str, sign: str, quantity: Quantity) -> Variation:
+    """Return the distribution about a nominal value, from its tolerance."""
     nominal, rest = text.split(sign, 1)
-    size, unit, shape = _tolerance(rest)
+    size, unit, shape = _read_tolerance(rest)
     value, nominal_unit = number_and_unit(nominal)
     if unit == "%":
-        middle = _si(nominal, "", quantity)
-        return _shaped(shape, middle, abs(middle) * size / 100.0)
-    middle = _si(value, nominal_unit or unit, quantity)
-    return _shaped(shape, middle, size * scale_of(unit or nominal_unit, quantity.unit, *OR_SHARE))
+        middle = _read_number(nominal, "", quantity)
+        return _make_distribution(shape, middle, abs(middle) * size / 100.0)
+    middle = _read_number(value, nominal_unit or unit, quantity)
+    return _make_distribution(shape, middle, size * scale_of(unit or nominal_unit, quantity.unit, *OR_SHARE))
 
 
-def _fitted(fit: str, size: str, shape: str | None, quantity: Quantity) -> Variation:
-    """The radial clearance of a fit of hole and shaft."""
+def _read_fit(fit: str, size: str, shape: str | None, quantity: Quantity) -> Variation:
+    """Return the distribution of the radial clearance of a fit of hole and shaft."""
     if quantity.unit != "m":
         raise InputError(f"a fit of a number in [{quantity.unit}]", "a clearance", FIT_SAMPLE)
     if shape not in (None, "uniform", "normal"):
-        raise InputError(f"'{shape}' behind a fit", "uniform, normal: the diameters within their tolerance fields", FIT_SAMPLE)
+        raise InputError(f"'{shape}' after a fit", "uniform, normal: the diameters within their tolerance fields", FIT_SAMPLE)
     value, unit = number_and_unit(size)
     if not unit:
         raise InputError("missing unit of the diameter", "a diameter with its unit", FIT_SAMPLE)
     return read_fit(fit, float(value) * unit_factor(unit, "m")).clearance(normal=shape == "normal")
 
 
-def _variation(text: str, quantity: Quantity, folder: Path) -> Variation:
+def _read_variation(text: str, quantity: Quantity, folder: Path) -> Variation:
     fit = FIT.fullmatch(text)
     if fit:
-        return _fitted(fit[1], fit[2], fit[3], quantity)
+        return _read_fit(fit[1], fit[2], fit[3], quantity)
     sign = _sign(text)
     if sign is not None:
         if is_deviation(text):
             raise InputError("a tolerance without a nominal value", "a number before it", TOLERANCE_SAMPLE)
-        return _about(text, sign, quantity)
+        return _read_nominal(text, sign, quantity)
     called = CALL.fullmatch(text)
     if called:
-        return _distribution(called[1], called[2], called[3], quantity, folder)
+        return _read_distribution(called[1], called[2], called[3], quantity, folder)
     if ".." in text:
         low, rest = text.split("..", 1)
         last, *options = (part.strip() for part in rest.split(","))
@@ -211,52 +214,52 @@ def _variation(text: str, quantity: Quantity, folder: Path) -> Variation:
             match = OPTION.fullmatch(option)
             if match is None:
                 raise InputError(f"'{option}'", "a number of values, log", "'0.05..0.4 mm, 20 values, log'")
-            if len(match[1] or "") > LONGEST:
+            if len(match[1] or "") > DIGITS_MAX:
                 raise InputError(f"a number of values of {len(match[1])} digits", "a few values", "'0.05..0.4 mm, 20 values'")
             chosen |= {"count": int(match[1])} if match[1] else {"logarithmic": True}
         value, unit = number_and_unit(last)
-        ends = _si(low, unit, quantity), _si(value, unit, quantity)
+        ends = _read_number(low, unit, quantity), _read_number(value, unit, quantity)
         if ends[0] >= ends[1]:
             turned = f"'{value}..{low.strip()} {unit}'" if ends[0] > ends[1] else f"'{value} {unit}' for one value"
             raise InputError("the range is empty", "a smaller number, then a larger one", turned)
         return Interval(*ends, **chosen)
     *others, last = text.split(",")
     value, unit = number_and_unit(last)
-    return Levels(tuple(_si(number, unit, quantity) for number in (*others, value)))
+    return Levels(tuple(_read_number(number, unit, quantity) for number in (*others, value)))
 
 
 def number_and_unit(text: str) -> tuple[str, str]:
-    """The number that a text begins with, and the unit behind it."""
+    """Return the number at the start of a text, and the unit after it."""
     match = LEADING_NUMBER.fullmatch(text)
     if match is None:
-        raise InputError(f"'{text.strip()}' is no number", FORMS)
+        raise InputError(f"'{text.strip()}' is not a number", FORMS)
     return match[1], match[2].strip()
 
 
-def _si(text: str, unit: str, quantity: Quantity) -> float:
-    """A number with its unit, within the bounds of its quantity."""
+def _read_number(text: str, unit: str, quantity: Quantity) -> float:
+    """Return a number in SI units, within the bounds of its quantity."""
     value, own_unit = number_and_unit(text)
     unit = own_unit or unit
     if quantity.unit == "1":
         if unit:
-            raise InputError(f"unit '{unit}' of a pure number", quantity.allowed)
+            raise InputError(f"unit '{unit}' for a pure number", quantity.allowed)
         return float(read_quantity(float(value), quantity))
     return float(read_quantity(f"{value} {unit}".strip(), quantity))
 
 
-def _distribution(name: str, inside: str, unit: str, quantity: Quantity, folder: Path) -> Variation:
+def _read_distribution(name: str, inside: str, unit: str, quantity: Quantity, folder: Path) -> Variation:
     if name not in DISTRIBUTIONS:
         raise InputError(f"distribution '{name}'{did_you_mean(name, DISTRIBUTIONS)}", ", ".join(DISTRIBUTIONS))
     distribution, kinds, least = DISTRIBUTIONS[name]
     if not kinds:
-        return Empirical(tuple(_si(repr(value), unit, quantity) for value in _column(folder / inside.strip())))
+        return Empirical(tuple(_read_number(repr(value), unit, quantity) for value in _read_column(folder / inside.strip())))
     parts = [part for part in inside.split(",") if part.strip()]
     if not least <= len(parts) <= len(kinds):
         counts = " or ".join(map(str, range(least, len(kinds) + 1)))
         raise InputError(f"{len(parts)} numbers of a {name} distribution", f"{counts} numbers")
     numbers: list[float] = []
     for kind, part in zip(kinds, parts, strict=False):
-        number = _si(part, unit, quantity) if kind == "v" else _plain(part)
+        number = _read_number(part, unit, quantity) if kind == "v" else _read_plain(part)
         if kind == "d":
             first = float(number_and_unit(parts[0])[0])
             number *= numbers[0] / first if first else 1.0 if quantity.unit == "1" else unit_factor(unit, quantity.unit)
@@ -265,15 +268,15 @@ def _distribution(name: str, inside: str, unit: str, quantity: Quantity, folder:
     return variation
 
 
-def _plain(text: str) -> float:
+def _read_plain(text: str) -> float:
     value, unit = number_and_unit(text)
     if unit:
         raise InputError(f"'{text.strip()}' with a unit", "a plain number; the unit follows the bracket")
     return float(value)
 
 
-def _column(path: Path) -> Sequence[float]:
-    """The numbers of a file, one in each line; a heading may come first."""
+def _read_column(path: Path) -> Sequence[float]:
+    """Return the numbers of a file, one in each line; the first line may be a heading."""
     lines = [line.split(",")[0].strip() for line in read_text(path, "a file with one number in each line").splitlines()]
     lines = [line for line in lines if line]
     if lines and LEADING_NUMBER.fullmatch(lines[0]) is None:
@@ -284,20 +287,19 @@ def _column(path: Path) -> Sequence[float]:
         raise InputError(f"'{path}': {error}", "one number in each line") from None
 
 
-OF_FILE = ("structure", "bending", "panels", "payload", "joint_friction")
-"""Tables of a case file that make parts of a mechanism, which has their numbers no more."""
+FILE_TABLES = ("structure", "bending", "panels", "payload", "joint_friction")
+"""Tables of a case file that generate parts; the mechanism does not contain their numbers."""
 
 SI = ("m", "rad", "kg", "s", "N", "N m", "rad/s", "m/s", "m/s^2", "kg m^2", "kg/m", "K", "Pa", "N m^2", "N/m", "1/K")
-"""Units of their numbers."""
+"""SI units of the numbers in `FILE_TABLES`."""
 
 NAMES_SAMPLE = '"structure.bars.material" = ["steel", "aluminium"]'
 
-MOST = 64  # Combinations of names: each mechanism is read, kept in the store, and simulated in a batch of its own
-MechanismReader = Callable[[Mapping[str, str]], Mechanism]  # Makes the mechanism with some names, by parameter
+MechanismReader = Callable[[Mapping[str, str]], Mechanism]  # function that returns the mechanism with some names, by parameter
 
 
-def names_of(given: Sequence[Any], probabilities: Sequence[Any] = ()) -> Names:
-    """Names of a list: texts, or other values as a case file has them."""
+def make_names(given: Sequence[Any], probabilities: Sequence[Any] = ()) -> Names:
+    """Return the names of a list: texts, or other values in the form of a case file."""
     try:
         shares = tuple(map(float, probabilities))
     except (TypeError, ValueError):
@@ -305,32 +307,32 @@ def names_of(given: Sequence[Any], probabilities: Sequence[Any] = ()) -> Names:
     return Names(tuple(value if isinstance(value, str) else toml(value) for value in given), shares)
 
 
-def listed(text: str) -> Names | None:
-    """Names of a text in brackets, ``[steel, aluminium]``; None for any other text."""
+def read_listed(text: str) -> Names | None:
+    """Return the names of a text in brackets, ``[steel, aluminium]``; None for any other text."""
     inside = text.strip()
     if not (inside.startswith("[") and inside.endswith("]")):
         return None
     with suppress(ValueError):
-        return names_of(tomllib.loads(f"names = {inside}")["names"])
-    return names_of([name.strip() for name in inside[1:-1].split(",")])
+        return make_names(tomllib.loads(f"names = {inside}")["names"])
+    return make_names([name.strip() for name in inside[1:-1].split(",")])
 
 
 def number_of_file(parameter: str, given: str | Variation, folder: Path) -> Factor:
-    """A number that only the case file has, which takes the levels of a list or a range."""
+    """Return the factor of a number that only the case file has; a range is reduced to its levels."""
     unit = unit_of(given) if isinstance(given, str) else ""
     si = unit_like(unit, SI) if unit else "1"
     if not si:
         raise InputError(f"'{parameter}' over '{given}': unit '{unit}'", f"one that fits one of {', '.join(SI)}")
     variation = read_variation(given, Quantity(si), parameter=parameter, folder=folder) if isinstance(given, str) else given
     if not isinstance(variation, Levels | Interval):
-        what = f"'{parameter}' over a {variation.kind} distribution: each of its values makes a mechanism of its own"
-        raise InputError(what, "a list, or a range of which the levels are taken", '"1..3 mm, 5 values"')
+        what = f"'{parameter}' over a {variation.kind} distribution: each of its values gives another mechanism"
+        raise InputError(what, "a list, or a range with a number of values", '"1..3 mm, 5 values"')
     levels = Levels(tuple(variation.levels().tolist()))
     return Factor(parameter, levels, unit, unit_factor(unit, si) if unit else 1.0, si=si)
 
 
 def unit_like(unit: str, among: Iterable[str]) -> str:
-    """The first of some units that has the dimension of a unit; "" if none has."""
+    """Return the first of some units that has the dimension of `unit`, or ""."""
     for si in among:
         with suppress(InputError):
             unit_factor(unit, si)
@@ -339,55 +341,58 @@ def unit_like(unit: str, among: Iterable[str]) -> str:
 
 
 def variants_of(factors: Sequence[Factor], read: MechanismReader | None) -> tuple[Mechanism, ...]:
-    """The mechanism with each combination of names and levels, those of the last factor fastest; none without such factors."""
+    """Return the mechanism for each combination of names and levels, the last factor fastest; () without such factors."""
     apart = [factor for factor in factors if factor.texts]
     if not apart:
         return ()
     if read is None:
-        what = f"'{apart[0].path}' of a mechanism without a case file"
-        raise InputError(what, "a case file, or what each name stands for", "{'A.friction': {'lugre': sd.LuGre(kinetic=0.1)}}")
+        what = f"'{apart[0].path}': the mechanism has no case file"
+        raise InputError(what, "a case file, or the value of each name", "{'A.friction': {'lugre': sd.LuGre(kinetic=0.1)}}")
     count = math.prod(len(factor.texts) for factor in apart)
-    if count > MOST:
+    most = 64  # each mechanism is read, kept in the store, and simulated in its own batch
+    if count > most:
         what = f"{count} combinations of {' and '.join(factor.path for factor in apart)}"
-        raise InputError(what, f"at most {MOST}; fewer names or levels, or a study for each of some", '"1..3 mm, 5 values"')
+        raise InputError(what, f"at most {most}; fewer names or levels, or several studies", '"1..3 mm, 5 values"')
     return tuple(
         read(dict(zip((factor.path for factor in apart), texts, strict=True)))
         for texts in itertools.product(*(factor.texts for factor in apart))
     )
 
 
-def by_change(
+def reader_by_change(
     case: Path, changes: Sequence[str], options: Options, values: Mapping[str, Mapping[str, Any]] | None = None
 ) -> MechanismReader:
-    """Reads a case with names as ``--set`` changes."""
+    """Return a reader of a case with names that are set as ``--set`` changes."""
     values = values or {}
 
     def read(names: Mapping[str, str]) -> Mechanism:
         which = ", ".join(f"'{parameter}' = '{name}'" for parameter, name in names.items())
-        ordered = sorted(names, key=lambda parameter: parameter.count("."))  # a section before its wall
+        ordered = sorted(names, key=lambda parameter: parameter.count("."))  # a section comes before its wall
         written = [f"{parameter}={names[parameter]}" for parameter in ordered if parameter not in values]
         try:
             case_read = read_case(case, [*changes, *written])
         except InputError as error:
             raise InputError(f"{which}: {error.what}", error.allowed, error.type_this) from None
         if case_read.run != options:
-            raise InputError(f"{which}: other options of the runs", "names of what the mechanism is made of", NAMES_SAMPLE)
-        return by_object(case_read.mechanism, values)(
+            raise InputError(
+                f"{which}: the names change the options of the runs", "names that change only the mechanism", NAMES_SAMPLE
+            )
+        return reader_by_object(case_read.mechanism, values)(
             {parameter: name for parameter, name in names.items() if parameter in values}
         )
 
     return read
 
 
-def by_object(mechanism: Mechanism, values_of: Mapping[str, Mapping[str, Any]]) -> MechanismReader:
-    """Puts what names stand for into a mechanism: a value at their parameter path, or a mechanism in its place."""
+def reader_by_object(mechanism: Mechanism, values_of: Mapping[str, Mapping[str, Any]]) -> MechanismReader:
+    """Return a reader that inserts the values of names into a mechanism, or replaces the mechanism."""
 
     def read(names: Mapping[str, str]) -> Mechanism:
         unknown = next((parameter for parameter in names if parameter not in values_of), None)
         if unknown is not None:
             sample = f"{{'{unknown}': {{'{names[unknown]}': ...}}}}"
             raise InputError(
-                f"'{unknown}' = '{names[unknown]}' of a mechanism without a case file", "what it stands for", sample
+                f"'{unknown}' = '{names[unknown]}': the mechanism has no case file", "the value of the name", sample
             )
         values = {parameter: values_of[parameter][name] for parameter, name in names.items()}
         mechanism_read = next((value for value in values.values() if isinstance(value, Mechanism)), mechanism)

@@ -15,7 +15,7 @@ from scissordyn.casefile.part import component_part
 from scissordyn.casefile.quantity import read_numbers, read_quantity, unit_factor, written
 from scissordyn.casefile.structure import STRUCTURES, BendingTable, ClearanceTable, ControlTable
 from scissordyn.casefile.table import Key, Reader, Shape, Table, plain_table, table_of
-from scissordyn.casefile.text import handle
+from scissordyn.casefile.text import table_name
 from scissordyn.casefile.time_function import TABLES, DriveTable
 from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.errors import InputError
@@ -143,7 +143,7 @@ def fields_of(tree: Mapping[str, Any], code: Code) -> list[Field]:
         tables = tree[section]
         many = isinstance(tables, list)
         for index, item in enumerate(tables if many else [tables]):
-            group = f"{section.replace('_', ' ')} {handle(item)}".strip()
+            group = f"{section.replace('_', ' ')} {table_name(item)}".strip()
             place: Route = (section, index) if many else (section,)
             table = _component(item["type"], code) if section == "component" else _table_in(READERS[section].shape())
             fields += _table_fields(table, item, place, group, code, star=section in STARRED_IN)

@@ -173,7 +173,7 @@ class Worker:
         yield accurate
 
     def _outcome(self, number: int, case: Case, ends: Callable[[float], bool] | None = None) -> Outcome:
-        from scissordyn.run.simulate import results_of  # imported in this thread, so that the page appears first
+        from scissordyn.run.simulate import compute_results  # imported in this thread, so that the page appears first
 
         def look(time: float) -> None:
             if self._closed or number != self.number or number <= self._stopped:
@@ -183,7 +183,7 @@ class Worker:
             self._progress(number, time / case.options.until)
 
         try:
-            results = results_of(case.mechanism, case.options.equally_spaced, look, curves=True)
+            results = compute_results(case.mechanism, case.options.equally_spaced, look, curves=True)
             return Outcome(number, case, results.dataset(), results=results)
         except ScissordynError as error:
             return Outcome(number, case, None, str(error))

@@ -12,7 +12,7 @@ READ_BYTES = 2**20  # [bytes] read at once, so that a large file is never in mem
 
 
 def checksum_line(content: bytes | memoryview) -> bytes:
-    """Return the line to append to a content."""
+    """Return the checksum line of a content, to append after it."""
     return MARK + hashlib.sha256(content).hexdigest().encode() + b"\n"
 
 

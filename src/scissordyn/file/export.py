@@ -1,4 +1,4 @@
-"""Runs for other programs: a table over time as CSV or Parquet, all arrays as a MATLAB file."""
+"""Runs for other programs: a table over time as CSV or Parquet, or all arrays as a MATLAB file."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-EXPORTS = (".csv", ".mat", ".parquet")
+EXPORTS = (".csv", ".mat", ".parquet")  # endings of export formats
 
 
 def check_export(path: str | os.PathLike[str]) -> None:
-    """Raise `InputError` unless a run can be exported in the format that a file name ends with."""
+    """Raise `InputError` unless a run can be exported in the format of the file name's ending."""
     ending = Path(path).suffix.lower()
     if ending not in EXPORTS:
         raise InputError(
@@ -35,7 +35,7 @@ def check_export(path: str | os.PathLike[str]) -> None:
 
 
 def export(run: xr.Dataset, path: str | os.PathLike[str], *, contacts: bool = False) -> Path:
-    """Write a run for another program, whole or not at all."""
+    """Write a run for another program, completely or not at all."""
     check_export(path)
     target = Path(path)
     check_target(target, sample=f"table{target.suffix.lower()}")
@@ -54,7 +54,7 @@ def export(run: xr.Dataset, path: str | os.PathLike[str], *, contacts: bool = Fa
 
 
 def time_table(run: xr.Dataset) -> pd.DataFrame:
-    """Everything over time as a table, one row for each instant."""
+    """Return all quantities over time as a table, one row for each instant."""
     import pandas as pd
 
     columns: dict[str, np.ndarray] = {"time [s]": run["time"].values}
@@ -68,15 +68,15 @@ def time_table(run: xr.Dataset) -> pd.DataFrame:
 
 @dataclass(frozen=True)
 class TimeColumn:
-    """A quantity over time of a run, as one column of a table."""
+    """Quantity over time of a run, as one column of a table."""
 
-    heading: str  # Such as "angle of unit 1/bar 1", "position of slider, x"
-    unit: str  # In SI
+    heading: str  # for example "angle of unit 1/bar 1" or "position of slider, x"
+    unit: str  # SI unit
     variable: str
-    index: tuple[int, ...]  # Of its other dimensions, in their order
+    index: tuple[int, ...]  # indices along its other dimensions, in their order
 
     def of(self, run: xr.Dataset) -> np.ndarray:
-        """Its values in a run, shape (time,)."""
+        """Return the column's values in a run, shape (time,)."""
         values = run.variables[self.variable]
         moved = np.moveaxis(values.values, values.dims.index("time"), 0)
         place: Any = (..., *self.index)
@@ -84,7 +84,7 @@ class TimeColumn:
 
 
 def time_columns(run: xr.Dataset) -> Iterator[TimeColumn]:
-    """Everything over time, one column at a time."""
+    """Yield all quantities over time, one column at a time."""
     for name, values in run.data_vars.items():
         if "time" not in values.dims or values.dtype.kind not in "fbiu":
             continue
@@ -95,7 +95,7 @@ def time_columns(run: xr.Dataset) -> Iterator[TimeColumn]:
 
 
 def contact_table(run: xr.Dataset) -> pd.DataFrame:
-    """The contacts of a run as a table, one row for each."""
+    """Return the contacts of a run as a table, one row for each."""
     import pandas as pd
 
     columns = {}
@@ -113,12 +113,12 @@ def _label(run: xr.Dataset, dim: Any, index: int) -> str:
 def _matlab(run: xr.Dataset) -> bytes:
     from scipy.io import savemat
 
-    arrays = {_identifier(str(name)): _plain(values.values) for name, values in run.variables.items()}
+    arrays = {_matlab_name(str(name)): _to_matlab(values.values) for name, values in run.variables.items()}
     units = {
-        _identifier(str(name)): str(values.attrs["units"]) for name, values in run.variables.items() if "units" in values.attrs
+        _matlab_name(str(name)): str(values.attrs["units"]) for name, values in run.variables.items() if "units" in values.attrs
     }
-    dims = {_identifier(str(name)): ", ".join(map(str, values.dims)) for name, values in run.variables.items()}
-    attributes = {_identifier(str(name)): value for name, value in run.attrs.items()}
+    dims = {_matlab_name(str(name)): ", ".join(map(str, values.dims)) for name, values in run.variables.items()}
+    attributes = {_matlab_name(str(name)): value for name, value in run.attrs.items()}
     stream = io.BytesIO()
     savemat(
         stream,  # type: ignore[arg-type]
@@ -129,13 +129,13 @@ def _matlab(run: xr.Dataset) -> bytes:
     return stream.getvalue()
 
 
-def _plain(values: np.ndarray) -> np.ndarray:
-    """Texts as a cell array, truth values as numbers."""
+def _to_matlab(values: np.ndarray) -> np.ndarray:
+    """Return texts as a cell array and booleans as integers."""
     if values.dtype.kind in "OUS":
         return np.array([str(value) for value in values.ravel()], dtype=object).reshape(values.shape)
     return values.astype(np.uint8) if values.dtype.kind == "b" else values
 
 
-def _identifier(name: str) -> str:
+def _matlab_name(name: str) -> str:
     identifier = re.sub(r"\W", "_", name)
     return identifier if identifier[:1].isalpha() else f"x{identifier}"

@@ -1,4 +1,4 @@
-"""NetCDF files: how they are opened for reading, and the content of one of plain arrays."""
+"""NetCDF files: opening a file for reading, and the content of a file of plain arrays."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from h5netcdf.core import File
 from scissordyn.file.checksum import checksum_line
 
 FORMAT = ("v110", "v110")
-"""Oldest and newest version of HDF5's file format: from 1.10 (2016) on its own structures have checksums."""
+"""Oldest and newest version of HDF5's file format; since 1.10 (2016) HDF5's own structures have checksums."""
 
-CHUNK_BYTES = 2**20  # [bytes] HDF5's default cache of chunks: a part of a variable is then read without reading all of it
+CHUNK_BYTES = 2**20  # [bytes] HDF5's default chunk cache, so that a part of a variable is read without reading all of it
 
 
 class NetcdfFile(File):
-    """A file that is read."""
+    """NetCDF file open for reading."""
 
     _writable = False
-    """As of the parent, which asks for it also when it is closed after a beginning that failed."""
+    """Same as in the parent class, which reads the attribute even when it closes a file that could not be opened."""
 
     _closed = True
-    """As of the parent, until it has something to close: a signal may come before."""
+    """True until the parent class has something to close; a signal may come earlier."""
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         super().__init__(path, "r", decode_vlen_strings=True)  # type: ignore[no-untyped-call]
@@ -37,9 +37,9 @@ def netcdf(
     variables: Mapping[str, tuple[tuple[str, ...], np.ndarray, Mapping[str, str]]],
     attributes: Mapping[str, Any],
 ) -> memoryview:
-    """The file that xarray writes of the same variables: dimensions, values and attributes of each.
+    """Return the file that xarray would write of the same variables: dimensions, values and attributes of each.
 
-    Texts have any length, what is true or false is a small number with a mark, and numbers that are missing are NaN.
+    Texts have any length, booleans are small integers with an attribute, and missing numbers are NaN.
     """
 
     def write(file: File) -> None:
@@ -51,23 +51,24 @@ def netcdf(
             elif kind == "b":
                 values, dtype, further["dtype"] = values.astype(np.int8), np.dtype(np.int8), "bool"
             elif kind == "U":
-                values = np.array([text_of(text) for text in values.ravel().tolist()], object).reshape(values.shape)
+                values = np.array([storable_text(text) for text in values.ravel().tolist()], object).reshape(values.shape)
                 dtype = h5py.string_dtype()  # type: ignore[attr-defined]
-            options = {"fillvalue": missing, **protection(values)}
+            options = {"fillvalue": missing, **chunk_options(values)}
             stored = file.create_variable(name, dims, dtype, **options)  # type: ignore[no-untyped-call]
             for key, value in further.items():
                 stored.attrs[key] = value
             stored[...] = values
         for key, value in attributes.items():
-            file.attrs[key] = text_of(value) if isinstance(value, str) else np.atleast_1d(value)
+            file.attrs[key] = storable_text(value) if isinstance(value, str) else np.atleast_1d(value)
 
-    return written_by(write)
+    return write_content(write)
 
 
-def protection(values: np.ndarray) -> dict[str, Any]:
+def chunk_options(values: np.ndarray) -> dict[str, Any]:
     """Return the options of h5netcdf and xarray that store an array in chunks, each with its Fletcher-32 checksum.
 
-    Empty for texts, whose characters HDF5 keeps outside the chunks, and for arrays without entries or dimensions.
+    The options are empty for texts, whose characters HDF5 keeps outside the chunks, and for arrays without entries or
+    dimensions.
     """
     if values.dtype.kind in "OUS" or not values.ndim or not values.size:
         return {}
@@ -76,7 +77,7 @@ def protection(values: np.ndarray) -> dict[str, Any]:
     return {"fletcher32": True, "chunks": shape}
 
 
-def written_by(write: Callable[[File], None]) -> memoryview:
+def write_content(write: Callable[[File], None]) -> memoryview:
     """Return the content of a file that a function writes, with its checksum."""
     content = io.BytesIO()
     with File(content, "w", libver=FORMAT) as file:  # type: ignore[no-untyped-call]
@@ -87,8 +88,8 @@ def written_by(write: Callable[[File], None]) -> memoryview:
     return content.getbuffer()
 
 
-def text_of(value: Any) -> Any:
-    """A text such that NetCDF can hold it."""
+def storable_text(value: Any) -> Any:
+    """Return a text without characters that NetCDF cannot hold; other values are returned unchanged."""
     if not isinstance(value, str):
         return value
     return value.replace("\0", "\\x00").encode("utf-8", "backslashreplace").decode("utf-8")

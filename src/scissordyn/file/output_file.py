@@ -1,4 +1,4 @@
-"""Files of results: written whole or not at all, and never in the place of a file that is something else."""
+"""Output files: written completely or not at all, without overwriting files of another kind."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from pathlib import Path
 
 from scissordyn.errors import InputError, command
 
-HDF_MAGIC = b"\x89HDF\r\n\x1a\n"
+HDF_MAGIC = b"\x89HDF\r\n\x1a\n"  # first bytes of an HDF5 file
 
-OURS = "scissordyn"  # What the title of a NetCDF file of this package begins with
+OURS = "scissordyn"  # start of the title of every NetCDF file of this package
 
-BEGINNINGS = {
+FIRST_BYTES = {
     ".png": (b"\x89PNG\r\n\x1a\n",),
     ".gif": (b"GIF87a", b"GIF89a"),
     ".svg": (b"<?xml", b"<svg"),
@@ -36,65 +36,65 @@ BEGINNINGS = {
     ".mat": (b"MATLAB",),
     ".parquet": (b"PAR1",),
 }
-"""How pictures, films and exported tables begin, by ending; an MP4 after the four bytes of a length."""
+"""First bytes of pictures, films and exported tables, by ending; in an MP4 file they follow the four bytes of a length."""
 
 
 EXPORTED = dict.fromkeys((".csv", ".tsv", ".txt", ".parquet", ".mat", ".xlsx", ".json"), "scissordyn export run.nc run.csv")
 DRAWN = dict.fromkeys((".png", ".svg", ".pdf", ".jpg", ".jpeg"), "scissordyn plot run.nc -o figures")
 FILMED = dict.fromkeys((".html", ".gif", ".mp4"), "scissordyn animate run.nc film.html")
 OTHER_ENDINGS = {**EXPORTED, **DRAWN, **FILMED, ".toml": "", ".py": "", ".db": ""}
-"""Endings of files that are no NetCDF, with what makes such a file of a saved run."""
+"""Endings of files that are not NetCDF, with the command that makes such a file from a saved run."""
 
 
 def regular_size(path: str | os.PathLike[str]) -> int | None:
-    """Size of a regular file [bytes]; None for anything else, such as a device, which may have no end."""
+    """Return the size of a regular file [bytes]; None for anything else, for example a device, which may have no end."""
     status = os.stat(path)
     return status.st_size if stat.S_ISREG(status.st_mode) else None
 
 
 def check_name(path: str | os.PathLike[str]) -> None:
-    """Raise `InputError` for the name of a file of another kind: what is written is NetCDF, whatever its name."""
+    """Raise `InputError` if the name has the ending of another kind of file; the content is always NetCDF."""
     ending = Path(path).suffix.lower()
     if ending in OTHER_ENDINGS:
         then = OTHER_ENDINGS[ending]
         allowed = "a name that ends in .nc" + (f"; then {then}" if then else "")
-        raise InputError(f"'{path}' for what is written as NetCDF", allowed, command("-o", f"{Path(path).stem}.nc"))
+        raise InputError(f"'{path}': the output is a NetCDF file", allowed, command("-o", f"{Path(path).stem}.nc"))
 
 
 def check_target(
     path: str | os.PathLike[str], *, sample: str = "-o run.nc", replace_broken: bool = False, beginning: bytes = b""
 ) -> None:
-    """Raise `InputError` if a result would overwrite something that is not an earlier result of its kind."""
+    """Raise `InputError` if a result would overwrite a file that is not an earlier result of the same kind."""
     try:
         size = regular_size(path)
     except FileNotFoundError:
         return
     except (OSError, ValueError) as error:
-        raise InputError(f"cannot write '{path}': {_reason(error)}", "a place that can be written", sample) from None
+        raise InputError(f"cannot write '{path}': {_reason(error)}", "a path that can be written", sample) from None
     if size is None:
         what = "it is a folder" if os.path.isdir(path) else "it is not a regular file"
         raise InputError(f"cannot write '{path}': {what}", "the name of a file", sample)
     ending = Path(path).suffix.lower()
     if beginning:
-        if size and not _begins(path, beginning):
+        if size and not _starts_with(path, beginning):
             raise InputError(
-                f"'{path}' exists and is no case file that scissordyn wrote, so that it is not overwritten",
+                f"'{path}' exists and is not a case file of scissordyn; it is not overwritten",
                 "a name that is not taken",
                 sample,
             )
         return
-    if size == 0 or (_is_picture(path, ending) if ending in BEGINNINGS else _is_ours(path, replace_broken)):
+    if size == 0 or (_is_picture(path, ending) if ending in FIRST_BYTES else _is_result(path, replace_broken)):
         return
-    kind = f"no {ending.removeprefix('.').upper()} file" if ending in BEGINNINGS else "not a NetCDF file of scissordyn"
-    raise InputError(f"'{path}' exists and is {kind}, so that it is not overwritten", "a name that is not taken", sample)
+    kind = f"not a {ending.removeprefix('.').upper()} file" if ending in FIRST_BYTES else "not a NetCDF file of scissordyn"
+    raise InputError(f"'{path}' exists and is {kind}; it is not overwritten", "a name that is not taken", sample)
 
 
 def _is_picture(path: str | os.PathLike[str], ending: str) -> bool:
-    return any(_begins(path, beginning, 4 if ending == ".mp4" else 0) for beginning in BEGINNINGS[ending])
+    return any(_starts_with(path, beginning, 4 if ending == ".mp4" else 0) for beginning in FIRST_BYTES[ending])
 
 
-def _begins(path: str | os.PathLike[str], beginning: bytes, after: int = 0) -> bool:
-    """Whether a file begins with some bytes, after so many others."""
+def _starts_with(path: str | os.PathLike[str], beginning: bytes, after: int = 0) -> bool:
+    """Report whether a file begins with some bytes, after the first `after` bytes."""
     try:
         with open(path, "rb") as file:
             return file.read(after + len(beginning))[after:] == beginning
@@ -102,7 +102,7 @@ def _begins(path: str | os.PathLike[str], beginning: bytes, after: int = 0) -> b
         return False
 
 
-def _is_ours(path: str | os.PathLike[str], replace_broken: bool) -> bool:
+def _is_result(path: str | os.PathLike[str], replace_broken: bool) -> bool:
     try:
         with open(path, "rb") as file:
             if file.read(len(HDF_MAGIC)) != HDF_MAGIC:
@@ -111,7 +111,7 @@ def _is_ours(path: str | os.PathLike[str], replace_broken: bool) -> bool:
         return False
     from scissordyn.file.netcdf import NetcdfFile
 
-    for _ in range(2):  # an interrupt inside the library comes out of it as any exception, as half a file does, but once only
+    for _ in range(2):  # an interrupt inside the library, like half a file, raises any exception, but only once
         try:
             with NetcdfFile(path) as stored:
                 return str(stored.attrs.get("title", "")).startswith(OURS)
@@ -121,14 +121,14 @@ def _is_ours(path: str | os.PathLike[str], replace_broken: bool) -> bool:
 
 
 def csv_text(rows: Iterable[Iterable[object]]) -> str:
-    """Rows as comma-separated values."""
+    """Return rows as comma-separated values."""
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows(rows)
     return text.getvalue()
 
 
 def write_file(path: str | os.PathLike[str], content: bytes | memoryview, *, sample: str = "-o run.nc") -> Path:
-    """Write a file whole or not at all; raise `InputError` if that is not possible."""
+    """Write a file completely or not at all; raise `InputError` if that is not possible."""
     wanted = Path(path)
     try:
         put_file(wanted, content)
@@ -140,18 +140,18 @@ def write_file(path: str | os.PathLike[str], content: bytes | memoryview, *, sam
 
 
 def put_file(path: str | os.PathLike[str], content: bytes | memoryview, *, new: bool = False) -> None:
-    """Write a file whole or not at all, or raise an error of the operating system.
+    """Write a file completely or not at all, or raise an error of the operating system.
 
-    The content is written to a hidden file in the same folder, which then gets the name. Hidden files of killed processes are
-    removed first. With `new` a file that exists is not replaced: `FileExistsError`.
+    The content is written to a hidden file in the same folder, which is then renamed. Hidden files of killed processes are
+    removed first. With `new`, an existing file raises `FileExistsError`.
     """
     target = Path(os.path.realpath(path))
-    remove_left_behind(target)
-    with _part(target) as (part, handle):
+    remove_unfinished(target)
+    with _open_part(target) as (part, handle):
         rest = memoryview(content).cast("B")
         while rest:
             rest = rest[os.write(handle, rest) :]
-        os.fsync(handle)  # some file systems find out here that they are full
+        os.fsync(handle)  # some file systems only report here that they are full
         if new:
             _link(part, target)
         else:
@@ -159,20 +159,20 @@ def put_file(path: str | os.PathLike[str], content: bytes | memoryview, *, new: 
 
 
 def _link(part: Path, target: Path) -> None:
-    """Give a file a second name, which must not be taken."""
+    """Give a file a second name; raise `FileExistsError` if the name is taken."""
     try:
         os.link(part, target)
     except FileExistsError:
         raise
-    except OSError:  # a file system without links
+    except OSError:  # the file system has no links
         if target.exists():
             raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(target)) from None
         os.replace(part, target)
 
 
-def remove_left_behind(path: str | os.PathLike[str]) -> None:
-    """Remove unfinished files for a target whose writers were killed."""
-    for left in _left_behind(Path(os.path.realpath(path))):
+def remove_unfinished(path: str | os.PathLike[str]) -> None:
+    """Remove unfinished files of a target whose writers were killed."""
+    for left in _find_unfinished(Path(os.path.realpath(path))):
         left.unlink(missing_ok=True)
 
 
@@ -181,20 +181,20 @@ def _reason(error: Exception) -> str:
 
 
 def _prefix(target: Path) -> str:
-    """Hidden, and not longer than a file name may be whatever the target's name is."""
+    """Return the start of a hidden file name; its length does not depend on the target's name."""
     return f".{hashlib.sha256(os.fsencode(target.name)).hexdigest()[:16]}."
 
 
 @contextlib.contextmanager
-def _part(target: Path) -> Iterator[tuple[Path, int]]:
-    """A new locked file beside the target; removed if it is still there at the end."""
+def _open_part(target: Path) -> Iterator[tuple[Path, int]]:
+    """Yield a new locked file in the target's folder, and its handle; remove the file at the end if it still exists."""
     while True:
         part = target.parent / f"{_prefix(target)}{secrets.token_hex(4)}.part"
-        # made with the permissions that the user's mask leaves, like any new file
+        # the permissions are those of any new file, as the user's mask leaves them
         handle = os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_CLOEXEC", 0), 0o666)
-        if hold(handle) and part.exists():
+        if lock_file(handle) and part.exists():
             break
-        os.close(handle)  # another process took it for one that was left behind
+        os.close(handle)  # another process took the file for an unfinished one
     try:
         yield part, handle
     finally:
@@ -202,25 +202,26 @@ def _part(target: Path) -> Iterator[tuple[Path, int]]:
         os.close(handle)
 
 
-def _left_behind(target: Path) -> Iterator[Path]:
-    """Unfinished files for a target whose writers have ended."""
+def _find_unfinished(target: Path) -> Iterator[Path]:
+    """Yield unfinished files of a target whose writers have ended."""
     for part in target.parent.glob(f"{_prefix(target)}*.part") if LOCKS else ():
         try:
             handle = os.open(part, os.O_WRONLY)
         except OSError:
             continue
         try:
-            if hold(handle):
+            if lock_file(handle):
                 yield part
         finally:
             os.close(handle)
 
 
-LOCKS = sys.platform != "win32"  # Whether there are any. On Windows an open file cannot be deleted, which protects it as well
+# True if files can be locked; on Windows an open file cannot be deleted, which protects it as well
+LOCKS = sys.platform != "win32"
 
 
-def hold(handle: int, *, shared: bool = False) -> bool:
-    """Lock an open file until it is closed or the process ends; does not wait."""
+def lock_file(handle: int, *, shared: bool = False) -> bool:
+    """Lock an open file until it is closed or the process ends; return False at once if another process holds it."""
     if sys.platform == "win32":
         return True
     import fcntl

@@ -1,4 +1,4 @@
-"""What numbers depend on beside their description: the sources of the package and the libraries below it."""
+"""Provenance of results: a digest of the package's sources, and the versions of the libraries."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
-LIBRARIES = ("scissordyn", "numpy", "scipy", "xarray")
+LIBRARIES = ("scissordyn", "numpy", "scipy", "xarray")  # packages whose versions are recorded
 
 PACKAGE = Path(__file__).parents[1]
 
-FACES = ("cli", "plot")  # Rooms that only show numbers. Every other source counts, so that a new one does without being named
+DISPLAY_ROOMS = ("cli", "plot")  # rooms that only show numbers; every other source counts, including new ones
 
 
 @cache
-def provenance(skip: tuple[str, ...] = FACES, packages: tuple[Path, ...] = (PACKAGE,)) -> str:
-    """Versions, and a digest of the sources that numbers may depend on; equal means equal numbers."""
+def provenance(skip: tuple[str, ...] = DISPLAY_ROOMS, packages: tuple[Path, ...] = (PACKAGE,)) -> str:
+    """Return the versions and a digest of the sources that results may depend on, as JSON; equal texts mean equal results."""
     digest = hashlib.sha256()
     for package in packages:
         left_out = [package / name for name in skip]

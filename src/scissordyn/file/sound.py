@@ -1,4 +1,4 @@
-"""Whether a run that was read from a file has what `simulate` writes: files are damaged, and made by other programs."""
+"""Checks of a run that was read from a file: files may be damaged, or made by other programs."""
 
 from __future__ import annotations
 
@@ -20,9 +20,11 @@ MOTION = {
     **dict.fromkeys(("position", "velocity", "acceleration"), POINTS),
     **dict.fromkeys(("angle", "angular_velocity", "angular_acceleration"), TURNS),
 }
+# energies and works of every run
 ENERGIES = ("kinetic_energy", "potential_energy", "drive_work", "dissipated_energy", "energy_residual")
 
-FINITE = {"time": ("time",), **MOTION, **dict.fromkeys(ENERGIES, ("time",))}  # What every run has as numbers at every instant
+# variables of every run that have a finite value at every instant
+FINITE_VARIABLES = {"time": ("time",), **MOTION, **dict.fromkeys(ENERGIES, ("time",))}
 
 JOINTS = {
     "reaction": ("time", "joint", "axis"),
@@ -31,36 +33,38 @@ JOINTS = {
     **dict.fromkeys(("indentation", "normal_force", "friction_force", "slip_speed", "in_contact"), ("time", "joint")),
     "clearance": ("joint",),
 }
-"""What runs with clearance joints have, NaN at ideal ones."""
+"""Variables of runs with clearance joints, NaN for ideal joints."""
 
 CONTACTS = (
     *("contact_start", "approach_speed", "contact_angle", "peak_force", "peak_time", "peak_normal_force", "peak_normal_time"),
     *("contact_duration", "rebound_speed"),
 )
-"""What the contacts are described by, beside their joint."""
+"""Variables that describe each contact, besides its joint."""
 
+# variables of events, with the kind of their values
 EVENTS = {"event_time": "f", "event_loss": "f", "event_name": "U", "event_kind": "U"}
 
 NAMES = ("body", "joint", "axis")
 
-TEXTS = ("status", "cause", "configuration")
+TEXTS = ("status", "cause", "configuration")  # attributes of every run that are texts
 
-FROM = "a run as scissordyn wrote it"
+EXPECTED = "a run as scissordyn wrote it"
 
 
 def check_run(run: xr.Dataset) -> None:
     """Raise `InputError` unless a dataset has the attributes and variables of a run, with their dimensions, types and units."""
     _check_attributes(run.attrs)
-    for name, dims in (*FINITE.items(), *((name, (name,)) for name in NAMES)):
+    for name, dims in (*FINITE_VARIABLES.items(), *((name, (name,)) for name in NAMES)):
         _check_dims(run, name, dims)
     for variable_name, variable in run.variables.items():
         _check_variable(str(variable_name), variable)
-    for name in FINITE:
+    for name in FINITE_VARIABLES:
         if not np.all(np.isfinite(run[name].values)):
-            raise _damaged(name, "is not a number somewhere")
+            raise _make_error(name, "has values that are not finite")
     if np.any(np.diff(run["time"].values) < 0.0):
-        raise _damaged("time", "goes back")
-    if "indentation" in run or run.sizes.get("contact"):  # a run with ideal joints has room for contacts, and none
+        raise _make_error("time", "decreases")
+    # a run with ideal joints has the dimension of contacts, with length zero
+    if "indentation" in run or run.sizes.get("contact"):
         for name, dims in JOINTS.items():
             _check_dims(run, name, dims)
     if "contact" in run.sizes:
@@ -69,67 +73,69 @@ def check_run(run: xr.Dataset) -> None:
         for name in EVENTS:
             _check_dims(run, name, ("event",))
         if not np.all(np.isfinite(run["event_time"].values)):
-            raise _damaged("event_time", "is not a number somewhere")
+            raise _make_error("event_time", "has values that are not finite")
 
 
 def check_names(run: xr.Dataset, mechanism: Mechanism) -> None:
-    """Raise `InputError` if bodies or joints of a run are not those of the mechanism that it says was run."""
+    """Raise `InputError` if the bodies or joints of a run are not those of its mechanism."""
     for dim, names in (("body", [body.name for body in mechanism.bodies]), ("joint", list(mechanism.joint_names))):
         if run[dim].values.tolist() != names:
-            raise _damaged(dim, "has other names than the mechanism of the run")
+            raise _make_error(dim, "has other names than the run's mechanism")
 
 
-def _damaged(name: str, what: str) -> InputError:
-    return InputError(f"a run whose variable '{name}' {what}", FROM)
+def _make_error(name: str, what: str) -> InputError:
+    return InputError(f"damaged run: the variable '{name}' {what}", EXPECTED)
 
 
 def _check_attributes(attributes: dict[Any, Any]) -> None:
     for name in TEXTS:
         if not isinstance(attributes.get(name), str):
-            raise InputError(f"a run whose attribute '{name}' is {shown(attributes.get(name))}", f"a text, in {FROM}")
+            raise InputError(f"damaged run: the attribute '{name}' is {shown(attributes.get(name))}", f"a text, in {EXPECTED}")
     for name, always in (("end", True), ("trusted_until", False)):
         value = attributes.get(name)
         if (always or value is not None) and not (is_number(value) and np.isfinite(float(value))):  # type: ignore[arg-type]
-            raise InputError(f"a run whose attribute '{name}' is {shown(value)}", f"a finite number, in {FROM}")
+            raise InputError(f"damaged run: the attribute '{name}' is {shown(value)}", f"a finite number, in {EXPECTED}")
     for name, kind in (("statistics", dict), ("warnings", list)):
         try:
             content = json.loads(attributes.get(name, ""))
         except (TypeError, ValueError, RecursionError):
             content = None
         if not isinstance(content, kind):
-            what = f"a run whose attribute '{name}' is {shown(attributes.get(name))}"
-            raise InputError(what, f"JSON, in {FROM}")
+            what = f"damaged run: the attribute '{name}' is {shown(attributes.get(name))}"
+            raise InputError(what, f"JSON, in {EXPECTED}")
 
 
 def _check_dims(run: xr.Dataset, name: str, dims: tuple[str, ...]) -> None:
     if name not in run.variables:
-        raise InputError(f"a run without the variable '{name}'", FROM)
+        raise InputError(f"damaged run: the variable '{name}' is missing", EXPECTED)
     if run[name].dims != dims:
-        raise _damaged(name, f"goes over {', '.join(map(str, run[name].dims)) or 'nothing'}, not over {', '.join(dims)}")
+        raise _make_error(
+            name, f"has the dimensions {', '.join(map(str, run[name].dims)) or 'none'}; expected {', '.join(dims)}"
+        )
 
 
 def _check_variable(name: str, variable: xr.Variable) -> None:
-    """Names and units are texts, all else is numbers with a unit and a long name."""
+    """Raise `InputError` unless names and units are texts, and other variables are numbers with a unit and a long name."""
     if not isinstance(variable.attrs.get("long_name"), str):
-        raise _damaged(name, "has no long name")
+        raise _make_error(name, "has no long name")
     named = variable.dims == (name,) and name != "time"
     if named or name == "contact_joint" or name.endswith("_unit") or EVENTS.get(name) == "U":
         values = variable.values.tolist()
         if variable.dtype.kind not in "OU" or not all(isinstance(value, str) for value in values):
-            raise _damaged(name, f"holds {variable.dtype} in place of texts")
+            raise _make_error(name, f"holds {variable.dtype}, not texts")
         if named and len(set(values)) < len(values):
-            raise _damaged(name, "has a name twice")
+            raise _make_error(name, "has the same name twice")
         return
     if variable.dtype.kind not in "fbiu":
-        raise _damaged(name, f"holds {variable.dtype} in place of numbers")
+        raise _make_error(name, f"holds {variable.dtype}, not numbers")
     if not isinstance(variable.attrs.get("units"), str):
-        raise _damaged(name, "has no unit")
+        raise _make_error(name, "has no unit")
 
 
 def _check_contacts(run: xr.Dataset) -> None:
     for name in ("contact_joint", *CONTACTS):
         _check_dims(run, name, ("contact",))
     if not set(run["contact_joint"].values.tolist()) <= set(run["joint"].values.tolist()):
-        raise _damaged("contact_joint", "names joints that the run does not have")
+        raise _make_error("contact_joint", "names joints that the run does not have")
     if not np.all(np.isfinite(run["contact_start"].values)):
-        raise _damaged("contact_start", "is not a number somewhere")
+        raise _make_error("contact_start", "has values that are not finite")

@@ -19,7 +19,7 @@ from scissordyn.model.options import Options
 from scissordyn.model.parameter_path import Place, changed_all, find, number
 from scissordyn.plan.plan import plan
 from scissordyn.record.dataset import results
-from scissordyn.run.trajectory import compute, recorded
+from scissordyn.run.trajectory import compute, record_trajectory
 from scissordyn.studies.ask.distribution import Interval, Normal, Variation
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ def motion(mechanism: Mechanism, options: Options, times: np.ndarray, *, monitor
     try:
         tables = plan(mechanism)
         chosen = dataclasses.replace(options, until=float(times[-1]), samples=2, trust=False)
-        path, record = recorded(tables, chosen, compute(tables, chosen, times=times, monitor=monitor))
+        path, record = record_trajectory(tables, chosen, compute(tables, chosen, times=times, monitor=monitor))
     except InputError as error:
         raise FailedRunError(str(error)) from None
     if path.status == "interrupted":

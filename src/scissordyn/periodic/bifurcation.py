@@ -23,21 +23,19 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options, StartKind
 from scissordyn.model.parameter_path import number
 from scissordyn.model.record import to_plain
-from scissordyn.periodic.cycles import recorded
-from scissordyn.periodic.rows import PENDING, CycleCase, CycleRow, empty_rows, enter, run_case
-from scissordyn.periodic.stroboscope import consistent, drive_period, start_state
+from scissordyn.periodic.cycles import recorded_names
+from scissordyn.periodic.rows import PENDING, CycleCase, CycleRow, empty_rows, run_case, store_row
+from scissordyn.periodic.stroboscope import drive_period, make_consistent, start_state
 from scissordyn.plan.plan import plan
 from scissordyn.plan.system import make_system
 from scissordyn.record.store import load, save
 from scissordyn.run.advance.driver import Snapshot
-from scissordyn.run.demand import CYCLE_TIME, check_cycles, check_memory, count_in_words, machine_memory
+from scissordyn.run.demand import CYCLE_TIME, check_cycles, check_memory, format_count, machine_memory
 from scissordyn.run.engine import ENGINES, Engine, EngineError, Outcome, outcomes
 from scissordyn.studies.answer.grouped import grouped_lines
 from scissordyn.units import Meaning, checked
 
-VALUE_BYTES = 5000  # Memory of a value beside its cycles: the mechanism that it makes
-KEPT, KEPT_OF_JOINT = 8, 6  # Numbers of a cycle that is kept, and of each of its joints
-SAVE_EVERY = 10.0  # Shortest time between two writes of the store [s]: the work that can be lost
+SAVE_SECONDS = 10.0  # [s] shortest time between two writes of the store, and thus the work that can be lost
 
 
 @checked
@@ -61,7 +59,7 @@ def bifurcation(
     progress: Callable[[int, int], None] | None = None,
     shown: tuple[str, float] | None = None,
 ) -> xr.Dataset:
-    """The stroboscopic map of a periodically driven mechanism for many values of a parameter.
+    """Compute the stroboscopic map of a periodically driven mechanism for many values of a parameter.
 
     Parameters
     ----------
@@ -69,70 +67,73 @@ def bifurcation(
     over : str or callable
         The varied parameter, a path such as "drive.speed", or a function from a value to a mechanism.
     values : sequence of float
-        Of the parameter, in SI units, in the order of computation.
+        Values of the parameter in SI units, in the order of computation.
     cycles, keep : int
-        Number of cycles for each value, and how many of the last are returned.
+        Number of cycles for each value, and number of last cycles that are returned.
     period : float, optional
-        Of the map [s]; that of each mechanism's drive if not given.
+        Period of the map [s]; by default the period of each mechanism's drive.
     phase : float
         Phase of the samples in the cycle, in [0, 1).
     follow : bool
-        Start each value from the end of the one before, which follows a branch of solutions: one by one, here.
+        Start each value from the end of the previous value. This follows a branch of solutions; the values are computed one by
+        one in this process.
     start, rtol, atol, method, most_steps
         As for `cycle`.
     engine : Executor or int, optional
-        Where the values are computed; a number is one of threads; one thread per processor if not given. The result does not
-        depend on it.
+        Engine that computes the values; an int is a number of threads; by default one thread per processor. The result does not
+        depend on the engine.
     store : path, optional
-        A NetCDF file with the results so far, updated during the computation. If it exists, only missing values are computed.
+        NetCDF file with the results so far, updated during the computation. If the file exists, only missing values are
+        computed.
     progress : callable, optional
-        Called after each value with the number done and the total.
+        Called after each value with the number of finished values and the total.
     shown : (str, float), optional
-        Unit in which warnings and pictures show the values, and one of it in SI: ``("rpm", math.pi / 30.0)``.
+        Unit in which warnings and pictures show the values, and its size in SI units: ``("rpm", math.pi / 30.0)``.
 
     Returns
     -------
     Dataset
         Dimensions value, cycle, joint, axis; the coordinate "value" has the parameter's unit. Per value: status ("complete",
         "failed", "interrupted", or "pending" after Ctrl-C), cause, warnings (one a line), completed_cycles, total_steps,
-        total_events, seconds, processor_seconds. Numbers are NaN where a cycle was not reached, and only there. Attributes:
-        status, cycles_per_second (of processor time), wall_seconds of this call, parameter, cycles, configuration, warnings
-        (laws outside their range in the cycles kept, and singular positions that the drives lead through).
+        total_events, seconds, processor_seconds. Numbers are NaN only where a cycle was not reached. Attributes: status,
+        cycles_per_second (of processor time), wall_seconds of this call, parameter, cycles, configuration, warnings. The
+        warnings are laws outside their range in the cycles kept, and singular positions that the drives lead through.
 
     Raises
     ------
     InputError
-        For a parameter, value or option that cannot be used, or a store that belongs to another diagram.
+        If a parameter, value or option cannot be used, or the store belongs to another diagram.
     EngineError
-        If the workers of a scheduler are lost; what is done is in the store.
+        If the workers of a scheduler are lost; finished values are in the store.
     """
     began = time.perf_counter()
     numbers = [float(value) for value in values]
     if not numbers or not np.all(np.isfinite(numbers)):
-        raise InputError("values that are empty or not finite", "one number or more")
+        raise InputError("values that are empty or not finite", "one finite number or more")
     check_diagram(mechanism, len(numbers), cycles, keep)
     mechanisms = [mechanism.replace(over, value) if isinstance(over, str) else over(value) for value in numbers]
     options = Options(1.0 if period is None else period, start, 2, rtol, atol, method, most_steps)
     cases = _cases(mechanisms, options, period, cycles, keep, phase)
     target = None if store is None else Path(store)
-    diagram = diagram_from(target, empty_diagram(mechanism, over, numbers, cases, follow, shown), mechanisms[0])
+    diagram = load_diagram(target, empty_diagram(mechanism, over, numbers, cases, follow, shown), mechanisms[0])
     todo = np.flatnonzero(np.isin(diagram["status"].values, (PENDING, "interrupted"))).tolist()
-    results = _chain(cases, diagram, todo) if follow else outcomes(engine, run_case, [cases[at] for at in todo])
+    results = _follow_values(cases, diagram, todo) if follow else outcomes(engine, run_case, [cases[at] for at in todo])
     interrupted = _compute(results, diagram, target, progress)
-    conclude(diagram, interrupted, time.perf_counter() - began)
+    store_summary(diagram, interrupted, time.perf_counter() - began)
     if target is not None:
         save(diagram, target)
     return diagram
 
 
 def check_diagram(mechanism: Mechanism, values: int, cycles: int, keep: int) -> None:
-    """Raise `InputError` for numbers of cycles that cannot be, or a diagram that does not fit into memory."""
+    """Raise `InputError` if the numbers of cycles are invalid or the diagram does not fit into memory."""
     whole_number("cycles", cycles)
     whole_number("keep", keep, 1, cycles)
     check_cycles(len(mechanism.contacts), cycles)
-    needed = VALUE_BYTES + 8 * keep * (KEPT + KEPT_OF_JOINT * len(mechanism.contacts))
+    # 5000 bytes for a value's mechanism; 8 numbers for each kept cycle, and 6 for each of its joints
+    needed = 5000 + 8 * keep * (8 + 6 * len(mechanism.contacts))
     check_memory(
-        f"{count_in_words(values)} values with {count_in_words(keep)} cycles kept of each",
+        f"{format_count(values)} values with {format_count(keep)} cycles kept of each",
         values * needed,
         CYCLE_TIME * values * cycles,
         f"at most {machine_memory() // needed} values here",
@@ -158,14 +159,14 @@ def _compute(
     target: Path | None,
     progress: Callable[[int, int], None] | None,
 ) -> bool:
-    """Enter results as they come, and save them now and then; returns whether the user stopped it."""
+    """Store the results as they finish, and save them regularly; return True if the user interrupted the computation."""
     saved = time.perf_counter()
     try:
         for result in results:
-            enter_value(diagram, result)
+            store_value(diagram, result)
             if progress is not None:
                 progress(int(np.sum(diagram["status"].values != PENDING)), diagram.sizes["value"])
-            if target is not None and time.perf_counter() - saved > SAVE_EVERY:
+            if target is not None and time.perf_counter() - saved > SAVE_SECONDS:
                 save(diagram, target)
                 saved = time.perf_counter()
     except KeyboardInterrupt:
@@ -177,23 +178,23 @@ def _compute(
     return False
 
 
-def _chain(cases: Sequence[CycleCase], diagram: xr.Dataset, todo: list[int]) -> Iterator[Outcome[CycleCase, CycleRow]]:
-    """All values in order, each from the final state of the one before; from the initial start after a failure."""
+def _follow_values(cases: Sequence[CycleCase], diagram: xr.Dataset, todo: list[int]) -> Iterator[Outcome[CycleCase, CycleRow]]:
+    """Compute all values in order, each from the final state of the previous one, or from the initial start after a failure."""
     end: Snapshot | None = None
     for index in todo:
         case = cases[index]
         if index and end is None and diagram["status"].values[index - 1] == "complete":
             end = final_state(diagram, index - 1, cases[index - 1].mechanism)
         if index and end is not None:
-            case = replace(case, start=carried(cases[index - 1].mechanism, end, case.mechanism))
+            case = replace(case, start=transfer_state(cases[index - 1].mechanism, end, case.mechanism))
         for result in outcomes(1, run_case, [case]):
             row = result.value
             end = row.end if row is not None and row.about["status"] == "complete" else None
             yield result
 
 
-def carried(before: Mechanism, state: Snapshot, after: Mechanism) -> Snapshot:
-    """The state of one mechanism as the start of another, with the same positions and velocities of bodies.
+def transfer_state(before: Mechanism, state: Snapshot, after: Mechanism) -> Snapshot:
+    """Return the state of one mechanism as the start of another, with the same positions and velocities of bodies.
 
     Both are at the same phase of their drives; time restarts from zero.
     """
@@ -201,7 +202,7 @@ def carried(before: Mechanism, state: Snapshot, after: Mechanism) -> Snapshot:
         [part.name for part in getattr(before, parts)] != [part.name for part in getattr(after, parts)]
         for parts in ("bodies", "contacts")
     ):
-        raise InputError("follow = True over mechanisms of different bodies or clearance joints", "follow = False")
+        raise InputError("follow = True: the mechanisms have different bodies or clearance joints", "follow = False")
     old, new = plan(before), plan(after)
     system = make_system(new)
     n = old.coordinates.free
@@ -209,16 +210,16 @@ def carried(before: Mechanism, state: Snapshot, after: Mechanism) -> Snapshot:
     b, rate = basis_at_start(system.content)
     internal = state.y[2 * n :]
     if internal.size != int(system.content.model.state_start[-1]):
-        raise InputError("follow = True over mechanisms whose friction laws have different states", "follow = False")
+        raise InputError("follow = True: the friction laws of the mechanisms have different states", "follow = False")
     full = np.concatenate([new.coordinates.nearest(b, position), new.coordinates.nearest(rate, velocity), internal])
     begin = start_state(after)
     kept = {name: state.arrays[name] for name in ("memory", "mass", "reference")}
     moved = begin.changed(y=full, mode=state.mode, **kept)
-    return consistent(system, moved)
+    return make_consistent(system, moved)
 
 
 class OtherDiagramError(InputError):
-    """A store holds anything but this diagram, made by these sources and libraries."""
+    """Error: a store holds another diagram, or one that other sources or libraries made."""
 
 
 def empty_diagram(
@@ -229,7 +230,7 @@ def empty_diagram(
     follow: bool,
     shown: tuple[str, float] | None = None,
 ) -> xr.Dataset:
-    """A diagram without results."""
+    """Return a diagram without results."""
     first = cases[0]
     if isinstance(over, str):
         quantity = number(mechanism, over).quantity
@@ -266,13 +267,13 @@ def empty_diagram(
 
 
 def _value_in_words(name: object, value: float, about: Mapping[Hashable, Any]) -> str:
-    """A value of the parameter, for messages: in the unit in which it was asked for, or in SI."""
+    """Return a value of the parameter as text, in its shown unit or in SI units."""
     unit, scale = about.get("shown_unit", about["units"]), about.get("shown_scale", 1.0)
     return f"{name} = {value / scale:g}" + ("" if unit == "1" else f" {unit}")
 
 
 def _warnings(cases: Sequence[CycleCase], values: list[str]) -> list[str]:
-    """Singular positions that the drives lead through; those of some values only with the first of these values."""
+    """Return warnings about singular positions that the drives lead through; name the first value if not all are concerned."""
     of_motion: dict[str, list[str]] = {}
     warned: dict[str, list[str]] = {}
     for case, value in zip(cases, values, strict=True):
@@ -284,8 +285,8 @@ def _warnings(cases: Sequence[CycleCase], values: list[str]) -> list[str]:
     return [text if len(of) == len(cases) else f"{of[0]}: {text}" for text, of in warned.items()]
 
 
-def diagram_from(target: Path | None, blank: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
-    """What a file already holds of a diagram; the diagram without results if there is no file."""
+def load_diagram(target: Path | None, blank: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
+    """Return the diagram stored in a file, or the blank diagram if there is no file."""
     if target is None or not target.exists():
         return blank
     try:
@@ -305,7 +306,7 @@ def diagram_from(target: Path | None, blank: xr.Dataset, mechanism: Mechanism) -
     if not differs:
         states = {str(state) for state in stored["status"].values}
         begun = "complete" in states
-        dims = {name: stored[name].dims if name in stored else () for name in (*recorded(mechanism), "end")}
+        dims = {name: stored[name].dims if name in stored else () for name in (*recorded_names(mechanism), "end")}
         differs = [name for name, along in dims.items() if begun and "value" not in along]
         differs += ["status"] if states - {PENDING, "complete", "failed", "interrupted"} else []
     if differs:
@@ -321,9 +322,9 @@ def diagram_from(target: Path | None, blank: xr.Dataset, mechanism: Mechanism) -
     return stored
 
 
-def enter_value(diagram: xr.Dataset, outcome: Outcome[CycleCase, CycleRow]) -> None:
-    """Write one value's results into the diagram, with the state at the end, from which it can be followed."""
-    enter(diagram, "value", outcome)
+def store_value(diagram: xr.Dataset, outcome: Outcome[CycleCase, CycleRow]) -> None:
+    """Store the results of one value in the diagram, with its final state, from which the next value can continue."""
+    store_row(diagram, "value", outcome)
     if outcome.value is None:
         return
     end = outcome.value.end
@@ -331,20 +332,20 @@ def enter_value(diagram: xr.Dataset, outcome: Outcome[CycleCase, CycleRow]) -> N
     if "end" not in diagram:
         about = {"long_name": "state, modes, approach speeds, effective masses and angles at the end, each in its SI unit"}
         diagram["end"] = (("value", "entry"), np.full((diagram.sizes["value"], packed.size), np.nan), about)
-    if packed.size == diagram.sizes["entry"]:  # a function may give mechanisms of different sizes
+    if packed.size == diagram.sizes["entry"]:  # a user's function may return mechanisms of different sizes
         diagram["end"].values[outcome.task.at] = packed
 
 
 def final_state(diagram: xr.Dataset, at: int, mechanism: Mechanism) -> Snapshot:
-    """The state at the end of a value, from what is stored of it."""
+    """Return the stored final state of a value."""
     begin, packed = start_state(mechanism), diagram["end"].values[at]
     guards, first = begin.mode.size, begin.y.size
     y, mode, memory, mass, reference = np.split(packed, first + guards * np.arange(4))
     return begin.changed(y=y, mode=mode.astype(np.int64), memory=memory, mass=mass, reference=reference)
 
 
-def conclude(diagram: xr.Dataset, interrupted: bool, seconds: float) -> None:
-    """Enter the status of the whole, its warnings, and how long it took."""
+def store_summary(diagram: xr.Dataset, interrupted: bool, seconds: float) -> None:
+    """Store the status of the whole diagram, its warnings and its computing time."""
     status = diagram["status"].values
     worked = float(diagram["processor_seconds"].sum())
     failed = int(np.sum(status == "failed"))
@@ -353,12 +354,12 @@ def conclude(diagram: xr.Dataset, interrupted: bool, seconds: float) -> None:
         "failed_values": failed,
         "cycles_per_second": float(diagram["completed_cycles"].sum()) / worked if worked > 0.0 else 0.0,
         "wall_seconds": seconds,
-        "warnings": json.dumps([*json.loads(diagram.attrs["warnings"]), *_of_values(diagram)]),
+        "warnings": json.dumps([*json.loads(diagram.attrs["warnings"]), *_warnings_of_values(diagram)]),
     }
 
 
-def _of_values(diagram: xr.Dataset) -> list[str]:
-    """The warnings about single values, each once with the first value that has it."""
+def _warnings_of_values(diagram: xr.Dataset) -> list[str]:
+    """Return the warnings about single values, each once with its first value."""
     values, warnings = diagram["value"].values, []
     for text, at in grouped_lines(diagram["warnings"].values).items():
         others = f", the first of {len(at)} values" if len(at) > 1 else ""

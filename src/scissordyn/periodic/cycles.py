@@ -36,11 +36,11 @@ def cycle(
     most_steps: int = 1_000_000,
     progress: Callable[[float], None] | None = None,
 ) -> xr.Dataset:
-    """Run a mechanism through many periods of its drive and record it once in each: its stroboscopic map.
+    """Run a mechanism through many periods of its drive and record its state once per period (stroboscopic map).
 
-    The state is taken at (k + phase) T on the same dense output as the samples of `simulate`; statistics of cycle k are
-    over the time from k T to (k + 1) T. Steps end at every k T, so that a run can be continued from its result: cycles
-    done in two calls are bit for bit those done in one.
+    The state is taken at (k + phase) T on the same dense output as the samples of `simulate`. Statistics of cycle k cover the
+    time from k T to (k + 1) T. Steps end at every k T, so that a later call can continue the run: two calls give the same
+    cycles as one, bit for bit.
 
     Parameters
     ----------
@@ -48,20 +48,20 @@ def cycle(
     cycles : int
         Number of cycles.
     period : float, optional
-        T [s]; that of the mechanism's drive if not given.
+        T [s]; by default the period of the mechanism's drive.
     keep : int, optional
-        How many of the last cycles to return; all if not given. Energies and largest forces are followed in these alone, so
-        that the cycles before take about a quarter less time.
+        Number of last cycles to return; by default all. Energies and largest forces are computed in these cycles only, so that
+        the earlier cycles take about a quarter less time.
     phase : float
         Phase of the samples in the cycle, in [0, 1).
     start : {"concentric", "in-contact", "static"} or Dataset
-        As in `simulate`, or the result of an earlier call, to continue it.
+        As in `simulate`, or the result of an earlier call, which is continued.
     rtol, atol : float
         As in `simulate`.
     method : str
         As in `simulate`.
     most_steps : int
-        Largest number of steps of a cycle; with more the run fails.
+        Largest number of steps of a cycle; a run that needs more fails.
     progress : callable, optional
         Called after every cycle with the simulated time [s].
 
@@ -69,12 +69,12 @@ def cycle(
     -------
     Dataset
         Dimensions cycle and joint (the clearance joints), free and internal (coordinates of the state; internal states are
-        named after their joint or component). Variables that begin with "end" are the final state, from which a run can be
-        continued. Numbers are in SI; a variable whose entries have different units has no attribute "units". Attributes: status
-        ("complete", "interrupted" or "failed"), cause, period, cycles_per_second, statistics, configuration. A run that fails
-        in cycle k has the cycles before k. "warnings" says where laws are outside their range or controllers at their limits in
-        the cycles returned, and names the singular positions that the drives lead through in a period; those of a motion that
-        the drives do not determine are not looked for.
+        named after their joint or component). Variables whose names begin with "end" are the final state, from which the run
+        can be continued. Values are in SI units; a variable whose entries have different units has no attribute "units".
+        Attributes: status ("complete", "interrupted" or "failed"), cause, period, cycles_per_second, statistics, configuration,
+        warnings. A run that fails in cycle k has the cycles before k. Warnings concern laws outside their range and controllers
+        at their limits in the returned cycles, and singular positions that the drives lead through in a period. Motion that the
+        drives do not determine is not searched for singular positions.
 
     Raises
     ------
@@ -90,40 +90,40 @@ def cycle(
 
 
 def _start_of(run: xr.Dataset) -> StartKind:
-    """The start option of an earlier run, on which the choice of the method depends."""
+    """Return the `start` option of the earlier run; the method is chosen by it."""
     options = read_configuration(run).options if "end_y" in run else None
     if options is None:
-        raise InputError("start = a dataset without a final state", "a Dataset that cycle() made")
+        raise InputError("start: the dataset has no final state", "a Dataset that cycle() made")
     return options.start
 
 
 def _state_of(run: xr.Dataset, mechanism: Mechanism, period: float) -> Snapshot:
-    """The final state of an earlier run."""
+    """Return the final state of an earlier run; raise `InputError` if its period or mechanism differs."""
     before = number_attribute(run, "period")
     if not math.isclose(before, period, rel_tol=1e-12):
-        raise InputError(f"start = cycles of {before:g} s for cycles of {period:g} s", "the same period")
+        raise InputError(f"start: its cycles last {before:g} s, those of this run {period:g} s", "the same period")
     configuration = read_configuration(run)
     if configuration.text != write_configuration(mechanism, configuration.options):
-        raise InputError("start = cycles of another mechanism", "cycles of the same mechanism")
+        raise InputError("start: its cycles are those of another mechanism", "cycles of the same mechanism")
     return Snapshot.from_plain({str(name)[4:]: part.values for name, part in run.data_vars.items() if str(name)[:4] == "end_"})
 
 
 FREE_UNITS = {"free_position": "kg^0.5 m", "free_velocity": "kg^0.5 m/s"}
-"""Units of the free coordinates; internal states have that of their law or component."""
+"""Units of the free coordinates; an internal state has the unit of its law or component."""
 
 END_UNITS = {"counts": "1", "mode": "1", "history_length": "1", "reference": "rad", "total": "J"}
-"""Units of the parts of the final state whose entries share one."""
+"""Units of those parts of the final state whose entries all have the same unit."""
 
 
-def recorded(mechanism: Mechanism) -> tuple[str, ...]:
-    """Names of the quantities that are recorded once per cycle of a mechanism and can be drawn."""
+def recorded_names(mechanism: Mechanism) -> tuple[str, ...]:
+    """Return the names of the quantities that are recorded once per cycle of a mechanism and can be plotted."""
     absent = [name for name in DESCRIBED if name.startswith("slider_")] if mechanism.output_guide is None else []
     absent += [name for name, (dims, _, _) in DESCRIBED.items() if "joint" in dims and not mechanism.contacts]
     return tuple(name for name in DESCRIBED if name not in absent)
 
 
 def _internal_states(plan: Plan) -> np.ndarray:
-    """What each internal state is: "A: bristle_deflection"."""
+    """Return the label of each internal state, for example "A: bristle_deflection"."""
     states = [f"{contact.name}: {state.name}" for contact in plan.contacts for state in states_of(contact)]
     states += [f"{part.name}: {state.name}" for part in plan.acting for state in part.states]
     return np.array(states, dtype=str)
@@ -156,7 +156,7 @@ def _to_dataset(found: Cycles, options: Options, phase: float, keep: int) -> xr.
     for name, part in found.end.plain().items():
         dims = tuple(f"end_{name}_{axis}" for axis in range(part.ndim))
         about = {"units": END_UNITS[name]} if name in END_UNITS else {}
-        run[f"end_{name}"] = (dims, part, {**about, "long_name": f"{name} at the end, to go on from, in SI units"})
+        run[f"end_{name}"] = (dims, part, {**about, "long_name": f"{name} at the end of the run, in SI units"})
     run.attrs = {
         "title": "scissordyn cycles",
         "status": found.status,

@@ -1,4 +1,4 @@
-"""Many members of one case whose starts differ by round-off: the predictability of a periodic run."""
+"""Ensembles: many runs of one case whose starts differ by round-off, to measure the predictability of periodic runs."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from scissordyn.errors import InputError, whole_number
 from scissordyn.kinematics.branching import drive_warnings
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options, StartKind
-from scissordyn.periodic.rows import COLUMNS, CycleCase, empty_rows, enter, run_case
-from scissordyn.periodic.stroboscope import DESCRIBED, consistent, drive_period, start_state
+from scissordyn.periodic.rows import COLUMNS, CycleCase, empty_rows, run_case, store_row
+from scissordyn.periodic.stroboscope import DESCRIBED, drive_period, make_consistent, start_state
 from scissordyn.plan.plan import plan
 from scissordyn.plan.system import make_system
 from scissordyn.run.advance.driver import Snapshot
@@ -23,8 +23,6 @@ from scissordyn.run.demand import check_cycles
 from scissordyn.run.engine import ENGINES, Engine, outcomes
 from scissordyn.studies.answer.grouped import grouped_lines
 from scissordyn.units import Meaning, checked
-
-LEAST, MOST = 1e-16, 1e-6  # Range of relative perturbations on the scale of round-off
 
 
 @checked
@@ -50,23 +48,24 @@ def ensemble(
     """Run the same mechanism from starts that differ by round-off.
 
     Every entry y of a member's state starts as y (1 + p g), with g from a normal distribution; member 0 is not perturbed. Two
-    members agree in a cycle if their journals are within a fraction of the clearance of each other at all clearance joints.
-    That fraction is small: where the reaction presses the journal to the same side in every cycle, even unrelated members are
+    members agree in a cycle if their journals are within a fraction of the clearance of each other at all clearance joints. The
+    fraction must be small: if the reaction presses the journal to the same side in every cycle, even unrelated members are
     close.
 
     Parameters
     ----------
     mechanism : Mechanism
-        With a clearance joint.
+        Mechanism with a clearance joint.
     members, cycles : int
+        Number of members, at least 2, and number of cycles.
     period : float, optional
-        [s]; that of the drive if not given.
+        Period [s]; by default the period of the drive.
     phase : float
         Phase of the samples in the cycle, in [0, 1).
     perturbation : float
         p, from 1e-16 to 1e-6.
     seed : int
-        Of the perturbations; the same seed gives the same ensemble, whatever the engine.
+        Seed of the perturbations; the same seed gives the same ensemble with any engine.
     skip : int
         Number of cycles at the start that are left out of means.
     agreement : float
@@ -76,23 +75,23 @@ def ensemble(
     engine : Executor or int, optional
         As for `bifurcation`.
     progress : callable, optional
-        Called after each member with the number done and the total.
+        Called after each member with the number of finished members and the total.
 
     Returns
     -------
     Dataset
-        Every variable of `cycle` along (member, cycle), NaN after a member has failed; for each that is not a flag
-        `mean_...` along member, the mean over its counted cycles, and `spread_...`, the standard deviation of these means.
-        `agreeing(cycle)`, the fraction of members that agree with member 0; `divergence_cycle(member)`, the first cycle in
-        which a member does not (the number of cycles if none); attributes trusted_cycles and trusted_until [s], before which
-        all agree; `status(member)`, `cause(member)`; attribute warnings.
+        Every variable of `cycle` along (member, cycle), NaN after a member has failed. For each numeric variable: `mean_...`
+        along member, the mean over its counted cycles, and `spread_...`, the standard deviation of these means.
+        `agreeing(cycle)` is the fraction of members that agree with member 0. `divergence_cycle(member)` is the first cycle in
+        which a member differs from member 0, or the number of cycles. `status(member)` and `cause(member)`. Attributes:
+        trusted_cycles and trusted_until [s], before which all members agree, and warnings.
     """
     _check(mechanism, members, cycles, skip, perturbation, agreement)
     period = drive_period(mechanism) if period is None else period
     options = Options(period, start, 2, rtol, atol, method, most_steps)
-    starts = enumerate(_starts(mechanism, start, members, perturbation, seed))
+    starts = enumerate(_make_starts(mechanism, start, members, perturbation, seed))
     cases = [CycleCase(at, mechanism, options, cycles, cycles, phase, begin) for at, begin in starts]
-    run, lines = _computed(cases, engine, progress)
+    run, lines = _compute_members(cases, engine, progress)
     _add_agreement(run, mechanism, agreement, period, phase)
     _add_means(run, skip)
     run.attrs |= {
@@ -113,50 +112,50 @@ def _check(mechanism: Mechanism, members: int, cycles: int, skip: int, perturbat
     for name, count, least in (("members", members, 2), ("cycles", cycles, 1), ("skip", skip, 0)):
         whole_number(name, count, least)
     if skip >= cycles:
-        raise InputError(f"skip = {skip} of {cycles} cycles", "fewer than there are")
-    if not LEAST <= perturbation <= MOST:
-        raise InputError(f"perturbation = {perturbation!r}", f"a number from {LEAST:g} to {MOST:g}")
+        raise InputError(f"skip = {skip} of {cycles} cycles", f"a number below {cycles}")
+    if not 1e-16 <= perturbation <= 1e-6:
+        raise InputError(f"perturbation = {perturbation!r}", "a number from 1e-16 to 1e-06")
     if not 0.0 < agreement < 1.0:
         raise InputError(f"agreement = {agreement!r}", "a fraction of the clearance, above 0 and below 1")
     if not mechanism.contacts:
-        raise InputError("an ensemble of a mechanism without clearance joints", "a mechanism with a clearance")
+        raise InputError("ensemble: the mechanism has no clearance joints", "a mechanism with a clearance")
     check_cycles(len(mechanism.contacts), members * cycles)
 
 
-def _computed(
+def _compute_members(
     cases: list[CycleCase], engine: Engine, progress: Callable[[int, int], None] | None
 ) -> tuple[xr.Dataset, Iterable[str]]:
-    """All cycles of all members, and the warnings about them."""
+    """Return all cycles of all members, and the warnings about them."""
     members = len(cases)
     run = empty_rows(cases, "member", {"member": np.arange(members)})
     for outcome in outcomes(engine, run_case, cases, total=members, progress=progress):
-        enter(run, "member", outcome)
+        store_row(run, "member", outcome)
     lines = grouped_lines(run["warnings"].values)
     run = run.drop_vars([name for name in run.data_vars if name in COLUMNS and name not in ("status", "cause")])
     if "energy" not in run:
-        raise InputError(f"an ensemble in which no member ran: {run['cause'].values[0]}", "a mechanism that runs")
+        raise InputError(f"ensemble: every member failed: {run['cause'].values[0]}", "a mechanism that runs")
     return run, lines
 
 
-def _starts(mechanism: Mechanism, start: StartKind, members: int, perturbation: float, seed: int) -> list[Snapshot]:
-    """The consistent initial states of all members."""
+def _make_starts(mechanism: Mechanism, start: StartKind, members: int, perturbation: float, seed: int) -> list[Snapshot]:
+    """Return the consistent initial states of all members."""
     first = start_state(mechanism, start)
     system = make_system(plan(mechanism))
     numbers = np.random.default_rng(seed)
     starts = [first]
     for _ in range(members - 1):
         factor = 1.0 + perturbation * numbers.standard_normal(first.y.size)
-        starts.append(consistent(system, first.changed(y=first.y * factor)))
+        starts.append(make_consistent(system, first.changed(y=first.y * factor)))
     return starts
 
 
 def _add_agreement(run: xr.Dataset, mechanism: Mechanism, agreement: float, period: float, phase: float) -> None:
-    """When members diverge from the first."""
+    """Add the fraction of agreeing members, the divergence cycle of each member, and the trusted cycles."""
     clearance = np.array([joint.clearance.clearance for joint in mechanism.contacts if joint.clearance])
     place = run["eccentricity"].values
     difference = place - place[:1]
     apart = np.max(np.hypot(difference[..., 0], difference[..., 1]) / clearance, axis=2)
-    # a member that broke off is NaN and agrees with no other
+    # a failed member is NaN and agrees with no other
     agrees = apart <= agreement
     cycles = run.sizes["cycle"]
     diverged = np.where(np.all(agrees, axis=1), cycles, np.argmin(agrees, axis=1))
@@ -172,7 +171,7 @@ def _add_agreement(run: xr.Dataset, mechanism: Mechanism, agreement: float, peri
 
 
 def _add_means(run: xr.Dataset, skip: int) -> None:
-    """Means over the counted cycles of each member, and their spread."""
+    """Add the means over the counted cycles of each member, and their spread."""
     for name in DESCRIBED:
         if name not in run or name == "in_contact":
             continue

@@ -18,19 +18,13 @@ from scissordyn.laws.friction.none import NoFriction
 from scissordyn.mechanics import functions
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options, StartKind
-from scissordyn.periodic.stroboscope import consistent, drive_period
+from scissordyn.periodic.stroboscope import drive_period, make_consistent
 from scissordyn.plan.plan import plan
 from scissordyn.plan.system import make_system
 from scissordyn.record.trajectory import Trajectory
 from scissordyn.run.advance.driver import Snapshot
-from scissordyn.run.trajectory import compute, make_driver, reach
+from scissordyn.run.trajectory import advance_to, compute, make_driver
 from scissordyn.units import checked
-
-NUDGE = 1e-7  # Length of the difference for the projection of a tangent onto the length constraints, as a fraction of the state
-
-UNFREE = 1e-4
-"""Length of a random direction, projected onto what the constraints allow, below which they allow none: the error of the
-projection is about `NUDGE`, and of a free direction a length of order one is left."""
 
 
 @checked
@@ -49,23 +43,24 @@ def separation_exponent(
     seed: int = 0,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
-    """Largest Lyapunov exponent from two trajectories, with repeated rescaling of their distance.
+    """Compute the largest Lyapunov exponent from two trajectories whose distance is repeatedly rescaled.
 
-    After each of the `intervals` of a cycle the distance d between the trajectories is measured, ln(d/d0) recorded, and the
-    companion moved to the distance d0 in the same direction (Benettin et al. 1980, doi:10.1007/BF02128236). It is projected
-    onto the length constraints; the differences of internal states and approach speeds of joints in contact in both are scaled
-    by the same factor, and a joint in contact in one only keeps the companion's values. The method is valid for any law.
-    Distance: d^2 =
-    ``|dx'|^2 + (2 pi/T)^2 |dx|^2`` in free coordinates, whose mass matrix is the identity; internal states are carried but not
-    measured, since they relax to the motion within microseconds.
+    After each of the `intervals` of a cycle the distance d between the trajectories is measured and ln(d/d0) is recorded. The
+    companion trajectory is then moved to the distance d0 in the same direction (Benettin et al. 1980, doi:10.1007/BF02128236)
+    and projected onto the length constraints. For joints in contact in both trajectories, the differences of internal states
+    and approach speeds are scaled by the same factor. A joint in contact in one trajectory only keeps the companion's values.
+    The method is valid for any law.
+
+    The distance is d^2 = ``|dx'|^2 + (2 pi/T)^2 |dx|^2`` in free coordinates, whose mass matrix is the identity. Internal
+    states are not measured, since they follow the motion within microseconds.
 
     Parameters
     ----------
     mechanism : Mechanism
     cycles : int
-        Whole periods.
+        Number of whole periods.
     period : float, optional
-        T [s]; that of the drive if not given.
+        T [s]; by default the period of the drive.
     intervals : int
         Number of intervals of a cycle; the difference must stay small in each.
     skip : int
@@ -74,24 +69,24 @@ def separation_exponent(
         d0, as a fraction of (2 pi/T) times the smallest clearance (of 1 kg^0.5 m if no joint has clearance).
     start : {"concentric", "in-contact", "static"}
     rtol, atol : float
-        Errors in a step must be small against d0.
+        Tolerances as in `simulate`; errors in a step must be small compared with d0.
     method : str
     seed : int
-        Of the direction of the first difference.
+        Seed of the direction of the first difference.
     progress : callable, optional
-        Called after each cycle with the number done and the total.
+        Called after each cycle with the number of finished cycles and the total.
 
     Returns
     -------
     Dataset
         `exponent` [1/s], `standard_error` and `running` as from `analysis.lyapunov.exponent_from_growth`, and `log_growth` of
-        every interval. Attributes: status, cause, and `apart`, the fraction of interval ends with different contact modes of
-        the two trajectories.
+        every interval. Attributes: status, cause, and `apart`, the fraction of interval ends at which the trajectories have
+        different contact modes.
 
     Raises
     ------
     InputError
-        For an option that cannot be used.
+        If an option cannot be used.
     """
     period = drive_period(mechanism) if period is None else period
     _check_counts(cycles=cycles, intervals=intervals)
@@ -104,13 +99,13 @@ def separation_exponent(
         driver.monitor(False)
     reference = drivers[0].snapshot()
     difference = _first_tangent(system, reference.y, n, pulse, seed)
-    companion = _companion(system, reference, reference, difference, first)
+    companion = _place_companion(system, reference, reference, difference, first)
     growth: list[float] = []
     together, status, cause = 0, "complete", ""
     try:
         for interval in range(1, cycles * intervals + 1):
             drivers[1].restore(companion)
-            causes = [reach(driver, interval * part, Options.most_steps, since=driver.tried) for driver in drivers]
+            causes = [advance_to(driver, interval * part, Options.most_steps, since=driver.tried) for driver in drivers]
             if any(causes):
                 status, cause = "failed", causes[0] or causes[1]
                 break
@@ -118,15 +113,15 @@ def separation_exponent(
                 driver.clear_log()
             reference, companion = (driver.snapshot() for driver in drivers)
             difference = companion.y - reference.y
-            apart = _length(difference, n, pulse)
+            apart = _norm(difference, n, pulse)
             growth.append(math.log(apart / first))
             together += int(np.array_equal(reference.mode, companion.mode))
-            companion = _companion(system, reference, companion, difference, first / apart)
+            companion = _place_companion(system, reference, companion, difference, first / apart)
             if progress is not None and interval % intervals == 0:
                 progress(interval // intervals, cycles)
     except KeyboardInterrupt:
         status, cause = "interrupted", "interrupted"
-    result = _concluded(mechanism, growth, part, skip * intervals, "two trajectories", status, cause)
+    result = _make_result(mechanism, growth, part, skip * intervals, "two trajectories", status, cause)
     result.attrs |= {"apart": 1.0 - together / max(1, len(growth)), "period": period, "distance": distance}
     return result
 
@@ -147,23 +142,24 @@ def variational_exponent(
     seed: int = 0,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
-    """Largest Lyapunov exponent from a tangent vector along one trajectory.
+    """Compute the largest Lyapunov exponent from a tangent vector along one trajectory.
 
-    The variational equation u' = J(t) u is integrated by the implicit midpoint rule u <- (1 - hJ/2)^-1 (1 + hJ/2) u, with J the
-    mechanics' own linearisation at the middle of each substep; its error is of second order in h. The contact force is
-    continuous at delta = 0, and so is its derivative for every law stiffer than linear, so that u is continuous at the start of
-    a contact. The damping laws divide by the approach speed of the contact, a number that depends on the trajectory and not on
-    the state, and friction states start anew with each contact: for these the variational equation is not defined; use
-    `separation_exponent`.
+    The variational equation u' = J(t) u is integrated by the implicit midpoint rule u <- (1 - hJ/2)^-1 (1 + hJ/2) u. J is the
+    linearisation of the mechanics at the middle of each substep; the error is of second order in h. The contact force is
+    continuous at delta = 0, and so is its derivative for every law stiffer than linear. u is therefore continuous at the start
+    of a contact.
+
+    Damping laws divide by the approach speed of the contact, which depends on the trajectory and not on the state. Friction
+    states restart with each contact. The variational equation is not defined for these laws; use `separation_exponent`.
 
     Parameters
     ----------
     mechanism : Mechanism
-        Clearance joints without friction and with damping "none".
+        Mechanism whose clearance joints have no friction and damping "none".
     cycles, period, intervals, skip
         As in `separation_exponent`.
     substeps : int
-        In an interval; each must be short against the oscillation of a contact.
+        Number of substeps in an interval; each must be short compared with the oscillation of a contact.
     start, rtol, atol, method, seed, progress
         As in `separation_exponent`; the same seed gives the same first tangent.
 
@@ -188,37 +184,37 @@ def variational_exponent(
     tangent = _first_tangent(path.system, path.samples.state[0], path.plan.coordinates.free, pulse, seed)
     growth = []
     for interval in range((path.samples.time.size - 1) // (2 * substeps)):
-        tangent = _carried(path, tangent, 2 * interval * substeps, substeps, part / substeps)
-        length = _length(tangent, path.plan.coordinates.free, pulse)
+        tangent = _propagate_tangent(path, tangent, 2 * interval * substeps, substeps, part / substeps)
+        length = _norm(tangent, path.plan.coordinates.free, pulse)
         growth.append(math.log(length))
         tangent /= length
         if progress is not None and (interval + 1) % intervals == 0:
             progress((interval + 1) // intervals, cycles)
-    result = _concluded(mechanism, growth, part, skip * intervals, "variational", path.status, path.cause)
+    result = _make_result(mechanism, growth, part, skip * intervals, "variational", path.status, path.cause)
     result.attrs |= {"substeps": substeps, "period": period}
     return result
 
 
 def _check_continuous(mechanism: Mechanism) -> None:
-    """Raise `InputError` for a mechanism whose variational equation is not defined or not continuous."""
+    """Raise `InputError` if the variational equation of a mechanism is not defined or not continuous."""
     for joint in mechanism.contacts:
         laws = joint.clearance
         if laws is not None and not (isinstance(laws.damping, NoDamping) and isinstance(laws.friction, NoFriction)):
             raise InputError(
-                f"joint '{joint.name}' with damping '{laws.damping.name}' and friction '{laws.friction.name}', for which the "
-                "variational equation is not defined",
+                f"joint '{joint.name}' has damping '{laws.damping.name}' and friction '{laws.friction.name}'; the variational "
+                "equation is not defined for them",
                 "damping 'none' and friction 'none'",
                 "separation_exponent(...)",
             )
     if any(part.declaration.gap is not None for part in mechanism.components) or mechanism.latches:
         raise InputError(
-            "the variational equation of a mechanism with end stops or latches, where it is discontinuous",
-            "a mechanism without",
+            "the variational equation is discontinuous at end stops and latches",
+            "a mechanism without end stops or latches",
         )
 
 
-def _carried(path: Trajectory, tangent: np.ndarray, first: int, substeps: int, h: float) -> np.ndarray:
-    """A tangent at the sample `first`, carried along a trajectory by so many substeps of length h [s]."""
+def _propagate_tangent(path: Trajectory, tangent: np.ndarray, first: int, substeps: int, h: float) -> np.ndarray:
+    """Return a tangent at the sample `first` after `substeps` steps of length h [s] along a trajectory."""
     samples, live, address = path.samples, path.system.content.state, path.system.address
     slope, slope_t, answer = np.zeros(samples.state.shape[1]), np.zeros(samples.state.shape[1]), np.zeros(2)
     last = first + 2 * substeps
@@ -233,7 +229,7 @@ def _carried(path: Trajectory, tangent: np.ndarray, first: int, substeps: int, h
         functions.solve(tangent, address)
         tangent *= 4.0 / h
         tangent -= before
-    return _on_conditions(path.system, samples.time[last], samples.state[last], tangent)
+    return _project_tangent(path.system, samples.time[last], samples.state[last], tangent)
 
 
 def _check_counts(**counts: int) -> None:
@@ -241,40 +237,43 @@ def _check_counts(**counts: int) -> None:
         whole_number(name, count)
 
 
-def _length(difference: np.ndarray, n: int, pulse: float) -> float:
-    """Norm of a difference of states: speeds, and positions times the angular frequency `pulse`."""
+def _norm(difference: np.ndarray, n: int, pulse: float) -> float:
+    """Return the norm of a difference of states: speeds, and positions times the angular frequency `pulse`."""
     return float(np.sqrt(np.sum(difference[n : 2 * n] ** 2) + pulse**2 * np.sum(difference[:n] ** 2)))
 
 
 def _first_tangent(system: Handle, state: np.ndarray, n: int, pulse: float, seed: int) -> np.ndarray:
-    """A direction of unit length in which the mechanism can move."""
+    """Return a direction of unit length in which the mechanism can move."""
     tangent = np.zeros(state.size)
     tangent[: 2 * n] = np.random.default_rng(seed).standard_normal(2 * n)
     tangent[:n] /= pulse
-    tangent = _on_conditions(system, 0.0, state, tangent)
-    length = _length(tangent, n, pulse)
-    if not length > UNFREE:
+    tangent = _project_tangent(system, 0.0, state, tangent)
+    length = _norm(tangent, n, pulse)
+    # The projection has an error of about 1e-7, and a free direction a length of about 1.
+    if not length > 1e-4:
         raise InputError(
-            "the exponent of a mechanism whose drives prescribe its whole motion",
-            "one that can move by itself",
+            "exponent: the drives prescribe the whole motion of the mechanism",
+            "a mechanism that can move freely",
             "mechanism.with_clearance(...)",
         )
     return tangent / length
 
 
-def _on_conditions(system: Handle, time: float, state: np.ndarray, tangent: np.ndarray) -> np.ndarray:
-    """The projection of a tangent onto the length constraints, from the difference between two projected states."""
+def _project_tangent(system: Handle, time: float, state: np.ndarray, tangent: np.ndarray) -> np.ndarray:
+    """Project a tangent onto the length constraints, by the difference between two projected states."""
     base, answer = state.copy(), np.zeros(2)
     functions.accept(time, base, system.address, answer)
-    size = NUDGE * max(1.0, float(np.max(np.abs(base)))) / float(np.max(np.abs(tangent)))
+    size = 1e-7 * max(1.0, float(np.max(np.abs(base)))) / float(np.max(np.abs(tangent)))
     ends = [base + size * tangent, base - size * tangent]
     for end in ends:
         functions.accept(time, end, system.address, answer)
     return np.asarray((ends[0] - ends[1]) / (2.0 * size))
 
 
-def _companion(system: Handle, reference: Snapshot, companion: Snapshot, difference: np.ndarray, factor: float) -> Snapshot:
-    """The companion at `factor` times its difference from the reference, consistent again."""
+def _place_companion(
+    system: Handle, reference: Snapshot, companion: Snapshot, difference: np.ndarray, factor: float
+) -> Snapshot:
+    """Return the companion, moved to `factor` times its difference from the reference and made consistent."""
     model, contacts = system.content.model, system.content.parameters.contact.size
     full = reference.y + factor * difference
     both = (reference.mode == 1) & (companion.mode == 1)
@@ -286,13 +285,13 @@ def _companion(system: Handle, reference: Snapshot, companion: Snapshot, differe
         internal = slice(2 * model.n + int(model.state_start[j]), 2 * model.n + int(model.state_start[j + 1]))
         if not both[j]:
             full[internal] = companion.y[internal]
-    put = consistent(system, companion.changed(y=full, **onset))
+    put = make_consistent(system, companion.changed(y=full, **onset))
     clock = companion.arrays["clock"].copy()
     clock["longest"], clock["prepared"] = put.arrays["clock"]["longest"], 0
     return put.changed(clock=clock)
 
 
-def _concluded(
+def _make_result(
     mechanism: Mechanism, growth: list[float], part: float, skip: int, road: str, status: str, cause: str
 ) -> xr.Dataset:
     if len(growth) <= skip:

@@ -1,4 +1,4 @@
-"""Many periodic runs: cases in, rows out, written into one Dataset as they come."""
+"""Datasets of many periodic runs: one row per case, filled as the cases finish."""
 
 from __future__ import annotations
 
@@ -16,33 +16,34 @@ from scissordyn.periodic.stroboscope import DESCRIBED, run_cycles
 from scissordyn.run.advance.driver import Snapshot
 from scissordyn.run.engine import STATES, Outcome, error_text
 
-PENDING = STATES[0]  # Status of a case that has not been computed yet
+PENDING = STATES[0]  # status of a case that has not been computed yet
 
 
 @dataclass(frozen=True)
 class CycleCase:
-    """One periodic run, with all inputs of a worker."""
+    """One periodic run, with all inputs that a worker needs."""
 
-    at: int  # Its place among the cases
+    at: int  # index among the cases
     mechanism: Mechanism
-    options: Options  # `until` is the period
+    options: Options  # its `until` is the period
     cycles: int
     keep: int
     phase: float
-    start: Snapshot | None = None  # In place of that of the options
+    start: Snapshot | None = None  # replaces the start of the options
 
 
 @dataclass(frozen=True)
 class CycleRow:
-    """The result of one case."""
+    """Result of one case."""
 
-    values: dict[str, np.ndarray]  # The last cycles, by the names of `DESCRIBED`; shorter where the run failed
+    values: dict[str, np.ndarray]  # last cycles, by the names of `DESCRIBED`; shorter if the run failed
     end: Snapshot
-    # Status, cause, warnings (one a line), completed_cycles, total_steps, total_events, seconds and processor_seconds
+    # status, cause, warnings (one a line), completed_cycles, total_steps, total_events, seconds and processor_seconds
     about: dict[str, str | int | float]
 
 
 def run_case(case: CycleCase) -> CycleRow:
+    """Compute one periodic run; raise `KeyboardInterrupt` if it is interrupted."""
     began, worked = time.perf_counter(), time.thread_time()
     run = run_cycles(case.mechanism, case.options, cycles=case.cycles, keep=case.keep, phase=case.phase, start=case.start)
     if run.status == "interrupted":
@@ -71,11 +72,11 @@ COLUMNS: dict[str, tuple[str | int | float, dict[str, str]]] = {
     "seconds": (0.0, {"units": "s", "long_name": "time taken"}),
     "processor_seconds": (0.0, {"units": "s", "long_name": "time of the processor taken"}),
 }
-"""What is known of each case beside its cycles: the value before it is computed, and attributes."""
+"""Columns of each case besides its cycles: the value before the case is computed, and attributes."""
 
 
 def empty_rows(cases: Sequence[CycleCase], along: str, coordinates: Mapping[str, Any]) -> xr.Dataset:
-    """A row for each case, before anything is known of them."""
+    """Return a Dataset with an empty row for each case."""
     first, kinds = cases[0], {str: object, int: np.int64, float: float}
     return xr.Dataset(
         {name: (along, np.full(len(cases), blank, kinds[type(blank)]), about) for name, (blank, about) in COLUMNS.items()},
@@ -88,8 +89,8 @@ def empty_rows(cases: Sequence[CycleCase], along: str, coordinates: Mapping[str,
     )
 
 
-def enter(rows: xr.Dataset, along: str, outcome: Outcome[CycleCase, CycleRow]) -> None:
-    """Write what became of a case into its row; numbers of cycles that were not reached stay NaN."""
+def store_row(rows: xr.Dataset, along: str, outcome: Outcome[CycleCase, CycleRow]) -> None:
+    """Store the outcome of a case in its row; cycles that were not reached stay NaN."""
     at, row = outcome.task.at, outcome.value
     if row is None:
         assert outcome.error is not None

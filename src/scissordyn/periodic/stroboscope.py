@@ -1,4 +1,4 @@
-"""The loop over cycles: from one period of a drive to the next, in plain arrays, and consistent states to start from."""
+"""Loop over cycles, from one period of a drive to the next, and consistent states to start from."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ from scissordyn.plan.plan import Plan, plan
 from scissordyn.plan.system import guard_values
 from scissordyn.record.events import ACCOUNTS, accounts
 from scissordyn.record.warn import Extremes
-from scissordyn.run.advance.driver import Choice, Driver, Snapshot, counted
+from scissordyn.run.advance.driver import Choice, Driver, Snapshot, count_steps
 from scissordyn.run.demand import check_cycles
-from scissordyn.run.trajectory import make_driver, reach, reached
+from scissordyn.run.trajectory import advance_to, current_trajectory, make_driver
 
 DESCRIBED = {
     "slider_position": (("cycle",), "m", "position of the slider along its guide"),
@@ -48,23 +48,23 @@ DESCRIBED = {
 
 @dataclass(frozen=True)
 class Cycles:
-    """The result of a periodic run: one sample and one row of statistics per complete cycle."""
+    """Result of a periodic run: one sample and one row of statistics per complete cycle."""
 
     plan: Plan
-    first: int  # Number of the first cycle; cycle k lasts from k to k + 1 periods
-    samples: Samples  # One row per cycle, at its start plus the phase
-    values: dict[str, np.ndarray]  # What is recorded once per cycle, by the names of `DESCRIBED`
-    end: Snapshot  # After the last whole cycle
+    first: int  # index of the first cycle; cycle k lasts from k to k + 1 periods
+    samples: Samples  # one row per cycle, at its start plus the phase
+    values: dict[str, np.ndarray]  # quantities recorded once per cycle, by the names of `DESCRIBED`
+    end: Snapshot  # state after the last whole cycle
     status: str  # "complete", "interrupted" or "failed"
-    cause: str  # Cause if it is not complete
-    # Method, steps, rejected, rates, jacobians, events, seconds of integration, cycles per second
+    cause: str  # reason why the run is not complete, or ""
+    # method, steps, rejected, rates, jacobians, events, seconds of integration, cycles per second
     statistics: dict[str, str | int | float]
-    warnings: tuple[str, ...]  # Of the start, and of the cycles that are kept
+    warnings: tuple[str, ...]  # warnings about the start and the kept cycles
 
 
 def drive_period(mechanism: Mechanism) -> float:
-    """The period of a mechanism's only periodic drive."""
-    # a drive at constant speed is periodic, a growing distance is not
+    """Return the period of a mechanism's only periodic drive [s]."""
+    # a rotation at constant speed is periodic, a growing distance is not
     driving: tuple[Any, ...] = (*mechanism.drives, *mechanism.coordinate_drives)
     turning = (drive.motion for drive in driving if isinstance(drive.motion, ConstantSpeed))
     periods = {2.0 * math.pi / abs(motion.speed) for motion in turning if motion.speed != 0.0}
@@ -72,7 +72,7 @@ def drive_period(mechanism: Mechanism) -> float:
     periods |= {2.0 * math.pi / motion.angular_frequency for motion in every if isinstance(motion, Harmonic)}
     if len(periods) != 1:
         raise InputError(
-            f"{len(periods) or 'no'} periods among the drives of the mechanism",
+            f"the drives of the mechanism have {len(periods) or 'no'} periods",
             "the period [s]",
             "period=0.25, or a harmonic drive",
         )
@@ -80,14 +80,15 @@ def drive_period(mechanism: Mechanism) -> float:
 
 
 def start_state(mechanism: Mechanism, start: StartKind = "concentric", *, rtol: float = 1e-6, atol: float = 1e-6) -> Snapshot:
+    """Return the initial state of a run."""
     driver, _, _ = make_driver(plan(mechanism), Options(1.0, start, 2, rtol, atol))
     return driver.snapshot()
 
 
-def consistent(system: Handle, state: Snapshot) -> Snapshot:
-    """A consistent start from a state with slightly violated constraints and possibly outdated contact modes.
+def make_consistent(system: Handle, state: Snapshot) -> Snapshot:
+    """Return a consistent start from a state with slightly violated constraints and possibly outdated contact modes.
 
-    A joint that was in contact and has indentation stays in contact, with its approach speed and internal states; another joint
+    A joint that was in contact and has indentation stays in contact, with its approach speed and internal states. Another joint
     with indentation starts a new contact.
     """
     live, y, answer = system.content.state, state.y.copy(), np.zeros(2)
@@ -124,7 +125,7 @@ def run_cycles(
     start: Snapshot | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Cycles:
-    """The cycles as plain arrays, from the start of the options if no state is given; see `cycle` for the parameters."""
+    """Run the cycles and return plain arrays; without `start`, the run starts as its options say. See `cycle`."""
     whole_number("cycles", cycles)
     keep = whole_number("keep", cycles if keep is None else keep)
     check_cycles(len(mechanism.contacts), cycles)
@@ -136,11 +137,11 @@ def run_cycles(
         driver.restore(start)
     first = round(driver.time / period)
     check_tables(driver.plan, (first + cycles) * period)
-    run = _cycled(driver, options, choice, range(first, first + cycles), keep, phase, progress)
+    run = _run_cycles(driver, options, choice, range(first, first + cycles), keep, phase, progress)
     return run if start else replace(run, warnings=(*prepared.warnings, *run.warnings))
 
 
-def _cycled(
+def _run_cycles(
     driver: Driver,
     options: Options,
     choice: Choice,
@@ -163,24 +164,24 @@ def _cycled(
     losses = [name.endswith("loss") for name in ACCOUNTS]
     extremes = Extremes(driver.plan)
     done, events, cause, end = 0, 0, "", driver.snapshot()
-    began, before = clocks.perf_counter(), counted(state)
+    began, before = clocks.perf_counter(), count_steps(state)
     try:
         for number in numbers:
             mode, taken = state.mode.copy(), int(state.counts["steps"][0])
             driver.clear_log()
             wanted = number >= numbers.stop - keep
             driver.monitor(wanted)
-            # energies and peaks are those of the cycle; a contact that lasts across its start is monitored from there on
+            # energies and peaks cover one cycle; a contact that lasts across its start is monitored from the start
             state.total[:] = state.peak[:] = 0.0
             driver.peak["largest_time"] = driver.time
-            cause = reach(driver, (number + 1) * period, options.most_steps, since=driver.tried)
+            cause = advance_to(driver, (number + 1) * period, options.most_steps, since=driver.tried)
             state = driver.state
             if wanted:
-                extremes.add(reached(driver))
+                extremes.add(current_trajectory(driver))
             if cause:
                 break
             log, begin = driver.log, number * period
-            summarise(log, mode[:contacts], begin, period, rows["impacts"][done], rows["contact_fraction"][done])
+            count_contacts(log, mode[:contacts], begin, period, rows["impacts"][done], rows["contact_fraction"][done])
             rows["peak_force"][done] = _peak_forces(driver)
             booked = accounts(driver.plan, state.total[None], log, np.array([math.inf]))[0]
             rows["drive_work"][done], rows["dissipated_energy"][done] = (
@@ -198,12 +199,12 @@ def _cycled(
     ended = "complete" if done == cycles else ("interrupted" if cause == "interrupted" else "failed")
     if ended != "complete":
         cause = f"stopped in cycle {first + done} at t = {driver.time:.9g} s, {driver.time / period:.6g} periods: {cause}"
-    after, samples = counted(driver.state), Samples(*(part[:done] for part in driver.samples))
+    after, samples = count_steps(driver.state), Samples(*(part[:done] for part in driver.samples))
     return Cycles(
         plan=driver.plan,
         first=first,
         samples=samples,
-        values=_sampled(driver.plan, driver.system, samples) | {name: values[:done] for name, values in rows.items()},
+        values=_record_samples(driver.plan, driver.system, samples) | {name: values[:done] for name, values in rows.items()},
         end=end,
         status=ended,
         cause=cause,
@@ -220,7 +221,7 @@ def _cycled(
 
 
 def _peak_forces(driver: Driver) -> np.ndarray:
-    """Largest forces of the contacts in the cycle that the log is of, shape (contacts,) [N]."""
+    """Return the largest forces of the contacts in the cycle of the log, shape (contacts,) [N]."""
     largest, log, model = driver.peak["largest"], driver.log, driver.system.content.model
     companion, guard = companions(model), log["guard"].astype(np.int64)
     last = np.where(companion >= 0, companion, np.arange(companion.size))
@@ -231,8 +232,8 @@ def _peak_forces(driver: Driver) -> np.ndarray:
     return forces
 
 
-def _sampled(plan: Plan, system: Handle, samples: Samples) -> dict[str, np.ndarray]:
-    """The quantities of a stroboscopic map, at the samples."""
+def _record_samples(plan: Plan, system: Handle, samples: Samples) -> dict[str, np.ndarray]:
+    """Return the quantities of the stroboscopic map at the samples."""
     rows = record(plan.maps, system, samples)
     contacts = system.content.parameters.contact.size
     maps = [plan.eccentricity(j) for j in range(contacts)]
@@ -253,10 +254,10 @@ def _sampled(plan: Plan, system: Handle, samples: Samples) -> dict[str, np.ndarr
     return values
 
 
-def summarise(
+def count_contacts(
     log: np.ndarray, mode: np.ndarray, begin: float, period: float, impacts: np.ndarray, fraction: np.ndarray
 ) -> None:
-    """Count the contacts that started in a cycle and add up the time in contact; `mode` is that at its start."""
+    """Count the contacts that start in a cycle and sum the time in contact; `mode` holds the modes at its start."""
     for j in range(mode.size):
         contacts = log[log["guard"] == j]
         time, rises = contacts["time"], contacts["mode"] == RISE

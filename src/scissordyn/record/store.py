@@ -106,28 +106,28 @@ def _netcdf(run: xr.Dataset) -> memoryview:
     """Return the content of the NetCDF file of a Dataset."""
     from xarray.backends import H5NetCDFStore
 
-    from scissordyn.file.netcdf import protection, written_by
+    from scissordyn.file.netcdf import chunk_options, write_content
 
     encoding = {}
     for name, variable in run.variables.items():
-        options = protection(variable.values)
+        options = chunk_options(variable.values)
         encoding[name] = {"chunksizes": options.pop("chunks"), **options} if options else {}
-    return written_by(lambda file: run.dump_to_store(H5NetCDFStore(file), encoding=encoding))
+    return write_content(lambda file: run.dump_to_store(H5NetCDFStore(file), encoding=encoding))
 
 
 def _writable(run: xr.Dataset) -> xr.Dataset:
     """The same with every text such that NetCDF can hold it, and with a title that says whose it is."""
     import xarray as xr
 
-    from scissordyn.file.netcdf import text_of
+    from scissordyn.file.netcdf import storable_text
 
-    attributes = {name: text_of(value) for name, value in run.attrs.items()}
+    attributes = {name: storable_text(value) for name, value in run.attrs.items()}
     attributes.setdefault("title", OURS)
     changed: dict[Any, xr.Variable] = {}
     for name, variable in run.variables.items():
         if variable.dtype.kind in "OU":
             texts = variable.values.ravel().tolist()
-            sound = [text_of(value) for value in texts]
+            sound = [storable_text(value) for value in texts]
             if sound != texts:
                 values = np.array(sound, dtype=object).reshape(variable.shape)
                 changed[name] = xr.Variable(variable.dims, values, variable.attrs)

@@ -1,1 +1,1 @@
-"""Runs: consistent start, time stepping, what is recorded, Dataset."""
+"""Runs of a mechanism: consistent start, time integration, recorded results, batches of runs."""

@@ -1,4 +1,4 @@
-"""Many runs of one mechanism with other numbers: threads without the interpreter's lock, measures in place of histories."""
+"""Batches: many runs of one mechanism with other parameter values, in parallel threads, reduced to measures."""
 
 from __future__ import annotations
 
@@ -28,19 +28,22 @@ from scissordyn.record.warn import Extremes
 from scissordyn.run.advance.driver import FIRST_STEPS, Driver
 from scissordyn.run.advance.loop import SLICE, UNFINISHED, advance_together
 from scissordyn.run.engine import outcomes, workers_of
-from scissordyn.run.ideal_path import ideal_path, stages
+from scissordyn.run.ideal_path import ideal_path, make_stages
 from scissordyn.run.measure import COMPONENT_UNIT, MEASURES, Ended, Measure, check_measures, component_units, parts_of
-from scissordyn.run.trajectory import MOST_RECORDED, broken_off, make_driver, model_failure, reach
+from scissordyn.run.trajectory import RECORDED_STEPS_MAX, advance_to, describe_stop, make_driver, model_failure
 from scissordyn.run.trajectory_warnings import ignored_roots, stepping_warnings
 
 TITLE = "scissordyn batch"
 
-MOST_TOGETHER = 16
-"""Cases that are prepared one after the other. Between two runs of the loop, which leave nothing in the processor's caches,
-preparing one case takes three to ten times as long as after another."""
+GROUP_CASES_MAX = 16
+"""Largest number of cases that are prepared one after the other.
 
-GROUP_SECONDS = 0.1  # Time that a group should take, so that threads end together and Ctrl-C is noticed
-LARGEST_PERTURBATION = 1e-6  # What is larger is another start, not round-off
+Preparing a single case between two calls of the loop takes three to ten times as long, since the loop leaves nothing in the
+processor's caches.
+"""
+
+GROUP_SECONDS = 0.1  # [s] time that a group of cases should take, so that all threads end together and Ctrl-C is noticed
+PERTURBATION_MAX = 1e-6  # a larger perturbation is another start, not round-off
 
 
 def simulate_many(
@@ -62,40 +65,40 @@ def simulate_many(
     threads: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
-    """Simulate a mechanism for many values of some of its numbers.
+    """Simulate a mechanism for many values of its parameters.
 
-    Each case is the run that `simulate` makes, step by step and bit for bit, whatever the number of threads.
+    Each case is the run that `simulate` makes, bit for bit, for any number of threads.
 
     Parameters
     ----------
     mechanism : Mechanism
     over : mapping of str to array_like
-        Values in SI by parameter path ("A.clearance", "drive.speed"); arrays of one length, or single numbers.
-        For a grid, ``numpy.meshgrid`` and ``ravel``.
+        Values in SI units by parameter path ("A.clearance", "drive.speed"); arrays of one length, or single numbers. For a
+        grid, use ``numpy.meshgrid`` and ``ravel``.
     until : float
         End of the simulated time [s].
     measures : sequence of str, or mapping of str to Measure, optional
-        Names from `run.measure.MEASURES`, or measures of your own by name. If not given: "peak_force", or "peak_force_estimate"
-        where contacts are hard (both where there are both), "peak_drive_torque", "contact_count" and "contact_fraction".
+        Names from `run.measure.MEASURES`, or user-defined measures by name. The default is "peak_force" for compliant contacts,
+        "peak_force_estimate" for hard contacts, "peak_drive_torque", "contact_count" and "contact_fraction".
     members : array_like of int
-        One number for all cases or one for each: with 0 a case starts as `simulate` does; member k starts with every entry y of
-        its state perturbed to y (1 + p g), g normal random numbers that depend on k and `seed` only.
+        One member index for all cases, or one for each case. Member 0 starts as `simulate` does. Member k starts with every
+        entry y of its state perturbed to y (1 + p g); the normal random numbers g depend only on k and `seed`.
     perturbation : float
         p, from 0 to 1e-6.
     seed : int
     start, rtol, atol, method, most_steps, events, step
         As for `simulate`.
     threads : int, optional
-        One per processor if not given.
+        Number of threads; by default one per processor.
     progress : callable, optional
-        Called after each group of cases with the cases done and their number.
+        Called after each group of cases with the number of finished cases and the number of all cases.
 
     Returns
     -------
     Dataset
-        Along `case`: the values, the measures, `status` ("complete", "failed", or "pending" after Ctrl-C), `cause`, and
-        `warnings`: laws outside their range, friction beyond its limit, controllers at theirs. A case that fails has NaN and
-        its cause; the others go on.
+        Variables along `case`: the parameter values, the measures, `status` ("complete", "failed", or "pending" after Ctrl-C),
+        `cause` and `warnings`. Warnings report laws used outside their range, friction beyond its limit and controllers at
+        their limit. A failed case has NaN and its cause; the other cases continue.
 
     Raises
     ------
@@ -104,15 +107,15 @@ def simulate_many(
     """
     if not isinstance(over, Mapping) or not over:
         shown = "no numbers to vary" if isinstance(over, Mapping) else f"over = {over!r:.60}"
-        raise InputError(shown, "parameters and their values", "{'A.clearance': [1e-4, 2e-4]}")
+        raise InputError(shown, "a mapping of parameter paths to values", "{'A.clearance': [1e-4, 2e-4]}")
     options = Options(until, start, Options.samples, rtol, atol, method, most_steps, events, step=step)
     perturbed = Perturbed(members, perturbation, seed)
-    measures = usual_measures(mechanism) if measures is None else measures
+    measures = default_measures(mechanism) if measures is None else measures
     return simulate_cases(mechanism, over, options, measures, perturbed, threads=threads, progress=progress)
 
 
-def usual_measures(mechanism: Mechanism) -> tuple[str, ...]:
-    """The measures of a batch that names none: largest forces as its kinds of contact have them, torques, and contacts."""
+def default_measures(mechanism: Mechanism) -> tuple[str, ...]:
+    """Return the default measures of a batch: largest contact forces, drive torques, contact count and contact fraction."""
     clearances = (*(joint.clearance for joint in mechanism.joints), *(guide.clearance for guide in mechanism.guides))
     kinds = {clearance.contact for clearance in clearances if clearance is not None} or {"compliant"}
     forces = {"compliant": "peak_force", "hard": "peak_force_estimate"}
@@ -129,16 +132,16 @@ def simulate_cases(
     threads: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
-    """The same with the options of `simulate` together, and the perturbations of the starts; nothing has to vary."""
-    columns, chosen, spread = _columns(mechanism, over), _chosen(measures), workers_of(threads)
+    """Simulate many cases with given `Options` and perturbed starts; `over` may be empty."""
+    columns, chosen, spread = _broadcast_values(mechanism, over), _find_measures(measures), workers_of(threads)
     check_measures(mechanism, chosen)
     batch, began = _Batch(mechanism, columns, options, chosen, perturbed), clocks.perf_counter()
     interrupted = batch.run(spread, progress)
     return batch.dataset(clocks.perf_counter() - began, interrupted=interrupted)
 
 
-def _columns(mechanism: Mechanism, over: Mapping[str, ArrayLike]) -> dict[str, np.ndarray]:
-    """Values by parameter, all of one length."""
+def _broadcast_values(mechanism: Mechanism, over: Mapping[str, ArrayLike]) -> dict[str, np.ndarray]:
+    """Return the values by parameter, broadcast to one length."""
     columns = {parameter: np.atleast_1d(np.asarray(values, float)) for parameter, values in over.items()}
     for parameter, column in columns.items():
         number(mechanism, parameter)
@@ -151,7 +154,7 @@ def _columns(mechanism: Mechanism, over: Mapping[str, ArrayLike]) -> dict[str, n
     return {parameter: np.broadcast_to(column, cases) for parameter, column in columns.items()}
 
 
-def _chosen(measures: Sequence[str] | Mapping[str, Measure]) -> dict[str, Measure]:
+def _find_measures(measures: Sequence[str] | Mapping[str, Measure]) -> dict[str, Measure]:
     if isinstance(measures, Mapping):
         return dict(measures)
     for name in measures:
@@ -162,15 +165,15 @@ def _chosen(measures: Sequence[str] | Mapping[str, Measure]) -> dict[str, Measur
 
 @dataclass(frozen=True)
 class Perturbed:
-    """Perturbations of the starts on the scale of round-off; see `simulate_many`."""
+    """Perturbations of the starts on the scale of round-off, as described in `simulate_many`."""
 
     members: ArrayLike
     perturbation: float
     seed: int = 0
 
     def __post_init__(self) -> None:
-        if not 0.0 <= self.perturbation <= LARGEST_PERTURBATION:
-            raise InputError(f"perturbation = {self.perturbation!r}", f"a number from 0 to {LARGEST_PERTURBATION:g}")
+        if not 0.0 <= self.perturbation <= PERTURBATION_MAX:
+            raise InputError(f"perturbation = {self.perturbation!r}", f"a number from 0 to {PERTURBATION_MAX:g}")
 
     def member_of_each(self, cases: int) -> np.ndarray:
         members = np.asarray(self.members)
@@ -179,7 +182,7 @@ class Perturbed:
         return np.broadcast_to(members.ravel(), cases)
 
     def start(self, member: int, y: np.ndarray) -> np.ndarray:
-        """The state of a member at its start; the driver projects it onto the constraints."""
+        """Return the perturbed start of a member, shape (ny,); the driver projects the state onto the constraints."""
         if not member:
             return y
         numbers = np.random.Generator(np.random.Philox(key=[self.seed, member]))
@@ -188,14 +191,14 @@ class Perturbed:
 
 class Row(NamedTuple):
     case: int
-    ended: Ended | None  # Of a run that is complete; valid until the worker goes on
-    cause: str = ""  # Why it is not
+    ended: Ended | None  # end of a complete run; valid until the worker starts the next group
+    cause: str = ""  # reason why the run is not complete
     seconds: float = math.nan
-    warned: tuple[str, ...] = ()  # By its start and its counters
+    warned: tuple[str, ...] = ()  # warnings of the start and of the counters
 
 
 class Worker:
-    """One thread's arrays, which it keeps from case to case: it prepares some cases and advances them one after another."""
+    """Arrays of one thread, kept from case to case; the thread prepares a group of cases and then advances each of them."""
 
     def __init__(
         self,
@@ -214,10 +217,10 @@ class Worker:
         self.seconds, self.slice = 0.0, FIRST_STEPS
 
     def size(self, cases: int, threads: int) -> int:
-        """How many cases to do together, by how long the last ones took."""
+        """Return the number of cases in the next group, from the time that the last group took."""
         if not self.seconds:
             return 1
-        return max(1, min(MOST_TOGETHER, int(GROUP_SECONDS / self.seconds), cases // (8 * threads)))
+        return max(1, min(GROUP_CASES_MAX, int(GROUP_SECONDS / self.seconds), cases // (8 * threads)))
 
     def rows(
         self,
@@ -225,7 +228,7 @@ class Worker:
         mechanism: Callable[[int], Mechanism],
         perturb: Callable[[int, np.ndarray], np.ndarray] = lambda case, y: y,
     ) -> Iterator[Row]:
-        """Simulate some cases, given by their numbers; `perturb` changes the state that a case starts from."""
+        """Simulate the cases with the given indices; `perturb` changes the initial state of a case."""
         began = clocks.perf_counter()
         self.slots += [_Slot(self.base) for _ in range(len(group) - len(self.slots))]
         ready, rows = list[tuple[int, _Slot, Driver]](), list[Row]()
@@ -237,7 +240,7 @@ class Worker:
                     count = self.options.count if self.sampled else FEWEST
                     driver.sample_at(np.linspace(0.0, self.options.until, count))
                 if self.records:
-                    driver.record_steps(inside=True, most=MOST_RECORDED)
+                    driver.record_steps(inside=True, most=RECORDED_STEPS_MAX)
                 ready.append((case, slot, driver))
             except ScissordynError as error:
                 rows.append(Row(case, None, str(error)))
@@ -253,7 +256,7 @@ class Worker:
         self.seconds = (clocks.perf_counter() - began) / len(group)
 
     def _together(self, drivers: Sequence[Driver]) -> tuple[list[int], float]:
-        """Advance for about `GROUP_SECONDS`; returns statuses, and the time that each took on the average [s]."""
+        """Advance all drivers for about `GROUP_SECONDS`; return their statuses and the mean time per driver [s]."""
         if not drivers:
             return [], 0.0
         began = clocks.perf_counter()
@@ -264,18 +267,20 @@ class Worker:
         return statuses, seconds / len(drivers)
 
     def _advance(self, driver: Driver, status: int) -> tuple[str, float]:
-        """Advance to the end from where `_together` got; returns why it did not get there, "" if it did, and the time taken."""
+        """Advance to the end from the state that `_together` reached; return the cause of a failure and the time [s]."""
         began, options = clocks.perf_counter(), self.options
         try:
-            cause = reach(driver, options.until, options.most_steps) if status in UNFINISHED else broken_off(status, driver)
+            cause = (
+                advance_to(driver, options.until, options.most_steps) if status in UNFINISHED else describe_stop(status, driver)
+            )
             cause = f"stopped at t = {driver.time:.9g} s of {options.until:g} s: {cause}" if cause else model_failure(driver)
         except ScissordynError as error:
             cause = str(error)
         return cause, clocks.perf_counter() - began
 
     def _compare(self, driver: Driver) -> IdealPath:
-        """Have the driver compare with the commanded path, which is computed anew only where it is another one."""
-        chosen = stages(driver.plan.mechanism)
+        """Attach the commanded path to the driver, for comparison; compute the path only if it has changed."""
+        chosen = make_stages(driver.plan.mechanism)
         if self.path is None or self.path.stages[0] != chosen[0]:
             self.path = ideal_path(driver.plan, self.options)
         path = replace(self.path, stages=chosen)
@@ -285,7 +290,7 @@ class Worker:
         return path
 
     def _warned(self, driver: Driver) -> list[str]:
-        """What the counters of a run warn of."""
+        """Return the warnings that the counters of a run give."""
         if driver.stepping is None:
             return list(map(str, ignored_roots(driver.plan, self.options)))
         return list(map(str, stepping_warnings(driver.plan, driver.system, driver.stepping.statistics(driver.time))))
@@ -299,7 +304,7 @@ class _Slot:
         self.path: IdealPath | None = None
 
     def started(self, mechanism: Mechanism, options: Options, perturb: Callable[[np.ndarray], np.ndarray]) -> Driver:
-        """A driver at the start of a case, in the arrays of the case before if they fit."""
+        """Return a driver at the start of a case, in the arrays of the previous case if these fit."""
         fits = self.plan.fits(mechanism)
         self.plan = self.plan.case(mechanism) if fits else plan(mechanism)
         check_tables(self.plan, options.until)
@@ -311,7 +316,7 @@ class _Slot:
 
 
 class _Batch:
-    """The cases, with their measures, status and cause; each is written by one thread, to its own place."""
+    """Values, statuses and causes of all cases; each thread writes the entries of its own cases."""
 
     def __init__(
         self,
@@ -339,22 +344,23 @@ class _Batch:
         return changed_all(self.base, changes, self.places)
 
     def start(self, case: int, y: np.ndarray) -> np.ndarray:
-        """The state that a case starts from, given that of its mechanism."""
+        """Return the perturbed initial state of a case, given the unperturbed state."""
         return self.perturbed.start(int(self.members[case]), y)
 
     def enter(self, row: Row) -> None:
-        """Write the measures of a case and its warnings, or why it has none."""
+        """Store the measures and warnings of a case, or the cause of its failure."""
         case, ended, cause = row.case, row.ended, row.cause
         try:
             values = {} if ended is None else {name: measure.value(ended) for name, measure in self.measures.items()}
-        except ScissordynError as error:  # of a measure of the user's
+        except ScissordynError as error:  # error in a user-defined measure
             ended, cause = None, str(error)
         if ended is None:
             self.cause[case], self.status[case] = cause, "failed"
             return
         for name, value in values.items():
             place = self.values[name][case, ...]
-            if self.measures[name].dims == ("joint",) and np.ndim(value):  # of contacts alone, but for the largest force
+            # contacts come first; a measure of contacts alone has no value for the ideal joints
+            if self.measures[name].dims == ("joint",) and np.ndim(value):
                 place = place[: np.size(value)]
             place[...] = value
         self.warnings[case] = "\n".join([*row.warned, *Extremes(ended.plan).add(ended.path).texts()])
@@ -362,7 +368,7 @@ class _Batch:
         self.status[case] = "complete"
 
     def run(self, threads: int, progress: Callable[[int, int], None] | None) -> bool:
-        """Run all cases; returns whether the user stopped it."""
+        """Run all cases; return True if the user interrupted them."""
         base, cases, chosen = plan(self.base), self.status.size, self.measures.values()
         compares = any(measure.compares for measure in chosen) and bool(self.base.tracks)
         sampled = any(measure.sampled for measure in chosen)

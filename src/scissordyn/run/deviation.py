@@ -1,4 +1,4 @@
-"""Deviation of tracked points from the commanded path, and its parts: servos, bars that bend, clearance."""
+"""Deviation of tracked points from the commanded path, split into the parts due to servos, bending and clearance."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from scissordyn.run.trajectory import compute
 
 
 def deviation_variables(run: Run, path: Trajectory, ideal: IdealPath, options: Options) -> Variables:
-    """Distance of the tracked points from where they are on the commanded path, and what adds to it."""
+    """Return the distance of the tracked points from the commanded path, and the parts of this deviation."""
     place = ideal.at(run["time"].values)
     positions = along(run["track_position"], "time", "track", "axis")
     difference = positions - place
     peaks = path.peaks(TRACK_DEVIATION)
     parts, at_peaks = _parts(path, ideal, options, run["time"].values, positions, peaks["largest_time"])
-    about = "distance of the tracked point from where it is on the commanded path of the rigid ideal mechanism"
-    # an integral of squares that are round-off may end below zero
+    about = "distance of the tracked point from its position on the commanded path of the rigid ideal mechanism"
+    # the integral of squares may be negative by round-off
     mean = np.sqrt(np.maximum(peaks["square"], 0.0) / path.end) if path.end > 0.0 else peaks["largest"]
     columns = (
         ("peak_track_deviation", peaks["largest"], "m", f"largest {about}"),
@@ -70,9 +70,9 @@ def _parts(
 
 
 def deviation_parts(path: IdealPath, mechanism: Mechanism, options: Options, times: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """What servos, bars that bend and clearance add to the deviation, in this order, shape (parts, time, tracks, 2) [m].
+    """Return the parts of the deviation due to servos, bars that bend and clearance, shape (parts, time, tracks, 2) [m].
 
-    Each is the change of place as its cause is added to the mechanism on its commanded path; their sum is the deviation.
+    Each part is the change of position when its cause is added to the mechanism. The parts add up to the deviation.
     """
     before, place = path.stages[0], path.at(times)
     parts = np.zeros((len(PARTS), *place.shape))

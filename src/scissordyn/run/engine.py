@@ -1,4 +1,4 @@
-"""Engines: where tasks are done. An engine is a number of threads, or any executor of `concurrent.futures`."""
+"""Engines that compute tasks: a number of threads, or any executor of `concurrent.futures`."""
 
 from __future__ import annotations
 
@@ -26,30 +26,31 @@ from typing import Any, Generic, Self, TypeVar
 from cloudpickle import dumps
 
 from scissordyn.errors import InputError, ScissordynError, whole_number
-from scissordyn.run.advance.interrupt import look, stopped_by
+from scissordyn.run.advance.interrupt import check_interrupt, interrupted_by
 
 Task = TypeVar("Task")
 Value = TypeVar("Value")
 
-AHEAD = 2  # Tasks handed out per worker: one in work and one that waits, so that no worker waits for this process
-QUICKLY = 0.5  # How long a worker, thread or process, may take to end by itself after Ctrl-C [s]
-LOOK = 0.2  # How often a thread that waits for others looks whether it is to stop itself [s]
-RECOUNT = 1.0  # How often the workers of an executor are counted [s]
-STATES = ("pending", "complete", "failed")  # Of a case; a store has their numbers
+TASKS_PER_WORKER = 2  # tasks submitted per worker: one in work and one waiting, so that no worker waits for this process
+STOP_SECONDS = 0.5  # [s] time in which a worker, thread or process, may end by itself after Ctrl-C
+CHECK_SECONDS = 0.2  # [s] interval at which a waiting thread checks whether it must stop
+RECOUNT_SECONDS = 1.0  # [s] interval at which the workers of an executor are counted
+STATES = ("pending", "complete", "failed")  # statuses of a case; a store saves their indices
 
 LIBRARIES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-"""Libraries of linear algebra start a thread for each processor, in each process, unless these say otherwise."""
+"""Environment variables that limit the threads of linear algebra libraries; by default each process starts one per processor.
+"""
 
-END: Any = object()  # Of tasks
+END: Any = object()  # end of the tasks
 
 UNGUARDED = "a worker process could not begin; a script that starts some needs 'if __name__ == \"__main__\":'"
 
-Engine = Executor | int | None  # A number is one of threads, None one thread for each processor
-ENGINES = "a number of threads, sd.Processes(8), or an executor of concurrent.futures"  # What may be given as an engine
+Engine = Executor | int | None  # an int is a number of threads; None means one thread per processor
+ENGINES = "a number of threads, sd.Processes(8), or an executor of concurrent.futures"  # accepted engines, for error messages
 
 
 class EngineError(ScissordynError):
-    """Workers that could be reached before and cannot now."""
+    """Loss of workers that could be reached before."""
 
 
 def processors() -> int:
@@ -58,7 +59,7 @@ def processors() -> int:
 
 @dataclass(frozen=True)
 class Outcome(Generic[Task, Value]):
-    """What became of a task: a value, or an error."""
+    """Result of a task: a value or an error."""
 
     task: Task
     value: Value | None
@@ -66,7 +67,7 @@ class Outcome(Generic[Task, Value]):
 
 
 def error_text(error: Exception) -> str:
-    """An error of a task in one line: the text of an error of this package, the kind and the text of any other."""
+    """Return the text of an error in one line; the type is included for errors of other packages."""
     if type(error).__name__ == "KilledWorker":
         return "the processes that computed it died"
     text = " ".join(str(error).split())
@@ -74,14 +75,14 @@ def error_text(error: Exception) -> str:
 
 
 def workers_of(engine: Engine) -> int:
-    """Tasks that an engine does at the same time."""
+    """Return the number of tasks that an engine computes at the same time."""
     if engine is None:
         return processors()
     if isinstance(engine, int):
         return whole_number("threads", engine)
     if not isinstance(engine, Executor):
         raise InputError(f"engine = {engine!r:.60}", ENGINES, "engine=4")
-    client = getattr(engine, "_client", None)  # of dask's executor, whose workers come and go
+    client = getattr(engine, "_client", None)  # workers of dask come and go
     if client is not None:
         return max(1, int(sum(client.nthreads().values())))
     return int(getattr(engine, "_max_workers", 0)) or processors()
@@ -95,48 +96,49 @@ def outcomes(
     total: int = 0,
     progress: Callable[[int, int], None] | None = None,
 ) -> Iterator[Outcome[Task, Value]]:
-    """Outcomes of tasks in the order in which they come; with one thread they are done on that of the caller.
+    """Yield the outcomes of tasks in the order in which they finish; a single thread is the caller's own.
 
-    Progress is called after each task, when its outcome has been used, with the number done and the total. Ctrl-C interrupts
-    the runs in work; a lost worker of an executor of the user's raises `EngineError`.
+    Progress is called after each task, once its outcome has been used, with the number of finished tasks and the total. Ctrl-C
+    interrupts running tasks. `EngineError` is raised if a user's executor loses a worker.
     """
     workers = workers_of(engine)
     results: Generator[Outcome[Task, Value], None, None]
     if isinstance(engine, Executor):
-        results = _spread(engine, function, tasks)
+        results = _compute_on(engine, function, tasks)
     elif workers == 1:
-        results = (_done(function, task) for task in tasks)
+        results = (_compute_task(function, task) for task in tasks)
     else:
-        results = _in_threads(workers, function, tasks)
+        results = _compute_in_threads(workers, function, tasks)
     try:
         for done, outcome in enumerate(results, 1):
             yield outcome
             if progress is not None:
                 progress(done, total)
     finally:
-        results.close()  # what is in work stops at once, also where an error keeps this frame
+        results.close()  # running tasks stop at once, even if an error keeps this frame alive
 
 
-def _in_threads(
+def _compute_in_threads(
     workers: int, function: Callable[[Task], Value], tasks: Iterable[Task]
 ) -> Generator[Outcome[Task, Value], None, None]:
     pool = ThreadPoolExecutor(workers, thread_name_prefix="task")
     try:
-        yield from _spread(pool, function, tasks)
-    finally:  # threads that nobody waits for any more end with their task
+        yield from _compute_on(pool, function, tasks)
+    finally:  # threads without a waiting caller end with their task
         ending = threading.Thread(target=pool.shutdown, daemon=True)
         ending.start()
-        ending.join(QUICKLY)
+        ending.join(STOP_SECONDS)
 
 
-def _spread(
+def _compute_on(
     executor: Executor, function: Callable[[Task], Value], tasks: Iterable[Task]
 ) -> Generator[Outcome[Task, Value], None, None]:
-    """Tasks on the workers of an executor.
+    """Yield the outcomes of tasks that the workers of an executor compute.
 
-    When a process of `Processes` dies, every task that was handed out is done again, one at a time: the one whose process dies
-    again has failed. An executor may have a method `watch`, which is called often with the number of tasks that are done, and
-    raises `EngineError` if nobody is left to do the others.
+    If a process of `Processes` dies, every submitted task is repeated, one at a time. The task whose process dies again has
+    failed.
+    An executor may have a method `watch`. It is called often with the number of finished tasks, and raises `EngineError` if no
+    worker is left for the others.
     """
     watch, finished = getattr(executor, "watch", None), 0
     stop, here = threading.Event(), isinstance(executor, ThreadPoolExecutor)
@@ -146,7 +148,7 @@ def _spread(
     try:
         while True:
             if time.monotonic() > counted:
-                room, counted = AHEAD * workers_of(executor), time.monotonic() + RECOUNT
+                room, counted = TASKS_PER_WORKER * workers_of(executor), time.monotonic() + RECOUNT_SECONDS
             while len(handed) < (1 if suspects or alone else room):
                 if suspects:
                     alone = True
@@ -156,8 +158,8 @@ def _spread(
                 handed[_submit(executor, here, stop, function, task)] = task
             if not handed:
                 break
-            while not (done := wait(handed, LOOK, FIRST_COMPLETED).done):
-                look()
+            while not (done := wait(handed, CHECK_SECONDS, FIRST_COMPLETED).done):
+                check_interrupt()
                 if watch is not None:
                     watch(finished)
             finished += len(done)
@@ -168,7 +170,7 @@ def _spread(
                 if not isinstance(outcome.error, BrokenExecutor):
                     yield outcome
                 elif not isinstance(executor, Processes):
-                    raise EngineError(f"a worker died ({outcome.error}); what is complete is kept") from outcome.error
+                    raise EngineError(f"a worker died ({outcome.error}); completed tasks are kept") from outcome.error
                 elif alone:
                     yield Outcome(outcome.task, None, ScissordynError("the processes that computed it died"))
                 else:
@@ -182,7 +184,7 @@ def _spread(
             future.cancel()
         if isinstance(executor, Processes):
             executor.kill()
-        wait(handed, QUICKLY)  # after a stop runs end with their slice; what a task computes besides may take seconds
+        wait(handed, STOP_SECONDS)  # stopped runs end with their slice; other parts of a task may take seconds
         raise
 
 
@@ -190,11 +192,11 @@ def _submit(
     executor: Executor, here: bool, stop: threading.Event, function: Callable[[Task], Value], task: Task
 ) -> Future[Any]:
     if here:
-        return executor.submit(_stoppable, stop, function, task)
+        return executor.submit(_compute_stoppable, stop, function, task)
     try:
-        return executor.submit(_elsewhere, dumps((function, task)))
+        return executor.submit(_compute_pickled, dumps((function, task)))
     except (BrokenExecutor, RuntimeError, OSError) as error:
-        raise EngineError(f"no task can be handed out ({error}); what is complete is kept") from error
+        raise EngineError(f"no task can be handed out ({error}); completed tasks are kept") from error
 
 
 def _outcome(future: Future[Any], task: Task, here: bool) -> Outcome[Task, Any]:
@@ -202,28 +204,30 @@ def _outcome(future: Future[Any], task: Task, here: bool) -> Outcome[Task, Any]:
         if here:
             return Outcome(task, *future.result())
         return Outcome(task, *pickle.loads(future.result()))
-    except (CancelledError, OSError) as error:  # of the connection: errors of a task are in its outcome
-        raise EngineError("the connection to the workers was lost; what is complete is kept") from error
-    except Exception as error:  # of the executor itself, such as a worker of dask that died
+    except (CancelledError, OSError) as error:  # a lost connection; errors of a task are in its outcome
+        raise EngineError("the connection to the workers was lost; completed tasks are kept") from error
+    except Exception as error:  # an error of the executor itself, for example a dead dask worker
         return Outcome(task, None, error)
 
 
-def _done(function: Callable[[Task], Value], task: Task) -> Outcome[Task, Value]:
+def _compute_task(function: Callable[[Task], Value], task: Task) -> Outcome[Task, Value]:
     try:
         return Outcome(task, function(task))
     except Exception as error:
         return Outcome(task, None, error)
 
 
-def _stoppable(stop: threading.Event, function: Callable[[Task], Value], task: Task) -> tuple[Value | None, Exception | None]:
-    with stopped_by(stop):
-        outcome = _done(function, task)
+def _compute_stoppable(
+    stop: threading.Event, function: Callable[[Task], Value], task: Task
+) -> tuple[Value | None, Exception | None]:
+    with interrupted_by(stop):
+        outcome = _compute_task(function, task)
     return outcome.value, outcome.error
 
 
-def _elsewhere(content: bytes) -> bytes:
-    """Do a task in another process; not every error can be sent."""
-    outcome = _done(*pickle.loads(content))
+def _compute_pickled(content: bytes) -> bytes:
+    """Run a pickled task in another process; an error that cannot be pickled is replaced by its text."""
+    outcome = _compute_task(*pickle.loads(content))
     try:
         answer = bytes(dumps((outcome.value, outcome.error)))
         pickle.loads(answer)
@@ -236,20 +240,25 @@ def _elsewhere(content: bytes) -> bytes:
 
 
 class Processes(Executor):
-    """Processes of this machine, joined to this one by pipes: nothing listens, so that no other user can reach them.
+    """Engine of several processes on this machine, connected by pipes, which no other user can reach.
 
-    They begin and end with each computation; ``with sd.Processes(8) as engine:`` around several of them keeps them. They
-    also end with this process if that is killed. A process that dies is replaced.
+    The processes start and end with each computation. A block ``with sd.Processes(8) as engine:`` keeps them for several
+    computations. They also end if this process is killed. A process that dies is replaced.
 
     Parameters
     ----------
     workers : int
-        How many.
+        Number of processes, at least 1.
 
     Raises
     ------
     InputError
-        If that is not a whole number >= 1.
+        If `workers` is not a whole number >= 1.
+
+    Examples
+    --------
+    >>> import scissordyn as sd
+    >>> engine = sd.Processes(2)
     """
 
     def __init__(self, workers: int) -> None:
@@ -262,14 +271,14 @@ class Processes(Executor):
         return self
 
     def rest(self) -> None:
-        """End the processes, unless the caller keeps them for another computation."""
+        """End the processes, unless a `with` block keeps them for another computation."""
         if not self._kept:
             self.shutdown()
 
     def submit(self, function: Callable[..., Any], /, *arguments: Any, **named: Any) -> Future[Any]:
-        """Hand out a task; `EngineError` if no process can be started."""
+        """Submit a task; raise `EngineError` if no process can be started."""
         try:
-            with _starting():
+            with _shield_processes():
                 for _ in range(2):
                     pool = self._pool = self._pool or self._begun()
                     try:
@@ -277,20 +286,20 @@ class Processes(Executor):
                     except BrokenExecutor:  # a process died
                         self._pool = None
         except OSError as error:
-            raise EngineError(f"no process can be started: {error.strerror or error}; what is complete is kept") from error
-        raise EngineError("the processes die as soon as they are started; what is complete is kept")
+            raise EngineError(f"no process can be started: {error.strerror or error}; completed tasks are kept") from error
+        raise EngineError("the processes die as soon as they are started; completed tasks are kept")
 
     def _begun(self) -> ProcessPoolExecutor:
-        """Processes, of which one has begun."""
-        pool = ProcessPoolExecutor(self._max_workers, get_context("spawn"), initializer=_begin)
+        """Start a pool of processes and wait until one process has started."""
+        pool = ProcessPoolExecutor(self._max_workers, get_context("spawn"), initializer=_watch_parent)
         try:
             pool.submit(int).result()
-        except BrokenExecutor:  # Python said why on stderr
+        except BrokenExecutor:  # Python has printed the reason on stderr
             raise EngineError(UNGUARDED) from None
         return pool
 
     def kill(self) -> None:
-        """End the processes in the middle of whatever they do; new ones are started for the next task."""
+        """Kill the processes at once; new ones start with the next task."""
         pool, self._pool = self._pool, None
         if pool is not None:
             for process in list((getattr(pool, "_processes", None) or {}).values()):
@@ -298,14 +307,14 @@ class Processes(Executor):
             pool.shutdown(wait=True, cancel_futures=True)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """End the processes, once what is handed out is done."""
+        """End the processes after all submitted tasks are done."""
         pool, self._pool = self._pool, None
         if pool is not None:
             pool.shutdown(wait, cancel_futures=cancel_futures)
 
 
-def _begin() -> None:
-    """In a process that begins: end with the one that started it, also in the middle of a task."""
+def _watch_parent() -> None:
+    """Make a new process end with its parent, even in the middle of a task."""
     parent = parent_process()
     assert parent is not None
 
@@ -317,12 +326,12 @@ def _begin() -> None:
 
 
 @contextmanager
-def _starting() -> Iterator[None]:
-    """Processes that are started meanwhile never get Ctrl-C, and use one thread for linear algebra if nothing else is set."""
+def _shield_processes() -> Iterator[None]:
+    """Shield processes started in this block from Ctrl-C and give them one thread for linear algebra, unless set otherwise."""
     added = {name: "1" for name in LIBRARIES if name not in os.environ}
     os.environ.update(added)
     try:
-        with signals_blocked():
+        with block_signals():
             yield
     finally:
         for name in added:
@@ -330,15 +339,15 @@ def _starting() -> Iterator[None]:
 
 
 @contextmanager
-def signals_blocked() -> Iterator[None]:
-    """Hold back Ctrl-C in this thread; processes and threads started meanwhile never get it.
+def block_signals() -> Iterator[None]:
+    """Block Ctrl-C in this thread; processes and threads started meanwhile never receive it.
 
-    A process that is still starting would otherwise die of a Ctrl-C with a traceback.
+    A process that is still starting would otherwise end with a traceback.
     """
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
-    resource_tracker.ensure_running()  # the library unblocks the signal where it starts this
+    resource_tracker.ensure_running()  # the standard library unblocks the signal when it starts this tracker
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield

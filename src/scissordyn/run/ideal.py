@@ -1,4 +1,4 @@
-"""The ideal kinematics of a mechanism: range of motion, singular positions, transmission angles, torque, reactions."""
+"""Ideal kinematics of a mechanism: range of motion, singular positions, transmission angles, torque, reactions."""
 
 from __future__ import annotations
 
@@ -21,21 +21,17 @@ from scissordyn.units import checked
 if TYPE_CHECKING:
     import xarray as xr
 
-SAMPLES = 501
-
-MOST = 50_001
-
-APART = math.radians(5.0)  # Rotation of the fastest body between two instants, at most, where `MOST` instants are enough
-FURTHEST = 3.0  # Lengths of a driven rod are followed up to this multiple of the mechanism's size
-SHORT = 1e-3  # And down to this fraction of it
+SAMPLES = 501  # default number of instants
+SAMPLES_MAX = 50_001  # largest number of instants that is chosen automatically
+ROTATION_MAX = math.radians(5.0)  # [rad] largest rotation of a body between two instants that are chosen automatically
 
 
 @checked
 def ideal_kinematics(mechanism: Mechanism, *, until: float, samples: int | None = None) -> xr.Dataset:
-    """The mechanism with ideal joints along its stroke: motion, transmission angles, torque, reactions, singular positions.
+    """Compute the motion of a mechanism with ideal joints, its transmission angles, torque, reactions and singular positions.
 
-    Positions are followed by continuation, which finds where branches of the assembly meet (change points) and where the drive
-    can go no further (locking positions). Torque and reactions are those of a run with ideal joints.
+    Positions are followed by continuation, which finds change points (branches of the assembly meet) and locking positions (the
+    drive can go no further). Torque and reactions are those of a run with ideal joints.
 
     Parameters
     ----------
@@ -44,16 +40,16 @@ def ideal_kinematics(mechanism: Mechanism, *, until: float, samples: int | None 
     until : float
         End of the time of the drives [s].
     samples : int, optional
-        Number of instants; by default 501, or more where a body rotates by more than 5 deg between two.
+        Number of instants. The default is 501, or more if a body would rotate by more than 5 deg between two instants.
 
     Returns
     -------
     Dataset
-        The run of `simulate` with ideal joints, until it ends, and with it `transmission_angle (time, dyad)`, `peak_reaction`
-        and `peak_reaction_time (joint)` located between the samples and, per singular position that the drives lead to,
-        `singular_time`, `singular_input`, `singular_kind`, `singular_subject (singular)`.
-        Attributes `range_low` and `range_high`: the input between locking positions, NaN where there is none within a
-        revolution, `range_unit` ("rad" or "m", empty without a single drive); `singular_warnings`.
+        The run of `simulate` with ideal joints, up to its end, with these additions. `transmission_angle (time, dyad)` [rad].
+        `peak_reaction (joint)` [N] and `peak_reaction_time (joint)` [s], located between the samples. `singular_time`,
+        `singular_input`, `singular_kind` and `singular_subject (singular)` for each singular position that is passed.
+        Attributes `range_low` and `range_high`: input between locking positions, NaN if there is none within a revolution.
+        Attributes `range_unit` ("rad" or "m", empty without a single drive) and `singular_warnings`.
 
     Raises
     ------
@@ -61,9 +57,9 @@ def ideal_kinematics(mechanism: Mechanism, *, until: float, samples: int | None 
         If the mechanism cannot be assembled.
     """
     run = simulate(mechanism.ideal(), until=until, samples=samples or SAMPLES)
-    needed = 1 + math.ceil(_apart(run) / APART * (SAMPLES - 1))
+    needed = 1 + math.ceil(_largest_rotation(run) / ROTATION_MAX * (SAMPLES - 1))
     if samples is None and needed > SAMPLES:
-        run = simulate(mechanism.ideal(), until=until, samples=min(needed, MOST))
+        run = simulate(mechanism.ideal(), until=until, samples=min(needed, SAMPLES_MAX))
     ideal = plan(mechanism.ideal())
     chosen = dyads(ideal)
     position, angle = run["position"].transpose("time", "body", "axis").values, run["angle"].transpose("time", "body").values
@@ -83,21 +79,21 @@ def ideal_kinematics(mechanism: Mechanism, *, until: float, samples: int | None 
     low, high, unit = motion_range(ideal) if path is not None and path.parameter != "time" else (math.nan, math.nan, "")
     run.attrs.update(title="scissordyn ideal kinematics", range_low=low, range_high=high, range_unit=unit)
     warnings = [] if path is None else path_warnings(path, until)
-    if samples is None and needed > MOST:
-        most = f"bodies rotate by up to {math.degrees(_apart(run)):.3g} deg between two instants"
+    if samples is None and needed > SAMPLES_MAX:
+        most = f"bodies rotate by up to {math.degrees(_largest_rotation(run)):.3g} deg between two instants"
         warnings.append(f"{most}, so that extremes are missed; a shorter run has them")
     run.attrs["singular_warnings"] = json.dumps(warnings)
     return run
 
 
-def _apart(run: xr.Dataset) -> float:
-    """By how much the fastest body rotates between two instants, at most [rad]."""
+def _largest_rotation(run: xr.Dataset) -> float:
+    """Return the largest rotation of a body between two instants [rad]."""
     rotation = np.abs(np.diff(run["angle"].transpose("time", "body").values, axis=0))
     return float(np.max(rotation[np.isfinite(rotation)], initial=0.0))
 
 
 def _add_singular(run: xr.Dataset, path: Path | None, until: float) -> None:
-    """Write the singular positions of a path, each once for every time that it is passed."""
+    """Add the singular positions of a path to a run, one entry for each time that a position is passed."""
     rows = [
         (time, position.place, position.kind, position.subject)
         for position in (() if path is None else path.singular)
@@ -118,7 +114,7 @@ def _add_singular(run: xr.Dataset, path: Path | None, until: float) -> None:
 
 
 def motion_range(plan: Plan) -> tuple[float, float, str]:
-    """How far the only input of a mechanism can go in both directions before it locks, and its unit."""
+    """Return the lower and upper locking positions of a mechanism's only input and their unit; NaN where no position locks."""
     closure = Closure(plan)
     start = start_of(closure)
     if start is None or closure.inputs.count != 1 or closure.mobility != 0:
@@ -128,7 +124,7 @@ def motion_range(plan: Plan) -> tuple[float, float, str]:
     ends = (
         (first - 2.0 * math.pi, first + 2.0 * math.pi)
         if turns
-        else (SHORT * closure.size, max(2.0 * first, FURTHEST * closure.size))
+        else (1e-3 * closure.size, max(2.0 * first, 3.0 * closure.size))  # a driven rod, followed from short to long
     )
     path = follow(closure, "angle" if turns else "length", lambda value: np.array([value]), start, first, *ends)
     locks = [position.place for position in path.singular if position.kind == LOCKING]

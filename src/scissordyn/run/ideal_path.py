@@ -1,4 +1,4 @@
-"""Where the tracked points of a mechanism would be on the commanded path: a table that the loop compares with."""
+"""Table of the positions that the tracked points of a mechanism would have on the commanded path; the time loop uses it."""
 
 from __future__ import annotations
 
@@ -16,21 +16,14 @@ from scissordyn.record.ideal_path import IdealPath, quintic
 from scissordyn.record.track import tracked
 from scissordyn.run.trajectory import compute
 
-NODES = 64  # Intervals of the first table that is tried
-FINER = 4  # How many times finer each further one is
+FIRST_INTERVALS = 64  # intervals of the first, coarsest table
+REFINEMENT = 4  # refinement factor from one table to the next
 
-MOST_NODES = 2**18
-
-ACCURATE = 1e-10  # Error of the table between its nodes, as a fraction of the mechanism's size, from which on it is not refined
-UNRELIABLE = 1e-7  # Error of the finest table, as a fraction of the mechanism's size, above which there is a warning
+INTERVALS_MAX = 2**18  # intervals of the finest table
 
 
-TIGHT = 1e-8
-"""Tolerance of the ideal motion at most: at larger ones its errors are no smooth functions of time, which no table resolves."""
-
-
-def stages(mechanism: Mechanism) -> tuple[Mechanism, ...]:
-    """The mechanism on its commanded path, with its servos, and with its bars that bend; joints are ideal in all."""
+def make_stages(mechanism: Mechanism) -> tuple[Mechanism, ...]:
+    """Return the mechanism on its commanded path, with its servos, and with its bars that bend; all joints are ideal."""
     bending = mechanism.ideal()
     stiff = rigid(bending)
     path = commanded(stiff)
@@ -42,23 +35,25 @@ def stages(mechanism: Mechanism) -> tuple[Mechanism, ...]:
     return path, stiff, bending
 
 
-def deviates(mechanism: Mechanism) -> bool:
-    """Whether anything lets a mechanism leave its commanded path."""
-    return any(stage is not mechanism for stage in stages(mechanism))
+def can_deviate(mechanism: Mechanism) -> bool:
+    """Report whether servos, bending or clearance let a mechanism leave its commanded path."""
+    return any(stage is not mechanism for stage in make_stages(mechanism))
 
 
 def ideal_path(plan: Plan, options: Options) -> IdealPath:
-    """Simulate the commanded path and tabulate its tracked points, as finely as a quintic between two rows needs."""
-    chosen = stages(plan.mechanism)
+    """Simulate the commanded path and tabulate its tracked points finely enough for quintic interpolation."""
+    chosen = make_stages(plan.mechanism)
     ideal = make_plan(chosen[0])
-    rtol, atol = min(options.rtol, TIGHT), min(options.atol, TIGHT)
+    accuracy, warned = 1e-10, 1e-7  # [mechanism sizes] table error that ends the refinement, and error above which we warn
+    # With a larger tolerance the errors of the ideal motion are not smooth in time, and no table resolves them.
+    rtol, atol = min(options.rtol, 1e-8), min(options.atol, 1e-8)
     smooth = replace(options, start="concentric", method="auto", trust=False, step=None, rtol=rtol, atol=atol)
-    intervals = NODES
+    intervals = FIRST_INTERVALS
     while True:
-        # every other instant lies between two rows, and shows the error there
+        # every second instant lies midway between two rows and gives the interpolation error there
         times = np.linspace(0.0, options.until, 2 * intervals + 1)
         path = compute(ideal, smooth, times=times, monitor=False)
-        if path.status == "interrupted":  # before anything of the run itself has been computed
+        if path.status == "interrupted":  # interrupted before the run itself has started
             raise KeyboardInterrupt
         outputs = path.record()
         values = np.stack([tracked(ideal, part) for part in (outputs.X, outputs.V, outputs.A)], axis=2)
@@ -67,15 +62,15 @@ def ideal_path(plan: Plan, options: Options) -> IdealPath:
         kept = between[: max(0, table.shape[0] - 1)]
         guess = quintic(0.5, step, *(np.moveaxis(part, 2, 0) for part in (table[:-1], table[1:])))
         error = float(np.max(np.abs(guess - kept), initial=0.0)) / ideal.coordinates.size
-        if error <= ACCURATE or intervals * FINER > MOST_NODES:
+        if error <= accuracy or intervals * REFINEMENT > INTERVALS_MAX:
             break
-        intervals *= FINER
+        intervals *= REFINEMENT
     warnings = []
     if path.status != "complete":
         warnings.append(
             f"deviations of tracked points are unknown from t = {path.end:.6g} s: the rigid ideal mechanism {path.cause}"
         )
-    if error > UNRELIABLE:
+    if error > warned:
         apart = error * ideal.coordinates.size
         warnings.append(f"deviations of tracked points err by up to {apart:.3g} m, where drives move in jerks")
     flat = np.ascontiguousarray(table.reshape(table.shape[0], -1))

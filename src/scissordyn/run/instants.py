@@ -1,4 +1,4 @@
-"""The instants at which a run has samples: equally spaced ones, and with ``samples = "auto"`` those of its contacts too."""
+"""Sample times of a run: equally spaced instants; ``samples = "auto"`` adds the instants of its contacts."""
 
 from __future__ import annotations
 
@@ -13,27 +13,26 @@ from scissordyn.model.options import EQUALLY_SPACED, Options
 if TYPE_CHECKING:
     from scissordyn.record.trajectory import Trajectory
 
-MOST_INSTANTS = 20_001  # Most samples of ``samples = "auto"``: ten times the equally spaced ones
-ROUNDED = 4.0  # Roundings by which the sum of a start and a duration may miss the instant that was recorded
+SAMPLES_MAX = 20_001  # [samples] largest number with ``samples = "auto"``: ten times the equally spaced samples
 
 
 def sample_times(options: Options, *, curves: bool = False) -> np.ndarray:
-    """The equally spaced instants of a run [s], with those of curves if these are wanted too."""
+    """Return the equally spaced sample times of a run [s]; with `curves`, also those that smooth curves need."""
     times = np.linspace(0.0, options.until, options.count)
     return np.union1d(times, np.linspace(0.0, options.until, EQUALLY_SPACED)) if curves else times
 
 
-def sampled_at(path: Trajectory, times: np.ndarray) -> Trajectory:
-    """A trajectory with those of its samples alone that are at some instants."""
+def select_samples(path: Trajectory, times: np.ndarray) -> Trajectory:
+    """Return a trajectory with only those samples that are at given times."""
     wanted = np.isin(path.samples.time, times)
     return replace(path, samples=Samples(*(part[wanted] for part in path.samples)))
 
 
-def with_recorded(path: Trajectory) -> Trajectory:
-    """A trajectory with the instants among its samples that its integration has kept, so that no curve misses its own peaks.
+def add_recorded_samples(path: Trajectory) -> Trajectory:
+    """Add recorded instants to the samples of a trajectory, so that no curve misses its own peaks.
 
-    These are start, largest force and end of every contact, the located largest values of everything else that is monitored,
-    and as many ends of steps as `MOST_INSTANTS` leaves room for.
+    These are the start, largest force and end of every contact, the located largest values of all other monitored quantities,
+    and ends of steps, up to `SAMPLES_MAX` samples.
     """
     table, kept = path.contacts(), path.recorded
     assert kept is not None
@@ -42,26 +41,26 @@ def with_recorded(path: Trajectory) -> Trajectory:
     wanted = np.concatenate([start, *(start + span for span in spans), path.peak["largest_time"]])
     wanted = np.unique(wanted[np.isfinite(wanted) & (wanted >= 0.0) & (wanted <= path.end)])
     time = kept.time.copy()
-    if time.size and wanted.size:  # an instant and the one that was recorded for it may differ by rounding
+    if time.size and wanted.size:  # a requested instant and its recorded instant may differ by rounding
         order = np.argsort(time, kind="stable")
         after = np.clip(np.searchsorted(time[order], wanted), 1, max(1, time.size - 1))
         near = order[np.stack([after - 1, np.minimum(after, time.size - 1)])]
         row = np.where(np.abs(time[near[0]] - wanted) <= np.abs(time[near[1]] - wanted), near[0], near[1])
-        same = np.abs(time[row] - wanted) <= ROUNDED * np.spacing(wanted)
+        same = np.abs(time[row] - wanted) <= 4.0 * np.spacing(wanted)
         time[row[same]] = wanted[same]
-    rows = chosen_rows(path.samples.time, time, wanted)
+    rows = choose_rows(path.samples.time, time, wanted)
     parts = (np.concatenate([here, getattr(kept, name)[rows]]) for name, here in path.samples._asdict().items())
     samples = Samples(*parts)._replace(time=np.concatenate([path.samples.time, time[rows]]))
-    _, order = np.unique(samples.time, return_index=True)  # of equal instants the first, which is one of the equally spaced
+    _, order = np.unique(samples.time, return_index=True)  # of equal instants the first is kept; it is an equally spaced one
     return replace(path, samples=Samples(*(part[order] for part in samples)))
 
 
 def nearest_samples(path: Trajectory, times: np.ndarray) -> Samples:
-    """Return the samples of a trajectory at given instants, or at the nearest ones that the integration has kept.
+    """Return the samples of a trajectory at given times, or at the nearest recorded times.
 
-    Located largest values are kept, so that they are met to rounding unless a run has too many steps to keep all.
+    Located largest values are recorded, so that they are reached to rounding unless a run has too many steps to record all.
 
-    Shapes: `times` (n,) [s], finite; at least one instant is kept.
+    Shapes: `times` (n,) [s], finite; at least one instant must be recorded.
     """
     kept: list[Samples | StepRecord] = [path.samples] if path.recorded is None else [path.samples, path.recorded]
     time = np.concatenate([part.time for part in kept])
@@ -72,9 +71,9 @@ def nearest_samples(path: Trajectory, times: np.ndarray) -> Samples:
     return Samples(*(np.concatenate([getattr(part, name) for part in kept])[rows] for name in Samples._fields))
 
 
-def chosen_rows(equal: np.ndarray, time: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """Which recorded instants become samples beside equally spaced ones: those that are wanted, and a part of the others."""
-    chosen, room = np.zeros(0, int), max(0, MOST_INSTANTS - max(equal.size, EQUALLY_SPACED))
+def choose_rows(equal: np.ndarray, time: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+    """Return the rows of recorded instants that become samples: all `wanted` ones, and as many others as there is room for."""
+    chosen, room = np.zeros(0, int), max(0, SAMPLES_MAX - max(equal.size, EQUALLY_SPACED))
     is_wanted = np.isin(time, wanted)
     for rows in (np.flatnonzero(is_wanted), np.flatnonzero(~is_wanted)):
         if rows.size and room > chosen.size:

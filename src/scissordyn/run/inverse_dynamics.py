@@ -1,4 +1,4 @@
-"""Inverse dynamics: forces and torques that a motion requires."""
+"""Inverse dynamics: forces and torques that a prescribed motion requires."""
 
 from __future__ import annotations
 
@@ -29,16 +29,17 @@ from scissordyn.plan.gradients import Gradients
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.record.coupling import sampled_coordinate
 from scissordyn.record.results import Results, Variable, described, labels
-from scissordyn.run.advance.interrupt import pass_on
+from scissordyn.run.advance.interrupt import raise_if_interrupted
 from scissordyn.run.simulate import simulate
-from scissordyn.run.trajectory import compute, recorded
+from scissordyn.run.trajectory import compute, record_trajectory
 from scissordyn.units import Meaning, checked
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-AUTHORITY = 1e-6  # A motion that moves the inputs by less than this fraction of what moves them most is beyond them
+# smallest ratio of the motion of the inputs to their largest possible motion; below, the inputs cannot control the motion
+AUTHORITY_MIN = 1e-6
 
 
 @checked
@@ -49,16 +50,17 @@ def inverse_dynamics(
     until: EndTime,
     samples: SampleCount = 501,
 ) -> xr.Dataset:
-    """Forces and torques at chosen inputs that give the motion which the coordinate drives of a mechanism prescribe.
+    """Compute the forces and torques at chosen inputs that produce the motion prescribed by the coordinate drives.
 
-    The drives are the outputs of servo constraints: they determine the motion, and the inputs exert what the drives would.
+    The driven coordinates are the outputs of servo constraints. They determine the motion, and the inputs do the work of the
+    drives.
 
     Parameters
     ----------
     mechanism : Mechanism
-        With ideal joints and as many coordinate drives as degrees of freedom.
+        Mechanism with ideal joints and as many coordinate drives as degrees of freedom.
     inputs : mapping of str to RelativeAngle, Slide or Distance
-        As many as outputs.
+        Input coordinates by name, as many as coordinate drives.
     until : float
         End of the motion [s].
     samples : int
@@ -67,13 +69,13 @@ def inverse_dynamics(
     Returns
     -------
     Dataset
-        `input_force`, `input_value`, `input_rate` and `input_power` over (time, input), the coordinate `input_unit`, and
-        `output_value` over (time, output).
+        `input_force` [N m or N], `input_value` [rad or m], `input_rate` and `input_power` [W] over (time, input), the
+        coordinate `input_unit`, and `output_value` over (time, output).
 
     Raises
     ------
     InputError
-        If the outputs do not determine the motion, or the inputs cannot bring it about.
+        If the outputs do not determine the motion, or the inputs cannot produce it.
 
     References
     ----------
@@ -81,7 +83,7 @@ def inverse_dynamics(
     """
     options, whole = Options(until, samples=samples), plan(mechanism)
     _check(whole, len(inputs))
-    path, motion = recorded(whole, options, compute(whole, options))
+    path, motion = record_trajectory(whole, options, compute(whole, options))
     if path.status != "complete":
         raise InputError(f"inverse dynamics of a motion that {path.status}: {path.cause}", "outputs that can be reached")
     outputs = mechanism.coordinate_drives
@@ -109,7 +111,10 @@ def inverse_dynamics(
 def _forces(
     coordinates: Coordinates, motion: Record, inputs: Mapping[str, Coordinate], outputs: list[str]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """What the inputs exert at each sample; how much the least of their motions moves them, and the sign of the determinant."""
+    """Return input forces, smallest relative motion of the inputs, and sign of the determinant at each sample.
+
+    Shapes: (nt, inputs) [N m or N], (nt,) and (nt,).
+    """
     n, basis, constraints = coordinates.free, coordinates.basis, coordinates.constraints
     names = [constraint.name for constraint in constraints]
     at = [names.index(output) for output in outputs]
@@ -121,7 +126,7 @@ def _forces(
     moving_scale = np.array([constraint.scale for constraint in driven])[:, None]
     force, authority, side = np.zeros((len(motion.X), len(at))), np.zeros(len(motion.X)), np.zeros(len(motion.X))
     for row, (full, multiplier) in enumerate(zip(motion.X, motion.multiplier, strict=True)):
-        # virtual motions that all other constraints admit
+        # virtual motions that satisfy all other constraints
         gradients = _dense(holding.jacobian(full))[:, :n]
         free = np.linalg.svd(gradients[others])[2][len(others) :].T if others else np.eye(n)
         by_output = gradients[at] * scale[:, None] @ free
@@ -130,8 +135,8 @@ def _forces(
         sizes = np.linalg.norm(rows, axis=1)
         authority[row] = np.linalg.svd(by_input / np.where(sizes > 0.0, sizes, 1.0)[:, None], compute_uv=False)[-1]
         side[row] = np.linalg.slogdet(np.vstack([gradients[others], rows]))[0]
-        if authority[row] > AUTHORITY:
-            # both do the same virtual work
+        if authority[row] > AUTHORITY_MIN:
+            # drives and inputs do the same virtual work
             force[row] = np.linalg.solve(by_input.T, by_output.T @ (-multiplier[at] / scale))
     return force, authority, side
 
@@ -141,14 +146,16 @@ def _dense(matrix: np.ndarray) -> np.ndarray:
 
 
 def _check(whole: Plan, inputs: int) -> None:
-    """Raise `InputError` unless outputs determine the motion, and there are as many inputs."""
+    """Raise `InputError` unless the outputs determine the motion and there are as many inputs as outputs."""
     mechanism, outputs = whole.mechanism, len(whole.mechanism.coordinate_drives)
     if mechanism.contacts:
         raise InputError(
             f"inverse dynamics with clearance at '{mechanism.contacts[0].name}'", "ideal joints", "mechanism.ideal()"
         )
     if not outputs:
-        raise InputError("inverse dynamics of a mechanism without a driven coordinate", "a CoordinateDrive of what is to move")
+        raise InputError(
+            "inverse dynamics of a mechanism without a driven coordinate", "a CoordinateDrive of the coordinate to move"
+        )
     if inputs != outputs:
         raise InputError(f"{inputs} inputs for {outputs} driven coordinates", "as many inputs as outputs")
     active = sum(not constraint.latch for constraint in whole.coordinates.constraints)
@@ -156,17 +163,17 @@ def _check(whole: Plan, inputs: int) -> None:
     if motions != outputs:
         raise InputError(
             f"{outputs} driven coordinates of a mechanism with {motions} degrees of freedom",
-            "as many, so that they determine the motion",
+            f"{motions} driven coordinates",
         )
 
 
 def _check_authority(inputs: list[str], outputs: list[str], time: np.ndarray, authority: np.ndarray, side: np.ndarray) -> None:
-    """Raise `InputError` where the inputs do not move with every motion that is left, at a sample or between two."""
-    lost = np.flatnonzero((authority <= AUTHORITY) | (side != side[0]))
+    """Raise `InputError` if the inputs cannot control the motion at a sample or between two samples."""
+    lost = np.flatnonzero((authority <= AUTHORITY_MIN) | (side != side[0]))
     if not lost.size:
         return
     quoted, wanted = (in_words([f"'{name}'" for name in names]) for names in (inputs, outputs))
-    if np.all(authority <= AUTHORITY):
+    if np.all(authority <= AUTHORITY_MIN):
         raise InputError(f"input {quoted} without authority over {wanted}: it does not move with the motion", "other inputs")
     raise InputError(
         f"no force at input {quoted} gives the motion of {wanted} up to t = {time[lost[0]]:.6g} s, past a singular position",
@@ -178,23 +185,22 @@ def _check_authority(inputs: list[str], outputs: list[str], time: np.ndarray, au
 def feed_forward(
     mechanism: Mechanism, reference: TimeFunction, *, until: float, body: str = "", samples: int = 2001
 ) -> Tabulated:
-    """The driving torque of the ideal mechanism on a reference motion.
+    """Compute the driving torque of the ideal mechanism on a reference motion.
 
-    Clearance joints are taken as ideal, bars that bend as rigid. As long as joints stay in contact, the true torque of rigid
-    bars differs from this one by terms of the order of clearance over length.
+    Clearance joints count as ideal, bars that bend as rigid. While the joints stay in contact, the true torque of rigid bars
+    differs from this torque by terms of the order of clearance divided by length.
 
     Parameters
     ----------
     mechanism : Mechanism
-        Its actuators, latches and forces that vary over time are left out: the first are to be replaced, the second hold it
-        where the reference would go on, the third are disturbances that nobody knows beforehand. Springs, motors and constant
-        loads stay.
+        Mechanism whose springs, motors and constant loads act. Actuators, latches and time-dependent forces are left out: the
+        torque replaces the actuators, a latch would hold the mechanism, and a time-dependent force is an unknown disturbance.
     reference : TimeFunction
-        The reference angle [rad].
+        Reference angle [rad].
     until : float
         End of the table [s].
     body : str, optional
-        The driven body; the mechanism's input body if not given.
+        Driven body; by default the mechanism's input body.
     samples : int
         Number of instants of the table; the error of the spline is of sixth order in their distance.
 
@@ -215,7 +221,7 @@ def feed_forward(
         if not isinstance(element, Actuator) and not (isinstance(element, Force) and element.time_function is not None)
     )
     ideal = dataclasses.replace(stiff, components=kept, latches=(), drives=()).driven(reference, body=body)
-    run = pass_on(simulate(ideal, until=until, samples=samples))
+    run = raise_if_interrupted(simulate(ideal, until=until, samples=samples))
     if run.attrs["status"] != "complete":
         raise InputError(f"the ideal mechanism cannot follow the reference: {run.attrs['cause']}", "another reference")
     return Tabulated(tuple(run["time"].values.tolist()), tuple(run["drive_torque"].values.tolist()))
@@ -223,21 +229,20 @@ def feed_forward(
 
 @checked
 def constrain_contact(mechanism: Mechanism, *, indentation: float = 0.0, direction: float | None = None) -> Mechanism:
-    """The mechanism with its clearance joints constrained to contact, at a constant eccentricity e = c + indentation.
+    """Return the mechanism with its clearance joints held in contact, at a constant eccentricity e = c + indentation.
 
-    Each clearance joint becomes a rod of that length from the bearing centre to the journal centre, so that e' and e'' are
-    zero. In a run with a prescribed drive, `drive_torque` is the torque that this motion requires, and the tension `rod_force`
-    of the joint's rod is the normal force N. The constraint is bilateral and the contact unilateral: a run has a warning when N
-    is negative.
+    A rod of length e from the bearing centre to the journal centre replaces each clearance joint, so that e' and e'' are zero.
+    In a run with a prescribed drive, `drive_torque` is the torque that this motion requires. The tension `rod_force` of the
+    joint's rod is the normal force N. The rod is bilateral but a contact is unilateral: the run has a warning if N is negative.
 
     Parameters
     ----------
     mechanism : Mechanism
-        With clearance joints.
+        Mechanism with clearance joints.
     indentation : float
-        delta [m], the same at every joint.
+        Indentation delta [m], the same at every joint.
     direction : float, optional
-        Direction of the contact normal at t = 0 [rad]; that of the ideal reaction if not given.
+        Direction of the contact normal at t = 0 [rad]; by default the direction of the ideal reaction.
 
     Returns
     -------

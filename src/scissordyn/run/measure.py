@@ -1,6 +1,6 @@
-"""Measures of a run: numbers that the loop has accumulated, with located maxima, so that no histories are needed.
+"""Measures: numbers that describe a run, accumulated by the time loop with located maxima, without histories.
 
-They are read from what the integrator holds at the end: the event log, the peaks and the integrals.
+They are read at the end from the integrator's event log, peaks and integrals.
 """
 
 from __future__ import annotations
@@ -38,37 +38,40 @@ from scissordyn.record.track import PARTS, SETTLING, settling_times, tracked
 from scissordyn.record.transmitted import force_peaks
 from scissordyn.run.advance.driver import Driver
 from scissordyn.run.deviation import deviation_parts
-from scissordyn.run.trajectory import reached
+from scissordyn.run.trajectory import current_trajectory
 
 
 class Ended:
-    """What a driver has accumulated up to now."""
+    """Values that a driver has accumulated up to its current time."""
 
     def __init__(self, driver: Driver, path: IdealPath | None = None, options: Options | None = None) -> None:
         self.driver, self.ideal, self.options = driver, path, options
         self.plan, self.mechanism, self.time = driver.plan, driver.plan.mechanism, driver.time
-        self.path = reached(driver)
+        self.path = current_trajectory(driver)
 
     @cached_property
     def contacts(self) -> np.recarray:
-        """All contacts in order of their starts."""
+        """Return all contacts, in order of their starts."""
         return self.path.contacts()
 
     def per_joint(self, value: Callable[[np.recarray], float]) -> np.ndarray:
-        """A number from the contacts of each clearance joint and contact point."""
+        """Return one value for each clearance joint and contact point, computed from its contacts."""
         return np.array([value(self.contacts[self.contacts["joint"] == j]) for j in range(len(self.plan.contacts))], float)
 
     def per_contact(self, values: np.ndarray) -> np.ndarray:
-        """Values of clearance joints, and NaN of contact points, which follow these."""
+        """Append NaN for the contact points to the values of the clearance joints."""
         return np.append(values, np.full(len(self.plan.contacts) - values.size, math.nan))
 
     @cached_property
     def force_peaks(self) -> np.ndarray:
-        """Largest forces of all joints and guides, then of welds [N]; NaN for a hard contact."""
+        """Return the largest forces of all joints and guides, then of welds [N]; NaN for a hard contact."""
         return force_peaks(self.plan, self.path).size
 
     def largest_forces(self) -> np.ndarray:
-        """Largest force of each contact, then of all ideal joints, guides and welds together [N]; NaN for a hard contact."""
+        """Return the largest force of each contact, then of all ideal joints, guides and welds together [N].
+
+        The force of a hard contact is NaN.
+        """
         at = self.plan.places(contact.name for contact in self.plan.contacts)
         others = np.delete(self.force_peaks, at)
         known = others[np.isfinite(others)]
@@ -76,13 +79,13 @@ class Ended:
         return np.array([*self.force_peaks[at].tolist(), *largest], float)
 
     def reactions(self) -> np.ndarray:
-        """Largest force of each joint and guide, then of each weld [N]; NaN for a hard contact."""
+        """Return the largest force of each joint and guide, then of each weld [N]; NaN for a hard contact."""
         points = len(self.mechanism.contact_points)
         joints = len(self.mechanism.joint_names) - points
         return np.delete(self.force_peaks, np.arange(joints, joints + points))
 
     def estimated_forces(self) -> np.ndarray:
-        """Estimated largest force of each hard contact [N]; NaN for compliant ones."""
+        """Return the estimated largest force of each hard contact [N]; NaN for compliant contacts."""
         forces = np.full(len(self.plan.contacts), math.nan)
         for j in self.plan.hard_places:
             contacts = self.contacts[self.contacts["joint"] == j]
@@ -91,23 +94,23 @@ class Ended:
         return forces
 
     def lasting(self, contacts: np.recarray) -> np.ndarray:
-        """Durations of contacts, up to now of those that go on [s]."""
+        """Return the durations of contacts [s]; a contact that goes on counts up to now."""
         return np.where(np.isnan(contacts["duration"]), self.time - contacts["start"], contacts["duration"])
 
     def peaks(self, kind: int) -> np.ndarray:
-        """Largest values of one kind of monitored quantity."""
+        """Return the largest values of one kind of monitored quantity."""
         return np.asarray(self.path.peaks(kind)["largest"])
 
     def root_mean_squares(self, kind: int) -> np.ndarray:
-        """Over the time up to now."""
+        """Return the root mean squares of one kind of monitored quantity up to now."""
         return np.asarray(np.sqrt(self.path.peaks(kind)["square"] / self.time))
 
     def at_end(self, kind: int) -> np.ndarray:
-        """One kind of monitored quantity now."""
+        """Return the current values of one kind of monitored quantity."""
         return np.asarray(self.driver.state.monitored[self.driver.rows(kind), 0])
 
     def deployed(self) -> float:
-        """When the last latch has locked [s]; infinite while one is open, NaN without latches."""
+        """Return the time when the last latch locked [s]; infinite while a latch is open, NaN without latches."""
         model, log, mode = self.driver.system.content.model, self.path.log, self.driver.state.mode
         latches = model.component_guard[model.latch[:, 2]].tolist()
         locked = [float(log["time"][log["guard"] == guard][-1]) if mode[guard] == 1 else math.inf for guard in latches]
@@ -115,25 +118,25 @@ class Ended:
 
     @cached_property
     def accounts(self) -> np.ndarray:
-        """Along `events.ACCOUNTS` [J]."""
+        """Return the energies in the order of `events.ACCOUNTS` [J]."""
         energies: np.ndarray = accounts(self.plan, self.driver.state.total[None], self.path.log, np.array([math.inf]))[0]
         return energies
 
     @cached_property
     def record(self) -> Record:
-        """Everything at the samples."""
+        """Return all recorded variables at the samples."""
         with state_kept(self.driver.system):
             return self.path.record()
 
     @cached_property
     def static_peaks(self) -> dict[str, float]:
-        """The largest sizes of forces and torques without inertia, by name."""
+        """Return the largest static forces and torques, by name."""
         assert self.options is not None
         return static_peaks(self.mechanism, self.options.until)
 
     @cached_property
     def bars(self) -> dict[str, np.ndarray]:
-        """Sizes of the largest values along bars that bend, among the samples, by the names of their variables."""
+        """Return the largest absolute values along bars that bend, over all samples, by variable name."""
         undefined = np.flatnonzero(~np.all(np.isfinite(self.record.A), axis=1))
         if undefined.size:
             time = self.path.samples.time[undefined[0]]
@@ -143,7 +146,7 @@ class Ended:
 
     @cached_property
     def deviation_parts(self) -> np.ndarray:
-        """Sizes of what servos, bending and clearance add to deviations at the samples, shape (parts, time, tracks) [m]."""
+        """Return the parts of the deviation due to servos, bending and clearance, shape (parts, time, tracks) [m]."""
         if self.ideal is None or self.options is None:
             return np.full((len(PARTS), 1, len(self.plan.mechanism.tracks)), math.nan)
         at, time = tracked(self.plan, self.record.X), self.path.samples.time
@@ -153,16 +156,16 @@ class Ended:
 
 @dataclass(frozen=True)
 class Measure:
-    """A number, or one for each joint, drive or component."""
+    """Definition of a measure: one value of a run, or one value for each joint, drive or component."""
 
     units: str
     long_name: str
-    dims: tuple[str, ...]  # () or the name of a dimension of `parts_of`
-    value: Callable[[Ended], float | np.ndarray]  # From an `Ended` to a float or an array along the dimension
-    compares: bool = False  # Whether it is a deviation from the commanded path, which is then computed too
-    sampled: bool = False  # Whether it needs equally spaced samples
-    static: bool = False  # Whether it needs no run
-    recorded: bool = False  # Whether it needs what the integration keeps at the ends of steps
+    dims: tuple[str, ...]  # () or the name of a dimension from `parts_of`
+    value: Callable[[Ended], float | np.ndarray]  # returns a float, or an array along the dimension
+    compares: bool = False  # True for a deviation from the commanded path, which is then computed too
+    sampled: bool = False  # True if equally spaced samples are needed
+    static: bool = False  # True if no run is needed
+    recorded: bool = False  # True if the recorded ends of steps are needed
 
 
 def _of_bars(quantity: str, units: str, text: str) -> Measure:
@@ -171,7 +174,7 @@ def _of_bars(quantity: str, units: str, text: str) -> Measure:
 
 
 def _static(dim: str, text: str, units: str, *kinds: str) -> Measure:
-    """The largest size of what statics has by a kind and the name of a part, or by the kind alone if there is one part."""
+    """Return the measure of the largest static value of each part; statics names it by kind and part, or by kind alone."""
 
     def value(ended: Ended) -> np.ndarray:
         peaks = ended.static_peaks
@@ -185,7 +188,7 @@ def _static(dim: str, text: str, units: str, *kinds: str) -> Measure:
 
 
 def _component_names(part: Any) -> list[str]:
-    """What statics calls that which a component exerts; a servo is a drive there."""
+    """Return the names under which statics lists the output of a component; an actuator counts as a drive."""
     if isinstance(part, Actuator):
         return [f"drive torque {part.body}", "drive torque"]
     section = part.declaration.section.replace("_", " ")
@@ -203,7 +206,7 @@ def _of_contacts(units: str, text: str, value: Callable[[np.recarray], float]) -
     return Measure(units, text, ("joint",), lambda ended: ended.per_joint(value))
 
 
-_APART = "distance of a tracked point from where it is on the commanded path of the rigid ideal mechanism"
+_APART = "distance of a tracked point from its position on the commanded path of the rigid ideal mechanism"
 
 
 def _of_track(text: str, value: Callable[[Ended], np.ndarray], units: str = "m", *, sampled: bool = False) -> Measure:
@@ -211,7 +214,7 @@ def _of_track(text: str, value: Callable[[Ended], np.ndarray], units: str = "m",
 
 
 def _of_deviation(number: int, at_end: bool) -> Measure:
-    words = f"what {('servos', 'bars that bend', 'clearance')[number]} add to the deviation of a tracked point"
+    words = f"deviation of a tracked point due to {('servos', 'bars that bend', 'clearance')[number]}"
 
     def value(ended: Ended) -> np.ndarray:
         sizes = ended.deviation_parts[number]
@@ -280,10 +283,10 @@ MEASURES: Mapping[str, Measure] = MappingProxyType(
         ),
         **{f"peak_{dim}_force": _of_couplings(dim) for dim in ("coupling", "coordinate_drive")},
         "peak_bar_stress": _of_bars("stress", "Pa", "stress in the extreme fibre"),
-        "peak_utilisation": _of_bars("utilisation", "1", "stress over the yield strength"),
+        "peak_utilisation": _of_bars("utilisation", "1", "stress divided by the yield strength"),
         "peak_deflection": _of_bars("deflection", "m", "distance from the line through the ends"),
         "peak_buckling_ratio": _of_bars(
-            "buckling_ratio", "1", "compression over that at which the mechanism buckles, drives locked"
+            "buckling_ratio", "1", "compression divided by the buckling compression of the mechanism with locked drives"
         ),
         "static_drive_torque": _static("drive", "driving torque", "N m", "drive torque"),
         "static_rod_force": _static("rod", "force of a rod", "N", "rod force"),
@@ -307,24 +310,24 @@ MEASURES: Mapping[str, Measure] = MappingProxyType(
         "end": Measure("s", "time reached", (), lambda e: e.time),
     }
 )
-"""Measures by name."""
+"""Predefined measures by name."""
 
 
-COMPONENT_UNIT = "component_unit"  # Coordinate of results: the unit of what each component exerts
+COMPONENT_UNIT = "component_unit"  # coordinate of results: unit of each component's force, torque or other output
 
 
 def component_units(mechanism: Mechanism) -> dict[str, str]:
-    """The unit of what each component exerts, as its port declares it."""
+    """Return the unit of each component's first output, as its port declares it."""
     ports = {component.name: component.declaration.port for component in mechanism.components}
     return {name: port.outputs[0].unit if port.outputs else "1" for name, port in ports.items()}
 
 
 IDEAL_JOINTS = "ideal joints"
-"""The last of the joints of a measure: what has no contact of its own, which is ideal joints, guides and welds."""
+"""Last label along the dimension "joint": all ideal joints, guides and welds together."""
 
 
 def parts_of(mechanism: Mechanism) -> dict[str, list[str]]:
-    """Names along the dimensions of measures."""
+    """Return the labels along each dimension of measures."""
     ideal = len(mechanism.ideal_joints) + len(mechanism.ideal_guides) + len(mechanism.welds)
     guides = len(mechanism.guides) - len(mechanism.ideal_guides)
     return {
@@ -341,19 +344,23 @@ def parts_of(mechanism: Mechanism) -> dict[str, list[str]]:
     }
 
 
-NEEDED = {"peak_bar_stress": "youngs_modulus", "static_bar_stress": "youngs_modulus", "peak_utilisation": "yield_strength"}
-"""What bars have to know for a measure."""
+BAR_PROPERTY = {
+    "peak_bar_stress": "youngs_modulus",
+    "static_bar_stress": "youngs_modulus",
+    "peak_utilisation": "yield_strength",
+}
+"""Bar property that a measure needs."""
 
 
 def check_measures(mechanism: Mechanism, measures: Mapping[str, Measure]) -> None:
-    """Raise `InputError` for a measure of statics without a stroke, or of bars that bend where none does or lacks a number."""
+    """Raise `InputError` if the mechanism lacks what a measure needs: a stroke, bars that bend, or a bar property."""
     if any(name.startswith("static_") for name in measures):
         check_stroke(mechanism)
     bars = bars_of(mechanism)
     for name in (name for name, measure in measures.items() if measure.dims == ("bar",)):
         if not bars:
-            raise InputError(f"measure '{name}' of a mechanism without bars that bend", "bars that bend", "with_bending(...)")
-        needed = NEEDED.get(name, "")
+            raise InputError(f"measure '{name}': the mechanism has no bars that bend", "bars that bend", "with_bending(...)")
+        needed = BAR_PROPERTY.get(name, "")
         lacking = [bar.name for bar in bars if needed and not all(getattr(part, needed) for part in bar.parts)]
         if lacking:
             raise InputError(

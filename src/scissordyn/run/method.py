@@ -1,4 +1,4 @@
-"""Which integrator suits a mechanism: an estimate of stiffness."""
+"""Choice of the integration method, from an estimate of the mechanism's stiffness."""
 
 from __future__ import annotations
 
@@ -24,53 +24,30 @@ from scissordyn.run.advance.tolerance import Tolerances
 
 EXPLICIT, STIFF = "dop853", "rodas5p"
 
-STABLE = 6.0  # An explicit step of DOP853 is stable up to about this number over the rate of a decaying mode
+# An explicit step of DOP853 is stable up to about this value divided by the rate of a decaying mode.
+STABILITY_LIMIT = 6.0
 
-RESOLVED = 40.0
-"""Steps that a contact or the fastest oscillation takes for accuracy anyway; more steps than this that only stability asks for
-make a problem stiff."""
+DENSE_STATES_MAX = 400
+"""Largest number of states with a full eigenvalue computation; above, Arnoldi's method estimates the largest eigenvalues."""
 
-OVERDAMPED = 0.7  # Modes with at least this damping ratio are forgotten rather than resolved
-
-MOST_EIGENVALUES, PRODUCTS = 400, 60
-"""Above this number of states the fastest modes are estimated by so many products with the Jacobian (Arnoldi 1951)."""
-
-
-FILM_STEPS = 30.0
-"""Explicit steps that only stability asks for while a journal is pressed through its film once, above which films of rigid bars
-are stiff."""
-
-THIN_FILM = 3e5  # The same on bars that bend: damping of a film of a two-hundredth of the clearance over that in the centre
-
-DEAR_MATRICES = 150
-"""Number of states above which a linearly implicit step, with the matrices of bars that bend, costs over 30 explicit ones."""
-
-TRIAL = 500  # Explicit steps in which a contact that is closed at the start has to open
-
-STATIC_TRIAL, STATIC_PART = 15000, 0.1
-"""The same from static equilibrium, where loads press contacts together for a while, and in which part of the run."""
-
-PARTS, PARTS_OF_A_FALL = 5000, 5
-"""Steps of a run, and of a fall across the smallest clearance from rest, that time stepping makes at least."""
-
-OSCILLATION_STEP = 0.5  # Step of time stepping times the fastest angular frequency of components, at most
-
-SPIN_GAIN = 1e-6
-"""Part of its energy that a body that rotates freely gains in a run, at most, by steps that were not asked for. At omega a step
-adds the part (3/4) (omega h)^4; a sample within it, on the chord, misses (omega h)^2/4."""
-
-DECAY_STEP, FINEST = 0.5, 10
-"""Step of time stepping times the fastest decay of components, as of a servo with derivative gain, at most; but it is not made
-more times shorter than this: implicit damping is stable, and what decays so fast has no part in the motion."""
+TRIAL_STEPS = 500  # explicit steps within which a contact that is closed at the start must open, to count as not stiff
 
 
 def choose_method(plan: Plan, system: Handle, y: np.ndarray, options: Options, tolerances: Tolerances) -> Choice:
-    """The method that was asked for, or the one that an estimate of stiffness suggests."""
+    """Return the requested method, or the method that an estimate of stiffness suggests."""
     choice = _choose(plan, system, y, options, tolerances)
     return choice if options.step is None or plan.hard_places else replace(choice, fixed=options.step)
 
 
 def _choose(plan: Plan, system: Handle, y: np.ndarray, options: Options, tolerances: Tolerances) -> Choice:
+    # A larger system with bars that bend pays over 30 explicit steps for each linearly implicit step.
+    implicit_states_max = 150
+    # Films of rigid bars are stiff if pressing a journal through its film takes more explicit steps, for stability alone.
+    film_steps_max = 30.0
+    # Damping of a film 1/200 of the clearance thick, divided by the damping of the same film at the centre
+    thin_film_ratio = 3e5
+    # Steps per period that accuracy requires anyway; a problem is stiff if stability requires more.
+    accurate_steps = 40.0
     hard = [plan.contacts[j].name for j in plan.hard_places]
     if (options.method == TIME_STEPPING and not hard) or (options.method not in ("auto", TIME_STEPPING) and hard):
         what = f"hard contact in joint '{hard[0]}'" if hard else "no hard contact"
@@ -85,7 +62,7 @@ def _choose(plan: Plan, system: Handle, y: np.ndarray, options: Options, toleran
         return Choice(options.method, "asked for")
     frictions = [(contact.name, laws.friction) for contact, laws in zip(plan.contacts, plan.clearances, strict=True)]
     stiff = [(name, friction) for name, friction in frictions if friction.stiff]
-    if stiff and not (bends(plan.mechanism) and y.size > DEAR_MATRICES):
+    if stiff and not (bends(plan.mechanism) and y.size > implicit_states_max):
         name, friction = stiff[0]
         why = "has internal states that relax within microseconds" if friction.states else "is steep about zero slip speed"
         return Choice(STIFF, f"the friction law of joint '{name}' {why}")
@@ -93,9 +70,9 @@ def _choose(plan: Plan, system: Handle, y: np.ndarray, options: Options, toleran
         return Choice(
             STIFF, f"the film of joint '{plan.lubricated[0][0].name}' acts on the light cross-sections of bars that bend"
         )
-    if plan.lubricated and not bends(plan.mechanism) and y.size <= MOST_EIGENVALUES:
+    if plan.lubricated and not bends(plan.mechanism) and y.size <= DENSE_STATES_MAX:
         steps = film_steps(plan, system, y, tolerances)
-        if steps > FILM_STEPS:
+        if steps > film_steps_max:
             film = f"the film of joint '{plan.lubricated[0][0].name}'"
             return Choice(
                 STIFF, f"to press a journal through {film} once would take {steps:.2g} explicit steps for stability alone"
@@ -105,8 +82,9 @@ def _choose(plan: Plan, system: Handle, y: np.ndarray, options: Options, toleran
             return Choice(STIFF, "contacts that start at rest have a stiff damping")
         resting = [joint.name for joint, mode in zip(plan.contacts, system.content.state.mode.tolist(), strict=False) if mode]
         static = options.start == "static"
-        trial = (STATIC_TRIAL, STATIC_PART * options.until) if static else (TRIAL, math.inf)
-        if resting and not open_soon(plan, system, y, tolerances, *trial):
+        # static loads press contacts together for a while: more steps, within the first tenth of the run
+        trial = (30 * TRIAL_STEPS, 0.1 * options.until) if static else (TRIAL_STEPS, math.inf)
+        if resting and not contacts_open_soon(plan, system, y, tolerances, *trial):
             return Choice(STIFF, f"the contact of joint '{resting[0]}' stays closed from rest, where its damping is stiff")
         if resting:
             soon = "the first tenth of the run" if static else "a few explicit steps"
@@ -115,15 +93,16 @@ def _choose(plan: Plan, system: Handle, y: np.ndarray, options: Options, toleran
     if not plan.components:
         return nothing
     oiled = plan.lubricated[0][0].name if plan.lubricated and bends(plan.mechanism) else ""
-    if oiled and y.size > MOST_EIGENVALUES:
+    if oiled and y.size > DENSE_STATES_MAX:
         return Choice(STIFF, f"the film of joint '{oiled}' acts on light cross-sections of bars that bend")
     decay, oscillation = fastest_modes(plan, system, y)
-    resolved = max(oscillation, 2.0 * math.pi / tolerances.time_scale) * RESOLVED / (2.0 * math.pi)
-    if decay / STABLE > resolved:
+    resolved = max(oscillation, 2.0 * math.pi / tolerances.time_scale) * accurate_steps / (2.0 * math.pi)
+    if decay / STABILITY_LIMIT > resolved:
         return Choice(
-            STIFF, f"the fastest decay, {decay:.3g} 1/s, would keep explicit steps below {STABLE / decay:.2g} s without need"
+            STIFF,
+            f"the fastest decay, {decay:.3g} 1/s, would keep explicit steps below {STABILITY_LIMIT / decay:.2g} s without need",
         )
-    if oiled and THIN_FILM * decay / STABLE > resolved:
+    if oiled and thin_film_ratio * decay / STABILITY_LIMIT > resolved:
         return Choice(
             STIFF,
             f"the film of joint '{oiled}' would keep explicit steps short where it is thin, on light ends of bars that bend",
@@ -133,11 +112,11 @@ def _choose(plan: Plan, system: Handle, y: np.ndarray, options: Options, toleran
     return Choice(EXPLICIT, f"the fastest decay, {decay:.3g} 1/s, allows steps that accuracy needs anyway")
 
 
-def open_soon(plan: Plan, system: Handle, y: np.ndarray, tolerances: Tolerances, most: int, until: float) -> bool:
-    """Whether all contacts are open once within some explicit steps from the start, which are made for it.
+def contacts_open_soon(plan: Plan, system: Handle, y: np.ndarray, tolerances: Tolerances, most: int, until: float) -> bool:
+    """Report whether all contacts open within a number of explicit steps from the start.
 
-    Damping over the approach speed, which is next to nothing at rest, is stiff until a contact has been open. Bars that bend
-    often move away from it at once, where linearly implicit steps, with their matrices, cost ten times as much.
+    The function makes these steps. Damping divided by the approach speed is stiff from rest until a contact has been open. Bars
+    that bend often leave a contact at once, and a linearly implicit step costs ten times as much there.
     """
     with state_kept(system):
         explicit = Choice(EXPLICIT, "")
@@ -146,50 +125,60 @@ def open_soon(plan: Plan, system: Handle, y: np.ndarray, tolerances: Tolerances,
         driver.monitor(False)
         closed, status = np.flatnonzero(system.content.state.mode[: len(plan.contacts)] == 1), ADVANCING
         while closed.size and driver.tried < most and status == ADVANCING:
-            status = advance(driver, until, most_steps=most // TRIAL)
+            status = advance(driver, until, most_steps=most // TRIAL_STEPS)
             closed = np.setdiff1d(closed, driver.log["guard"][driver.log["mode"] == 0])
     return closed.size == 0
 
 
 def time_step(plan: Plan, system: Handle, y: np.ndarray, options: Options, tolerances: Tolerances) -> tuple[float, str]:
-    """Step of time stepping [s], and why: the one that was asked for, or what the fastest part needs."""
+    """Return the step of time stepping [s] and its reason: the requested step, or the step that the fastest part needs."""
     if options.step is not None:
         return options.step, "the step was asked for"
-    step, why = options.until / PARTS, f"the step is 1/{PARTS} of the run"
+    run_steps, fall_steps = 5000, 5  # smallest number of steps in a run, and in a fall across the smallest clearance from rest
+    oscillation_step = 0.5  # largest step times the fastest angular frequency of components
+    # Largest step times the fastest decay of components. This limit shrinks the step at most tenfold, since implicit
+    # damping is stable and a mode that decays so fast has no part in the motion.
+    decay_step, decay_shrink = 0.5, 10
+    step, why = options.until / run_steps, f"the step is 1/{run_steps} of the run"
     answer = np.zeros(3)
     functions.accept(0.0, y.copy(), system.address, answer)
     gain, turn = longest_turn(options)
     spin = min(gain * answer[2] ** (-4.0 / 3.0), turn / answer[2]) if answer[2] > 0.0 else math.inf
-    if tolerances.time_scale / PARTS_OF_A_FALL < step:
-        step, why = tolerances.time_scale / PARTS_OF_A_FALL, "the step resolves a fall across the smallest clearance"
+    if tolerances.time_scale / fall_steps < step:
+        step, why = tolerances.time_scale / fall_steps, "the step resolves a fall across the smallest clearance"
     if plan.components:
         modes = system.content.state.mode
         closed = modes[plan.compliant_places]
-        modes[plan.compliant_places] = 0  # steps adapt to these
+        modes[plan.compliant_places] = 0  # the steps adapt to compliant contacts
         decay, oscillation = fastest_modes(plan, system, y)
         modes[plan.compliant_places] = closed
-        if decay * step > DECAY_STEP:
-            step, why = max(DECAY_STEP / decay, step / FINEST), f"the step resolves the fastest decay, {decay:.3g} 1/s"
-        if oscillation * step > OSCILLATION_STEP:
-            step, why = OSCILLATION_STEP / oscillation, f"the step resolves the fastest oscillation, {oscillation:.3g} 1/s"
+        if decay * step > decay_step:
+            step, why = max(decay_step / decay, step / decay_shrink), f"the step resolves the fastest decay, {decay:.3g} 1/s"
+        if oscillation * step > oscillation_step:
+            step, why = oscillation_step / oscillation, f"the step resolves the fastest oscillation, {oscillation:.3g} 1/s"
     if spin < step:
         step, why = spin, f"the step resolves the fastest rotation, {answer[2]:.3g} rad/s"
     return step, why
 
 
 def longest_turn(options: Options) -> tuple[float, float]:
-    """See `Choice.turn`: (3/4) omega (omega h)^3 T, and what a sample on a chord misses, are at most `SPIN_GAIN`."""
+    """Return the limits of `Choice.turn`, by which a freely rotating body gains at most a millionth of its energy in a run.
+
+    At the angular speed omega each step h adds the fraction (3/4) (omega h)^4 of the energy. A sample between the ends of a
+    step lies on their chord and misses the fraction (omega h)^2/4.
+    """
+    energy_gain = 1e-6  # largest fraction of its energy that a freely rotating body gains in a run
     if options.step is not None:
         return math.inf, math.inf
-    return (SPIN_GAIN / (0.75 * options.until)) ** (1.0 / 3.0), 2.0 * math.sqrt(SPIN_GAIN)
+    return (energy_gain / (0.75 * options.until)) ** (1.0 / 3.0), 2.0 * math.sqrt(energy_gain)
 
 
 def film_steps(plan: Plan, system: Handle, y: np.ndarray, tolerances: Tolerances) -> float:
-    """Return how many explicit steps stability asks for while a journal is pressed through its film, until contact.
+    """Return the explicit steps that stability requires while a journal is pressed through its film, until contact.
 
-    A mass m under an acceleration a, with which the time scale T of the clearance c is (c/a)^(1/2), has the speed m a/D in a
-    film of damping D, and steps of `STABLE` m/D are stable. D grows at least as the power -3/2 of the thickness h, so that
-    there are about D^2 h/(2 `STABLE` m^2 a) steps down to h.
+    A mass m under an acceleration a has the speed m a/D in a film of damping D. Steps of `STABILITY_LIMIT` m/D are
+    stable. The time scale of the clearance c is T = (c/a)^(1/2). D grows at least as the power -3/2 of the film thickness h.
+    About D^2 h/(2 `STABILITY_LIMIT` m^2 a) steps reach the thickness h.
 
     Shapes: `y` (ny,).
     """
@@ -204,27 +193,29 @@ def film_steps(plan: Plan, system: Handle, y: np.ndarray, tolerances: Tolerances
             parameters[i] = thinned(parameters[i], content.work.coordinates[i])
     decay, _ = fastest_modes(plan, system, y)
     parameters[...], modes[...] = kept
-    return (decay * tolerances.time_scale) ** 2 * thinnest / (2.0 * STABLE)
+    return (decay * tolerances.time_scale) ** 2 * thinnest / (2.0 * STABILITY_LIMIT)
 
 
 def fastest_modes(plan: Plan, system: Handle, y: np.ndarray) -> tuple[float, float]:
-    """Largest rate of decay of strongly damped modes, and largest angular frequency of the others, near the start [1/s].
+    """Return the largest decay rate of strongly damped modes and the largest angular frequency of the others [1/s].
 
-    End stops, cables and their like are taken as acting too, contacts as pressed in by a hundredth of their clearance.
+    The modes are those near the start. End stops, cables and other one-sided components count as acting.
+    Contacts count as pressed in by a hundredth of their clearance.
     """
     content: System = system.content
     state = content.state
     before = state.mode.copy(), state.memory.copy()
     decay = oscillation = 0.0
+    strong_damping = 0.7  # damping ratio from which a mode decays rather than oscillates
     guards = [content.model.component_guard[i] for i, part in enumerate(plan.components) if part.declaration.gap is not None]
     for active in (0, 1) if guards else (0,):
         state.mode[guards] = active
-        matrix = jacobian(system, y) if y.size <= MOST_EIGENVALUES else projected_jacobian(system, y)
+        matrix = jacobian(system, y) if y.size <= DENSE_STATES_MAX else projected_jacobian(system, y)
         if not np.all(np.isfinite(matrix)):
             continue
         values = np.linalg.eigvals(matrix)
         size = np.abs(values)
-        damped = -values.real >= OVERDAMPED * size
+        damped = -values.real >= strong_damping * size
         decay = max(decay, float(np.max(size[damped], initial=0.0)))
         oscillation = max(oscillation, float(np.max(np.abs(values.imag[~damped]), initial=0.0)))
     state.mode[:], state.memory[:] = before
@@ -232,7 +223,7 @@ def fastest_modes(plan: Plan, system: Handle, y: np.ndarray) -> tuple[float, flo
 
 
 def jacobian(system: Handle, y: np.ndarray) -> np.ndarray:
-    """Derivatives of the rates by the state at t = 0, by central differences, shape (ny, ny)."""
+    """Return the derivatives of the rates with respect to the state at t = 0, by central differences, shape (ny, ny)."""
     matrix = np.zeros((y.size, y.size))
     for k, h in enumerate((1e-6 * np.maximum(np.abs(y), 1e-3)).tolist()):
         up, down = y.copy(), y.copy()
@@ -241,10 +232,10 @@ def jacobian(system: Handle, y: np.ndarray) -> np.ndarray:
     return matrix
 
 
-def projected_jacobian(system: Handle, y: np.ndarray) -> np.ndarray:
-    """The Jacobian on a Krylov space, whose largest eigenvalues are those of the whole one nearly, by Arnoldi's method."""
+def projected_jacobian(system: Handle, y: np.ndarray, products: int = 60) -> np.ndarray:
+    """Return the Jacobian projected onto a Krylov space (Arnoldi 1951); their largest eigenvalues nearly agree."""
     scale = np.maximum(np.abs(y), 1e-3)
-    count = min(PRODUCTS, y.size)
+    count = min(products, y.size)
     basis, small = np.zeros((count + 1, y.size)), np.zeros((count + 1, count))
     basis[0] = np.random.default_rng(0).standard_normal(y.size)
     basis[0] /= np.linalg.norm(basis[0])
@@ -252,7 +243,7 @@ def projected_jacobian(system: Handle, y: np.ndarray) -> np.ndarray:
         h = 1e-6 / float(np.max(np.abs(basis[k])))
         up, down = (rates(system, 0.0, y + way * scale * basis[k]) for way in (h, -h))
         vector = (up - down) / (2.0 * h * scale)
-        for _ in range(2):  # orthogonal to rounding
+        for _ in range(2):  # the second pass makes the vectors orthogonal to round-off
             parts = basis[: k + 1] @ vector
             small[: k + 1, k] += parts
             vector = vector - parts @ basis[: k + 1]

@@ -1,6 +1,6 @@
-"""The predictability horizon: the time until which a run agrees with a much more accurate one.
+"""Predictability horizon: the time until which a run agrees with a second run at a much tighter tolerance.
 
-Motion with impacts can be chaotic; beyond the horizon a trajectory is one sample of a distribution, not a prediction.
+Motion with impacts can be chaotic. Beyond the horizon a trajectory is one sample of a distribution, not a prediction.
 """
 
 from __future__ import annotations
@@ -20,40 +20,33 @@ from scissordyn.record.ideal_path import IdealPath
 from scissordyn.record.results import Run
 from scissordyn.record.trajectory import Trajectory
 from scissordyn.run.advance.checkpoint import Keeper
-from scissordyn.run.instants import sample_times, sampled_at
-from scissordyn.run.trajectory import INTERRUPTED, compute, make_driver, reach
+from scissordyn.run.instants import sample_times, select_samples
+from scissordyn.run.trajectory import INTERRUPTED, advance_to, compute, make_driver
 
 DIVERGENCE = 0.1
-"""Distance of the two positions of a journal in its bearing, as a fraction of its clearance, from which on the runs have
-diverged; likewise of the corner of a block across its guide."""
+"""[clearances] distance between two positions of a journal, relative to its bearing, from which two runs count as diverged; the
+same holds for a corner of a block across its guide"""
 
-DIVERGENCE_BODY = 1e-2  # Distance of the two positions of a point of a body, as a fraction of the mechanism's size
-REPETITION = "repetition"  # What checkpoints call the second run
-SMALLEST = 1e-14  # Smallest tolerance of a second run, a few roundings
+BODY_DIVERGENCE = 1e-2  # [mechanism sizes] distance between two positions of a point of a body
+REPETITION = "repetition"  # name of the second run in a checkpoint
+TOLERANCE_FRACTION = 1e-3
+"""Tolerances of the second run divided by those of the first run.
 
-TIGHTER = 1e-3
-"""Tolerances of the second run as a fraction of the first. With 0.01, which costs a fifth less, stiff runs with a loose guide
-and friction parted from the second run up to 5 % late and 7 % early in a quarter of 20 cases, since a touch was passed in the
-same way by both."""
+With 0.01, which costs a fifth less, a quarter of 20 stiff runs with a loose guide and friction diverged up to 5 % late or 7 %
+early, since both runs passed a contact in the same way.
+"""
 
-PIECES = 20
-"""The second run is compared after each of so many parts of the time, or fewer, and ends with that in which both have
-diverged."""
+COMPARED_INSTANTS = 10_001
+"""Number of equally spaced times at which both runs are compared, in addition to the ends of the steps.
 
-STEPS_OF_A_PIECE = 20  # Steps of the first run in a part of the time at least: each part ends a step of the second
-
-INSTANTS = 10_001
-"""Instants, equally spaced, at which both runs are compared besides the ends of the steps: within a long step a journal can be
-elsewhere for a while. They are the same whatever samples are asked for."""
-
-TOO_NEAR = 0.2  # Tolerances that differ by less than this factor say nothing
+A journal can move away and back within a long step. The number does not depend on the requested samples."""
 
 
 Comparable = tuple[np.ndarray, np.ndarray]
-"""Increasing instants [s] and the states there, shapes (nt,) and (nt, ny)."""
+"""Increasing times [s] and the states at these times, shapes (nt,) and (nt, ny)."""
 
 
-def compared(
+def compute_comparable(
     plan: Plan,
     options: Options,
     progress: Callable[[float], None] | None = None,
@@ -62,15 +55,15 @@ def compared(
     keeper: Keeper | None = None,
     curves: bool = False,
 ) -> tuple[Trajectory, Comparable]:
-    """A run, and its state at all instants at which it can be compared with another."""
+    """Compute a run and its states at all times at which it can be compared with another run."""
     wanted = sample_times(options, curves=curves)
-    every = np.union1d(wanted, np.linspace(0.0, options.until, INSTANTS))
+    every = np.union1d(wanted, np.linspace(0.0, options.until, COMPARED_INSTANTS))
     path = compute(plan, options, progress, times=every, record_steps=True, curves=True, ideal=ideal, keeper=keeper)
     samples, (step_ends, end_states, _) = path.samples, path.steps
-    here = np.isin(samples.time, np.linspace(0.0, options.until, INSTANTS))
+    here = np.isin(samples.time, np.linspace(0.0, options.until, COMPARED_INSTANTS))
     times, index = np.unique(np.concatenate([step_ends, samples.time[here]]), return_index=True)
     states = np.concatenate([end_states, samples.state[here]])[index]
-    return sampled_at(path, wanted), (times, states)
+    return select_samples(path, wanted), (times, states)
 
 
 def predictability(
@@ -81,21 +74,22 @@ def predictability(
     progress: Callable[[float], None] | None = None,
     keeper: Keeper | None = None,
 ) -> dict[str, Any]:
-    """Compare a run with a second one at a tighter tolerance, at the ends of the first run's steps and between them.
+    """Compare a run with a second run at a tighter tolerance, at the ends of the first run's steps and between them.
 
-    Runs have diverged when the positions of a journal in its bearing differ by `DIVERGENCE` of its clearance, or those of a
-    point of a body by `DIVERGENCE_BODY` of the mechanism's size. As the second run is far more accurate, their difference is
-    the error of the first. Returns attributes of the run, without a time where none can be given.
+    Runs have diverged if the positions of a journal relative to its bearing differ by `DIVERGENCE` of its clearance, or the
+    positions of a point of a body by `BODY_DIVERGENCE` of the mechanism's size. The second run is far more accurate, so their
+    difference is the error of the first. Return attributes of the run; no time is given if the horizon is unknown.
     """
-    rtol, atol = (max(TIGHTER * tolerance, SMALLEST) for tolerance in (options.rtol, options.atol))
-    if rtol > TOO_NEAR * options.rtol or atol > TOO_NEAR * options.atol:
+    # at least a few roundings; two runs whose tolerances differ by less than a factor of five cannot be compared
+    rtol, atol = (max(TOLERANCE_FRACTION * tolerance, 1e-14) for tolerance in (options.rtol, options.atol))
+    if rtol > 0.2 * options.rtol or atol > 0.2 * options.atol:
         return {"predictability": f"unknown: no tighter tolerance than rtol = {options.rtol:g} can be computed"}
     if run.attrs["status"] != "complete":
         return {"predictability": "unknown: the run is not complete"}
     tighter = dataclasses.replace(options, rtol=rtol, atol=atol, method=str(path.statistics["method"]))
     if (step := path.statistics.get("step", options.step)) is not None:
         tighter = dataclasses.replace(options, step=0.5 * float(step))
-    agreement, until, steps = _repeated(tighter, path, compared, progress, keeper)
+    agreement, until, steps = _repeat_run(tighter, path, compared, progress, keeper)
     if agreement == INTERRUPTED:
         cause = "interrupted while the run was repeated; the run itself is complete, and its horizon is unknown"
         return {"predictability": "unknown: interrupted while the run was repeated", "status": INTERRUPTED, "cause": cause}
@@ -103,34 +97,35 @@ def predictability(
         "predictability": agreement,
         "trusted_until": min(until, path.end),
         "trusted_contacts": int(np.sum(run["contact_start"].values < until)),
-        # steps of both runs over those of the first, rejected ones counted
+        # steps of both runs divided by those of the first run, rejected steps included
         "predictability_cost": 1.0 + steps / max(int(path.statistics["steps"]) + int(path.statistics["rejected"]), 1),
     }
 
 
-def _repeated(
+def _repeat_run(
     options: Options,
     path: Trajectory,
     compared: Comparable,
     progress: Callable[[float], None] | None,
     keeper: Keeper | None,
 ) -> tuple[str, float, int]:
-    """Run again piece by piece, as long as both runs agree: how far they do, until when at least, and tried steps."""
+    """Repeat the run piece by piece until it diverges; return the agreement, the time of divergence [s] and tried steps."""
     times, states = compared
     driver, _, _ = make_driver(path.plan, options)
     driver.monitor(False)
     driver.sample_at(times)
     began = clocks.perf_counter()
     if keeper is not None:
-        began, progress = keeper.take_up(REPETITION, driver, progress)
-    seen, pieces = 0, max(1, min(PIECES, int(path.statistics["steps"]) // STEPS_OF_A_PIECE))
+        began, progress = keeper.restore(REPETITION, driver, progress)
+    # at most 20 pieces of at least 20 steps, since each piece ends a step of the second run
+    seen, pieces = 0, max(1, min(20, int(path.statistics["steps"]) // 20))
     try:
         for until in np.linspace(0.0, options.until, pieces + 1)[1:].tolist():
-            # one from a checkpoint may be beyond already
-            cause = reach(driver, until, options.most_steps, progress) if until > driver.time else ""
+            # a driver from a checkpoint may be beyond `until` already
+            cause = advance_to(driver, until, options.most_steps, progress) if until > driver.time else ""
             again = driver.samples.state
             new = slice(seen, len(again))
-            beyond = np.flatnonzero(~(_apart(path, times[new], states[new], again[new]) < 1.0))
+            beyond = np.flatnonzero(~(_relative_distance(path, times[new], states[new], again[new]) < 1.0))
             if beyond.size:
                 return "diverged", float(times[new][beyond[0]]), driver.tried
             if cause:
@@ -143,14 +138,14 @@ def _repeated(
     return "to the end", math.inf, driver.tried
 
 
-def _apart(path: Trajectory, times: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Largest distance of two trajectories at some instants, in units of what counts as divergence, shape (nt,)."""
+def _relative_distance(path: Trajectory, times: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Return the largest distance between two trajectories divided by its divergence limit, at each time, shape (nt,)."""
     plan, system, n = path.plan, path.system.content, path.plan.coordinates.free
-    difference = np.zeros((times.size, n + plan.coordinates.basis))  # the drives are the same in both
+    difference = np.zeros((times.size, n + plan.coordinates.basis))  # both runs have the same drives
     difference[:, :n] = first[:, :n] - second[:, :n]
     vectors = [plan.coordinates.place((body.name, point)) for body in plan.bodies for point in body.points]
     vectors += [plan.coordinates.at(body.name, body.centre) for body in plan.bodies]
-    limits = np.full(len(vectors), DIVERGENCE_BODY * plan.coordinates.size)
+    limits = np.full(len(vectors), BODY_DIVERGENCE * plan.coordinates.size)
     clearance, journals = system.parameters.contact["clearance"], len(plan.mechanism.clearance_joints)
     vectors += [plan.eccentricity(j) for j in range(journals)]
     limits = np.append(limits, DIVERGENCE * clearance[:journals])

@@ -1,4 +1,4 @@
-"""Simulate a mechanism."""
+"""Simulation of a mechanism, and repetition of a saved run."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ from scissordyn.record.warn import Extremes, contact_failures, run_warnings, war
 from scissordyn.run.advance.checkpoint import Checkpoint, open_checkpoint
 from scissordyn.run.demand import check_samples
 from scissordyn.run.deviation import deviation_variables
-from scissordyn.run.ideal_path import deviates, ideal_path
-from scissordyn.run.instants import MOST_INSTANTS, sample_times, sampled_at, with_recorded
-from scissordyn.run.predictability import compared, predictability
-from scissordyn.run.trajectory import FAILED, compute, recorded
+from scissordyn.run.ideal_path import can_deviate, ideal_path
+from scissordyn.run.instants import SAMPLES_MAX, add_recorded_samples, sample_times, select_samples
+from scissordyn.run.predictability import compute_comparable, predictability
+from scissordyn.run.trajectory import FAILED, compute, record_trajectory
 from scissordyn.run.trajectory_warnings import trajectory_warnings
 from scissordyn.units import Meaning, checked
 from scissordyn.warning import RunWarning, plain, warning
@@ -60,12 +60,13 @@ def simulate(
     until : float
         End of the simulated time [s].
     start : {"concentric", "in-contact", "static", "as-placed"}
-        Journals concentric with their bearings and moving as in the ideal mechanism; resting in contact along the line
-        of the ideal reaction; in static equilibrium under gravity, springs and loads, the drives fixed at t = 0; or with
-        positions and velocities as the bodies are given, so that a journal can start anywhere in its bearing.
+        "concentric": journals at the centres of their bearings, with the velocities of the ideal mechanism. "in-contact":
+        journals at rest in contact, along the line of the ideal reaction. "static": static equilibrium under gravity, springs
+        and loads, with the drives fixed at t = 0. "as-placed": positions and velocities of the bodies as given, so that a
+        journal can start anywhere in its bearing.
     samples : int or "auto"
-        Number of recorded instants, equally spaced; steps and events do not depend on it. With "auto" those of the contacts
-        themselves are added, so that no curve misses its own peaks.
+        Number of equally spaced recorded instants; steps and events do not depend on it. "auto" adds the instants of the
+        contacts, so that no curve misses its own peaks.
     rtol : float
         Error allowed in a step, relative to the speeds and to the internal states of friction laws.
     atol : float
@@ -73,45 +74,45 @@ def simulate(
     method : str
         "auto", chosen by an estimate of stiffness, or "dop853", "dopri5", "rodas5p", "rodas4p".
     most_steps : int
-        Largest number of steps; with more the run fails.
+        Largest number of steps; a run that needs more fails.
     events : {"auto", "located", "crossed"}
-        Whether each step ends where a contact begins or ends, or goes across that as long as its error allows; "auto" crosses
-        in mechanisms with many clearance joints.
+        "located": a step ends where a contact begins or ends. "crossed": a step passes the contact's begin or end if its error
+        allows. "auto": crossed in mechanisms with many clearance joints, located in others.
     trust : bool
         Repeat the run at a much tighter tolerance and report the predictability horizon: the time until which both agree.
     step : float, optional
-        Step of time stepping with hard contacts [s]; chosen if not given. With `trust` the second run has half of it. Without
-        hard contacts every step has this size, whatever its error, and contacts begin and end with the steps in which they are
-        noticed, as in programs without error control and location of events.
+        Step of time stepping with hard contacts [s]; chosen if not given. With `trust` the second run has half the step.
+        Without hard contacts every step has this size, whatever its error, and contacts begin and end at the ends of steps, as
+        in programs without error control and event location.
     progress : callable, optional
         Called repeatedly with the simulated time [s].
     checkpoint : Checkpoint, optional
-        File in which the state is kept now and then. If the file is there already, the run goes on from it; its results are
-        those of a run without interruption, bit for bit.
+        File that regularly stores the state. If the file exists, the run continues from it; its results are those of a run
+        without interruption, bit for bit.
 
     Returns
     -------
     Dataset
-        Coordinates time, body, joint, axis, contact; every variable has units and a long name. Its attributes hold the
-        configuration, versions, solver statistics, warnings, and a status: "complete", "interrupted" or "failed". A warning
-        says if a contact model has failed, an energy balance does not close, or a controller is at its limit.
+        Coordinates time, body, joint, axis, contact; every variable has units and a long name. Attributes hold the
+        configuration, versions, solver statistics, warnings, and the status "complete", "interrupted" or "failed". Warnings
+        report failed contact models, energy balances that do not close, and controllers at their limit.
 
     Raises
     ------
     InputError
-        If the mechanism cannot be assembled, an option is out of bounds, or the checkpoint is of another run. A failed run
+        If the mechanism cannot be assembled, an option is out of bounds, or the checkpoint belongs to another run. A failed run
         raises no error: its Dataset has the results up to the failure, and the cause.
     """
     options = Options(until, start, samples, rtol, atol, method, most_steps, events, trust, step)
-    return results_of(mechanism, options, progress, checkpoint).dataset()
+    return compute_results(mechanism, options, progress, checkpoint).dataset()
 
 
-_MAKERS = {
+_FUNCTIONS_BY_TITLE = {
     "scissordyn batch": "simulate_many(...)",
     "scissordyn bifurcation": "bifurcation(...)",
     "scissordyn cycles": "cycle(...)",
 }
-"""What makes other datasets again, by their titles."""
+"""Function that makes other datasets, by their titles."""
 
 
 @checked
@@ -124,13 +125,13 @@ def replay(
 ) -> xr.Dataset:
     """Run a saved run again, from its attributes; the same versions give the same numbers bit for bit.
 
-    Nothing that the run names is executed. If it used functions in a file of the user's own, that file must be allowed.
+    Code that the saved run refers to is not executed. If the run used functions in a user's file, that file must be allowed.
 
     Parameters
     ----------
     run : Dataset
     allow_code : path or sequence of path
-        Python files that may be executed. A function is taken from the one with the digest that the run holds.
+        Python files that may be executed. A function is taken from the file whose digest the run holds.
     progress : callable, optional
     checkpoint : Checkpoint, optional
         As for `simulate`.
@@ -142,28 +143,28 @@ def replay(
     Raises
     ------
     InputError
-        If it is no run of `simulate`, or uses a function that is in none of the allowed files.
+        If `run` was not made by `simulate`, or uses a function that is in none of the allowed files.
     """
-    return replayed(run, allow_code=allow_code, progress=progress, checkpoint=checkpoint).dataset()
+    return replay_results(run, allow_code=allow_code, progress=progress, checkpoint=checkpoint).dataset()
 
 
-def replayed(
+def replay_results(
     run: Run,
     *,
     allow_code: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
     progress: Callable[[float], None] | None,
     checkpoint: Checkpoint | None,
 ) -> Results:
-    """As `replay`, before a Dataset is made of it."""
+    """Return the `Results` of `replay`, before they become a Dataset."""
     configuration = read_configuration(run)
     if configuration.options is None or not is_run(run):
         title = run.attrs.get("title", "a dataset without a title")
-        raise InputError(f"replay of {title!r:.60}", "a Dataset that simulate() made", _MAKERS.get(str(title), ""))
+        raise InputError(f"replay of {title!r:.60}", "a Dataset that simulate() made", _FUNCTIONS_BY_TITLE.get(str(title), ""))
     mechanism = configuration.build_mechanism(allow_code)
-    return results_of(mechanism, configuration.options, progress, checkpoint)
+    return compute_results(mechanism, configuration.options, progress, checkpoint)
 
 
-def results_of(
+def compute_results(
     mechanism: Mechanism,
     options: Options,
     progress: Callable[[float], None] | None = None,
@@ -171,23 +172,23 @@ def results_of(
     *,
     curves: bool = False,
 ) -> Results:
-    """As `simulate`, before a Dataset is made of it; with `curves` it has `finer` ones unless there is a checkpoint."""
+    """Return the `Results` of `simulate`, before they become a Dataset; `curves` adds finer curves without a checkpoint."""
     tables = plan(mechanism)
     check_tables(tables, options.until)
-    check_samples(tables, MOST_INSTANTS if options.samples == AUTO else options.count)
+    check_samples(tables, SAMPLES_MAX if options.samples == AUTO else options.count)
     configuration = write_configuration(mechanism, options)
     keeper = None if checkpoint is None else open_checkpoint(checkpoint, configuration)
-    ideal = ideal_path(tables, options) if tables.mechanism.tracks and deviates(mechanism) else None
+    ideal = ideal_path(tables, options) if tables.mechanism.tracks and can_deviate(mechanism) else None
     records = options.samples == AUTO or (curves and keeper is None)
     states = None
     if options.trust:
-        path, states = compared(tables, options, progress, curves=records, ideal=ideal, keeper=keeper)
+        path, states = compute_comparable(tables, options, progress, curves=records, ideal=ideal, keeper=keeper)
     else:
         times = sample_times(options, curves=records)
         path = compute(tables, options, progress, times=times, curves=True, ideal=ideal, keeper=keeper)
 
-    def answered(path: Trajectory) -> Results:
-        path, record = recorded(tables, options, path, progress, ideal=ideal)
+    def make_results(path: Trajectory) -> Results:
+        path, record = record_trajectory(tables, options, path, progress, ideal=ideal)
         run = results(tables, configuration, path, record)
         run.variables |= bar_extremes(tables, path.samples, record, run.variables)
         warnings = [*plain(path.warnings), *Extremes(tables).add(path).warnings(), *run_warnings(tables, run, path.immobile)]
@@ -201,11 +202,17 @@ def results_of(
         _add_warnings(run, warnings)
         return run
 
-    sampled = with_recorded(path) if options.samples == AUTO else sampled_at(path, sample_times(options)) if records else path
-    run = answered(sampled)
+    sampled = (
+        add_recorded_samples(path)
+        if options.samples == AUTO
+        else select_samples(path, sample_times(options))
+        if records
+        else path
+    )
+    run = make_results(sampled)
     if records and options.samples != AUTO and path.status == "complete":
         equal = sample_times(replace(options, samples=AUTO))
-        run.make_finer = lambda: answered(with_recorded(sampled_at(path, equal)))
+        run.make_finer = lambda: make_results(add_recorded_samples(select_samples(path, equal)))
     if states is not None:
         run.attrs.update(predictability(options, path, states, run, progress, keeper))
     if keeper is not None and keeper.problem:
@@ -216,7 +223,7 @@ def results_of(
 
 
 def _add_warnings(run: Results, warnings: list[RunWarning]) -> None:
-    """Write warnings as attributes, each once, as sentences and as data."""
+    """Write warnings as attributes of a run, each once, as sentences and as data."""
     unique = list({str(item): item for item in warnings}.values())
     run.attrs["warnings"] = json.dumps([str(item) for item in unique])
     run.attrs["warning_data"] = json.dumps([item.data for item in unique])

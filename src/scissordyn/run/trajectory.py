@@ -1,4 +1,4 @@
-"""From a mechanism to samples and events."""
+"""Trajectories: samples and events of a mechanism, from its start to its end."""
 
 from __future__ import annotations
 
@@ -28,29 +28,32 @@ from scissordyn.model.options import Options
 from scissordyn.plan.plan import Plan
 from scissordyn.plan.system import guard_values, make_system
 from scissordyn.record.trajectory import Trajectory, unknown
-from scissordyn.run.advance.change_point import recorded_across
+from scissordyn.run.advance.change_point import replace_undefined
 from scissordyn.run.advance.checkpoint import Keeper
-from scissordyn.run.advance.driver import Choice, Driver, counted
+from scissordyn.run.advance.driver import Choice, Driver, count_steps
 from scissordyn.run.advance.loop import advance
 from scissordyn.run.advance.tolerance import error_weights
-from scissordyn.run.instants import MOST_INSTANTS
+from scissordyn.run.instants import SAMPLES_MAX
 from scissordyn.run.method import choose_method
 
 if TYPE_CHECKING:
     from scissordyn.record.ideal_path import IdealPath
 
-CROSSED_FROM = 6  # Number of clearance joints from which steps go across contacts that begin and end (docs/decisions)
+# [clearance joints] smallest number for which steps cross contacts that begin or end, as the decision pages explain
+CROSSED_JOINTS_MIN = 6
 
-HARD_CROSSED_FROM = 3
-"""The same where contacts are hard: impacts that push other joints in follow each other ever faster when they are located."""
+HARD_CROSSED_JOINTS_MIN = 3
+"""[clearance joints] smallest number with hard contacts for which steps cross contacts.
 
-MOST_RECORDED = 2 * MOST_INSTANTS  # Rows of recorded steps from which on every other one is left out
-UNSOLVED = 0.01  # Part of the steps with contacts whose impulses are not solved above which a run has failed
-RUN = "run"  # What checkpoints call a run itself
+Located impacts would follow each other ever faster, since each one pushes other joints into contact.
+"""
+
+RECORDED_STEPS_MAX = 2 * SAMPLES_MAX  # recorded steps from which every second one is dropped
+RUN_PART = "run"  # name of the run itself in a checkpoint
 
 FAILED = "the contact model has failed"
 
-INTERRUPTED = "interrupted"  # Both how a run ended and why
+INTERRUPTED = "interrupted"  # status of a run and cause of its end
 
 CAUSES = {
     loop.STEP_TOO_SMALL: "the step size fell to round-off",
@@ -66,7 +69,7 @@ def make_driver(
     driver: Driver | None = None,
     perturb: Callable[[np.ndarray], np.ndarray] = lambda y: y,
 ) -> tuple[Driver, Prepared, Choice]:
-    """A driver at the start of a run: in the arrays of another one of the same system, if that has the same method."""
+    """Return a driver at the start of a run; it uses the arrays of `driver` if that has the same method."""
     system = make_system(plan) if system is None else system
     prepared = prepare_start(plan, system, options.start)
     y = perturb(prepared.y)
@@ -74,20 +77,20 @@ def make_driver(
     choice = choose_method(plan, system, y, options, tolerances)
     if driver is None or driver.method != choice.method:
         driver = Driver(plan, system, y.size, choice, tolerances)
-    driver.begin(plan, y, choice, tolerances, crosses(plan, options), prepared.initial_events)
+    driver.begin(plan, y, choice, tolerances, choose_crossing(plan, options), prepared.initial_events)
     return driver, prepared, choice
 
 
-def crosses(plan: Plan, options: Options) -> int:
-    """What steps do where contacts begin and end: `ENDS`, `CROSSES` or `IGNORES`."""
+def choose_crossing(plan: Plan, options: Options) -> int:
+    """Return how steps treat contacts that begin or end: `ENDS`, `CROSSES` or `IGNORES`."""
     if options.step is not None and not plan.hard_places:
         return IGNORES
     across = options.events == "crossed"
     if options.events == "auto" and plan.hard_places:
         loose = {contact.guide if isinstance(contact, ContactPoint) else contact.name for contact in plan.contacts}
-        across = len(loose) >= HARD_CROSSED_FROM or any(part.declaration.gap is not None for part in plan.acting)
+        across = len(loose) >= HARD_CROSSED_JOINTS_MIN or any(part.declaration.gap is not None for part in plan.acting)
     elif options.events == "auto":
-        across = len(plan.contacts) >= CROSSED_FROM
+        across = len(plan.contacts) >= CROSSED_JOINTS_MIN
     return CROSSES if across else ENDS
 
 
@@ -103,14 +106,14 @@ def compute(
     ideal: IdealPath | None = None,
     keeper: Keeper | None = None,
 ) -> Trajectory:
-    """Simulate a mechanism; `curves` records what `instants.with_recorded` adds to the samples."""
+    """Simulate a mechanism; `curves` records the instants that `instants.with_recorded` adds to the samples."""
     driver, prepared, choice = make_driver(plan, options)
     content = driver.system.content
     still = tuple(immobile_joints(plan, full_coordinates(plan, content, prepared.y, 0.0)))
     driver.sample_at(np.linspace(0.0, options.until, options.count) if times is None else times)
     driver.monitor(monitor)
     if record_steps or curves:
-        driver.record_steps(inside=curves, most=np.inf if record_steps else MOST_RECORDED)
+        driver.record_steps(inside=curves, most=np.inf if record_steps else RECORDED_STEPS_MAX)
     if ideal is not None:
         driver.compare_with(ideal.table, ideal.step)
     cause, seconds = _advance(driver, options, progress, keeper)
@@ -120,15 +123,17 @@ def compute(
     statistics = {
         "method": choice.method,
         "reason": choice.reason,
-        **counted(driver.state),
+        **count_steps(driver.state),
         **({} if driver.stepping is None else driver.stepping.statistics(driver.time)),
         "seconds": seconds,
     }
-    return reached(driver, status=ended, cause=cause, statistics=statistics, immobile=still, warnings=prepared.warnings)
+    return current_trajectory(
+        driver, status=ended, cause=cause, statistics=statistics, immobile=still, warnings=prepared.warnings
+    )
 
 
-def reached(driver: Driver, **more: Any) -> Trajectory:
-    """What a driver has come to, with further parts of a `Trajectory`."""
+def current_trajectory(driver: Driver, **more: Any) -> Trajectory:
+    """Return the trajectory that a driver has computed so far; `more` are further fields of `Trajectory`."""
     return Trajectory(
         plan=driver.plan,
         system=driver.system,
@@ -146,33 +151,33 @@ def reached(driver: Driver, **more: Any) -> Trajectory:
 def _advance(
     driver: Driver, options: Options, progress: Callable[[float], None] | None, keeper: Keeper | None
 ) -> tuple[str, float]:
-    """Go on to the end: why it was not reached, or what is wrong there, empty if nothing is; and the seconds that it took."""
+    """Advance to the end; return the cause of a failure or interruption ("" if none) and the computing time [s]."""
     began = clocks.perf_counter()
     if keeper is not None:
-        began, progress = keeper.take_up(RUN, driver, progress)
+        began, progress = keeper.restore(RUN_PART, driver, progress)
     try:
-        cause = reach(driver, options.until, options.most_steps, progress)
+        cause = advance_to(driver, options.until, options.most_steps, progress)
     except KeyboardInterrupt:
         cause = INTERRUPTED
     seconds = clocks.perf_counter() - began
     if keeper is not None and cause in ("", INTERRUPTED):
-        keeper.write(RUN, driver, seconds)
+        keeper.write(RUN_PART, driver, seconds)
     return cause or model_failure(driver), seconds
 
 
-def reach(
+def advance_to(
     driver: Driver, until: float, most_steps: int, progress: Callable[[float], None] | None = None, *, since: int = 0
 ) -> str:
-    """Go on to a time; returns why it was not reached, empty if it was. `since` steps do not count."""
+    """Advance to a time; return the cause if it is not reached, else "". The first `since` steps do not count."""
     status = advance(driver, until, most_steps=most_steps - (driver.tried - since), progress=progress)
-    return f"{most_steps} steps are not enough" if status == loop.ADVANCING else broken_off(status, driver)
+    return f"{most_steps} steps are not enough" if status == loop.ADVANCING else describe_stop(status, driver)
 
 
 def model_failure(driver: Driver) -> str:
-    """Why the contact model of a run that has reached its end has failed; empty if it has not.
+    """Return why the contact model of a completed run has failed, or "" if it has not.
 
-    A journal was pressed in by more than its radius, hard surfaces overlap by more than their clearance, or impulses of many
-    steps are not solved.
+    It has failed if a journal was pressed in by more than its radius, hard surfaces overlap by more than their clearance, or
+    the impulses of many steps are not solved.
     """
     plan, depth = driver.plan, driver.peak["largest"][driver.rows(INDENTATION)]
     for j in plan.compliant_places:
@@ -182,13 +187,13 @@ def model_failure(driver: Driver) -> str:
     if driver.stepping is None:
         return ""
     counts = driver.stepping.counted()
-    if counts["steps_not_solved"] > UNSOLVED * counts["contact_steps"]:
+    if counts["steps_not_solved"] > 0.01 * counts["contact_steps"]:
         return f"the impulses of {counts['steps_not_solved']} of {counts['contact_steps']} steps with contacts are not solved"
-    return _overlap(driver)
+    return _describe_overlap(driver)
 
 
-def _overlap(driver: Driver) -> str:
-    """Which hard surfaces overlap by more than their clearance: the step was too long; empty if none do."""
+def _describe_overlap(driver: Driver) -> str:
+    """Return a message about hard surfaces that overlap by more than their clearance because the step is too long, or ""."""
     plan = driver.plan
     assert driver.stepping is not None
     clearance = driver.system.content.parameters.contact["clearance"]
@@ -203,8 +208,8 @@ def _overlap(driver: Driver) -> str:
     return ""
 
 
-def broken_off(status: int, driver: Driver) -> str:
-    """Why the loop broke off, with the parts that are at fault; empty if it did not."""
+def describe_stop(status: int, driver: Driver) -> str:
+    """Return why the time loop stopped early, with the parts at fault, or "" if it did not."""
     if status not in CAUSES:
         return ""
     plan, state = driver.plan, driver.state
@@ -213,11 +218,11 @@ def broken_off(status: int, driver: Driver) -> str:
         or describe_failed_latch(plan, driver.system)
         or describe_singular_position(plan, driver.system, state.y, driver.time)
     )
-    return named or f"{CAUSES[status]}{_culprit(driver)}"
+    return named or f"{CAUSES[status]}{_describe_worst_contact(driver)}"
 
 
-def _culprit(driver: Driver) -> str:
-    """Which contact is in the worst state, for the message of a failed run."""
+def _describe_worst_contact(driver: Driver) -> str:
+    """Name the contact with the largest indentation relative to its clearance, for the message of a failed run."""
     plan, state = driver.plan, driver.state
     if not plan.contacts:
         return ""
@@ -227,7 +232,7 @@ def _culprit(driver: Driver) -> str:
     return f"; joint '{plan.contacts[j].name}': indentation {gap[j] * 1e3:.4g} mm at a clearance of {clearance[j] * 1e3:g} mm"
 
 
-def recorded(
+def record_trajectory(
     plan: Plan,
     options: Options,
     path: Trajectory,
@@ -235,15 +240,15 @@ def recorded(
     *,
     ideal: IdealPath | None = None,
 ) -> tuple[Trajectory, Record]:
-    """A trajectory up to the first sample at which the accelerations are not defined, and what is recorded of it.
+    """Return a trajectory up to the first sample with undefined accelerations, and its record.
 
-    If there is one, the run counts as failed there and is computed again up to the last sample before: events, peaks,
-    deviations and integrals of what is still going on hold until there.
+    If there is such a sample, the run has failed there. It is computed again up to the sample before, so that events, peaks,
+    deviations and integrals end there.
     """
     samples = path.samples
     state = samples.state.copy() if path.change_points else samples.state
     outputs = path.record()
-    recorded_across(path.plan.maps, path.system, samples, state, outputs, path.change_points)
+    replace_undefined(path.plan.maps, path.system, samples, state, outputs, path.change_points)
     undefined = np.flatnonzero(~np.all(np.isfinite(outputs.A), axis=1))
     if not undefined.size:
         return path, outputs

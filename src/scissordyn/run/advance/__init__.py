@@ -1,1 +1,1 @@
-"""Steps in time: the driver of a mechanism, its state, where it stops, and threads."""
+"""Time integration of one run: driver, time loop, change points, tolerances, checkpoints."""

@@ -1,8 +1,8 @@
-"""Across a change point: one step along the tangent and the curvature of the branch that the motion is on.
+"""Step across a change point, along the tangent and the curvature of the branch that the motion is on.
 
-Where branches of the assembly meet, the constraints do not determine all accelerations. Those of a smooth branch are smooth.
-A step from before the point to behind it follows position, velocity and acceleration. It is projected only behind the point,
-where the branches are further apart than the error of the step.
+Branches of the assembly meet at a change point, and the constraints do not determine all accelerations there. The accelerations
+along a smooth branch are smooth. A step from before the point to behind it follows position, velocity and acceleration. The
+step is projected only behind the point, where the branches are further apart than the error of the step.
 """
 
 from __future__ import annotations
@@ -25,56 +25,48 @@ from scissordyn.plan.system import guard_values, rates
 if TYPE_CHECKING:
     from scissordyn.run.advance.driver import Driver
 
-ON = 0.05  # Samples nearer to a change point than this fraction of the half step across are on it
-
-ASIDE, WEIGHTS = np.array([-0.8, -0.4, 0.4, 0.8]), np.array([-1.0, 4.0, 4.0, -1.0]) / 6.0
-"""Instants beside it, in half steps, and what they count for the limit."""
-
-Passed = Sequence[tuple[float, float]]  # Instants of change points that have been passed, and half the steps across them [s]
-CORRECTIONS = 3  # Of the acceleration behind the point
-BESIDE = 0.05  # A projection that moves the state by more than this fraction of the step has found another branch, or none
-SMOOTH = 1e-4  # Accelerations may change the velocities by this fraction more or less over a step than they do at its start
-NEAREST = 1e-8  # Dependence of the gradients, as a fraction of the largest one, at which a step is not made shorter any more
-
-DIVERGES = 0.2
-"""A velocity that changes by more than this fraction on the way to the point has no limit there: the mechanism locks."""
+Passed = Sequence[tuple[float, float]]  # times of passed change points, and half the steps across them [s]
 
 
 def step_across(driver: Driver, until: float) -> bool:
-    """Step across the singular position ahead; returns whether the motion can go on."""
+    """Step across the singular position ahead; return True if the motion can continue."""
     state, near = driver.state, driver.system.content.work.near
     clock, time, ahead = state.clock, driver.time, -float(state.clock["longest"][0])
+    # A velocity that changes by more than this fraction on the way to the point has no limit there: the mechanism locks.
+    locking_change = 0.2
+    # Smallest independence of the constraint gradients, relative to the largest gradient, at which a step is shortened further
+    dependence_min = 1e-8
     n = driver.plan.coordinates.free
     before, references = state.y.copy(), state.reference.copy()
-    slope, power = _slope(driver, time, before)
+    slope, power = _project_and_differentiate(driver, time, before)
     clock["longest"], clock["prepared"] = 0.5 * ahead, 0
     model = driver.plan.model
     half_square, change = driver.system.content.work.value[:2, model.timed[model.timed_linear == 0]]  # l^2/2 and l l' of rods
-    if np.any(2.0 * half_square + change * 2.0 * ahead < 0.0):  # a rod shrinks to nothing, there is nothing behind
+    if np.any(2.0 * half_square + change * 2.0 * ahead < 0.0):  # a rod shrinks to zero length, and no motion follows the point
         near[3], clock["longest"] = np.inf, ahead
         return True
     if driver.stepping is not None and np.any(state.mode[: len(driver.plan.contacts)]):
         return _step_beyond(driver, ahead, driver.stepping.size)
     h = min(2.0 * ahead, until - time, *driver.integration.content.work.delays.tolist())
-    reached = _behind(driver, time, h, before, slope)
+    reached = _find_state_behind(driver, time, h, before, slope)
     if reached is not None:
         after, longest = reached
-        end_slope, end_power = _slope(driver, time + h, after)
+        end_slope, end_power = _project_and_differentiate(driver, time + h, after)
     if reached is None or not _is_smooth(driver, (time, before, slope), (time + h, after, end_slope)):
         state.reference[:] = references
-        if reached is None and np.max(np.abs(slope[n : 2 * n])) * ahead > DIVERGES * np.max(np.abs(slope[:n])):
+        if reached is None and np.max(np.abs(slope[n : 2 * n])) * ahead > locking_change * np.max(np.abs(slope[:n])):
             return False
-        if near[1] > NEAREST:  # nearer to the point the step across is shorter
+        if near[1] > dependence_min:  # the step across is shorter nearer to the point
             return True
         if driver.stepping is not None:
             return _step_beyond(driver, ahead, driver.stepping.size)
-        near[3], clock["longest"] = time + 4.0 * ahead, ahead  # the method tries as it can
+        near[3], clock["longest"] = time + 4.0 * ahead, ahead  # the integration method continues as it can
         return True
     ends = (before, slope), (after, end_slope)
     gain = 0.5 * h * (power + end_power)
     _write_samples(driver, time, h, ends, power, gain)
     if driver.integration.content.work.delays.size:
-        _keep_history(driver, time, h, ends)
+        _record_history(driver, time, h, ends)
     state.y[:] = after
     state.total[:] += gain
     driver.change_points.append((time + ahead, ahead))
@@ -84,9 +76,10 @@ def step_across(driver: Driver, until: float) -> bool:
 
 
 def _step_beyond(driver: Driver, ahead: float, size: float) -> bool:
-    """Let time stepping, beside contacts that are closed, pass the position a quarter of a step from a middle and an end.
+    """Place the singular position a quarter of a step from the middle and the end of the steps of time stepping.
 
-    Its impulses change velocities, where no smooth step is possible. It evaluates constraints at middle and end of a step.
+    Impulses at closed contacts change the velocities, so no smooth step is possible. Time stepping evaluates the constraints at
+    the middle and at the end of a step.
     """
     left = np.ceil(ahead / size + 0.25)
     driver.state.clock["longest"] = ahead / (left - 0.25)
@@ -95,32 +88,34 @@ def _step_beyond(driver: Driver, ahead: float, size: float) -> bool:
     return True
 
 
-def recorded_across(
+def replace_undefined(
     maps: BodyMaps, system: Handle, samples: Samples, state: np.ndarray, outputs: Record, passed: Passed
 ) -> None:
-    """Overwrite what is recorded at samples on change points, where it is not defined, with the limit from both sides.
+    """Replace undefined recorded values at samples on change points by their limits from both sides.
 
-    `state` is that of the samples before it was projected. Means of two instants before and behind have errors of second order,
-    whose difference leaves errors of fourth order.
+    `state` holds the samples' states before their projection. Means of two instants before and behind have errors of second
+    order; their difference leaves errors of fourth order.
     """
+    offsets = np.array([-0.8, -0.4, 0.4, 0.8])  # [half steps] times before and behind the point
+    weights = np.array([-1.0, 4.0, 4.0, -1.0]) / 6.0  # weights of these times in the limit
     for instant, width in passed:
-        for k in np.flatnonzero(np.abs(samples.time - instant) < ON * width).tolist():
+        for k in np.flatnonzero(np.abs(samples.time - instant) < 0.05 * width).tolist():
             here = Samples(*(np.repeat(part[k : k + 1], 4, axis=0) for part in samples))._replace(
                 state=np.repeat(state[k : k + 1], 4, axis=0)
             )
             n = system.content.model.n
-            here.time[:] += width * ASIDE
-            here.state[:, :n] += width * ASIDE[:, None] * here.state[:, n : 2 * n]
+            here.time[:] += width * offsets
+            here.state[:, :n] += width * offsets[:, None] * here.state[:, n : 2 * n]
             beside = record(maps, system, here)
             for name, part in outputs._asdict().items():
                 if name != "length_error" and part.dtype == float:
-                    part[k] = np.tensordot(WEIGHTS, getattr(beside, name), 1)
+                    part[k] = np.tensordot(weights, getattr(beside, name), 1)
 
 
-def _slope(driver: Driver, time: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Rates and powers at a state, which is brought onto the constraints to round-off.
+def _project_and_differentiate(driver: Driver, time: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return rates and powers at a state, after the state is projected onto the constraints to round-off.
 
-    Close to a change point errors of the state enter the multipliers divided by the square of the distance.
+    Close to a change point, errors of the state enter the multipliers divided by the square of the distance.
     """
     work, n = driver.system.content.work, driver.plan.coordinates.free
     constraints = [
@@ -145,24 +140,27 @@ def _slope(driver: Driver, time: float, y: np.ndarray) -> tuple[np.ndarray, np.n
 
 
 def _is_smooth(driver: Driver, start: tuple[float, np.ndarray, np.ndarray], end: tuple[float, np.ndarray, np.ndarray]) -> bool:
-    """Whether accelerations hardly change over the step, and no contact or stop begins or ends in it."""
+    """Report whether accelerations hardly change over the step and no contact or end stop begins or ends in it."""
     if not driver.state.mode.size:
         return True
     n, h = driver.plan.coordinates.free, end[0] - start[0]
     change = h * np.max(np.abs(end[2][n : 2 * n] - start[2][n : 2 * n]))
-    if change > SMOOTH * np.max(np.abs(start[2][:n])):
+    if change > 1e-4 * np.max(np.abs(start[2][:n])):
         return False
     before, after = (guard_values(driver.system, time, y) > 0.0 for time, y, _ in (start, end))
     return bool(np.all(before == after))
 
 
-def _behind(driver: Driver, time: float, h: float, before: np.ndarray, slope: np.ndarray) -> tuple[np.ndarray, float] | None:
-    """The state behind the point and the longest step that may follow; None if it is not on the branch."""
+def _find_state_behind(
+    driver: Driver, time: float, h: float, before: np.ndarray, slope: np.ndarray
+) -> tuple[np.ndarray, float] | None:
+    """Return the state behind the point and the longest step that may follow; None if the state is not on the branch."""
     n, answer = driver.plan.coordinates.free, np.zeros(2)
     v, a = before[n : 2 * n], slope[n : 2 * n]
     after_a, after_slope = a, slope
-    allowed = BESIDE * h * float(np.max(np.abs(v)))
-    for _ in range(CORRECTIONS):
+    # a projection that moves the state further has found another branch, or none
+    allowed = 0.05 * h * float(np.max(np.abs(v)))
+    for _ in range(3):  # corrections of the acceleration behind the point
         y = before + 0.5 * h * (slope + after_slope)
         y[:n] = before[:n] + h * v + h * h * (a / 3.0 + after_a / 6.0)
         predicted = y[:n].copy()
@@ -172,28 +170,28 @@ def _behind(driver: Driver, time: float, h: float, before: np.ndarray, slope: np
         if not np.max(np.abs(y[:n] - predicted)) <= allowed or not np.max(np.abs(again[:n] - y[:n])) <= 1e-3 * allowed:
             return None
         y = again
-        after_slope, _ = _slope(driver, time + h, y)
+        after_slope, _ = _project_and_differentiate(driver, time + h, y)
         after_a = after_slope[n : 2 * n]
         if not np.all(np.isfinite(after_slope)):
             return None
     return y, abs(float(answer[1]))
 
 
-def _between(u: float, h: float, start: tuple[np.ndarray, np.ndarray], end: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
-    """The state at a fraction of the step: cubic in positions, velocities and internal states."""
+def _interpolate(u: float, h: float, start: tuple[np.ndarray, np.ndarray], end: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+    """Return the state at a fraction of the step, by cubic interpolation."""
     rise = u * u * (3.0 - 2.0 * u)
     inner = u * (1.0 - u) ** 2 * h * start[1] - u * u * (1.0 - u) * h * end[1]
     return np.asarray((1.0 - rise) * start[0] + rise * end[0] + inner)
 
 
-def _keep_history(driver: Driver, time: float, h: float, ends: tuple[Any, Any]) -> None:
-    """Add the signals over the step to what delayed feedback looks back at; see `integrate.history`."""
+def _record_history(driver: Driver, time: float, h: float, ends: tuple[Any, Any]) -> None:
+    """Record the signals over the step for delayed feedback, in the format of `integrate.history`."""
     if driver.state.history_length[0] == driver.state.history.shape[0]:
         driver.grow(HISTORY_FULL)
     signals = np.zeros_like(driver.integration.content.work.signals)
     for node, row in zip(NODES, signals, strict=True):
         u = 0.5 * (1.0 + float(node))
-        functions.record(time + u * h, _between(u, h, *ends), driver.system.address, row)
+        functions.record(time + u * h, _interpolate(u, h, *ends), driver.system.address, row)
     place = int(driver.state.history_length[0])
     driver.state.history[place] = np.concatenate([[time, h], (TRANSFORM @ signals).T.ravel()])
     driver.state.history_length[0] += 1
@@ -211,7 +209,7 @@ def _write_samples(
     while counts["samples"][0] < samples.time.size and samples.time[counts["samples"][0]] <= time + h:
         at = int(counts["samples"][0])
         u = (samples.time[at] - time) / h
-        samples.state[at] = _between(u, h, *ends)
+        samples.state[at] = _interpolate(u, h, *ends)
         samples.total[at] = state.total + u * h * power + u * u * (gain - h * power)
         samples.mode[at], samples.memory[at], samples.mass[at] = state.mode, state.memory, state.mass
         samples.reference[at] = state.reference

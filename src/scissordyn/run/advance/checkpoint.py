@@ -1,4 +1,4 @@
-"""Checkpoints of long runs: the whole state of a driver in a file, from which the same run goes on bit for bit."""
+"""Checkpoints of long runs: a file with the whole state of a driver, from which the run continues bit for bit."""
 
 from __future__ import annotations
 
@@ -24,21 +24,21 @@ from scissordyn.units import Quantity, check_quantities
 
 TITLE = "scissordyn checkpoint"
 
-SAMPLE = "-o run.nc --checkpoint '60 s'"
+EXAMPLE = "-o run.nc --checkpoint '60 s'"
 
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """Where a long run keeps its state, and how often: the same run, started again, goes on from there.
+    """File that regularly stores the state of a long run; the same run, started again, continues from it.
 
     Parameters
     ----------
     path : path
-        Of the file. It must be absent, or a checkpoint of the same description, options and version of the package.
+        The file. It must not exist, or be a checkpoint with the same description, options and package version.
     every : float
-        Time on the clock between two checkpoints [s]; with 0 after each slice of about a tenth of a second.
+        Time on the clock between two checkpoints [s]; 0 writes one after each slice of about a tenth of a second.
     keep : bool
-        Whether the file stays when the run is over; it is removed otherwise. One that is interrupted is kept in any case.
+        Keep the file when the run is complete. The file of an interrupted run is always kept.
     """
 
     path: str | os.PathLike[str]
@@ -49,31 +49,32 @@ class Checkpoint:
         check_quantities(self)
 
     def remove(self) -> None:
-        """Remove the file if it is there."""
+        """Remove the file if it exists."""
         Path(self.path).unlink(missing_ok=True)
 
 
 class Part(NamedTuple):
-    """One computation of a run, such as the run itself or its repetition at a tighter tolerance."""
+    """State of one computation of a run, for example of the run itself or of its repetition at a tighter tolerance."""
 
-    content: bytes  # The arrays of its driver by name, as `numpy.savez` writes them
-    seconds: float  # How long it has been computed [s]
+    content: bytes  # the driver's arrays by name, as written by `numpy.savez`
+    seconds: float  # computing time so far [s]
 
 
 @dataclass
 class Keeper:
     checkpoint: Checkpoint
-    attributes: Mapping[str, str]  # Of the file; a file with others is of another run
-    parts: dict[str, Part] = field(default_factory=dict)  # As they were last written or read
-    last: float = field(default_factory=clocks.monotonic)  # When that was [s]
-    problem: str = ""  # Why a checkpoint could not be written; empty if all could
+    attributes: Mapping[str, str]  # attributes of the file; a file with other attributes belongs to another run
+    parts: dict[str, Part] = field(default_factory=dict)  # states as last written or read
+    last: float = field(default_factory=clocks.monotonic)  # clock time of the last write or read [s]
+    problem: str = ""  # reason why a checkpoint could not be written, or ""
 
-    def take_up(
+    def restore(
         self, name: str, driver: Driver, progress: Callable[[float], None] | None
     ) -> tuple[float, Callable[[float], None]]:
-        """Put the state of a part into its driver, if there is one: since when it would have been computed at one stretch.
+        """Restore a part's state into its driver, if the file has one.
 
-        Also a function of the simulated time that calls `progress`, and writes a checkpoint when it is time for one.
+        Return the clock time [s] at which the computation would have started without interruption, and a progress function.
+        This function calls `progress` and writes a checkpoint when one is due.
         """
         began = clocks.perf_counter()
         if name in self.parts:
@@ -81,7 +82,7 @@ class Keeper:
             began -= part.seconds
             try:
                 with np.load(io.BytesIO(part.content)) as arrays:
-                    driver.take_up(dict(arrays))
+                    driver.load_arrays(dict(arrays))
             except (InputError, KeyError, ValueError) as error:
                 raise _refused(self.checkpoint.path, f"does not fit this run ({error})") from None
 
@@ -94,7 +95,7 @@ class Keeper:
         return began, keep
 
     def write(self, name: str, driver: Driver, seconds: float) -> None:
-        """Write all parts, this one as its driver is now; if that fails, `problem` says why."""
+        """Write all parts to the file; update the part `name` from its driver first. A failure is stored in `problem`."""
         import xarray as xr  # takes longer to import than most runs
 
         from scissordyn.record.store import save
@@ -110,7 +111,7 @@ class Keeper:
         self.last = clocks.monotonic()
         try:
             save(xr.Dataset(variables, attrs=about), self.checkpoint.path)
-        except InputError as error:  # a full disk is no reason to lose the run itself
+        except InputError as error:  # a full disk must not end the run
             self.problem = error.what
 
     def finish(self) -> None:
@@ -119,13 +120,13 @@ class Keeper:
 
 
 def open_checkpoint(checkpoint: Checkpoint, configuration: str) -> Keeper:
-    """What keeps the checkpoints of a run, with those that its file holds already."""
+    """Return the keeper of a run's checkpoints, with the parts that its file holds already."""
     keeper = Keeper(checkpoint, {"configuration": configuration, "versions": provenance()})
-    check_target(checkpoint.path, sample=SAMPLE)
+    check_target(checkpoint.path, sample=EXAMPLE)
     folder = Path(checkpoint.path).absolute().parent
     if not folder.is_dir():
         raise InputError(
-            f"cannot write '{checkpoint.path}': no folder '{folder}'", "a file name in a folder that exists", SAMPLE
+            f"cannot write '{checkpoint.path}': no folder '{folder}'", "a file name in a folder that exists", EXAMPLE
         )
     if Path(checkpoint.path).exists() and os.stat(checkpoint.path).st_size:
         keeper.parts = _read(checkpoint.path, keeper.attributes)
@@ -133,7 +134,7 @@ def open_checkpoint(checkpoint: Checkpoint, configuration: str) -> Keeper:
 
 
 def _read(path: str | os.PathLike[str], wanted: Mapping[str, str]) -> dict[str, Part]:
-    """The parts in a file, if they are of the run that is wanted."""
+    """Return the parts in a file; raise `InputError` if they belong to another run."""
     from scissordyn.record.store import load
 
     stored = load(path)
@@ -170,15 +171,15 @@ def _refused(path: str | os.PathLike[str], why: str) -> InputError:
 
 
 def _difference(there: Any, here: str, name: str) -> str:
-    """The first place at which two JSON texts differ."""
+    """Return the first difference between two JSON or TOML texts."""
     try:
         stored, wanted_text = (json.loads(text) if text.startswith("{") else tomllib.loads(text) for text in (there, here))
     except (AttributeError, TypeError, ValueError):
         return f"its {name} cannot be read"
     if stored == wanted_text:
-        return f"its {name} is written otherwise"
+        return f"its {name} is written in another form"
     place, mine, wanted = first_difference(stored, wanted_text, name)
-    return f"{place} = {_short(mine)} there, {_short(wanted)} here"
+    return f"{place} = {_short(mine)} in the checkpoint, {_short(wanted)} in this run"
 
 
 def _short(value: Any) -> str:

@@ -1,4 +1,4 @@
-"""The one object that advances a mechanism: a model, the parameters of a case, a state, a workspace and a method."""
+"""Driver: the object that advances a mechanism, with model, parameters, state, workspace and method."""
 
 from __future__ import annotations
 
@@ -36,16 +36,18 @@ from scissordyn.record.trajectory import BAND, LOG, PEAK, by_name
 from scissordyn.run.advance.system import Stepping
 from scissordyn.run.advance.tolerance import Tolerances
 
-FIRST_STEPS = 200  # Steps of a driver's first call of the loop, see `loop.next_slice`
+FIRST_STEPS = 200  # first steps of a driver, before `loop.next_slice` sets their number
+# [events] first length of the event log
 LOG_ROWS = 256
+# [steps] first length of the step record
 RECORD_ROWS = 1024
 
 
 @dataclass(frozen=True)
 class Snapshot:
-    """A state to go on from, bit for bit: copies of everything in an integrator's state."""
+    """Complete copy of an integrator's state, from which the run continues bit for bit."""
 
-    arrays: dict[str, np.ndarray]  # By the names of `integration.State`
+    arrays: dict[str, np.ndarray]  # by the names of `integration.State`
 
     @property
     def time(self) -> float:
@@ -53,19 +55,19 @@ class Snapshot:
 
     @property
     def y(self) -> np.ndarray:
-        """Free coordinates, their rates, internal states, shape (ny,)."""
+        """Free coordinates, their rates and internal states, shape (ny,)."""
         return self.arrays["y"]
 
     @property
     def mode(self) -> np.ndarray:
-        """1 for each guard that acts, shape (guards,)."""
+        """Modes of the guards, 1 for an active guard, shape (guards,)."""
         return self.arrays["mode"]
 
     def changed(self, **arrays: np.ndarray) -> Snapshot:
         return Snapshot({name: np.array(arrays.get(name, part)) for name, part in self.arrays.items()})
 
     def plain(self) -> dict[str, np.ndarray]:
-        """Arrays of plain numbers, to be stored; every number survives bit for bit."""
+        """Return the state as arrays of floats for storage; every value is kept bit for bit."""
         return {
             name: part if part.dtype.names is None else np.array([float(part[field][0]) for field in part.dtype.names])
             for name, part in self.arrays.items()
@@ -73,7 +75,7 @@ class Snapshot:
 
     @classmethod
     def from_plain(cls, arrays: Mapping[str, np.ndarray]) -> Snapshot:
-        """The state that `plain` wrote."""
+        """Return the state from arrays that `plain` made."""
         state: dict[str, np.ndarray] = {}
         for name, kind in STATE_TYPES.items():
             if name not in arrays:
@@ -83,7 +85,7 @@ class Snapshot:
                 state[name] = np.ascontiguousarray(part, kind)
                 continue
             if part.shape != (len(kind.names),):
-                raise InputError(f"a state with {part.shape} numbers as '{name}'", f"{len(kind.names)} numbers")
+                raise InputError(f"a state with shape {part.shape} for '{name}'", f"the shape ({len(kind.names)},)")
             state[name] = np.zeros(1, kind)
             for field, number in zip(kind.names, part.tolist(), strict=True):
                 state[name][field] = number
@@ -92,20 +94,20 @@ class Snapshot:
 
 @dataclass(frozen=True)
 class Choice:
-    """The integration method of a driver."""
+    """Integration method of a driver, and the reason for its choice."""
 
     method: str
     reason: str
-    step: float = 0.0  # Of time stepping [s]; 0 for another method
-    # Longest step at a fastest rotation of 1/s [s], which falls with its power -4/3, and longest turn in a step [rad];
-    # infinite if the step was asked for
+    step: float = 0.0  # [s] step of time stepping; 0 for other methods
+    # longest step [s] at a fastest rotation of 1/s (it falls with the power -4/3 of the rotation), and longest turn in a step
+    # [rad]; infinite if the user gave the step
     turn: tuple[float, float] = (math.inf, math.inf)
-    fixed: float = 0.0  # Of every step of another method [s]; 0 if errors choose it
+    fixed: float = 0.0  # [s] size of every step of another method; 0 if the error control chooses it
 
 
 class Driver:
     def __init__(self, plan: Plan, system: Handle, size: int, method: Choice, tolerances: Tolerances) -> None:
-        """Arrays for a state of some size; nothing in them has begun."""
+        """Allocate the arrays for a state of `size` entries; `begin` starts a case."""
         self.plan, self.system, self.method = plan, system, method.method
         self.stepping = Stepping(plan) if method.step > 0.0 else None
         self.pace, self._most = FIRST_STEPS, np.inf
@@ -125,7 +127,7 @@ class Driver:
             history=mechanism.history,
             history_length=mechanism.history_length,
         )
-        coefficients = tableau("dopri5" if method.step > 0.0 else method.method)  # time stepping needs few stores
+        coefficients = tableau("dopri5" if method.step > 0.0 else method.method)  # time stepping needs few stages
         absolute, relative, rounding = tolerances.weights(coefficients.kind)
         work = make_work(
             state,
@@ -153,7 +155,10 @@ class Driver:
         crosses: int = ENDS,
         initial_events: Sequence[Sequence[float]] = (),
     ) -> None:
-        """Begin a case of the same model and method, whose numbers are in place; a second one only without delays."""
+        """Begin a case of the same model and method; with delays, only one case can begin.
+
+        The parameters of the case must already be in the system.
+        """
         self.plan, content = plan, self.integration.content
         state, work = content.state, content.work
         if self.system.content.state.initial_history.size:
@@ -170,7 +175,7 @@ class Driver:
         for row, event in enumerate(initial_events):
             self.integration.content.log[row] = event
         state.counts["events"] = len(initial_events)
-        # the start is taken over as if it were the end of a step
+        # the start is accepted like the end of a step
         functions.activate(self.system.address)
         self.change_points: list[tuple[float, float]] = []
         self.system.content.work.near[:] = 0.0, 1.0, np.inf, -np.inf
@@ -179,14 +184,14 @@ class Driver:
 
     @property
     def addresses(self) -> tuple[int, int, int, int]:
-        """Of system, hard contacts and what touches, 0 without, and integration."""
+        """Addresses of the system, hard contacts and touching contacts (both 0 without hard contacts), and integration."""
         stepping = self.stepping
         hard, touching = (0, 0) if stepping is None else (stepping.hard.address, stepping.touching.address)
         return self.system.address, hard, touching, self.integration.address
 
     @property
     def state(self) -> State:
-        """The integrator's state: live arrays."""
+        """The integrator's state; its arrays are live."""
         state: State = self.integration.content.state
         return state
 
@@ -196,7 +201,7 @@ class Driver:
 
     @property
     def log(self) -> np.ndarray:
-        """The events so far, see `system.LOG`: a view."""
+        """Events so far, with the columns of `system.LOG`; a view."""
         return by_name(self._events, LOG)
 
     @property
@@ -205,12 +210,12 @@ class Driver:
 
     @property
     def peak(self) -> np.ndarray:
-        """The largest values so far, see `system.PEAK`: a view."""
+        """Largest values so far, with the columns of `system.PEAK`; a view."""
         return by_name(self.state.peak, PEAK)
 
     @property
     def band(self) -> np.ndarray:
-        """What is known of limits so far, see `system.BAND`: a view."""
+        """Values near their limits so far, with the columns of `system.BAND`; a view."""
         return by_name(self.state.band, BAND)
 
     @property
@@ -221,17 +226,17 @@ class Driver:
 
     @property
     def recorded(self) -> StepRecord:
-        """The ends of steps so far, and what is located inside them, as far as they are recorded."""
+        """Recorded ends of steps and located instants inside steps so far."""
         steps: StepRecord = self.integration.content.steps
         count = int(self.state.counts["recorded"][0])
         return steps._replace(**{name: part[:count] for name, part in _rows_of(steps)})
 
     def rows(self, kind: int) -> np.ndarray:
-        """Rows, among those of guards and of what is monitored throughout, of one kind of quantity."""
+        """Return the rows of one kind of quantity among the guards and the monitored quantities."""
         return monitored_rows(self.system.content.model, kind)
 
     def _limits(self) -> np.ndarray:
-        """A limit for each quantity that is monitored throughout: the tolerances of tracked points."""
+        """Return the limit of each monitored quantity: the tolerance of a tracked point, or infinity."""
         model, tracks = self.system.content.model, self.plan.mechanism.tracks
         limits = np.full(model.monitor.shape[0], np.inf)
         if tracks:
@@ -247,22 +252,22 @@ class Driver:
         self.state.counts["samples"] = 0
 
     def compare_with(self, table: np.ndarray, step: float) -> None:
-        """Monitor how far the tracked points are from those of the ideal mechanism, a table of shape (nodes, 6 tracks)."""
+        """Monitor the distance of tracked points from the ideal ones in `table`, shape (nodes, 6 tracks)."""
         self.system.exchange("parameters", ideal=table, ideal_step=np.array([step]))
 
     def record_steps(self, *, inside: bool = False, most: float = np.inf) -> None:
-        """Keep the ends of steps from here on, and inside them events and largest values; thinned out at `most` rows."""
+        """Record the ends of steps from now on, thinned out at `most` rows; `inside` adds events and largest values."""
         self._exchange(steps=make_record(RECORD_ROWS, self.state, inside=inside))
         self.state.counts["recorded"], self._most = 0, most
 
     def monitor(self, on: bool) -> None:
-        """Integrate powers and monitor numbers from here on, or leave both as they are; the motion does not depend on it."""
+        """Switch the integration of powers and the monitoring on or off; the motion does not depend on it."""
         clock = self.state.clock
         if bool(clock["monitors"][0]) != on:
             clock["monitors"], clock["prepared"] = int(on), 0
 
     def clear_log(self) -> None:
-        """Forget the events so far, and what delayed feedback no longer looks back at."""
+        """Delete the events so far, and the history that delayed feedback no longer needs."""
         self.state.counts["events"] = 0
         delays = self.integration.content.work.delays
         if delays.size:
@@ -291,7 +296,7 @@ class Driver:
             self._exchange(state=content.state._replace(history=history))
 
     def _thin_out(self) -> bool:
-        """Leave out every other end of a step without event or largest value; returns whether that leaves much room."""
+        """Drop every second recorded end of a step without event or largest value; return True if enough rows are free then."""
         steps, log = self.integration.content.steps, self.log
         count = int(self.state.counts["recorded"][0])
         wanted = np.concatenate([log["time"], log["largest_time"], log["whole_time"], self.peak["largest_time"]])
@@ -308,13 +313,13 @@ class Driver:
         return True
 
     def snapshot(self) -> Snapshot:
-        """The state, to be put back or stored."""
+        """Return a copy of the state."""
         arrays = {name: np.array(part) for name, part in self.state._asdict().items()}
         arrays["history"] = arrays["history"][: int(arrays["history_length"][0])]
         return Snapshot(arrays)
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Put a state back, of this mechanism or of one that differs in parameters only."""
+        """Restore a state of this mechanism, or of one that differs in parameters only."""
         self._put({f"state.{name}": part for name, part in snapshot.arrays.items()})
         self.state.clock["prepared"] = 0
         if self.stepping is not None:
@@ -322,7 +327,7 @@ class Driver:
         functions.activate(self.system.address)
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """All arrays that the way onwards depends on, and what has been recorded so far, by name; live."""
+        """Return live arrays of everything that determines the further motion or has been recorded, by name."""
         content, state = self.integration.content, self.state
         parts = {"state": state, "work": content.work, "workspace": self.system.content.work}
         parts |= {"samples": self.samples, "steps": self.recorded}
@@ -330,15 +335,15 @@ class Driver:
         arrays["state.history"] = state.history[: int(state.history_length[0])]
         return arrays | ({} if self.stepping is None else self.stepping.arrays()) | {"log": self._events}
 
-    def take_up(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Put back what `arrays` gave for a driver made in the same way, which goes on from there bit for bit."""
+    def load_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Restore the arrays that `arrays` returned; the driver must be made in the same way and continues bit for bit."""
         names = self.arrays().keys()
         if arrays.keys() != names:
             raise InputError(f"a state without '{min(names ^ arrays.keys())}'", "a state of the same version")
         self._put(arrays)
 
     def _put(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Put arrays in place, by the names of `arrays`."""
+        """Copy arrays into the driver, by the names of `arrays`; grow the stores that are too short."""
         for name, status in (("state.history", loop.HISTORY_FULL), ("steps.time", loop.RECORD_FULL), ("log", loop.LOG_FULL)):
             while len(arrays.get(name, ())) > len(self._store(name)) > 0:
                 self.grow(status)
@@ -348,27 +353,27 @@ class Driver:
                 place = place[: len(stored)]
             if place.shape != stored.shape:
                 raise InputError(
-                    f"a state with {stored.shape} numbers as '{name.rpartition('.')[2]}'",
-                    f"{place.shape}, a state of this mechanism",
+                    f"a state with shape {stored.shape} for '{name.rpartition('.')[2]}'",
+                    f"the shape {place.shape}, a state of this mechanism",
                 )
             place[...] = stored
 
     def _store(self, name: str) -> np.ndarray:
-        """All rows of an array."""
+        """Return all rows of an array."""
         owner, _, part = name.partition(".")
         owners = {"workspace": self.system.content.work, "hard": self.stepping and self.stepping.content.state}
         source = owners.get(owner) or getattr(self.integration.content, owner)
         return np.asarray(getattr(source, part) if part else source)
 
     def bind(self, parameters: Parameters) -> None:
-        """Go on with other numbers of the same model."""
+        """Continue with other parameters of the same model."""
         self.system = Handle(self.system.content._replace(parameters=parameters))
         self.system.content.work.instant[:] = np.nan
         self.state.clock["prepared"] = 0
 
 
 def _doubled(rows: np.ndarray) -> np.ndarray:
-    """Twice as many rows, of which those that are not written yet take no memory."""
+    """Return an array with twice as many rows; rows that are not written yet use no memory."""
     longer = np.zeros((2 * len(rows), *rows.shape[1:]), rows.dtype)
     longer[: len(rows)] = rows
     return longer
@@ -379,7 +384,7 @@ def _rows_of(steps: StepRecord) -> list[tuple[str, np.ndarray]]:
 
 
 def _fill_history(system: Handle, y: np.ndarray) -> None:
-    """Before the start every recorded signal is constant: S = y + R S, found from the recorder's answer to S = 0 and S = 1."""
+    """Fill the history before the start with constant signals S = y + R S, from the recorder's answers to S = 0 and S = 1."""
     past = system.content.state.initial_history
     answers = np.zeros((2, past.size))
     for value, answer in enumerate(answers):
@@ -388,6 +393,6 @@ def _fill_history(system: Handle, y: np.ndarray) -> None:
     past[:] = answers[0] / (1.0 - (answers[1] - answers[0]))
 
 
-def counted(state: State) -> dict[str, int]:
+def count_steps(state: State) -> dict[str, int]:
     counts = state.counts[0]
     return {name: int(counts[name]) for name in ("steps", "rejected", "rates", "jacobians", "events")}

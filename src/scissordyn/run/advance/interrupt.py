@@ -1,4 +1,4 @@
-"""Ctrl-C inside a part of a larger computation."""
+"""Ctrl-C in threads and in parts of a larger computation."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _STOP: ContextVar[threading.Event | None] = ContextVar("_STOP", default=None)
-"""Python tells the main thread alone of Ctrl-C; what other threads look at instead."""
+"""Event that stops the runs of a thread; Python delivers Ctrl-C to the main thread only."""
 
 
 @contextmanager
-def stopped_by(event: threading.Event) -> Iterator[None]:
+def interrupted_by(event: threading.Event) -> Iterator[None]:
     """Interrupt the runs of this thread once an event is set, as Ctrl-C interrupts those of the main thread."""
     token = _STOP.set(event)
     try:
@@ -25,17 +25,17 @@ def stopped_by(event: threading.Event) -> Iterator[None]:
         _STOP.reset(token)
 
 
-def look() -> None:
-    """Raise `KeyboardInterrupt` if this thread is to stop."""
+def check_interrupt() -> None:
+    """Raise `KeyboardInterrupt` if this thread must stop."""
     event = _STOP.get()
     if event is not None and event.is_set():
         raise KeyboardInterrupt
 
 
-def pass_on(part: xr.Dataset) -> xr.Dataset:
-    """Raise `KeyboardInterrupt` again if a run was interrupted that is only a part of what was asked for.
+def raise_if_interrupted(part: xr.Dataset) -> xr.Dataset:
+    """Raise `KeyboardInterrupt` if a partial run was interrupted; else return the run.
 
-    A run that is interrupted returns what it has. Where that is of no use by itself, the whole computation has to end.
+    An interrupted run returns what it has. If that is useless by itself, the whole computation must end.
     """
     if part.attrs["status"] == "interrupted":
         raise KeyboardInterrupt

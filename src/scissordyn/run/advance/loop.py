@@ -1,4 +1,4 @@
-"""The time loop: calls of the compiled loop, slice by slice, with change points, growing arrays and Ctrl-C in between."""
+"""Time loop: calls of the compiled loop, slice by slice, with change points, growing arrays and Ctrl-C between calls."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ import numpy as np
 from scissordyn.integrate import advance as loop
 from scissordyn.run.advance.change_point import step_across
 from scissordyn.run.advance.driver import Driver
-from scissordyn.run.advance.interrupt import look
+from scissordyn.run.advance.interrupt import check_interrupt
 from scissordyn.run.advance.system import advance_systems
 
-SLICE = 20_000  # Most steps between two looks at the keyboard and the progress bar; the steps themselves do not depend on it
+SLICE = 20_000  # largest number of steps between two checks of Ctrl-C and progress; the steps themselves do not depend on it
 
 CALL_SECONDS = 0.1
-"""How long a call of the loop lasts [s]: Python looks at Ctrl-C between two calls only."""
+"""[s] duration of one call of the compiled loop; Python handles Ctrl-C only between two calls."""
 
-GROWING = (loop.LOG_FULL, loop.HISTORY_FULL, loop.RECORD_FULL)
+GROWING = (loop.LOG_FULL, loop.HISTORY_FULL, loop.RECORD_FULL)  # statuses for which an array is too short
 
-UNFINISHED = (loop.ADVANCING, loop.CHANGE_POINT, *GROWING)  # Statuses after which a driver can be advanced further
+UNFINISHED = (loop.ADVANCING, loop.CHANGE_POINT, *GROWING)  # statuses from which a driver can advance further
 
 
 def advance_together(drivers: Sequence[Driver], until: float, most_steps: int) -> list[int]:
-    """Go on until a time with some drivers, in one call of the loop."""
+    """Advance some drivers to a time, in one call of the loop; return their statuses."""
     for driver in drivers:
         driver.state.clock["end"] = until
     statuses = np.zeros(len(drivers), np.int64)
@@ -34,14 +34,14 @@ def advance_together(drivers: Sequence[Driver], until: float, most_steps: int) -
 
 
 def next_slice(steps: int, seconds: float, most: int) -> int:
-    """Steps of the next call of the loop, by those of the last one; what is computed does not depend on them."""
+    """Return the number of steps of the next call, from the duration of the last one; the results do not depend on it."""
     return max(1, min(int(steps * CALL_SECONDS / max(seconds, 1e-9)), 2 * steps, most))
 
 
 def advance(
     driver: Driver, until: float, *, most_steps: int = 50_000_000, progress: Callable[[float], None] | None = None
 ) -> int:
-    """Advance a driver to a time, over change points and through full arrays; returns the status of the loop."""
+    """Advance a driver to a time, across change points and with growing arrays; return the status of the loop."""
     status, left = loop.ADVANCING, most_steps
     while status == loop.ADVANCING and left > 0:
         before, called = driver.tried, clocks.perf_counter()
@@ -57,7 +57,7 @@ def advance(
         if status in GROWING:
             driver.grow(status)
             status = loop.ADVANCING
-        look()
+        check_interrupt()
         if progress is not None:
             progress(driver.time)
     return status

@@ -1,4 +1,4 @@
-"""The arrays that the time loop works on: of a system, of its hard contacts, and of what is logged, by name."""
+"""Arrays of the time loop: those of a system, of its hard contacts and of the log, by name."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from scissordyn.mechanics.hard_rows import HardContacts, HardState
 from scissordyn.plan.hard_contact import HARD_START, hard_contacts, put_hard_numbers
 from scissordyn.plan.plan import Plan
 
-MECHANICS = Problem(**FUNCTIONS)
-HARD = Jumps(**HARD_FUNCTIONS)
+MECHANICS = Problem(**FUNCTIONS)  # functions of the mechanics that the time loop calls
+HARD = Jumps(**HARD_FUNCTIONS)  # functions of hard contacts that the time loop calls
 
 CARRIED = [name for name in HardState._fields if name not in ("stick", "counts", "overlap")]
 """Fields of the state that the next step depends on; the others are counts since the start."""
@@ -25,7 +25,7 @@ CARRIED = [name for name in HardState._fields if name not in ("stick", "counts",
 
 @entry
 def advance_systems(systems: I1, hard: I1, touching: I1, integrations: I1, most_steps: int, statuses: I1) -> None:
-    """Advance systems one after another, without Python in between; `hard` is 0 for one without hard contacts."""
+    """Advance systems one after another without Python; `hard` is 0 for a system without hard contacts."""
     for k in range(systems.size):
         if hard[k] == 0:
             statuses[k] = advance.advance(MECHANICS, systems[k], integrations[k], most_steps)
@@ -34,7 +34,7 @@ def advance_systems(systems: I1, hard: I1, touching: I1, integrations: I1, most_
 
 
 class Stepping:
-    """The hard contacts of a driver, and the size of its steps."""
+    """Hard contacts of a driver, and the size of its steps."""
 
     def __init__(self, plan: Plan) -> None:
         self.hard = Handle(hard_contacts(plan))
@@ -63,11 +63,11 @@ class Stepping:
 
     @property
     def size(self) -> float:
-        """Of a step [s]."""
+        """Step size [s]."""
         return float(self.touching.content.size[0])
 
     def begin(self, plan: Plan, size: float, turn: tuple[float, float], *, located: bool) -> None:
-        """Begin a case of the same tables, with steps of a size [s] or shorter ones where bodies turn by more than `turn`."""
+        """Begin a case of the same tables; `size` [s] is the step, which is shorter if bodies turn by more than `turn`."""
         self.plan = plan
         put_hard_numbers(self.content, plan)
         self.content.parameters.locate[0] = int(located)
@@ -83,7 +83,7 @@ class Stepping:
         return {f"hard.{name}": array for name, array in self.content.state._asdict().items()}
 
     def statistics(self, time: float) -> dict[str, Any]:
-        """The step, the counters, and the part of the time for which each joint has stuck."""
+        """Return the step, the counters, and the fraction of the time for which each joint has stuck."""
         names = [contact.name for contact in self.plan.contacts]
         which, state = self.content.model.which.tolist(), self.content.state
         stuck, overlap = (zip(which, part.tolist(), strict=True) for part in (state.stick, state.overlap))

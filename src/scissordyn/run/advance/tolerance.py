@@ -1,4 +1,4 @@
-"""Error weights that mean the same for any mechanism, at any scale, whatever the length of the run."""
+"""Error weights that mean the same for any mechanism, at any scale, for any length of a run."""
 
 from __future__ import annotations
 
@@ -14,50 +14,50 @@ from scissordyn.mechanics.system import System
 from scissordyn.plan.plan import Plan
 from scissordyn.plan.system import rates
 
-INTERNAL_STATES = 100.0
-"""Internal states of friction laws are weighed this much more loosely: they relax within microseconds, so that their errors do
-not add up. Measured: the events keep their digits, the steps become 16 to 28 % fewer (docs/decisions)."""
+FRICTION_STATE_FACTOR = 100.0
+"""Factor by which the error weights of friction states are looser.
 
-VIBRATIONS = 100.0
-"""What moves bars that bend is weighed this much more loosely beside contacts, whose clearances are a thousandth of the bars.
-Steps resolve axial waves, far faster than all else, and errors in vibrations do not grow with time. Measured:
-steps become half as many, forces of contacts change by 2e-5 (docs/decisions)."""
+The states relax within microseconds, so that their errors do not add up. Measured: the events keep their digits, and the steps
+become 16 to 28 % fewer.
+"""
 
-ROUNDINGS = 0.25
-"""Of positions, in units of 1/h: what velocities may be wrong by in a step of a linearly implicit method (decision 0010)."""
+BENDING_FACTOR = 100.0
+"""Factor by which the error weights of bending coordinates are looser in mechanisms with contacts.
 
-ROUND_OFF = 1e-15  # Relative weight of positions: what they are rounded to
-LOCATED = 1e-9  # A contact's beginning is located to this fraction of its clearance
-GUARD = 1e-10  # The guard of a component is located to this angle [rad], or to this fraction of the mechanism's size
+The clearances are a thousandth of the bars. The steps resolve axial waves, which are far faster than all else.
+Errors in vibrations do not grow with time. Measured: half as many steps; contact forces change by 2e-5.
+"""
+
+POSITION_RTOL = 1e-15  # relative error weight of positions
 
 
 @dataclass(frozen=True)
 class Tolerances:
-    """Weights of errors, and how precisely events are located."""
+    """Weights of errors, and precision of located events."""
 
     absolute: np.ndarray  # (ny,)
     relative: np.ndarray  # (ny,)
-    rounding: np.ndarray  # (ny,) Times 1/h: what a linearly implicit step moves a velocity by because positions are rounded
-    group: np.ndarray  # Boundaries of the groups whose root mean square the relative weights refer to
-    precision: np.ndarray  # (guards,)
-    crossable: np.ndarray  # (guards,) 1 for guards that may act from within a step on
-    delays: tuple[float, ...]  # Of controllers [s]
-    vibration: np.ndarray  # (ny,) By how much the weights are multiplied
-    time_scale: float  # Time in which the mechanism moves by its reference length from rest [s]
+    rounding: np.ndarray  # (ny,) times 1/h: velocity error of a linearly implicit step due to rounded positions
+    group: np.ndarray  # boundaries of the groups whose root mean squares the relative weights refer to
+    precision: np.ndarray  # (guards,) precision of located events, in the guard's unit
+    crossable: np.ndarray  # (guards,) 1 for a guard that may start to act within a step
+    delays: tuple[float, ...]  # delays of controllers [s]
+    vibration: np.ndarray  # (ny,) factors of the weights
+    time_scale: float  # time in which the mechanism moves by its reference length from rest [s]
 
     def weights(self, kind: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Absolute and relative weights and those of rounding for a kind of method, shape (ny,)."""
+        """Return absolute weights, relative weights and rounding weights for a kind of method, each of shape (ny,)."""
         rounding = np.zeros(self.rounding.size) if kind == EXPLICIT else self.rounding
         return self.absolute * self.vibration, self.relative * self.vibration, rounding
 
 
 def error_weights(plan: Plan, system: Handle, y: np.ndarray, *, rtol: float, atol: float) -> Tolerances:
-    """Weights from how far free coordinates move the points of the bodies.
+    """Return error weights from the distance by which free coordinates move the points of the bodies.
 
-    Positions are weighed against the smallest clearance, or the largest body where there is none; speeds against the speed of
-    the whole mechanism, and against what moves by that length in the time that it takes from rest; states of friction laws
-    against their size in steady sliding; those of components against the scale that each declares; torques of integrators
-    against themselves and 1 N m, or against the mechanism's own torques where these are smaller.
+    Positions are compared with the smallest clearance, or the largest body if there is no clearance. Speeds are compared with
+    the speed of the whole mechanism, and with that length divided by the time in which the mechanism moves by it from rest.
+    Friction states are compared with their size in steady sliding, component states with their declared scale. Torques of
+    integrators are compared with themselves and with 1 N m, or with the mechanism's own torques if these are smaller.
     """
     n = plan.coordinates.free
     content: System = system.content
@@ -73,23 +73,23 @@ def error_weights(plan: Plan, system: Handle, y: np.ndarray, *, rtol: float, ato
     duration = math.sqrt(scale / fastest) if 0.0 < fastest < math.inf else 1.0
     internal = _internal_weights(plan, content, rtol=rtol, atol=atol, acceleration=scale / duration**2)
     position = atol * scale / reach
-    rounding = np.zeros(y.size)
-    rounding[n : 2 * n] = ROUNDINGS * np.finfo(float).eps * plan.coordinates.farthest / reach
+    rounding = np.zeros(y.size)  # times 1/h: error of a velocity in a linearly implicit step by a quarter rounding of positions
+    rounding[n : 2 * n] = 0.25 * np.finfo(float).eps * plan.coordinates.farthest / reach
     vibration, bent = np.ones(y.size), content.model.shape_column[content.model.shape_column < n]
     if contacts and not plan.lubricated:  # a film turns errors of rates into forces
-        vibration[bent] = vibration[n + bent] = VIBRATIONS
+        vibration[bent] = vibration[n + bent] = BENDING_FACTOR
     start = content.model.state_start
-    # where groups of internal states end: those of all friction laws, then those of each component and controller
+    # ends of the groups of internal states: all friction laws, then each component and controller
     ends = range(2 * n + int(start[contacts]), 2 * n + int(start[-1]) + 1)
     delays = [part.controller.delay for _, part in plan.actuators]
-    crossable, precision = [1] * contacts, (LOCATED * parameters.contact["clearance"]).tolist()
+    crossable, precision = [1] * contacts, (1e-9 * parameters.contact["clearance"]).tolist()
     for part in plan.acting:
         if part.declaration.gap is not None:
             crossable.append(int(part.declaration.force is not None and part.declaration.switch is None))
-            precision.append(GUARD * (1.0 if part.declaration.port.turning else plan.coordinates.size))
+            precision.append(1e-10 * (1.0 if part.declaration.port.turning else plan.coordinates.size))
     return Tolerances(
         absolute=np.concatenate([position, position / duration, internal[0]]),
-        relative=np.concatenate([np.full(n, ROUND_OFF), np.full(n, rtol), internal[1]]),
+        relative=np.concatenate([np.full(n, POSITION_RTOL), np.full(n, rtol), internal[1]]),
         rounding=rounding,
         group=np.array([0, n, 2 * n, *ends], np.int64),
         precision=np.array(precision, float),
@@ -101,20 +101,20 @@ def error_weights(plan: Plan, system: Handle, y: np.ndarray, *, rtol: float, ato
 
 
 def state_tolerance(rtol: float, atol: float) -> float:
-    """Error allowed in a step in the state of a component, as a part of its scale."""
+    """Return the error of a component's state that is allowed in a step, as a fraction of its scale."""
     return min(rtol, atol)
 
 
 def _internal_weights(
     plan: Plan, system: System, *, rtol: float, atol: float, acceleration: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Absolute and relative weights of the internal states, in their order in y."""
+    """Return absolute and relative weights of the internal states, in their order in y."""
     declared = system.parameters.state_scale
     friction = int(system.model.state_start[system.parameters.contact.size])
     sliding, absolute, relative = _sliding_states(system), np.empty(declared.size), np.empty(declared.size)
-    # a bristle's error fades, an integrator's does not
+    # the error of a bristle decays, the error of an integrator does not
     size = np.where(declared > 0.0, declared, np.where(sliding > 0.0, sliding, 1.0))
-    absolute[:friction] = relative[:friction] = INTERNAL_STATES * rtol
+    absolute[:friction] = relative[:friction] = FRICTION_STATE_FACTOR * rtol
     absolute[:friction] *= size[:friction]
     torque = acceleration * plan.coordinates.size * sum(body.mass for body in plan.bodies)
     k = friction
@@ -123,14 +123,14 @@ def _internal_weights(
         for _ in component.states:
             if i in controlled:
                 absolute[k], relative[k] = rtol * min(declared[k], torque), rtol
-            else:  # a large state may act by a small difference, as a spring's does
-                absolute[k], relative[k] = state_tolerance(rtol, atol) * declared[k], ROUND_OFF
+            else:  # a small difference of a large state may act, as in a spring
+                absolute[k], relative[k] = state_tolerance(rtol, atol) * declared[k], POSITION_RTOL
             k += 1
     return absolute, relative
 
 
 def _sliding_states(system: System) -> np.ndarray:
-    """Size of each internal state in steady sliding at 1 m/s, the natural scale of its error."""
+    """Return the size of each internal state in steady sliding at 1 m/s, the natural scale of its error."""
     model, parameters = system.model, system.parameters
     scale = np.zeros(int(model.state_start[-1]))
     for j in range(parameters.contact.size):

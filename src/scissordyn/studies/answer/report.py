@@ -18,7 +18,7 @@ from matplotlib.axes import Axes
 
 from scissordyn.errors import InputError, ScissordynError
 from scissordyn.file.output_file import check_target, write_file
-from scissordyn.file.pdf import printed
+from scissordyn.file.pdf import print_pdf
 from scissordyn.plot.file import figure_of, write
 from scissordyn.plot.study import (
     Bound,
@@ -293,7 +293,7 @@ def write_report(result: StudyResult, path: Path) -> Path:
     try:
         if path.exists() and not path.read_bytes()[: len(start)].lower().startswith(start):
             raise InputError(f"'{path}' is something else than a report", "another name", "-o report.html")
-        return write_file(path, printed(content) if start == PDF else content, sample="-o report.html")
+        return write_file(path, print_pdf(content) if start == PDF else content, sample="-o report.html")
     except OSError as error:
         raise ScissordynError(f"cannot write '{path}': {error.strerror or error}") from None
 

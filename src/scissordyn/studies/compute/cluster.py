@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Any
 
 from scissordyn.errors import InputError
-from scissordyn.file.output_file import hold
+from scissordyn.file.output_file import lock_file
 from scissordyn.lookup import library
-from scissordyn.run.engine import QUICKLY, EngineError, signals_blocked
+from scissordyn.run.engine import STOP_SECONDS, EngineError, block_signals
 from scissordyn.studies.compute.jobs import Jobs, remove_left_behind
 
 KEYS = ("_job_ca_file", "_job_cert", "_job_key")
@@ -40,9 +40,9 @@ def cluster(where: str | Path, folder: Path | None = None, tell: Callable[[str],
     for name in LOGGERS:
         logging.getLogger(name).setLevel(logging.CRITICAL)  # what is lost is said by the command, in one line
     with _queue(where, distributed, folder or Path.cwd(), tell) if isinstance(where, Path) else nullcontext() as queue:
-        connected, wait = list[Any](), QUICKLY
+        connected, wait = list[Any](), STOP_SECONDS
         try:
-            with signals_blocked():
+            with block_signals():
                 connected.append(_connected(distributed, where if queue is None else queue[0]))
             executor = connected[0].get_executor(pure=False)
             if queue is not None:
@@ -63,7 +63,7 @@ def _queue(file: Path, distributed: Any, folder: Path, tell: Callable[[str], Non
     started = _started(file, described, options, distributed, folder)
     certificates = [vars(started)[name] for name in KEYS if name in vars(started)]  # none if the file says so
     for certificate in certificates:
-        hold(certificate.fileno())
+        lock_file(certificate.fileno())
     jobs = Jobs(started, kind, count, folder, tell)
     try:
         try:
@@ -77,7 +77,7 @@ def _queue(file: Path, distributed: Any, folder: Path, tell: Callable[[str], Non
     finally:
         jobs.close()
         with suppress(Exception, CancelledError):
-            _within(QUICKLY, started.close)
+            _within(STOP_SECONDS, started.close)
         for certificate in certificates:
             certificate.close()
 

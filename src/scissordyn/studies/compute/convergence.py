@@ -15,7 +15,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import TIME_STEPPING, Options
 from scissordyn.plan.flexible import flexible_bars, with_mode_counts
 from scissordyn.plan.plan import plan
-from scissordyn.run.advance.interrupt import pass_on
+from scissordyn.run.advance.interrupt import raise_if_interrupted
 from scissordyn.run.batch import Perturbed, simulate_cases
 from scissordyn.run.measure import MEASURES
 from scissordyn.run.trajectory import make_driver
@@ -156,7 +156,7 @@ def _level(
     mechanism: Mechanism, options: Options, setting: float, wanted: Response, members: int, threads: int | None
 ) -> Level:
     starts, over = Perturbed(np.arange(members), PERTURBATION), {"gravity": np.full(members, mechanism.gravity)}
-    runs = pass_on(simulate_cases(mechanism, over, options, [wanted.measure], starts, threads=threads))
+    runs = raise_if_interrupted(simulate_cases(mechanism, over, options, [wanted.measure], starts, threads=threads))
     values = response_values(runs, wanted)
     failed = runs["status"].values != "complete"
     cause = str(runs["cause"].values[np.argmax(failed)]) if failed.any() else ""

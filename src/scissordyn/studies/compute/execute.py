@@ -17,7 +17,7 @@ import xarray as xr
 from scissordyn.analysis.motor import MotorCurve
 from scissordyn.errors import InputError, ScissordynError, whole_number
 from scissordyn.model.parameter_path import number
-from scissordyn.run.advance.interrupt import look, pass_on
+from scissordyn.run.advance.interrupt import check_interrupt, raise_if_interrupted
 from scissordyn.run.batch import Perturbed, simulate_cases
 from scissordyn.run.engine import Engine, error_text, outcomes, workers_of
 from scissordyn.run.measure import MEASURES, Ended, Measure
@@ -236,7 +236,7 @@ def simulated(study: Study, cases: np.ndarray, points: np.ndarray | None = None)
     for mechanism, places in study.by_variant(numbers):
         perturbed = Perturbed(cases[places] % study.members, study.perturbation)
         applied = {parameter: values[places] for parameter, values in study.applied(numbers).items()}
-        batches.append(pass_on(simulate_cases(mechanism, applied, study.options, measures, perturbed, threads=1)))
+        batches.append(raise_if_interrupted(simulate_cases(mechanism, applied, study.options, measures, perturbed, threads=1)))
         order.append(places)
     runs = xr.concat(batches, "case", coords="minimal", compat="override", combine_attrs="override")
     runs = runs.isel(case=np.argsort(np.concatenate(order)))
@@ -281,11 +281,11 @@ def _of_datasets(
     only_motors = all(isinstance(function, MotorCurve) for function in functions.values())
     options = {**(study.options.equally_spaced if only_motors else study.options).keywords, "trust": False}
     for case in np.flatnonzero(status == "complete"):
-        look()
+        check_interrupt()
         name = ""
         try:
             mechanism = study.mechanism_of({parameter: float(values_of[case]) for parameter, values_of in numbers.items()})
-            run = pass_on(simulate(mechanism, **options))
+            run = raise_if_interrupted(simulate(mechanism, **options))
             for name, function in functions.items():
                 values[name][case] = float(function(run))
         except Exception as error:

@@ -13,7 +13,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from scissordyn.file.output_file import hold
+from scissordyn.file.output_file import lock_file
 from scissordyn.run.engine import EngineError
 
 ASK_SECONDS = 5.0  # Time between two questions to the queue [s]: it serves many users
@@ -168,7 +168,7 @@ def _script(folder: Path, text: str) -> Iterator[Path]:
     path = folder / f"{SCRIPTS}{secrets.token_hex(4)}.sh"
     with path.open("x") as file:
         try:
-            hold(file.fileno())
+            lock_file(file.fileno())
             file.write(text)
             file.flush()
             yield path
@@ -180,5 +180,5 @@ def remove_left_behind(folder: Path) -> None:
     """Remove certificates and scripts of jobs of commands that were killed; those of a command that runs are locked."""
     for path in (*folder.glob(f"{CERTIFICATES}*"), *folder.glob(f"{SCRIPTS}*")):
         with suppress(OSError), path.open("r+b") as file:
-            if hold(file.fileno()):
+            if lock_file(file.fileno()):
                 path.unlink()

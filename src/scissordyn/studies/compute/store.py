@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.errors import InputError, ScissordynError, whole_number
-from scissordyn.file.output_file import put_file, remove_left_behind
+from scissordyn.file.output_file import put_file, remove_unfinished
 from scissordyn.run.demand import check_cases
 from scissordyn.run.engine import STATES
 from scissordyn.studies.ask.description import OwnMeasure, Study, from_plain, to_plain
@@ -322,7 +322,7 @@ class Store:
         try:
             self._writer = self._locked()
             with suppress(OSError):
-                remove_left_behind(self.path)
+                remove_unfinished(self.path)
             damaged = self._rows()
             if damaged.damaged:
                 self._leave_out(damaged)

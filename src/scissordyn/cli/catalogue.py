@@ -338,7 +338,7 @@ def _copy(source: Path, target: Path, allowed: str, sample: str) -> None:
 
 
 def _first_sentence(path: Path) -> str:
-    """What the comment at the top says, up to the end of its first sentence or part of one."""
+    """Return the first sentence of the comment at the top of a file."""
     comment = re.match(r"(?:#.*\n)*", path.read_text(encoding="utf-8"))
     text = " ".join(line.lstrip("# ") for line in comment[0].splitlines()) if comment else ""
     return re.split(r"[:.;] ", text)[0].rstrip(".")

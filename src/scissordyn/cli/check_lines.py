@@ -1,4 +1,4 @@
-"""What ``scissordyn check`` and ``preview`` say of a case before any run."""
+"""Lines that ``scissordyn check`` and ``preview`` print about a case before any run."""
 
 from __future__ import annotations
 
@@ -167,7 +167,7 @@ def _ideal(mechanism: Mechanism, until: float, samples: int) -> Results | str:
 
 
 def _inertia(mechanism: Mechanism, until: float) -> DriveInertia | None:
-    """What the only drive, or the only servo in its place, has to accelerate; None where they do not determine the motion."""
+    """Return the inertia seen by the only drive or servo; None if it does not determine the motion."""
     servos = [part for part in mechanism.components if isinstance(part, Actuator) and part.reference is not None]
     ideal = mechanism.ideal()
     if len(servos) == 1 and not mechanism.drives:
@@ -209,7 +209,7 @@ def limited(seconds: float) -> Callable[[float], None]:
 
 
 class ServoDemand(NamedTuple):
-    """Of one servo that follows its reference exactly, with ideal joints and rigid bars."""
+    """Demand on one servo that follows its reference exactly, with ideal joints and rigid bars."""
 
     name: str
     torque: float  # Largest [N m]
@@ -250,10 +250,10 @@ def servo_demands(mechanism: Mechanism, followed: Mechanism, ideal: Run) -> list
 
 
 def converged_lines(converged: Convergence, case: str, changes: Sequence[str] = ()) -> list[str]:
-    """Which tolerance, step or number of modes a number of the run needs, a line each."""
+    """Return lines about the tolerance, step or number of modes that a measure of the run needs."""
 
     def setting(value: float) -> str:
-        """As it is typed."""
+        """Return a setting as it is typed."""
         return short(value, "s") if converged.varied == "step" else f"{value:g}"
 
     import xarray as xr
@@ -283,7 +283,7 @@ def converged_lines(converged: Convergence, case: str, changes: Sequence[str] = 
 
 
 def preview_lines(mechanism: Mechanism, followed: Mechanism, ideal: xr.Dataset, until: float) -> list[str]:
-    """How a case closes and moves with ideal joints, in which drives stand in the place of servos."""
+    """Return lines about assembly and motion with ideal joints, in which drives replace servos."""
     lines = [_assembled(mechanism, ideal), *_range(followed, ideal), *_forces(ideal), *_at_rest(followed, ideal, until)]
     lines += map(str, servo_demands(mechanism, followed, ideal))
     lines += [f"Warning: {warning}." for warning in json.loads(ideal.attrs["singular_warnings"])]
@@ -318,7 +318,7 @@ def _at_rest(mechanism: Mechanism, ideal: xr.Dataset, until: float) -> list[str]
 
 
 def _assembled(mechanism: Mechanism, ideal: xr.Dataset) -> str:
-    """How far assembly moved the bodies from where they are placed."""
+    """Say how far the assembly moved the bodies from their given positions."""
     moves, turns = [], []
     start = ideal.isel(time=0)
     for body in mechanism.bodies:

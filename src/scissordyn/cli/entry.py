@@ -1,4 +1,4 @@
-"""What the program ``scissordyn`` calls first."""
+"""Entry point of the program ``scissordyn``."""
 
 from __future__ import annotations
 

@@ -288,7 +288,7 @@ def _warning_line(message: Warning | str, category: type[Warning], filename: str
 
 
 def _usage(error: Exception, arguments: Sequence[str]) -> str:
-    """What typer says of the words of a command, and the command that a word of another program means."""
+    """Return typer's message about the words of a command, and the command meant by a word of another program."""
     text = str(error.format_message()).rstrip(".")  # type: ignore[attr-defined]
     first = next((word for word in arguments if not word.startswith("-")), "")
     near = [OTHER_WORDS[first]] if first in OTHER_WORDS else []
@@ -307,7 +307,7 @@ def _usage(error: Exception, arguments: Sequence[str]) -> str:
 
 
 def _refused(error: OSError) -> str:
-    """What the operating system has refused; without a name it was to write what the command prints."""
+    """Describe an error of the operating system; an error without a file name concerns standard output."""
     reason = error.strerror or str(error)
     if error.filename is None:
         give_up("stdout")

@@ -62,7 +62,7 @@ KINDS = {"s": ("a time", "10 ms", Quantity("s")), "m": ("a length", "5 mm", Quan
 
 @dataclass(frozen=True)
 class Where:
-    """Where cases are computed."""
+    """Place where cases are computed."""
 
     threads: int | None = None
     workers: int | None = None

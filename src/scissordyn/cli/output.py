@@ -1,4 +1,4 @@
-"""What commands print, exit statuses, checks that results can be written before the computation, and progress."""
+"""Output of commands, exit statuses, checks before the computation that results can be written, and progress."""
 
 from __future__ import annotations
 

@@ -122,7 +122,7 @@ def _pictures(result: Results, mechanism: Mechanism, plot: Path | None, film: Pa
 
 
 def _is_saved(path: Path) -> bool:
-    """Whether a path is a saved run, whole or not, rather than a case file."""
+    """Return True if a path is a saved run, whole or not, rather than a case file."""
     from scissordyn.file.output_file import HDF_MAGIC, regular_size
 
     if path.suffix == ".nc":

@@ -35,7 +35,7 @@ STEPS = 4  # Of Newton's method for the end of a long bearing's film, more than 
 
 
 def eccentricities() -> np.ndarray:
-    """At even steps of the root of the least film thickness, increasing from contact, shape (GAPS,)."""
+    """Return eccentricities at equal steps of the root of the least film thickness, from contact on, shape (GAPS,)."""
     return 1.0 - np.linspace(math.sqrt(NEAREST), 1.0, GAPS) ** 2
 
 
@@ -45,7 +45,7 @@ def directions() -> np.ndarray:
 
 
 def steepness(eccentricity: float | np.ndarray) -> np.ndarray:
-    """What the impedances are divided by, shape (..., 3): powers of the film thickness, about as they grow towards contact."""
+    """Return the divisors of the impedances, shape (..., 3): powers of the film thickness, as they grow towards contact."""
     return np.asarray((1.0 - np.asarray(eccentricity))[..., None] ** -np.array(POWERS))
 
 
@@ -77,7 +77,7 @@ def short_bearing(eccentricity, sine, cosine, full):
 
 @kernel
 def long_end(e, sine, cosine):
-    """Where the pressure that begins at theta = 0 ends, for sin psi <= 0: in Sommerfeld's angle, from 0 to 2 pi.
+    """Return the end of the pressure that begins at theta = 0, for sin psi <= 0: Sommerfeld's angle, from 0 to 2 pi.
 
     With t = tan(theta/2) the pressure has the factor a t^3 - b (2-e) t^2 + a (1+e) t - b (2+e). Its one real root has the size
     k g(t), k = |b/a|, g = ((2-e) t^2 + 2+e)/(t^2 + 1+e): g falls from (2+e)/(1+e) to 2-e, so that Newton's method for
@@ -125,7 +125,7 @@ def long_bearing(eccentricity, sine, cosine, full):
 
 @kernel
 def cubic_weights(f):
-    """Of four nodes, at f in (0, 1) between the inner two: through both, with slopes that continue (Catmull and Rom)."""
+    """Return the weights of four nodes at f in (0, 1) between the inner two (Catmull and Rom)."""
     return (
         f * (f * (1.0 - 0.5 * f) - 0.5),
         1.0 + f * f * (1.5 * f - 2.5),

@@ -1,4 +1,4 @@
-"""What all damping factors share: the kernel F = F_el (1 + xi delta'/delta'(-)) and the restitution that xi is found from."""
+"""Kernel that all damping factors share: F = F_el (1 + xi delta'/delta'(-)) and the restitution that xi is found from."""
 
 from __future__ import annotations
 

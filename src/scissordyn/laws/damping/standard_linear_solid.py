@@ -16,7 +16,7 @@ def force(elastic, relaxed_force, ratio, relaxation_time):
 
 
 def settled(elastic):
-    """What has relaxed where an indentation lasts: all of it."""
+    """Return the relaxed part of the force under a lasting penetration: all of it."""
     return elastic
 
 

@@ -140,7 +140,7 @@ def test_a_new_component_has_every_face(tmp_path: Path, capsys: pytest.CaptureFi
 
 def test_the_page_s_own_component(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Contract: the page's component of a user's own does what the page says, in a process that imports nothing else."""
-    text = parts()["A component of your own"]
+    text = parts()["User-defined components"]
     (code,), (added,) = snippets(text, "python"), snippets(text)
     (tmp_path / "rubber.py").write_text(code, encoding="utf-8")
     mechanism = read(tmp_path, BASE + "\n" + added)

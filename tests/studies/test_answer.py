@@ -405,7 +405,7 @@ def test_curves_of_many_numbers_are_of_those_that_matter() -> None:
     labels = [axes.get_xlabel() for axes in drawn]
     assert len(drawn) == 5
     assert {"number 7", "number 16"} <= set(labels)
-    assert drawn[0].get_title(loc="left").startswith("5 of 18 numbers")
+    assert drawn[0].get_title(loc="left").startswith("5 of 18 factors")
     figure = drawn[0].get_figure(root=True)
     assert figure is not None
     assert figure.get_figwidth() < 15.0

@@ -96,12 +96,12 @@ SIGMA = (1.0 - 0.3**2) / 207e9
 MODULUS = 1.0 / (2.0 * SIGMA)
 
 NUMBERS = [
-    ("structure", "$\\omega$ = {} rad/s", OMEGA, "15.70796"),
-    ("structure", "$\\omega^2L^2$ = {} m²/s²", (OMEGA * 2.0) ** 2, "986.960"),
-    ("structure", "$mC_2 - m_s/2$ = {} kg", 5.68 * 2.0 - 2.5, "8.86"),
-    ("structure", "the first term is {}", INERTIAL, "7572.93"),
-    ("structure", "the second {}", POTENTIAL, "277.98"),
-    ("structure", "together {} N m", INERTIAL + POTENTIAL, "7850.91"),
+    ("reduction", "$\\omega$ = {} rad/s", OMEGA, "15.70796"),
+    ("reduction", "$\\omega^2L^2$ = {} m²/s²", (OMEGA * 2.0) ** 2, "986.960"),
+    ("reduction", "$mC_2 - m_s/2$ = {} kg", 5.68 * 2.0 - 2.5, "8.86"),
+    ("reduction", "the first term is {}", INERTIAL, "7572.93"),
+    ("reduction", "the second {}", POTENTIAL, "277.98"),
+    ("reduction", "together {} N m", INERTIAL + POTENTIAL, "7850.91"),
     ("reduction", "$\\lambda = \\mathbf x\\cdot\\mathbf f/|\\mathbf x|^2$ = {}", 9.81 * 1.0 / 1.0**2, "9.81"),
     ("contact", "$\\sqrt{{2c/g}}$ = {} ms", 1e3 * math.sqrt(2.0 * 0.5e-3 / 9.81), "10.096"),
     ("contact", "$\\dot\\delta^{{(-)}} = \\sqrt{{2gc}}$ = {} mm/s", 1e3 * math.sqrt(2.0 * 9.81 * 0.5e-3), "99.05"),

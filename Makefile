@@ -28,6 +28,7 @@ check: .venv/.dev
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/python tests/plain.py
 	$(BIN)/codespell src docs benchmarks validation examples README.md CHANGELOG.md CONTRIBUTING.md
 
 # the site, in $(OUT)/docs; a warning is an error, and notebooks are executed when they or the package have changed

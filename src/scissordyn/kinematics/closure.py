@@ -136,7 +136,7 @@ class Closure:
 
     @property
     def _has_other_kinds(self) -> bool:
-        """Whether some parts are not half squares."""
+        """True if some parts are not half squares."""
         return bool(np.any(self.turns | self.lengths))
 
     def _angles(self, z: np.ndarray, maps: np.ndarray) -> np.ndarray:

@@ -73,7 +73,7 @@ class Body:
 
     @cached_property
     def rotates(self) -> bool:
-        """Whether the body has an inertia and therefore rotates."""
+        """True if the body has an inertia and therefore rotates."""
         return self.inertia is not None
 
     @cached_property

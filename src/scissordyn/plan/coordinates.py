@@ -62,7 +62,7 @@ class Constraint:
 
     @property
     def linear(self) -> bool:
-        """Whether the value is the time function itself, not half its square."""
+        """True if the value is the time function itself, not half its square."""
         return bool(self.kinds)
 
     @property

@@ -65,7 +65,7 @@ def test_nothing_matches(pattern, hint):
 
 def test_no_names():
     """Contract: an empty list of joints is an error, not a mechanism that stays as it was."""
-    with pytest.raises(InputError, match="no joint named"):
+    with pytest.raises(InputError, match="no joint given"):
         sd.scissor(units=3).with_clearance([], PIN)
 
 
@@ -119,7 +119,7 @@ def test_a_number_and_its_change(frictional, path, value, unit):
         ("drive.slider.frequency", "no field 'slider' in Harmonic"),
         ("clearance.each.clearance", "'each' is not a name; allowed: 'all' as the name, and each = true next to the values"),
         ("clearance.each", r"values = \"0.3 mm \+- 20 %\", each = true"),
-        ("A.clearance.deeper", "nothing is called 'deeper'"),
+        ("A.clearance.deeper", "has no field 'deeper'"),
         ("gravty", "did you mean 'gravity'"),
         ("clearnce.all.clearance", "did you mean 'clearance.all'"),
         ("joints.A.clearance", "did you mean 'joint.A'"),

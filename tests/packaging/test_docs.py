@@ -224,8 +224,11 @@ def test_python_runs(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_the_checks_call_what_is_named() -> None:
-    """Contract: the commands of make on the page are targets with their set-up, and the checks call the tests by the same."""
-    named = re.findall(r"\bmake (\w+)", "".join(blocks(README.read_text(encoding="utf-8"), "sh")))
+    """Contract: commands of make in README and CONTRIBUTING are targets with their set-up, and the checks call the same."""
+    pages = (README, ROOT / "CONTRIBUTING.md")
+    named = [
+        one for page in pages for one in re.findall(r"\bmake (\w+)", "".join(blocks(page.read_text(encoding="utf-8"), "sh")))
+    ]
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
     assert {"paper", "test"} <= set(named)
     for target in named:

@@ -40,7 +40,7 @@ class Pair(NamedTuple):
 def test_a_tuple_is_of_the_declared_types() -> None:
     """Contract: what is no whole number is refused by its name."""
     assert Handle(Pair(1, 2.0)).address
-    with pytest.raises(TypeError, match=r"Pair.first: str in place of int"):
+    with pytest.raises(TypeError, match=r"Pair.first: str instead of int"):
         Handle(Pair("1", 2.0))  # type: ignore[arg-type]
 
 

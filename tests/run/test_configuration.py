@@ -207,9 +207,9 @@ def test_only_runs_are_run_again(array: Mechanism) -> None:
         ('[structure]\nkind = "mechanism"\n[diagram]\nover = []', "not a table of texts and numbers"),
         ('[structure]\nkind = "mechanism"\n[cod]\nx = "y"', "unknown key 'cod' (did you mean 'code'?)"),
         ('[structure]\nkind = "mechanism"', "body"),
-        ('[structure]\nkind = "scissor"\n[drive]\ntable = "/etc/passwd"', "the name of a file in a run"),
+        ('[structure]\nkind = "scissor"\n[drive]\ntable = "/etc/passwd"', "a file name in a saved run"),
         ('[structure]\nkind = "scissor"\n[control]\nfeed_forward = "ideal"', "[[control]] in a run"),
-        ('{"mechanism": {}}', "an earlier version of scissordyn wrote; allowed"),
+        ('{"mechanism": {}}', "is not valid TOML"),
     ],
 )
 def test_what_is_no_configuration_is_named(text: str, says: str) -> None:

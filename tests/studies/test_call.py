@@ -311,7 +311,7 @@ def test_what_a_result_does_not_have(found: StudyResult) -> None:
     ):
         with pytest.raises(sd.InputError, match=says):
             ask()
-    with pytest.raises(sd.InputError, match="a study of 3; allowed: a mechanism"):
+    with pytest.raises(sd.InputError, match="study: case = 3; allowed: a mechanism"):
         sd.study(3, VARIED)  # type: ignore[arg-type]
     with pytest.raises(sd.InputError, match="no study at"):
         sd.open_study("never.db")

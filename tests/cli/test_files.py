@@ -37,8 +37,8 @@ def test_the_case_file_survives(folder: Path, refused: Refused, name: str) -> No
     scan = ("--over", "A.clearance", "--from", "0.1 mm", "--to", "0.2 mm")
     assert "not a NetCDF file" in refused("bifurcation", name, *scan, "-o", "other.toml")
     (folder / "diagram.png").write_text(PAPER.read_text())
-    assert "no PNG file" in refused("bifurcation", name, *scan, "--plot", "diagram.png")
-    assert "no PNG file" in refused("laws", "liu", "--plot", "diagram.png")
+    assert "not a PNG file" in refused("bifurcation", name, *scan, "--plot", "diagram.png")
+    assert "not a PNG file" in refused("laws", "liu", "--plot", "diagram.png")
     assert all(path.read_text() == PAPER.read_text() for path in folder.iterdir())
 
 

@@ -305,8 +305,7 @@ def test_a_film_beyond_its_model_is_said(given: dict, said: str) -> None:
     many = sd.simulate_many(oiled(**given), {"A.clearance": [2e-4]}, until=0.008)
     if "vacuum" in said or "boils" in said or "asperities" in said:  # what needs no samples
         assert any(
-            said.replace("asperities carry part", "thinner than three") in text
-            for text in many["warnings"].item().splitlines()
+            said.replace("asperities carry part", "thinner than three") in text for text in many["warnings"].item().splitlines()
         )
     calm = sd.simulate(oiled(ambient_pressure=1e9, vapour_pressure=1e-9), until=0.001)
     assert not any("evaporates" in text or "cavitates" in text for text in json.loads(calm.attrs["warnings"]))

@@ -72,6 +72,10 @@ class InputError(ScissordynError, ValueError):
         self.what, self.allowed, self.type_this = what, allowed, type_this
 
 
+class AssemblyError(InputError):
+    """A mechanism whose parts cannot be put together, or contradict each other."""
+
+
 OTHER_WORDS = {
     "joint": "revolute hinge pin pivot bearing",
     "guide": "prismatic slider slide translational track",

@@ -15,6 +15,7 @@ import scissordyn as sd
 from scissordyn.cli.main import status_of
 from scissordyn.components.catalogue import COMPONENTS
 from scissordyn.equilibrium.statics import SENSES as SENSITIVE
+from scissordyn.errors import InputError
 from scissordyn.model.commanded import rigid
 
 G = 9.81
@@ -161,6 +162,21 @@ def journal_crank(radius: float, kinetic: float) -> sd.Mechanism:
     """A slider-crank that presses, with friction in its crank's bearing."""
     force = sd.Force("cut", ("slider", "centre"), force=(-250.0, 0.0))
     return slider_crank(components=(force, sd.PinFriction("bearing", "crank", radius, kinetic)))
+
+
+def test_backward_motion_is_computed_for_one_way_loads_alone() -> None:
+    """Identity: a load that acts backward, in a backward motion, is one that acts always; forward it is none."""
+    load = sd.StrokeLoad("cut", ("slider", "centre"), 0.0, ((0.1, -100.0), (0.5, -100.0)), acts="backward")
+    always, back = (slider_crank(components=(dataclasses.replace(load, acts=acts),)) for acts in ("both", "backward"))
+    options = {"until": 3.0, "points": 31}
+    sense = np.sign(np.gradient(sd.statics(always, **options)["position"].sel(body="slider", axis="x").values))[1:-1]
+    both = sd.statics(always, **options)["drive_torque"].values[1:-1]
+    backward, forward = (sd.statics(back, friction=way, **options)["drive_torque"].values[1:-1] for way in ("backward", "none"))
+    bare = sd.statics(slider_crank(), **options)["drive_torque"].values[1:-1]
+    np.testing.assert_allclose(backward, np.where(sense > 0.0, both, bare), atol=1e-9)
+    np.testing.assert_allclose(forward, np.where(sense < 0.0, both, bare), atol=1e-9)
+    with pytest.raises(InputError, match="without one-way loads"):
+        sd.statics(always, friction="backward", **options)
 
 
 def test_one_way_load_acts_in_its_sense() -> None:

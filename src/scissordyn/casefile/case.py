@@ -58,11 +58,27 @@ def read_values(given: Any, _: Context) -> Mapping[str, Any]:
     return MappingProxyType(dict(given))
 
 
+MOST_BODIES = 6  # Bodies that an error names
+
 ADDITIONS = (
     *("panels", "bending", "payload", "clearance", "guide_clearance"),
     *("joint_friction", "drive", "control", "coupling"),
 )
 """Tables that change the mechanism of the structure and the parts, in the order of application; a later one overrides."""
+
+
+def _driven_body(mechanism: Mechanism, body: str) -> str:
+    """Return the body that a drive or a controller turns; raise `InputError` if neither it nor the structure names one."""
+    chosen = body or mechanism.input_body
+    if not chosen:
+        names = [part.name for part in mechanism.bodies if part.rotates]
+        shown = ", ".join(names[:MOST_BODIES]) + (", ..." if len(names) > MOST_BODIES else "")
+        raise InputError(
+            "missing key 'body', and [structure] has no input_body",
+            f"one of {shown}",
+            f'body = "{names[0] if names else "NAME"}"',
+        )
+    return chosen
 
 
 class _CaseTable(Table):
@@ -117,11 +133,12 @@ class _CaseTable(Table):
             case "guide_clearance":
                 return mechanism.with_clearance(table.guide, table.result())
             case "drive":
-                body = table.body or mechanism.input_body
+                body = _driven_body(mechanism, table.body)
                 if body in [drive.body for drive in mechanism.drives]:
                     raise InputError(f"body '{body}' driven twice", "one drive for each body")
                 return mechanism.driven(table.motion(), body=table.body)
             case "control":
+                _driven_body(mechanism, table.body)
                 return table.applied(mechanism, feed_forward, self.run.until if self.run else 0.0)  # type: ignore[no-any-return]
             case "coupling" if table.backlash is None:
                 return mechanism

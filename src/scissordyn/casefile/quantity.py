@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
 from collections.abc import Iterable
@@ -48,6 +49,8 @@ KNOWN_UNITS = (
     "meter millimeter centimeter micrometer second millisecond minute kilogram gram radian degree newton pascal"
 )
 """Units that may be suggested for a mistyped unit."""
+
+PIECES = frozenset((*KNOWN_UNITS.split(), "mN", "MN", "kJ", "kW"))  # Units that users join without a blank, as in kNm
 
 REVOLUTIONS_PER_MINUTE = re.compile(r"(?:1\s*/\s*min|min\s*(?:\^|\*\*)\s*-1)", re.IGNORECASE)
 """Revolutions per minute, as written in drawings and catalogues."""
@@ -124,7 +127,8 @@ def unit_factor(unit: str, target: str) -> float:
         factor = float(registry.convert(1.0, parsed, registry.parse_units(target)))
     except pint.UndefinedUnitError as error:
         unknown = str(error).split("'")[1]  # the only place where every version of pint gives the name alone
-        near = did_you_mean(unknown, [*KNOWN_UNITS.split(), "N m"])
+        apart = _spaced(unknown, unit, target)
+        near = f" (did you mean '{apart}'?)" if apart else did_you_mean(unknown, [*KNOWN_UNITS.split(), "N m"])
         raise InputError(f"unknown unit '{unknown}'{near}") from None
     except pint.DimensionalityError:
         likely = " (did you mean 'rpm'?)" if target == "rad/s" and REVOLUTIONS_PER_MINUTE.fullmatch(unit) else ""
@@ -141,6 +145,22 @@ def unit_factor(unit: str, target: str) -> float:
         likely, others = {"meter": ("mm", "m, mm, km"), "second": ("ms", "s, ms")}.get(large[2], ("deg", "deg, rad, turn"))
         raise InputError(f"unit '{unit}' is a {parsed} (did you mean '{likely}'?)", others)
     return factor
+
+
+def _spaced(unknown: str, unit: str, target: str) -> str:
+    """Return a unit of the target's dimension with blanks between the units that an unknown word consists of, or ""."""
+    places = range(1, len(unknown))
+    splits = [[k] for k in places] + [[k, j] for k in places for j in range(k + 1, len(unknown))]
+    for split in splits:
+        ends = [0, *split, len(unknown)]
+        likely = unit.replace(unknown, " ".join(unknown[a:b] for a, b in itertools.pairwise(ends)))
+        if all(part in PIECES for part in likely.split() if part.isalpha()):
+            try:
+                unit_factor(likely, target)
+            except InputError:
+                continue
+            return likely
+    return ""
 
 
 def unit_typed(text: str) -> str:

@@ -23,6 +23,7 @@ from scissordyn.errors import InputError, command
 from scissordyn.kinematics.branching import drive_warnings
 from scissordyn.kinematics.closure import check_tables
 from scissordyn.kinematics.path import DriveInertia, drive_inertia, path_of, smooth_peak
+from scissordyn.model.check import loose_bodies
 from scissordyn.model.clearance import hard_numbers
 from scissordyn.model.commanded import commanded, rigid
 from scissordyn.model.mechanism import Mechanism
@@ -78,6 +79,7 @@ def check_lines(case: Path, changes: Sequence[str], converge: str | None, modes:
     lines.append(f"Run: {short(until, 's')}, {read.run.start} start, {read.run.samples} samples, {method}.")
     warnings = [
         *start.warnings,
+        *loose_bodies(mechanism),
         *map(str, coupling_warnings(mechanism)),
         *drive_warnings(planned, until),
         *[f"without clearance: {impossible}"] * bool(impossible),

@@ -27,7 +27,7 @@ from typer.core import TyperGroup
 
 from scissordyn import __version__
 from scissordyn.cli.output import BAD_INPUT, BUG, DONE, INTERRUPTED
-from scissordyn.errors import ScissordynError, printable, shortened
+from scissordyn.errors import AssemblyError, ScissordynError, printable, shortened
 
 ABOUT = "Dynamics of deployable scissor structures with clearance joints."
 
@@ -255,7 +255,7 @@ def status_of(arguments: Sequence[str]) -> int:
         sys.stdout.flush()
         return status
     except ScissordynError as error:
-        return _complain(str(error), BAD_INPUT)
+        return _complain(_in_case(error, arguments), BAD_INPUT)
     except USAGE_ERROR as error:
         return _complain(_usage(error, arguments), BAD_INPUT)
     except KeyboardInterrupt:
@@ -285,6 +285,12 @@ def _warning_line(message: Warning | str, category: type[Warning], filename: str
     """Return a warning for the user as one line; one of a library also names its place."""
     place = "" if category is UserWarning else f"{category.__name__} in {filename}, line {lineno}: "
     return f"scissordyn: Warning: {place}{printable(str(message))}\n"
+
+
+def _in_case(error: ScissordynError, arguments: Sequence[str]) -> str:
+    """Return the text of an error; one of a mechanism that cannot be assembled begins with the case file of the command."""
+    case = next((word for word in arguments if word.endswith(".toml")), "")
+    return f"{case}: {error}" if isinstance(error, AssemblyError) and case and case not in str(error) else str(error)
 
 
 def _usage(error: Exception, arguments: Sequence[str]) -> str:

@@ -158,6 +158,22 @@ def _quote_value(text: str, reason: str) -> str:
     return f'{match["key"]} = "{match["value"].strip()}"' if match else ""
 
 
+def _broken_table(text: str, reason: str) -> str:
+    """Say that an inline table has a line break or a last comma, which TOML 1.0 does not allow; empty for other errors."""
+    place = re.search(r"(?:key part|Unclosed inline table) \(at line (\d+), column (\d+)\)", reason)
+    if place is None:
+        return ""
+    line = text.splitlines()[int(place[1]) - 1]
+    before, after = line[: int(place[2]) - 1].rstrip(), line[int(place[2]) - 1 :].strip()
+    where = f"an inline table {{ ... }} of line {place[1]}"
+    if before.endswith(("{", ",")) or "Unclosed" in reason:
+        if not after or after.startswith("#"):
+            return f"{where} has a line break; it stands on one line, or is a [table] of its own"
+        if after.startswith("}") and before.endswith(","):
+            return f"{where} has a comma before its closing brace"
+    return ""
+
+
 def parse_toml(text: str, path: Path, allowed: str = "TOML") -> dict[str, Any]:
     try:
         tree = tomllib.loads(text)
@@ -166,6 +182,7 @@ def parse_toml(text: str, path: Path, allowed: str = "TOML") -> dict[str, Any]:
     except ValueError as error:  # a whole number of thousands of digits raises a plain ValueError
         reason = str(error) if isinstance(error, tomllib.TOMLDecodeError) else "a number of thousands of digits"
         what = next((re.sub(pattern, words, reason) for pattern, words in REASONS if re.search(pattern, reason)), reason)
+        what = _broken_table(text, reason) or what
         sample = "" if REPEATED in what else _quote_value(text, reason)
         raise InputError(f"'{path}' is not valid TOML: {what}", allowed, sample) from None
     level: list[Any] = [tree]

@@ -95,6 +95,7 @@ def statics(
         Number of positions, evenly spaced in time.
     friction : {"none", "forward", "backward"}
         Friction in ideal joints and gas springs: none, as in a slow motion along the drives, or in the opposite direction.
+        One-way loads act in the same sense of motion; with "none" that is along the drives.
 
     Returns
     -------
@@ -213,10 +214,12 @@ def _slow_rates(whole: Plan, inputs: Inputs, times: np.ndarray, friction: Fricti
     """Return the rates of the inputs in a slow motion, shape (instants, inputs); None if no component needs them."""
     parts: list[Any] = [part for part in whole.components if part.declaration.section in SENSES]
     friction_parts = [part for part in parts if SENSES[part.declaration.section][1]]
-    if friction != "none" and not friction_parts:
-        what = f"friction = '{friction}' for a mechanism without friction in ideal joints or gas springs"
-        raise InputError(what, "components [[pin_friction]], [[guide_friction]], [[gas_spring]]", "friction = 'none'")
     one_way = [part for part in parts if getattr(part, "acts", "both") != "both"]
+    if friction != "none" and not friction_parts and not one_way:
+        what = (
+            f"friction = '{friction}' for a mechanism without friction in ideal joints or gas springs and without one-way loads"
+        )
+        raise InputError(what, "components [[pin_friction]], [[guide_friction]], [[gas_spring]]", "friction = 'none'")
     if not one_way and friction == "none":
         return None
     closure = Closure(whole)

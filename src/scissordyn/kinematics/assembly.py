@@ -11,7 +11,7 @@ import numpy as np
 from scissordyn.components.beam import Beam
 from scissordyn.components.flexible_bar import FlexibleBar
 from scissordyn.components.place import GROUND, Point
-from scissordyn.errors import InputError
+from scissordyn.errors import AssemblyError, InputError
 from scissordyn.kinematics.given import Given, change_towards, given_places, given_speeds
 from scissordyn.mechanics.system import System
 from scissordyn.mechanics.time_function import function_at, prescribe
@@ -168,7 +168,7 @@ def _closed_position(
         else:
             return _close_to(places, gradients, x, b, values) or (x, jacobian)
     assert worst is not None
-    raise InputError(
+    raise AssemblyError(
         f"the mechanism as placed cannot be assembled: {_describe_errors(plan, constraints, worst, held.names)}",
         "positions and angles at the start that are near a closed configuration",
     )

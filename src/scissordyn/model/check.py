@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
@@ -229,6 +230,49 @@ def _rigid_groups(mechanism: Mechanism) -> dict[str, str]:
         kept, merged = group.setdefault(first, first), group.setdefault(second, second)
         group = {name: kept if chosen == merged else chosen for name, chosen in group.items()}
     return group
+
+
+def loose_bodies(mechanism: Mechanism) -> list[str]:
+    """Return warnings of bodies that nothing connects to the rest of a mechanism or to the ground.
+
+    A mechanism all of whose bodies are connected may be free as a whole.
+    """
+    names = {body.name for body in mechanism.bodies}
+    pairs = [
+        *(joint.bodies for joint in mechanism.joints),
+        *((guide.follower[0], guide.body) for guide in mechanism.guides),
+        *((weld.start[0], weld.end[0]) for weld in mechanism.welds),
+        *(part.bodies for coupling in mechanism.couplings for part in (coupling.output, coupling.input)),
+        *(drive.coordinate.bodies for drive in mechanism.coordinate_drives),
+        *(_bodies_in(component, names) for component in (*mechanism.components, *mechanism.rods)),
+    ]
+    group = {name: name for name in (*names, GROUND)}
+    for pair in pairs:
+        for other in pair[1:]:
+            joined, kept = group[other], group[pair[0]]
+            group = {name: kept if of == joined else of for name, of in group.items()}
+    sizes = Counter(group.values())
+    main = group[GROUND] if sizes[group[GROUND]] > 1 else max(sizes, key=lambda of: (sizes[of], of != group[GROUND]))
+    apart = [body.name for body in mechanism.bodies if group[body.name] != main]
+    return [f"body '{name}' is connected to nothing else: it moves alone" for name in apart if sizes[group[name]] == 1] + [
+        f"bodies {', '.join(repr(name) for name in together)} are connected to each other, but to nothing else"
+        for together in ([name for name in apart if group[name] == of] for of in dict.fromkeys(group[name] for name in apart))
+        if len(together) > 1
+    ]
+
+
+def _bodies_in(component: object, names: set[str]) -> tuple[str, ...]:
+    """Return the bodies, and the ground, that the fields of a component refer to, at least one."""
+
+    def texts(value: object) -> Iterator[str]:
+        if isinstance(value, str):
+            yield value
+        elif isinstance(value, tuple):
+            for part in value:
+                yield from texts(part)
+
+    fields = [getattr(component, field.name) for field in dataclasses.fields(component) if field.name != "name"]  # type: ignore[arg-type]
+    return tuple(text for value in fields for text in texts(value) if text in names or text == GROUND) or (GROUND,)
 
 
 def proportion_warnings(mechanism: Mechanism) -> list[str]:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from scissordyn.errors import InputError
+from scissordyn.errors import AssemblyError
 from scissordyn.kernel import F1, I1, entry, kernel
 
 DRIVE = "the drive of"  # First words of the names of the drives' constraints
@@ -298,7 +298,7 @@ class Elimination:
         return sorted(names, key=lambda name: not name.startswith(DRIVE))
 
 
-def contradiction(names: list[str], consequence: str = "") -> InputError:
+def contradiction(names: list[str], consequence: str = "") -> AssemblyError:
     """Return the error for parts that contradict each other."""
     names = list(dict.fromkeys(names))
     drives = [name for name in names if name.startswith(DRIVE)]
@@ -306,11 +306,11 @@ def contradiction(names: list[str], consequence: str = "") -> InputError:
     if len(drives) > 1:
         ties = [name for name in names if name not in drives]
         by = f", coupled by {in_words(ties)}" if ties else ""
-        return InputError(f"{in_words(drives)} act on one degree of freedom{by}{through}", "one drive per degree of freedom")
+        return AssemblyError(f"{in_words(drives)} act on one degree of freedom{by}{through}", "one drive per degree of freedom")
     allowed = "joints and drives that leave at least one way to assemble and move the mechanism"
     if len(names) == 1:
-        return InputError(f"{names[0]} cannot be satisfied{through}", allowed)
-    return InputError(f"{names[0]} contradicts {in_words(names[1:])}{through}", allowed)
+        return AssemblyError(f"{names[0]} cannot be satisfied{through}", allowed)
+    return AssemblyError(f"{names[0]} contradicts {in_words(names[1:])}{through}", allowed)
 
 
 def in_words(names: list[str], most: int = 6) -> str:

@@ -76,6 +76,7 @@ def precise_math() -> types.SimpleNamespace:
     names = {name: getattr(PRECISE, name, value) for name, value in vars(math).items() if callable(value)}
     names["copysign"] = lambda x, y: abs(x) if y >= 0 else -abs(x)
     names["floor"] = lambda x: int(PRECISE.floor(x))
+    names["sqrt"] = lambda x: PRECISE.sqrt(x) if x >= 0 else PRECISE.nan  # as in C: no complex numbers
     names["log2"], names["pow"] = lambda x: PRECISE.log(x) / PRECISE.log(2), PRECISE.power
     constants = {name: value for name, value in vars(math).items() if not callable(value)}
     return types.SimpleNamespace(**names, **constants)

@@ -69,7 +69,7 @@ def test_fraction_of_contact(clearance_run):
 
 
 def test_control_keeps_contact(disturbed_array, ideal):
-    """Limit: from a concentric start, within the torque limit, control has lasting contact in a tenth of the drive's time.
+    """Limit: from a concentric start, within the torque limit, control has lasting contact in an eighth of the drive's time.
 
     Both keep contact under the gust; with feed-forward alone the array deviates from the reference.
     """
@@ -79,7 +79,7 @@ def test_control_keeps_contact(disturbed_array, ideal):
     runs = [sd.simulate(disturbed_array.controlled(law, reference=REFERENCE, feed_forward=torque), until=UNTIL) for law in laws]
     closed, opened = (figures_of_merit(run, ideal) for run in runs)
     assert float(driven["in_contact_from"][0]) > 0.5
-    assert float(closed["in_contact_from"][0]) < 0.1
+    assert float(closed["in_contact_from"][0]) < 0.125
     assert float(closed["contact_fraction"][0]) > 0.95 > float(driven["contact_fraction"][0])
     assert float(closed["peak_torque"]) <= LIMIT < float(driven["peak_torque"])
     assert float(closed["tracking_error"]) < 2.5e-3

@@ -43,6 +43,7 @@ def test_paper_case_is_the_one_built_in_python() -> None:
         stiffness=Liu(),
         damping=Flores(restitution=0.9),
         friction=LuGre(kinetic=0.05),
+        reference="onset",
     )
     assert case.mechanism.joints == array.with_clearance("A", clearance).joints
     assert [body.name for body in case.mechanism.bodies] == [body.name for body in array.bodies]

@@ -397,6 +397,7 @@ def test_the_watch_sees_what_it_should() -> None:
     assert sorted(offence.split()[0] for offence in watch.offences) == ["exec", "open"]
 
 
+@pytest.mark.filterwarnings("ignore:.*has no checksum")
 def test_tampered_files(originals: list[str], array: Mechanism, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Contract: the same for 20 NetCDF files whose attributes, title or length were changed."""
     monkeypatch.chdir(tmp_path)

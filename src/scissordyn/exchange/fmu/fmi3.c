@@ -139,6 +139,7 @@ static void evaluate(Fmu *m) { /* the outputs at the present time and state */
     memcpy(m->samples.state.p, s->y.p, (size_t)s->y.n0 * sizeof(double));
     memcpy(m->samples.mode.p, s->mode.p, (size_t)s->mode.n0 * sizeof(int64_t));
     memcpy(m->samples.memory.p, s->memory.p, (size_t)s->memory.n0 * sizeof(double));
+    memcpy(m->samples.mass.p, s->mass.p, (size_t)s->mass.n0 * sizeof(double));
     memcpy(m->samples.reference.p, s->reference.p, (size_t)s->reference.n0 * sizeof(double));
     memcpy(m->observer.work.segment.p, m->system.work.segment.p, 2 * sizeof(double));
     memset(m->record.load.p, 0, (size_t)(m->record.load.n0 * m->record.load.n1 * m->record.load.n2) * sizeof(double));

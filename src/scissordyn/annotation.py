@@ -90,7 +90,9 @@ def _accepted(value: Any, hint: Any) -> Any:
     if isinstance(origin, type) and issubclass(origin, Iterable):
         if not isinstance(value, Iterable) or isinstance(value, str | bytes):
             raise MismatchError
-        for item in value if inside and isinstance(value, list | tuple) else ():  # anything else may be read once only
+        # other iterables may be read only once, and the sequences of NumPy's `ArrayLike` are nested to any depth
+        checked = isinstance(value, list | tuple) and bool(inside) and origin.__module__ == "collections.abc"
+        for item in value if checked else ():
             accepted(item, inside[0])
         return value
     if isinstance(origin, type) and not isinstance(value, origin):

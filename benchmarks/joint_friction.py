@@ -45,8 +45,8 @@ def measure(quick: bool = False) -> str:
         crank = sd.slider_crank(crank=0.1, rod=0.3).replace("crank.angular_velocity", 30.0)
         rubbing = sd.with_joint_friction(crank, radius=0.012, kinetic=0.3, **friction)
         counts = []
-        for method, most in (("dop853", 0), ("rodas5p", 0), ("rodas5p", joint_friction.MOST_STATES)):
-            with patch.object(joint_friction, "MOST_STATES", most):
+        for method, most in (("dop853", 0), ("rodas5p", 0), ("rodas5p", joint_friction.COUPLED_STATES_MAX)):
+            with patch.object(joint_friction, "COUPLED_STATES_MAX", most):
                 batch = sd.simulate_many(rubbing, {"gravity": [9.81]}, until=20.0, method=method, measures=["steps"])
             counts.append(f"{float(batch['steps'][0]):.0f}")
         steps.append((label, *counts))

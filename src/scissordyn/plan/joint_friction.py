@@ -21,6 +21,9 @@ from scissordyn.plan.bending import beam_mass, bends
 from scissordyn.plan.bodies import guides_with_moment
 from scissordyn.plan.coordinates import Coordinates, PointMap, stacked
 
+COUPLED_STATES_MAX = 40
+"""States up to which implicit steps include how reactions depend on them, at two evaluations for each."""
+
 
 def make_friction_workspace(
     mechanism: Mechanism, coordinates: Coordinates, model: Model, balance: Balance, maps: BodyMaps, gravity: np.ndarray
@@ -33,8 +36,7 @@ def make_friction_workspace(
     rows = [_reactions_of(mechanism, parts[i], balance) for i in chosen]
     f, bodies, unknowns = len(chosen), len(mechanism.bodies) if chosen else 0, balance.order.size if chosen else 0
     states = 2 * model.n + int(model.state_start[-1])
-    # large systems: implicit steps neglect how reactions depend on the states, which takes two evaluations per state
-    states = states if chosen and states <= 40 else 0
+    states = states if chosen and states <= COUPLED_STATES_MAX else 0
     pressures = maps.pressure.shape[0] if chosen else 0
     lanes, widest = 1 + f + pressures, int(np.max(np.diff(balance.start), initial=0))
     return FrictionWorkspace(

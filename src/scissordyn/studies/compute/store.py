@@ -151,7 +151,7 @@ class Store:
 
     def _connect(self) -> sqlite3.Connection:
         uri = f"{Path(os.path.realpath(self.path)).as_uri()}?mode=rw"
-        connection = sqlite3.connect(uri, PATIENCE, uri=True, isolation_level=None, check_same_thread=False)
+        connection = sqlite3.connect(uri, timeout=PATIENCE, uri=True, isolation_level=None, check_same_thread=False)
         connection.text_factory = bytes  # a changed byte may be no text
         connection.execute("PRAGMA cell_size_check = 1")
         return connection

@@ -131,6 +131,7 @@ def test_against_a_block_in_x_y_and_angle():
         stiffness=PowerLaw(1e9, 1.5),
         damping=damping,
         friction=Threlfall(mu, ramp),
+        reference="onset",
     )
     run = simulate(described, until=0.2, rtol=1e-11, atol=1e-11, method="dop853")
     second = Block(

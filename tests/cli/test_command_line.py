@@ -122,10 +122,10 @@ def test_interrupted_runs_keep_what_was_computed(
     assert run.attrs["status"] == "interrupted"
     assert 0.0 < run.attrs["end"] < 0.05
     assert 1 < run.sizes["time"] < 2001
-    assert status_of(["run", "part.nc"]) == 130  # from its start again, at a price that is told
+    assert status_of(["run", "part.nc"]) == 130  # from its start again, which is reported
     told = capsys.readouterr().err
     assert "'part.nc' was interrupted at" in told
-    assert "it is computed from its start again, about" in told
+    assert "it is computed from its start again; with" in told
     assert "with -o FILE --checkpoint '60 s' a run can go on" in told
 
 

@@ -237,7 +237,7 @@ def test_a_largest_force_that_the_roughness_decides_is_said() -> None:
         return [text for text in json.loads(run.attrs["warnings"]) if "depends on the roughness" in text]
 
     assert few["film_peak_force_thickness"].item() < 6e-6
-    assert f"with a film of {few['film_peak_force_thickness'].item():.3g} m" in said(few)[0]
+    assert f"in a film of {few['film_peak_force_thickness'].item():.3g} m" in said(few)[0]
     thick = sd.simulate(rough(0.2e-6, 0.1), until=0.003, samples=5)
     assert thick["film_peak_force_thickness"].item() > 0.6e-6
     assert not said(thick)

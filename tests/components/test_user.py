@@ -214,7 +214,7 @@ def test_a_wrong_declaration(options: dict[str, object], message: str) -> None:
 @pytest.mark.parametrize("section", ["spring", "time", "contact"])
 def test_a_section_that_is_taken(section: str) -> None:
     """Contract: a section of the package, or a dimension of every run, is refused before the run."""
-    with pytest.raises(InputError, match=rf"section '{section}', which is taken"):
+    with pytest.raises(InputError, match=rf"section '{section}', which is already used"):
         ball_on(part_on_a_line(section=section)("part", *ENDS))
 
 

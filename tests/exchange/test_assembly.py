@@ -67,7 +67,7 @@ def test_geometry_masses_pins_and_guides_return(mechanism):
     for name in ("position", "kinetic_energy", "drive_torque"):
         here, there = (run[name].values for run in runs)
         assert here == pytest.approx(there, rel=1e-9, abs=1e-11)
-    assert notes[0] == f"block '{BLOCK}' of the DXF is read; the parts that are drawn beside it are not"
+    assert notes[0] == f"block '{BLOCK}' of the DXF is read; the separately drawn parts are not"
 
 
 def test_parts_alone_are_drawn_in_the_model_space():

@@ -24,7 +24,7 @@ def test_only_the_constraints_with_a_part_in_an_expression_are_named() -> None:
     system.impose({3: 1.0, 4: 2.0}, "other")
     system.impose({1: 1.0, 2: -1.0}, "second")
     system.rows()
-    assert system.behind([{0: 1.0, 2: -1.0}]) == ["first", "second"]
-    assert system.behind([{3: 1.0}]) == ["other"]
-    assert system.behind([{0: 1.0, 1: -1.0}], before=1) == ["first"]
-    assert system.behind([{0: 1.0, 2: -1.0}], before=2) == ["first"]
+    assert system.causes_of([{0: 1.0, 2: -1.0}]) == ["first", "second"]
+    assert system.causes_of([{3: 1.0}]) == ["other"]
+    assert system.causes_of([{0: 1.0, 1: -1.0}], before=1) == ["first"]
+    assert system.causes_of([{0: 1.0, 2: -1.0}], before=2) == ["first"]

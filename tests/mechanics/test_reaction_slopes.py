@@ -59,7 +59,7 @@ def test_steps(monkeypatch: pytest.MonkeyPatch) -> None:
     rubbing = sd.with_joint_friction(crank, radius=0.012, kinetic=0.3)
     ends = []
     for most in (0, 40):
-        monkeypatch.setattr(joint_friction, "MOST_STATES", most)
+        monkeypatch.setattr(joint_friction, "COUPLED_STATES_MAX", most)
         batch = sd.simulate_many(rubbing, {"gravity": [9.81]}, until=5.0, method="rodas5p", measures=["steps", "damper_loss"])
         ends.append((float(batch["steps"][0]), float(batch["damper_loss"][0])))
     assert ends[1][0] < ends[0][0] / 4.0

@@ -170,7 +170,7 @@ def test_export_replaces_only_its_own(stored: tuple[Path, Path], tmp_path: Path,
         assert status_of(["export", str(stored[0]), str(table)]) == 0
     table.write_text("names, marks\n")
     assert status_of(["export", str(stored[0]), str(table)]) == 2
-    assert "exists and is no CSV file" in capsys.readouterr().err
+    assert "exists and is not a CSV file" in capsys.readouterr().err
     assert table.read_text() == "names, marks\n"
 
 

@@ -38,7 +38,7 @@ def test_every_source_counts(tmp_path: Path) -> None:
     shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
     before = asked(tmp_path, SHOWN)
     rooms = sorted(path.name for path in copy.iterdir() if path.is_dir() or path.suffix == ".py")
-    assert {"model", "run", "study", "config", "plugin", "units.py", "kernel.py", "laws", "errors.py"} <= set(rooms)
+    assert {"model", "run", "studies", "config", "plugin", "units.py", "kernel.py", "laws", "errors.py"} <= set(rooms)
     for room in [*rooms, "new_room"]:
         place = copy / room
         file = place if room.endswith(".py") else place / "added.py"

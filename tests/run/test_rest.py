@@ -265,7 +265,7 @@ def test_contradictions_are_named_with_both_numbers() -> None:
     driven = four_bar(crank={"angular_velocity": 5.0}).driven(speed=2.0, body="crank")
     assert "body 'crank' starts at 2 rad/s instead of 5 rad/s" in started(driven)[1]
     assert "starts at 0 rad/s instead of 5 rad/s" in started(four_bar(crank={"angular_velocity": 5.0}), start="static")[1]
-    with pytest.raises(InputError, match="of a body that does not rotate"):
+    with pytest.raises(InputError, match="but the body does not rotate"):
         sd.Body("stone", 1.0, None, angular_velocity=1.0)
 
 

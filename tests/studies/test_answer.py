@@ -287,7 +287,7 @@ def test_tables_reports_and_replays(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         assert title in text
     with pytest.raises(sd.InputError, match=r"ends in \.html or \.pdf"):
         found.report(tmp_path / "r.txt")
-    monkeypatch.setattr("scissordyn.studies.answer.report.printed", lambda page: b"%PDF-1.4" + page)
+    monkeypatch.setattr("scissordyn.studies.answer.report.print_pdf", lambda page: b"%PDF-1.4" + page)
     assert b"Response curves" in found.report(tmp_path / "r.pdf").read_bytes()
     found.report(tmp_path / "r.pdf")  # in the place of the earlier one
     (tmp_path / "own.pdf").write_text("mine")
@@ -455,8 +455,8 @@ def test_without_a_browser_there_is_none(monkeypatch: pytest.MonkeyPatch) -> Non
 def test_what_a_browser_does_not_print_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Contract: nothing written, or something that is no PDF."""
     browser(tmp_path, monkeypatch, "exit 3")
-    with pytest.raises(ScissordynError, match="has not printed"):
+    with pytest.raises(ScissordynError, match="did not print"):
         print_pdf(PAGE)
     browser(tmp_path, monkeypatch, 'for a in "$@"; do case $a in --print-to-pdf=*) echo no > "${a#*=}";; esac; done')
-    with pytest.raises(ScissordynError, match="is no PDF"):
+    with pytest.raises(ScissordynError, match="is not a PDF"):
         print_pdf(PAGE)

@@ -18,9 +18,9 @@ from scissordyn.studies.compute.jobs import CERTIFICATES, SCRIPTS, Jobs, remove_
 
 HELD = """
 import sys, time
-from scissordyn.file.output_file import hold
+from scissordyn.file.output_file import lock_file
 with open(sys.argv[1], "r+b") as file:
-    hold(file.fileno())
+    lock_file(file.fileno())
     print("held", flush=True)
     time.sleep(60)
 """

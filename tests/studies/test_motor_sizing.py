@@ -116,7 +116,7 @@ def test_a_motor_in_a_study(tmp_path: Path) -> None:
     assert again.built().own_measures[0].function == read_study(file).motor
     assert again.resume().counts["complete"] == 2
     for wrong, words in (
-        ('points = "0 rpm"', "texts, a name"),
+        ('points = "0 rpm"', "a list of texts"),
         ('of = "drive"', "points"),
         ("points = []\ntorque = 1", "'torque'"),
     ):

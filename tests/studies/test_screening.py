@@ -286,14 +286,14 @@ def test_a_budget(tmp_path):
 def test_a_search(tmp_path):
     """Contract: the front of a search by cheap runs is run accurately; further generations keep what was."""
     goals = ["minimise peak_force", "maximise drive.speed"]
-    found = study(tmp_path, goals=goals, population=8, generations=2, verify=8)
+    found = study(tmp_path, goals=goals, population=8, generations=2, verify=8, requirements={"peak_force": 300e3})
     table = found.confirmed
     assert 1 <= len(table) <= 8
     assert set(table.index) <= set(found.front.index)
     peak = found.verified.dataset["peak_force"].values.max(axis=1)
     np.testing.assert_array_equal(table["accurate minimise peak_force"], peak)
     assert (table["accurate violation"] <= 0.0)[table["front"]].all()
-    more = study(tmp_path, goals=goals, population=8, generations=3, verify=8)
+    more = study(tmp_path, goals=goals, population=8, generations=3, verify=8, requirements={"peak_force": 300e3})
     assert set(table["A.clearance"]) <= set(more.confirmed["A.clearance"])
     assert "confirmed by accurate" in more.report(tmp_path / "search.html").read_text()
 

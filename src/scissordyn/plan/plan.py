@@ -13,6 +13,7 @@ import numpy as np
 
 from scissordyn.components.actuator import Actuator
 from scissordyn.components.declaration import Component
+from scissordyn.components.flexible_bar import FlexibleBar
 from scissordyn.components.rod import Rod
 from scissordyn.components.time_function import TimeFunction
 from scissordyn.laws.friction.none import NoFriction
@@ -263,10 +264,10 @@ def _gap_entries(gap: Clearance | None) -> Any:
 def _component_entries(part: Any) -> tuple[Any, ...]:
     """Return the class and attachment of a component, and whether it has a time function.
 
-    A motor is returned whole: the inertia of its rotor is part of the mass matrix.
+    A motor is returned whole, as its rotor is part of the mass matrix, and so is a bar by modes, whose shapes follow from it.
     """
     port = part.declaration.port
-    if part.declaration.motor:
+    if part.declaration.motor or isinstance(part, FlexibleBar):
         return type(part), part
     timed = getattr(part, "time_function", None) is not None
     return type(part), timed, *(getattr(part, name) for name in (*port.points, *port.turning, *port.numbers))

@@ -264,7 +264,7 @@ def _gap_entries(gap: Clearance | None) -> Any:
 def _component_entries(part: Any) -> tuple[Any, ...]:
     """Return the class and attachment of a component, and whether it has a time function.
 
-    A motor is returned whole, as its rotor is part of the mass matrix, and so is a bar by modes, whose shapes follow from it.
+    A motor is returned whole, as its rotor is part of the mass matrix, and so is a bar by modes, which the coordinates hold.
     """
     port = part.declaration.port
     if part.declaration.motor or isinstance(part, FlexibleBar):

@@ -277,7 +277,7 @@ DEGREE = 180.0 / math.pi
 class Column:
     """A column of the table of contacts."""
 
-    variable: str  # In the run
+    variable: str  # Variable of the run
     title: str
     unit: str
     factor: float  # Shown number per number in SI units

@@ -56,8 +56,8 @@ def provenance() -> str:
 class Jobs:
     """Computations of one kind."""
 
-    jobs: Sequence[Any]  # Of distinct names
-    # From a job to its result; called by the engine, on other threads or in other processes
+    jobs: Sequence[Any]  # Jobs with distinct names
+    # Function from a job to its result; the engine calls it on other threads or in other processes
     compute: Callable[[Any], xr.Dataset]
     folder: Path  # Folder of a NetCDF file for each job, complete or missing
     what: str = "runs"  # Kind of work for `progress`

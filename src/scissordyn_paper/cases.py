@@ -27,7 +27,7 @@ CONTROLLED = (0.7e-3, 0.5e-3, 0.3e-3, 0.1e-3)
 ARRAY = 0.5e-3  # Clearance of the runs in which another parameter is varied
 STROKE = 0.05  # Longest run of one stroke [s]; the text describes the time after 0.03 s
 MARGIN = degrees(10)  # A falling stroke ends at this angle [rad], before zero, where the two assembly modes of the array meet
-SPACING = 2.5e-5  # Between two recorded instants [s]: a tenth of the shortest contacts
+SPACING = 2.5e-5  # Time between two recorded instants [s]: a tenth of the shortest contacts
 OSCILLATION = degrees(15)  # Amplitude of the periodic drive [rad]; its largest speed is that of the stroke
 
 PERIODS = 2
@@ -50,10 +50,10 @@ Travel = Literal["rising", "falling", "oscillating"]
 class Choice:
     """The parameters of the paper whose tables are lost or whose wording is ambiguous."""
 
-    driven_bar: Literal["pinned", "slider"] = "pinned"  # Which bar is driven, see `scissor`
+    driven_bar: Literal["pinned", "slider"] = "pinned"  # The driven bar, see `scissor`
     # Angle of the driven bar at the start, the mean angle of an oscillation [rad]
     angle: Annotated[float, Quantity("rad", above=0.0, help="angle at the start")] = degrees(30)
-    travel: Travel = "rising"  # Whether the angle grows or falls at constant speed, or oscillates
+    travel: Travel = "rising"  # Motion of the angle: it grows or falls at constant speed, or oscillates
     restitution: Annotated[float, Quantity("1", above=0.0, maximum=1.0, help="restitution coefficient")] = 0.9  # c_e
     bearing_length: Annotated[float, quantities(Clearance)["bearing_length"]] = 15e-3  # L_b [m]
     # The elastic foundation, its formula as printed in later literature, or a constant stiffness
@@ -61,17 +61,17 @@ class Choice:
     damping: str = "flores"
     journal_radius: Annotated[float, quantities(Clearance)["journal_radius"]] = 10e-3  # [m]
     material: str = "steel"
-    bearing_material: str = ""  # That of the journal if empty
+    bearing_material: str = ""  # Material of the bearing; that of the journal if empty
     gravity: float = 9.81  # [m/s^2]
-    start: StartKind = "concentric"  # Of the runs without control
+    start: StartKind = "concentric"  # Start of the runs without control
     slip: SlipKind = "surfaces"
     static: float = 1.5  # Static over kinetic coefficient of LuGre friction, and its other constants [SI]
     stribeck_speed: float = 1e-3
     bristle_stiffness: float = 1e5
     bristle_damping: float = 316.0
-    damping_speed: float = 0.0  # At which sigma_1 fades; 0 for that at which friction stays within its static limit
+    damping_speed: float = 0.0  # Speed at which sigma_1 fades; with 0 the speed at which friction stays within its static limit
     viscous: float = 0.0
-    tolerance: float = 1e-8  # Of a step of the authors' integrator, and its method
+    tolerance: float = 1e-8  # Tolerance of a step of the authors' integrator, then its method
     method: str = "auto"
     step: float = 0.0  # Its size if it is fixed [s]; 0 if errors choose it
     samples: int = 0  # Points of the authors' curves, from which their numbers are read; 0 if those are of the motion itself
@@ -104,11 +104,11 @@ class PaperCase:
 
     # c of joint A [m]; None for ideal joints
     clearance: Annotated[float | None, Quantity("m", above=0.0, help="radial clearance")] = ARRAY
-    # Of the driven bar [rad/s]; the largest one of an oscillation
+    # Angular velocity of the driven bar [rad/s]; the largest one of an oscillation
     speed: Annotated[float, Quantity("rad/s", above=0.0, help="speed of the driven bar")] = SPEED
     # Kinetic coefficient of LuGre friction
     friction: Annotated[float | None, Quantity("1", above=0.0, help="kinetic friction coefficient")] = None
-    constrained: bool = False  # Whether the contact is constrained, as by the paper's control
+    constrained: bool = False  # True if the contact is constrained, as by the paper's control
     start: StartKind = "concentric"
     choice: Choice = DEFAULT
 

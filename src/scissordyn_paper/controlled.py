@@ -42,7 +42,7 @@ ECCENTRICITY_RATE_DAMPING = -1000.0  # Its damping of the rate of the eccentrici
 SERVO = PID(2e5, derivative=4e3)  # Tracks the periodic reference; delayed feedback is added to it
 
 PERIOD = 0.5
-SINCE = 40.0 * PERIOD  # Of the slow periodic manoeuvre, and the start of its evaluation [s]
+SINCE = 40.0 * PERIOD  # Start of the evaluation [s]; PERIOD is that of the slow manoeuvre
 
 GUST: Any = Force(
     "gust",
@@ -65,7 +65,7 @@ class Manoeuvre:
     until: float
     samples: int
     after: float = 0.0  # Start of the evaluation [s]
-    gust: bool = False  # Whether a gust acts on the slider; never on that of the ideal mechanism
+    gust: bool = False  # True if a gust acts on the slider; it never acts on the ideal mechanism
 
     def mechanism(self) -> Mechanism:
         """The array with its clearance joint, not driven."""

@@ -59,11 +59,11 @@ CONSTRAINED = {millimetres(size): PaperCase(size, constrained=True) for size in 
 class Quantity:
     """A number of each run of a group, and how it is written."""
 
-    attribute: str  # Of what was measured
-    title: str  # Of the list of its values; "" if each value says it
+    attribute: str  # Attribute of the measurements
+    title: str  # Title of the list of values; "" if each value has it
     form: str
     number: str  # Its name, in which {} is the run
-    factor: float = 1.0  # From SI to the written number
+    factor: float = 1.0  # Factor from SI to the written number
 
 
 PEAK_FORCE = Quantity("peak_force", "peak force", "{:.1f} kN", "peak_{}_N", 1e-3)

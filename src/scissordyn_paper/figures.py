@@ -78,7 +78,7 @@ class FurtherFigure:
 
     title: str
     caption: str
-    draw: Callable[[Results], Figure]  # From the results to a Figure
+    draw: Callable[[Results], Figure]  # Function from the results to a Figure
 
 
 FURTHER = {

@@ -50,7 +50,7 @@ class Measures:
     final_fraction: float
     late_rate: float  # Impacts per second from `LATE` on and from `SETTLED` on [1/s]
     settled_rate: float
-    deviations: dict[str, Deviation]  # By quantity
+    deviations: dict[str, Deviation]  # Deviation of each quantity
     # Largest difference of the slider's displacement and of bar 2's angle, as a fraction of that range
     position_deviation: float
     angle_deviation: float

@@ -38,7 +38,7 @@ TITLE = "Beyond the paper: do bars that bend and oil in the joint help?"
 Found = Mapping[OpenCase, xr.Dataset]
 
 CLEAR = 0.95  # Share of the pairs from which on all count as lower
-NOTICED = 0.01  # What differs by less, relatively, is not lower
+NOTICED = 0.01  # Relative difference below which a value does not count as lower
 
 
 @dataclass(frozen=True)

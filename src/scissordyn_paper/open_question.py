@@ -90,8 +90,8 @@ class OpenCase:
     bars: str = "rigid"  # A key of `BARS` or `STIFFER`
     oil: float | None = None  # Viscosity [Pa s]; None for a dry joint
     clearance: float = SIZES[1]  # [m]
-    member: int = 0  # Of an ensemble of neighbours
-    choice: Choice = DEFAULT  # Of what the paper leaves open
+    member: int = 0  # Member of an ensemble of neighbours
+    choice: Choice = DEFAULT  # Choice of the parameters that the paper leaves open
 
     @property
     def name(self) -> str:

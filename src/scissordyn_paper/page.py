@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from scissordyn.plot.file import write
 
-FORMATS = ("png", "svg")  # Of the pictures beside the page
+FORMATS = ("png", "svg")  # Formats of the picture files
 
 _ENVIRONMENT = Environment(
     loader=PackageLoader("scissordyn_paper", "."), autoescape=True, undefined=StrictUndefined, keep_trailing_newline=True
@@ -29,7 +29,7 @@ class Cell(NamedTuple):
 
     text: str  # Escaped, unless it is `Markup` of this page's elements
     kind: str = ""  # Class: "", "number", "nowrap" or "tint"
-    tint: float | None = None  # From 0, the colour of "differs", to 1, the colour of "agrees"
+    tint: float | None = None  # Colour from 0 ("differs") to 1 ("agrees")
     note: str = ""  # Shown on hover
 
     @property

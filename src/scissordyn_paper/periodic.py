@@ -63,7 +63,7 @@ class Regularity:
     growth: float  # K of the 0-1 test; NaN where the samples repeat, as the test would evaluate round-off
     exponent: float  # Largest Lyapunov exponent and its standard error [1/s]
     exponent_error: float
-    contact_fraction: float  # Of the time, over the counted periods
+    contact_fraction: float  # Fraction of the counted periods in contact
     impacts: float  # Contacts that start in a period, on the average
     # Number of periods after which starts that differ by round-off diverge, and number of simulated periods
     trusted_cycles: int

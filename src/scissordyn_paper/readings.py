@@ -44,7 +44,7 @@ class Factor:
     levels: tuple[tuple[str, dict[str, Any]], ...] = ()
     because: str = LOST  # Why it is open
     within: tuple[str, float, float, bool] = ("", 0.0, 0.0, True)  # Or a field and its range, and whether it is logarithmic
-    unit: tuple[str, float] = ("", 1.0)  # Of the range in words, and its size in SI
+    unit: tuple[str, float] = ("", 1.0)  # Unit of the range in words, and its size in SI
 
     def set(self, u: float) -> dict[str, Any]:
         """The fields of `Choice` at a number between 0 and 1."""
@@ -162,7 +162,7 @@ class Block:
     """Some readings."""
 
     number: int
-    points: tuple[tuple[float, ...], ...] = field(repr=False)  # Of the unit cube
+    points: tuple[tuple[float, ...], ...] = field(repr=False)  # Points of the unit cube
     members: int = MEMBERS
 
     @property

@@ -34,7 +34,7 @@ _FIGURE = "figure-{:02d}"  # Name of the files of a figure of the paper
 class Reproduction:
     """The result of the reproduction."""
 
-    verdicts: tuple[Verdict, ...]  # Of the default choice
+    verdicts: tuple[Verdict, ...]  # Verdicts of the default choice
     report: Path  # The HTML report
 
 

@@ -18,7 +18,7 @@ Settled = Mapping[PaperCase, Regularity]  # The asymptotic motions under the per
 class Finding:
     """The finding for one clause."""
 
-    holds: bool  # Whether the criterion is met
+    holds: bool  # True if the criterion is met
     words: str  # The measured numbers in a sentence
     numbers: dict[str, float]  # The numbers by name; the name ends in its unit
 
@@ -43,7 +43,7 @@ class Clause:
     key: str  # Number of the statement and a letter, as "4c"
     says: str  # The paper's statement, paraphrased
     criterion: str  # Criterion of the clause
-    because: str  # How the criterion follows from the paper's wording
+    because: str  # Derivation of the criterion from the paper's wording
     find: Callable[[Choice, Measured], Finding]  # (choice, measured runs) -> Finding
     periodically: Periodically | None = None  # The same clause for the periodic drive
 
@@ -59,7 +59,7 @@ class Verdict:
 
     clause: Clause
     finding: Finding
-    # Whether all its runs end before their predictability horizon, so that the numbers are of one trajectory; otherwise they
+    # True if all its runs end before their predictability horizon, so that the numbers are of one trajectory; otherwise they
     # are one sample, and only the distribution over an ensemble is meaningful
     trusted: bool
     periodic: Finding | None = None  # The same clause under the periodic drive

@@ -378,7 +378,7 @@ def test_a_full_disk_stops_with_what_is_done_kept(whole: Path, tmp_path: Path) -
         resource.setrlimit(resource.RLIMIT_FSIZE, (path.stat().st_size, soft[1]))
 
     try:
-        with pytest.raises(StoreError, match=r"cannot be read or written: .*; what is complete is kept"):
+        with pytest.raises(StoreError, match=r"cannot be read or written: .*; completed cases are kept"):
             execute(many, path, block=100, engine=1, progress=full)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, soft)

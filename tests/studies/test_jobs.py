@@ -14,7 +14,7 @@ import pytest
 from scissordyn.cli import main
 from scissordyn.run.engine import EngineError
 from scissordyn.studies.compute import jobs as module
-from scissordyn.studies.compute.jobs import CERTIFICATES, SCRIPTS, Jobs, remove_left_behind
+from scissordyn.studies.compute.jobs import CERTIFICATE_PREFIX, SCRIPT_PREFIX, Jobs, remove_left_behind
 
 HELD = """
 import sys, time
@@ -64,7 +64,7 @@ class Queue:
         self.jobs = Jobs(cluster, "slurm", count, folder, self.told.append)
         self.jobs.submit(count)
         self.states: dict[str, tuple[str, str]] = {}
-        monkeypatch.setattr(self.jobs, "_ask", lambda: self.states)
+        monkeypatch.setattr(self.jobs, "_query", lambda: self.states)
 
     def watch(self, finished: int, **states: Any) -> None:
         """Ask the queue once more; states are by number, as in j1="RUNNING"."""
@@ -87,7 +87,7 @@ def test_jobs_that_end_early_are_replaced(tmp_path: Path, monkeypatch: pytest.Mo
     assert queue.told.count("jobs: 1 ended before the study is complete; 1 more submitted") == 20
     for _ in range(2):
         queue.watch(20)  # all are gone
-    with pytest.raises(EngineError, match="the last 6 jobs ended without finishing a block; what is complete is kept"):
+    with pytest.raises(EngineError, match="the last 6 jobs ended without finishing a block; completed cases are kept"):
         queue.watch(20)
     assert list(tmp_path.iterdir()) == []
 
@@ -117,7 +117,11 @@ def test_a_job_that_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
 
 def test_files_of_killed_commands_are_removed(tmp_path: Path) -> None:
     """Contract: certificates and scripts of a command that is gone; those of one that runs stay, as others do."""
-    names = [f"{CERTIFICATES}{key}.x" for key in ("ca_file", "cert", "key")] + [f"{SCRIPTS}0.sh", "study.db", "slurm-1.out"]
+    names = [f"{CERTIFICATE_PREFIX}{key}.x" for key in ("ca_file", "cert", "key")] + [
+        f"{SCRIPT_PREFIX}0.sh",
+        "study.db",
+        "slurm-1.out",
+    ]
     for name in names:
         (tmp_path / name).touch()
     command = [sys.executable, "-c", HELD, str(tmp_path / names[2])]

@@ -131,7 +131,7 @@ def test_all_jobs_lost(folder: Path, system: dict[str, str]) -> None:
 
 
 def test_ctrl_c(folder: Path, system: dict[str, str]) -> None:
-    """Contract: status 130, one line, no job left, and what is complete is kept."""
+    """Contract: status 130, one line, no job left, and completed cases are kept."""
     process = started(folder, system, *SWEEP)
     wait_for(lambda: blocks(folder) >= 2, process)
     process.send_signal(signal.SIGINT)
@@ -185,7 +185,7 @@ def test_jobs_that_never_start(options: dict[str, str], reason: str, folder: Pat
     change(folder, **options)
     status, said = ended(started(folder, system, *SWEEP))
     assert status == 3
-    assert f"scissordyn: no job can start: 2 waiting ({reason}); what is complete is kept" in said
+    assert f"scissordyn: no job can start: 2 waiting ({reason}); completed cases are kept" in said
     check_left(folder, system, 2)
 
 

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
 PREFIXES = ("giga- = 1e9 = G-", "mega- = 1e6 = M-", "kilo- = 1e3 = k-", "centi- = 1e-2 = c-", "milli- = 1e-3 = m-")
 SMALL_PREFIXES = ("micro- = 1e-6 = µ- = μ- = u-", "nano- = 1e-9 = n-")
-# In pint's own list an angle is a pure number, so that "0.1 %" is an angle and 1 Hz is 1 rad/s. Here an angle is a dimension
-# and 1 Hz is one revolution per second. This list also loads twenty times faster.
+# In the list of pint an angle is a pure number: "0.1 %" is an angle, and 1 Hz is 1 rad/s. Here an angle is a dimension, and
+# 1 Hz is one revolution per second. This list also loads twenty times faster.
 UNITS = (
     "meter = [length] = m = metre",
     "second = [time] = s",

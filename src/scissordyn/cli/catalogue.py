@@ -20,7 +20,7 @@ from scissordyn.units import short
 if TYPE_CHECKING:
     from scissordyn.collection.catalogue import Entry
 
-NARROW = 90  # On narrower terminals what is allowed stands in the column of what a parameter means
+NARROW = 90  # [columns] a narrower terminal shows the bounds of a parameter in the column of its meaning
 
 CATALOGUE = {"name": "name", "what it is": "text", "source": "text"}
 

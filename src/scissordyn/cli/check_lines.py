@@ -47,7 +47,7 @@ MOST_NAMES = 20  # All joints of a mechanism that has more than these are not na
 PATIENCE = 2.0  # Time for the motion with ideal joints [s]; where that takes longer, what follows from it is not shown
 SAMPLES = 501  # Instants of the motion with ideal joints at which torques are compared with limits
 
-TURNS = 2  # Of a drive, of which forces without inertia are looked at
+TURNS = 2  # Turns of a drive over which forces without inertia are computed
 ROUND_OFF = 1e-9  # Forces without inertia below this part of the largest reaction are round-off: nothing is loaded
 
 UNMOVED = 1e-6
@@ -215,7 +215,7 @@ class ServoDemand(NamedTuple):
 
     name: str
     torque: float  # Largest [N m]
-    time: float  # When it is largest [s]
+    time: float  # Instant of the largest torque [s]
     limit: float | None
     above: float  # Fraction of the time for which it is above the limit
     speed: float  # Largest [rad/s]

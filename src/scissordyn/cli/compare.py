@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 MOST = 20  # Differing entries of the configurations that are listed
-MULTIPLE = 10.0  # From this ratio on a change is written as a multiple
+MULTIPLE = 10.0  # Ratio from which a change is written as a multiple
 
 LAST = {
     "slider_position": ("displacement at the end", "m"),

@@ -21,7 +21,7 @@ from scissordyn.cli.option import (
 from scissordyn.cli.output import check_file, check_folder, check_movie, say
 from scissordyn.errors import InputError
 
-LONGEST = 3600.0  # Of a film [s]
+LONGEST = 3600.0  # Longest film [s]
 
 Begin = Annotated[str | None, Option("--from", metavar="TIME", help="From this instant on, as in '10 ms'.")]
 End = Annotated[str | None, Option("--to", metavar="TIME", help="Up to this instant.")]

@@ -135,7 +135,7 @@ class Segment:
     record: Measured
     chart: Chart | None  # Chart of the start; None if the case describes the start
     turns: np.ndarray  # (columns,) Full turns of measured angles [rad]
-    follows: bool = False  # Whether it continues the segment before it
+    follows: bool = False  # True if it continues the segment before it
 
 
 def records_of(segments: Sequence[Segment]) -> dict[str, Any]:

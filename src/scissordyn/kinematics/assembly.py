@@ -45,7 +45,7 @@ class Held:
     rates: list[tuple[float, float]] = field(default_factory=list)
     # Lengths that are held during the assembly only: bars that bend start straight
     constraints: list[Constraint] = field(default_factory=list)
-    # Whether the assembly comes as close as possible to the positions and the speeds given in the description
+    # True if the assembly comes as close as possible to the positions and the speeds given in the description
     places: bool = False
     speeds: bool = False
 

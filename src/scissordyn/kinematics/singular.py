@@ -18,7 +18,7 @@ from scissordyn.plan.elimination import in_words
 
 CHANGE, LOCKING, NEAR = "change point", "locking position", "near change point"
 
-EQUATIONS_OF_SVD_MAX = 24  # With more equations a factorization at every sample is many times cheaper than singular values
+EQUATIONS_OF_SVD_MAX = 24  # Equations above which a factorization per sample is far cheaper than singular values
 
 ZERO_FRACTION = 1e-5
 """A singular value below this fraction of the typical one is zero at a position interpolated on the path."""

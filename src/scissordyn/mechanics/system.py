@@ -285,7 +285,7 @@ class FrictionWorkspace(NamedTuple):
     slope: F2  # (f, width) full matrix stored as a band
     pivots: I1  # (2 f,)
     step: F1  # (f,)
-    # For implicit steps (`reaction_slopes`); empty if there are too many states
+    # Arrays for implicit steps (`reaction_slopes`); empty if there are too many states
     by_state: F2  # (f, states) derivatives of the reactions by the state
     by_time: F1  # (f,)
     response: F2  # (f, n) accelerations per unit reaction, at the last evaluation

@@ -277,7 +277,7 @@ def _place_companion(
     model, contacts = system.content.model, system.content.parameters.contact.size
     full = reference.y + factor * difference
     both = (reference.mode == 1) & (companion.mode == 1)
-    onset = {}  # What contacts keep of their onset
+    onset = {}  # Approach speeds and effective masses, which contacts keep from their onset
     for name in ("memory", "mass"):
         first, second = reference.arrays[name], companion.arrays[name]
         onset[name] = np.where(both, first + factor * (second - first), second)

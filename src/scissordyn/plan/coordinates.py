@@ -53,12 +53,12 @@ class Constraint:
     kinds: tuple[int, ...] = ()  # Kinds of the parts, see `mechanics.constraint_part`; half squares by default
     # Bodies whose angles are parts, and the angles from which turns are counted [rad]
     turning: tuple[tuple[str, float], ...] = ()
-    latch: bool = False  # Whether the constraint is active only once the latch has locked
+    latch: bool = False  # True if the constraint acts only once the latch has locked
     subject: str = ""  # Subject for messages: bodies of unit length, a guide, a rod or a latch
     bodies: tuple[str, ...] = ()  # Bodies whose motion it restricts
     # Factors and coordinates on which the force of a coupling acts
     acting: tuple[tuple[float, Any], ...] = ()
-    moving: bool = False  # Whether these are its parts, because wheels can move relative to its base (`plan.transmission`)
+    moving: bool = False  # True if these are its parts, because wheels can move relative to its base (`plan.transmission`)
 
     @property
     def linear(self) -> bool:
@@ -224,7 +224,7 @@ class Family:
 
     bodies: tuple[str, ...]
     maps: tuple[PointMap, ...]  # Direction vectors of the bodies
-    free: bool  # Whether a direction depends on a free coordinate
+    free: bool  # True if a direction depends on a free coordinate
 
 
 @dataclass(frozen=True, eq=False)

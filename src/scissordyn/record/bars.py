@@ -77,9 +77,9 @@ class BarMotion:
     rates: np.ndarray  # (nt, count, 2)
     accelerations: np.ndarray  # (nt, count, 2)
     factor: np.ndarray  # (nt,) Of its temperatures
-    # Of what runs along it: places, shape (nt,) [m], and the forces that it exerts there, shape (nt, 2) [N]
+    # Components that run along the bar: places, shape (nt,) [m], and forces there, shape (nt, 2) [N]
     running: tuple[tuple[np.ndarray, np.ndarray], ...] = ()
-    # Of contacts and films on cross-sections without a direction of their own: which one, torque and pull along it, shape (nt,)
+    # Contacts and films on cross-sections without their own direction: index, torque and pull along it, shape (nt,)
     # [N m]
     turning: tuple[tuple[int, np.ndarray, np.ndarray], ...] = ()
 

@@ -33,7 +33,7 @@ METHODS = {
 }
 """Who describes a method of integration, by its name in the statistics of a run."""
 
-FORMULATION, EQUILIBRIUM = "jalon1994", "kelley1998"  # Who describes the coordinates, and the search for a static equilibrium
+FORMULATION, EQUILIBRIUM = "jalon1994", "kelley1998"  # Sources of the coordinates and of the search for a static equilibrium
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Citations:
     """Publications that a run has used."""
 
     entries: tuple[Citation, ...]  # The package first, then the mechanism, laws and controllers, components and methods
-    without: tuple[str, ...] = ()  # What names no publication as its source, such as a function of the user's
+    without: tuple[str, ...] = ()  # Parts without a publication as source, such as user-defined functions
 
     def __iter__(self) -> Iterator[Citation]:
         return iter(self.entries)

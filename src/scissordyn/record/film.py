@@ -20,7 +20,7 @@ from scissordyn.record.trajectory import Trajectory
 from scissordyn.warning import RunWarning, warning
 
 MIXED = 3.0  # Film thickness in combined rms roughnesses below which asperities touch (a lambda ratio of 3)
-HEAT_CAPACITY = 2000.0  # Of mineral oils, typical [J/(kg K)]
+HEAT_CAPACITY = 2000.0  # Typical heat capacity of mineral oils [J/(kg K)]
 THICKENS = 1e8  # Pressure [Pa] from which on the viscosity of mineral oils is several times higher and steel yields to the film
 TURBULENT = 41.2  # Taylor's number for vortices: Reynolds' number rho U c/mu over the root of R/c
 

@@ -16,7 +16,7 @@ class IdealPath:
     table: np.ndarray  # (nodes, 6 tracks) Position, velocity and acceleration of each [m, m/s, m/s^2]
     step: float  # Time between two rows [s]
     warnings: tuple[str, ...]  # If it ends early, or is not accurate
-    stages: tuple[Mechanism, ...]  # That of the path; with its servos; with its bars that bend, too
+    stages: tuple[Mechanism, ...]  # Mechanism of the path, then with servos, then with bars that bend
 
     @property
     def end(self) -> float:

@@ -101,16 +101,16 @@ class JointSummary(Answer):
 
     name: str
     contacts: int
-    fraction: float  # Of the time, in contact
+    fraction: float  # Fraction of the time in contact
     # Largest force that the joint transmits [N]; NaN where a hard contact had neither an impact nor a sampled force
     largest: float
     when: float  # Its instant [s]
-    # Whether the contacts are hard: the force is then the larger one of those that impacts are estimated to have and of those
+    # True if the contacts are hard: the force is then the larger one of those that impacts are estimated to have and of those
     # that last, as the samples have them
     estimated: bool = False
-    metal: float = math.nan  # Of an oiled joint, the largest of each part [N]; NaN of a dry one
+    metal: float = math.nan  # Largest force of the metal in an oiled joint, then of the film [N]; NaN of a dry joint
     film: float = math.nan
-    least: float = math.nan  # Of hard contacts, the least that the force is estimated to be [N]
+    least: float = math.nan  # Lower bound of the estimated force of hard contacts [N]
 
 
 def joint_summaries(run: Run) -> list[JointSummary]:
@@ -194,14 +194,14 @@ class ForceAnswer(Answer):
     kind: str  # "clearance joint", "ideal joint", "guide", "contact point" or "weld"
     force: float  # [N]
     when: float  # [s]
-    estimated: bool = False  # Of a hard contact
+    estimated: bool = False  # True for a hard contact
     start: float | None = None  # End of the start to which it belongs [s], and the largest force after it [N]
     after: float | None = None
-    metal: float = math.nan  # Of an oiled joint, the largest of each part, at instants of their own [N]; NaN of a dry one
+    metal: float = math.nan  # Largest force of the metal, then of the film [N], each at its own instant; NaN of a dry joint
     film: float = math.nan
     least: float = math.nan  # The least that it is estimated to be [N]
     loose: ForceAnswer | None = None  # The largest at a clearance joint, where another joint transmits more
-    partial: bool = False  # Whether impulses of hard contacts pass through the joint, which are left out
+    partial: bool = False  # True if impulses of hard contacts through the joint are left out
 
     def __str__(self) -> str:
         more = ""

@@ -20,7 +20,7 @@ from scissordyn.units import checked
 if TYPE_CHECKING:
     import xarray as xr
 
-OTHER_FILES = {".toml": "read_case", ".db": "open_study"}  # What reads files that are no runs
+OTHER_FILES = {".toml": "read_case", ".db": "open_study"}  # Functions that read files which are not runs
 
 
 @checked

@@ -51,7 +51,7 @@ class PointAnswer(Answer):
     deviation: float  # Its largest distance from its commanded path in the rigid ideal mechanism [m]; NaN where that ends early
     when: float  # Instant of it [s]
     tolerance: float | None  # [m]
-    # From when on it stays within its tolerance [s]; None without a tolerance, or if it is not within it at the end
+    # Instant from which it stays within its tolerance [s]; None without a tolerance, or if it is not within it at the end
     settled: float | None
     at_end: float  # Its deviation at the last sample [m]
     # Sizes of what servos, bending and clearance add to it [m], of those that are there: when it is largest, and at the end
@@ -101,7 +101,7 @@ class ActuatorAnswer(Answer):
     torque: float  # Its largest torque [N m], or force [N]
     when: float  # Instant of it [s]; NaN if the run does not have it
     limit: float | None  # [N m]
-    time_at_limit: float  # How long it is at its limit [s], as the samples show it
+    time_at_limit: float  # Time at the limit [s], by samples
     unit: str = "N m"
 
     @property
@@ -130,7 +130,7 @@ class SpanAnswer(Answer):
 
     DERIVED = ("change",)
 
-    start: tuple[float, float]  # At the first and the last sample [m]
+    start: tuple[float, float]  # Width and height at the first sample [m], then at the last one
     end: tuple[float, float]
 
     @property
@@ -160,7 +160,7 @@ class BarAnswer(Answer):
     bar: str  # The one with the largest utilisation; without a material that with the largest bending moment
     moment: float  # Its largest bending moment [N m]
     stress: float  # Its largest stress [Pa]; NaN without a material
-    utilisation: float  # That over the yield strength; NaN if that is not known
+    utilisation: float  # Stress over the yield strength; NaN if the strength is not known
     when: float  # Instant of it [s]
     place: float  # Distance of it from the bar's first end [m]
     deflection: float  # The largest distance of a point of any bar from the line through that bar's ends [m], and of which
@@ -168,7 +168,7 @@ class BarAnswer(Answer):
     # The least factor of the axial forces of all bars at which the mechanism buckles, its drives locked; NaN without
     # compression
     buckling: float
-    buckled: str  # Which bar takes part in that and is compressed; empty without one
+    buckled: str  # Compressed bar of the buckling mode; empty without one
     start: str = ""  # The start of the run to which these largest values belong; empty where it is not known
 
     @property
@@ -210,7 +210,7 @@ class Summary(Answer):
     work: dict[str, float]  # Work over the whole run by whose it is, and "dissipated" [J]
     horizon: float | None  # Until when the run is predictable [s]; None if that was not computed
     horizon_contacts: int | None  # Number of contacts until then
-    horizon_text: str = ""  # In place of both where the run has words for it
+    horizon_text: str = ""  # Text of the run that replaces both
 
     @property
     def met(self) -> bool | None:

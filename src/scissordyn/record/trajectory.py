@@ -66,7 +66,7 @@ def unknown(rows: np.ndarray) -> np.ndarray:
 @dataclass(frozen=True)
 class Trajectory:
     plan: Plan
-    system: Handle  # Of the mechanics' `System`
+    system: Handle  # Handle of the `System`
     samples: Samples  # Trimmed to what was reached
     log: np.ndarray  # (events,)
     peak: np.ndarray  # (guards + monitors,) Of contacts still going on at the end, then of what is monitored throughout
@@ -77,7 +77,7 @@ class Trajectory:
     # Method and the reason for it, steps, rejected, rates, jacobians, events, seconds
     statistics: dict[str, Any] = field(default_factory=dict)
     immobile: tuple[str, ...] = ()  # Clearance joints that cannot move
-    warnings: tuple[str, ...] = ()  # From the start
+    warnings: tuple[str, ...] = ()  # Warnings of the start
     # Instants at which the motion passed them, and half the steps across [s]
     change_points: tuple[tuple[float, float], ...] = ()
     recorded: StepRecord | None = None  # Ends of steps, and what is located inside them

@@ -60,7 +60,7 @@ default tolerances allow."""
 LARGE_STRAIN = 0.01  # Strain of a bar above which the model's linear law is no longer meant
 AT_LIMIT = 1.0 - 1e-9  # Torque over its limit above which a controller is at the limit
 RESTLESS = 0.05  # Changes of a controller from one limit to the other, as a part of the samples, above which there is a warning
-ROUNDED = 1e-9  # Of a place beyond the end of a curve: round-off [m, rad, rad/s]
+ROUNDED = 1e-9  # Distance beyond the end of a curve that counts as round-off [m, rad, rad/s]
 MOST_NAMES = 6  # Joints that a warning names
 
 
@@ -325,7 +325,7 @@ def _undetermined(run: Run) -> list[RunWarning]:
     return [warning("aligned", count=np.sum(instants), instants=instants.size, time=first, names=names)]
 
 
-MEANS = "that means: "  # How a line begins that says what the warning before it means
+MEANS = "that means: "  # Beginning of the line that explains the warning before it
 POINTS = 400  # Indentations over which a force is integrated
 
 YIELDED = 1.0 / 3.0

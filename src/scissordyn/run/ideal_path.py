@@ -45,7 +45,7 @@ def ideal_path(plan: Plan, options: Options) -> IdealPath:
     chosen = make_stages(plan.mechanism)
     ideal = make_plan(chosen[0])
     accuracy, warned = 1e-10, 1e-7  # [mechanism sizes] table error that ends the refinement, and error above which we warn
-    # With a larger tolerance the errors of the ideal motion are not smooth in time, and no table resolves them.
+    # A larger tolerance gives errors that are not smooth in time, which no table resolves.
     rtol, atol = min(options.rtol, 1e-8), min(options.atol, 1e-8)
     smooth = replace(options, start="concentric", method="auto", trust=False, step=None, rtol=rtol, atol=atol)
     intervals = FIRST_INTERVALS

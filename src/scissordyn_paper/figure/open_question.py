@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 COLOURS = {"stroke": "#0072b2", "deployment": "#d55e00"}
 
-SMALLEST = 1e-3  # What is smaller, or negative, is drawn there
+SMALLEST = 1e-3  # Smaller and negative values are drawn here
 
 
 def draw_ratios(answers: Sequence[Change]) -> Figure:

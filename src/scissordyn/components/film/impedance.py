@@ -31,7 +31,7 @@ WIDEST = math.asinh(0.5 * math.pi / SHARP)
 ROOT = math.sqrt(NEAREST)
 
 WIDTH = DIRECTIONS + 2  # Columns of a table with its neighbours on both sides
-STEPS = 4  # Of Newton's method for the end of a long bearing's film, more than any needs
+STEPS = 4  # Newton steps for the end of a long bearing's film; fewer are enough
 
 
 def eccentricities() -> np.ndarray:

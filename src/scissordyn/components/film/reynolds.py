@@ -21,7 +21,7 @@ from scipy.sparse.linalg import splu
 class Impedance:
     """Forces on the journal and largest pressure, by the velocity V."""
 
-    radial: float  # Of the force over mu R L (R/c)^2 V, along the eccentricity and across it
+    radial: float  # Force over mu R L (R/c)^2 V, along the eccentricity and across it
     tangential: float
     pressure: float  # Largest pressure over mu (R/c)^2 V
 

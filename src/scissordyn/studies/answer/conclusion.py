@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 NEGLIGIBLE = 0.05  # Change of a response over the whole range of a number, as a fraction, that is not worth a word
 MOST_NUMBERS = 6  # Numbers of a case, or names in a sentence, that are written
 NAMED = (1.0, 2.0, -1.0, 0.5)  # Exponents that have words of their own
-OTHER_FORM = {"power": "a straight line", "linear": "a power law"}  # By the form of a trend
+OTHER_FORM = {"power": "a straight line", "linear": "a power law"}  # Name of the other form of trend
 Step = tuple[Fact, str]  # Why, and a command
 CHECKED = 64  # Least number of samples with which a recommended point is checked: the interval of 64 of 64 begins at 94.4 %
 TOLERANCE = "+- 10 %"  # Tolerance that is proposed where the study has no uncertain number
@@ -43,9 +43,9 @@ PAST = 0.7  # The moved range ends at this fraction of what a requirement needs,
 class Conclusion:
     """Results of a study as facts, in the order in which they are read."""
 
-    verdict: tuple[Fact, ...]  # Whether and where the requirements are met; the point to build; its probability
-    margins: Section | None  # Of that point
-    trends: tuple[Fact, ...]  # Of each response, and what requirements need
+    verdict: tuple[Fact, ...]  # Points that meet the requirements; the point to build; its probability
+    margins: Section | None  # Margins of the point to build
+    trends: tuple[Fact, ...]  # Trend of each response, and values that the requirements need
     next: tuple[Step, ...]
 
     def to_plain(self) -> list[dict[str, Any]]:

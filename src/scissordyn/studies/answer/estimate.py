@@ -44,13 +44,13 @@ from scissordyn.studies.compute.table import column
 
 CONFIDENCE = 0.95
 
-DRAWS = 4000  # Of the three fractions whose sum is wanted; the ends of an interval are then known to about 0.02 of its width
+DRAWS = 4000  # Draws of the three fractions of the sum; the ends of its interval are then known to 0.02 of its width
 JEFFREYS = 0.5  # Successes and failures added to those of a fraction (Brown, Cai, DasGupta, Statist. Sci. 16, 101 (2001)).
 FEWEST_PAIRS = 4  # Pairs with which a regression is made
 FEWEST_MARGINS = 16  # Pairs with which margins are used
-CORRELATED = 0.8  # Of the margins, from which they say more than yes and no
+CORRELATED = 0.8  # Correlation of margins from which they are better than yes and no
 NEAREST = 8  # The fewest pairs of a straight line
-LEFT_OUT = 32  # Of the jackknife
+LEFT_OUT = 32  # Groups of the jackknife
 PLACES = 1000  # Quantiles of the cheap margins that stand for all of them in the jackknife
 
 CONTRADICTED = 2.0
@@ -61,7 +61,7 @@ PART = 4096  # Points that are predicted at once
 LENGTHS, NOISE, VARIANCES = (0.05, 20.0), (1e-8, 1.0), (1e-2, 1e4)  # Within which the likelihood is climbed
 FACTOR = 5.0  # Ratio of largest to smallest of positive values from which their logarithm is interpolated
 FEWEST = 32  # Runs between which is interpolated
-GROUPS = 4  # Of runs, each predicted by an interpolation between the others
+GROUPS = 4  # Groups of runs; each is predicted by an interpolation between the others
 FITTED = 128  # Runs at most to which kriging is fitted: its effort grows with their third power
 OTHERS = 2**16  # Cases that are predicted
 
@@ -70,17 +70,17 @@ OTHERS = 2**16  # Cases that are predicted
 class Estimate:
     """A number known from cheap and accurate runs."""
 
-    value: float  # From both, and its 95 % interval
+    value: float  # Estimate from both kinds of runs, then its 95 % interval
     low: float
     high: float
-    cheap: float  # From the cheap runs alone
-    accurate: float  # From the accurate runs alone, and its interval
+    cheap: float  # Estimate from the cheap runs alone
+    accurate: float  # Estimate from the accurate runs alone, then its interval
     accurate_low: float
     accurate_high: float
-    correlation: float  # Of the pairs; NaN where one of both does not vary
+    correlation: float  # Correlation of the pairs; NaN if one of them does not vary
     screened: int  # Number of cheap runs, and of accurate ones
     verified: int
-    interpolated: bool = False  # Whether an interpolation between the cheap runs is in it
+    interpolated: bool = False  # True if the estimate includes an interpolation between the cheap runs
 
     @property
     def width(self) -> float:

@@ -106,7 +106,7 @@ class Fact:
     kind: str
     part: str = ""
     numbers: dict[str, Any] = field(default_factory=dict)
-    scale: Scale | None = field(default=None, compare=False)  # In which numbers are shown
+    scale: Scale | None = field(default=None, compare=False)  # Unit and scale of the numbers shown
 
     def __str__(self) -> str:
         unit = f" {self.scale.unit}" if self.scale is not None and self.scale.unit else ""

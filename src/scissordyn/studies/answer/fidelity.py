@@ -49,10 +49,10 @@ if TYPE_CHECKING:
     from scissordyn.studies.result import StudyResult
 
 
-PILOTED = 0.05  # Of the budget, at most, for cheap runs that say how well interpolation between them predicts
+PILOTED = 0.05  # Largest fraction of the budget for cheap runs that measure how well interpolation predicts
 SPLIT = ("random", "sobol")  # Designs whose points are independent enough for intervals, and to which points can be added
-LEAST = 0.1  # Of a correlation with which a budget is split: with fewer pairs than it needs the pilot knows no better
-LEVELS = (0.5, 0.95)  # Of the quantiles
+LEAST = 0.1  # Least correlation for which a budget is split; the pilot has too few pairs for a smaller one
+LEVELS = (0.5, 0.95)  # Levels of the quantiles
 TINY = 1e-9  # Margin of a case that stands at the bound
 
 

@@ -216,7 +216,7 @@ h1, h2 { overflow-wrap: anywhere; }
 """
 
 HTML, PDF = b"<!doctype html>", b"%pdf-"
-KINDS = {".html": HTML, ".htm": HTML, ".pdf": PDF}  # How a report begins, in lower case, by the end of its name
+KINDS = {".html": HTML, ".htm": HTML, ".pdf": PDF}  # First bytes of a report in lower case, by its file ending
 
 SECTIONS = """
 {% for part in sections %}
@@ -246,7 +246,7 @@ LONG = 48  # Characters from which the text of a cell is broken into lines
 
 DPI = 130
 SHRUNK = 0.5  # A picture is shown no smaller than this share of its size, or nobody could read it: narrow pages scroll it
-MOST_RESPONSES = 8  # With more responses there are no maps and curves of them
+MOST_RESPONSES = 8  # Responses above which maps and curves are left out
 
 NOT_IN_NAMES = re.compile(r"[^a-z0-9_.]+")
 

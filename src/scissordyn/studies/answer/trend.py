@@ -29,10 +29,10 @@ ALIKE = 0.05  # Difference of the predicted shares of two forms that fit equally
 LEAST = 8  # Points from which a response is interpolated
 MOST = 300  # Points up to which it is: the effort grows with their third power
 RESAMPLES = 500  # Resamples of the bootstrap
-SEED = 1  # Of the resamples for indices of Sobol; with 0 the library draws others in each call
+SEED = 1  # Seed of the resamples for Sobol indices; with 0 the library draws new ones in each call
 FEWEST_RANKED = 6  # Values of a response below which nothing is ranked
 RANKED = 6  # Numbers that a table has
-RANKED_RESAMPLES = 400  # Of the bootstrap that says how often a number is the first
+RANKED_RESAMPLES = 400  # Resamples of the bootstrap that counts how often a parameter ranks first
 
 FAR = 10.0
 """A trend is followed beyond the data by as much as their range, of the logarithms where these enter, or by this factor."""
@@ -43,16 +43,16 @@ class Trend:
     """A response as a function of the numbers that vary."""
 
     response: str
-    units: str  # Of the response
+    units: str  # Unit of the response
     # "power", constant times powers of the numbers (those that are not positive enter as an exponential), or "linear", constant
     # plus multiples
     form: str
     # Parameter paths; of a name but the first of a list, "PARAMETER = NAME in place of FIRST", a number that is 1 or 0
     numbers: tuple[str, ...]
-    constant: float  # Of the logarithm of the response, or of the response
+    constant: float  # Constant term of the response or of its logarithm
     slopes: np.ndarray  # Exponents, or change of the response per unit of the number
     intervals: np.ndarray  # Half of the 95 % intervals of the slopes: jackknife over the points, Student's t
-    logarithmic: tuple[bool, ...]  # Whether a number enters by its logarithm
+    logarithmic: tuple[bool, ...]  # True for each parameter that enters by its logarithm
     ranges: np.ndarray  # Smallest and largest value in the data
     r2: float  # Coefficient of determination of the fit, of the logarithms for a power law
     predicted: float  # The same with each point predicted by the others, of the response itself; below 0 for a useless fit

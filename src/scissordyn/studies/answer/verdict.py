@@ -41,9 +41,9 @@ class Margin:
     """Distance of a point from a requirement in the worst of its cases."""
 
     requirement: str
-    value: float  # Of the worst case; NaN if a case has none
+    value: float  # Value of the worst case; NaN if a case has none
     text: str  # The value with its unit, or why there is none
-    margin: float  # As a fraction of the bound; negative where the requirement is not met
+    margin: float  # Margin as a fraction of the bound; negative if the requirement is not met
 
 
 @dataclass(frozen=True)
@@ -173,7 +173,7 @@ class Recommendation:
 
     point: int
     numbers: dict[str, Any]  # The numbers and names that are chosen, in SI
-    feasible: bool  # Whether all its cases meet all requirements
+    feasible: bool  # True if all cases of the point meet all requirements
     margins: tuple[Margin, ...]  # The least first
     # Fraction of its samples of the uncertain numbers that meet all requirements, with all members; failed cases do not
     probability: float

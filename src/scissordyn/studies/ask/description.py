@@ -33,18 +33,18 @@ NUMERICS = ("cli", "plot", "config", "study", "periodic", "analysis")  # Rooms t
 PILOT = 8  # Points of both kinds of runs that a budget is split by, and the least number of points that are verified
 UNCERTAIN_SEEDS = 2**32  # Added to the seed of the uncertain numbers, which are to be independent of those of the design
 
-Read = Mapping[Any, Callable[[Any], Any]]  # How values of some types are read
-EARLIER = {"address": "path"}  # What fields were called in earlier files
+Read = Mapping[Any, Callable[[Any], Any]]  # Functions that read values of some types
+EARLIER = {"address": "path"}  # Present names of fields by their names in earlier files
 
 
 @dataclass(frozen=True)
 class Accurate:
-    """The accurate runs of a study whose own runs are cheap."""
+    """Accurate runs that check a study of cheap runs."""
 
-    mechanism: Mechanism  # With the same numbers at the parameter paths that vary
+    mechanism: Mechanism  # Mechanism of the accurate runs, with the same values at the parameter paths that vary
     options: Options
     points: int = 32  # First points of the design that are run accurately too; of an optimisation, the most points of its front
-    variants: tuple[Mechanism, ...] = ()  # With each combination of names, as those of the study
+    variants: tuple[Mechanism, ...] = ()  # Mechanism of the accurate runs for each combination of names, as those of the study
 
     def __post_init__(self) -> None:
         whole_number("verify", self.points, PILOT)
@@ -52,15 +52,15 @@ class Accurate:
 
 @dataclass(frozen=True)
 class OwnMeasure:
-    """A measure that is a Python function of the user's."""
+    """User-defined measure: a Python function."""
 
     name: str
     function: Callable[..., float] | str  # Or ``"file.py:function"``. Returns a number
-    # What it gets: the Dataset that `simulate` returns (each case is then simulated once more, with samples), or the
-    # `Ended` of the batch
+    # Argument of the function: the Dataset of `simulate` (each case is then simulated once more, with samples), or the `Ended`
+    # of the batch
     of: str = "dataset"
     units: str = "1"
-    digest: str = ""  # Of its file
+    digest: str = ""  # Digest of its file
 
     def __post_init__(self) -> None:
         if self.of not in ("dataset", "accumulators"):
@@ -107,7 +107,7 @@ class Study:
     Case number = (point x samples + sample) x members + member, so that a point's cases are neighbours.
     """
 
-    mechanism: Mechanism  # Of a study that is only read, the text of its case file: nothing is executed
+    mechanism: Mechanism  # Mechanism, or the text of its case file if the study is only read: nothing is executed
     options: Options
     factors: tuple[Factor, ...]
     design: Design = field(default_factory=Design)
@@ -116,10 +116,10 @@ class Study:
     uncertain: tuple[Factor, ...] = ()  # Numbers that nobody chooses
     sampling: Sampling = field(default_factory=Sampling)
     members: int = 1  # Runs of each sample, from starts that differ by round-off
-    perturbation: float = 1e-14  # Of the starts
+    perturbation: float = 1e-14  # Relative perturbation of the starts
     requirements: tuple[Requirement, ...] = ()
     optimisation: Optimisation | None = None  # Proposes the points of an adaptive design
-    # Of single joints, drives, components or tracked points: answers in place of the largest value of all of them
+    # Responses of single joints, drives, components or tracked points; by default the largest of all
     responses: tuple[Response, ...] = ()
     accurate: Accurate | None = None  # The runs that verify those of this study, which are cheap
     # The mechanism with each combination of the factors `apart`, those of the last one fastest; empty if there are none

@@ -30,11 +30,11 @@ class Factor:
     # A pattern (``clearance.all.clearance``) gives all its places the same value; of a name, of what it is
     path: str
     variation: Variation  # Values in SI; of names, their places in `Names`
-    unit: str = ""  # In which pictures and tables show it; empty for SI
+    unit: str = ""  # Unit in pictures and tables; empty for SI
     scale: float = 1.0  # One such unit in SI
     # The chosen number from which this one deviates by its variation; a pattern where it is one of several places
     of: str = ""
-    relative: bool = False  # Whether the deviation is a fraction of the chosen value
+    relative: bool = False  # True if the deviation is a fraction of the chosen value
     si: str = ""  # SI unit of a number that only the case file has, each of whose levels makes a mechanism of its own
 
     @property
@@ -85,7 +85,7 @@ class Sampling:
     samples: int = 1
     kind: str = "sobol"
     seed: int = 0
-    # Whether all points have the same samples (common random numbers), so that differences between points are not noise
+    # True if all points have the same samples (common random numbers), so that differences between points are not noise
     common: bool = True
 
     def __post_init__(self) -> None:
@@ -267,6 +267,6 @@ OF_NUMBERS: Mapping[str, Callable[[Design, int, np.ndarray], np.ndarray]] = Mapp
 """Designs by kind: the numbers of points in the unit cube, of which the quantile functions make values."""
 
 DESIGNS = (*OF_LEVELS, *OF_NUMBERS, "adaptive")
-INDEPENDENT = ("random", "latin-hypercube", "sobol")  # Of which the points are a sample of the range
+INDEPENDENT = ("random", "latin-hypercube", "sobol")  # Designs whose points are a sample of the range
 SAMPLED = tuple(OF_NUMBERS)
 EXTENDABLE = ("random", "sobol", "saltelli", "adaptive")

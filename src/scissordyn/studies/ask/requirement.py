@@ -25,7 +25,7 @@ SIGNS = {"<=": operator.le, ">=": operator.ge, "<": operator.lt, ">": operator.g
 BY_COMPONENT = frozenset(name for name, measure in MEASURES.items() if measure.dims == ("component",))
 """Measures whose unit is that of what a component exerts."""
 
-KINDS: Mapping[str, str] = MappingProxyType({"N": "force", "N m": "torque"})  # What a component exerts, by its unit
+KINDS: Mapping[str, str] = MappingProxyType({"N": "force", "N m": "torque"})  # Kind of a component's load, by unit
 
 ALIASES = {"error": "peak_track_deviation", "end_error": "end_track_deviation"}
 """Measures that are called otherwise behind the name of a tracked point: ``tip.error``."""
@@ -41,7 +41,7 @@ class Response:
     measure: str
     part: str = ""  # Name of the joint, drive or component; empty for the largest of all
     smallest: bool = False  # The smallest of all instead
-    unit: str = ""  # Of what components exert, "N" or "N m": those with another one do not count. Empty for all
+    unit: str = ""  # Unit of component loads that count, "N" or "N m"; empty for all
 
     @property
     def name(self) -> str:
@@ -57,10 +57,10 @@ class Requirement:
 
     measure: str
     sign: str
-    bound: float  # In SI
+    bound: float  # Bound in SI units
     part: str = ""  # Name of a joint, drive or component; empty for all
-    text: str = ""  # As the user wrote it
-    unit: str = ""  # Of a bound on what components exert, "N" or "N m"; not needed where all exert the same
+    text: str = ""  # Text as the user wrote it
+    unit: str = ""  # Unit of a bound on component loads, "N" or "N m"; not needed if all have the same
 
     def __post_init__(self) -> None:
         if self.unit and self.unit not in KINDS:
@@ -248,13 +248,13 @@ class Optimisation:
     """Search for the best point: CMA-ES for one goal, NSGA-II for several, all combinations if names are chosen."""
 
     goals: tuple[Goal, ...]
-    # What counts of a goal over the uncertain numbers and members: "mean", "worst", "quantile 95 %" or "cvar 95 %", the mean
+    # Statistic of a goal over uncertain parameters and members: "mean", "worst", "quantile 95 %" or "cvar 95 %", the mean
     # of the worst 5 %
     risk: str = "mean"
     population: int = 0  # Candidates of a generation; 0 for the method's own choice
     generations: int = 20
     seed: int = 0
-    every: bool = False  # Whether all combinations of what is listed are tried, as one generation
+    every: bool = False  # True if all combinations of the listed values are tried, as one generation
 
     def __post_init__(self) -> None:
         if not self.goals:

@@ -25,7 +25,7 @@ KEYS = ("_job_ca_file", "_job_cert", "_job_key")
 LOGGERS = ("distributed", "tornado.application", "asyncio")
 """Loggers that print a traceback of each task that is cancelled, as by Ctrl-C when all workers are gone."""
 
-PATIENCE = 10.0  # How long a scheduler may take to answer [s]
+PATIENCE = 10.0  # Longest time to the answer of a scheduler [s]
 
 
 @contextmanager

@@ -22,13 +22,13 @@ from scissordyn.run.trajectory import make_driver
 from scissordyn.studies.ask.requirement import Response, check_part, read_response, response_values
 from scissordyn.units import checked
 
-TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)  # From coarse to fine; each is compared with the next two
+TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)  # Tolerances from coarse to fine; each is compared with the next two
 
 STEPS = tuple(2.0**k for k in range(4, -4, -1))
 """The same of hard contacts, in units of the step that is chosen without one, or of a shorter one that was asked for."""
 
-MODES = (2, 4, 6, 8, 12, 16, 20, 24, 32)  # Of each bar that bends, from coarse to fine
-PERTURBATION = 1e-14  # Of the starts of members, relative: round-off
+MODES = (2, 4, 6, 8, 12, 16, 20, 24, 32)  # Modes of each bar that bends, from coarse to fine
+PERTURBATION = 1e-14  # Relative perturbation of the starts of members: round-off
 AGREEING = 2  # Finer levels that a level has to agree with: with one alone two wrong numbers may agree by chance
 NOISE = 2.0  # Means over members that differ by less than so many standard errors of their difference count as equal
 
@@ -39,11 +39,11 @@ WANTED = re.compile(r"\s*((?:[^\s.](?:(?!\swithin\s)[^.])*\.)?\S+)(?:\s+within\s
 class Level:
     """Runs at one tolerance, with one step or with one number of modes."""
 
-    setting: float  # Of rtol and atol [1], the step [s], or modes of each bar [1]
+    setting: float  # Value of rtol and atol [1], of the step [s], or modes of each bar [1]
     value: float  # Mean over the members; NaN if one failed
     spread: float  # Largest less smallest member, as a fraction of the value
     error: float  # Standard error of the mean
-    seconds: float  # Of a run [s]
+    seconds: float  # Time of a run [s]
     cause: str = ""  # Why a member failed
 
 
@@ -51,13 +51,13 @@ class Level:
 class Convergence:
     """Coarsest tolerance, step or number of modes from which on a measure stays the same."""
 
-    response: str  # What was asked for
+    response: str  # Name of the measure
     units: str
-    within: float  # As a fraction
-    levels: tuple[Level, ...]  # From coarse to fine
+    within: float  # Requested accuracy as a fraction
+    levels: tuple[Level, ...]  # Levels from coarse to fine
     varied: str  # One of "tolerance", "step", "modes" The step where contacts are hard
     setting: float  # The coarsest one with which the number agrees with those of the next two; NaN if none does
-    # Whether members that differ by round-off spread by more than `within`: the number is then a distribution, and it is its
+    # True if members that differ by round-off spread by more than `within`: the number is then a distribution, and it is its
     # mean that agrees within its standard error
     chaotic: bool
 

@@ -33,7 +33,7 @@ TASK_SECONDS = 1e-2
 or busy machines."""
 
 BUSY = 0.5  # Fraction of the time that they may be busy, which makes blocks for very many workers longer
-SHARES = 4  # At least as many blocks for each worker, so that none waits long for the last
+SHARES = 4  # Least blocks for each worker, so that none waits long for the last
 LARGEST_BLOCK = 100_000  # Cases; what a worker holds in memory
 TIMED = 8  # Cases whose time is taken to choose a block
 QUICK = 0.1  # A case longer than that [s] is timed alone
@@ -48,7 +48,7 @@ class Progress:
     cases: int
     seconds: float  # Since it was begun or taken up [s]
     done_here: int  # Cases since then
-    generation: int = 0  # Of an optimisation, from 1
+    generation: int = 0  # Generation of an optimisation, from 1
 
     @property
     def rate(self) -> float:
@@ -68,7 +68,7 @@ class How(TypedDict, total=False):
     block: int | None  # Cases of a block of a new store
     retry: bool  # Do cases that failed again
     progress: Callable[[Progress], None] | None
-    generation: int  # Of an optimisation, from 1
+    generation: int  # Generation of an optimisation, from 1
 
 
 def _begin(study: Study, store: Store, block: int | None, workers: int, points: np.ndarray | None) -> None:

@@ -1,4 +1,4 @@
-"""Jobs of a queueing system: they are submitted, watched, replaced when they end early, and cancelled at the end."""
+"""Jobs of a queueing system: submit them, watch them, replace those that end early, and cancel the rest."""
 
 from __future__ import annotations
 
@@ -16,59 +16,69 @@ from typing import Any
 from scissordyn.file.output_file import lock_file
 from scissordyn.run.engine import EngineError
 
-ASK_SECONDS = 5.0  # Time between two questions to the queue [s]: it serves many users
-ANSWER_SECONDS = 20.0  # How long a command of the queue may take [s]
+POLL_SECONDS = 5.0  # Time between two queries of the queue [s]: it serves many users
+QUERY_SECONDS_MAX = 20.0  # Longest time of a command of the queue [s]
 
 STUCK_SECONDS = 60.0
-"""How long every job has to wait for a reason that does not pass [s]: the main scheduler of Slurm runs once a minute."""
+"""Time for which all jobs wait for a lasting reason before the command gives up [s]; Slurm's scheduler runs once a minute."""
 
-ROUNDS = 3  # How often all jobs may end without a finished block before no new ones are asked for
+FRUITLESS_ROUNDS_MAX = 3  # Times that all jobs may end without a finished block before no new ones are submitted
 
-QUESTIONS = {"slurm": ("squeue", "--noheader", "--format=%i|%T|%r", "--user")}
-"""Commands that list the jobs of a user with number, state and reason, by queueing system."""
+QUERIES = {"slurm": ("squeue", "--noheader", "--format=%i|%T|%r", "--user")}
+"""Commands that list a user's jobs with number, state and reason, by queueing system."""
 
-ENDED = ("BOOT_FAIL", "CANCELLED", "COMPLETED", "DEADLINE", "FAILED", "NODE_FAIL", "OUT_OF_MEMORY", "PREEMPTED", "TIMEOUT")
-WAITING = ("PENDING", "REQUEUED", "REQUEUE_HOLD", "SUSPENDED")
+ENDED_STATES = (
+    "BOOT_FAIL",
+    "CANCELLED",
+    "COMPLETED",
+    "DEADLINE",
+    "FAILED",
+    "NODE_FAIL",
+    "OUT_OF_MEMORY",
+    "PREEMPTED",
+    "TIMEOUT",
+)
+WAITING_STATES = ("PENDING", "REQUEUED", "REQUEUE_HOLD", "SUSPENDED")
 
-LASTING = (
+LASTING_REASONS = (
     *("PartitionConfig", "PartitionDown", "PartitionInactive", "PartitionNodeLimit", "PartitionTimeLimit", "BadConstraints"),
     *("ReqNodeNotAvail", "InvalidAccount", "InvalidQOS", "JobHeldAdmin", "JobHeldUser", "AccountNotAllowed", "QOSNotAllowed"),
 )
-"""Reasons of Slurm for which a job waits until somebody changes the job or the machine."""
+"""Slurm's reasons for which a job waits until somebody changes the job or the machine."""
 
-CERTIFICATES, SCRIPTS = ".dask-jobqueue.worker.", ".scissordyn-job."  # Beginnings of names of files
+CERTIFICATE_PREFIX, SCRIPT_PREFIX = ".dask-jobqueue.worker.", ".scissordyn-job."  # First characters of file names
 
 
 class Jobs:
-    """The jobs that do a study.
+    """Jobs whose workers compute a study.
 
     Parameters
     ----------
     cluster : dask_jobqueue.JobQueueCluster
-        Has the scheduler, and says what a job is.
+        Cluster with the scheduler and the description of a job.
     kind : str
-        Of the queueing system.
+        Name of the queueing system.
     count : int
-        Jobs that are kept submitted.
+        Number of jobs to keep submitted.
     folder : Path
-        Has the scripts of jobs while they are submitted.
-    tell : callable
-        Gets a line when something changes.
+        Folder for the scripts of jobs while they are submitted, and for the output of jobs.
+    report : callable
+        Called with one line whenever the state of the jobs changes.
     """
 
-    def __init__(self, cluster: Any, kind: str, count: int, folder: Path, tell: Callable[[str], None]) -> None:
-        self._cluster, self._kind, self._count, self._folder, self._tell = cluster, kind, count, folder, tell
-        self._names, self._alive = 0, list[str]()
-        self._ended, self._fruitless, self._finished = 0, 0, 0  # Ended jobs, those since a block was finished, blocks
-        self._next = self._moving = time.monotonic()  # When the queue is asked next, when a job could still start
-        self._told = ""
+    def __init__(self, cluster: Any, kind: str, count: int, folder: Path, report: Callable[[str], None]) -> None:
+        self._cluster, self._kind, self._count, self._folder, self._report = cluster, kind, count, folder, report
+        self._submitted, self._alive = 0, list[str]()  # Number of jobs so far, and the queue's numbers of those not ended
+        self._ended, self._fruitless, self._finished = 0, 0, 0  # Ended jobs, those since the last finished block, blocks
+        self._next_poll = self._last_hope = time.monotonic()  # Next query; last time that a job ran or could start
+        self._last_line = ""
 
     def submit(self, count: int) -> None:
-        """Submit jobs; an error of the queueing system is an `EngineError`."""
+        """Submit jobs; raise `EngineError` if the queueing system refuses one."""
         for _ in range(count):
-            self._names += 1
+            self._submitted += 1
             spec = self._cluster.new_spec
-            job = spec["cls"](self._cluster.scheduler_address, name=f"scissordyn-{self._names}", **spec["options"])
+            job = spec["cls"](self._cluster.scheduler_address, name=f"scissordyn-{self._submitted}", **spec["options"])
             try:
                 with _script(self._folder, job.job_script()) as file:
                     number = job._job_id_from_submit_output(self._cluster.sync(job._submit_job, str(file)))
@@ -77,48 +87,49 @@ class Jobs:
             self._alive.append(str(number))
 
     def watch(self, finished: int) -> None:
-        """Tell what has changed, and replace jobs that have ended; `EngineError` if no job is left that could do anything.
+        """Report changes and replace jobs that have ended; raise `EngineError` if no job can do any more work.
 
-        `finished` is the number of blocks that are finished by now.
+        `finished` is the number of blocks finished so far.
         """
         now = time.monotonic()
-        if now < self._next:
+        if now < self._next_poll:
             return
-        self._next = now + ASK_SECONDS
+        self._next_poll = now + POLL_SECONDS
         if finished > self._finished:
             self._finished, self._fruitless = finished, 0
-        states = self._ask()
+        states = self._query()
         if states is None:
             self._say(f"jobs: {len(self._alive)} submitted; {self._workers}")
             return
         found = [states.get(number, ("ENDED", "")) for number in self._alive]
-        ended = [number for number, (state, _) in zip(self._alive, found, strict=True) if state in ("ENDED", *ENDED)]
-        waiting = Counter(reason for state, reason in found if state in WAITING)
+        ended = [number for number, (state, _) in zip(self._alive, found, strict=True) if state in ("ENDED", *ENDED_STATES)]
+        waiting = Counter(reason for state, reason in found if state in WAITING_STATES)
         running = len(found) - len(ended) - waiting.total()
         self._alive = [number for number in self._alive if number not in ended]
         self._ended += len(ended)
         self._fruitless += len(ended)
         reasons = ", ".join(reason for reason in waiting if reason not in ("None", ""))
-        told = f"jobs: {running} running, {waiting.total()} waiting{f' ({reasons})' if reasons else ''}, {self._ended} ended"
-        self._say(f"{told}; {self._workers}")
+        counts = f"jobs: {running} running, {waiting.total()} waiting{f' ({reasons})' if reasons else ''}, {self._ended} ended"
+        self._say(f"{counts}; {self._workers}")
         self._check_waiting(now, running, waiting, reasons)
         if ended:
             self._replace(len(ended))
 
     def _check_waiting(self, now: float, running: int, waiting: Counter[str], reasons: str) -> None:
-        """Raise `EngineError` if all jobs wait, and have done so for some time, for what does not pass."""
-        lasting = bool(waiting) and all(reason.startswith(LASTING) for reason in waiting)
+        """Raise `EngineError` if all jobs have waited for lasting reasons for `STUCK_SECONDS`."""
+        lasting = bool(waiting) and all(reason.startswith(LASTING_REASONS) for reason in waiting)
         if running or not lasting:
-            self._moving = now
-        elif now - self._moving > STUCK_SECONDS:
-            raise EngineError(f"no job can start: {waiting.total()} waiting ({reasons}); what is complete is kept")
+            self._last_hope = now
+        elif now - self._last_hope > STUCK_SECONDS:
+            raise EngineError(f"no job can start: {waiting.total()} waiting ({reasons}); completed cases are kept")
 
     def _replace(self, count: int) -> None:
-        if self._fruitless >= ROUNDS * self._count:
+        """Submit new jobs; raise `EngineError` once too many have ended without a finished block and none is left."""
+        if self._fruitless >= FRUITLESS_ROUNDS_MAX * self._count:
             if self._alive:
                 return
             raise EngineError(
-                f"the last {self._fruitless} jobs ended without finishing a block; what is complete is kept, and the output of "
+                f"the last {self._fruitless} jobs ended without finishing a block; completed cases are kept, and the output of "
                 f"the jobs is in '{self._folder}'"
             )
         self.submit(count)
@@ -130,42 +141,43 @@ class Jobs:
         return f"{count} worker{'' if count == 1 else 's'} connected"
 
     def _say(self, line: str) -> None:
-        if line != self._told:
-            self._told = line
-            self._tell(line)
+        """Report a line unless it is the last one again."""
+        if line != self._last_line:
+            self._last_line = line
+            self._report(line)
 
-    def _ask(self) -> dict[str, tuple[str, str]] | None:
-        """State and reason of each job of the user by its number; None if the queue does not answer."""
-        if self._kind not in QUESTIONS:
+    def _query(self) -> dict[str, tuple[str, str]] | None:
+        """Return state and reason of each of the user's jobs by number; None if the queue does not answer."""
+        if self._kind not in QUERIES:
             return None
         try:
-            command = [*QUESTIONS[self._kind], getpass.getuser()]
-            asked = subprocess.run(command, capture_output=True, text=True, timeout=ANSWER_SECONDS, check=True)
+            command = [*QUERIES[self._kind], getpass.getuser()]
+            answer = subprocess.run(command, capture_output=True, text=True, timeout=QUERY_SECONDS_MAX, check=True)
         except (OSError, subprocess.SubprocessError):
             return None
-        rows = (line.strip().split("|", 2) for line in asked.stdout.splitlines())
+        rows = (line.strip().split("|", 2) for line in answer.stdout.splitlines())
         return {row[0]: (row[1], row[2]) for row in rows if len(row) == 3}
 
     def close(self) -> None:
-        """Cancel the jobs that are left."""
+        """Cancel the remaining jobs."""
         command = shlex.split(str(self._cluster.job_cls.cancel_command))
-        calls = [self._alive] if self._kind in QUESTIONS else [[number] for number in self._alive]
+        calls = [self._alive] if self._kind in QUERIES else [[number] for number in self._alive]
         self._alive = []
         for numbers in filter(None, calls):
             with suppress(OSError, subprocess.SubprocessError):
-                subprocess.run([*command, *numbers], capture_output=True, timeout=ANSWER_SECONDS, check=False)
+                subprocess.run([*command, *numbers], capture_output=True, timeout=QUERY_SECONDS_MAX, check=False)
 
 
 def _reason(error: Exception) -> str:
-    """The line that a queueing system wrote of what is wrong, or what an error says."""
+    """Return the error line of the queueing system, or the first line of the exception."""
     lines = [line.strip() for line in str(error).partition("stderr:")[2].splitlines() if line.strip()]
     return next((line for line in lines if "error" in line.lower()), lines[0] if lines else str(error).splitlines()[0])
 
 
 @contextmanager
 def _script(folder: Path, text: str) -> Iterator[Path]:
-    """A file with the script of a job, which is locked as long as this process needs it."""
-    path = folder / f"{SCRIPTS}{secrets.token_hex(4)}.sh"
+    """Write the script of a job to a file that stays locked while this process needs it."""
+    path = folder / f"{SCRIPT_PREFIX}{secrets.token_hex(4)}.sh"
     with path.open("x") as file:
         try:
             lock_file(file.fileno())
@@ -177,8 +189,8 @@ def _script(folder: Path, text: str) -> Iterator[Path]:
 
 
 def remove_left_behind(folder: Path) -> None:
-    """Remove certificates and scripts of jobs of commands that were killed; those of a command that runs are locked."""
-    for path in (*folder.glob(f"{CERTIFICATES}*"), *folder.glob(f"{SCRIPTS}*")):
+    """Remove certificates and job scripts of killed commands; those of a running command are locked."""
+    for path in (*folder.glob(f"{CERTIFICATE_PREFIX}*"), *folder.glob(f"{SCRIPT_PREFIX}*")):
         with suppress(OSError), path.open("r+b") as file:
             if lock_file(file.fileno()):
                 path.unlink()

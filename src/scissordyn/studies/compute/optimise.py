@@ -27,7 +27,8 @@ class Optimum:
     # Along `point`: the factors, one variable for each goal (its risk), `violation`, `front` (whether no other point is
     # better in all goals), `generation`
     points: xr.Dataset
-    best: int  # With one goal the best point that meets the requirements (the least violation if none does); -1 with several
+    # Index of the best point for one goal: it meets the requirements or violates them least; -1 with several goals
+    best: int
 
 
 class _Cma:

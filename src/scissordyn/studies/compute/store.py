@@ -28,11 +28,11 @@ APPLICATION = 0x73636973  # `application_id` of the file, "scis"
 
 NOTES = ("study", "fingerprint", "columns", "block", "cases")
 TIMES = ("seconds", "integration_seconds", "cases", "attempts")
-TEXTS = {"cause": "why a case failed", "warnings": "of a complete case, one a line"}  # What they are
+TEXTS = {"cause": "why a case failed", "warnings": "of a complete case, one a line"}  # Meaning of the columns of text
 
 LARGEST_COUNT = 2**62  # SQLite has integers of 64 bits
 SHOWN = 8  # Damaged cases that are named
-PATIENCE = 60.0  # How long a writer waits for those who read [s]
+PATIENCE = 60.0  # Longest time that a writer waits for readers [s]
 
 
 class StoreError(ScissordynError):
@@ -433,6 +433,6 @@ def _one_line(path: str) -> Iterator[None]:
         yield
     except OSError as error:
         reason = error.strerror or str(error) or type(error).__name__
-        raise StoreError(f"'{path}' cannot be read or written: {reason}; what is complete is kept") from error
+        raise StoreError(f"'{path}' cannot be read or written: {reason}; completed cases are kept") from error
     except table.BROKEN as error:
-        raise StoreError(f"'{path}' cannot be read or written: {error}; what is complete is kept") from error
+        raise StoreError(f"'{path}' cannot be read or written: {error}; completed cases are kept") from error

@@ -22,7 +22,7 @@ from scissordyn.studies.ask.description import Study
 MOST_COLUMNS = 1900  # SQLite has at most 2000 columns in a table; the numbers of wider cases are the bytes of one column
 PART = 100_000  # Rows that are read at once
 FIRST = ("number", "status", "cause", "warnings", "digest")  # Columns of the table of cases before those of its numbers
-BROKEN = (sqlite3.Error, UnicodeError, OverflowError, MemoryError)  # What reading a file may raise in which bytes are changed
+BROKEN = (sqlite3.Error, UnicodeError, OverflowError, MemoryError)  # Errors of reading a file with changed bytes
 ROW = Struct("<qb")  # Number and status of a case, as they enter its digest
 
 NAN = float("nan")

@@ -1,4 +1,4 @@
-"""The pictures of the documentation: of each example preview, stills, film and explorer; gallery, zoo, film of the front page.
+"""Pictures of the documentation: stills of the examples, gallery, zoo, explorer, and the film of the front page.
 
 ``python -m benchmarks.pictures`` draws all of them, ``python -m benchmarks.pictures lift gallery`` some.
 """
@@ -12,26 +12,20 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-import xarray as xr
-
 import scissordyn as sd
 from benchmarks.drawings import clearance_joint, result
 from scissordyn.casefile.case import CaseTable
 from scissordyn.casefile.table import instance
 from scissordyn.config.file import read_case
-from scissordyn.plot.animation import Film, animate, magnified_first
-from scissordyn.plot.animation_scene import scene_of
+from scissordyn.plot.animation import animate
 from scissordyn.plot.file import write
 from scissordyn.plot.over_time import comparison
-from scissordyn.plot.preview import preview
 from scissordyn.plot.report import draw_all
 from scissordyn.plot.still import structure
-from scissordyn.record.sampling import spread_samples
 from scissordyn.run.simulate import simulate
 
 ROOT = Path(__file__).parent.parent
 DOCS = ROOT / "docs"
-FRAMES = 151
 WINDOW = 1500, 860  # Width and height of the explorer [pixel]
 PATIENCE = 600.0  # Longest time that the run of an example may take on a busy machine [s]
 FILM, FILM_RATE, FILM_WIDTH = 4.0, 15, 720  # Length of a film of the zoo [s], its frames per second, and its width [pixel]
@@ -43,31 +37,13 @@ ACROSS, TILE_DOTS = 4, 110  # Components in a row of their picture, and dots of 
 COLOURS = 128  # Of a screenshot: drawings need no more, and files are a quarter as large
 
 
-def draw(name: str, browser: Any) -> None:
-    """Draw one example."""
-    path = ROOT / "examples" / f"{name}.toml"
-    case = read_case(path)
+def draw(name: str) -> None:
+    """Draw the stills of one example."""
+    case = read_case(ROOT / "examples" / f"{name}.toml")
     run = simulate(case.mechanism, **case.run.keywords | {"samples": "auto"})
-    figures = {
-        "-preview": preview(case.mechanism).get_figure(root=True),
-        "": structure(run, case.mechanism)[0].get_figure(root=True),
-        "-film": film_frame(run, case.mechanism),
-    }
-    for ending, figure in figures.items():
-        assert figure is not None
-        print(write(figure, DOCS / "examples" / f"{name}{ending}.png"), flush=True)
-    if browser is not None:
-        print(screenshot(path, browser, DOCS / "examples" / f"{name}-explorer.png"), flush=True)
-
-
-def film_frame(run: xr.Dataset, mechanism: Any) -> Any:
-    """The frame of a film after two thirds of the run."""
-    frames = spread_samples(run["time"].values, FRAMES)
-    shown, joints, guides = magnified_first(run, mechanism, None)
-    scene = scene_of(run, mechanism, frames, joints, guides=guides, shown=shown)
-    film = Film(scene, 6.0 / float(scene.time[-1] - scene.time[0]))
-    film.show(2 * len(frames) // 3)
-    return film.figure
+    figure = structure(run, case.mechanism)[0].get_figure(root=True)
+    assert figure is not None
+    print(write(figure, DOCS / "examples" / f"{name}.png"), flush=True)
 
 
 def screenshot(case: Path, browser: Any, target: Path) -> Path:
@@ -177,15 +153,13 @@ def main(wanted: list[str]) -> None:
     for name in sd.zoo:
         if not wanted or name in wanted or "zoo" in wanted:
             zoo(name)
-    if missing():
-        print(f"without the explorer: {missing()}")
-        for name in names:
-            draw(name, None)
-        return
-    with chromium() as browser:
-        for name in names:
-            draw(name, browser)
-        if not wanted or "explorer" in wanted:
+    for name in names:
+        draw(name)
+    if not wanted or "explorer" in wanted:
+        if missing():
+            print(f"without the explorer: {missing()}")
+            return
+        with chromium() as browser:
             print(screenshot(ROOT / "examples" / "paper.toml", browser, DOCS / "explorer.png"))
 
 

@@ -56,7 +56,8 @@ def left_out(mechanism: Mechanism) -> list[str]:
         "speeds at the start": tuple(body for body in mechanism.bodies if body.velocity or body.angular_velocity),
     }
     notes = [f"{what}: left out of the assembly in the DXF ({len(listed)})" for what, listed in parts.items() if listed]
-    notes += ["gravity: left out of the assembly in the DXF"] * bool(mechanism.gravity)
+    if mechanism.gravity:
+        notes.append("gravity: left out of the assembly in the DXF")
     return notes + [f"body '{body.name}': left out of the assembly in the DXF" for body in _unguided(mechanism)]
 
 

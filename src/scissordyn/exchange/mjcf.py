@@ -158,9 +158,8 @@ class _Reader:
         gravity = self._flat(self.model.opt.gravity)
         size, across = math.hypot(*gravity), float(np.linalg.norm(self.model.opt.gravity))
         if self._disabled("GRAVITY") or not size > PARALLEL_TOL * across:
-            self.notes += [f"gravity of {across:g} m/s^2: left out, because it is perpendicular to the plane"] * (
-                across > size == 0.0
-            )
+            if across > size == 0.0:
+                self.notes.append(f"gravity of {across:g} m/s^2: left out, because it is perpendicular to the plane")
             return 0.0, -math.pi / 2
         if abs(float(self.basis[2] @ self.model.opt.gravity)) > TILT_MAX * across:
             self.notes.append(f"gravity of {across:g} m/s^2: only its part in the plane, {size:g} m/s^2, is kept")
@@ -457,33 +456,25 @@ class _Reader:
         return np.asarray(self.data.xpos[index] + self.data.xmat[index].reshape(3, 3) @ np.asarray(local))
 
     def _body(self, index: int) -> Body:
-        mass, name = float(self.model.body_mass[index]), self.names[index]
+        """Return a body at the start; one that slides in two directions without a hinge does not turn."""
+        mass, name, turns = float(self.model.body_mass[index]), self.names[index], index not in self.fixed_angle
         along = self.data.ximat[index].reshape(3, 3).T @ self.basis[2]
         inertia = float(along**2 @ self.model.body_inertia[index])
-        if index in self.fixed_angle:
-            return self._block(index, mass)
-        if not mass > 0.0 or not inertia > 0.0:
+        if turns and not (mass > 0.0 and inertia > 0.0):
             what = f"body '{name}' of the model has no mass or no inertia"
             raise InputError(what, "an <inertial>, or geoms with a mass", SAMPLE)
         twist = self._twist(index)
         return Body(
             name,
             mass,
-            inertia,
+            inertia if turns else None,
             points=self.points[name] or {"origin": (0.0, 0.0)},
             centre=self._local(index, self.data.xipos[index]),
             position=self._flat(self.data.xpos[index]),
             angle=self._angle(index),
             velocity=self._flat(twist[3:]),
-            angular_velocity=float(self.basis[2] @ twist[:3]),
+            angular_velocity=float(self.basis[2] @ twist[:3]) if turns else None,
         )
-
-    def _block(self, index: int, mass: float) -> Body:
-        """Return the body that slides in two directions and does not turn."""
-        name, twist = self.names[index], self._twist(index)
-        centre, position = self._local(index, self.data.xipos[index]), self._flat(self.data.xpos[index])
-        points = self.points[name] or {"origin": (0.0, 0.0)}
-        return Body(name, mass, None, points, centre, position, self._angle(index), velocity=self._flat(twist[3:]))
 
     def _twist(self, index: int) -> np.ndarray:
         """Return a body's angular velocity and its origin's velocity in space; report components out of the plane."""

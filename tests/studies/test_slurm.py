@@ -157,9 +157,9 @@ def test_a_killed_command(folder: Path, system: dict[str, str]) -> None:
 
 
 def test_the_end_of_the_walltime(folder: Path, system: dict[str, str]) -> None:
-    """Contract: a job whose time is over is replaced."""
+    """Contract: a job whose time is over is replaced; the study has work for ten times the walltime."""
     change(folder, jobs="1", walltime='"00:01:00"')
-    words = [word.replace("200 values", "3000 values").replace("20 ms", "60 ms") for word in SWEEP]
+    words = [word.replace("200 values", "30000 values").replace("20 ms", "60 ms") for word in SWEEP]
     process = started(folder, system, *words)
     wait_for(lambda: blocks(folder) >= 2, process)
     first = jobs(system, "RUNNING")

@@ -1,17 +1,14 @@
-"""Cases that many tests share."""
+"""Fixtures of many tests: the paper's array and its runs, each computed once, and commands with what they print."""
 
 import sys
 from collections import Counter
+from collections.abc import Callable
 
 import pytest
+from tests import build
 
-from scissordyn.laws.damping.factors import LankaraniNikravesh
-from scissordyn.laws.elastic.hertz import Hertz
-from scissordyn.laws.friction.lugre import LuGre
-from scissordyn.model.clearance import Clearance
-from scissordyn.model.scissor import scissor
-from scissordyn.run.simulate import simulate
-from scissordyn.units import rpm
+import scissordyn as sd
+from scissordyn.cli.main import status_of
 
 # these need pseudo terminals, pipes, signals, /proc or /dev/full
 collect_ignore = (
@@ -29,41 +26,56 @@ collect_ignore = (
 @pytest.fixture(scope="session")
 def array():
     """The paper's array with ideal joints, driven at 150 rpm."""
-    return scissor(units=2).driven(speed=rpm(150))
+    return build.array()
 
 
 @pytest.fixture(scope="session")
-def clearance_array(array):
-    """The same with the paper's clearance at joint A, frictionless."""
-    return array.with_clearance("A", Clearance(0.5e-3))
+def clearance_array():
+    """The array with the paper's clearance at joint A, without friction."""
+    return build.array(sd.Clearance(0.5e-3))
 
 
 @pytest.fixture(scope="session")
-def hertz_array(array):
-    """The same with the laws that the clearance-joint literature compares with."""
-    return array.with_clearance("A", Clearance(0.5e-3, stiffness=Hertz(), damping=LankaraniNikravesh()))
+def hertz_array():
+    """The array with the laws that the clearance-joint literature compares with."""
+    return build.array(sd.Clearance(0.5e-3, stiffness=sd.Hertz(), damping=sd.LankaraniNikravesh()))
 
 
 @pytest.fixture(scope="session")
-def frictional_array(array):
-    """The same with LuGre friction."""
-    return array.with_clearance("A", Clearance(0.5e-3, friction=LuGre(0.1)))
+def frictional_array():
+    """The array with LuGre friction at joint A."""
+    return build.array(sd.Clearance(0.5e-3, friction=sd.LuGre(0.1)))
 
 
 @pytest.fixture(scope="session")
 def clearance_run(clearance_array):
-    """50 ms of the frictionless array at default tolerance."""
-    return simulate(clearance_array, until=0.05)
+    """50 ms of the array without friction at the default tolerance."""
+    return sd.simulate(clearance_array, until=0.05)
 
 
 @pytest.fixture(scope="session")
 def frictional_run(frictional_array):
-    """50 ms of the array with friction at default tolerance."""
-    return simulate(frictional_array, until=0.05)
+    """50 ms of the array with friction at the default tolerance."""
+    return sd.simulate(frictional_array, until=0.05)
+
+
+@pytest.fixture
+def answer(capsys: pytest.CaptureFixture[str]) -> Callable[..., str]:
+    """Run a command and return what it prints, its words separated by single spaces; an error (status 2) is one line."""
+
+    def run_command(*words: object, status: int = 0) -> str:
+        capsys.readouterr()
+        found = status_of([str(word) for word in words])
+        shown = capsys.readouterr()
+        assert found == status, shown.err
+        assert status != 2 or shown.err.count("\n") == 1
+        return " ".join((shown.err if status == 2 else shown.out).split())
+
+    return run_command
 
 
 def pytest_terminal_summary(terminalreporter):
-    """One line of how many tests were left out, and for want of what."""
+    """Print how many tests were skipped, by reason."""
     reasons = Counter(report.longrepr[2].removeprefix("Skipped: ") for report in terminalreporter.stats.get("skipped", []))
     if reasons:
         parts = ", ".join(f"{count} ({reason})" for reason, count in reasons.most_common())

@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from tests.library import on_pin
+from tests.build import on_pin
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 from scipy.optimize import brentq
-from tests.library import on_pin
+from tests.build import on_pin
 
 import scissordyn as sd
 from reference.frame import Frame

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.library import on_pin
+from tests.build import on_pin
 
 import scissordyn as sd
 from reference.kernels import at_start, check_element_slopes, check_time_derivative

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.optimize import brentq
-from tests.library import on_pin
+from tests.build import on_pin
 
 import scissordyn as sd
 

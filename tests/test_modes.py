@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.library import on_pin
+from tests.build import on_pin
 
 import scissordyn as sd
 from reference.free_bodies import Scissor

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 import xarray as xr
-from tests.library import write_as_other
+from tests.build import write_as_other
 
 from scissordyn.cli.main import status_of
 from scissordyn.config.file import read_case

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from tests.library import add_checksum, write_as_other
+from tests.build import add_checksum, write_as_other
 
 from scissordyn.cli.main import status_of
 from scissordyn.record.store import load

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.library import in_c
+from tests.build import in_c
 
 import scissordyn as sd
 from scissordyn.casefile.part import PARTS

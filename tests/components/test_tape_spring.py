@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.library import on_pin
+from tests.build import on_pin
 
 import scissordyn as sd
 from scissordyn.components.tape_spring import TapeSpring

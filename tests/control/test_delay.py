@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pint
 import pytest
-from tests.library import hanging
+from tests.build import hanging
 
 import scissordyn as sd
 from scissordyn.components.time_function import Polynomial

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from tests.library import balanced, hanging
+from tests.build import balanced, hanging
 
 import scissordyn as sd
 from scissordyn.components.actuator import Actuator

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-from tests.library import loop_of
+from tests.build import loop_of
 
 from scissordyn.integrate import advance as loop
 from scissordyn.integrate.history import make_history

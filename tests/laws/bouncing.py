@@ -7,7 +7,7 @@ from functools import cache
 
 import numpy as np
 from scipy.integrate import solve_ivp
-from tests.library import in_c
+from tests.build import in_c
 
 from scissordyn.kernel import F1
 from scissordyn.laws.contact import JointContact

@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from tests.library import balanced, hanging
+from tests.build import balanced, hanging
 
 import scissordyn as sd
 from scissordyn.components.force import Force

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.library import on_pin
+from tests.build import on_pin
 
 import scissordyn as sd
 from scissordyn.model.mechanism import Mechanism

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.library import in_c
+from tests.build import in_c
 
 from scissordyn.kernel import F1, F2
 from scissordyn.mechanics.lanes import LANES, combine, padded, pull, stretch

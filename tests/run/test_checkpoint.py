@@ -19,7 +19,7 @@ from typing import Annotated, Any
 import numpy as np
 import pytest
 import xarray as xr
-from tests.library import EXAMPLES, on_pin
+from tests.build import EXAMPLES, on_pin
 
 import scissordyn as sd
 from scissordyn.casefile.configuration import write_configuration

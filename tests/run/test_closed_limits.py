@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from tests.library import warnings_of
+from tests.build import warnings_of
 
 import scissordyn as sd
 from scissordyn.kinematics.branching import drive_warnings

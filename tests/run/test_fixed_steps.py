@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from benchmarks.horizon_cases import KINDS
 from benchmarks.missed_contacts import CASES, RELEASED, SEEN, ends, judge, outside
-from tests.library import counts_of
+from tests.build import counts_of
 
 import scissordyn as sd
 from reference.lagrange import Array, constant_speed

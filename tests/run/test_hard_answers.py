@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 import xarray as xr
-from tests.library import EXAMPLES, counts_of, warnings_of
+from tests.build import EXAMPLES, counts_of, warnings_of
 
 import scissordyn as sd
 from scissordyn.cli.compare import measures

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from tests.library import counts_of, in_bearing
+from tests.build import counts_of, in_bearing
 
 import scissordyn as sd
 from scissordyn.laws.damping.factors import LankaraniNikravesh

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from scipy.linalg import expm
-from tests.library import EXAMPLES, counts_of, in_bearing, warnings_of
+from tests.build import EXAMPLES, counts_of, in_bearing, warnings_of
 
 import scissordyn as sd
 from scissordyn.components.bushing import Bushing

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from tests.library import EXAMPLES, balanced, counts_of, in_bearing, warnings_of
+from tests.build import EXAMPLES, balanced, counts_of, in_bearing, warnings_of
 
 import scissordyn as sd
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.library import counts_of
+from tests.build import counts_of
 
 import scissordyn as sd
 from scissordyn.model.options import Options, StartKind

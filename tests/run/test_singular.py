@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.library import warnings_of
+from tests.build import warnings_of
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of

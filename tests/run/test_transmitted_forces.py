@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from benchmarks.random_cases import random_case
-from tests.library import in_bearing
+from tests.build import in_bearing
 
 import scissordyn as sd
 from reference.balance import Balance, rotated

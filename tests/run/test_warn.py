@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.library import EXAMPLES, counts_of, warnings_of
+from tests.build import EXAMPLES, counts_of, warnings_of
 
 import scissordyn as sd
 from scissordyn.laws.evaluate import elastic_force

@@ -5,7 +5,8 @@ Import from here (``from tests.build import array, on_pin, warnings_of``) instea
 - `array`: the paper's scissor array, with clearance at one joint if a clearance is given.
 - `on_pin`, `hanging`, `in_bearing`: one body on a ground pin, or in a bearing with clearance.
 - `chain`: bars pinned end to end. `wheel`, `gears`, `planetary`: bodies for couplings.
-- `case_of`: a case from its text. `warnings_of`, `counts_of`, `assert_balance`: what a run reports, and its energy balance.
+- `case_of`: a case from its text. `one_line_error`: an expected error.
+- `warnings_of`, `counts_of`, `assert_balance`: what a run reports, and its energy balance.
 
 The fixture ``answer`` of the top-level conftest runs a command and returns what it prints.
 """
@@ -13,13 +14,15 @@ The fixture ``answer`` of the top-level conftest runs a command and returns what
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 import xarray as xr
 
 import scissordyn as sd
@@ -132,6 +135,15 @@ def assert_balance(run: xr.Dataset, bound: float = 1e-8, terms: Iterable[str] = 
     assert run.attrs["status"] == "complete", run.attrs["cause"]
     turnover = max(float(np.ptp(run[name].values)) for name in terms)
     assert float(np.max(np.abs(run["energy_residual"].values))) < bound * turnover
+
+
+@contextmanager
+def one_line_error(*texts: str) -> Iterator[None]:
+    """Expect an InputError of one line that contains some texts."""
+    with pytest.raises(sd.InputError) as caught:
+        yield
+    assert [text for text in texts if text not in str(caught.value)] == []
+    assert "\n" not in str(caught.value)
 
 
 def case_of(folder: Path, text: str, changes: Iterable[str] = ()) -> sd.Case:

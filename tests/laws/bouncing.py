@@ -1,4 +1,4 @@
-"""What tests of laws share: impacts of a free mass by fixed-step Runge-Kutta, and friction at given slip speeds and states."""
+"""Shared helpers for tests of laws: impacts of a free mass by fixed-step Runge-Kutta, and friction at given slip speeds."""
 
 from __future__ import annotations
 
@@ -17,29 +17,28 @@ from scissordyn.plugin.element import pointers, row_of
 
 JOINT = JointContact(clearance=0.5e-3, journal_radius=9.5e-3, length=15e-3, journal=STEEL, bearing=STEEL)
 UNIT_LENGTH = JointContact(clearance=0.5e-3, journal_radius=9.5e-3, length=1.0, journal=STEEL, bearing=STEEL)
-"""R_B = 10 mm, c = 0.5 mm, for which the figures of the literature are known."""
+"""Joint with R_B = 10 mm, c = 0.5 mm and L_b = 1 m, for which the literature gives figures."""
 
-
-STATELESS = np.zeros(0)  # Internal states, and their rates, of a law without
+STATELESS = np.zeros(0)  # Internal states, and their rates, of a law without states
 
 
 def by_name(law):
-    """A test id that the mutation script selects by."""
+    """Return a test id by which the mutation script selects tests."""
     return getattr(law, "name", None)
 
 
 def row(law, joint=JOINT):
-    """A law's numbers as the kernels read them."""
+    """Return a law's values as the kernels read them."""
     return row_of(law, joint)
 
 
 def at(law, kernel="force"):
-    """The pointer to a law's kernel."""
+    """Return the pointer to a law's kernel."""
     return pointers(law)[kernel]
 
 
 def force(law, delta, joint=JOINT):
-    """Elastic force at one indentation."""
+    """Return the elastic force at one indentation."""
     return elastic_force(at(law), delta, row(law, joint))
 
 
@@ -61,7 +60,7 @@ def _advance(delta, rate, h, stiffness, p, damping, q, speed, mass):
 
 
 def bounce(stiffness, p, damping, q, speed, mass, h):
-    """Deepest indentation and rebound speed of one impact with steps h."""
+    """Return the deepest indentation and the rebound speed of one impact, computed with steps h."""
     out = np.zeros(2)
     _compiled_bounce()(stiffness, p, damping, q, speed, mass, h, out)
     return out.tolist()
@@ -77,7 +76,7 @@ def _write_bounce(stiffness: int, p: F1, damping: int, q: F1, speed: float, mass
 
 
 def _bounce(stiffness, p, damping, q, speed, mass, h):
-    # the forces start with a power or a logarithm of the indentation: the first step is refined towards the touch
+    # the forces start with a power or a logarithm of the indentation: the first step starts tiny and doubles
     delta, rate = 0.0, speed
     for k in range(40):
         delta, rate = _advance(
@@ -103,7 +102,7 @@ def _bounce(stiffness, p, damping, q, speed, mass, h):
 
 
 def step(stiffness, mass, speed, joint=JOINT, parts=4000):
-    """A step of about 1/parts of the time that the undamped spring needs to reverse the mass."""
+    """Return about 1/parts of the time in which the undamped spring reverses the mass."""
     p = row(stiffness, joint)
     low, high = 1e-12, 1e-2
     for _ in range(80):
@@ -119,36 +118,36 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(60)
 
 
 def work(stiffness, deepest, joint=JOINT):
-    """The integral of the elastic force up to an indentation, by Gauss quadrature in its fourth root."""
+    """Integrate the elastic force up to an indentation, by Gauss quadrature in its fourth root."""
     p = row(stiffness, joint)
     r = 0.5 * (1.0 + _NODES)
     values = np.array([elastic_force(at(stiffness), deepest * x**4, p) * 4.0 * x**3 for x in r])
     return 0.5 * deepest * float(_WEIGHTS @ values)
 
 
-NORMAL = 1000.0  # Normal force of what slides [N]
+NORMAL = 1000.0  # Normal force of a sliding contact [N]
 
 
 class Sliding:
-    """A friction law at work: force and rates of its states at a slip speed."""
+    """Friction law under a constant normal force: force and rates of its states at a slip speed."""
 
     def __init__(self, law, normal=NORMAL):
         self.law, self.normal, self.p = law, normal, row(law)
         self.count = len(law.states)
 
     def states(self, kernel, v):
-        """States at the start of a contact, or steady ones."""
+        """Return the states at the start of a contact (kernel "start") or in steady sliding ("steady")."""
         z = np.full(self.count, np.nan)
         friction_states(at(self.law, kernel), v, z, self.p)
         return z
 
     def __call__(self, v, z):
-        """Force and rates."""
+        """Return the force and the rates of the states."""
         dz = np.full(self.count, np.nan)
         return friction_force(at(self.law), v, self.normal, np.array(z, float), dz, self.p), dz
 
     def settled(self, v, z=None, time=0.1):
-        """Force after sliding at a constant speed for a long time, by scipy's Radau."""
+        """Return the force after sliding at a constant speed for `time`, by scipy's Radau."""
         z0 = np.zeros(self.count) if z is None else z
         found = solve_ivp(lambda t, y: self(v, y)[1], (0.0, time), z0, method="Radau", rtol=1e-10, atol=1e-14)
         return self(v, found.y[:, -1])[0]

@@ -1,4 +1,4 @@
-"""Bristle laws: the fading of their damping, friction's own limit, passivity, the start of a contact."""
+"""Bristle laws: fading damping, the limit of friction, passivity and the start of a contact."""
 
 import itertools
 import math
@@ -28,17 +28,17 @@ FADING = [LuGre, ElastoPlastic]
 
 
 def force(law, v, z, normal=NORMAL):
-    """Tangential force and rates of the states."""
+    """Return the tangential force and the rates of the states."""
     return Sliding(law, normal)(v, z)
 
 
 def start(law, v):
-    """States at the start of a contact."""
+    """Return the states at the start of a contact."""
     return Sliding(law).states("start", v)
 
 
 def states_of(law):
-    """States over all that a law can reach: bristles up to static friction, dwell from 0 to 1."""
+    """Return states over the whole reachable range: bristles up to static friction, dwell from 0 to 1."""
     if not law.states:
         return [()]
     largest = getattr(law, "static", None) or (law.kinetic if law.name == "dahl" else 1.5 * law.kinetic)
@@ -64,13 +64,13 @@ def states_of(law):
     ids=by_name,
 )
 def test_static_limit(law, limit):
-    """Closed form: the largest force a law allows at 2 m/s under 1 kN, the same in both directions."""
+    """Closed form: the largest force of a law at 2 m/s under 1 kN, equal in both directions."""
     for v in (2.0, -2.0):
         assert friction_limit(at(law, "limit"), v, NORMAL, row(law)) == pytest.approx(limit, rel=1e-14)
 
 
 def test_users_friction_has_no_limit():
-    """Limit: nothing is known of a function of the user's."""
+    """Contract: a user's friction law has no known limit."""
     assert (
         friction_limit(
             at(sd.element(slot="friction")(lambda slip_speed: 0.1 * slip_speed)(), "limit"), 2.0, NORMAL, np.zeros(16)
@@ -84,7 +84,7 @@ def test_users_friction_has_no_limit():
 )
 @pytest.mark.parametrize("kinetic", [0.01, 0.1, 0.6])
 def test_friction_keeps_to_its_limit(law, kinetic):
-    """Limit: at any slip speed and any state that a law can reach the force is within its own static limit."""
+    """Limit: at any slip speed and any reachable state the force stays within the law's own static limit."""
     options = [{}]
     if "static" in law.__dataclass_fields__:
         options = [{}, {"static": kinetic}, {"static": 3.0 * kinetic}]
@@ -98,7 +98,7 @@ def test_friction_keeps_to_its_limit(law, kinetic):
 
 
 def test_lugre_reaches_its_limit_with_more_damping():
-    """Limit: the default damping speed is no smaller than it need be; 1.6 times as large and static friction is exceeded.
+    """Limit: LuGre exceeds static friction with 1.25 times the default damping speed, and not with 1.19 times.
 
     At a slip speed where g = mu_k the bound is sigma_1 |v| <= 2 mu_s mu_k/(mu_s + mu_k) = 1.2 mu_k.
     """
@@ -114,7 +114,7 @@ def test_lugre_reaches_its_limit_with_more_damping():
 
 @pytest.mark.parametrize("law", FADING, ids=by_name)
 def test_fading_damping(law):
-    """Closed form: sigma_1 falls to 1/e of itself at the damping speed; at 1e6 m/s it stays constant."""
+    """Closed form: sigma_1 falls to 1/e at the damping speed; with a damping speed of 1e6 m/s it is constant."""
     v, sigma_1 = 2e-3, 300.0
     for speed, share in ((v, math.exp(-1.0)), (2.0 * v, math.exp(-0.25)), (CONSTANT, 1.0)):
         found, rate = force(law(0.1, bristle_damping=sigma_1, damping_speed=speed), v, [0.0])
@@ -123,7 +123,7 @@ def test_fading_damping(law):
 
 
 def test_lugre_damping_speed():
-    """Closed form: unless given, v_d makes the peak of sigma_1 |v| exp(-(v/v_d)^2), at v_d/sqrt 2, the kinetic coefficient."""
+    """Closed form: the default v_d makes the peak of sigma_1 |v| exp(-(v/v_d)^2), at v_d/sqrt 2, the kinetic coefficient."""
     law = LuGre(0.08, bristle_damping=200.0)
     speed = row(law)[7]
     peak = force(law, speed / math.sqrt(2.0), [0.0])[0]
@@ -134,9 +134,9 @@ def test_lugre_damping_speed():
 
 
 def test_elasto_plastic_damping_speed():
-    """Limit: elasto-plastic's v_d leaves no room: with 2 % more, friction exceeds mu_s at some deflection near breakaway.
+    """Limit: with 2 % more than the default v_d, friction exceeds mu_s at some deflection near breakaway.
 
-    At a slip speed far below the Stribeck speed, where g = mu_s.
+    The slip speed is far below the Stribeck speed, where g = mu_s.
     """
     for breakaway in (0.4, 0.7, 0.95):
         law = ElastoPlastic(0.1, breakaway=breakaway, stribeck_speed=1.0)
@@ -150,9 +150,9 @@ def test_elasto_plastic_damping_speed():
 
 @pytest.mark.parametrize("breakaway", [0.05, 0.95])
 def test_elasto_plastic_keeps_to_its_limit_to_rounding(breakaway):
-    """Limit: at the speed of the largest damping no deflection brings elasto-plastic's friction above mu_s, to rounding.
+    """Limit: at the speed of the largest damping, friction reaches mu_s at one deflection and exceeds it nowhere.
 
-    With mu_s = mu_k the curve is flat, so that the slip speed does not matter; one deflection reaches mu_s.
+    With mu_s = mu_k the curve is flat, so that the slip speed does not matter.
     """
     law = ElastoPlastic(0.1, 0.1, breakaway=breakaway)
     v = row(law)[7] / math.sqrt(2.0)
@@ -165,9 +165,9 @@ def test_elasto_plastic_keeps_to_its_limit_to_rounding(breakaway):
 
 @pytest.mark.parametrize("law", FADING, ids=by_name)
 def test_slip_reversal_under_load(law):
-    """Limit: slip that reverses at 5 km/s^2, as in the paper's case, meets no more than static friction.
+    """Limit: slip that reverses at 5 km/s^2, as in the paper's case, never meets more than static friction.
 
-    With a constant damping it meets more than a hundred times as much. By Heun's method in steps of 1 ns.
+    With constant damping it meets more than a hundred times as much. Integrated by Heun's method in steps of 1 ns.
     """
     largest = {}
     for name, friction in (("fading", law(0.1)), ("constant", law(0.1, damping_speed=CONSTANT))):
@@ -187,7 +187,7 @@ def test_slip_reversal_under_load(law):
 
 
 def cycle_work(law, fast, *, slow=1e-4, length=3e-6, steps=1000):
-    """Work that friction takes in the third closed cycle of slow and fast slip forth and back, over mu_k times its path."""
+    """Return the work of friction in the third cycle of slow and fast slip back and forth, over mu_k times the path."""
     p, z, dz = row(law), np.zeros(len(law.states)), np.zeros(len(law.states))
     work = 0.0
     for turn, speed in itertools.product(range(3), (slow, fast, -slow, -fast)):
@@ -204,9 +204,9 @@ def cycle_work(law, fast, *, slow=1e-4, length=3e-6, steps=1000):
 
 @pytest.mark.parametrize("law", FADING, ids=by_name)
 def test_passive_in_cycles_of_slow_and_fast_slip(law):
-    """Limit: creep that bends the bristles to static friction, then fast slip, costs energy in every closed cycle.
+    """Limit: slow slip that bends the bristles to static friction, then fast slip, costs energy in every closed cycle.
 
-    With a constant damping the fast slip of lugre gives back eighty times mu_k F_n over the path.
+    With constant damping, lugre's fast slip returns eighty times mu_k F_n over the path.
     """
     for fast in (1e-3, 3e-3, 1e-2, 1e-1, 1.0):
         assert cycle_work(law(0.1), fast) > 0.5
@@ -233,7 +233,7 @@ def test_dissipation_inequality(law):
 
 
 @pytest.mark.parametrize("law", BRISTLES, ids=by_name)
-def test_contact_that_begins_at_rest(law):
+def test_contact_that_begins_near_rest(law):
     """Limit: the first deflection is odd and continuous in the slip speed; a dwell starts at zero.
 
     At 1e-4 of the Stribeck speed it is 1e-4 of the steady one.
@@ -253,7 +253,7 @@ def test_contact_that_begins_at_rest(law):
 
 @pytest.mark.parametrize("law", BRISTLES, ids=by_name)
 def test_contact_that_begins_in_sliding(law):
-    """Closed form: from twenty Stribeck speeds on the first deflection is that of steady sliding; at one it is tanh 1 of it."""
+    """Closed form: the first deflection is steady sliding's from twenty Stribeck speeds on, and tanh 1 of it at one."""
     friction = law(0.1)
     for v in (0.02, 0.5, -3.0):
         assert start(friction, v)[0] == pytest.approx(math.copysign(1e-6, v), rel=1e-15, abs=0.0)
@@ -263,9 +263,9 @@ def test_contact_that_begins_in_sliding(law):
 
 @pytest.mark.parametrize("kinetic", [0.01, 0.1])
 def test_friction_keeps_to_its_limit_in_a_run(array, kinetic):
-    """Limit: in the paper's case |F_t| stays within mu_s F_n at every microsecond of the first 20 ms."""
+    """Limit: in the paper's case |F_t| stays within mu_s F_n in 20001 samples of the first 20 ms."""
     run = sd.simulate(array.with_clearance("A", sd.Clearance(0.5e-3, friction=LuGre(kinetic))), until=0.02, samples=20_001)
     joint = run.sel(joint="A")
     assert float(joint["normal_force"].max()) > 5e4
-    # the bristle is known to a millionth
+    # the bristle's deflection has a relative error of 1e-6
     assert np.all(np.abs(joint["friction_force"]) <= 1.5 * kinetic * (1.0 + 2e-6) * joint["normal_force"])

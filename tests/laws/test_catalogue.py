@@ -1,4 +1,4 @@
-"""The catalogue: every law by name, each with its kernels, its facts and its source."""
+"""Catalogue of laws: names, kernels, declarations and sources."""
 
 import math
 import re
@@ -19,8 +19,8 @@ KINDS = {"stiffness": Elastic, "damping": Damping, "friction": Friction}
 ENTRIES = [(kind, name) for kind, laws in catalogue.BY_KIND.items() for name in laws]
 
 
-def test_everything_is_there():
-    """Contract: the catalogue holds the laws of this list, no more and no fewer."""
+def test_names_of_all_laws():
+    """Contract: the catalogue holds exactly the laws of this list."""
     assert set(catalogue.ELASTIC) == {
         *("bai-zhao-as-printed", "braendlein", "dubowsky-freudenstein", "esdu-78035", "hertz", "johnson"),
         *("linear", "liu", "pereira", "persson", "power", "radzimovsky"),
@@ -37,8 +37,8 @@ def test_everything_is_there():
 
 
 @pytest.mark.parametrize(("kind", "name"), ENTRIES)
-def test_what_a_law_says_of_itself(kind, name):
-    """Contract: every law satisfies its protocol, fits in its row and has name, source, units and help."""
+def test_declaration_of_each_law(kind, name):
+    """Contract: every law satisfies its protocol, fits in its row and has a name, source, units and help."""
     law = catalogue.law(kind, name)
     assert isinstance(law(), KINDS[kind])
     assert len(law().parameters(JOINT)) <= PARAMETERS
@@ -54,7 +54,7 @@ def test_what_a_law_says_of_itself(kind, name):
 
 
 def test_friction_states():
-    """Contract: laws with memory declare their states and the units."""
+    """Contract: laws with memory declare their states and units."""
     assert {
         name: tuple((state.name, state.unit) for state in law.states) for name, law in catalogue.FRICTION.items() if law.states
     } == {
@@ -75,13 +75,13 @@ def test_friction_states():
     ],
 )
 def test_unknown_names(kind, name, says):
-    """Limit: an unknown name is answered with the nearest."""
+    """Contract: the error about an unknown name suggests the nearest one."""
     with pytest.raises(InputError, match=says):
         catalogue.law(kind, name)
 
 
 def test_materials():
-    """Published number: E* of the materials' pairs; steel on steel is 113.7363 GPa (docs/reference.md)."""
+    """Published number: E* of steel on steel is 113.7363 GPa (docs/reference.md); every material has plausible values."""
     assert JOINT.modulus == pytest.approx(1.137363e11, rel=1e-6)
     materials = catalogue.MATERIALS
     assert {"steel", "aluminium", "titanium", "bronze", "ptfe", "cfrp"} <= set(materials)
@@ -97,7 +97,7 @@ PARAMETERS_OF_LAWS = [(kind, name, *entry) for kind, name in ENTRIES for entry i
 
 @pytest.mark.parametrize(("kind", "name", "key", "quantity"), PARAMETERS_OF_LAWS)
 def test_parameters_are_bounded(kind, name, key, quantity):
-    """Limit: every number of every law has a lower and an upper bound; what no machine can have is refused by name."""
+    """Contract: every parameter has a lower and an upper bound; values outside and infinite ones are refused by name."""
     low = quantity.minimum if quantity.above is None else quantity.above
     high = quantity.maximum if quantity.below is None else quantity.below
     assert low < high
@@ -127,14 +127,14 @@ def test_parameters_are_bounded(kind, name, key, quantity):
     ],
 )
 def test_materials_are_bounded(field, value):
-    """Limit: moduli of 1 kPa to 10 TPa, Poisson's ratios above -1 up to 0.5, densities of 0.1 to 1e5 kg/m^3."""
+    """Contract: moduli are 1 kPa to 10 TPa, Poisson's ratios above -1 up to 0.5, densities 0.1 to 1e5 kg/m^3."""
     given = {"youngs_modulus": 2e11, "poisson_ratio": 0.3, "density": 7800.0, field: value}
     with pytest.raises(InputError, match=field):
         catalogue.MATERIALS["steel"].__class__("odd", **given)
 
 
-def test_a_kernel_refuses_numbers_that_lie_apart():
-    """Guard: a kernel reads its states one after the other; a column of a table is refused rather than misread."""
+def test_kernel_refuses_states_that_are_not_contiguous():
+    """Contract: a kernel reads contiguous states; a column of a table is refused."""
     law = catalogue.FRICTION["gonthier-bristle"]()
     apart = np.ones((2, 3))[:, 0]
     with pytest.raises(TypeError, match="contiguous"):

@@ -1,4 +1,4 @@
-"""Damping factors, and what comes out of them."""
+"""Damping factors and the restitution that they return."""
 
 import itertools
 import math
@@ -24,7 +24,7 @@ MASS = 2.0
 
 
 def made(law, restitution):
-    """The law for a restitution; the undamped one has none."""
+    """Return the law for a restitution; the undamped law has none."""
     return law() if law.name == "none" else law(restitution=restitution)
 
 
@@ -43,7 +43,7 @@ def made(law, restitution):
     ],
 )
 def test_factors_by_hand(name, half, four_fifths):
-    """Closed form: every published factor at c_e = 1/2 and 4/5, worked out with fractions."""
+    """Closed form: every published factor at c_e = 1/2 and 4/5, computed by hand with fractions."""
     law = catalogue.DAMPING[name]
     assert law(restitution=0.5).factor == pytest.approx(half, rel=1e-14)
     assert law(restitution=0.8).factor == pytest.approx(four_fifths, rel=1e-13)
@@ -58,7 +58,7 @@ def test_factors_by_hand(name, half, four_fifths):
     ids=by_name,
 )
 def test_returned_restitution_figures(law, figure):
-    """Published number: what comes out at c_e = 0.5 (docs/reference.md, normal force laws), five digits."""
+    """Published number: returned restitution at c_e = 0.5 (docs/reference.md, normal force laws), five digits."""
     assert returned_restitution(law.factor) == pytest.approx(figure, abs=5e-6)
 
 
@@ -71,7 +71,7 @@ def test_exact_factor_figures(restitution, figure):
 
 
 def test_exact_factor_over_the_range():
-    """Limit: exact tends to 3/2 (1-c_e) for c_e -> 1 and to 1/c_e for c_e -> 0, and its inverse undoes it."""
+    """Limit: exact tends to 3/2 (1-c_e) for c_e -> 1 and to 1/c_e for c_e -> 0; its inverse returns c_e."""
     assert exact_factor(1.0) == 0.0
     assert exact_factor(1 - 1e-7) == pytest.approx(1.5e-7, rel=1e-6)
     assert exact_factor(1e-3) == pytest.approx(1e3, rel=1e-14)
@@ -80,16 +80,16 @@ def test_exact_factor_over_the_range():
 
 
 def test_carvalho_martins_fits_exact():
-    """Cross-check: carvalho-martins is a fit of the exact factor; from c_e = 0.55 up it is 1.9e-4 from it at most."""
+    """Cross-check: carvalho-martins fits the exact factor; from c_e = 0.55 up it differs by at most 1.9e-4."""
     law = catalogue.DAMPING["carvalho-martins"]
     for restitution in np.linspace(0.55, 0.99, 40):
         assert law(restitution=restitution).factor == pytest.approx(exact_factor(restitution), rel=1.9e-4)
 
 
-def test_whole_table():
-    """Contract: ln[(1+xi)/(1-xi e)] = xi (1+e) and int F_el = m v0^2 [xi - ln(1+xi)]/xi^2 for every elastic part and factor.
+def test_impact_identities_for_all_pairs():
+    """Identity: ln[(1+xi)/(1-xi e)] = xi (1+e) and int F_el = m v0^2 [xi - ln(1+xi)]/xi^2 for every elastic part and factor.
 
-    By a Runge-Kutta method of order four with 4000 steps to the deepest point, whose own error is about 1e-10.
+    The impact is integrated by a fourth-order Runge-Kutta method with 4000 steps to the deepest point (error about 1e-10).
     """
     worst = {}
     for elastic, damping in itertools.product(catalogue.ELASTIC.values(), [*FACTORS, catalogue.DAMPING["none"]]):
@@ -112,7 +112,7 @@ def test_whole_table():
 
 @pytest.mark.parametrize("law", FACTORS, ids=by_name)
 def test_each_factor_in_an_impact(law):
-    """Contract: e_out of an impact on a linear spring is the root of the identity for the factor worked out elsewhere."""
+    """Cross-check: e_out of an impact on a linear spring is the root of the identity for the law's factor."""
     stiffness, damping = Linear(1e8), law(restitution=0.7)
     _, rebound = bounce(at(stiffness), row(stiffness), at(damping), row(damping), 0.3, MASS, step(stiffness, MASS, 0.3))
     assert rebound / 0.3 == pytest.approx(returned_restitution(damping.factor), rel=1e-7)
@@ -132,7 +132,7 @@ def test_dashpot_closed_form(restitution):
     stiffness = Linear(k)
     _, rebound = bounce(at(stiffness), row(stiffness), at(law), row(law), speed, MASS, step(stiffness, MASS, speed))
     assert rebound / speed == pytest.approx(expected, rel=1e-6)
-    # with the tension included, the given restitution is returned: the time is pi/w_d
+    # with the tension included the given restitution is returned: the duration is pi/w_d
     assert math.exp(-zeta / root * math.pi) == pytest.approx(restitution, rel=1e-12)
 
 
@@ -152,8 +152,8 @@ def test_kelvin_voigt():
 
 
 @pytest.mark.parametrize("damping", [law for law in catalogue.DAMPING.values() if not law.states], ids=by_name)
-def test_no_tension_and_no_gain(damping):
-    """Limit: no damping gives tension, none lowers the force on approach or raises it on rebound."""
+def test_damping_neither_pulls_nor_adds_energy(damping):
+    """Limit: no damping gives tension, lowers the force on approach or raises it on rebound."""
     law = damping()
     q = row(law)
     for elastic, rate in itertools.product((0.0, 1.0, 1e4), (-5.0, -0.1, 0.0, 0.1, 5.0)):
@@ -164,9 +164,9 @@ def test_no_tension_and_no_gain(damping):
 
 @pytest.mark.parametrize("law", FACTORS, ids=by_name)
 def test_restitution_bounds(law):
-    """Limit: a restitution above 1 is refused, and c_e = 1 takes nothing away.
+    """Contract: a restitution above 1 is refused, and c_e = 1 means no loss.
 
-    Sources that speak of high restitution without a number claim no range, the others the whole of it.
+    Sources that mention high restitution without a number claim no range; the others claim the whole range.
     """
     silent = ("hunt-crossley", "herbert-mcwhannell", "lee-wang", "lankarani-nikravesh")
     assert law.restitution_range == (None if law.name in silent else (0.0, 1.0))
@@ -175,7 +175,7 @@ def test_restitution_bounds(law):
     assert law(restitution=1.0).factor == 0.0
 
 
-def test_exact_restitution_of_no_damping():
-    """Limit: without damping everything comes back."""
+def test_returned_restitution_without_damping():
+    """Limit: without damping the impact is elastic."""
     assert returned_restitution(0.0) == 1.0
     assert returned_restitution(1e-9) == pytest.approx(1.0, rel=1e-8)

@@ -1,4 +1,4 @@
-"""Elastic parts: figures, inverses, shapes."""
+"""Elastic parts of contact laws: published figures, inverse relations and the shape of the force."""
 
 import math
 from dataclasses import replace
@@ -42,7 +42,7 @@ E_STAR = UNIT_LENGTH.modulus
     ids=by_name,
 )
 def test_figures(law, figure):
-    """Published number: f at delta = 10 um, c = 0.5 mm, R_B = 10 mm, steel, per metre of length (the Hertz sphere: in all).
+    """Published number: force at delta = 10 um, c = 0.5 mm, R_B = 10 mm, steel, per metre of length (Hertz sphere: in all).
 
     The figures come from an independent evaluation of the printed laws (docs/reference.md), five digits each.
     """
@@ -55,7 +55,7 @@ def test_hertz_stiffness():
 
 
 def test_braendlein():
-    """Closed form: a bearing and an indentation of 1 mm each give the constant itself, in N; hertz of dimension 10/9."""
+    """Closed form: with 1 mm of length and of indentation the force is the law's constant in N; it grows as delta^(10/9)."""
     mm = replace(JOINT, length=1e-3)
     assert force(Braendlein(), 1e-3, mm) == pytest.approx(35948.0, rel=1e-12)
     assert force(Braendlein(), 512e-3, mm) == pytest.approx(35948.0 * 2.0**10, rel=1e-12)  # 512 = 2^9
@@ -67,8 +67,8 @@ def test_braendlein():
     [(Linear(stiffness=3e8), 3e8 * 4e-6), (PowerLaw(coefficient=5e9, exponent=1.5), 5e9 * 8e-9)],
     ids=by_name,
 )
-def test_own_constants(law, expected):
-    """Closed form: a linear spring and the power 1.5 at 4 um."""
+def test_laws_with_given_constants(law, expected):
+    """Closed form: force of a linear spring and of a power law with exponent 1.5 at 4 um."""
     assert force(law, 4e-6) == pytest.approx(expected, rel=1e-14)
 
 
@@ -111,7 +111,7 @@ def test_implicit_laws_invert_to_round_off(law, printed):
 
 
 def test_johnson_domain():
-    """Closed form: the law turns at 4 c/e^2; it is followed until TURN e^(1-TURN) = 97.35 % of that and is smooth there."""
+    """Closed form: the law turns at 4 c/e^2; its tangent begins at TURN e^(1-TURN) = 97.35 % of that, with the same slope."""
     p = row(Johnson(), UNIT_LENGTH)
     assert p[2] == pytest.approx(1.25 * math.exp(-0.25) * 4 * 0.5e-3 / math.e**2, rel=1e-14)
     below, above = (elastic_force(at(Johnson), p[2] * (1 + s * 1e-9), p) for s in (-1, 1))
@@ -119,7 +119,7 @@ def test_johnson_domain():
 
 
 def test_dubowsky_freudenstein_length():
-    """Contract: with m = 3 a change of the unit of length changes nothing, so f(L_b) depends on L_b^2 c/(R_B R_J) only."""
+    """Identity: with m = 3 the law is independent of the unit of length: f depends on L_b^2 c/(R_B R_J) only."""
     law = DubowskyFreudenstein()
     scaled = replace(JOINT, clearance=1e-3, journal_radius=19e-3, length=30e-3)
     assert force(law, 2e-5, scaled) == pytest.approx(4.0 * force(law, 1e-5, JOINT), rel=1e-13)
@@ -134,7 +134,7 @@ def test_radzimovsky_half_widths():
 
 
 def test_persson_as_printed():
-    """Contract: the half-angle form is the printed form in eps."""
+    """Identity: the half-angle form equals the printed form in eps."""
     for delta in np.geomspace(1e-7, 2.9e-3, 40):
         b = math.tan(0.5 * math.acos(0.5e-3 / (0.5e-3 + delta)))
         printed = E_STAR * 0.5e-3 * math.pi * b**2 * (b**2 + 1) / (2 - math.log(b**2 + 1) - 2 * b**4)
@@ -147,7 +147,7 @@ def test_persson_small_arcs():
 
 
 def test_persson_tangent():
-    """Identity: force and slope are continuous where the law is left for its tangent, at six clearances."""
+    """Identity: force and slope are continuous where the tangent begins, at six clearances."""
     p = row(Persson(), UNIT_LENGTH)
     assert p[2] == pytest.approx(6 * 0.5e-3, rel=1e-14)
     h = 1e-7 * p[2]
@@ -173,7 +173,7 @@ def test_pereira_small_clearance():
 
 @pytest.mark.parametrize("clearance", [4.99e-6, 10.05e-3])
 def test_pereira_range(clearance):
-    """Limit: outside the clearances of its fit the law says so."""
+    """Contract: outside the clearances of its fit the law is refused."""
     with pytest.raises(InputError, match="Pereira"):
         Pereira().parameters(replace(JOINT, clearance=clearance, journal_radius=1.0))
     assert Pereira().parameters(replace(JOINT, clearance=5.01e-6))[1] > 1.0
@@ -186,7 +186,7 @@ def test_pereira_large_clearance():
 
 
 def test_bai_zhao_as_printed_is_the_slope_of_liu():
-    """Contract: the printed K_n is dF/d delta of Liu's law per unit length; by a sixth-order difference."""
+    """Identity: the printed K_n is dF/d delta of Liu's law per unit length, by a sixth-order difference."""
     weights = {-3: -1 / 60, -2: 9 / 60, -1: -45 / 60, 1: 45 / 60, 2: -9 / 60, 3: 1 / 60}
     for delta in (1e-7, 1e-5, 3e-4):
         h = 1e-3 * delta
@@ -203,8 +203,8 @@ def test_monotone_from_zero(law):
 
 
 @pytest.mark.parametrize("law", [law for law in ALL if law.name not in ("linear", "power", "braendlein")], ids=by_name)
-def test_soft_materials_are_softer(law):
-    """Limit: doubling both compliances halves every force that knows the material (same indentation, f proportional to E*)."""
+def test_force_is_proportional_to_the_modulus(law):
+    """Limit: doubling both compliances halves the force at the same indentation."""
     soft = replace(JOINT.journal, youngs_modulus=0.5 * JOINT.journal.youngs_modulus)
     halved = force(law(), 1e-5, replace(JOINT, journal=soft, bearing=soft))
     assert halved == pytest.approx(0.5 * force(law(), 1e-5), rel=1e-12)

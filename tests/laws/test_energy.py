@@ -1,4 +1,4 @@
-"""The work that presses an elastic part in, against quadrature of its force."""
+"""Elastic energy of a contact, compared with quadrature of its force."""
 
 import itertools
 import math
@@ -21,17 +21,17 @@ from scissordyn.plugin.element import element
 
 C = JOINT.clearance
 SHARES = (1e-6, 1e-3, 0.1, 0.5, 0.525, 0.999, 1.0, 1.001, 2.0, 3.0, 5.999, 6.001, 8.0, 18.0)
-"""Indentations in clearances, on both sides of the points where laws change their form, up to the journal's radius."""
+"""Indentations in clearances, on both sides of each change of a law's form, up to the journal's radius."""
 ALL = [law() for law in catalogue.ELASTIC.values()]
 
 
 def energy(law, delta, joint=JOINT):
-    """What the kernel says."""
+    """Return the elastic energy as the kernel computes it."""
     return elastic_energy(at(law, "energy"), at(law), delta, row(law, joint))
 
 
 def work(law, delta, joint=JOINT, breaks=()):
-    """Scipy's adaptive quadrature of the force, in s = sqrt(delta), piece by piece."""
+    """Integrate the force by scipy's adaptive quadrature in s = sqrt(delta), piece by piece."""
     p = row(law, joint)
     ends = np.sqrt([0.0, *sorted(b for b in breaks if b < delta), delta])
     return math.fsum(
@@ -43,7 +43,7 @@ def work(law, delta, joint=JOINT, breaks=()):
 @pytest.mark.parametrize("law", [*ALL, Radzimovsky(half_width=1.6), DubowskyFreudenstein(1.0), PowerLaw(1e8, 0.5)], ids=by_name)
 @pytest.mark.parametrize("clearance", [C, 0.02e-3])
 def test_energy_is_the_work_of_the_force(law, clearance):
-    """Cross-check: to 1e-12 at every indentation from a nanometre to the journal's radius."""
+    """Cross-check: the energy is the work of the force to 1e-12, from a nanometre to the journal's radius."""
     joint = replace(JOINT, clearance=clearance)
     breaks = [law.deepest(joint)] if isinstance(law, Continued) else []
     depths = [share * clearance for share in SHARES]
@@ -54,8 +54,8 @@ def test_energy_is_the_work_of_the_force(law, clearance):
     assert energy(law, -1e-4, joint) == 0.0
 
 
-def test_continued_laws_say_so():
-    """Contract: the laws with a tangent, and where it begins: at TURN e^(1-TURN) of the deepest point, at six clearances."""
+def test_where_continued_laws_begin_their_tangent():
+    """Closed form: tangents begin at TURN e^(1-TURN) of the turning point, Persson's at six clearances."""
     names = {law.name for law in ALL if isinstance(law, Continued)}
     assert names == {"johnson", "esdu-78035", "radzimovsky", "dubowsky-freudenstein", "persson"}
     assert Persson().deepest(JOINT) == pytest.approx(6.0 * C, rel=1e-14)
@@ -63,12 +63,12 @@ def test_continued_laws_say_so():
 
 
 def stiffness(function):
-    """A stiffness law that is one function without numbers."""
+    """Return a stiffness law made of one function without parameters."""
     return element(slot="stiffness")(function)()
 
 
 def test_users_laws():
-    """Closed form: a user's power law, one with two kinks, one that is flat first, and one that is not a number."""
+    """Closed form: energy of a user's power law, of laws with two kinks or a flat start, and NaN of an undefined force."""
 
     def kinked(indentation):
         return 1e8 * indentation + 3e9 * max(indentation - 1.1e-4, 0.0) - 1e9 * max(indentation - 2.3e-4, 0.0)
@@ -85,7 +85,7 @@ def test_users_laws():
     assert math.isnan(elastic_energy(at(hole, "energy"), at(hole), 4e-4, row(hole, replace(JOINT, clearance=1e-4))))
 
 
-def test_users_law_that_is_nowhere_smooth():
-    """Limit: a force that ripples more finely than may be halved: the quadrature ends, near the work without ripples."""
+def test_users_law_that_is_not_smooth():
+    """Limit: quadrature of a force with ripples too fine to resolve ends, near the work without ripples."""
     rippled = stiffness(lambda indentation: 1e8 * indentation * (1.0 + 0.5 * math.sin(3e9 * indentation)))
     assert energy(rippled, 4e-4) == pytest.approx(0.5 * 1e8 * 4e-4**2, rel=0.05)

@@ -1,4 +1,4 @@
-"""Friction laws: steady sliding, sticking, stick-slip, passivity."""
+"""Friction laws: steady sliding, sticking, stick-slip and passivity."""
 
 import math
 
@@ -26,7 +26,7 @@ SPEEDS = np.array([-1.0, -0.03, -2e-3, -5e-4, 5e-4, 1e-3, 1.005e-3, 2e-3, 0.03, 
 
 
 def curve(v, *, mu_k=0.05, mu_s=0.075, v_s=1e-3):
-    """The Stribeck curve of the default parameters."""
+    """Return the friction coefficient of the Stribeck curve with the default parameters."""
     return mu_k + (mu_s - mu_k) * math.exp(-((v / v_s) ** 2))
 
 
@@ -59,7 +59,7 @@ def curve(v, *, mu_k=0.05, mu_s=0.075, v_s=1e-3):
     ids=by_name,
 )
 def test_steady_sliding(law, coefficient):
-    """Closed form: the force of steady sliding against the law's own curve, odd in v, for laws with states after 0.1 s."""
+    """Closed form: the force of steady sliding follows the law's curve and is odd in v (laws with states: after 0.1 s)."""
     sliding = Sliding(law)
     for v in SPEEDS:
         expected = math.copysign(coefficient(abs(v)) * NORMAL, v)
@@ -68,7 +68,7 @@ def test_steady_sliding(law, coefficient):
 
 @pytest.mark.parametrize("law", [law for law in ALL if law.states], ids=by_name)
 def test_contact_starts_in_steady_sliding(law):
-    """Limit: the states at the start of a contact do not move and give the settled force, at 1 mm/s and more."""
+    """Limit: at 1 mm/s and more a contact starts with states that do not change and give the settled force."""
     sliding = Sliding(law())
     for v in (-1.0, -0.05, 0.05, 1.0):
         z = sliding.states("start", v)
@@ -80,7 +80,7 @@ def test_contact_starts_in_steady_sliding(law):
 
 @pytest.mark.parametrize("law", [law for law in ALL if law.states], ids=by_name)
 def test_steady_states(law):
-    """Limit: the states of steady sliding give the force that is settled after 0.1 s, below the Stribeck speed too."""
+    """Limit: the states of steady sliding give the force that is reached after 0.1 s, also below the Stribeck speed."""
     sliding = Sliding(law())
     for v in SPEEDS:
         assert sliding(v, sliding.states("steady", v))[0] == pytest.approx(sliding.settled(v), rel=1e-7)
@@ -89,7 +89,7 @@ def test_steady_states(law):
 
 @pytest.mark.parametrize("law", ALL, ids=by_name)
 def test_sliding_dissipates(law):
-    """Limit: in steady sliding friction has the sign of the slip speed, at rest it is zero."""
+    """Limit: in steady sliding friction has the sign of the slip speed; at rest it is zero."""
     sliding = Sliding(law())
     for v in SPEEDS:
         assert sliding(v, sliding.states("start", v))[0] * v > 0.0
@@ -98,9 +98,9 @@ def test_sliding_dissipates(law):
 
 @pytest.mark.parametrize("law", ALL, ids=by_name)
 def test_passive_in_closed_cycles(law):
-    """Limit: over closed cycles of slip, from micrometres to millimetres, no law gives back more than it got.
+    """Limit: over closed cycles of slip, from micrometres to millimetres, no law returns more work than it received.
 
-    Starting from undeflected bristles, the work done on the surfaces is never below minus what the bristles could hold.
+    The bristles start undeflected, so that the work done on the surfaces is never negative.
     """
     for amplitude in (2e-7, 2e-6, 1e-3):
         sliding = Sliding(law())
@@ -158,7 +158,7 @@ def test_dahl_exponential():
 
 
 def test_lugre_rate():
-    """Closed form: z' and the force at one state, worked out by hand, of lugre with a constant damping."""
+    """Closed form: z' and force of lugre with constant damping at one state, computed by hand."""
     force, rate = Sliding(LuGre(damping_speed=1e6))(1e-3, [3e-7])
     z_rate = 1e-3 - 1e5 * 1e-3 * 3e-7 / (0.05 + 0.025 / math.e)
     assert rate[0] == pytest.approx(z_rate, rel=1e-14)
@@ -166,9 +166,9 @@ def test_lugre_rate():
 
 
 def test_elasto_plastic_does_not_creep():
-    """Limit: Dupont et al. 2002: below the breakaway deflection elasto-plastic bristles only bend; LuGre's creep.
+    """Limit: below the breakaway deflection elasto-plastic bristles only bend (Dupont et al. 2002); LuGre's creep.
 
-    A force of half the breakaway force plus a ripple moves a mass back and forth; once settled it stays where it is.
+    A pull of half the breakaway force plus a ripple moves a mass back and forth; the drift between two equal phases is zero.
     """
     drift = {}
     for law in (ElastoPlastic(bristle_damping=500.0), LuGre(bristle_damping=500.0)):
@@ -187,7 +187,7 @@ def test_elasto_plastic_does_not_creep():
 
 
 def test_elasto_plastic_transition():
-    """Closed form: alpha is 0 at z_ba, 1/2 halfway to z_max and 1 there; 0 whenever v changes its sign."""
+    """Closed form: alpha is 0 at z_ba, 1/2 halfway to z_max and 1 at z_max; it is 0 when v has the other sign."""
     sliding = Sliding(ElastoPlastic(breakaway=0.6))
     v = 0.5  # far above the Stribeck speed: z_max = mu_k/sigma_0
     farthest, breakaway = 0.05 / 1e5, 0.6 * 0.05 / 1e5
@@ -201,9 +201,9 @@ def test_elasto_plastic_transition():
 
 
 def test_gonthier_bristle_dwell():
-    """Closed form: at rest the dwell of gonthier-bristle grows as 1 - exp(-t/tau_d); sliding it falls with sigma_1/sigma_0.
+    """Closed form: at rest the dwell grows as 1 - exp(-t/tau_d); in sliding it falls with sigma_1/sigma_0.
 
-    The largest force before sliding follows it: mu_k + (mu_s - mu_k) w.
+    The largest force before sliding follows the dwell: mu_k + (mu_s - mu_k) w.
     """
     law = GonthierBristle(dwell_time=2e-3)
     sliding = Sliding(law)
@@ -218,7 +218,7 @@ def test_gonthier_bristle_dwell():
 
 
 def test_gonthier_bristle_smoothing():
-    """Closed form: gonthier-bristle's d(v) at half the smoothing speed is 3/4 - 1/16 = 11/16, one from that speed on."""
+    """Closed form: d(v) is 3/4 - 1/16 = 11/16 at half the smoothing speed and 1 from that speed on."""
     sliding = Sliding(GonthierBristle(smoothing_speed=0.2, stribeck_speed=1e-3))
     assert sliding(0.1, [0.0, 0.0])[1][0] == pytest.approx(0.05 * 11 / 16 / 10.0, rel=1e-12)
     for v in (0.2008, 0.3):
@@ -228,7 +228,7 @@ def test_gonthier_bristle_smoothing():
 
 @pytest.mark.parametrize("v", [5e-4, -5e-4, 2e-3])
 def test_gonthier_bristle_between_sticking_and_sliding(v):
-    """Closed form: gonthier-bristle's friction below its largest is s (sigma_0 z + sigma_1 v) + (1 - s) mu_k sgn v."""
+    """Closed form: friction below its limit is s (sigma_0 z + sigma_1 v) + (1 - s) mu_k sgn v."""
     found, rate = Sliding(GonthierBristle())(v, [math.copysign(2e-7, v), 0.0])
     stick = math.exp(-((v / 1e-3) ** 2))
     assert found == pytest.approx(NORMAL * math.copysign(stick * (0.02 + 10.0 * abs(v)) + (1.0 - stick) * 0.05, v), rel=1e-13)
@@ -238,7 +238,7 @@ def test_gonthier_bristle_between_sticking_and_sliding(v):
 def test_gonthier_bristle_steady_states():
     """Closed form: below v_s bristles bend to the static friction of their dwell e^(-(v/v_s)^2), above to kinetic friction.
 
-    Between, sigma_0 z = mu_k + sigma_1 v s/(1 - s).
+    In between, sigma_0 z = mu_k + sigma_1 v s/(1 - s).
     """
     sliding = Sliding(GonthierBristle(0.1, 0.3, bristle_damping=50.0))
     for v, bend in ((1e-4, 0.1 + 0.2 * math.exp(-0.01)), (-1e-4, -0.1 - 0.2 * math.exp(-0.01)), (0.05, 0.1)):
@@ -259,8 +259,8 @@ def test_gonthier_bristle_steady_states():
     ],
     ids=by_name,
 )
-def test_smooth_where_the_source_says_so(law, points):
-    """Limit: the slopes to the left and right of the joints of a curve agree, to first order in the distance."""
+def test_smooth_curves(law, points):
+    """Limit: the slopes on both sides of the joints of a smooth curve agree, to first order in the distance."""
     sliding = Sliding(law)
     h = 1e-8
     for v in points:
@@ -272,7 +272,7 @@ def test_smooth_where_the_source_says_so(law, points):
 
 @pytest.mark.parametrize("law", ALL, ids=by_name)
 def test_proportional_to_the_normal_force(law):
-    """Limit: twice the normal force is twice the friction, none is none."""
+    """Limit: twice the normal force gives twice the friction, and no normal force gives none."""
     one, two, nothing = (Sliding(law(), normal=n) for n in (NORMAL, 2 * NORMAL, 0.0))
     z = one.states("start", 0.02)
     assert two(0.02, z)[0] == pytest.approx(2 * one(0.02, z)[0], rel=1e-14)
@@ -281,6 +281,6 @@ def test_proportional_to_the_normal_force(law):
 
 @pytest.mark.parametrize("law", [law for law in ALL if "static" in law.__dataclass_fields__], ids=by_name)
 def test_static_at_least_kinetic(law):
-    """Limit: a static coefficient below the kinetic one is refused."""
+    """Contract: a static coefficient below the kinetic one is refused."""
     with pytest.raises(InputError, match="static"):
         law(kinetic=0.2, static=0.1)

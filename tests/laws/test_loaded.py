@@ -1,4 +1,4 @@
-"""Contacts that are loaded beyond an impact at their approach speed: closed forms of the reference speed of damping."""
+"""Reference speed of damping in contacts that are loaded beyond an impact at their approach speed, by closed forms."""
 
 import math
 
@@ -17,7 +17,7 @@ PRELOAD = 5e3  # [N]
 
 
 def damped(depth, rate, n, xi, approach=0.0, mass=MASS):
-    """Normal force by the package's reference speed."""
+    """Return the normal force with the package's reference speed."""
     if depth <= 0.0:
         return 0.0
     elastic = K * depth**n
@@ -25,7 +25,7 @@ def damped(depth, rate, n, xi, approach=0.0, mass=MASS):
 
 
 def static(n, load=PRELOAD):
-    """Indentation under a load, and the angular frequency of small vibrations there."""
+    """Return the indentation under a load and the angular frequency of small vibrations about it."""
     depth = (load / K) ** (1.0 / n)
     return depth, math.sqrt(n * load / (MASS * depth))
 
@@ -33,8 +33,8 @@ def static(n, load=PRELOAD):
 @pytest.mark.parametrize("n", [1.0, 1.5, 3.0])
 @pytest.mark.parametrize("restitution", [0.2, 0.5, 0.95])
 @pytest.mark.parametrize("speed", [1e-6, 1e-2, 5.0])
-def test_a_free_impact_keeps_the_published_law(n, restitution, speed):
-    """Closed form: the reference speed is the approach speed to the last bit, as sup v^2/v0^2 = (n+1)/8 is below 1."""
+def test_free_impact_keeps_the_published_law(n, restitution, speed):
+    """Closed form: the reference speed equals the approach speed exactly, as sup v^2/v0^2 = (n+1)/8 is below 1."""
     xi = Exact(restitution=restitution).factor
     deepest = (0.5 * (n + 1.0) * MASS * speed**2 / K) ** (1.0 / (n + 1.0))
     duration = math.pi * deepest / speed
@@ -50,8 +50,8 @@ def test_a_free_impact_keeps_the_published_law(n, restitution, speed):
 
 
 @pytest.mark.parametrize("n", [1.0, 1.5, 3.0])
-def test_an_elastic_impact_comes_as_near_as_its_exponent_says(n):
-    """Closed form: at the deepest point of an undamped impact v^2/v0^2 = (n+1)/8, if only its strain counted."""
+def test_reference_speed_at_the_deepest_point(n):
+    """Closed form: without approach speed, v^2/v0^2 = (n+1)/8 at the deepest point of an undamped impact."""
     deepest = (0.5 * (n + 1.0) * MASS / K) ** (1.0 / (n + 1.0))
     elastic = K * deepest**n
     assert reference_speed(elastic, deepest, 0.0, 0.0, MASS) ** 2 == pytest.approx((n + 1.0) / 8.0, rel=1e-12)
@@ -60,7 +60,7 @@ def test_an_elastic_impact_comes_as_near_as_its_exponent_says(n):
 @pytest.mark.parametrize("n", [1.0, 1.5, 3.0])
 @pytest.mark.parametrize("load", [10.0, 5e3])
 def test_small_vibrations_about_a_load(n, load):
-    """Closed form: damping ratio xi/sqrt(n), whatever load and amplitude, by the logarithmic decrement of the motion."""
+    """Closed form: the damping ratio is xi/sqrt(n) for any load and amplitude, by the logarithmic decrement."""
     xi, (depth, omega) = 0.12, static(n, load)
     amplitude, periods = 1e-4 * depth, 5
     start = depth + amplitude, 0.0
@@ -79,7 +79,7 @@ def test_small_vibrations_about_a_load(n, load):
 @pytest.mark.parametrize("restitution", [0.2, 0.5, 0.9])
 @pytest.mark.parametrize("n", [1.0, 1.5])
 def test_slow_loading(restitution, n):
-    """Closed form: (F - F_el)/F_el = 2 xi P'/(sqrt(n) w P), so that it tends to none with the rate P' of the load."""
+    """Closed form: (F - F_el)/F_el = 2 xi P'/(sqrt(n) w P) for a load that grows at the rate P'."""
     xi, (depth, omega) = Flores(restitution=restitution).factor, static(n)
     for loading in (1e5, 1e3):
         rate = depth * loading / (n * PRELOAD)
@@ -88,7 +88,7 @@ def test_slow_loading(restitution, n):
 
 
 def test_loss_of_a_sinusoidal_load():
-    """Closed form: pi k A^2 2 zeta Omega/w a cycle for small amplitudes, by quadrature of the damping force."""
+    """Closed form: a cycle of small amplitude loses pi k A^2 2 zeta Omega/w, by quadrature of the damping force."""
     n, xi, (depth, omega) = 1.5, 0.3, static(1.5)
     stiffness, ratio, slow, losses = n * PRELOAD / depth, xi / math.sqrt(1.5), 0.01 * omega, []
     for amplitude in (1e-3 * depth, 2e-3 * depth):
@@ -103,7 +103,7 @@ def test_loss_of_a_sinusoidal_load():
 
 
 def test_bounds():
-    """Inequality: the damping force stays within 2 xi F_el, and its slope within that of the frequency of the contact."""
+    """Limit: the damping force stays within 2 xi F_el, and its slope within that of the contact's frequency."""
     xi, n = 1.7, 1.5
     depth, _ = static(n)
     rates = np.concatenate([-np.geomspace(1e-12, 1e3, 200), np.geomspace(1e-12, 1e3, 200)])
@@ -119,7 +119,7 @@ def test_bounds():
             assert abs(up - down) / (2.0 * h) <= 2.0 * xi * math.sqrt(MASS * n * elastic / depth / n) * (1.0 + 1e-6)
 
 
-def test_nothing_moves_and_nothing_is_strained():
-    """Limit: a contact that just touches at rest has a finite reference; without a mass it is the approach speed."""
+def test_reference_speed_of_a_touch_at_rest():
+    """Limit: a contact that just touches at rest has a finite reference speed; without mass it is the approach speed."""
     assert reference_speed(0.0, 0.0, 0.0, 0.0, MASS) == APPROACH_FLOOR
     assert reference_speed(1e6, 1e-3, 10.0, 0.3, 0.0) == 0.3

@@ -1,4 +1,4 @@
-"""Two elements of friction side by side."""
+"""Maxwell-slip friction: two elements in parallel."""
 
 import math
 
@@ -15,7 +15,7 @@ NORMAL = 50.0
 
 
 def slid(law, path, normal=NORMAL, steps=4000):
-    """Force after slipping along some distances in turn, by the classical Runge-Kutta method over the distance."""
+    """Return the force after slipping along given distances in turn, by the classical Runge-Kutta method over the distance."""
     p, z, dz = row(law, JOINT), np.zeros(2), np.zeros(2)
 
     def rate(z, speed):
@@ -41,7 +41,7 @@ def test_from_rest(x):
 
 
 def test_reversal():
-    """Closed form: after full sliding one way each element goes to the other side as 2 exp(-s x/(w mu)) - 1."""
+    """Closed form: after full sliding one way, each element follows 2 exp(-s x/(w mu)) - 1 in the other direction."""
     x = 4e-6
     parts = [(0.3 * 0.2, 2e5), (0.7 * 0.2, 3e3)]
     exact = NORMAL * sum(size * (2.0 * math.exp(-stiffness * x / size) - 1.0) for size, stiffness in parts)
@@ -49,15 +49,15 @@ def test_reversal():
 
 
 def test_steady_and_start():
-    """Contract: sliding is mu at any speed; a contact starts with the part tanh(v/(1 mm/s)) of it in each element."""
+    """Closed form: steady friction is mu at any speed; a contact starts with tanh(v/(1 mm/s)) of it in each element."""
     np.testing.assert_allclose(steady_coefficient(LAW, JOINT, [-1.0, -1e-5, 1e-5, 1.0]), [-0.2, -0.2, 0.2, 0.2], rtol=1e-14)
     z = np.zeros(2)
     friction_states(at(LAW, "start"), 5e-4, z, row(LAW, JOINT))
     np.testing.assert_allclose(z, math.tanh(0.5) * np.array([0.06 / 2e5, 0.14 / 3e3]), rtol=1e-14)
 
 
-def test_a_loop_has_two_slopes():
-    """Limit: in a small oscillation the loop begins with s_1 + s_2, and the soft element alone goes on behind the stiff one."""
+def test_slopes_of_a_small_loop():
+    """Limit: a small loop begins with the slope s_1 + s_2; after the stiff element slides, only the soft slope remains."""
     loop = oscillation(LAW, JOINT, amplitude=2e-6, frequency=5.0)
     turn = int(np.argmax(loop.displacement))
     x, force = loop.displacement[turn : turn + 180], loop.coefficient[turn : turn + 180]
@@ -66,8 +66,8 @@ def test_a_loop_has_two_slopes():
     assert slope[-20] < 3.0 * 3e3
 
 
-def test_its_limit():
-    """Limit: in any state that slip can reach the force is within mu F_n, and it comes to it in sliding."""
+def test_limit_of_friction():
+    """Limit: in any state that slip can reach the force is within mu F_n, and sliding reaches mu F_n."""
     p = row(LAW, JOINT)
     reached = np.array([0.06 / 2e5, 0.14 / 3e3])
     for part in np.linspace(-1.0, 1.0, 9):

@@ -1,4 +1,4 @@
-"""The small experiments that show a law, and their pictures."""
+"""Small experiments that show a law, and their pictures."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ ENTRIES = [(kind, name) for kind, laws in catalogue.BY_KIND.items() for name in 
 
 
 def test_impact():
-    """Identity: the rebound is the root of the energy integral, and the loop's area is the energy that is gone."""
+    """Identity: the rebound is the root of the energy integral, and the loop's area is the energy lost."""
     history = impact(Liu(), Flores(0.6), JOINT, mass=3.0, speed=0.4, samples=4001)
     assert history.restitution == pytest.approx(returned_restitution(Flores(0.6).factor), rel=1e-7)
     area = np.trapezoid(history.force, history.indentation)
@@ -23,7 +23,7 @@ def test_impact():
 
 
 def test_oscillation_loses_the_work_of_friction():
-    """Limit: sliding far beyond the bristles' length, a period of Dahl's friction costs 4 a mu, as Coulomb's."""
+    """Limit: when sliding far exceeds the bristles' deflection, a period of Dahl's friction costs 4 a mu."""
     dahl = catalogue.FRICTION["dahl"](kinetic=0.05)
     history = oscillation(dahl, JOINT, amplitude=1e-2, frequency=10.0, samples=4001)
     loss = np.trapezoid(history.coefficient, history.displacement)
@@ -31,7 +31,7 @@ def test_oscillation_loses_the_work_of_friction():
 
 
 def test_steady_coefficient():
-    """Limit: odd in the slip speed, and of the same shape."""
+    """Limit: the coefficient is odd in the slip speed and has the shape of the argument."""
     speeds = np.array([[-1.0, -1e-3], [1e-3, 1.0]])
     found = steady_coefficient(catalogue.FRICTION["lugre"](), JOINT, speeds)
     assert found.shape == speeds.shape
@@ -41,14 +41,14 @@ def test_steady_coefficient():
 
 @pytest.mark.parametrize("name", ["lugre", "elasto-plastic", "gonthier-bristle", "dahl"])
 def test_steady_coefficient_of_creep(name):
-    """Limit: far below the Stribeck speed steady sliding meets static friction, dahl's its only coefficient."""
+    """Limit: far below the Stribeck speed steady sliding gives static friction (dahl: its only coefficient)."""
     (found,) = steady_coefficient(catalogue.FRICTION[name](), JOINT, [1e-6])
     assert found == pytest.approx(0.05 if name == "dahl" else 0.075, rel=1e-5)
 
 
 @pytest.mark.parametrize(("kind", "name"), ENTRIES)
-def test_every_law_can_be_drawn(kind, name):
-    """Limit: the curves are finite, start and end at their limits, and name the law."""
+def test_picture_of_each_law(kind, name):
+    """Contract: the curves are finite, start and end at their limits, and the title names the law."""
     axes = draw_law(catalogue.law(kind, name)())
     assert len(axes) == (2 if kind == "friction" else 1)
     assert name in axes[0].get_title(loc="left")
@@ -61,8 +61,8 @@ def test_every_law_can_be_drawn(kind, name):
         assert loop[:, 1].max() > 1.0
 
 
-def test_the_gallery_shows_all():
-    """Contract: one curve for each law of the catalogue."""
+def test_gallery_of_laws():
+    """Contract: the gallery has one curve for each law of the catalogue."""
     axes = draw_gallery()
     for panel, laws in zip(axes, catalogue.BY_KIND.values(), strict=True):
         assert [line.get_label().split(" ")[0] for line in panel.lines] == list(laws)

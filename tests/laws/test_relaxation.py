@@ -1,4 +1,4 @@
-"""Surfaces that relax, as linear elements in closed form, and in runs against the equation of one mass."""
+"""Surfaces that relax: linear elements in closed form, and runs compared with the equation of one mass."""
 
 import math
 
@@ -18,7 +18,7 @@ STIFFNESS, MASS = 2e5, 3.0
 
 
 def forces_of(law: StandardLinearSolid, elastic: np.ndarray, time: np.ndarray) -> np.ndarray:
-    """Normal force of elastic parts over time, the state by the trapezoidal rule between instants."""
+    """Return the normal force for a history of elastic forces; the state follows by the trapezoidal rule."""
     z, dz, force, values = np.zeros(1), np.zeros(1), np.zeros(len(time)), row(law)
     decay = 0.5 * np.diff(time) / law.relaxation_time
     for k in range(len(time)):
@@ -28,8 +28,8 @@ def forces_of(law: StandardLinearSolid, elastic: np.ndarray, time: np.ndarray) -
     return force
 
 
-def test_relaxation_and_what_is_settled() -> None:
-    """Closed form: F_el (1 + r e^(-t/tau)) after a sudden indentation; F_el where it lasts."""
+def test_relaxation_after_a_sudden_indentation() -> None:
+    """Closed form: F_el (1 + r e^(-t/tau)) after a sudden indentation, and F_el in the settled state."""
     law, time = StandardLinearSolid(1.5, 2e-3), np.linspace(0.0, 0.01, 20001)
     force = forces_of(law, np.full(time.size, 100.0), time)
     force[0] = 250.0  # the rule has half of the first interval there
@@ -42,7 +42,7 @@ def test_relaxation_and_what_is_settled() -> None:
 
 @pytest.mark.parametrize("frequency", [10.0, 80.0, 600.0])
 def test_energy_of_a_cycle(frequency: float) -> None:
-    """Closed form: pi a^2 k r w tau/(1 + w^2 tau^2) is dissipated in a cycle of a linear spring about an indentation."""
+    """Closed form: a cycle of a linear spring about an indentation dissipates pi a^2 k r w tau/(1 + w^2 tau^2)."""
     law, omega, amplitude = StandardLinearSolid(0.8, 2e-3), 2.0 * math.pi * frequency, 1e-4
     cycles = 3 + math.ceil(40.0 * law.relaxation_time * frequency)
     time = np.linspace(0.0, cycles / frequency, 4000 * cycles + 1)
@@ -54,8 +54,8 @@ def test_energy_of_a_cycle(frequency: float) -> None:
 
 
 @pytest.mark.parametrize("time", [1e-4, 3e-3, 0.1])
-def test_an_impact_on_a_linear_solid(time: float) -> None:
-    """Closed form: the matrix exponential of mass, spring and relaxing spring, up to where the force would pull."""
+def test_impact_on_a_linear_solid(time: float) -> None:
+    """Closed form: the matrix exponential of mass, spring and relaxing spring, until the force would pull."""
     law = StandardLinearSolid(1.5, time)
     bounced = impact(Linear(STIFFNESS), law, JOINT, mass=MASS, speed=0.4)
     stiff, lag = STIFFNESS * 2.5, STIFFNESS * 1.5
@@ -69,22 +69,22 @@ def test_an_impact_on_a_linear_solid(time: float) -> None:
 
 @pytest.mark.parametrize(("ratio", "time", "stiffness"), [(0.0, 1e-3, 1.0), (1.5, 1e6, 2.5), (1.5, 1e-9, 1.0)])
 def test_limits_are_springs(ratio: float, time: float, stiffness: float) -> None:
-    """Limit: nothing that relaxes, nothing that has time to, and all of it at once: everything comes back, in pi sqrt(m/k)."""
+    """Limit: no relaxing part, an infinite and a zero relaxation time each give an elastic impact of pi sqrt(m/k)."""
     bounced = impact(Linear(STIFFNESS), StandardLinearSolid(ratio, time), JOINT, mass=MASS, speed=0.4)
     assert bounced.restitution == pytest.approx(1.0, rel=2e-6)
     assert bounced.time[-1] == pytest.approx(math.pi * math.sqrt(MASS / (stiffness * STIFFNESS)), rel=2e-6)
 
 
 def rotor(gap: sd.Clearance) -> sd.Mechanism:
-    """A mass whose pin is loose."""
+    """Return a mass whose pin has clearance in a bearing at the origin."""
     body = sd.Body("rotor", mass=MASS, inertia=0.01, points={"c": (0.0, 0.0)}, position=(0.0, 0.0), angle=0.0)
     pin = sd.Revolute("A", ("rotor", "c"), ("ground", "O"), clearance=gap)
     return sd.Mechanism((body,), (pin,), ground=(("O", (0.0, 0.0)),))
 
 
 @pytest.mark.parametrize("method", ["dop853", "rodas5p"])
-def test_a_mass_that_falls_into_its_bearing(method: str) -> None:
-    """Second formulation: m y'' = m g - F_n with z of its own over several contacts, by another integrator."""
+def test_mass_that_falls_into_its_bearing(method: str) -> None:
+    """Second formulation: m y'' = m g - F_n with its own state z over several contacts, by scipy's DOP853."""
     gap = sd.Clearance(2e-4, damping=StandardLinearSolid(1.5, 5e-4))
     run = sd.simulate(rotor(gap), until=0.05, samples=501, rtol=1e-10, atol=1e-10, method=method)
     stiffness, surfaces = gap.stiffness, gap.surfaces
@@ -114,8 +114,8 @@ def test_a_mass_that_falls_into_its_bearing(method: str) -> None:
     assert float(residual) < 1e-6
 
 
-def test_a_static_start_rests_on_what_does_not_relax() -> None:
-    """Closed form: m g at the indentation of the elastic law alone, and nothing moves from there."""
+def test_static_start_rests_on_the_elastic_law() -> None:
+    """Closed form: the weight is carried by the elastic law alone, and the mass stays at rest."""
     gap = sd.Clearance(2e-4, damping=StandardLinearSolid(1.5, 5e-4), friction=sd.LuGre(0.1))
     run = sd.simulate(rotor(gap), until=0.01, samples=11, start="static")
     depth = -run["eccentricity"].sel(joint="A", axis="y").values - 2e-4
@@ -126,8 +126,8 @@ def test_a_static_start_rests_on_what_does_not_relax() -> None:
     assert {"bristle_deflection", "relaxed_force"} <= set(run)
 
 
-def test_modes_take_the_stiffness_of_a_sudden_change() -> None:
-    """Closed form: against an elastic contact a mass vibrates sqrt(1 + r) times faster, and swings as fast."""
+def test_modes_with_relaxation() -> None:
+    """Closed form: relaxing contacts vibrate with the stiffness of a sudden change, sqrt(1 + r) times faster."""
     laws = sd.law("damping", "none")(), StandardLinearSolid(1.5, 5e-4)
     elastic, relaxing = (sd.modes(rotor(sd.Clearance(2e-4, damping=law)), count=3, joints="contact") for law in laws)
     np.testing.assert_allclose(relaxing["contact_force"], elastic["contact_force"], rtol=1e-9)
@@ -136,8 +136,8 @@ def test_modes_take_the_stiffness_of_a_sudden_change() -> None:
     np.testing.assert_allclose(relaxing["frequency"], factor * elastic["frequency"], rtol=1e-6, atol=1e-3)
 
 
-def test_beside_hard_contact_it_is_refused() -> None:
-    """Contract: time stepping has no states of normal forces."""
+def test_relaxation_next_to_a_hard_contact_is_refused() -> None:
+    """Contract: time stepping has no states of normal forces, and the error says so."""
     arm = sd.scissor(units=1).driven(speed=1.0).with_clearance("A", sd.Clearance(2e-4, contact="hard"))
     with pytest.raises(
         sd.InputError, match=r"'standard-linear-solid' of 'O' has states, but a contact is hard; .*without states"

@@ -1,4 +1,4 @@
-"""Warnings about laws outside what they were made for."""
+"""Warnings about laws outside their range of validity."""
 
 import math
 from dataclasses import replace
@@ -21,12 +21,12 @@ def texts(*given, **named):
 
 
 def test_nothing_to_say():
-    """Limit: a slow, shallow contact of steel under laws that hold for it."""
+    """Contract: a slow, shallow contact of steel gives no warning."""
     assert warnings() == []
 
 
 def test_fast_contacts():
-    """Limit: the limit for steel is 1e-5 sqrt(E/rho) = 0.0515 m/s; the slower of two materials counts."""
+    """Closed form: the speed limit of steel is 1e-5 sqrt(E/rho) = 0.0515 m/s; of two materials the slower one counts."""
     assert warnings(speed=0.0515) == []
     (text,) = warnings(speed=0.0516)
     assert "joint 'A': 1 of 1 contacts start faster than 0.052 m/s" in text
@@ -36,18 +36,18 @@ def test_fast_contacts():
 
 @pytest.mark.parametrize(("stiffness", "count"), [("hertz", 1), ("johnson", 1), ("liu", 0), ("persson", 0)])
 def test_deep_contacts(stiffness, count):
-    """Limit: a fifth of the clearance is deep for laws of small contacts, not for conformal ones."""
+    """Contract: a fifth of the clearance is too deep for laws of small contacts, not for conformal ones."""
     assert warnings(stiffness, indentation=0.199 * JOINT.clearance) == []
     assert len(warnings(stiffness, indentation=0.201 * JOINT.clearance)) == count
 
 
 def test_as_printed():
-    """Limit: a law with inconsistent units is never used silently."""
+    """Contract: a law with inconsistent units is warned of."""
     assert "as printed" in warnings("bai-zhao-as-printed")[0]
 
 
 def test_materials():
-    """Limit: laws for one material, and for steel."""
+    """Contract: laws for one material, and laws for steel, are warned of with other materials."""
     mixed = replace(JOINT, bearing=MATERIALS["bronze"])
     assert "one material" in warnings("persson", joint=mixed)[0]
     assert "steel" in warnings("braendlein", joint=mixed)[0]
@@ -55,7 +55,7 @@ def test_materials():
 
 
 def test_returned_restitution():
-    """Published number: lankarani-nikravesh returns 0.725 for c_e = 0.5; flores returns 0.470, which is near enough."""
+    """Published number: lankarani-nikravesh returns 0.725 for c_e = 0.5; flores returns 0.470, close enough for no warning."""
     law = DAMPING["lankarani-nikravesh"](restitution=0.5)
     (text,) = texts("A", JOINT, ELASTIC["liu"](), law, approach_speed=[], indentation=0.0)
     assert "0.725 for 0.5" in text
@@ -66,7 +66,7 @@ def test_returned_restitution():
 
 
 def test_claimed_range():
-    """Limit: a restitution outside the range that a law's source claims is said."""
+    """Contract: a restitution outside the range that a law's source claims is warned of."""
 
     class Narrow(DAMPING["exact"]):
         restitution_range = (0.7, 1.0)
@@ -75,8 +75,8 @@ def test_claimed_range():
     assert "0.7 to 1, not 0.5" in text
 
 
-def test_indentation_of_the_size_of_the_journal():
-    """Limit: up to the journal's radius a contact is a contact; beyond, the run has failed; the cause names the joint."""
+def test_indentation_beyond_the_journal_radius():
+    """Contract: an indentation beyond the journal's radius, corner radius or gap fails the run; the cause names the joint."""
     assert contact_failure("A", JOINT, JOINT.journal_radius) == ""
     text = contact_failure("A", JOINT, 1.01 * JOINT.journal_radius)
     assert text.startswith("joint 'A': indentation 9.595 mm exceeds the journal radius of 9.5 mm")
@@ -89,7 +89,7 @@ def test_indentation_of_the_size_of_the_journal():
 
 @pytest.mark.parametrize(("stiffness", "share"), [("johnson", 0.527), ("persson", 6.0)])
 def test_continued_laws(stiffness, share):
-    """Limit: where a law is continued along its tangent the run says so."""
+    """Contract: an indentation in the tangent continuation of a law is warned of."""
     words = "is continued along its tangent"
     assert not any(words in text for text in warnings(stiffness, indentation=0.99 * share * JOINT.clearance))
     (text,) = [text for text in warnings(stiffness, indentation=1.01 * share * JOINT.clearance) if words in text]
@@ -97,7 +97,7 @@ def test_continued_laws(stiffness, share):
 
 
 def test_doubts_about_users_laws_are_warnings():
-    """Contract: each kind of a user's law is asked, with the joint's name before its answer."""
+    """Contract: doubts about each kind of user-defined law become warnings with the joint's name."""
     flat = element(slot="stiffness")(lambda indentation: 1e9 * min(indentation, 1e-4))()
     gaining = element(slot="damping")(lambda elastic: 0.5 * elastic)()
     viscous = element(slot="friction")(lambda slip_speed: slip_speed)()

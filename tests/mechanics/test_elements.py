@@ -43,7 +43,7 @@ ON_A_PIN = {
     "backwards": (Motor("part", "rod", -2.0, 10.0), "angular_velocity", lambda t: 10.0 * np.expm1(-t / 2.25)),
     "at its limit": (Motor("part", "rod", 9.0, 10.0, limit=0.45), "angular_velocity", lambda t: t),
 }
-"""Parts at a bar of 0.45 kg m^2 about its pin, and how it moves then; the damper slows it from 5 rad/s."""
+"""Components on a bar of 0.45 kg m^2 about its pin, and its motion; the damper slows it from 5 rad/s."""
 
 
 @pytest.mark.parametrize("name", ON_A_PIN)

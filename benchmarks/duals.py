@@ -213,7 +213,7 @@ def loops(pointer: int, row: np.ndarray, turns: int) -> dict[str, Callable[[], N
     random, candidates = np.random.default_rng(1), {}
     # slips of millimetres per second, bristles of micrometres
     inputs = [random.uniform(0.1, 1.0, count) * size for count, size in zip(counts, (1e-3, 1e-3, 1e-6), strict=True)]
-    for name, function, size in (("differences", differences, 0), ("duals", duals, sum(counts))):
+    for name, function, size in (("differences", differences, 0), ("duals", duals, 2 * ((sum(counts) + 1) // 2))):
         unit, entry = Unit(derivatives=size), Entry(function)
         unit.entry(entry)
         unit.kernel(recipe)

@@ -127,6 +127,16 @@ def vanishes(x: float) -> bool:
     return x == 0.0
 
 
+def value_of(x: float) -> float:
+    """Return a number without its derivatives, if it has any."""
+    return x
+
+
+def first_derivative(x: float) -> float:
+    """Return the first derivative of a number; 0 if it has none."""
+    return 0.0
+
+
 ENTRIES: dict[str, Entry] = {}  # all entries by the names of their symbols in the library
 
 

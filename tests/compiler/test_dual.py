@@ -20,7 +20,7 @@ from scissordyn.compiler.kind import DUAL, FLOAT, Array
 from scissordyn.compiler.recipe import ANSWER, Recipe
 from scissordyn.compiler.unit import Unit, python_of
 from scissordyn.errors import InputError
-from scissordyn.kernel import call_at, vanishes
+from scissordyn.kernel import call_at, first_derivative, value_of, vanishes
 from scissordyn.plugin.element import RECIPES
 
 DERIVATIVES = 16
@@ -212,6 +212,19 @@ def test_a_zero_with_derivatives_does_not_vanish() -> None:
     recipe = Recipe(shortened, ("q[0]", "p[0]"), ("out[0]", "out[1]"))
     values, slopes = with_derivatives(library_of([recipe])[recipe], np.zeros((4, 24)), np.full(1, 3.0), [(0, 0)])
     assert (values[:2].tolist(), slopes[:2, 0].tolist()) == ([0.0, 1.0], [3.0, 0.0])
+
+
+def by_value(x, y):
+    return value_of(x) * y, value_of(x * y), x - value_of(x), first_derivative(x * x), first_derivative(2.0), value_of(3.0)
+
+
+def test_a_value_has_no_derivatives() -> None:
+    """Identity: the value of a number is a constant, its first derivative a value."""
+    recipe = Recipe(by_value, ("q[0]", "p[0]"), tuple(f"out[{k}]" for k in range(6)))
+    inputs = np.zeros((4, 24))
+    inputs[0, 0] = 5.0
+    values, slopes = with_derivatives(library_of([recipe])[recipe], inputs, np.full(1, 3.0), [(0, 0)])
+    assert (values[:6].tolist(), slopes[:6, 0].tolist()) == ([15.0, 15.0, 0.0, 10.0, 0.0, 3.0], [0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
 
 
 BOUNDS = {

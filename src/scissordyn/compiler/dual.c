@@ -1,22 +1,37 @@
-/* Dual numbers: a value, and its derivatives by DERIVATIVES parameters. Values are those of double arithmetic, bit for bit. */
+/* Dual numbers: a value, and its derivatives by DERIVATIVES parameters. Values are those of double arithmetic, bit for bit.
 
-typedef struct { double v, d[DERIVATIVES]; } dual;
+   The derivatives lie in vectors of PACKED doubles, the widest of the processor that divide the even number DERIVATIVES. */
 
-/* y(a, b), with the slope of each derivative k; a part that does not change contributes nothing, even if its slope is infinite */
+#if defined(__AVX512F__) && DERIVATIVES % 8 == 0
+#define PACKED 8
+#elif defined(__AVX__) && DERIVATIVES % 4 == 0
+#define PACKED 4
+#else
+#define PACKED 2
+#endif
+
+typedef double pack __attribute__((vector_size(8 * PACKED), aligned(8)));
+typedef int64_t mask __attribute__((vector_size(8 * PACKED), aligned(8)));
+
+#define PACKS (DERIVATIVES / PACKED)
+
+typedef struct { double v; pack d[PACKS]; } dual;
+
+/* y(a, b), with the slope of each pack k; a part that does not change contributes nothing, even if its slope is infinite */
 #define OPERATION(name, first, second, value, slope) \
     static inline dual name(first a, second b) { \
         dual y; \
         y.v = value; \
-        for (int k = 0; k < DERIVATIVES; k++) y.d[k] = slope; \
+        for (int k = 0; k < PACKS; k++) y.d[k] = slope; \
         return y; \
     }
-#define PART(slope, change) ((change) == 0.0 ? 0.0 : (slope) * (change))
+#define PART(slope, change) ((pack)((mask)((slope) * (change)) & ((change) != 0.0)))
 #define FUNCTION(name, slope) \
     static inline dual name##_dual(dual a) { \
         dual y; \
         double x = a.v, f = name(x), s = slope; \
         y.v = f; \
-        for (int k = 0; k < DERIVATIVES; k++) y.d[k] = PART(s, a.d[k]); \
+        for (int k = 0; k < PACKS; k++) y.d[k] = PART(s, a.d[k]); \
         (void)x; \
         return y; \
     }
@@ -25,7 +40,7 @@ typedef struct { double v, d[DERIVATIVES]; } dual;
         dual y; \
         double x = a.v, z = b.v, f = name(x, z), s = by_first, r = by_second; \
         y.v = f; \
-        for (int k = 0; k < DERIVATIVES; k++) y.d[k] = PART(s, a.d[k]) + PART(r, b.d[k]); \
+        for (int k = 0; k < PACKS; k++) y.d[k] = PART(s, a.d[k]) + PART(r, b.d[k]); \
         return y; \
     }
 #define CHOICE(name, second) \
@@ -34,14 +49,15 @@ typedef struct { double v, d[DERIVATIVES]; } dual;
 static inline dual as_dual(double x) { return (dual){.v = x}; }
 
 static inline int vanishes(dual a) {
-    int zero = a.v == 0.0;
-    for (int k = 0; k < DERIVATIVES; k++) zero &= a.d[k] == 0.0;
-    return zero;
+    if (a.v != 0.0) return 0;
+    for (int k = 0; k < DERIVATIVES; k++)
+        if (a.d[k / PACKED][k % PACKED] != 0.0) return 0;
+    return 1;
 }
 
 static inline dual negative_dual(dual a) {
     a.v = -a.v;
-    for (int k = 0; k < DERIVATIVES; k++) a.d[k] = -a.d[k];
+    for (int k = 0; k < PACKS; k++) a.d[k] = -a.d[k];
     return a;
 }
 
@@ -57,9 +73,16 @@ OPERATION(multiply_fd, double, dual, a * b.v, a * b.d[k])
 OPERATION(divide_dd, dual, dual, a.v / b.v, (a.d[k] - y.v * b.d[k]) / b.v)
 OPERATION(divide_df, dual, double, a.v / b, a.d[k] / b)
 OPERATION(divide_fd, double, dual, a / b.v, -y.v * b.d[k] / b.v)
-OPERATION(whole_power_dual, dual, int64_t, whole_power(a.v, b), b == 0 ? 0.0 : (double)b * whole_power(a.v, b - 1) * a.d[k])
-OPERATION(floor_division_dual, dual, dual, floor_division_floats(a.v, b.v), 0.0)
+OPERATION(floor_division_dual, dual, dual, floor_division_floats(a.v, b.v), (pack){0.0})
 OPERATION(remainder_dual, dual, dual, remainder_floats(a.v, b.v), a.d[k] - floor_division_floats(a.v, b.v) * b.d[k])
+
+static inline dual whole_power_dual(dual a, int64_t n) {
+    dual y;
+    double slope = n == 0 ? 0.0 : (double)n * whole_power(a.v, n - 1);
+    y.v = whole_power(a.v, n);
+    for (int k = 0; k < PACKS; k++) y.d[k] = slope * a.d[k];
+    return y;
+}
 
 CHOICE(least_float, b.v < a.v)
 CHOICE(largest_float, b.v > a.v)

@@ -53,13 +53,27 @@ class _Translated:
 
 
 class Unit:
-    """Functions of one C file."""
+    """Functions of one C file.
+
+    With `derivatives`, floats are dual numbers with that many derivatives, rounded up to an even number; those in the named
+    tuples `doubles` have none.
+    """
 
     whole = INT
 
-    def __init__(self, types: dict[Any, Any] | None = None, *, table: bool = False, derivatives: int = 0) -> None:
-        self.derivatives, self.number = derivatives, DUAL if derivatives else FLOAT
+    def __init__(
+        self,
+        types: dict[Any, Any] | None = None,
+        *,
+        table: bool = False,
+        derivatives: int = 0,
+        doubles: Iterable[type] = (),
+    ) -> None:
+        self.derivatives = derivatives + derivatives % 2  # pairs, see dual.c
+        self.number = DUAL if derivatives else FLOAT
         self.types: dict[Any, Any] = {} if types is None else types
+        for described in doubles:
+            kind_of_hint(described, "", self.types)
         self.table = table
         self.tuples: dict[str, Tuple] = {}
         self.arrays: dict[str, Array] = {}

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.build import counts_of
+from tests.build import counts_of, on_pin
 
 import scissordyn as sd
 from scissordyn.model.options import Options, StartKind
@@ -53,6 +53,49 @@ def assert_chosen(mechanism: sd.Mechanism, method: str, options: Options) -> Non
 def test_integrator_of_a_start(bent: bool, start: StartKind, method: str) -> None:
     """Contract: explicit steps where contacts that are closed at the start open at once, as those of bars that bend may."""
     assert_chosen(_array(modes=2 if bent else 0), method, Options(1e-3, start=start))
+
+
+def _clamped(**how: int) -> sd.Mechanism:
+    """A heavy bar of 0.5 m, clamped by its drive, that bends by modes or by elements."""
+    bar = sd.bar("bar", length=0.5, mass=0.2)
+    return sd.with_bending(on_pin(bar, gravity=9.81), bending_stiffness=1.2e3, axial_stiffness=2e7, **how).driven(speed=0.0)
+
+
+def _on_a_spring() -> sd.Mechanism:
+    """A lever whose weight a spring of 60 kHz holds."""
+    spring = sd.TorsionSpring("spring", "bar", "ground", stiffness=1e11, free_angle=0.0)
+    return on_pin(sd.bar("bar", length=1.0, mass=2.0), spring, gravity=9.81)
+
+
+RESTING = [_clamped(modes=3), _clamped(modes=24), _clamped(elements=8), _on_a_spring()]
+
+
+@pytest.mark.parametrize("mechanism", RESTING, ids=["3 modes", "24 modes", "8 elements", "spring"])
+def test_what_rests_takes_few_steps(mechanism: sd.Mechanism) -> None:
+    """Limit: from static equilibrium nothing moves, whatever vibrations are possible; explicit steps have to resolve them."""
+    assert_chosen(mechanism, "rodas5p", Options(0.1, start="static"))
+    chosen = sd.simulate(mechanism, until=0.1, samples=3, start="static")
+    explicit = sd.simulate(mechanism, until=5e-3, samples=3, start="static", method="dop853")
+    assert counts_of(chosen)["steps"] < 10
+    assert counts_of(explicit)["steps"] > 100
+    np.testing.assert_allclose(chosen["position"].values - chosen["position"].values[0], 0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize("mechanism", RESTING, ids=["3 modes", "24 modes", "8 elements", "spring"])
+def test_what_vibrates_takes_explicit_steps(mechanism: sd.Mechanism) -> None:
+    """Contract: vibrations that move something are resolved, which explicit steps do at less cost."""
+    assert_chosen(mechanism, "dop853", Options(0.1, start="concentric"))
+
+
+def test_a_slow_motion_steps_across_vibrations_at_rest() -> None:
+    """Cross-check: an array of tubes that starts without a jerk moves as with explicit steps, in a tenth of the steps."""
+    array = sd.with_bending(sd.scissor(units=2), **TUBE).driven(motion=sd.Cycloidal(0.0, 0.5, 2.0))
+    chosen, explicit = (
+        sd.simulate(array, until=0.1, samples=11, start="static", method=method) for method in ("auto", "dop853")
+    )
+    assert counts_of(chosen)["method"] == "rodas5p"
+    assert 10 * counts_of(chosen)["steps"] < counts_of(explicit)["steps"]
+    np.testing.assert_allclose(chosen["position"].values, explicit["position"].values, atol=1e-8)
 
 
 @pytest.mark.parametrize(("modes", "method"), [(2, "rodas5p"), (24, "dop853")])

@@ -30,6 +30,10 @@ STABILITY_LIMIT = 6.0
 DENSE_STATES_MAX = 400
 """Largest number of states with a full eigenvalue computation; above, Arnoldi's method estimates the largest eigenvalues."""
 
+IMPLICIT_STEP_COST = (
+    10  # [explicit steps] cost of a linearly implicit step: 2 with 40 states, 10 with 100 to 250, by measurement
+)
+
 TRIAL_STEPS = 500  # explicit steps within which a contact that is closed at the start must open, to count as not stiff
 
 
@@ -44,10 +48,6 @@ def _choose(plan: Plan, system: Handle, y: np.ndarray, options: Options, toleran
     implicit_states_max = 150
     # Films of rigid bars are stiff if pressing a journal through its film takes more explicit steps, for stability alone.
     film_steps_max = 30.0
-    # Damping of a film 1/200 of the clearance thick, divided by the damping of the same film at the centre
-    thin_film_ratio = 3e5
-    # Steps per period that accuracy requires anyway; a problem is stiff if stability requires more.
-    accurate_steps = 40.0
     hard = [plan.contacts[j].name for j in plan.hard_places]
     if (options.method == TIME_STEPPING and not hard) or (options.method not in ("auto", TIME_STEPPING) and hard):
         what = f"hard contact in joint '{hard[0]}'" if hard else "no hard contact"
@@ -89,9 +89,19 @@ def _choose(plan: Plan, system: Handle, y: np.ndarray, options: Options, toleran
         if resting:
             soon = "the first tenth of the run" if static else "a few explicit steps"
             return Choice(EXPLICIT, f"the contact of joint '{resting[0]}' opens within {soon}")
+    return _choose_by_motion(plan, system, y, options, tolerances)
+
+
+def _choose_by_motion(plan: Plan, system: Handle, y: np.ndarray, options: Options, tolerances: Tolerances) -> Choice:
+    """Return the choice for a mechanism without stiff contacts, from its fastest modes and from a trial of both methods."""
+    # Damping of a film 1/200 of the clearance thick, divided by the damping of the same film at the centre
+    thin_film_ratio = 3e5
+    # Steps per period that accuracy requires anyway; a problem is stiff if stability requires more.
+    accurate_steps = 40.0
     nothing = Choice(EXPLICIT, "nothing decays faster than it has to be resolved")
+    quiet = Choice(STIFF, "the fastest vibrations are at rest and would keep explicit steps short for stability alone")
     if not plan.components:
-        return nothing
+        return quiet if bends(plan.mechanism) and vibrations_rest(plan, system, y, options, tolerances) else nothing
     oiled = plan.lubricated[0][0].name if plan.lubricated and bends(plan.mechanism) else ""
     if oiled and y.size > DENSE_STATES_MAX:
         return Choice(STIFF, f"the film of joint '{oiled}' acts on light cross-sections of bars that bend")
@@ -107,6 +117,8 @@ def _choose(plan: Plan, system: Handle, y: np.ndarray, options: Options, toleran
             STIFF,
             f"the film of joint '{oiled}' would keep explicit steps short where it is thin, on light ends of bars that bend",
         )
+    if oscillation * options.until / STABILITY_LIMIT > TRIAL_STEPS and vibrations_rest(plan, system, y, options, tolerances):
+        return quiet
     if decay == 0.0:
         return nothing
     return Choice(EXPLICIT, f"the fastest decay, {decay:.3g} 1/s, allows steps that accuracy needs anyway")
@@ -128,6 +140,28 @@ def contacts_open_soon(plan: Plan, system: Handle, y: np.ndarray, tolerances: To
             status = advance(driver, until, most_steps=most // TRIAL_STEPS)
             closed = np.setdiff1d(closed, driver.log["guard"][driver.log["mode"] == 0])
     return closed.size == 0
+
+
+def vibrations_rest(plan: Plan, system: Handle, y: np.ndarray, options: Options, tolerances: Tolerances) -> bool:
+    """Report whether linearly implicit steps get further from the start than explicit steps of the same cost.
+
+    The function makes these steps. Both methods resolve a vibration that moves something. Only explicit steps have to
+    resolve a vibration that is at rest. Mechanisms with contacts are not tried, since impacts excite vibrations later.
+    """
+    if plan.contacts or tolerances.delays:
+        return False
+
+    def reach(method: str, until: float, most: int) -> float:
+        choice = Choice(method, "")
+        with state_kept(system):
+            driver = Driver(plan, system, y.size, choice, tolerances)
+            driver.begin(plan, y, choice, tolerances)
+            driver.monitor(False)
+            advance(driver, until, most_steps=most)
+        return driver.time
+
+    implicit = reach(STIFF, options.until, TRIAL_STEPS // IMPLICIT_STEP_COST)
+    return reach(EXPLICIT, implicit, TRIAL_STEPS) < implicit
 
 
 def time_step(plan: Plan, system: Handle, y: np.ndarray, options: Options, tolerances: Tolerances) -> tuple[float, str]:

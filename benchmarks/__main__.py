@@ -14,7 +14,7 @@ NAMED = sorted(path.stem for path in Path(__file__).parent.glob("*.py") if "\nde
 if len(sys.argv) > 1 and not sys.argv[1].startswith("-"):
     name = sys.argv.pop(1)
     if name not in NAMED:
-        sys.exit(f"no benchmark '{name}'; allowed: {', '.join(NAMED)}")
+        sys.exit(f"no benchmark '{name}'; expected {', '.join(NAMED)}")
     command(name, import_module(f"benchmarks.{name}").measure)
 else:
     for benchmark in (speed, scaling, work_precision, start_up, batches, components, checkpoints, studies):

@@ -383,7 +383,7 @@ def test_the_bearing_carries_wheel_and_flanks() -> None:
         (lambda: pair(-0.5, sd.Belt(0.05)).with_clearance("B", ELASTIC), "a belt with bearings that move relative to its base"),
         (lambda: pair(-0.5, sd.Teeth(flank="left")), "flank = 'left'"),  # type: ignore[arg-type]
         (lambda: pair(-0.5, sd.Screw()), "screw cannot connect these coordinates"),
-        (lambda: nut(sd.Belt(0.1)), "belt cannot connect these coordinates; allowed: two angles"),
+        (lambda: nut(sd.Belt(0.1)), "belt cannot connect these coordinates; expected two angles"),
         (
             lambda: dataclasses.replace(nut(sd.Screw()), ground=(("O", (0.0, 0.1)),)),
             r"misses the thrust bearing of the screw by 0\.1 m",

@@ -24,7 +24,7 @@ def main() -> int:
     known = {case.name: case for case in CASES}
     unknown = [name for name in given.names if name not in known]
     if unknown or (given.write and given.quick):
-        parser.error(f"unknown: {', '.join(unknown)}; allowed: {', '.join(known)}" if unknown else "--write takes no --quick")
+        parser.error(f"unknown: {', '.join(unknown)}; expected {', '.join(known)}" if unknown else "--write takes no --quick")
     rows, sections = parts(PAGE.read_text(encoding="utf-8"))
     missed = 0
     for case in [known[name] for name in given.names] or CASES:

@@ -56,20 +56,20 @@ class InputError(ScissordynError, ValueError):
     ----------
     what : str
         The given value, with its name.
-    allowed : str, optional
-        The allowed values.
-    type_this : str or units.Sample, optional
+    expected : str, optional
+        The values that are expected.
+    example : str or units.Sample, optional
         An example that the user can type.
     """
 
-    def __init__(self, what: str, allowed: str = "", type_this: object = "") -> None:
+    def __init__(self, what: str, expected: str = "", example: object = "") -> None:
         parts = [what.rstrip(".")]
-        if allowed:
-            parts.append(f"allowed: {allowed}")
-        if type_this:
-            parts.append(f"type: {type_this}")
+        if expected:
+            parts.append(f"expected {expected}")
+        if example:
+            parts.append(f"for example {example}")
         super().__init__("; ".join(parts))
-        self.what, self.allowed, self.type_this = what, allowed, type_this
+        self.what, self.expected, self.example = what, expected, example
 
 
 class AssemblyError(InputError):

@@ -66,7 +66,7 @@ def _load() -> ctypes.CDLL:
         return ctypes.CDLL(str(LIBRARY))
     except OSError as error:
         raise EngineError(
-            f"'{LIBRARY}' is not a library for this machine ({error}); allowed: a library built on this machine; type: "
+            f"'{LIBRARY}' is not a library for this machine ({error}); expected a library built on this machine; for example "
             f"{Path(sys.executable).name} -m scissordyn.build"
         ) from None
 
@@ -343,7 +343,7 @@ def call_at(address: int, q: Any, v: Any, z: Any, x: Any, p: Any, out: Any) -> A
         return CALLED[int(address)](q, v, z, x, p, out)
     arrays = [np.asarray(numbers, float) for numbers in (q, v, z, x, p, out)]
     if not all(array.flags.c_contiguous for array in arrays):
-        raise TypeError("call_at: the arrays are not contiguous; allowed: np.ascontiguousarray(z, float)")
+        raise TypeError("call_at: the arrays are not contiguous; expected np.ascontiguousarray(z, float)")
     return _AT_POINTER(int(address))(*(array.ctypes.data for array in arrays))
 
 

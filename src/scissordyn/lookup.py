@@ -20,7 +20,7 @@ def describe_unexpected(signature: inspect.Signature, named: Mapping[str, Any]) 
         return ""
     names = [key for key, parameter in parameters.items() if parameter.kind is not parameter.VAR_POSITIONAL and key != "self"]
     near = did_you_mean(unknown, names)
-    return f"got an unexpected keyword argument '{unknown}'{near or '; allowed: ' + ', '.join(names)}"
+    return f"got an unexpected keyword argument '{unknown}'{near or '; expected ' + ', '.join(names)}"
 
 
 def library(name: str, extra: str, purpose: str) -> Any:

@@ -131,8 +131,6 @@ class Quantity:
         Closed bounds. If no bound is given, and for ``above=0.0``, the bound is that of `RANGES` for the unit.
     help : str
         Description of the number in one line.
-    because : str
-        Reason for a bound, if it is not obvious: the cost of a larger number.
     tied : str
         What to change instead of this number, if the number also occurs elsewhere and cannot change alone.
     """
@@ -143,7 +141,6 @@ class Quantity:
     minimum: float | None = None
     maximum: float | None = None
     help: str = ""
-    because: str = ""
     tied: str = ""
 
     def __post_init__(self) -> None:
@@ -159,16 +156,18 @@ class Quantity:
             object.__setattr__(self, "maximum", largest)
 
     @property
-    def allowed(self) -> str:
-        """Bounds in words, for example ``a finite number > 0 [m]``."""
-        bounds = [
-            f"{sign} {bound:g}"
-            for sign, bound in ((">", self.above), (">=", self.minimum), ("<", self.below), ("<=", self.maximum))
-            if bound is not None
-        ]
-        number = " and ".join(bounds)
-        why = f" ({self.because})" if self.because else ""
-        return f"a finite number {number}".rstrip() + ("" if self.unit == "1" else f" [{self.unit}]") + why
+    def bounds(self) -> str:
+        """Bounds and unit in words, for example ``from 0 to 1``, or ``> 0 and <= 1 [m]``."""
+        low = f"> {self.above:g}" if self.above is not None else f">= {self.minimum:g}"
+        high = f"< {self.below:g}" if self.below is not None else f"<= {self.maximum:g}"
+        closed = self.above is None and self.below is None
+        text = f"from {self.minimum:g} to {self.maximum:g}" if closed else f"{low} and {high}"
+        return text if self.unit == "1" else f"{text} [{self.unit}]"
+
+    @property
+    def expected(self) -> str:
+        """Expected numbers in words, for example ``a number from 0 to 1``."""
+        return f"a number {self.bounds}"
 
     def admits(self, value: float) -> bool:
         """Report whether `value` is a finite number inside the bounds."""
@@ -397,14 +396,14 @@ def _allowed(hint: Any) -> str:
 
 def _out_of_bounds(owner: str, name: str, value: Any, hint: Any, quantity: Quantity) -> InputError:
     plain = plain_hint(hint)
-    allowed = f"{name} must be {'a whole number, ' if int in members(plain) else ''}{quantity.allowed}"
+    expected = f"{'a whole number' if int in members(plain) else 'a number'} {quantity.bounds}"
     pairs = [kind for kind in members(plain) if get_origin(kind) is tuple]
     if pairs:
-        allowed = f"{'several' if ... in get_args(pairs[0]) else 'two'} of: {quantity.allowed}"
+        expected = f"{'several' if ... in get_args(pairs[0]) else 'two'} numbers {quantity.bounds}"
     sample: Sample | str = ""
     if isinstance(value, str) and int not in members(plain):
         sample = _as_number(name, value, quantity)
-    return InputError(f"{owner}: {name} = {shown(value)}", allowed, sample)
+    return InputError(f"{owner}: {name} = {shown(value)}", expected, sample)
 
 
 def _as_number(name: str, text: str, quantity: Quantity) -> Sample | str:

@@ -216,14 +216,14 @@ def test_altered_case_files(folder: Path, said: Said, first: int) -> None:
         (LEAST.replace('"1 ms"', "9" * 4000), "a number of hundreds of digits: out of bounds"),
         (LEAST + "samples = " + "9" * 4000 + "\n", "run.samples"),
         (LEAST.replace("1 ms", "1 m/0"), "is not a unit"),
-        (LEAST.replace("1 ms", "1e-308 s"), "run.until = \"1e-308 s\": out of bounds; allowed: a finite number >= 1e-12"),
+        (LEAST.replace("1 ms", "1e-308 s"), "run.until = \"1e-308 s\": out of bounds; expected a number >= 1e-12"),
         (LEAST.replace('"scissor"', '["scissor"]'), "unknown structure"),
         (LEAST.replace('"scissor"', '{ a = "scissor" }'), "unknown structure"),
         (LEAST + JOINT + "material = []\n", "unknown material"),
         (LEAST + JOINT + 'stiffness = { law = ["liu"] }\n', "the stiffness law has no name"),
         (LEAST + JOINT + 'journal_radius = "1e308 m"\n', "<= 1e+06 [m]"),
         (LEAST + JOINT + 'friction = { law = "ambrosio", kinetic = 1e308 }\n', "<= 10"),
-        (LEAST.replace("[drive]", 'bar_mass = "5e-324 kg"\n[drive]'), ">= 1e-12 and <= 1e+09 [kg]"),
+        (LEAST.replace("[drive]", 'bar_mass = "5e-324 kg"\n[drive]'), "from 1e-12 to 1e+09 [kg]"),
         (LEAST.replace("[drive]", 'gravity = "1e300 m/s^2"\n[drive]'), "<= 1e+06 [m/s^2]"),
         (LEAST.replace('speed = "1 rpm"', 'speed = "1e200 rpm"'), "<= 1e+07 [rad/s]"),
         (
@@ -331,5 +331,5 @@ def test_the_drawn_variable_is_checked_first(folder: Path, said: Said, monkeypat
     crank = [word if word != "drive.angular_frequency" else "structure.crank" for word in SCAN]
     status, error = said("bifurcation", *crank)
     assert status == 2
-    assert "no part 'structure' for 'structure.crank'; allowed: one of O, A, " in error
+    assert "no part 'structure' for 'structure.crank'; expected one of O, A, " in error
     assert "gravity" in error

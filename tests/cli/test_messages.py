@@ -43,7 +43,7 @@ def test_a_drive_without_a_body_names_the_key(
     status, error = said(mechanism(table), capsys, tmp_path)
     assert status == 2
     assert f": {place}" in error
-    assert "missing key 'body', and [structure] has no input_body; allowed: one of crank; type: body = \"crank\"" in error
+    assert "missing key 'body', and [structure] has no input_body; expected one of crank; for example body = \"crank\"" in error
     assert "()" not in error
 
 

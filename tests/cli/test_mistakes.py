@@ -24,7 +24,7 @@ from scissordyn.studies.ask.distribution import Interval, Levels
 TABLE: dict[str, list[dict[str, Any]]] = tomllib.loads(Path(__file__).with_name("mistakes.toml").read_text(encoding="utf-8"))
 MISTAKES = [(kind, mistake) for kind, mistakes in TABLE.items() for mistake in mistakes]
 EXAMPLES = Path(__file__).parents[2] / "examples"
-HELPS = ("; allowed: ", "; type: ", "did you mean ", "Did you mean ")
+HELPS = ("; expected ", "; for example ", "did you mean ", "Did you mean ")
 
 CASE = """\
 [structure]
@@ -202,7 +202,7 @@ def test_memory_of_samples_is_what_is_free(
     assert demand.free_memory() == 102_400_000
     per_sample = 2 * 8 * (25 + 14 * 5 + (2 + 6) * 7)
     line = refused("run", str(case), "--samples", str(102_400_000 // per_sample + 1))
-    assert f"this machine has 102 MB free; allowed: at most {102_400_000 // per_sample} samples" in line
+    assert f"this machine has 102 MB free; expected at most {102_400_000 // per_sample} samples" in line
 
 
 def test_sizes_in_words() -> None:

@@ -266,7 +266,7 @@ def test_a_full_disk(command: str, tmp_path: Path) -> None:
     """Contract: what cannot be printed is an error of one line with status 2."""
     done = shell(f"{PROGRAM} {command} > /dev/full", tmp_path)
     assert done.returncode == 2
-    assert done.stderr.decode().startswith("scissordyn: cannot write what is printed: No space left on device; allowed: ")
+    assert done.stderr.decode().startswith("scissordyn: cannot write to standard output: No space left on device")
     assert done.stderr.count(b"\n") == 1
 
 

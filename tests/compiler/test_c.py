@@ -264,7 +264,7 @@ def unknown(x):
 def test_what_is_not_translated_is_one_line() -> None:
     """Contract: a kernel with a list is refused by its file, line and word."""
     with pytest.raises(
-        InputError, match=rf"{Path(__file__).name}:\d+: unknown: List in a kernel: \[x\].*; allowed: numbers"
+        InputError, match=rf"{Path(__file__).name}:\d+: unknown: List in a kernel: \[x\].*; expected numbers"
     ) as error:
         Unit().function(unknown, (FLOAT,))
     assert "\n" not in str(error.value)

@@ -162,7 +162,7 @@ def test_a_turning_cam_throws_its_follower_without_loss() -> None:
         ({"profile": circle()[:-1]}, "cam 'cam': the periodic curve begins with 0.04 and ends with"),
         (
             {"profile": ((0.0, 1.0), (1.0, 2.0), (2.0, 1.0))},
-            "cam 'cam': a profile over 114.592 deg; allowed: angles over a whole turn",
+            "cam 'cam': a profile over 114.592 deg; expected angles over a whole turn",
         ),
         (
             {"roller": 0.05, "profile": (*LOBES, (2.0 * math.pi, LOBES[0][1]))},
@@ -182,6 +182,6 @@ def test_a_follower_within_the_cam_is_refused() -> None:
     deep = tappet(1.0, math.pi / 2, 1.0)
     follower = dataclasses.replace(deep.body("follower"), position=(0.0, 0.03))
     with pytest.raises(
-        sd.InputError, match=r"its follower starts 0.03 m from the centre, within the cam; allowed: about 0.048 m"
+        sd.InputError, match=r"its follower starts 0.03 m from the centre, within the cam; expected about 0.048 m"
     ):
         sd.simulate(dataclasses.replace(deep, bodies=(deep.bodies[0], follower)), until=0.1)

@@ -238,20 +238,20 @@ def test_warning_where_a_stroke_is_left() -> None:
         (lambda: sd.StrokeLoad("cut", ("ball", "centre"), 0.0, ((0.3, 1.0),)), "stroke load 'cut': the curve has 1 pairs"),
         (
             lambda: sd.NonlinearSpring("s", *ENDS, ((0.3, 1.0), (0.2, 2.0))),
-            r"nonlinear spring 's': the curve has 2 pairs at \[0.3, 0.2\]; allowed: two or more lengths, which increase, and "
+            r"nonlinear spring 's': the curve has 2 pairs at \[0.3, 0.2\]; expected two or more lengths, which increase, and "
             "as many forces",
         ),
         (
             lambda: sd.AngleLoad("gas", "disc", ((0.0, 1.0), (6.0, 2.0)), periodic=True),
-            "angle load 'gas': the periodic curve begins with 1 and ends with 2; allowed: equal values",
+            "angle load 'gas': the periodic curve begins with 1 and ends with 2; expected equal values",
         ),
         (
             lambda: sd.GasSpring("strut", *ENDS, 1.0, 0.5, 0.5),
-            "gas spring 'strut': a stroke of 0.5 m of a length of 0.5 m; allowed: a stroke below the extended length",
+            "gas spring 'strut': a stroke of 0.5 m of a length of 0.5 m; expected a stroke below the extended length",
         ),
         (
             lambda: sd.simulate(ball(sd.StrokeLoad("cut", ("ball", "centre"), 0.0, ((0.6, 1.0), (0.9, 1.0)))), until=0.1),
-            "stroke load 'cut': its curve goes from 0.6 to 0.9 m, and the start is at 0.5 m; allowed: a curve that covers",
+            "stroke load 'cut': its curve goes from 0.6 to 0.9 m, and the start is at 0.5 m; expected a curve that covers",
         ),
         (
             lambda: sd.simulate(ball(sd.GasSpring("g", *ENDS, 1.0, 0.4, 0.2)), until=0.1),

@@ -197,7 +197,7 @@ def part_on_a_line(**options: Any) -> Any:
         ({"section": "my part"}, r"section = 'my part'.*letters, digits, underscores"),
         ({"context": ("hour",)}, "context 'hour'"),
         ({"port": "hinge"}, "has no field 'body'"),
-        ({"states": ("slip",)}, r"state 'slip' has no unit or no error scale.*type: states=\(sd\.State\(\"slip\""),
+        ({"states": ("slip",)}, r"state 'slip' has no unit or no error scale.*for example states=\(sd\.State\(\"slip\""),
         ({"states": (sd.State("slip", "m"),)}, r"state 'slip' has no unit or no error scale"),
         (
             {"gap": lambda length, spead: (length, spead)},

@@ -155,19 +155,19 @@ def test_a_bad_table_of_motion_is_refused(tmp_path: Path, content: str, reason: 
     [
         ("drive.sped=150 rpm", "drive", "did you mean 'speed'"),
         ("strukture.units=3", "", "did you mean 'structure'"),
-        ("structure.angle=30", "structure.angle", 'type: angle = "30 deg"'),
-        ("clearance.A.journal_radius='10'", "clearance.A.journal_radius", 'type: journal_radius = "10 mm"'),
-        ("drive.speed=150", "drive.speed", 'type: speed = "150 rpm"'),
-        ("clearance.A.stiffness=xyz", "clearance.A.stiffness", 'type: stiffness = "liu"'),
-        ("clearance.A.stiffness=hertzz", "clearance.A.stiffness", 'type: stiffness = "hertz"'),
-        ("clearance.A.clearance=0.0005", "clearance.A.clearance", 'type: clearance = "0.0005 m"'),
+        ("structure.angle=30", "structure.angle", 'for example angle = "30 deg"'),
+        ("clearance.A.journal_radius='10'", "clearance.A.journal_radius", 'for example journal_radius = "10 mm"'),
+        ("drive.speed=150", "drive.speed", 'for example speed = "150 rpm"'),
+        ("clearance.A.stiffness=xyz", "clearance.A.stiffness", 'for example stiffness = "liu"'),
+        ("clearance.A.stiffness=hertzz", "clearance.A.stiffness", 'for example stiffness = "hertz"'),
+        ("clearance.A.clearance=0.0005", "clearance.A.clearance", 'for example clearance = "0.0005 m"'),
         ("clearance.A.clearance=0.5 s", "clearance.A.clearance", "wrong dimension"),
-        ("clearance.A.clearance=-0.5 mm", "clearance.A.clearance", ">= 1e-12 and <= 1e+06 [m]"),
-        ("clearance.A.clearance=nan mm", "clearance.A.clearance", "a finite number"),
+        ("clearance.A.clearance=-0.5 mm", "clearance.A.clearance", "from 1e-12 to 1e+06 [m]"),
+        ("clearance.A.clearance=nan mm", "clearance.A.clearance", "a number from 1e-12"),
         ("clearance.A.clearance=20 mm", "clearance.A", "smaller than the journal radius"),
         ("structure.angle=95 deg", "structure", "cannot be assembled"),
         ("structure.units=2.5", "structure.units", "whole number"),
-        ("structure.units=0", "structure.units", ">= 1 and <= 10000 (3000 units take"),
+        ("structure.units=0", "structure.units", "a whole number from 1 to 10000"),
         ("structure.kind=sissor", "structure.kind", "did you mean 'scissor'"),
         ("structure.driven_bar=C", "structure.driven_bar", "'pinned' or 'slider'"),
         ("clearance.A.joint=unit 1/pvot", "clearance.unit 1/pvot", "did you mean 'unit 1/pivot'"),
@@ -201,7 +201,7 @@ def test_bad_values_are_refused_with_their_place(change: str, place: str, says: 
     message = str(caught.value)
     assert message.startswith(f"{path}: {place}")
     assert says in message
-    assert "allowed: " in message
+    assert "expected " in message
     assert "\n" not in message
 
 

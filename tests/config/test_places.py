@@ -131,7 +131,7 @@ def test_no_message_proposes_to_write_over_the_case_file(tmp_path: Path, case_of
     assert ">" not in str(caught.value)
     with pytest.raises(InputError) as caught:
         read_case(tmp_path / "new.toml")
-    assert str(caught.value).endswith(f"type: scissordyn new scissor > {tmp_path / 'new.toml'}")
+    assert str(caught.value).endswith(f"for example scissordyn new scissor > {tmp_path / 'new.toml'}")
 
 
 def test_a_byte_order_mark_is_no_text(tmp_path: Path) -> None:
@@ -146,9 +146,9 @@ def test_a_byte_order_mark_is_no_text(tmp_path: Path) -> None:
         ('case = "case.toml"\nseed = 1\n', "line 2: unknown key 'seed'"),
         (
             'case = "case.toml"\n\n[design]\nkind = "grid"\npoints = 2.5\n',
-            "line 5: design.points = 2.5; allowed: a whole number",
+            "line 5: design.points = 2.5; expected a whole number",
         ),
-        ('case = "case.toml"\n[vary]\n"a.b" = 3\n', "line 2: vary: 'a.b' = 3; allowed: text"),
+        ('case = "case.toml"\n[vary]\n"a.b" = 3\n', "line 2: vary: 'a.b' = 3; expected text"),
         ("members = 2\n", "missing key 'case'"),
     ],
 )

@@ -286,7 +286,7 @@ def infinite(document):
     [
         (within_itself, "block 'A' of the DXF inserts itself"),
         (doubled, f"more than {dxf_entity.EXPANDED_MAX} entities"),
-        (nested, f"nested deeper than {dxf_entity.NESTED_MAX} blocks"),
+        (nested, f"nested too deeply; expected at most {dxf_entity.NESTED_MAX} levels"),
         (arrayed, f"more than {dxf_entity.EXPANDED_MAX} entities"),
         (many, "more than 10000 corners and points"),
         (infinite, r"LINE \w+ of the DXF in m = \(inf, 0.0\)"),

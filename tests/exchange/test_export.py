@@ -168,7 +168,7 @@ def test_couplings_that_return_and_those_that_mjcf_cannot_say():
     assert loose.notes == ("the backlash of coupling 'teeth': left out",)
     off = sd.Coupling("x", sd.Slide(("b", "end")), ANGLE("a"), 0.1)
     with pytest.raises(
-        InputError, match=r"coupling 'x': MJCF cannot represent the slide of 'b.end'; allowed: a slide along the guide"
+        InputError, match=r"coupling 'x': MJCF cannot represent the slide of 'b.end'; expected a slide along the guide"
     ):
         mjcf(dataclasses.replace(chain(), couplings=(off,)))
 

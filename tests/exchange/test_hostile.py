@@ -79,8 +79,8 @@ def test_what_the_library_says_is_a_note(capfd: pytest.CaptureFixture[str]) -> N
 @pytest.mark.parametrize(
     ("name", "content", "said"),
     [
-        ("a.dxf", b"AutoCAD Binary DXF\r\n\x1a\0", "is a binary DXF; allowed: a DXF in ASCII"),
-        ("a.dxf", b"AC1032\0\0", "is a DWG; allowed: a drawing in DXF"),
+        ("a.dxf", b"AutoCAD Binary DXF\r\n\x1a\0", "is a binary DXF; expected a DXF in ASCII"),
+        ("a.dxf", b"AC1032\0\0", "is a DWG; expected a drawing in DXF"),
         ("a.csv", b"PK\x03\x04", "is a workbook or a ZIP archive"),
         ("a.ods", b"PK\x03\x04", "is a workbook"),
         ("a.csv", b"\xff\xfen", "is not valid utf-16"),

@@ -41,15 +41,15 @@ def test_other_columns(delimiter: str) -> None:
     [
         (
             "x,y\n0,1\n",
-            "the table of points has no column 'name'; allowed: name, x, y, bars, support; type: name,x,y,bars,support",
+            "the table of points has no column 'name'; expected name, x, y, bars, support; for example name,x,y,bars,support",
         ),
-        (TABLE.replace("900", "wide"), r"x = 'wide' \(line 3\); allowed: a number"),
+        (TABLE.replace("900", "wide"), r"x = 'wide' \(line 3\); expected a number"),
         (
             TABLE.replace("fixed", "welded"),
-            r"unknown support 'welded' of point 'O' \(line 2\); allowed: fixed, slide ANGLE, or nothing",
+            r"unknown support 'welded' of point 'O' \(line 2\); expected fixed, slide ANGLE, or nothing",
         ),
-        (TABLE.replace("left right", "left"), "bar 'right' has only one point, 'Q'; allowed: two points or more of each bar"),
-        (TABLE + "O,1,1,,\n", r"point 'O' is given twice \(line 5\); allowed: each point once"),
+        (TABLE.replace("left right", "left"), "bar 'right' has only one point, 'Q'; expected two points or more of each bar"),
+        (TABLE + "O,1,1,,\n", r"point 'O' is given twice \(line 5\); expected each point once"),
     ],
 )
 def test_refused(text: str, line: str) -> None:
@@ -64,7 +64,7 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "note: no gravity and no drive" in capsys.readouterr().out
     assert sd.read_case(case).mechanism.bodies == sd.read_points(TABLE, unit="mm").mechanism.bodies
     assert status_of(["import", str(path), "--unit", "furlong", "-o", str(case)]) == 2
-    assert "unknown unit 'furlong' of a table; allowed: mm, cm, dm, m, um, in, ft" in capsys.readouterr().err
+    assert "unknown unit 'furlong' of a table; expected mm, cm, dm, m, um, in, ft" in capsys.readouterr().err
 
 
 ARMS = """name,x,y,bars,support

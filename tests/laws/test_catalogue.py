@@ -103,7 +103,7 @@ def test_parameters_are_bounded(kind, name, key, quantity):
     assert low < high
     law = catalogue.law(kind, name)
     for value in (1e308, -1e308, math.inf, math.nan, -5e-324, *((5e-324,) if low > 0.0 else ())):
-        with pytest.raises(InputError, match=rf"{key} must be a finite number >=? "):
+        with pytest.raises(InputError, match=rf"{key} = .*expected a number (from|>)"):
             law(**{key: value})
     for value in (low, high):
         other = {"kinetic": value} if key == "static" else {}

@@ -61,7 +61,7 @@ def test_function_becomes_a_law():
     with pytest.raises(InputError, match="xi = -1"):
         lossy(-1.0)
     exec(f"def many(indentation, {', '.join(f'a{k}' for k in range(17))}):\n    return 0.0", scope := {})
-    with pytest.raises(InputError, match="stiffness law 'many' has 17 parameters; allowed: at most 16"):
+    with pytest.raises(InputError, match="stiffness law 'many' has 17 parameters; expected at most 16"):
         element(slot="stiffness")(scope["many"])
 
 
@@ -115,7 +115,7 @@ def unknown_name(indentation):
     ("function", "says"),
     [
         (gives_nothing, "'gives_nothing' returns nothing"),
-        (gives_text, "gives_text: unsupported value 'soft' in a kernel; allowed: numbers"),
+        (gives_text, "gives_text: unsupported value 'soft' in a kernel; expected numbers"),
         (unknown_name, "unknown_name: 'stiff_ness' in 'unknown_name' has no value"),
     ],
 )
@@ -151,7 +151,7 @@ def test_law_from_a_file(tmp_path):
         (
             "def soft(indentation):\n    return 1.0\n",
             "laws.py:soft",
-            "soft' is not a stiffness law; allowed: a class or a function",
+            "soft' is not a stiffness law; expected a class or a function",
         ),
         ("def soft(d:\n", "laws.py:soft", "SyntaxError, line 1"),
         ("import a_module_that_is_not_there\n", "laws.py:soft", "a_module_that_is_not_there"),
@@ -200,8 +200,8 @@ def nothing(indentation):
     ("function", "says"),
     [
         (pulls, "a push at one clearance: above 0 N"),
-        (negative, "gives -500000.0 at indentation = 0.0005; allowed: a push at one clearance"),
-        (preloaded, "gives 100.0 at indentation = 0; allowed: a push up to the clearance: 0 N or more, and 0 N at 0 m"),
+        (negative, "gives -500000.0 at indentation = 0.0005; expected a push at one clearance"),
+        (preloaded, "gives 100.0 at indentation = 0; expected a push up to the clearance: 0 N or more, and 0 N at 0 m"),
         (hollow, "gives nan at indentation = 0.000156"),
         (logarithm, "raises ZeroDivisionError (float division by zero) at indentation = 0"),
         (nothing, "gives 0.0 at indentation = 0.0005"),

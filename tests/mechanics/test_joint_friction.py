@@ -262,12 +262,12 @@ def test_beside_an_open_contact() -> None:
     [
         (
             sd.PinFriction("f", "rod", 0.01, 0.1),
-            "pin friction 'f': no ideal pin between 'rod' and 'ground'; allowed: bodies that one ideal pin joins: 'crank' and "
+            "pin friction 'f': no ideal pin between 'rod' and 'ground'; expected bodies that one ideal pin joins: 'crank' and "
             "'ground', 'crank' and 'rod', 'rod' and 'slider'",
         ),
         (
             sd.GuideFriction("g", ("ground", "origin"), ("slider", "centre"), 0.3, 0.1),
-            r"guide friction 'g': no ideal guide matches it; allowed: start on 'ground', end = 'slider.centre'",
+            r"guide friction 'g': no ideal guide matches it; expected start on 'ground', end = 'slider.centre'",
         ),
     ],
 )
@@ -283,7 +283,7 @@ def test_refused_beside_other_parts() -> None:
     hard = crank.with_clearance("slider pin", sd.Clearance(1e-4, contact="hard"))
     frictions = tuple(part for part in hard.components if part.name != "slider pin")
     with pytest.raises(
-        sd.InputError, match=r"pin friction 'ground pin' together with hard contact; allowed: contact = 'compliant'"
+        sd.InputError, match=r"pin friction 'ground pin' together with hard contact; expected contact = 'compliant'"
     ):
         sd.simulate(dataclasses.replace(hard, components=frictions), until=0.01)
 

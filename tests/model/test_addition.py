@@ -163,7 +163,7 @@ def test_patterns() -> None:
         sd.with_joint_friction(loose, "A", **RUBBING)
     named = sd.with_joint_friction(array, "unit 1/pivot", **RUBBING).components[0]
     own = array.with_parts({"components": (sd.PinFriction("mine", named.body, 0.01, 0.1, named.base),)})  # type: ignore[attr-defined]
-    with pytest.raises(InputError, match="pin 'unit 1/pivot' already has friction 'mine'; allowed: one of them"):
+    with pytest.raises(InputError, match="pin 'unit 1/pivot' already has friction 'mine'; expected one of them"):
         sd.with_joint_friction(own, **RUBBING)
 
 

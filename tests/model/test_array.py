@@ -190,6 +190,6 @@ def test_clearance_everywhere(case):
 )
 def test_refused_arrays(build):
     """Contract: an array that cannot be built is refused in one line that says what is allowed."""
-    with pytest.raises(InputError, match="allowed: ") as caught:
+    with pytest.raises(InputError, match="expected ") as caught:
         build()
     assert "\n" not in str(caught.value)

@@ -63,5 +63,5 @@ def test_wrong_types_are_the_errors_of_the_package(name: str, tmp_path: Path, mo
 def test_units_of_no_finite_number(value: Any) -> None:
     """Limit: angles and speeds are finite numbers."""
     for function in (sd.degrees, sd.rpm):
-        with pytest.raises(sd.InputError, match="allowed: a finite number"):
+        with pytest.raises(sd.InputError, match="expected a finite number"):
             function(value)

@@ -107,7 +107,7 @@ def test_every_figure_finds_its_runs():
 
 def test_bad_input_is_refused_in_one_line():
     """Contract: what came and what is allowed."""
-    with pytest.raises(InputError, match=r"figure 5; allowed: a figure with results: 6, 7"):
+    with pytest.raises(InputError, match=r"figure 5; expected a figure with results: 6, 7"):
         figure_of(5)
     with pytest.raises(InputError, match="ideal joint"):
         PaperCase(None, friction=0.1)

@@ -292,7 +292,7 @@ def test_given_axes_are_used(run: xr.Dataset, ideal: xr.Dataset) -> None:
     one = Figure().subplots()
     assert torque(run, ideal, axes=one) == [one]
     assert orbit(run, axes=one) == [one]
-    with pytest.raises(InputError, match="got 1 Axes; allowed: 2 Axes"):
+    with pytest.raises(InputError, match="got 1 Axes; expected 2 Axes"):
         force(run, ideal, axes=one)
 
 

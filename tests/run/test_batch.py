@@ -131,7 +131,7 @@ def test_ctrl_c_keeps_what_is_done(monkeypatch: pytest.MonkeyPatch) -> None:
         ({"A.clearance": [1e-4, 2e-4], "drive.speed": [1.0, 2.0, 3.0]}, {}, "columns of one length"),
         ({"A.clearance": [1e-4]}, {"measures": ("peak_fource",)}, "did you mean 'peak_force'"),
         ({"A.clearance": [1e-4]}, {"threads": 0}, "threads = 0"),
-        ([{}], {}, r"over = \[\{\}\]; allowed: a mapping of parameter paths to values"),
+        ([{}], {}, r"over = \[\{\}\]; expected a mapping of parameter paths to values"),
     ],
 )
 def test_what_cannot_be(over: Any, options: Any, says: str) -> None:

@@ -262,7 +262,7 @@ def test_another_file_names_what_reads_it(tmp_path: Path, name: str, reads: str)
     """Limit: a case file or a study in place of a run leads to the function for it."""
     path = tmp_path / name
     path.write_text("", encoding="utf-8")
-    with pytest.raises(sd.InputError, match=rf"as a run: .*type: {reads}\('.*{name}'\)"):
+    with pytest.raises(sd.InputError, match=rf"as a run: .*for example {reads}\('.*{name}'\)"):
         sd.load(path)
 
 

@@ -139,11 +139,11 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert len(rows) == 9
     assert picture.stat().st_size > 10_000
     assert status_of([*words, "--over", "roof"]) == 2
-    assert "forces over 'roof'; allowed: time, input, table.x, table.y" in capsys.readouterr().err
+    assert "forces over 'roof'; expected time, input, table.x, table.y" in capsys.readouterr().err
     assert status_of(["statics", str(EXAMPLES / "press.toml")]) == 2
-    assert "driven rod or driven coordinate; allowed: a drive, or a rod with a motion" in capsys.readouterr().err
+    assert "driven rod or driven coordinate; expected a drive, or a rod with a motion" in capsys.readouterr().err
     assert status_of(["statics", str(EXAMPLES / "lift.toml"), "-o", "forces.xlsx"]) == 2
-    assert "-o forces.xlsx; allowed: a name that ends in .nc or .csv; type: -o statics.csv" in capsys.readouterr().err
+    assert "-o forces.xlsx; expected a name that ends in .nc or .csv; for example -o statics.csv" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("case", ["lift", "lift_table", "mast", "solar_array"])

@@ -184,7 +184,7 @@ def test_going_on(tmp_path: Path) -> None:
     opened = sd.open_study(tmp_path / "part.db")
     assert isinstance(opened.study.mechanism, str)
     assert opened.counts["complete"] == 6
-    with pytest.raises(sd.InputError, match=r"type: sd\.open_study\('study\.db', measures=\{'peak'"):
+    with pytest.raises(sd.InputError, match=r"for example sd\.open_study\('study\.db', measures=\{'peak'"):
         opened.resume()
     opened = sd.open_study(tmp_path / "part.db", measures={"peak [N]": peak})
     assert opened.extend(7).counts == {"complete": 7, "failed": 0, "pending": 0}
@@ -225,7 +225,7 @@ def test_a_search(found: StudyResult, tmp_path: Path) -> None:
     beaten = [any(np.all(other <= one) and np.any(other < one) for k, other in enumerate(tried) if met[k]) for one in tried]
     assert both.front.index.tolist() == [k for k in range(8) if met[k] and not beaten[k]]
     assert len(both.plot.front()) == 1
-    with pytest.raises(sd.InputError, match=r"the best point for 2 goals.*type: result\.front"):
+    with pytest.raises(sd.InputError, match=r"the best point for 2 goals.*for example result\.front"):
         _ = both.best
 
 
@@ -268,22 +268,22 @@ def test_engines(engine: Any, found: StudyResult) -> None:
         ({"factors": {"A.clearence": (1e-4, 2e-4)}}, "did you mean 'clearance'"),
         ({"factors": {"A.clearance": (2e-4, 1e-4)}}, r"'A.clearance' = \(0.0002, 0.0001\): a range from"),
         ({"factors": {"A.clearance": "0.1..0.4 kg"}}, "'kg' is not a unit of"),
-        ({"factors": {"A.clearance": object()}}, r"allowed: \(1e-4, 4e-4\), \[50.0"),
-        ({"factors": [("A.clearance", 1e-4)]}, "allowed: values by parameter"),
+        ({"factors": {"A.clearance": object()}}, r"expected \(1e-4, 4e-4\), \[50.0"),
+        ({"factors": [("A.clearance", 1e-4)]}, "expected values by parameter"),
         ({"factors": {}}, "nothing varies"),
         ({"factors": {"A.clearance": (-1.0, 1.0)}}, "'A.clearance' up to -1"),
         ({"members": 0}, "members = 0"),
-        ({"until": None}, "the end of the runs is missing; allowed: until"),
+        ({"until": None}, "the end of the runs is missing; expected until"),
         ({"measures": ["peak_fource"]}, "did you mean 'peak_force'"),
-        ({"measures": {"late": "text"}}, "measure 'late' by 'text'; allowed: a function"),
+        ({"measures": {"late": "text"}}, "measure 'late' by 'text'; expected a function"),
         ({"measures": [lambda run: 1.0]}, "'<lambda>' as the name of your own measure"),
         ({"requirements": {"peak_fource": 1.0}}, "did you mean 'peak_force'"),
-        ({"requirements": {"peak_force": None}}, "requirement on 'peak_force': None; allowed: an upper bound in SI"),
+        ({"requirements": {"peak_force": None}}, "requirement on 'peak_force': None; expected an upper bound in SI"),
         ({"requirements": {"peak_force": "500 N"}}, "'peak_force 500 N' is not a requirement"),
-        ({"goals": "peak_force"}, "goal 'peak_force'; allowed: minimise or maximise"),
+        ({"goals": "peak_force"}, "goal 'peak_force'; expected minimise or maximise"),
         ({"design": "sobel"}, "did you mean 'sobol'"),
         ({"samples": 2}, "2 samples of no uncertain number"),
-        ({"engine": "fast"}, "engine = 'fast'; allowed: a number of threads"),
+        ({"engine": "fast"}, "engine = 'fast'; expected a number of threads"),
         ({"store": "s3://bucket"}, "a file on a disk"),
         ({"block": 0}, "block = 0"),
     ],
@@ -301,17 +301,17 @@ def test_what_a_result_does_not_have(found: StudyResult) -> None:
     """Contract: one line that says what to type."""
     plain = StudyResult(asked(measures=["peak_force"]), found.store)
     for ask, says in (
-        (lambda: plain.feasible, "without requirements; .*type: requirements="),
+        (lambda: plain.feasible, "without requirements; .*for example requirements="),
         (lambda: plain.best, "without requirements"),
         (lambda: plain.plot.requirements(), "without requirements"),
-        (lambda: found.front, "without goals; .*type: result.optimise"),
+        (lambda: found.front, "without goals; .*for example result.optimise"),
         (lambda: found.sensitivity(), "of a sobol design; .*design='saltelli'"),
-        (lambda: found.mechanism(24), "case 24; allowed: 0 to 23"),
+        (lambda: found.mechanism(24), "case 24; expected 0 to 23"),
         (lambda: found.optimise(store="never.db"), "an optimisation without a goal"),
     ):
         with pytest.raises(sd.InputError, match=says):
             ask()
-    with pytest.raises(sd.InputError, match="study: case = 3; allowed: a mechanism"):
+    with pytest.raises(sd.InputError, match="study: case = 3; expected a mechanism"):
         sd.study(3, VARIED)  # type: ignore[arg-type]
     with pytest.raises(sd.InputError, match="no study at"):
         sd.open_study("never.db")

@@ -222,7 +222,7 @@ def test_result_says_why_its_method_was_chosen(settled):
 
 def test_replay_of_cycles_is_refused(settled):
     """Contract: cycles are no run; the message says what makes them again."""
-    with pytest.raises(InputError, match=r"replay of 'scissordyn cycles'.*type: cycle"):
+    with pytest.raises(InputError, match=r"replay of 'scissordyn cycles'.*for example cycle"):
         replay(settled)
 
 

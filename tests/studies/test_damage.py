@@ -276,7 +276,7 @@ def test_a_worker_with_another_program_computes_nothing(monkeypatch: pytest.Monk
     """Contract: one line that names the worker."""
     ours = study().fingerprint()
     monkeypatch.setattr(Study, "fingerprint", lambda _: {**ours, "program": "another"})
-    with pytest.raises(ProgramError, match=r"would compute other numbers \(differs in program\); allowed: the same sources"):
+    with pytest.raises(ProgramError, match=r"would compute other numbers \(differs in program\); expected the same sources"):
         run_block(Block(study(), np.arange(2), fingerprint=ours))
 
 

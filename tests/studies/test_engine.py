@@ -38,7 +38,7 @@ def test_every_task_has_its_outcome(threads: int) -> None:
     by_task = {one.task: one for one in found}
     assert (by_task[4.0], by_task[8.0]) == (Outcome(4.0, 0.25), Outcome(8.0, 0.125))
     said = [error_text(by_task[task].error) for task in tasks[1:4]]
-    assert said[:2] == ["ZeroDivisionError: float division by zero", "what came; allowed: what is allowed"]
+    assert said[:2] == ["ZeroDivisionError: float division by zero", "what came; expected what is allowed"]
     assert said[2].startswith("TypeError: ")
     assert threads > 1 or [one.task for one in found] == tasks
     assert list(outcomes(threads, divided, [])) == []
@@ -140,7 +140,7 @@ def test_what_becomes_of_tasks_in_processes() -> None:
     assert died[1].error is not None
     assert error_text(died[1].error) == "the processes that computed it died"
     assert isinstance(errors[0].error, sd.InputError)
-    assert str(errors[0].error) == "a bar of 0 m; allowed: more; type: 1 m"
+    assert str(errors[0].error) == "a bar of 0 m; expected more; for example 1 m"
     assert isinstance(errors[1].error, RuntimeError)
     assert str(errors[1].error) == "UnsentError: 2 3"
     assert sorted(map(int, again)) == [1, 2]

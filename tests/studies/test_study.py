@@ -171,7 +171,7 @@ def test_measures_of_the_user(tmp_path: Path) -> None:
         store.study()
     same = file.read_text()
     file.write_text(f"{same}\n")
-    with pytest.raises(sd.InputError, match="has changed since the study was begun; allowed: the same file, or a new study"):
+    with pytest.raises(sd.InputError, match="has changed since the study was begun; expected the same file, or a new study"):
         store.study(allow_code=[file])
     assert store.study(reading=True).measure_names == plain.measure_names
     with pytest.raises(sd.InputError, match="only read"):
@@ -186,7 +186,7 @@ def test_measures_of_the_user(tmp_path: Path) -> None:
     assert "measure 'fault': ZeroDivisionError" in str(failed["cause"].values[0])
     unfit = dataclasses.replace(plain, own_measures=(OwnMeasure("unfit", f"{file}:unfit"),))
     refused = execute(unfit, tmp_path / "c.db", block=6).results()
-    assert str(refused["cause"].values[0]) == "measure 'unfit': InputError: this run; allowed: another"
+    assert str(refused["cause"].values[0]) == "measure 'unfit': InputError: this run; expected another"
 
 
 def test_a_function_whose_file_has_other_lines_by_now(tmp_path: Path) -> None:
@@ -252,7 +252,7 @@ def test_a_store_in_no_folder(tmp_path: Path) -> None:
     """Contract: one line, before anything is computed."""
     with pytest.raises(sd.InputError, match="no study at"):
         Store(tmp_path / "a.db").status()
-    with pytest.raises(sd.InputError, match=r"no folder .*; allowed: a folder that exists"):
+    with pytest.raises(sd.InputError, match=r"no folder .*; expected a folder that exists"):
         execute(study(), tmp_path / "none" / "a.db")
 
 

@@ -50,7 +50,7 @@ def test_study_files(number: int, folder: Path, capsys: pytest.CaptureFixture[st
     if number == 1:  # a chosen number that is a goal keeps its unit too
         assert "rad/s" not in shown
         assert status_of(["study", "extend", "study.db", "--points", "64"]) == 2
-        assert "its study file with more generations; type: scissordyn study study.toml" in capsys.readouterr().err
+        assert "its study file with more generations; for example scissordyn study study.toml" in capsys.readouterr().err
     (folder / "mine.py").unlink()  # no function of the user's is needed to read a study
     assert status_of(["study", "status", "study.db"]) == 0
     assert status_of(["study", "export", "study.db", "-o", "study.csv"]) == 0
@@ -91,29 +91,29 @@ SWEEP = ("sweep", "array.toml", "-o", "a.db", "--vary", "A.clearance=0.1..0.4 mm
     ("arguments", "says"),
     [
         (("sweep", "array.toml", "-o", "a.db"), "nothing varies"),
-        ((*SWEEP, "--samples", "3"), "type: --uncertain"),
-        ((*SWEEP, "--design", "morris"), "type: --points 32"),
-        ((*SWEEP, "--measure", "late = none.py:late"), "measure 'late': no file 'none.py'; allowed: a Python file"),
-        ((*SWEEP, "--measure", "late = array.toml:late"), "measure 'late' from 'array.toml:late'; allowed: a Python file"),
-        ((*SWEEP, "--cluster", "none.yaml"), "cannot read 'none.yaml': No such file or directory; allowed: YAML"),
+        ((*SWEEP, "--samples", "3"), "for example --uncertain"),
+        ((*SWEEP, "--design", "morris"), "for example --points 32"),
+        ((*SWEEP, "--measure", "late = none.py:late"), "measure 'late': no file 'none.py'; expected a Python file"),
+        ((*SWEEP, "--measure", "late = array.toml:late"), "measure 'late' from 'array.toml:late'; expected a Python file"),
+        ((*SWEEP, "--cluster", "none.yaml"), "cannot read 'none.yaml': No such file or directory; expected YAML"),
         ((*SWEEP, "--require", "peak_forse < 500 N"), "did you mean 'peak_force'"),
         ((*SWEEP, "--require", "tip.eror < 3 mm"), "did you mean 'error'"),
         ((*SWEEP, "--measure", "late [kN m = mine.py:late"), "a name, its unit if it has one, and a function of a file"),
         ((*SWEEP, "--measure", "late [knots] = mine.py:late"), "unknown unit 'knots'"),
         ((*SWEEP, "--measure", "late [N] = mine.py:late", "--require", "late < 5 mm"), "'mm' is not a unit of [N]"),
-        ((*SWEEP, "--measure", "tip.error"), "no track 'tip' with a peak_track_deviation; allowed: a case with a track"),
-        ((*SWEEP, "--require", "B.peak_force < 500 N"), "no joint 'B' with a peak_force; allowed: A"),
+        ((*SWEEP, "--measure", "tip.error"), "no track 'tip' with a peak_track_deviation; expected a case with a track"),
+        ((*SWEEP, "--require", "B.peak_force < 500 N"), "no joint 'B' with a peak_force; expected A"),
         ((*SWEEP, "--threads", "1", "--workers", "2"), "--threads and --workers"),
         (("study", "statos", "a.db"), "did you mean 'status'"),
         (("study", "status", "mine"), "is no study"),
         (("study", "status"), "without a store"),
         (
             ("study", "study.toml", "-o", "a.db", "--points", "8"),
-            "--points without extend; allowed: study extend, study refine",
+            "--points without extend; expected study extend, study refine",
         ),
         (("study", "status", "a.db", "--plot", "figures"), "--plot without report"),
         (("study", "bad.toml", "-o", "a.db"), "unknown key 'varry' (did you mean 'vary'?)"),
-        (("study", "sampling.toml", "-o", "a.db"), "sampling 'sobel' (did you mean 'sobol'?); allowed: random, latin"),
+        (("study", "sampling.toml", "-o", "a.db"), "sampling 'sobel' (did you mean 'sobol'?); expected random, latin"),
         (("study", "study.toml", "-o", "s3://bucket/a.db"), "a file on a disk"),
     ],
 )
@@ -202,7 +202,7 @@ def test_the_life_of_a_study(folder: Path, capsys: pytest.CaptureFixture[str]) -
     assert status_of(["study", "replay", "a.db", "8"]) == 2
     capsys.readouterr()
     assert status_of(["study", "replay", "a.db"]) == 2
-    assert "'study replay' without a case; allowed: 0 to 7; type: scissordyn study replay" in capsys.readouterr().err
+    assert "'study replay' without a case; expected 0 to 7; for example scissordyn study replay" in capsys.readouterr().err
     failing = ("sweep", "array.toml", "-o", "b.db", "--vary", "A.clearance=0.1..0.4 mm", "--set", "run.most_steps=5")
     capsys.readouterr()
     assert status_of(failing) == 3

@@ -127,7 +127,7 @@ def test_wrong_texts_are_one_line(text: str, what: str) -> None:
         read_variation(text, LENGTH, parameter="A.clearance")
     assert what in str(error.value)
     assert "\n" not in str(error.value)
-    assert error.value.allowed
+    assert error.value.expected
 
 
 def test_deviations_from_a_chosen_value() -> None:

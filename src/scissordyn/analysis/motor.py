@@ -53,7 +53,9 @@ class MotorCurve:
             object.__setattr__(self, name, _numbers(name, getattr(self, name)))
         speeds, torques = np.array(self.speeds), np.array(self.torques)
         if speeds.size < 2 or speeds.size != torques.size:
-            raise InputError(f"a motor with {speeds.size} speeds and {torques.size} torques", "as many, at least 2", SAMPLE)
+            raise InputError(
+                f"a motor with {speeds.size} speeds and {torques.size} torques", "the same number of each, at least 2", SAMPLE
+            )
         if not (np.all(np.isfinite(speeds)) and speeds[0] == 0.0 and np.all(np.diff(speeds) > 0.0)):
             came = ", ".join(f"{speed:g}" for speed in speeds)
             raise InputError(f"the speeds of a motor are {came} rad/s", "values ascending from 0", SAMPLE)

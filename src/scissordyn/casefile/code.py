@@ -127,7 +127,7 @@ class AllowedCode(Code):
             )
         raise InputError(
             f"the run uses the {what} '{called}' of '{file}', which is not executed unless you allow it",
-            "naming the file after you have read it",
+            "the name of that file, given after you have read it",
             f"allow_code={file!r} in Python, or {command('--allow-code', file)}",
         )
 

@@ -188,7 +188,7 @@ def _with_unit(number: float, quantity: Quantity, sample: str) -> str:
 
 def read_quantity(value: object, quantity: Quantity, sample: str = "") -> float:
     """Return a number in SI units from a value in a case file."""
-    wanted = quantity.allowed if quantity.unit == "1" else f"{quantity.allowed}, as text with its unit"
+    wanted = quantity.expected if quantity.unit == "1" else f"{quantity.expected}, as text with its unit"
     if isinstance(value, bool) or not isinstance(value, str | int | float):
         raise InputError("not a number", wanted, sample)
     if isinstance(value, int) and not -INTEGER_MAX < value < INTEGER_MAX:

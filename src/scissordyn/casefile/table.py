@@ -136,11 +136,11 @@ class Key:
             return _plain(given, self.hint, context)
         try:
             if self.words and not isinstance(given, int | str):
-                raise InputError("not a whole number", self.quantity.allowed)
+                raise InputError("not a whole number", f"a whole number {self.quantity.bounds}")
             number = read_quantity(given, self.quantity, self.sample.strip('"'))
         except InputError as error:
-            sample = toml(error.type_this) if self.quantity.unit != "1" else error.type_this
-            allowed = " or ".join((error.allowed, *map(toml, self.words)))
+            sample = toml(error.example) if self.quantity.unit != "1" else error.example
+            allowed = " or ".join((error.expected, *map(toml, self.words)))
             raise InputError(error.what, allowed, f"{self.name} = {sample}") from None
         return _plain(number, self.hint, context)
 
@@ -208,12 +208,12 @@ def add_place(*place: int | str, given: Any = MISSING) -> Iterator[None]:
         yield
     except PlacedError as error:
         whole = (*place, *error.place)
-        raise PlacedError(whole, error.given, error.text, error.allowed, error.type_this, key=error.key) from None
+        raise PlacedError(whole, error.given, error.text, error.expected, error.example, key=error.key) from None
     except InputError as error:
         plain = isinstance(given, list) and all(isinstance(value, str | int | float) for value in given)
         shown = plain or not (given is MISSING or isinstance(given, Mapping | list))
-        allowed = f"tables headed [[{place[-1]}]]" if error.what == NO_LIST else error.allowed
-        raise PlacedError(place, f" = {toml(given)}" if shown else "", error.what, allowed, error.type_this) from None
+        allowed = f"tables headed [[{place[-1]}]]" if error.what == NO_LIST else error.expected
+        raise PlacedError(place, f" = {toml(given)}" if shown else "", error.what, allowed, error.example) from None
 
 
 class Table:
@@ -389,17 +389,17 @@ def instance(table: type[AnyTable], given: Any, context: Context) -> AnyTable:
     except PlacedError:
         raise
     except InputError as error:
-        raise PlacedError((), "", error.what, error.allowed, error.type_this) from None
+        raise PlacedError((), "", error.what, error.expected, error.example) from None
 
 
 class PlacedError(InputError):
     """Error at a place of a case file."""
 
     def __init__(
-        self, place: Place, given: str, what: str, allowed: str = "", type_this: object = "", *, key: str | None = None
+        self, place: Place, given: str, what: str, allowed: str = "", example: object = "", *, key: str | None = None
     ) -> None:
         self.place, self.given, self.text, self.key = place, given, what, key
-        super().__init__(self.error_text(place_text({}, place)), allowed, example_text(type_this))
+        super().__init__(self.error_text(place_text({}, place)), allowed, example_text(example))
 
     def error_text(self, where: str) -> str:
         return ": ".join(filter(None, (f"{where}{self.given}", self.text)))
@@ -418,4 +418,4 @@ def add_prefix(where: str) -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        raise InputError(f"{where}: {error.what}", error.allowed, example_text(error.type_this)) from None
+        raise InputError(f"{where}: {error.what}", error.expected, example_text(error.example)) from None

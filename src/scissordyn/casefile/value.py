@@ -168,11 +168,11 @@ def _read_element(slot: str, given: Any, context: Context) -> Any:
         return kind
     if kind is None:
         near = get_close_matches(name, classes, n=1, cutoff=0.5) if slot != "controller" else []
-        type_this = f'{slot} = "{near[0]}"' if near else sample
-        raise InputError(f"unknown {title} '{name}'{did_you_mean(name, classes)}", allowed, type_this)
+        example = f'{slot} = "{near[0]}"' if near else sample
+        raise InputError(f"unknown {title} '{name}'{did_you_mean(name, classes)}", allowed, example)
     if restitution is not None and "restitution" not in {field.name for field in dataclasses.fields(kind)}:
         what = f"restitution is given for the joint, but {title} '{name}' has none"
-        raise InputError(what, "leave out restitution, or another law")
+        raise InputError(what, "no restitution, or a law that has one")
     return build(kind, parameters, context)
 
 

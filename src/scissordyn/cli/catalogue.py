@@ -225,7 +225,7 @@ def print_parameters(element: type) -> list[str]:
     narrow = console().width < NARROW
     for name, key in keys.items():
         quantity = key.quantity
-        allowed = quantity.allowed.removeprefix("a finite number").strip() if quantity else "true or false"
+        allowed = quantity.bounds if quantity else "true or false"
         if quantity is None and isinstance(key.default, str):
             allowed = "text"
         default = "" if key.required or key.default is None else key.sample

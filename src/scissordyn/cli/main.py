@@ -302,14 +302,14 @@ def _usage(error: Exception, arguments: Sequence[str]) -> str:
     if "No such command" in text and near and (first in OTHER_WORDS or "Did you mean" not in text):
         text = f"No such command '{first}' (did you mean '{near[0]}'?)"
     if text.startswith("Missing") and first in COMMANDS:
-        return f"{text}; type: {COMMANDS[first][2]}"
+        return f"{text}; for example {COMMANDS[first][2]}"
     option = re.match(r"No such option:? '?--([\w-]+)", text)
     key = option[1].replace("-", "_") if option else ""
     if key in OPTION_KEYS and first in COMMANDS:
-        return f"{text}; allowed: options of a run are changed in its case; type: --set run.{key}=VALUE"
+        return f"{text}; options of a run belong to its case; for example --set run.{key}=VALUE"
     if "unexpected extra argument" in text:
-        text += "; allowed: quotes about a value with blanks"
-    return f"{text}; type: scissordyn {f'{first} ' if first in COMMANDS else ''}--help"
+        text += "; expected quotes around a value with spaces"
+    return f"{text}; for example scissordyn {f'{first} ' if first in COMMANDS else ''}--help"
 
 
 def _refused(error: OSError) -> str:
@@ -317,8 +317,8 @@ def _refused(error: OSError) -> str:
     reason = error.strerror or str(error)
     if error.filename is None:
         give_up("stdout")
-        return f"cannot write what is printed: {reason}; allowed: a terminal, a pipe, a file on a disk with room"
-    return f"cannot use '{os.fsdecode(error.filename)}': {reason}; allowed: a name that the system takes, in a place it may use"
+        return f"cannot write to standard output: {reason}"
+    return f"cannot use '{os.fsdecode(error.filename)}': {reason}; expected a valid name in a folder with write permission"
 
 
 def _complain(text: str, status: int) -> int:

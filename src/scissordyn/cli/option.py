@@ -162,8 +162,8 @@ def value_of(text: str, quantity: Quantity, option: str) -> float:
         try:
             value = float(text)
         except ValueError:
-            raise InputError(f"{option} '{text}': not a number", quantity.allowed, f"{option} {example(quantity)}") from None
+            raise InputError(f"{option} '{text}': not a number", quantity.expected, f"{option} {example(quantity)}") from None
     try:
         return read_quantity(value, quantity, f"{option} '{example(quantity)}'")
     except InputError as error:
-        raise InputError(f"{option} '{text}': {error.what}", error.allowed, error.type_this) from None
+        raise InputError(f"{option} '{text}': {error.what}", error.expected, error.example) from None

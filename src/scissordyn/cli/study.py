@@ -142,7 +142,7 @@ def _continue(result: StudyResult, what: str, where: Where, points: int | None) 
         return compute(result.built(), store, where, retry=what == "retry")
     if result.study.optimisation is not None:
         sample = command("scissordyn", "study", "study.toml", "-o", store)
-        raise InputError("more points of an optimisation", "its study file with more generations", sample)
+        raise InputError("more points of an optimisation", "a larger number of generations in the study file", sample)
     if points is None:
         raise InputError("'study extend' without --points", "the number of points from now on", "--points 2048")
     return compute(result.built(), store, where, points=points)

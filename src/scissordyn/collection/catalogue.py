@@ -125,7 +125,7 @@ def _read(text: str, unit: str) -> float:
     try:
         return read_quantity(given, Quantity(unit))
     except InputError as error:
-        raise InputError(f"'{text}': {error.what}", error.allowed or f"a number in {unit}") from None
+        raise InputError(f"'{text}': {error.what}", error.expected or f"a number in {unit}") from None
 
 
 def _instant(times: np.ndarray, at: str) -> int:

@@ -22,7 +22,7 @@ class TranslationError(InputError):
         """Return the error with file and line, unless it has them."""
         if self.placed:
             return self
-        error = type(self)(f"{place.format(getattr(node, 'lineno', '?'))}: {self.what}", self.allowed)
+        error = type(self)(f"{place.format(getattr(node, 'lineno', '?'))}: {self.what}", self.expected)
         error.placed = True
         return error
 

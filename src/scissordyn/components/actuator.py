@@ -52,7 +52,8 @@ class Actuator:
             raise InputError(f"{what} requires a sensor", "sensor=(BODY, POINT)")
         if self.start_on_reference and (self.base != GROUND or self.reference is None):
             raise InputError(
-                f"actuator '{self.name}': start_on_reference has no reference, or the base is not the ground", "both"
+                f"actuator '{self.name}': start_on_reference has no reference, or the base is not the ground",
+                "a reference, and the ground as base",
             )
 
     @property

@@ -277,7 +277,10 @@ def _check_fields(described: Any) -> None:
             ", ".join(symbols),
         )
     if declaration.port is TRAVEL and declaration.symbol == "stop" and "limit" not in names:
-        raise InputError(f"component '{described.__name__}', drawn as a stop, has no field 'limit'", "where the stop is [m]")
+        raise InputError(
+            f"component '{described.__name__}', drawn as a stop, has no field 'limit'",
+            "a field 'limit', the position of the stop [m]",
+        )
     for state in declaration.states:
         if not isinstance(state, State) or state.scale is None:
             named = getattr(state, "name", state)

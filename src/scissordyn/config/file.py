@@ -147,7 +147,7 @@ def in_file(path: Path, text: str, tree: dict[str, Any], written: dict[str, Any]
             place = place if value_at(written, place) == value_at(tree, place) else ()
         line = line_of(text, place)
         where = f"{path}, line {line}" if line else f"{path}"
-        raise InputError(f"{where}: {what}", error.allowed, example_text(error.type_this)) from None
+        raise InputError(f"{where}: {what}", error.expected, example_text(error.example)) from None
 
 
 def _quote_value(text: str, reason: str) -> str:

@@ -92,7 +92,7 @@ class _Writer:
         else:
             accepted = self._of(key.hint)
         assert accepted, f"no schema for {key.hint!r}"
-        described = [key.help.rstrip("."), key.quantity.allowed if key.quantity is not None else ""]
+        described = [key.help.rstrip("."), key.quantity.expected if key.quantity is not None else ""]
         text = "; ".join(filter(None, described))
         about: Schema = {"description": text} if text else {}
         if key.examples:

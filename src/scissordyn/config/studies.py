@@ -260,7 +260,7 @@ def _variation(parameter: str, values: Any) -> str | Variation:
     try:
         return Interval(*numbers) if isinstance(values, tuple) and len(numbers) == 2 else Levels(numbers)
     except InputError as error:
-        raise InputError(f"'{parameter}' = {values!r:.60}: {error.what}", error.allowed or RANGES, error.type_this) from None
+        raise InputError(f"'{parameter}' = {values!r:.60}: {error.what}", error.expected or RANGES, error.example) from None
 
 
 def _measures(given: Any) -> list[str | OwnMeasure]:

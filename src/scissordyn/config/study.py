@@ -133,7 +133,7 @@ def read_motor(points: Sequence[str], of: str = "", ratio: float = 1.0) -> Motor
         try:
             pairs.append((read_quantity(speed.strip(), SPEED), read_quantity(torque.strip(), TORQUE)))
         except InputError as error:
-            raise InputError(f"point '{text}' of a motor: {error.what}", error.allowed, POINT) from None
+            raise InputError(f"point '{text}' of a motor: {error.what}", error.expected, POINT) from None
     return MotorCurve(tuple(pair[0] for pair in pairs), tuple(pair[1] for pair in pairs), of, ratio)
 
 
@@ -367,6 +367,6 @@ def read_requirement(text: str, own: Mapping[str, str] | None = None) -> Require
                 raise InputError(what, f"a number and its unit [{' or '.join(KINDS)}]", f"{value} {next(iter(KINDS))}")
         factor = scale_of(unit_given, unit, sample=f"{match[1]} {match[2]} {value} {unit}")
     except InputError as error:
-        raise InputError(f"requirement '{text}': {error.what}", error.allowed, error.type_this) from None
+        raise InputError(f"requirement '{text}': {error.what}", error.expected, error.example) from None
     exerted = unit if measure in BY_COMPONENT else ""
     return Requirement(measure, match[2], float(value) * factor, part, text.strip(), exerted)

@@ -215,7 +215,7 @@ def _note(table: type[Table], key: str) -> str:
     """Return the description of a key, with its bounds."""
     declared = table.declared_keys()[key]
     quantity = declared.quantity
-    bounds = quantity.allowed.removeprefix("a finite number").strip() if quantity else ""
+    bounds = quantity.bounds if quantity else ""
     choices = "" if key == "kind" else " or ".join(map(toml, declared.words))
     allowed = choices if choices and choices.split(" ")[0] not in declared.help else bounds
     # skip bounds that are a unit only, since the value shows its unit

@@ -101,12 +101,12 @@ def read_variation(text: str, quantity: Quantity, *, parameter: str = "", folder
     try:
         return _read_variation(text, quantity, folder or Path())
     except InputError as error:
-        sample = error.type_this or VARY
+        sample = error.example or VARY
         if error.what == "missing unit":
             sample = f"'{text.strip()} {FAMILIAR.get(quantity.unit, (quantity.unit,))[-1]}'"
         elif (hyphen := HYPHEN.match(text)) is not None:
             sample = f"'{hyphen[1]}..{text[hyphen.end() :].strip()}'"
-        raise InputError(f"'{parameter}' over '{text}': {error.what}", error.allowed or FORMS, sample) from None
+        raise InputError(f"'{parameter}' over '{text}': {error.what}", error.expected or FORMS, sample) from None
 
 
 def split_each(text: str) -> tuple[str, bool]:
@@ -128,7 +128,7 @@ def read_deviation(text: str, quantity: Quantity, *, parameter: str = "") -> tup
         return _make_distribution(shape, 0.0, width), unit == "%"
     except InputError as error:
         what = f"tolerance of '{parameter}', '{text}': {error.what}"
-        raise InputError(what, error.allowed or TOLERANCE_SAMPLE, error.type_this) from None
+        raise InputError(what, error.expected or TOLERANCE_SAMPLE, error.example) from None
 
 
 def _sign(text: str) -> str | None:
@@ -159,7 +159,7 @@ def scale_of(unit: str, si: str, or_else: str = "", sample: str = "") -> float:
     try:
         return unit_factor(unit, si)
     except InputError as error:
-        raise InputError(error.what, error.allowed or allowed, error.type_this or sample) from None
+        raise InputError(error.what, error.expected or allowed, error.example or sample) from None
 
 
 def _make_distribution(shape: str, middle: float, width: float) -> Variation:
@@ -242,7 +242,7 @@ def _read_number(text: str, unit: str, quantity: Quantity) -> float:
     unit = own_unit or unit
     if quantity.unit == "1":
         if unit:
-            raise InputError(f"unit '{unit}' for a pure number", quantity.allowed)
+            raise InputError(f"unit '{unit}' for a pure number", quantity.expected)
         return float(read_quantity(float(value), quantity))
     return float(read_quantity(f"{value} {unit}".strip(), quantity))
 
@@ -372,7 +372,7 @@ def reader_by_change(
         try:
             case_read = read_case(case, [*changes, *written])
         except InputError as error:
-            raise InputError(f"{which}: {error.what}", error.allowed, error.type_this) from None
+            raise InputError(f"{which}: {error.what}", error.expected, error.example) from None
         if case_read.run != options:
             raise InputError(
                 f"{which}: the names change the options of the runs", "names that change only the mechanism", NAMES_SAMPLE

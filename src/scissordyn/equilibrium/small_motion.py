@@ -81,7 +81,7 @@ def _reached(still: Still, position: Position, place: At | None, before: float, 
         except InputError as error:
             counted = any(constraint.turning for constraint in whole.coordinates.constraints)
             if place is None or not counted or end - before <= shortest:
-                raise InputError(f"at t = {end:.6g} s: {error.what.removeprefix(STATIC)}", error.allowed) from None
+                raise InputError(f"at t = {end:.6g} s: {error.what.removeprefix(STATIC)}", error.expected) from None
             end = 0.5 * (before + end)
             continue
         if end == time:

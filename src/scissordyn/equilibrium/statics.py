@@ -174,7 +174,7 @@ def _equilibria(whole: Plan, inputs: Inputs, times: np.ndarray, friction: Fricti
     try:
         places = list(along(still, inputs, times.tolist(), "static"))
     except InputError as error:
-        raise InputError(f"statics {error.what}", error.allowed) from None
+        raise InputError(f"statics {error.what}", error.expected) from None
     rests = [at for at, _ in places]
     warnings: list[str] = []
     if moving is not None:

@@ -78,9 +78,11 @@ class Entities:
         if block is None:
             raise InputError(f"{label} refers to block '{name}', which is not in the DXF", "a DXF with all its blocks")
         if name.lower() in [outer.lower() for outer in blocks]:
-            raise InputError(f"block '{name}' of the DXF inserts itself", "blocks that hold other ones")
+            raise InputError(f"block '{name}' of the DXF inserts itself", "blocks that insert other blocks")
         if len(blocks) == NESTED_MAX:
-            raise InputError(f"block '{name}' of the DXF is nested deeper than {NESTED_MAX} blocks", "fewer")
+            raise InputError(
+                f"block '{name}' of the DXF is nested too deeply", f"at most {NESTED_MAX} levels"
+            )
         self._add_count(insert.mcount)
         if block.block.is_xref:
             self.left_out[f"block '{name}' is in another file"].append(label)

@@ -58,7 +58,11 @@ def parse(content: bytes) -> Element:
 
     def start(tag: str, attributes: dict[str, str]) -> None:
         if len(open_elements) > DEPTH_MAX:
-            raise InputError(f"line {parser.CurrentLineNumber} is nested in more than {DEPTH_MAX} elements", "fewer", SAMPLE)
+            raise InputError(
+                f"line {parser.CurrentLineNumber} is nested in more than {DEPTH_MAX} elements",
+                f"at most {DEPTH_MAX} levels",
+                SAMPLE,
+            )
         count[0] += 1
         if count[0] > elements_max:
             raise InputError(f"the model has more than {elements_max} elements", "a smaller model", SAMPLE)
@@ -107,7 +111,9 @@ def with_includes(text: str, folder: Path | None, notes: list[str]) -> str:
         if path in files:
             raise InputError(f"line {include.line}: '{name}' is included twice", "each file once, as MuJoCo requires", SAMPLE)
         if len(files) == files_max:
-            raise InputError(f"line {include.line}: more than {files_max} files are included", "fewer", SAMPLE)
+            raise InputError(
+                f"line {include.line}: too many files are included", f"at most {files_max} files", SAMPLE
+            )
         files.add(path)
         inner, further = decode(read_source(path), path.suffix.lower())
         part = inner.encode("utf-8", "replace")

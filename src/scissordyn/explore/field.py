@@ -125,7 +125,7 @@ class Field:
             "shown": self.shown,
             "help": self.quantity.help,
             "allowed": self.choices
-            or (self.quantity.allowed if len(self.value) == 1 else f"two numbers [{self.quantity.unit}]"),
+            or (self.quantity.expected if len(self.value) == 1 else f"two numbers [{self.quantity.unit}]"),
             "starred": self.starred and span is not None,
             "slider": slider,
             "whole": self.quantity.unit == "1" and self.text.isdecimal(),

@@ -228,7 +228,7 @@ class Page:
     def _open(self, message: Message) -> None:
         points = self.session.opened.points
         if points is None:
-            raise InputError("the case is not part of a study", "a study or a bifurcation diagram")
+            raise InputError("the case is not part of a study", "a case of a study or of a bifurcation diagram")
         self.session.open(points.opened(read_integer(message, "point")))
 
     def _show_state(self) -> None:

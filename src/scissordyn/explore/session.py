@@ -375,5 +375,4 @@ def _field_error(error: ScissordynError) -> str:
     if not isinstance(error, InputError):
         return str(error)
     what = getattr(error, "text", "") or error.what
-    parts = [what, f"allowed: {error.allowed}" if error.allowed else "", f"type: {error.type_this}" if error.type_this else ""]
-    return "; ".join(filter(None, parts))
+    return str(InputError(what, error.expected, error.example))

@@ -16,7 +16,7 @@ from scissordyn.units import Meaning, Quantity, check_quantities, checked, docum
 def check_place(label: str, place: Point) -> None:
     """Raise `InputError` for a position that is not finite or is outside the bounds of `PLACE`."""
     if not all(PLACE.admits(x) for x in place):
-        raise InputError(f"{label} = {place!r}", f"two of: {PLACE.allowed}")
+        raise InputError(f"{label} = {place!r}", f"two numbers {PLACE.bounds}")
 
 
 PLACE = Quantity("m")

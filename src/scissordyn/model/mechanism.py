@@ -125,7 +125,7 @@ class Mechanism:
         try:
             return self.joint(named)
         except InputError as error:
-            raise InputError(error.what, f'{error.allowed}, or a point as "BODY.POINT"', error.type_this) from None
+            raise InputError(error.what, f'{error.expected}, or a point as "BODY.POINT"', error.example) from None
 
     @cached_property
     def joint_names(self) -> tuple[str, ...]:

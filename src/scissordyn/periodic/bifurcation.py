@@ -293,7 +293,7 @@ def load_diagram(target: Path | None, blank: xr.Dataset, mechanism: Mechanism) -
         stored = load(target)
         wanted, there = read_configuration(blank), read_configuration(stored)
     except InputError as error:
-        raise OtherDiagramError(error.what, error.allowed, error.type_this) from None
+        raise OtherDiagramError(error.what, error.expected, error.example) from None
     differs = [key for key, value in wanted.diagram.items() if there.diagram.get(key) != value]
     differs += ["mechanism"] if wanted.mechanism_text != there.mechanism_text else []
     differs += [

@@ -73,7 +73,7 @@ def format_duration(seconds: float | Decimal) -> str:
 
 
 def check_memory(
-    what: str, needed: int, seconds: float | Decimal, allowed: str, type_this: str = "", *, here: int | None = None
+    what: str, needed: int, seconds: float | Decimal, allowed: str, example: str = "", *, here: int | None = None
 ) -> None:
     """Raise `InputError` if `needed` exceeds `here`, the available memory [bytes]; by default, the machine's memory."""
     free, here = ("" if here is None else " free"), machine_memory() if here is None else here
@@ -82,7 +82,7 @@ def check_memory(
             f"{what} take {format_bytes(needed)} of memory and {format_duration(seconds)} of a processor; "
             f"this machine has {format_bytes(here)}{free}",
             allowed,
-            type_this,
+            example,
         )
 
 

@@ -202,7 +202,7 @@ def _describe_overlap(driver: Driver) -> str:
         if not overlap <= clearance[j]:
             return (
                 f"the hard surfaces of joint '{plan.contacts[j].name}' overlap by {1e3 * overlap:.3g} mm at a clearance of "
-                f"{1e3 * clearance[j]:g} mm: the step of {driver.stepping.size:.3g} s is too long; type: {crossed}step = "
+                f"{1e3 * clearance[j]:g} mm: the step of {driver.stepping.size:.3g} s is too long; for example {crossed}step = "
                 f'"{0.25 * driver.stepping.size:.2g} s"'
             )
     return ""

@@ -70,7 +70,7 @@ def fmu(mechanism: Mechanism, run: Options, *, name: str = "mechanism", sources_
         except InputError as error:
             sample = "scissordyn export case.toml unit.fmu --sources"
             raise InputError(
-                f"an FMU needs a C compiler: {error.what}", f"{error.allowed}, or the sources alone", sample
+                f"an FMU needs a C compiler: {error.what}", f"{error.expected}, or the sources alone", sample
             ) from None
     tables = plan(mechanism)
     if tables.hard_places:

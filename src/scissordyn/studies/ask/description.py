@@ -172,7 +172,7 @@ class Study:
             ends = factor.deviating(chosen[factor.of]) if factor.of else factor.variation.ends
             for end in ends:
                 if np.isfinite(end) and not quantity.admits(end) and factor.variation.kind not in ("lognormal",):
-                    raise InputError(f"'{factor.path}' up to {end:g} [{quantity.unit}]", quantity.allowed)
+                    raise InputError(f"'{factor.path}' up to {end:g} [{quantity.unit}]", quantity.expected)
             if self.factor_names.count(factor.name) > 1:
                 raise InputError(
                     f"'{factor.path}' varies twice", "each parameter once, or a tolerance of the chosen value", "'+- 20 %'"
@@ -425,14 +425,18 @@ def _read_measure(entry: Mapping[str, Any], allow_code: Sequence[Path], reading:
         raise InputError(f"{what} is a Python function of no file", "the function, from Python", sample)
     path = Path(entry["function"].rpartition(":")[0])
     if path.resolve() not in {Path(file).resolve() for file in allow_code}:
-        raise InputError(f"{what} is a function of yours", "its file, allowed", command("--allow-code", path))
+        raise InputError(
+            f"{what} is a user-defined function, which is not executed unless you allow it",
+            "the name of its file",
+            command("--allow-code", path),
+        )
     if path.is_file() and file_digest(path) != entry["digest"]:
         raise InputError(f"'{path}' has changed since the study was begun", "the same file, or a new study", "-o another.db")
     return OwnMeasure(**entry)
 
 
 def _not_read(_: Any) -> float:
-    raise InputError("a measure of yours in a study that is only read", "its file, allowed", "--allow-code mine.py")
+    raise InputError("a measure of yours in a study that is only read", "the name of its file", "--allow-code mine.py")
 
 
 def to_plain(value: Any) -> Any:

@@ -160,7 +160,9 @@ def extend(study: Study, path: str | os.PathLike[str], points: int, **how: Unpac
         raise InputError(f"more points of a {study.design.kind} design", "a random, sobol or saltelli design")
     if points < study.design.points:
         raise InputError(
-            f"{points} points of a study that has {study.design.points}", "more", f"--points {2 * study.design.points}"
+            f"{points} points of a study that has {study.design.points}",
+            f"more than {study.design.points} points",
+            f"--points {2 * study.design.points}",
         )
     if study.uncertain and not study.sampling.common and study.sampling.kind == "latin-hypercube":
         raise InputError("more points of a study with a Latin hypercube for each", "common random numbers")
@@ -217,7 +219,7 @@ def _check_program(block: Block) -> None:
     if differs:
         raise ProgramError(
             f"the worker at '{platform.node()}' with '{Path(__file__).parents[2]}' would compute other numbers (differs in "
-            f"{', '.join(differs)}); allowed: the same sources, libraries and files of yours for all workers"
+            f"{', '.join(differs)}); expected the same sources, libraries and user files for all workers"
         )
 
 

@@ -143,7 +143,7 @@ def test_the_paper_can_be_stopped(tmp_path: Path, number: signal.Signals, engine
         assert living(process.pid) == []
     if number != signal.SIGKILL:
         assert process.returncode == 128 + number
-        assert err == f"scissordyn: interrupted; what is done is in {tmp_path}, and the same command goes on from it\n"
+        assert err == f"scissordyn: interrupted; completed runs are in {tmp_path}; the same command continues from there\n"
     for path in tmp_path.glob("runs/*.nc"):
         assert load(path).attrs["status"] == "complete"
 

@@ -107,7 +107,7 @@ def test_nowhere_met_is_said_with_what_is_missing() -> None:
     assert (need.kind, need.numbers["number"]) == ("need beyond", "A.clearance")
     assert need.numbers["value"] == pytest.approx(25e-6, rel=1e-6)
     said = conclude(result_of(described, found), "a.db")
-    assert str(said.verdict[0]).startswith("All requirements together are met nowhere: at none of 24 points; the fraction")
+    assert str(said.verdict[0]).startswith("No point meets all requirements (0 of 24); at most")
     fact, *_ = said.trends
     assert (fact.kind, fact.part, fact.numbers["little"]) == ("trend", "peak_force", "drive.speed")
     assert fact.numbers["how"][0].numbers["slope"] == pytest.approx(1.0)
@@ -179,7 +179,7 @@ def test_cases_that_never_settle_are_failures() -> None:
 def test_words_of_facts() -> None:
     """Identity: what is not known is not said, and every fact has words in which all fields have names."""
     about = {"tried": 8, "high": None}
-    assert str(Fact("met nowhere", numbers=about)) == "All requirements together are met nowhere: at none of 8 points."
+    assert str(Fact("met nowhere", numbers=about)) == "No point meets all requirements (0 of 8)."
     assert "at most 12.0%" in str(Fact("met nowhere", numbers={**about, "high": 0.12}))
     millimetres = Scale(1e3, "mm")
     assert str(Fact("value", "A.clearance", {"value": 1.234567e-3}, millimetres)) == "A.clearance = 1.235 mm"

@@ -232,7 +232,7 @@ def test_other_files_are_refused(tmp_path: Path) -> None:
     (tmp_path / "folder.db").mkdir()
     for name in ("text.db", "other.db", "folder.db"):
         before = (tmp_path / name).read_bytes() if name != "folder.db" else b""
-        with pytest.raises(sd.InputError, match="is no study"):
+        with pytest.raises(sd.InputError, match="is not a study"):
             execute(study(), tmp_path / name, block=BLOCK, engine=1)
         assert name == "folder.db" or (tmp_path / name).read_bytes() == before
     assert sorted(path.name for path in tmp_path.iterdir()) == ["folder.db", "other.db", "text.db"]
@@ -265,7 +265,7 @@ def test_ctrl_c_before_there_is_a_store_promises_nothing(
     sweep = ["sweep", "case.toml", "--vary", "A.clearance=0.1..0.4 mm, 2 values", "-o", "a.db", "--threads", "1"]
     assert status_of(sweep) == 130
     said = capfd.readouterr().err
-    assert "nothing was computed yet; the same command begins anew" in said
+    assert "nothing was computed yet; the same command starts again" in said
     assert "resume" not in said
     monkeypatch.undo()
     monkeypatch.chdir(tmp_path)

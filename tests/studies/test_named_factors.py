@@ -95,13 +95,13 @@ def test_answers_name_names(found: StudyResult) -> None:
     said = conclude(found, "x.db")
     assert f"{MATERIAL} = aluminium, titanium (of steel, aluminium, titanium)" in str(said.verdict[0])
     assert f"{MATERIAL}=[aluminium]" in said.next[0][1]
-    assert any(f"{MATERIAL} = aluminium in place of steel by a factor of" in str(fact) for fact in said.trends)
+    assert any(f"{MATERIAL} = aluminium instead of steel by a factor of" in str(fact) for fact in said.trends)
 
 
 def test_trends_are_ratios_of_names(found: StudyResult) -> None:
     """Closed form: the mass without that of the slider would go as the density; with it the factor is between."""
     trend = found.trends["mass"]
-    k = trend.numbers.index(f"{MATERIAL} = aluminium in place of steel")
+    k = trend.numbers.index(f"{MATERIAL} = aluminium instead of steel")
     assert 2700.0 / 7850.0 < np.exp(trend.slopes[k]) < 1.0
 
 

@@ -126,7 +126,7 @@ def test_another_study_is_refused(tmp_path: Path) -> None:
     ):
         with pytest.raises(sd.InputError, match=f"another study \\(differs in {differs}\\)"):
             execute(study(**changes), tmp_path / "a.db")
-    with pytest.raises(sd.InputError, match="is no study"):
+    with pytest.raises(sd.InputError, match="is not a study"):
         execute(study(), tmp_path)
     execute(study(requirements=()), tmp_path / "a.db")  # requirements are judged afterwards
 

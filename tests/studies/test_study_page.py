@@ -105,7 +105,7 @@ SWEEP = ("sweep", "array.toml", "-o", "a.db", "--vary", "A.clearance=0.1..0.4 mm
         ((*SWEEP, "--require", "B.peak_force < 500 N"), "no joint 'B' with a peak_force; expected A"),
         ((*SWEEP, "--threads", "1", "--workers", "2"), "--threads and --workers"),
         (("study", "statos", "a.db"), "did you mean 'status'"),
-        (("study", "status", "mine"), "is no study"),
+        (("study", "status", "mine"), "is not a study"),
         (("study", "status"), "without a store"),
         (
             ("study", "study.toml", "-o", "a.db", "--points", "8"),

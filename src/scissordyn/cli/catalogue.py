@@ -34,7 +34,7 @@ SHOWN = (
     "qquad=\n left= right= bigl= bigr= big= Big= displaystyle= prime=' langle=< rangle=> lVert=| rVert=| |=|"
 )
 SIGNS = dict(pair.split("=") for pair in SHOWN.split(" "))
-"""Commands that stand for one sign; any other command, such as \\sin, is its name."""
+"""LaTeX commands and the sign that replaces each; any other command, such as \\sin, becomes its name."""
 
 GROUP = r"\{((?:[^{}]|\{[^{}]*\})*)\}"
 FUNCTIONS = "ln|log|exp|sin|cos|tan|tanh|cosh|sinh"

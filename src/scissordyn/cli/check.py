@@ -20,7 +20,7 @@ def check(
         str | None, Option(metavar="MEASURE", help="Also run with several tolerances: which one 'tip.error within 1 %' needs.")
     ] = None,
     modes: Annotated[
-        bool, Option("--modes", help="With --converge: several numbers of bending modes in place of tolerances.")
+        bool, Option("--modes", help="With --converge: compare numbers of bending modes instead of tolerances.")
     ] = False,
 ) -> int:
     from scissordyn.cli.check_lines import check_lines

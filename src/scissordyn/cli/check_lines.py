@@ -51,7 +51,7 @@ TURNS = 2  # Turns of a drive over which forces without inertia are computed
 ROUND_OFF = 1e-9  # Forces without inertia below this part of the largest reaction are round-off: nothing is loaded
 
 UNMOVED = 1e-6
-"""Assembly is said to move nothing if it moves bodies by less than this fraction of the mechanism's size, or angle [rad]."""
+"""Largest assembly correction that is reported as none: fraction of the mechanism's size, or angle [rad]."""
 
 
 def check_lines(case: Path, changes: Sequence[str], converge: str | None, modes: bool) -> tuple[list[str], dict[str, Any]]:
@@ -120,7 +120,7 @@ def _parts(planned: Plan, components: Sequence[Component]) -> list[str]:
         f"Mechanism: {len(mechanism.bodies)} bodies, {len(mechanism.ideal_joints)} ideal and "
         f"{len(mechanism.clearance_joints)} clearance joints, "
         f"{coordinates.free} free coordinates with {len(coordinates.constraints)} constraints: "
-        f"{counted(_mobility(planned), 'degree')} of freedom beside the drives.",
+        f"{counted(_mobility(planned), 'degree')} of freedom besides the drives.",
         *(f"Drive of {drive.body}: {_in_words(drive.motion)}." for drive in mechanism.drives),
         *(
             f"Drive {drive.name} of the {coordinate_words(drive.coordinate)}: {_in_words(drive.motion, drive.coordinate.unit)}."
@@ -134,7 +134,7 @@ def _parts(planned: Plan, components: Sequence[Component]) -> list[str]:
 
 
 def _mobility(planned: Plan) -> int:
-    """Degrees of freedom that are left beside drives and couplings while latches are open."""
+    """Return the degrees of freedom that drives and couplings leave while latches are open."""
     return planned.coordinates.free - sum(not constraint.latch for constraint in planned.coordinates.constraints)
 
 
@@ -200,7 +200,7 @@ class TimeIsOverError(Exception):
 
 
 def limited(seconds: float) -> Callable[[float], None]:
-    """A function of the progress that ends a run after so many seconds, by `TimeIsOverError`."""
+    """Return a progress function that ends a run after a number of seconds by raising `TimeIsOverError`."""
     ends = time.perf_counter() + seconds
 
     def progress(_: float) -> None:
@@ -235,7 +235,7 @@ class ServoDemand(NamedTuple):
 
 
 def servo_demands(mechanism: Mechanism, followed: Mechanism, ideal: Run) -> list[ServoDemand]:
-    """The demands in a motion in which drives stand in the place of servos, see `commanded`."""
+    """Return the torque demands of a motion in which drives replace the servos, see `commanded`."""
     demands, driven = [], [drive.body for drive in followed.drives]
     torques = np.abs(ideal["drive_torque"].values.reshape(ideal.sizes["time"], -1)) if driven else np.zeros((0, 0))
     for part in mechanism.components:
@@ -387,7 +387,7 @@ FURTHER = (
     ("weld_force", "weld", "N", "force of a weld"),
     ("weld_moment", "weld", "N m", "moment of a weld"),
 )
-"""Variables of what joints transmit beside the forces of pins and guides, their dimension, unit and words."""
+"""Variables of transmitted loads other than the forces of pins and guides: dimension, unit and words of each."""
 
 
 def _further_forces(ideal: xr.Dataset, round_off: float) -> list[str]:

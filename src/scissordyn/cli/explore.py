@@ -44,7 +44,7 @@ def explore(
         print(
             f"Warning: with --address {address} everyone who can reach this machine and has the address below can change the "
             f"numbers of '{case.name}', keep the processor busy and download the case and its runs. Nothing is encrypted: "
-            "whoever can read the network's traffic reads the address too. No other file of this machine can be read or "
+            "anyone who can read the network's traffic can read the address too. No other file of this machine can be read or "
             "written through it.",
             file=sys.stderr,
         )

@@ -67,10 +67,10 @@ COMMANDS = {
     ),
     "plot": (
         "saved",
-        "Draw a saved run; nothing is computed anew.",
+        "Draw a saved run without computing it again.",
         "scissordyn plot run.nc -o pictures --only force,orbit --joint A",
     ),
-    "animate": ("saved", "Write a film of a saved run; nothing is computed anew.", "scissordyn animate run.nc film.html"),
+    "animate": ("saved", "Write a film of a saved run without computing it again.", "scissordyn animate run.nc film.html"),
     "compare": (
         "compare",
         "Show how two saved runs differ, or how well a run agrees with measured curves.",
@@ -150,7 +150,7 @@ OTHER_WORDS = {
     "template": "new",
     "equilibrium": "statics",
 }
-"""Words that users try in place of a command."""
+"""Commands by a word that users try instead."""
 
 OPTION_KEYS = ("until", "start", "rtol", "atol", "method", "most_steps", "events", "step")
 """Keys of [run] that users try as options of a command."""
@@ -175,7 +175,7 @@ PLAIN: dict[str, Any] = {
 
 
 class Commands(TyperGroup):
-    """The commands, each of which is loaded when it is called or its own help is asked for."""
+    """Command group that loads a command only when the command or its help is called."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
@@ -238,7 +238,7 @@ def run() -> None:
     for name in ("stdout", "stderr"):
         try:
             getattr(sys, name).flush()
-        except OSError:  # the error is printed already, there is no room for it, or the pipe is closed
+        except OSError:  # the error was printed already, the disk is full, or the pipe is closed
             give_up(name)
     if any(thread.daemon for thread in threading.enumerate() if thread is not threading.main_thread()):
         os._exit(status)  # Python's own end stops such a thread, as the explorer's run, in compiled code, and may abort there
@@ -322,7 +322,7 @@ def _refused(error: OSError) -> str:
 
 
 def _complain(text: str, status: int) -> int:
-    with contextlib.suppress(OSError):  # where there is no room for messages, the status says it
+    with contextlib.suppress(OSError):  # on a full disk the exit status reports the error
         if os.environ.get("SCISSORDYN_TRACEBACK"):
             traceback.print_exc()
         print(f"scissordyn: {printable(shortened(text))}", file=sys.stderr)

@@ -1,4 +1,4 @@
-"""Arguments and options that several commands have, and what they stand for: saved runs, numbers with units, an engine."""
+"""Arguments and options of several commands, and their readers: saved runs, numbers with units, an engine."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ OwnCode = Annotated[
     Option(metavar="FILE", help="A Python file of yours that the saved run used and may execute again. Repeatable."),
 ]
 Quiet = Annotated[bool, Option("--quiet", "-q", help="Print nothing but errors.")]
-AsJson = Annotated[bool, Option("--json", help="Print one line of JSON, in SI units, in place of text.")]
+AsJson = Annotated[bool, Option("--json", help="Print one line of JSON, in SI units, instead of text.")]
 PictureFormat = Annotated[str, Option("--format", metavar="FORMAT", help="png, svg or pdf.")]
 BlockSize = Annotated[int | None, Option(help="Cases of a block of a new store.", min=1)]
 Magnified = Annotated[float, Option(metavar="FACTOR", help="Magnify the deflections of bars that bend.", min=1e-3, max=1e6)]
@@ -52,8 +52,8 @@ Scheduler = Annotated[str | None, Option(metavar="ADDRESS", help="Workers of a d
 QueueFile = Annotated[Path | None, Option(metavar="FILE", help="Workers that a queueing system starts instead.")]
 
 UNPROTECTED = (
-    "scissordyn: Warning: without TLS whoever reaches the ports of the scheduler and its workers has code executed there; "
-    "docs/howto/cluster.md shows how it is turned on"
+    "scissordyn: Warning: without TLS, anyone who reaches the ports of the scheduler and its workers can execute code there; "
+    "docs/howto/cluster.md shows how to turn it on"
 )
 
 KINDS = {"s": ("a time", "10 ms", Quantity("s")), "m": ("a length", "5 mm", Quantity("m", above=0.0))}
@@ -104,7 +104,7 @@ def _tell(line: str) -> None:
 
 
 def read_run(path: Path, *, samples: int = 2) -> xr.Dataset:
-    """A saved run with at least so many samples."""
+    """Return a saved run; raise `InputError` if it has fewer than `least` samples."""
     from scissordyn.casefile.configuration import is_run
     from scissordyn.casefile.table import add_prefix
     from scissordyn.file.sound import check_run

@@ -32,13 +32,13 @@ LOOKS: dict[str, dict[str, Any]] = {
     "numbers": {"justify": "right", "overflow": "fold"},
     "long name": {"overflow": "fold"},
 }
-NARROWEST = 10  # Letters of a long name in a row, at least; it is broken where there is no room
+NARROWEST = 10  # Smallest width of a column of names [characters]; longer names are broken
 
 DESCRIPTION = "{task.description}"  # A column of a progress bar
 
 
 def check_file(path: Path | None, case: Path, sample: str) -> None:
-    """Raise `InputError` unless a file, if one is asked for, can be written there without loss of another."""
+    """Raise `InputError` if the given file cannot be written, or if writing would replace another file."""
     from scissordyn.file.output_file import check_target
 
     if path is None:
@@ -85,7 +85,7 @@ def check_store_name(name: str) -> None:
 
 
 def check_folder(folder: Path | None, sample: str) -> None:
-    """Raise `InputError` unless a folder, if one is asked for, can be written; a name of a picture is no folder."""
+    """Raise `InputError` if the given folder cannot be written, or if its name is that of a picture."""
     if folder is None:
         return
     if folder.suffix.lower() in PICTURES and not folder.is_dir():

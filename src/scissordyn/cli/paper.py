@@ -33,7 +33,7 @@ def paper(
     ] = False,
     number: Annotated[int, Option(help="Readings of --readings.", min=1, max=1_000_000)] = 20_000,
     threads: Annotated[
-        int | None, Option(help="Threads of this process in place of other processes.", min=1, max=MOST_THREADS)
+        int | None, Option(help="Threads of this process, instead of several processes.", min=1, max=MOST_THREADS)
     ] = None,
     workers: Annotated[
         int | None, Option(help=f"Processes on this machine; one per processor if not given, {MOST_WORKERS} at most.", min=1)
@@ -64,7 +64,7 @@ def paper(
             else:
                 answers, show = draw_figure(figure, output, **how), None
     except KeyboardInterrupt:
-        again = f"what is done is in {output}, and the same command goes on from it"
+        again = f"completed runs are in {output}; the same command continues from there"
         print(f"scissordyn: interrupted; {again}", file=sys.stderr)
         return INTERRUPTED
     if show is None:
@@ -76,7 +76,7 @@ def paper(
 
 
 def _where(threads: int | None, workers: int | None, figure: int | None) -> Where:
-    """Processes unless threads are asked for: what a run has beside its loop is Python, which threads do one at a time."""
+    """Return the engine: threads if requested, otherwise processes, because Python code does not run in parallel threads."""
     from scissordyn.run.engine import processors
 
     several = min(processors(), MOST_WORKERS)

@@ -33,7 +33,7 @@ def run(
     case: Annotated[Path, Argument(help="A case file, or a saved run to run again.")],
     output: Annotated[Path | None, Option("-o", "--output", help="Save the run to this NetCDF file.")] = None,
     change: Changes = None,
-    plot: Annotated[Path | None, Option(help="Draw the run, beside the ideal mechanism, into this folder.")] = None,
+    plot: Annotated[Path | None, Option(help="Draw the run and the ideal mechanism into this folder.")] = None,
     film: Annotated[
         Path | None, Option("--animate", help="Write a film of the run: a name that ends in .gif, .mp4 or .html.")
     ] = None,
@@ -46,7 +46,7 @@ def run(
         str | None,
         Option(
             metavar="TIME",
-            help="Keep the state beside the file of -o now and then, as every '60 s'. The same command goes on from there.",
+            help="Save the state next to the file of -o at intervals such as '60 s'. The same command continues from it.",
         ),
     ] = None,
     allow_code: OwnCode = None,
@@ -137,7 +137,7 @@ def _is_saved(path: Path) -> bool:
 
 
 def _checkpoint(every: str, output: Path | None, case: Path) -> Checkpoint:
-    """The checkpoint beside the file of the result."""
+    """Return the checkpoint, a file next to that of the result."""
     from scissordyn.casefile.quantity import read_quantity
     from scissordyn.casefile.table import add_prefix
     from scissordyn.run.advance.checkpoint import Checkpoint
@@ -145,7 +145,7 @@ def _checkpoint(every: str, output: Path | None, case: Path) -> Checkpoint:
 
     sample = "-o run.nc --checkpoint '60 s'"
     if output is None:
-        raise InputError("--checkpoint without -o", "a file for the run, beside which its state is kept", sample)
+        raise InputError("--checkpoint without -o", "-o and a file for the run; its state is kept next to that file", sample)
     with add_prefix(f"--checkpoint {every}"):
         seconds = read_quantity(every, quantities(Checkpoint)["every"], "60 s")
     path = output.with_name(f"{output.name}.checkpoint")

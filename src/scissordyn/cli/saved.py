@@ -104,7 +104,7 @@ def export(
             "Of a case: in .dxf (bars with holes), .csv (cut list), .xml (MJCF) or .fmu (FMI 3.0)."
         ),
     ],
-    contacts: Annotated[bool, Option("--contacts", help="One row for each contact in place of each instant.")] = False,
+    contacts: Annotated[bool, Option("--contacts", help="One row for each contact instead of each instant.")] = False,
     forces: Annotated[bool, Option("--forces", help="The forces of the pins on each bar.")] = False,
     envelope: Annotated[bool, Option("--envelope", help="The extremes of these forces over time.")] = False,
     first: Begin = None,
@@ -158,9 +158,9 @@ def export(
 def cite(
     run: SavedRun,
     output: Annotated[
-        Path | None, Option("-o", "--output", metavar="FILE", help="Write BibTeX, as references.bib, in place of text.")
+        Path | None, Option("-o", "--output", metavar="FILE", help="Write BibTeX to a file such as references.bib.")
     ] = None,
-    bibtex: Annotated[bool, Option("--bibtex", help="Print BibTeX in place of text.")] = False,
+    bibtex: Annotated[bool, Option("--bibtex", help="Print BibTeX instead of text.")] = False,
 ) -> int:
     from scissordyn.file.output_file import write_file
     from scissordyn.record.citations import citations

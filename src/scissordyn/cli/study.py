@@ -48,7 +48,7 @@ UNITS = (("a second", 1.0), ("a minute", 60.0), ("an hour", 3600.0))
 
 EVENTS = 20  # Contacts of a replayed case that are shown
 ROWS = 12  # Points of a front or of a table that are shown
-EVERY = 30.0  # Seconds between two lines of progress where there is no terminal
+EVERY = 30.0  # Time between two lines of progress without a terminal [s]
 
 VARY = "--vary A.clearance='0.05..0.4 mm'"
 
@@ -249,11 +249,11 @@ def compute(
             result = computed(study, file, engine=engine, progress=progress, **options)  # type: ignore[arg-type]
     except KeyboardInterrupt:
         complete = f"what is complete is in {printable(file)}; {further}"
-        state = complete if store.begun() else "nothing was computed yet; the same command begins anew"
+        state = complete if store.begun() else "nothing was computed yet; the same command starts again"
         print(f"scissordyn: interrupted; {state}", file=sys.stderr)
         return INTERRUPTED
     except (EngineError, StoreError, ProgramError) as error:
-        then = further if store.begun() else "the same command begins anew"
+        then = further if store.begun() else "the same command starts again"
         print(f"scissordyn: {printable(str(error))}; {then}", file=sys.stderr)
         return UNFINISHED
     show_answers(result)
@@ -311,7 +311,7 @@ def _status(result: StudyResult) -> int:
     if cases and worked:
         integration = float(times["integration_seconds"].sum())
         print(
-            f"{short(worked / cases, 's')} a case and worker, {1.0 - integration / worked:.0%} of it beside the integration; "
+            f"{short(worked / cases, 's')} a case and worker, {1.0 - integration / worked:.0%} of it outside the integration; "
             f"about {counts['pending'] * worked / cases / 60.0:.3g} worker minutes to go"
         )
     for part in (*cause_sections(result, store, ROWS), damage_section(result, store)):
@@ -362,7 +362,7 @@ def show_answers(result: StudyResult) -> None:
 
 
 def _show(part: Section) -> None:
-    """Print a section; a command stands on a line of its own, below what it is for."""
+    """Print a section, with each command on a line of its own below its purpose."""
     if part.title:
         say(part.title, style="bold")
     say(*part.lines)

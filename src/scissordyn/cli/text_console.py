@@ -11,10 +11,10 @@ from scissordyn.errors import printable
 
 
 class TextConsole(Console):
-    """Names from files are no markup, no emoji and no escape codes."""
+    """Console that prints names from files literally: no markup, emoji or escape codes."""
 
     def on_broken_pipe(self) -> None:
-        """Leave the error of a pipe that its reader has closed to whoever runs the command; rich would end the process."""
+        """Raise the error of a closed pipe again; rich would end the process."""
         raise
 
     def render_str(self, text: str, **look: Any) -> Text:

@@ -168,7 +168,7 @@ def _broken_table(text: str, reason: str) -> str:
     where = f"an inline table {{ ... }} of line {place[1]}"
     if before.endswith(("{", ",")) or "Unclosed" in reason:
         if not after or after.startswith("#"):
-            return f"{where} has a line break; it stands on one line, or is a [table] of its own"
+            return f"{where} has a line break; write it on one line, or as a [table]"
         if after.startswith("}") and before.endswith(","):
             return f"{where} has a comma before its closing brace"
     return ""

@@ -80,9 +80,7 @@ class Entities:
         if name.lower() in [outer.lower() for outer in blocks]:
             raise InputError(f"block '{name}' of the DXF inserts itself", "blocks that insert other blocks")
         if len(blocks) == NESTED_MAX:
-            raise InputError(
-                f"block '{name}' of the DXF is nested too deeply", f"at most {NESTED_MAX} levels"
-            )
+            raise InputError(f"block '{name}' of the DXF is nested too deeply", f"at most {NESTED_MAX} levels")
         self._add_count(insert.mcount)
         if block.block.is_xref:
             self.left_out[f"block '{name}' is in another file"].append(label)

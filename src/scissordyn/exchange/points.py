@@ -117,9 +117,7 @@ class _Table:
         head = [cell.casefold() for cell in rows[0][1]] if rows else []
         for name in COLUMNS:
             if head.count(name) > 1:
-                raise InputError(
-                    f"the table of points has {head.count(name)} columns '{name}'", "one column a name", SAMPLE
-                )
+                raise InputError(f"the table of points has {head.count(name)} columns '{name}'", "one column a name", SAMPLE)
             if name not in head and name != "support":
                 raise InputError(f"the table of points has no column '{name}'", ", ".join(COLUMNS), SAMPLE)
         self._name_unused(rows[0][1], rows[1:])

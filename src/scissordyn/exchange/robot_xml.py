@@ -48,7 +48,7 @@ ATTRIBUTES = {
     "weld": "name class active body1 body2 anchor relpose site1 site2",
     "key": "name qpos qvel",
 }
-"""Attributes of MJCF that the import uses or reports itself; "*" stands for all."""
+"""Attributes of MJCF that the import uses or reports itself; "*" means all."""
 
 TREE_ELEMENTS = "body frame replicate inertial joint freejoint geom site"
 

@@ -111,9 +111,7 @@ def with_includes(text: str, folder: Path | None, notes: list[str]) -> str:
         if path in files:
             raise InputError(f"line {include.line}: '{name}' is included twice", "each file once, as MuJoCo requires", SAMPLE)
         if len(files) == files_max:
-            raise InputError(
-                f"line {include.line}: too many files are included", f"at most {files_max} files", SAMPLE
-            )
+            raise InputError(f"line {include.line}: too many files are included", f"at most {files_max} files", SAMPLE)
         files.add(path)
         inner, further = decode(read_source(path), path.suffix.lower())
         part = inner.encode("utf-8", "replace")

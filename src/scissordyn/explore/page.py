@@ -356,7 +356,7 @@ def make_file(
     if what == "case":
         return name, mime, session.case.text().encode()
     if shown is None or shown.run is None or shown.curves is None:
-        raise InputError("there is no run yet", "a case that can be run")
+        raise InputError("the page has no run yet", "a case that can be run")
     run, mechanism = shown.curves, shown.case.mechanism
     if what == "curves":
         return name, mime, curves_as_csv(run, shown.summary, joint, mechanism.output_body).encode()

@@ -74,7 +74,7 @@ FILES = frozenset({path.name for path in ASSETS.glob("*.*") if path.suffix in KI
 
 
 def bound_address(listening: socket.socket) -> ipaddress.IPv4Address | ipaddress.IPv6Address:
-    """Return the address that a socket listens on; "unspecified" stands for all networks of this machine."""
+    """Return the address that a socket listens on; "unspecified" means all networks of this machine."""
     return ipaddress.ip_address(str(listening.getsockname()[0]).partition("%")[0])
 
 

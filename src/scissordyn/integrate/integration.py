@@ -151,7 +151,7 @@ class Work(NamedTuple):
     gain: Annotated[F2, "terms", "quadratures"]  # dense output of the integrals of an explicit step
     # (explicit) stages, or start, nodes and end; then `SPARE_ROWS`
     monitored: Annotated[F3, "points", "rows", MONITORED]
-    reads_start: I1  # (rows+1,) ranges in `reads`; an empty range stands for all entries of y
+    reads_start: I1  # (rows+1,) ranges in `reads`; an empty range means all entries of y
     reads: I1  # entries of y that a guard or a monitored row depends on
     companion: I1  # (guards,) monitored row whose largest value is logged with the guard's, -1 for none
     delays: F1  # (delays,) steps end on their multiples

@@ -27,7 +27,7 @@ def contact_mass(j, S):
     W = S.work
     nx, ny = W.contact[j].nx, W.contact[j].ny
     ux, uy, ax, ay, bx, by, _, _, _, _, _, _ = map_values(j, S)
-    # a guide surface is pushed at the corner, beside the point that its map starts from
+    # a guide surface is pushed at the corner, not at the point that its map starts from
     moment = ux * ny - uy * nx if S.parameters.contact[j].plane == 1 else 0.0
     W.load[:] = 0.0
     add_torques(j, S, -nx, -ny, 0.0, moment, ax, ay, bx, by, W.load, 0, S.model.n)

@@ -100,7 +100,7 @@ def bar_motions(plan: Plan, record: Record, time: np.ndarray) -> list[BarMotion]
     joints = enumerate(plan.mechanism.clearance_joints)
     for i, joint in (*joints, *((films + f, joint) for f, (joint, _, _) in enumerate(plan.lubricated))):
         journal, bearing = plan.coordinates.place(joint.journal), plan.coordinates.place(joint.bearing)
-        # the force of a film acts on the bearing at the journal's centre, beside its own
+        # the force of a film acts on the bearing at the journal's centre, not at the bearing's own centre
         pulls = np.zeros(time.size), np.sum(record.wrench[:, i, :2] * (journal.at(record.X) - bearing.at(record.X)), axis=1)
         for side, (body, _) in enumerate((joint.journal, joint.bearing)):
             if body in plan.coordinates.natural.tangents:
@@ -164,7 +164,7 @@ def _opposed(axis: Axis, motion: BarMotion) -> Iterator[np.ndarray]:
 
 
 def with_distributed_mass(plan: Plan, record: Record, time: np.ndarray) -> Record:
-    """The record with what the consistent mass of the beam elements adds to the loads of their bodies.
+    """Add the loads of the consistent mass of the beam elements to a record.
 
     A body at the end of an element has half of its mass at its origin; the rest of the mass matrix times the acceleration less
     gravity is a load, and so is what the stresses of a flexible bar exert, what runs along it or turns its cross-sections. What

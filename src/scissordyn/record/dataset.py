@@ -105,7 +105,7 @@ WEAR = "product of mean pressure F_n/(2 R_J L_b) and slip speed"
 
 
 def spread(values: np.ndarray, places: np.ndarray, count: int, fill: float = np.nan) -> np.ndarray:
-    """Values along the last axis at their places among so many, as many as there are."""
+    """Return an array of length `count` along the last axis, with the values at `places` and `fill` elsewhere."""
     full = np.full((*values.shape[:-1], count), fill).astype(values.dtype)
     full[..., places[: values.shape[-1]]] = values
     return full
@@ -151,7 +151,7 @@ def _joint_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
 
 
 def _joint_peaks(plan: Plan, path: Trajectory, at: np.ndarray) -> Variables:
-    """Located maxima per joint; NaN where there is no such quantity."""
+    """Return the located maxima of each joint; NaN for a quantity that the joint does not have."""
     joints, about = len(plan.mechanism.joint_names), "friction over the static limit of its law"
     bristles = at[path.monitored(FRICTION_RATIO)]
     variables = {}
@@ -298,7 +298,7 @@ def _drive_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
         return {}
     variables = {
         "drive": labels("drive", [drive.body for drive in plan.drives]),
-        # with several drives the first is the one that the contract names; all of them stand beside it
+        # `drive_torque` is that of the first drive; further variables hold all drives
         "drive_torque": described("time", record.torque[:, 0].copy(), "N m", "driving torque"),
         **located("peak_drive_torque", "drive", path.peaks(DRIVE_TORQUE), "N m", "driving torque"),
     }

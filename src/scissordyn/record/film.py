@@ -25,10 +25,10 @@ THICKENS = 1e8  # Pressure [Pa] from which on the viscosity of mineral oils is s
 TURBULENT = 41.2  # Taylor's number for vortices: Reynolds' number rho U c/mu over the root of R/c
 
 INERT = 1.0
-"""Reynolds number of a squeeze film, rho c |e'|/mu, from which on the inertia of the oil is no small part of its pressure."""
+"""Reynolds number of a squeeze film, rho c |e'|/mu, above which the inertia of the oil matters."""
 
-VACUUM = 1.0  # Pressure [Pa] below which an oil of unknown vapour pressure is said to evaporate
-WARMED = 0.8  # Viscosity after heating over that before, below which the given temperature is no longer meant
+VACUUM = 1.0  # Pressure [Pa] below which an oil of unknown vapour pressure is reported to evaporate
+WARMED = 0.8  # Viscosity after heating over that before, below which the given temperature is reported as too low
 
 THINNEST = "where the film is thinnest then: direction in the bearing's body, of the sample nearest to it"
 SQUEEZED = "largest rho c |e'|/mu of the journal's approach and leave, among the samples"

@@ -37,7 +37,7 @@ class IdealPath:
 def quintic(u: float | np.ndarray, h: float, a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Position at the fraction u of an interval h between two ends a, b = (position, velocity, acceleration).
 
-    The same polynomial stands in `monitored.track_deviation`.
+    `monitored.track_deviation` evaluates the same polynomial.
     """
     end = u**3 * (10.0 - 15.0 * u + 6.0 * u * u)
     slope, end_slope = u - u**3 * (6.0 - 8.0 * u + 3.0 * u * u), u**3 * (-4.0 + 7.0 * u - 3.0 * u * u)

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 ESTIMATE = "an estimate, as contact is hard"
 
-LESS = 0.9  # Part of the largest force below which the largest one after the start is given beside it
+LESS = 0.9  # Fraction of the largest force below which the largest force after the start is reported as well
 
 
 class Answer:
@@ -136,7 +136,7 @@ def joint_summaries(run: Run) -> list[JointSummary]:
 
 
 def ideal_summaries(run: Run) -> list[JointSummary]:
-    """Joints, guides and welds that are no contacts and transmit a force, each with its largest one."""
+    """Return the ideal joints, guides and welds that transmit a force, each with its largest force."""
     summaries = []
     for dim in ("joint", "weld"):
         if f"{dim}_peak_force" not in run:

@@ -20,7 +20,7 @@ def time_mean(values: np.ndarray, time: np.ndarray) -> np.ndarray:
 
 
 def spread_samples(time: np.ndarray, count: int) -> np.ndarray:
-    """So many samples, equally spread over the time, the first and the last among them."""
+    """Return the indices of `count` samples, equally spread over time, including the first and the last."""
     if equally_spaced(time):
         return np.unique(np.linspace(0, time.size - 1, count).round().astype(int))
     wanted = np.linspace(time[0], time[-1], count)

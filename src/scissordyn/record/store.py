@@ -171,7 +171,7 @@ def _write(path: str | os.PathLike[str], content: Callable[[], bytes | memoryvie
 
 
 def _without_file(run: Run) -> list[str]:
-    """Functions and classes of a run that are in no file; none of data that are no run of this version."""
+    """Return the functions and classes of a run that are in no file; none for data that are not a run of this version."""
     title, text = run.attrs.get("title"), run.attrs.get(ATTRIBUTE)
     if not (isinstance(title, str) and title == TITLE and isinstance(text, str)):
         return []

@@ -257,7 +257,7 @@ def summary_of(run: Run, configuration: Configuration | None = None) -> Summary:
 
 
 def _force(run: Run, described: Any, options: Options | None) -> ForceAnswer | None:
-    """The largest force of all joints; beside it that of clearance joints where it is another one."""
+    """Return the largest force of all joints, and that of clearance joints if it differs."""
     loose = _largest(joint_summaries(run) if "contact_joint" in run else [])
     whole = _largest([*ideal_summaries(run), *([] if loose is None else [loose])])
     if whole is None:
@@ -405,7 +405,7 @@ def _span(run: Run, described: Any) -> SpanAnswer | None:
 
 
 def _bars(run: Run, start: str) -> BarAnswer | None:
-    """The bar that carries most, or None if no bar bends or there are no samples."""
+    """Return the bar with the largest buckling ratio, or None if no bar bends or the run has no samples."""
     if "bar_largest_buckling_ratio" not in run or not run.sizes["bar"]:
         return None
     names = run["bar"].values.astype(str).tolist()

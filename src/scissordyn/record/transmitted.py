@@ -28,7 +28,7 @@ AFTER = "after the start, in which concentric journals fall through their cleara
 
 CHUNK = 4096  # Instants that are evaluated together, which limits the memory
 
-FEWEST = 201  # Samples that are evaluated beside the ends of steps where those of a run are not asked for
+FEWEST = 201  # Samples evaluated in addition to the ends of steps, if the samples of a run were not requested
 
 FALLS = 20.0
 """Length of the start, in times until every joint that has contacts has had its first one. Of six units under gravity that is

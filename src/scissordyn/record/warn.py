@@ -54,10 +54,10 @@ CARRIED = 1e-6
 freely carries energy and turns none over."""
 
 MOVED = 1e-9
-"""Of the mechanism's size, and in rad: a mechanism that moves by less stands still, and its energies change by the errors that
-default tolerances allow."""
+"""Motion below which a mechanism counts as at rest: fraction of its size, or angle [rad]. Its energies then change only by the
+errors that default tolerances permit."""
 
-LARGE_STRAIN = 0.01  # Strain of a bar above which the model's linear law is no longer meant
+LARGE_STRAIN = 0.01  # Strain of a bar above which the linear law of the model does not hold
 AT_LIMIT = 1.0 - 1e-9  # Torque over its limit above which a controller is at the limit
 RESTLESS = 0.05  # Changes of a controller from one limit to the other, as a part of the samples, above which there is a warning
 ROUNDED = 1e-9  # Distance beyond the end of a curve that counts as round-off [m, rad, rad/s]
@@ -189,7 +189,7 @@ def _stands_still(plan: Plan, run: Run) -> bool:
     if not run.sizes["time"]:
         return True
     motion = (run["position"].values, MOVED * plan.coordinates.size), (run["angle"].values, MOVED)
-    return not any(np.any(np.ptp(part, axis=0) > least) for part, least in motion)  # angles of point masses are no numbers
+    return not any(np.any(np.ptp(part, axis=0) > least) for part, least in motion)  # angles of point masses are NaN
 
 
 def _unbalanced(run: Run, *, stepped: bool) -> list[RunWarning]:
@@ -222,7 +222,7 @@ def _gained(run: Run) -> list[RunWarning]:
 
 
 def _impulses(run: Run) -> list[RunWarning]:
-    """Latches that lock while a drive keeps its speed: its torque is no number there."""
+    """Warn of latches that lock while a drive keeps its speed: the torque of the drive is infinite there."""
     least = CARRIED * energy_turned_over(run)
     return [
         warning("impulse", name, "latch", time=when, work=work)

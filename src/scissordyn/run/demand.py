@@ -27,7 +27,7 @@ def machine_memory() -> int:
         memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     except (AttributeError, OSError, ValueError):  # Windows has no sysconf
         memory = UNKNOWN_MEMORY
-    with suppress(OSError, ValueError):  # there is no container, or its limit is "max"
+    with suppress(OSError, ValueError):  # not in a container, or its limit is "max"
         memory = min(memory, int(CONTAINER_LIMIT.read_text(encoding="ascii")))
     return min(memory, _address_space())
 

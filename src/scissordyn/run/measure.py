@@ -94,7 +94,7 @@ class Ended:
         return forces
 
     def lasting(self, contacts: np.recarray) -> np.ndarray:
-        """Return the durations of contacts [s]; a contact that goes on counts up to now."""
+        """Return the durations of contacts [s]; a contact that has not ended counts up to the present time."""
         return np.where(np.isnan(contacts["duration"]), self.time - contacts["start"], contacts["duration"])
 
     def peaks(self, kind: int) -> np.ndarray:

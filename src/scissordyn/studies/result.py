@@ -83,7 +83,7 @@ class StudyResult:
 
     @property
     def table(self) -> pd.DataFrame:
-        """One row for each case, in SI units, which stand in the heads of the columns."""
+        """Table with one row for each case, in SI units; the headings show the units."""
         return table(self.dataset)
 
     @property
@@ -198,7 +198,7 @@ class StudyResult:
 
     def _verified(self) -> StudyResult:
         if (there := self.verified) is None:
-            raise InputError("a study without accurate runs beside its own", "cheap runs", "screen={'rtol': 1e-3}")
+            raise InputError("a study without accurate runs", "cheap runs", "screen={'rtol': 1e-3}")
         return there
 
     def _need_requirements(self) -> None:
@@ -392,7 +392,7 @@ class StudyResult:
         return self.study if self._build is None else self._build()
 
     def _now(self, now: StudyResult) -> StudyResult:
-        """The same result after a computation: what was read before is read anew."""
+        """Return the same result after a computation, and read its data again."""
         study, build = replace(self.study, design=now.study.design), self._build
         vars(self).clear()
         self.study, self.store, self._build = study, now.store, build

@@ -118,7 +118,7 @@ LENGTH = {"above": 0.0, "maximum": 10.0}
     "Patir and Cheng 1978, An average flow model for three-dimensional roughness in partial lubrication",
 )
 class Film:
-    r"""The oil between a journal and its bearing; a clearance joint with `lubrication` has one.
+    r"""Oil film between a journal and its bearing; a clearance joint with `lubrication` has one.
 
     .. math:: F = \mu R L \left(\frac{R}{c}\right)^2 \left|2\dot\varepsilon - \omega\times\varepsilon\right| W(\varepsilon,\psi)
 

@@ -81,7 +81,7 @@ def impedance(
             pressure = np.zeros(film.size)
             if inside.size:
                 pressure[inside] = splu(matrix[inside][:, inside]).solve(source[inside])
-            rest = matrix @ pressure - source  # where there is no film it would have to be fed
+            rest = matrix @ pressure - source  # positive where a ruptured film would need a supply of oil
             now = np.where(film, pressure > 0.0, rest > 1e-14)
             if np.array_equal(now, film):
                 break

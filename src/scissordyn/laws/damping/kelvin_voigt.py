@@ -1,4 +1,4 @@
-"""Kelvin and Voigt's dashpot beside the spring, with the kernel of all linear dashpots."""
+"""Kelvin and Voigt's dashpot parallel to the spring, with the kernel of all linear dashpots."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Surfaces that relax: a spring beside a spring and a dashpot in series."""
+"""Relaxing surfaces: a spring parallel to a spring and a dashpot in series."""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ def energy(indentation, scale, clearance):
     source="Bai, Zhao 2013",
 )
 class BaiZhaoAsPrinted(Elastic):
-    r"""The modified force of the clearance literature, for comparison only: its units are not those of a force.
+    r"""Modified force of the clearance literature, for comparison only: its units are not those of a force.
 
     .. math:: F = K_n \delta^{3/2},\quad K_n = \frac{\pi E^*}{8} \sqrt{\frac{2\delta (3c + 2\delta)^2}{(c+\delta)^3}}
 

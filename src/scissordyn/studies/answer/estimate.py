@@ -51,7 +51,7 @@ FEWEST_MARGINS = 16  # Pairs with which margins are used
 CORRELATED = 0.8  # Correlation of margins from which they are better than yes and no
 NEAREST = 8  # The fewest pairs of a straight line
 LEFT_OUT = 32  # Groups of the jackknife
-PLACES = 1000  # Quantiles of the cheap margins that stand for all of them in the jackknife
+PLACES = 1000  # Quantiles of the cheap margins that represent all of them in the jackknife
 
 CONTRADICTED = 2.0
 """Standard deviations between the pairs that meet the bound and as many as margins predict, from which margins are not used."""
@@ -177,7 +177,7 @@ def fraction_estimate(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarra
     yes, total = float(cheap.sum()), float(n)
     pairs = [(float(accurate[paired == stratum].sum()), int(np.sum(paired == stratum))) for stratum in (1.0, 0.0)]
     weights = (yes / total, 1.0 - yes / total)
-    # a stratum without a pair says nothing of itself: what is known of all pairs stands in
+    # a stratum without a pair gets the mean of all pairs
     within = [hits / of if of else float(accurate.mean()) for hits, of in pairs]
     value = weights[0] * within[0] + weights[1] * within[1]
     numbers = np.random.default_rng(0)

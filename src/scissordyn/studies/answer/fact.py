@@ -1,4 +1,4 @@
-"""Facts that a study has found, as data, the one table of words in which they are said, and the sections of its page."""
+"""Findings of a study as data, the table of their texts, and the sections of its page."""
 
 from __future__ import annotations
 
@@ -25,8 +25,7 @@ WORDS = MappingProxyType(
         "{where}[, and wider parts of the range of {wider} more].",
         "met in part": "All requirements are met in every case at none of {tried} points, and in part of the cases at "
         f"{{partly}}; by {{fraction:.1%}} of the {{of}}{INTERVAL}.",
-        "met nowhere": "All requirements together are met nowhere: at none of {tried} points[; the fraction of the range that "
-        "meets them is at most {high:.1%} (95 %)].",
+        "met nowhere": "No point meets all requirements (0 of {tried})[; at most {high:.1%} of the range meets them (95 %)].",
         "met range": "{part} {first:u} to {last:u}{unit} (of {least:u} to {most:u})",
         "met value": "{part} = {first:u}{unit} (of {least:u} to {most:u})",
         "met names": "{part} = {names}[ (of {tried})]",
@@ -86,12 +85,12 @@ WORDS = MappingProxyType(
         "new samples": "To check the recommended point with new samples",
         "tolerances": "To check the recommended point with tolerances",
         "more points": "For the fraction of the range more surely",
-        "goes on": "To reach {part} if the trend goes on",
+        "goes on": "To reach {part} if the trend continues",
         "interpolated": "To compute the point that meets them by interpolation",
         "search": "To search the same ranges for a point that meets them",
     }
 )
-"""What is in brackets is said where all its numbers are known. Formats that begin with u are in the unit of the fact."""
+"""Texts in brackets are printed only if all their numbers are known. Formats that begin with u use the unit of the finding."""
 
 OPTIONAL = re.compile(r"\[([^\]]*)\]")
 

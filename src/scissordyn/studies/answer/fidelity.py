@@ -1,7 +1,7 @@
-"""Studies of cheap runs that accurate ones verify: which are made, how a budget is split, and what both together say.
+"""Two-fidelity studies: cheap runs that accurate runs verify, the split of a budget, and the joint estimate.
 
-The accurate runs stand in a store of their own beside that of the study. As every case has its numbers by its place alone, they
-are those of the first points of the same design.
+The accurate runs are in a second store next to that of the study. The numbers of a case depend only on its index, so the
+accurate runs are those of the first points of the same design.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ PILOTED = 0.05  # Largest fraction of the budget for cheap runs that measure how
 SPLIT = ("random", "sobol")  # Designs whose points are independent enough for intervals, and to which points can be added
 LEAST = 0.1  # Least correlation for which a budget is split; the pilot has too few pairs for a smaller one
 LEVELS = (0.5, 0.95)  # Levels of the quantiles
-TINY = 1e-9  # Margin of a case that stands at the bound
+TINY = 1e-9  # Margin of a case exactly at the bound
 
 
 def verified_path(path: str | os.PathLike[str]) -> str:
@@ -63,7 +63,7 @@ def verified_path(path: str | os.PathLike[str]) -> str:
 
 
 def verified_study(study: Study, points: int) -> Study:
-    """The accurate runs of the first points of a study, or of so many points of its front."""
+    """Return the study of accurate runs: of the first points of a study, or of points of its front."""
     accurate = study.accurate
     assert accurate is not None
     design, sampling = replace(study.design, points=points), study.sampling

@@ -9,7 +9,7 @@ NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
 
 def grouped(texts: Iterable[tuple[str, int]]) -> dict[str, list[int]]:
-    """Cases by what is said of them, the most frequent first; numbers in a text do not make it another one."""
+    """Group cases by their message, the most frequent first; messages that differ only in numbers are one group."""
     groups: dict[str, list[int]] = {}
     label: dict[str, str] = {}
     for text, case in texts:

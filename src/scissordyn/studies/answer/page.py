@@ -31,7 +31,7 @@ SHOWN = 6  # Levels of a factor that are listed
 
 
 def page(result: StudyResult, store: str, most: int) -> Iterator[Section]:
-    """All sections that say something, of which lists end after so many rows; commands name the store so."""
+    """Yield the sections that are not empty; lists have at most `most` rows, and commands contain the name `store`."""
     return (part for part in _sections(result, store, most) if part.lines or part.rows)
 
 
@@ -78,7 +78,7 @@ def cause_sections(result: StudyResult, store: str, most: int) -> Iterator[Secti
 
 
 def damage_section(result: StudyResult, store: str) -> Section:
-    """Rows that were written and are not whole, and the command that computes them anew."""
+    """Return the section of damaged rows, with the command that computes them again."""
     if not result.damage:
         return Section()
     return Section(("", "command"), [(result.damage, command("scissordyn", "study", "resume", store))])

@@ -59,10 +59,10 @@ class StudyPictures:
         self._result = result
 
     def map(self, colour: str = "met", *, x: str = "", y: str = "", axes: Canvas = None) -> list[Axes]:
-        """A response, or "met", the fraction of cases that meet the requirements, over two numbers; see `feasibility_map`.
+        """Draw a response over two parameters, or "met": the fraction of cases that meet the requirements.
 
-        A response with a requirement has a contour at its bound. Between few points that are no grid the response is
-        interpolated by kriging, where points left out are predicted; it is paler where it is uncertain.
+        A response with a requirement has a contour at its bound. Between scattered points the response is
+        interpolated by kriging if it predicts points that are left out; uncertain regions are paler.
         """
         points = self._result.points
         responses = [str(name) for name, variable in points.data_vars.items() if variable.attrs.get("role") == "response"]

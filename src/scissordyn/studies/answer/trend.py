@@ -47,7 +47,7 @@ class Trend:
     # "power", constant times powers of the numbers (those that are not positive enter as an exponential), or "linear", constant
     # plus multiples
     form: str
-    # Parameter paths; of a name but the first of a list, "PARAMETER = NAME in place of FIRST", a number that is 1 or 0
+    # Parameter paths, and indicators (1 or 0) "PARAMETER = NAME instead of FIRST" of a list of names
     numbers: tuple[str, ...]
     constant: float  # Constant term of the response or of its logarithm
     slopes: np.ndarray  # Exponents, or change of the response per unit of the number
@@ -145,13 +145,13 @@ def trends(study: Study, results: xr.Dataset) -> dict[str, tuple[Trend, ...]]:
 
 
 def with_indicators(study: Study, numbers: Mapping[str, Any]) -> dict[str, Any]:
-    """The same numbers, with 1 or 0 for each name but the first in place of where it stands."""
+    """Return the same values, with an indicator (1 or 0) for each name except the first instead of its index."""
     named = [factor for factor in study.apart if factor.labels]
     numbers_of_cases = {name: value for name, value in numbers.items() if name not in {factor.name for factor in named}}
     for factor in named:
         first, *others = factor.labels
         for place, label in enumerate(others, 1):
-            numbers_of_cases[f"{factor.name} = {label} in place of {first}"] = 1.0 * (numbers[factor.name] == place)
+            numbers_of_cases[f"{factor.name} = {label} instead of {first}"] = 1.0 * (numbers[factor.name] == place)
     return numbers_of_cases
 
 
@@ -323,16 +323,16 @@ def _table(response: str, names: list[str], numbers: np.ndarray, values: np.ndar
         rows.append((names[k], f"{correlations[k]:+.2f}", f"{low:+.2f} to {high:+.2f}", beyond, f"{first[k]:.0%}"))
     head = (f"{response} goes with", "rank correlation", "95 % interval", "beyond chance", "first in resamples")
     note = (
-        f"{values.size} samples of {len(names)} numbers: among so many, chance alone reaches {float(chance.max()):.2f} in size "
-        "in 5 % of samples."
+        f"{values.size} samples of {len(names)} parameters: by chance alone the largest correlation exceeds "
+        f"{float(chance.max()):.2f} in 5 % of such samples."
     )
-    return Section(head, rows, f"What {response} goes with", (note,))
+    return Section(head, rows, f"Parameters that {response} correlates with", (note,))
 
 
 def ranked(numbers: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Rank correlations, the order of their sizes, how often each is the first, and what chance reaches (5 % over all).
+    """Return rank correlations, their order by size, how often each is the largest, and the 5 % limit of chance over all.
 
-    A number that has fewer values than there are samples, as one that is the same at several points, counts as so many samples.
+    A parameter with fewer distinct values than samples counts with the number of its values.
     """
     correlations = _correlations(numbers, values)
     order = np.argsort(-np.abs(correlations), kind="stable")

@@ -27,7 +27,7 @@ class FeasibleFraction:
 
     label: str
     fraction: float
-    low: float  # 95 % interval of Clopper and Pearson; NaN for designs that are no samples
+    low: float  # 95 % interval of Clopper and Pearson; NaN for designs that are not random samples
     high: float
     trials: int  # Points or samples that count as independent
 
@@ -178,7 +178,7 @@ class Recommendation:
     # Fraction of its samples of the uncertain numbers that meet all requirements, with all members; failed cases do not
     probability: float
     # 95 % interval of Clopper and Pearson of the probability; NaN without samples. The point was chosen by the same samples,
-    # so that the probability is rather too large: samples drawn anew decide
+    # the probability is biased upwards: a new sample decides
     low: float
     high: float
     samples: int  # Samples of the point that are computed

@@ -95,7 +95,7 @@ class OwnMeasure:
             return {**plain, "digest": self.digest}
         if isinstance(self.function, MotorCurve):
             return {**plain, "motor": asdict(self.function)}
-        # of a function in no file, or in one that has other lines by now, the code stands for the source
+        # without a source file, or with a changed one, the byte code replaces the source
         source = source_of(self.function) or repr(getattr(self.function, "__code__", self.function))
         return {**plain, "digest": hashlib.sha256(source.encode()).hexdigest()[:16]}
 
@@ -323,7 +323,7 @@ class Study:
         return changed_all(mechanism, numbers)
 
     def labelled(self, values: Mapping[str, float]) -> dict[str, float | str]:
-        """Numbers by parameter, with the names in place of what stands for them."""
+        """Return values by parameter, with names instead of their indices."""
         labels = {factor.name: factor.labels for factor in self.apart if factor.labels}
         return {name: labels[name][int(value)] if name in labels else value for name, value in values.items()}
 

@@ -155,7 +155,7 @@ def design_size(design: Design, variations: Sequence[Variation]) -> int:
                 raise InputError(
                     f"lists of {' and '.join(map(str, sorted(sizes)))} values to zip",
                     "lists of one length",
-                    "'0.05..0.4 mm, 3 values' beside '50, 100, 200 N m'",
+                    "'0.05..0.4 mm, 3 values' and '50, 100, 200 N m'",
                 )
             return max(sizes, default=1)
         case "one-at-a-time":
@@ -215,7 +215,7 @@ def sobol_numbers(seed: int, dimensions: int, at: np.ndarray) -> np.ndarray:
     if low:
         sequence.fast_forward(low)
         drawn = sequence.random(high - low)
-    else:  # the first point apart: scipy warns of a first draw that is no power of two, but here a block is drawn
+    else:  # draw the first point separately: scipy warns if the first draw is not a power of two
         drawn = np.concatenate([sequence.random(1), sequence.random(high - 1)]) if high > 1 else sequence.random(1)
     return np.asarray(drawn[at - low])
 

@@ -38,7 +38,7 @@ def cluster(where: str | Path, folder: Path | None = None, tell: Callable[[str],
     """
     distributed = library("distributed", "study", "a cluster")
     for name in LOGGERS:
-        logging.getLogger(name).setLevel(logging.CRITICAL)  # what is lost is said by the command, in one line
+        logging.getLogger(name).setLevel(logging.CRITICAL)  # the command itself reports lost workers in one line
     with _queue(where, distributed, folder or Path.cwd(), tell) if isinstance(where, Path) else nullcontext() as queue:
         connected, wait = list[Any](), STOP_SECONDS
         try:
@@ -130,7 +130,7 @@ def _started(file: Path, described: Any, options: dict[str, Any], distributed: A
         output = shlex.quote(f"--output={folder}/slurm-%j.out")
         own["job_extra_directives"] = [output, *options.pop("job_extra_directives", ())]
     try:
-        # whoever can speak to a scheduler of the library has code executed there
+        # anyone who can connect to a scheduler can execute code there
         return described(**{"security": distributed.Security.temporary(), **own, **options})
     except (ImportError, OSError, TypeError, ValueError) as error:
         reason = str(error).splitlines()[0].partition(". ")[0]  # what follows is an example with all options

@@ -30,7 +30,7 @@ STEPS = tuple(2.0**k for k in range(4, -4, -1))
 MODES = (2, 4, 6, 8, 12, 16, 20, 24, 32)  # Modes of each bar that bends, from coarse to fine
 PERTURBATION = 1e-14  # Relative perturbation of the starts of members: round-off
 AGREEING = 2  # Finer levels that a level has to agree with: with one alone two wrong numbers may agree by chance
-NOISE = 2.0  # Means over members that differ by less than so many standard errors of their difference count as equal
+NOISE = 2.0  # Number of standard errors of their difference within which two means count as equal
 
 WANTED = re.compile(r"\s*((?:[^\s.](?:(?!\swithin\s)[^.])*\.)?\S+)(?:\s+within\s+(\d+(?:\.\d*)?(?:[eE]-?\d+)?)\s*%)?\s*")
 

@@ -213,7 +213,7 @@ def _numbers(block: Block) -> dict[str, np.ndarray]:
 
 
 def _check_program(block: Block) -> None:
-    """Raise `ProgramError` unless the fingerprint of the study here is that of whoever handed out the block."""
+    """Raise `ProgramError` unless this worker has the fingerprint of the process that sent the block."""
     expected = block.fingerprint or {}
     differs = [name for name, digest in block.study.fingerprint().items() if expected.get(name, digest) != digest]
     if differs:
@@ -230,7 +230,7 @@ def _failed(block: Block, cause: str) -> BlockResult:
 
 
 def simulated(study: Study, cases: np.ndarray, points: np.ndarray | None = None) -> xr.Dataset:
-    """Some cases as one batch on one thread, or a batch of each mechanism: engines run several blocks beside each other."""
+    """Compute cases as one batch on one thread, or one batch for each mechanism; engines compute several blocks in parallel."""
     numbers = study.numbers(cases, points)
     measures = {name: MEASURES[name] for name in study.measures}
     measures |= {measure.name: _accumulated(measure) for measure in study.own_measures if measure.of == "accumulators"}

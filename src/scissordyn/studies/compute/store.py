@@ -104,10 +104,10 @@ class Store:
         return Path(self.path).is_file() and Path(self.path).stat().st_size > 0
 
     def _no_study(self, path: Path) -> InputError:
-        return InputError(f"'{path}' is no study, or its first page is damaged", "the file of a study", "-o study.db")
+        return InputError(f"'{path}' is not a study, or its first page is damaged", "the file of a study", "-o study.db")
 
     def create(self, study: Study, pilot: xr.Dataset, block: int) -> None:
-        """Make the file; the pilot is of at least one case, with all measures."""
+        """Create the file; the pilot has at least one case, with all measures."""
         self.create_with(table.columns_of(study, pilot), study.to_plain(), study.fingerprint(), block, study.cases)
 
     def create_with(self, columns: table.Columns, study: Any, fingerprint: Mapping[str, str], block: int, cases: int) -> None:

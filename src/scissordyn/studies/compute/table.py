@@ -33,7 +33,7 @@ UNREADABLE = "cannot be read"
 
 @dataclass(frozen=True)
 class Array:
-    """Numbers of each case: dimensions beside the case, attributes, and the column of each number."""
+    """Variable with a value for each case: further dimensions, attributes, and the column of each number."""
 
     name: str
     dims: tuple[str, ...]
@@ -194,7 +194,7 @@ class Rows:
     damaged: dict[int, str] = field(default_factory=dict)
 
     def filled(self, cases: int, values: np.ndarray, nothing: object) -> np.ndarray:
-        """Values of these rows among so many cases, of which the others have nothing."""
+        """Return an array with one row for each of `cases`, with `nothing` in the rows that are missing here."""
         every = np.full((cases, *values.shape[1:]), nothing, values.dtype)
         every[self.cases] = values
         return every

@@ -167,8 +167,8 @@ def test_cases_that_never_settle_are_failures() -> None:
     assert float(worst.text.split()[4]) == pytest.approx(2e3 * clearance[worst.case], rel=1e-3)
     said = conclude(result_of(described, found), "a.db")
     text = " ".join(map(str, said.trends))
-    assert f"settling_time: no number in {never} of 24 cases, which count as not met" in text
-    assert "needs A.clearance" not in text
+    assert f"settling_time: no value in {never} of 24 cases, which count as not met" in text
+    assert "requires A.clearance" not in text
     points = by_point(described, found)
     assert np.isinf(points["settling_time"].values).sum() == never
     assert between_points(described, points, "settling_time") is None
@@ -199,7 +199,7 @@ def test_ranges_are_of_cases_and_not_of_means_over_samples() -> None:
 def test_extrapolations_without_sense_are_not_said() -> None:
     """Closed form: 1e12 N needs 250 km: the trend meets it over the whole range; 1 N needs 0.25 um: not near it."""
     for bound, words in (
-        (1e12, "by this trend met at every A.clearance of the range"),
+        (1e12, "according to this trend, met at every A.clearance of the range"),
         (1.0, "no A.clearance in or near the range"),
     ):
         described, found = proportional(bound)
@@ -252,12 +252,10 @@ def test_where_they_are_met_is_said() -> None:
     clearance = found["A.clearance"].values
     said = conclude(result_of(described, found), "a.db")
     low = clearance < 0.25e-3
-    assert str(said.verdict[0]).startswith(
-        f"All requirements are met at {low.sum()} of 24 points; by {low.mean():.1%} of the range"
-    )
+    assert str(said.verdict[0]).startswith(f"{low.sum()} of 24 points meet all requirements: {low.mean():.1%} of the range")
     assert f"A.clearance {clearance.min() * 1e3:.4g} to {clearance[low].max() * 1e3:.4g} mm" in str(said.verdict[0])
     assert str(said.verdict[1]).startswith("Recommended: point ")
-    assert any(fact.kind == "need" and "needs A.clearance of at most about 0.25 mm" in str(fact) for fact in said.trends)
+    assert any(fact.kind == "need" and "requires A.clearance of at most about 0.25 mm" in str(fact) for fact in said.trends)
     assert "--uncertain" in said.next[0][1]
     table = trend_table(described, trends(described, found))
     assert table.rows[0][:2] == ("peak_force", "1.00 ± 0.00")
@@ -316,7 +314,7 @@ def test_the_report_begins_with_the_answer(tmp_path: Path) -> None:
     page = far.report(tmp_path / "r.html").read_text(encoding="utf-8")
     order = [
         "met nowhere",
-        "Nearest to meeting them",
+        "Nearest to the requirements",
         "What the responses go with",
         "What to try next",
         "24 points (sobol)",

@@ -88,7 +88,9 @@ def _verdict(result: StudyResult) -> Fact:
     narrow = sorted(part_of, key=part_of.__getitem__)[:MOST_NUMBERS]
     where = tuple(_region(there, points, name) for name in part_of if name in narrow)
     wider = len(part_of) - len(where)
-    return Fact("met", numbers={**about, "always": whole, "where": where, "wider": counted(wider, "number") if wider else None})
+    return Fact(
+        "met", numbers={**about, "always": whole, "where": where, "wider": counted(wider, "parameter") if wider else None}
+    )
 
 
 def _region(there: xr.Dataset, points: xr.Dataset, parameter: str) -> Fact:

@@ -13,18 +13,17 @@ from scissordyn.plot.scale import Scale
 
 INTERVAL = "[ (95 % interval {low:.1%} to {high:.1%})]"
 FIT = "(R2 {r2:.2f}, {error:.1%} error at points left out of the fit)"
-NEEDED = "[, the other numbers {others} at the point above][; cases miss it at {failing} of {points} on that side]"
+NEEDED = "[, with the other parameters {others} at the point above][; cases fail at {failing} of {points} on that side]"
 
 WORDS = MappingProxyType(
     {
         # whether and where the requirements are met
-        "unknown": "No case is complete: nothing is known of the requirements.",
-        "probability": f"All requirements are met with a probability of {{fraction:.1%}}{INTERVAL}, by {{trials}} samples.",
-        "met": "All requirements are met at {always} of {tried} points[, and in part of the cases at {partly} more]; by "
-        f"{{fraction:.1%}} of the {{of}}{INTERVAL}. Those points have "
-        "{where}[, and wider parts of the range of {wider} more].",
-        "met in part": "All requirements are met in every case at none of {tried} points, and in part of the cases at "
-        f"{{partly}}; by {{fraction:.1%}} of the {{of}}{INTERVAL}.",
+        "unknown": "No case is complete: the requirements cannot be judged.",
+        "probability": f"Probability that all requirements are met: {{fraction:.1%}}{INTERVAL}, from {{trials}} samples.",
+        "met": "{always} of {tried} points meet all requirements[; {partly} more in some of their cases]: "
+        f"{{fraction:.1%}} of the {{of}}{INTERVAL}. These points have {{where}}[; {{wider}} may take most of their range].",
+        "met in part": "No point meets all requirements in all its cases (0 of {tried}); {partly} meet them in some of their "
+        f"cases: {{fraction:.1%}} of the {{of}}{INTERVAL}.",
         "met nowhere": "No point meets all requirements (0 of {tried})[; at most {high:.1%} of the range meets them (95 %)].",
         "met range": "{part} {first:u} to {last:u}{unit} (of {least:u} to {most:u})",
         "met value": "{part} = {first:u}{unit} (of {least:u} to {most:u})",
@@ -32,13 +31,13 @@ WORDS = MappingProxyType(
         # the point to build
         "least margin": "The requirement with the least margin: {part}, {margin}.",
         "recommended": "Recommended: point {point}, {where}. Least margin: {part}, {margin}.",
-        "nearest": "Nearest to meeting them: point {point}, {where}. Least margin: {part}, {margin}.",
+        "nearest": "Nearest to the requirements: point {point}, {where}. Least margin: {part}, {margin}.",
         "only point": "The only point, {where}. Least margin: {part}, {margin}.",
-        "samples": "It meets all requirements in {hits} of {samples} samples of the uncertain numbers: probability "
-        "{fraction:.0%} (95 % interval {low:.1%} to {high:.1%}).[ It was chosen by the same samples; new ones {chosen}.]",
+        "samples": "It meets all requirements in {hits} of {samples} samples of the uncertain parameters: probability "
+        "{fraction:.0%} (95 % interval {low:.1%} to {high:.1%}).[ The same samples chose this point; new samples {chosen}.]",
         "value": "{part} = {value:u}{unit}",
         "name": "{part} = {value}",
-        # what responses go with
+        # trends of responses
         "no trend": f"{{part}}: no clear trend with {{numbers}} {FIT}.",
         "constant": f"{{part}}: nearly constant {FIT}.",
         "trend": f"{{part}}: {{how}}[; hardly depends on {{little}}] {FIT}.",
@@ -50,15 +49,15 @@ WORDS = MappingProxyType(
         "exponent 0.5": "about proportional to the root of {part} (exponent {slope:.2f} ± {half:.2f})",
         "line": "{verb} linearly with {part}, by {change} from {first:u3} to {last:u3}{unit}",
         "line of a name": "{verb} by {change} with {part}",
-        "no number": "{part}: no number in {missing} of {cases}, which count as not met; no trend is fitted to the others.",
-        # what requirements need
-        "need": f"{{part}} needs {{number}} of {{side}} about {{value:u2}}{{unit}}{NEEDED}.",
-        "need beyond": f"{{part}} needs {{number}} of {{side}} about {{value:u2}}{{unit}}{NEEDED} (extrapolated: the data "
-        "reach from {first:u3} to {last:u3}{unit}[; {form} fits as well and gives {other:u2}{unit}]"
+        "no number": "{part}: no value in {missing} of {cases}, which count as not met; no trend is fitted to the other cases.",
+        # values that requirements need
+        "need": f"{{part}} requires {{number}} of {{side}} about {{value:u2}}{{unit}}{NEEDED}.",
+        "need beyond": f"{{part}} requires {{number}} of {{side}} about {{value:u2}}{{unit}}{NEEDED} (extrapolated: the data "
+        "go from {first:u3} to {last:u3}{unit}[; {form} fits as well and gives {other:u2}{unit}]"
         "[; {lacking} fits as well and gives no such value]).",
-        "met everywhere": f"{{part}}: by this trend met at every {{number}} of the range{NEEDED}.",
-        "not enough": f"{{part}}: by this trend no {{number}} in or near the range is enough{NEEDED}.",
-        # what numbers vary over
+        "met everywhere": f"{{part}}: according to this trend, met at every {{number}} of the range{NEEDED}.",
+        "not enough": f"{{part}}: according to this trend, no {{number}} in or near the range is sufficient{NEEDED}.",
+        # ranges and distributions of parameters
         "over": "{part}: {low:u6} to {high:u6}{unit}",
         "over interval": "interval: {low:u6} to {high:u6}{unit}[, {logarithmic}]",
         "over normal": "normal: {mean:u6} ± {deviation:u6}{unit}[, truncated to {low:u6} to {high:u6}{unit}]",
@@ -66,25 +65,25 @@ WORDS = MappingProxyType(
         "over weibull": "weibull: shape {shape:g}, scale {scale:u6}{unit}, from {location:u6}{unit}",
         "over beta": "beta: shapes {alpha:g} and {beta:g}, {low:u6} to {high:u6}{unit}",
         # members
-        "agree": "Members, whose starts differ by round-off, agree to {least:.1%} of every measure at all points.",
-        "disagree": "Members, whose starts differ by round-off, disagree by more than {least:.1%} of a measure at {differ} of "
-        "{tried} ({fraction}): motion is chaotic there, and the answer is a distribution.[ Whether all requirements are met "
-        "depends on round-off at {undecided} of them.]",
+        "agree": "Members (runs whose starts differ by round-off) agree to {least:.1%} of every measure at all points.",
+        "disagree": "Members (runs whose starts differ by round-off) differ by more than {least:.1%} of a measure at {differ} "
+        "of {tried} ({fraction}): the motion is chaotic there, and the answer is a distribution.[ At {undecided} of them "
+        "round-off decides whether all requirements are met.]",
         # cheap and accurate runs
-        "both": "All requirements are met by {fraction:.1%} of the range ({low:.1%} to {high:.1%}, 95 %), from {cheap} points "
-        "with cheap runs[, an interpolation between {interpolated}] and {accurate} accurate runs[; accurate runs alone would "
+        "both": "{fraction:.1%} of the range meets all requirements ({low:.1%} to {high:.1%}, 95 %), from {cheap} points with "
+        "cheap runs[, an interpolation between {interpolated}] and {accurate} accurate runs[; accurate runs alone would "
         "take {saved:.1f} times as many][ and {longer:.1f} times the time of both].",
-        "cheap": "Points, maps, trends and worst cases are of the cheap runs; the table of both kinds corrects its numbers.",
+        "cheap": "Points, maps, trends and worst cases come from cheap runs; accurate runs correct the table of both kinds.",
         "confirmed": "Of the best {tried} points of the search, {met} meet all requirements in accurate runs; all other "
-        "numbers of the search are of cheap runs.",
+        "values of the search come from cheap runs.",
         "confirmed front": "Of {tried} points of the search that were run accurately, {best} meet all requirements and are "
-        "best there; all other numbers of the search are of cheap runs.",
-        # what to try next
+        "best there; all other values of the search come from cheap runs.",
+        # proposals for further computation
         "pending": "Cases are pending",
         "narrower": "For a narrower interval",
         "new samples": "To check the recommended point with new samples",
         "tolerances": "To check the recommended point with tolerances",
-        "more points": "For the fraction of the range more surely",
+        "more points": "For a more certain fraction of the range",
         "goes on": "To reach {part} if the trend continues",
         "interpolated": "To compute the point that meets them by interpolation",
         "search": "To search the same ranges for a point that meets them",

@@ -87,7 +87,7 @@ def _row(name: str, element: Any) -> tuple[str, str, str]:
 
 
 def _with_defaults(law: Any) -> Any:
-    """A law with the defaults of its parameters."""
+    """Return a law with the default values of its parameters."""
     needed = [field.name for field in dataclasses.fields(law) if field.default is field.default_factory]
     if needed:
         raise InputError(
@@ -167,7 +167,7 @@ def print_element(element: type, heading: str, notes: Sequence[str]) -> list[str
 
 
 def plain_formula(latex: str) -> str:
-    """A formula in characters: fractions with a slash, Greek letters and small powers as such."""
+    """Convert a LaTeX formula to plain characters: fractions with a slash, Greek letters, small powers."""
     text = re.sub(r"\\(?:operatorname)\*?\s*" + GROUP, r" \1 ", latex)
     text = re.sub(r"\\(?:text|mathrm|mathbf|boldsymbol|mathit)\*?\s*" + GROUP, r"\1", text)
     text = re.sub(rf"(\\(?:{FUNCTIONS}))\s*(\\[dt]?frac\s*{GROUP}\s*{GROUP})", r"\1(\2)", text)
@@ -195,7 +195,7 @@ def plain_formula(latex: str) -> str:
 
 
 def _factor(part: str) -> str:
-    """A part of a fraction, in parentheses if it is more than one factor."""
+    """Return a part of a fraction, in parentheses if it has more than one factor."""
     part = part.strip()
     return part if TOKEN.fullmatch(part) else f"({part})"
 

@@ -55,7 +55,7 @@ UNMOVED = 1e-6
 
 
 def check_lines(case: Path, changes: Sequence[str], converge: str | None, modes: bool) -> tuple[list[str], dict[str, Any]]:
-    """Mechanism, drives, clearances, method and warnings of a case, line by line and as plain data."""
+    """Return mechanism, drives, clearances, method and warnings of a case, as lines and as plain data."""
     read = read_case(case, changes)
     mechanism, until = read.mechanism, read.run.until
     planned = plan(mechanism)
@@ -114,7 +114,7 @@ def check_lines(case: Path, changes: Sequence[str], converge: str | None, modes:
 
 
 def _parts(planned: Plan, components: Sequence[Component]) -> list[str]:
-    """Lines for the size of a mechanism, its drives, its components and its clearances."""
+    """Return lines on the size of a mechanism, its drives, components and clearances."""
     mechanism, coordinates = planned.mechanism, planned.coordinates
     return [
         f"Mechanism: {len(mechanism.bodies)} bodies, {len(mechanism.ideal_joints)} ideal and "
@@ -139,7 +139,7 @@ def _mobility(planned: Plan) -> int:
 
 
 def _clearances(kind: str, parts: Sequence[Any]) -> list[str]:
-    """A line for each clearance and its laws, with the names of the parts that have it, or the number of many."""
+    """Return a line for each clearance and its laws, with the names of the joints, or their number if they are many."""
     names: dict[str, list[str]] = {}
     for part in parts:
         if (gap := part.clearance) is not None:
@@ -158,7 +158,7 @@ def _clearances(kind: str, parts: Sequence[Any]) -> list[str]:
 
 
 def _ideal(mechanism: Mechanism, until: float, samples: int) -> Results | str:
-    """The whole motion with ideal joints; why there is none, or "" where it ends early or takes long."""
+    """Return the whole motion with ideal joints; the reason if it does not exist, or "" if it ends early or takes long."""
     try:
         ideal = compute_results(mechanism.ideal(), Options(until, samples=samples), limited(PATIENCE))
     except TimeIsOverError:
@@ -295,7 +295,7 @@ def preview_lines(mechanism: Mechanism, followed: Mechanism, ideal: xr.Dataset, 
 
 
 def _at_rest(mechanism: Mechanism, ideal: xr.Dataset, until: float) -> list[str]:
-    """The largest forces without inertia of rigid bars, unless nothing is loaded."""
+    """Return the largest forces without inertia of rigid bars; none if nothing is loaded."""
     if not (mechanism.drives or mechanism.coordinate_drives or any(rod.motion for rod in mechanism.rods)):
         return []
     turned = rotations(mechanism, until)
@@ -336,7 +336,7 @@ def _assembled(mechanism: Mechanism, ideal: xr.Dataset) -> str:
 
 
 def _range(mechanism: Mechanism, ideal: xr.Dataset) -> list[str]:
-    """The stroke of the only drive and where it locks."""
+    """Return the stroke of the only drive and its locking position."""
     low, high, unit = (ideal.attrs[f"range_{name}"] for name in ("low", "high", "unit"))
     if not unit:
         return [] if mechanism.drives or mechanism.coordinate_drives else ["No drive prescribes the motion."]
@@ -353,7 +353,7 @@ def _range(mechanism: Mechanism, ideal: xr.Dataset) -> list[str]:
 
 
 def _forces(ideal: xr.Dataset) -> list[str]:
-    """Transmission angle, torque and reactions at their worst."""
+    """Return the worst transmission angle, torque and reactions."""
     lines, time = [], ideal["time"].values
     angle = np.degrees(ideal["transmission_angle"].values)
     if angle.size:
@@ -391,7 +391,7 @@ FURTHER = (
 
 
 def _further_forces(ideal: xr.Dataset, round_off: float) -> list[str]:
-    """Moments of guides, and forces and moments of welds, at their largest."""
+    """Return the largest moments of guides, and forces and moments of welds."""
     lines, time = [], ideal["time"].values
     for name, dim, unit, subject in FURTHER:
         if name not in ideal:

@@ -119,7 +119,7 @@ def _print_agreement(run: xr.Dataset, path: Path) -> xr.Dataset:
 
 
 def change(value: float, other: float) -> str:
-    """The change from one number to another: in percent, or as a multiple where it is large."""
+    """Return the change from one value to another: in percent, or as a factor if it is large."""
     if not value:
         return "0 %" if other == value else "-"
     ratio = other / value
@@ -127,7 +127,7 @@ def change(value: float, other: float) -> str:
 
 
 def measures(run: xr.Dataset) -> dict[str, tuple[float, str]]:
-    """Figures of a run with their units, by name."""
+    """Return results of a run with their units, by name."""
     from scissordyn.record.joint_force import clearance_joints, joint_summaries
 
     figures: dict[str, tuple[float, str]] = {"end": (float(run.attrs["end"]), "s")}
@@ -149,7 +149,7 @@ def measures(run: xr.Dataset) -> dict[str, tuple[float, str]]:
 
 
 def differences(first: Any, second: Any, place: str = "", unit: str = "") -> Iterator[tuple[str, str, str]]:
-    """Entries in which two configurations, or parts of them, differ, with their place."""
+    """Return the entries in which two configurations, or parts of them, differ, with their keys."""
     both = [None if parts is None else list(parts) for parts in (_parts(first, unit), _parts(second, unit))]
     left, right = ({name: (value, of) for name, value, of in parts or ()} for parts in both)
     lengths = isinstance(first, tuple) and len(first) != len(second)
@@ -182,7 +182,7 @@ def _parts(value: Any, unit: str) -> Iterable[tuple[str, Any, str]] | None:
 
 
 def _texts(first: Any, second: Any, unit: str) -> tuple[str, str]:
-    """Two values in short, with as many digits as it takes to tell them apart."""
+    """Return two values with as many digits as are needed to distinguish them."""
     for digits in (6, 12, 17):
         texts = _short(first, unit, digits), _short(second, unit, digits)
         if texts[0] != texts[1]:

@@ -108,7 +108,7 @@ def _draw(fitted: xr.Dataset, folder: Path) -> list[Path]:
 
 
 def _ranges(free: list[str]) -> dict[str, str | None]:
-    """Ranges by parameter, of ``PARAMETER`` or ``PARAMETER=RANGE``."""
+    """Read ranges by parameter from ``PARAMETER`` or ``PARAMETER=RANGE``."""
     ranges: dict[str, str | None] = {}
     for text in free:
         path, _, values = text.partition("=")
@@ -119,7 +119,7 @@ def _ranges(free: list[str]) -> dict[str, str | None]:
 
 
 def _segment(text: str | None) -> float | None:
-    """The duration of a segment [s]."""
+    """Read the duration of a segment [s]."""
     if text is None:
         return None
     return math.inf if text == "whole" else read_quantity(text, Quantity("s", above=0.0), "--segment '1 s'")
@@ -179,7 +179,7 @@ def _numbers(fitted: xr.Dataset) -> Any:
 
 
 def _record(fitted: xr.Dataset, predicted: xr.Dataset | None) -> dict[str, object]:
-    """The fit for other programs, in SI."""
+    """Return the fit as plain data for other programs, in SI units."""
     rms = {"rms": fitted} | ({} if predicted is None else {"prediction_rms": predicted})
     return {
         "status": fitted.attrs["status"],

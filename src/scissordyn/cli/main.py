@@ -190,7 +190,7 @@ class Commands(TyperGroup):
 
 
 def load_command(name: str) -> Any:
-    """A command that typer parses; it returns what is to be called, as typer handles Ctrl-C and pipes in its own way."""
+    """Return a command that typer parses without handling Ctrl-C and pipes itself."""
     room, about, example = COMMANDS[name]
     command: Callable[..., int] = getattr(import_module(f"scissordyn.cli.{room}"), {"import": "import_drawing"}.get(name, name))
 
@@ -367,7 +367,7 @@ def prepare_streams() -> None:
 
 
 def _written(error: UnicodeError) -> tuple[bytes, int]:
-    """Letters that an encoding does not have, in those that every encoding has; bytes of file names as they are."""
+    """Replace letters that an encoding lacks by letters of every encoding; bytes of file names stay."""
     assert isinstance(error, UnicodeEncodeError)
     written = b""
     for letter in error.object[error.start : error.end]:

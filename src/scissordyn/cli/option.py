@@ -79,7 +79,7 @@ class Where:
 
     @contextmanager
     def engine(self, folder: Path | None = None) -> Iterator[Engine]:
-        """The engine; one choice at most. The folder gets the files of jobs of a queueing system."""
+        """Return the engine of the options, at most one of which may be given; `folder` receives the files of cluster jobs."""
         from scissordyn.run.engine import Processes
 
         chosen = [name for name in ("threads", "workers", "scheduler", "cluster") if getattr(self, name) is not None]
@@ -131,7 +131,7 @@ def read_run(path: Path, *, samples: int = 2) -> xr.Dataset:
 
 
 def mechanism_of(run: xr.Dataset, allow_code: list[Path] | None) -> Mechanism:
-    """The mechanism that was run."""
+    """Return the mechanism of a run."""
     from scissordyn.casefile.configuration import read_configuration
     from scissordyn.file.sound import check_names
 
@@ -145,7 +145,7 @@ def typed(text: str, option: str, unit: str = ...) -> float: ...
 @overload
 def typed(text: str | None, option: str, unit: str = ...) -> float | None: ...
 def typed(text: str | None, option: str, unit: str = "s") -> float | None:
-    """A time or a length with its unit, as in "10 ms"."""
+    """Read a time or a length with its unit, such as "10 ms"."""
     if text is None:
         return None
     kind, sample, quantity = KINDS[unit]
@@ -156,7 +156,7 @@ def typed(text: str | None, option: str, unit: str = "s") -> float | None:
 
 
 def value_of(text: str, quantity: Quantity, option: str) -> float:
-    """A value of a quantity with its unit, or a pure number."""
+    """Read a value of a quantity with its unit, or a pure number."""
     value: str | float = text
     if quantity.unit == "1":
         try:

@@ -50,7 +50,7 @@ def check_file(path: Path | None, case: Path, sample: str) -> None:
 
 
 def check_run(path: Path | None, case: Path, sample: str) -> None:
-    """The same for a run or a diagram, which is a NetCDF file and has no name of another kind of file."""
+    """Raise `InputError` unless a run or diagram, a NetCDF file, can be written to a file of this name."""
     from scissordyn.file.output_file import check_name
 
     check_file(path, case, sample)
@@ -59,7 +59,7 @@ def check_run(path: Path | None, case: Path, sample: str) -> None:
 
 
 def check_picture(path: Path | None, case: Path, sample: str) -> None:
-    """The same for a picture."""
+    """Raise `InputError` unless a picture can be written to a file of this name."""
     if path is not None:
         from scissordyn.plot.file import check_format
 
@@ -68,7 +68,7 @@ def check_picture(path: Path | None, case: Path, sample: str) -> None:
 
 
 def check_movie(path: Path | None, case: Path, sample: str) -> None:
-    """The same for a film."""
+    """Raise `InputError` unless a film can be written to a file of this name."""
     if path is not None:
         from scissordyn.plot.animation import check_film
 
@@ -105,7 +105,7 @@ def _try(target: Path, folder: Path, sample: str) -> None:
 
 
 def console() -> Console:
-    """Console on stdout, not narrower than the tables for a file or a pipe."""
+    """Return a console on stdout; for a file or a pipe it is as wide as the tables."""
     from scissordyn.cli.text_console import TextConsole
 
     plain = TextConsole(highlight=False, soft_wrap=False)
@@ -170,7 +170,7 @@ def _finite(value: Any) -> Any:
 
 @contextmanager
 def bars(*columns: str) -> Iterator[Callable[..., None] | None]:
-    """A function that updates bars on stderr by name, with the keywords of rich's `Progress.update`; None off a terminal."""
+    """Return a function that updates named bars on stderr, as rich's `Progress.update`; None without a terminal."""
     if not sys.stderr.isatty():
         yield None
         return
@@ -191,7 +191,7 @@ def bars(*columns: str) -> Iterator[Callable[..., None] | None]:
 
 @contextmanager
 def progress_bar(until: float) -> Iterator[Callable[[float], None] | None]:
-    """A function of the simulated time that updates a bar on stderr; None without a terminal."""
+    """Return a function of the simulated time that updates a bar on stderr; None without a terminal."""
     percent = "{task.percentage:3.0f} % of " + f"{until * 1e3:g} ms"
     with bars(DESCRIPTION, "BarColumn", percent, "TimeRemainingColumn") as update:
         if update is None:

@@ -88,7 +88,7 @@ def _check_word(option: str, word: str, allowed: tuple[str, ...], sample: str) -
 
 
 def _force_table(solved: xr.Dataset) -> list[str]:
-    """A line for each force: its least and its largest value, and what the first drive holds there."""
+    """Return a line for each force: its smallest and largest value, and the contribution to the first drive."""
     import numpy as np
 
     from scissordyn.plot.scale import engineering
@@ -115,7 +115,7 @@ def _force_table(solved: xr.Dataset) -> list[str]:
 
 
 def _bars(solved: xr.Dataset) -> list[str]:
-    """A line for each bar that bends."""
+    """Return a line for each bar that bends."""
     lines = []
     for beam in solved["bar"].values.tolist() if "bar" in solved else ():
         sizes = [
@@ -203,7 +203,7 @@ def modes(
 
 
 def _modes(solved: xr.Dataset) -> list[str]:
-    """A line for each mode."""
+    """Return a line for each mode."""
     lines = []
     columns = (solved[name].values for name in ("frequency", "angular_frequency", "shape"))
     for k, (frequency, angular, shape) in enumerate(zip(*columns, strict=True)):
@@ -214,7 +214,7 @@ def _modes(solved: xr.Dataset) -> list[str]:
 
 
 def _contacts(first: xr.Dataset) -> list[str]:
-    """A line for each contact: what it carries, at the first position, and its stiffness."""
+    """Return a line for each contact: its load and stiffness at the first position."""
     if "contact" not in first.dims:
         return []
     columns = (first[name].values.tolist() for name in ("contact", "contact_force", "contact_stiffness"))
@@ -226,7 +226,7 @@ def _contacts(first: xr.Dataset) -> list[str]:
 
 
 def _frequencies(solved: xr.Dataset) -> list[str]:
-    """A line for each position: the coordinate of the drive, and the frequencies."""
+    """Return a line for each position: the coordinate of the drive, and the frequencies."""
     factor, unit = (180.0 / math.pi, "deg") if solved["unit"].values[0] == "rad" else (1.0, "m")
     drive = f"{solved['drive'].values[0]} [{unit}]"
     rows = zip((factor * solved["input"].values[:, 0]).tolist(), solved["frequency"].values.tolist(), strict=True)

@@ -40,7 +40,7 @@ LEAST_WANTED = ("to peak", "angle of n", "rebound", "approach", "duration")
 
 
 def column(values: np.ndarray, unit: str, digits: int = 5) -> tuple[str, list[str]]:
-    """A unit with its prefix, and the numbers as `numeral.numerals` writes them."""
+    """Return a unit with its prefix, and the values as `numeral.numerals` writes them."""
     finite = np.abs(values[np.isfinite(values)])
     largest = float(finite.max()) if finite.size else 0.0
     power = prefix(largest) if unit.isalpha() and unit != "deg" else 0
@@ -78,7 +78,7 @@ def _looks(columns: Iterable[str]) -> dict[str, str]:
 
 
 def _locked_and_stopped(run: Run) -> list[str]:
-    """Sentences on latches that locked and on end stops."""
+    """Return sentences on latches that locked and on end stops."""
     if "event_kind" not in run:
         return []
     locked: list[str] = []
@@ -97,7 +97,7 @@ def _locked_and_stopped(run: Run) -> list[str]:
 
 
 def _show_joints(joints: Sequence[JointSummary], to: Console) -> None:
-    """A table of the contacts of many joints, those with the largest forces first."""
+    """Print a table of the contacts of many joints, those with the largest forces first."""
     ordered = sorted(joints, key=lambda joint: (math.isnan(joint.largest), -joint.largest))[:MOST_JOINTS]
     force, largest = column(np.array([joint.largest for joint in ordered]), "N")
     time, when = column(np.array([joint.when for joint in ordered]), "s")
@@ -114,7 +114,7 @@ def _show_joints(joints: Sequence[JointSummary], to: Console) -> None:
 
 
 def _largest(joint: JointSummary) -> str:
-    """The largest force at a joint, in words."""
+    """Return the largest force at a joint in words."""
     if math.isnan(joint.largest):
         return "no largest force, as contact is hard"
     estimated = f", {estimate_in_words(joint.largest, joint.least)}" if joint.estimated else ""
@@ -153,7 +153,7 @@ def _show_summary(run: Run, mechanism: Mechanism | None, to: Console) -> None:
 
 
 def run_record(run: Run, files: Sequence[Path | str] = ()) -> dict[str, Any]:
-    """A run in plain data, in SI units."""
+    """Return a run as plain data in SI units."""
     return {
         "status": run.attrs["status"],
         "cause": run.attrs["cause"],

@@ -209,7 +209,7 @@ def sweep(
 
 
 def addressed(texts: list[str] | None, option: str) -> dict[str, str]:
-    """Values by parameter, of ``PARAMETER=VALUES``."""
+    """Read values by parameter from ``PARAMETER=VALUES``."""
     varied: dict[str, str] = {}
     for text in texts or ():
         called = DISTRIBUTED.fullmatch(text)
@@ -268,7 +268,7 @@ def compute(
 
 @contextmanager
 def _progress() -> Iterator[Callable[[Progress], None]]:
-    """A function of the progress: a bar on a terminal, a line now and then elsewhere."""
+    """Return a function that shows progress: a bar on a terminal, otherwise a line at intervals."""
     last = [time.monotonic()]
 
     def line(state: Progress) -> None:
@@ -296,7 +296,7 @@ def _words(state: Progress) -> str:
 
 
 def _rate(rate: float) -> str:
-    """Cases in the largest unit of time in which they are one or more."""
+    """Return cases per time, in the unit of time that makes the number at least one."""
     unit, seconds = next(((unit, size) for unit, size in UNITS if rate * size >= 1.0), UNITS[-1])
     return f"{rate * seconds:.3g} {unit}"
 

@@ -18,6 +18,6 @@ class TextConsole(Console):
         raise
 
     def render_str(self, text: str, **look: Any) -> Text:
-        """The text, line by line, with its control characters made visible."""
+        """Return the text line by line, with its control characters made visible."""
         lines = "\n".join(map(printable, text.split("\n")))
         return super().render_str(lines, **{**look, "emoji": False, "markup": False})

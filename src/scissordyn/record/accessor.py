@@ -32,11 +32,11 @@ class RunAccessor:
         return read_configuration(self._run).build_mechanism()
 
     def summary(self) -> Summary:
-        """Tracked points against their tolerances, actuators against their limits, largest force, span, work and horizon."""
+        """Return tracked points with tolerances, actuators with limits, largest force, span, work and horizon."""
         return summary_of(self._run)
 
     def citations(self) -> Citations:
-        """Publications of the mechanism, laws, components and methods that the run has used; text, or ``.bibtex``."""
+        """Return publications of the mechanism, laws, components and methods of the run, as text or as ``.bibtex``."""
         return citations(self._run)
 
     def export(self, path: str | os.PathLike[str]) -> Path:

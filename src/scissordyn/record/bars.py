@@ -59,7 +59,7 @@ class Resultants(NamedTuple):
 
 
 def marks_of(bar: FlexibleBar) -> np.ndarray:
-    """Distances of the ends of the parts of a bar from its first end [m]."""
+    """Return the distances of the ends of the parts of a bar from its first end [m]."""
     places = np.array(bar.places) - bar.places[0]
     inside = [np.linspace(a, b, PARTS + 1)[:-1] for a, b in itertools.pairwise(places)]
     return np.append(np.concatenate(inside), places[-1])
@@ -85,7 +85,7 @@ class BarMotion:
 
 
 def bar_motions(plan: Plan, record: Record, time: np.ndarray) -> list[BarMotion]:
-    """Motion of each flexible bar at the instants of a record."""
+    """Return the motion of each flexible bar at the instants of a record."""
     matrix, axes = plan.coordinates.matrix, plan.coordinates.natural.axes
     if not axes:
         return []
@@ -120,7 +120,7 @@ def bar_motions(plan: Plan, record: Record, time: np.ndarray) -> list[BarMotion]
 
 
 def _warmth(bar: FlexibleBar, time: np.ndarray) -> np.ndarray:
-    """Factor of the temperatures of a bar at some instants."""
+    """Return the temperature factor of a bar at some instants."""
     factor = np.ones(time.size)
     if bar.time_function is not None:
         rows, value = function_rows(bar.time_function, 0.0), np.zeros(4)
@@ -131,7 +131,7 @@ def _warmth(bar: FlexibleBar, time: np.ndarray) -> np.ndarray:
 
 
 def _strain(axis: Axis, motion: BarMotion, places: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """R' at some places, the strain that has an elastic stress, that of damping, and the unit tangent."""
+    """Return R' at some places, the strain that causes elastic stress, the strain rate that is damped, and the unit tangent."""
     slopes, damped = axis.shapes.at(places, 1), np.zeros((motion.factor.size, len(places)))
     slope = slopes @ motion.vectors
     size = np.sqrt(slope[..., 0] ** 2 + slope[..., 1] ** 2)
@@ -155,7 +155,7 @@ def outside_forces(axis: Axis, motion: BarMotion) -> np.ndarray:
 
 
 def _opposed(axis: Axis, motion: BarMotion) -> Iterator[np.ndarray]:
-    """Minus what stresses, what runs along a bar and torques on its cross-sections exert on its vectors, (nt, count, 2) [N]."""
+    """Return minus the generalised forces of stress, axial loads and torques on the vectors of a bar, (nt, count, 2) [N]."""
     yield -shape_forces(axis, motion)
     for places, exerted in motion.running:
         yield -shapes_beyond(axis, places)[..., None] * exerted[:, None]
@@ -203,7 +203,7 @@ def _couple_forces(axis: Axis, motion: BarMotion) -> Iterator[tuple[np.ndarray, 
 
 
 def resultants(axis: Axis, motion: BarMotion, places: np.ndarray) -> Resultants:
-    """Internal forces of a bar at some places, increasing from its first end, by equilibrium of the part before each.
+    """Return internal forces of a bar at increasing distances from its first end, by equilibrium of the part before each.
 
     With the forces R_i and couples C_i on cross-sections, f = mu (r'' - g) and sums over those up to s:
 
@@ -281,7 +281,7 @@ def bar_variables(plan: Plan, time: np.ndarray, record: Record, present: Mapping
 
 
 def extreme_fibre(part: Beam | FlexibleBar, axial: np.ndarray, moment: np.ndarray) -> dict[str, np.ndarray]:
-    """Strain and stress in the extreme fibre, and that stress over the yield strength."""
+    """Return strain and stress in the extreme fibre, and the stress over the yield strength."""
     strain = np.abs(axial) / part.axial_stiffness + 0.5 * part.depth * np.abs(moment) / part.bending_stiffness
     stress = part.youngs_modulus * strain
     utilisation = stress / part.yield_strength if part.yield_strength else 0.0 * stress
@@ -289,7 +289,7 @@ def extreme_fibre(part: Beam | FlexibleBar, axial: np.ndarray, moment: np.ndarra
 
 
 def _table(axis: Axis, motion: BarMotion) -> dict[str, np.ndarray]:
-    """`VARIABLES` of the parts of a bar, each of shape (nt, parts)."""
+    """Return `VARIABLES` of the parts of a bar, each of shape (nt, parts)."""
     bar, ends = axis.bar, marks_of(axis.bar)
     length, places = np.diff(ends), np.insert(ends, np.arange(1, ends.size), 0.5 * (ends[1:] + ends[:-1]))
     carried = resultants(axis, motion, places)
@@ -317,7 +317,7 @@ def _table(axis: Axis, motion: BarMotion) -> dict[str, np.ndarray]:
 
 
 def axial_force_at_points(axis: Axis, motion: BarMotion) -> np.ndarray:
-    """Elastic axial forces times weights at the points of quadrature, as in the equations of motion, shape (nt, points)."""
+    """Return elastic axial forces times weights at quadrature points, as in the equations of motion, (nt, points)."""
     return np.asarray(axis.bar.axial_stiffness * (_strain(axis, motion, axis.shapes.quadrature[0])[1] @ axis.stretching))
 
 

@@ -30,7 +30,7 @@ NEAR = 1e-6  # Part of the mechanism's size within which a thrust bearing is an 
 
 
 def sampled_coordinate(plan: Plan, motion: Record, coordinate: Coordinate) -> tuple[np.ndarray, np.ndarray]:
-    """Values and rates of a coordinate, shape (samples,)."""
+    """Return values and rates of a coordinate, shape (samples,)."""
     coordinates, moving = plan.coordinates, (motion.X, motion.V)
     if isinstance(coordinate, RelativeAngle):
         names, still = [body.name for body in plan.bodies], np.zeros(len(motion.X))
@@ -63,7 +63,7 @@ def sampled_coordinate(plan: Plan, motion: Record, coordinate: Coordinate) -> tu
 
 
 def coupling_warnings(mechanism: Mechanism) -> list[RunWarning]:
-    """Warnings of couplings whose force acts nowhere: bearings do not see it, and a wheel whose centre moves is not turned."""
+    """Warn of couplings whose force has no point of action: bearings and moving wheel centres do not feel it."""
     warnings = list[RunWarning]()
     for part in mechanism.couplings:
         angles = [coordinate for _, coordinate in part.terms if isinstance(coordinate, RelativeAngle)]
@@ -82,7 +82,7 @@ def coupling_warnings(mechanism: Mechanism) -> list[RunWarning]:
 
 
 def flank_warnings(plan: Plan, run: Run) -> list[RunWarning]:
-    """A warning for each coupling whose given flank pulls at some samples, where the centres of its wheels move."""
+    """Warn of each coupling with movable wheel centres whose given flank pulls at some samples."""
     warnings, moving = [], {constraint.name for constraint in plan.coordinates.constraints if constraint.moving}
     for part in plan.mechanism.couplings:
         if part.name not in moving or not isinstance(part.transmission, Teeth) or not part.transmission.sense:
@@ -104,7 +104,7 @@ def _rolls(part: Coupling) -> bool:
 
 
 def transmitted_variables(plan: Plan, motion: Record, rows: list[tuple[Coupling, Constraint]], force: np.ndarray) -> Variables:
-    """Forces of teeth, belts and screws on the bodies of outputs, where they act, and tensions of belts.
+    """Return forces of teeth, belts and screws on the bodies of outputs, their points of action, and tensions of belts.
 
     Shapes: `force` (nt, couplings), what couplings exert on their outputs.
     """
@@ -135,7 +135,7 @@ def transmitted_variables(plan: Plan, motion: Record, rows: list[tuple[Coupling,
 def _acting(
     plan: Plan, motion: Record, part: Coupling, constraint: Constraint, force: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Force on the body of an output, and a point on its line, shape (nt, 2)."""
+    """Return the force on the body of an output, and a point on its line, shape (nt, 2)."""
     coordinates, mechanism, pressure = plan.coordinates, plan.mechanism, pressure_of(plan.mechanism, part)
     slide = next((end for end in (part.output, part.input) if isinstance(end, Slide)), None)
     if isinstance(part.transmission, Screw):
@@ -172,7 +172,7 @@ def _acting(
 
 
 def _of_screw(plan: Plan, motion: Record, part: Coupling, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Force of a screw on the body of an output, at the nut."""
+    """Return the force of a screw on the body of an output, at the nut."""
     turns, (nut, size) = isinstance(part.output, RelativeAngle), (part.output, force)
     if turns:
         nut, size = part.input, -part.ratio * force
@@ -192,12 +192,12 @@ def _of_screw(plan: Plan, motion: Record, part: Coupling, force: np.ndarray) -> 
 
 
 def _left(vectors: np.ndarray) -> np.ndarray:
-    """Vectors turned left, shape (nt, 2)."""
+    """Return vectors turned left by a quarter turn, shape (nt, 2)."""
     return np.stack([-vectors[:, 1], vectors[:, 0]], axis=1)
 
 
 def coupling_variables(plan: Plan, path: Trajectory, motion: Record) -> Variables:
-    """Coordinates, forces and powers of couplings and coordinate drives, and the largest forces."""
+    """Return coordinates, forces and powers of couplings and coordinate drives, and the largest forces."""
     measured = partial(sampled_coordinate, path.plan, motion)
     linear = {
         constraint.name: (k, constraint) for k, constraint in enumerate(plan.coordinates.constraints) if constraint.linear
@@ -245,10 +245,10 @@ def coupling_variables(plan: Plan, path: Trajectory, motion: Record) -> Variable
 
 
 def _joined(units: list[str]) -> str:
-    """The unit of some values, or the units of values of several."""
+    """Return the unit of some values, or the units of values of several."""
     return " or ".join(dict.fromkeys(units))
 
 
 def _of_forces(units: list[str]) -> str:
-    """The unit of what acts on coordinates of some units."""
+    """Return the unit of the generalised force on a coordinate of each given unit."""
     return _joined(["N m" if unit == "rad" else "N" for unit in units])

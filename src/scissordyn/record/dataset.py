@@ -38,7 +38,7 @@ from scissordyn.units import State
 
 
 def results(plan: Plan, configuration: str, path: Trajectory, record: Record) -> Results:
-    """All results of a run; nothing is simulated here."""
+    """Return all results of a run, from its records alone."""
     variables = {
         "time": described("time", path.samples.time, "s", "time"),
         "body": labels("body", [body.name for body in plan.bodies]),
@@ -112,7 +112,7 @@ def spread(values: np.ndarray, places: np.ndarray, count: int, fill: float = np.
 
 
 def _joint_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
-    """Quantities per joint; those that exist at clearance joints only are NaN at ideal ones."""
+    """Return quantities of each joint; those of clearance joints are NaN at ideal ones."""
     per_joint, joints = ("time", "joint"), len(plan.mechanism.joint_names)
     found = transmitted(plan, record, path.samples.time)
     variables = {
@@ -232,7 +232,7 @@ def _rod_variables(plan: Plan, record: Record) -> Variables:
 
 
 def _control_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
-    """Quantities per actuator; internal states and recorded signals are NaN at controllers that have none."""
+    """Return quantities of each actuator; internal states and recorded signals are NaN at controllers without them."""
     chosen = plan.actuators
     if not chosen:
         return {}
@@ -311,7 +311,7 @@ BAR = re.compile(r"(unit \d+)/bar ([12])")
 
 
 def synchronisation_variables(plan: Plan, record: Record) -> Variables:
-    """The synchronisation error of each unit, along `unit`; nothing for fewer than two units.
+    """Return the synchronisation error of each unit, along `unit`; nothing for fewer than two units.
 
     With phi_1 and phi_2 the angles of its bars, the deployment angle of a unit is half of the angle between them,
     th = (phi_1 - phi_2)/2; in a straight array that is the inclination of the bars. In an ideal array of equal units all units

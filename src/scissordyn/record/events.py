@@ -43,7 +43,7 @@ def event_variables(plan: Plan, log: np.ndarray) -> Variables:
 
 
 def accounts(plan: Plan, total: np.ndarray, log: np.ndarray, time: np.ndarray) -> np.ndarray:
-    """The accounts of the energy balance at some instants, from integrals of powers (nt, powers), shape (nt, accounts) [J]."""
+    """Return the accounts of the energy balance [J] from integrals of powers (nt, powers), shape (nt, accounts)."""
     energy = np.column_stack([total, np.zeros(len(time))])
     rows = log[log["guard"] >= len(plan.contacts)]
     if rows.size:
@@ -78,7 +78,7 @@ COLUMNS = (*(column for column, _, _ in CONTACTS.values()), *IMPACT)
 
 
 def contacts(log: np.ndarray, peak: np.ndarray, companion: np.ndarray) -> np.recarray:
-    """The table of contacts in order of their starts, from the starts and ends in an event log, with the number of the joint.
+    """Return the table of contacts, ordered by onset, from the onsets and releases in an event log, with the joint index.
 
     `peak` is for contacts that have not ended, `companion` is of `monitored`.
     """
@@ -109,7 +109,7 @@ def contacts(log: np.ndarray, peak: np.ndarray, companion: np.ndarray) -> np.rec
 
 
 def contact_variables(plan: Plan, table: np.recarray, step: float) -> Variables:
-    """The table of contacts, of hard ones with estimates in the place of peaks; `step` is that of time stepping."""
+    """Return the table of contacts, with estimated peaks for hard ones; `step` is that of time stepping."""
     estimates = _impact_variables(plan, table, step)
     names = np.array([joint.name for joint in plan.contacts], dtype=object)
     return {
@@ -156,7 +156,7 @@ SMALL = 1e-6  # Damping factors below this are taken as none: the formula would 
 
 
 def peak_forces(clearance: Clearance | GuideClearance, struck: np.ndarray) -> np.ndarray:
-    """Estimates of the largest normal forces [N] of impacts with m v^2 [J] by the laws of a joint, shape (k,).
+    """Estimate the largest normal forces [N] of impacts with m v^2 [J] by the laws of a joint, shape (k,).
 
     Of a free body of mass m that comes in at v on F = F_el(delta) (1 + xi delta'/v), with s = delta'/v:
 

@@ -124,7 +124,7 @@ def film_warnings(plan: Plan, run: Run) -> list[RunWarning]:
 
 
 def film_peak_warnings(name: str, oil: Lubrication, pressure: float, time: float) -> list[RunWarning]:
-    """Films under too high a pressure, and oil that boils or evaporates in its surroundings."""
+    """Warn of films under too high a pressure, and of oil that boils or evaporates in its surroundings."""
     warnings = [warning("film pressure", name, pressure=pressure, time=time, limit=THICKENS)] if pressure > THICKENS else []
     if 0.0 < oil.vapour_pressure >= oil.ambient_pressure:
         warnings.append(warning("boiling", name, ambient=oil.ambient_pressure, vapour=oil.vapour_pressure))
@@ -134,7 +134,7 @@ def film_peak_warnings(name: str, oil: Lubrication, pressure: float, time: float
 
 
 def _torn(name: str, oil: Lubrication, film: Mapping[str, float]) -> list[RunWarning]:
-    """Pressures below those that the oil can follow."""
+    """Warn of pressures below those that the oil can follow."""
     tension, time, bears = film["peak_tension"], film["peak_tension_time"], oil.ambient_pressure - oil.vapour_pressure
     if not tension > max(bears, 0.0):
         return []
@@ -144,7 +144,7 @@ def _torn(name: str, oil: Lubrication, film: Mapping[str, float]) -> list[RunWar
 
 
 def _inertia(name: str, gap: Clearance, film: Mapping[str, float]) -> list[RunWarning]:
-    """Flows that are not laminar, or whose inertia counts."""
+    """Warn of flows that are not laminar, or whose inertia matters."""
     number, limit = film["reynolds_number"], TURBULENT * math.sqrt(gap.journal_radius / gap.clearance)
     squeeze = film["squeeze_reynolds_number"]
     warnings = [warning("vortices", name, number=number, limit=limit)] if number > limit else []
@@ -152,7 +152,7 @@ def _inertia(name: str, gap: Clearance, film: Mapping[str, float]) -> list[RunWa
 
 
 def _hot(name: str, oil: Lubrication, rise: float) -> list[RunWarning]:
-    """Oil that the power lost warms out of its state."""
+    """Warn of oil that dissipation warms beyond the validity of its properties."""
     if not np.isfinite(rise):
         return []
     temperature = oil.temperature + rise

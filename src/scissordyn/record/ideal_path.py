@@ -23,7 +23,7 @@ class IdealPath:
         return float(self.step * (self.table.shape[0] - 1))
 
     def at(self, times: np.ndarray) -> np.ndarray:
-        """Positions at some instants, shape (nt, tracks, 2) [m]; NaN beyond the end."""
+        """Return positions at some instants, shape (nt, tracks, 2) [m]; NaN beyond the end."""
         if self.table.shape[0] < 2:
             return np.full((times.size, self.table.shape[1] // 6, 2), np.nan)
         node = np.clip((times / self.step).astype(int), 0, self.table.shape[0] - 2)
@@ -35,7 +35,7 @@ class IdealPath:
 
 
 def quintic(u: float | np.ndarray, h: float, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Position at the fraction u of an interval h between two ends a, b = (position, velocity, acceleration).
+    """Interpolate a position at the fraction u of an interval h between two ends a, b = (position, velocity, acceleration).
 
     `monitored.track_deviation` evaluates the same polynomial.
     """

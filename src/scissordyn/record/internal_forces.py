@@ -68,7 +68,7 @@ class Bar(NamedTuple):
 
 
 def bars_of(mechanism: Mechanism) -> tuple[Bar, ...]:
-    """The bars that bend, each with its elements in order; a beam of a user's own is a bar by itself."""
+    """Return the bars that bend, each with its elements in order; a user's own beam is a bar by itself."""
     groups = itertools.groupby(beams_of(mechanism), key=lambda beam: beam.name.rsplit("/beam ", 1)[0])
     wholes = (Bar(bar.name.removesuffix("/beam"), (), bar) for bar in flexible_bars(mechanism))
     return (*(Bar(name, tuple(beams)) for name, beams in groups), *wholes)
@@ -82,7 +82,7 @@ def internal_forces(
     bars: str | Iterable[str] = "all",
     places: int | ArrayLike = 11,
 ) -> xr.Dataset:
-    """Deflection, internal forces and stress along bars that bend.
+    """Compute deflection, internal forces and stress along bars that bend.
 
     They follow from equilibrium with what acts at the end of an element or on the cross-sections of a flexible bar, with weight
     and inertia. Along a flexible bar they are interpolated between start, middle and end of the parts that a run reports.
@@ -149,7 +149,7 @@ def _compression(quantities: dict[str, np.ndarray]) -> np.ndarray:
 
 
 def largest_variables(mechanism: Mechanism, variables: Variables, time: np.ndarray, ratios: np.ndarray) -> Variables:
-    """The largest size of each quantity along each bar, with instant and distance from its first end.
+    """Return the largest size of each quantity along each bar, with instant and distance from its first end.
 
     Among the samples, at the quarters of each element and on both sides of cross-sections. `bar_buckling_load` is the largest
     compression of each bar over its largest buckling ratio.
@@ -210,20 +210,20 @@ class _Read:
 
 
 def _along(bar: Bar, read: _Read, at: np.ndarray) -> dict[str, np.ndarray]:
-    """All quantities at parts of a bar's length, shape (samples, places)."""
+    """Return all quantities at fractions of a bar's length, shape (samples, places)."""
     return _along_whole(bar.whole, read, at * bar.length) if bar.whole else _along_elements(bar, read, at)
 
 
 def _carried(
     part: Beam | FlexibleBar, position: np.ndarray, normal: np.ndarray, shear: np.ndarray, bending: np.ndarray
 ) -> dict[str, np.ndarray]:
-    """Internal forces with the stress in the extreme fibre, and that over the yield strength."""
+    """Return internal forces with the stress in the extreme fibre, and the stress over the yield strength."""
     forces = {"position": position, "axial_force": normal, "shear_force": shear, "bending_moment": bending}
     return forces | extreme_fibre(part, normal, bending)
 
 
 def _chord(first: np.ndarray, last: np.ndarray) -> np.ndarray:
-    """Direction of the line through the ends of a bar, shape (samples, 2)."""
+    """Return the direction of the line through the ends of a bar, shape (samples, 2)."""
     line = last - first
     return np.asarray(line / np.hypot(*line.T)[:, None])
 
@@ -247,7 +247,7 @@ def _along_elements(bar: Bar, read: _Read, at: np.ndarray) -> dict[str, np.ndarr
 
 
 def _along_whole(bar: FlexibleBar, read: _Read, distance: np.ndarray) -> dict[str, np.ndarray]:
-    """All quantities at distances from the first end of a flexible bar, shape (samples, places)."""
+    """Return all quantities at distances from the first end of a flexible bar, shape (samples, places)."""
     places, marks = np.array(bar.places) - bar.places[0], marks_of(bar)
     names = part_names(bar)
     start, end, away = (read.parts(output, names) for output in ("start_moment", "end_moment", "deflection"))
@@ -281,14 +281,14 @@ def _along_whole(bar: FlexibleBar, read: _Read, distance: np.ndarray) -> dict[st
 
 
 def _through(nodes: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """The polynomial through values at nodes at some places: by the values, shape (nodes, places)."""
+    """Return the matrix that interpolates values at nodes to some places by a polynomial, shape (nodes, places)."""
     middle, half = 0.5 * (nodes[0] + nodes[-1]), 0.5 * (nodes[-1] - nodes[0])
     table = np.vander((at - middle) / half, nodes.size, increasing=True)
     return np.asarray(np.linalg.solve(np.vander((nodes - middle) / half, increasing=True).T, table.T))
 
 
 def _element(beam: Beam, read: _Read, xi: np.ndarray) -> dict[str, np.ndarray]:
-    """Within an element: its axis, and what is in equilibrium with the part from xi to its end."""
+    """Return the axis of an element, and the internal forces by equilibrium of the part from xi to its end."""
     shape = _Shape(beam, read)
     x, y = shape.axis(xi)
     here = shape.rotation(xi)
@@ -338,24 +338,24 @@ class _Shape:
         self.moved = np.array(moved)
 
     def rotation(self, xi: np.ndarray) -> np.ndarray:
-        """Psi at xi, time first."""
+        """Return psi at xi, time first."""
         first, second, third = (part.reshape(-1, *[1] * xi.ndim) for part in (self.p1, self.p2, self.a))
         psi = first * (1.0 + xi * (3.0 * xi - 4.0)) + second * xi * (3.0 * xi - 2.0) + third * 6.0 * xi * (1.0 - xi)
         return np.asarray(psi)
 
     def axis(self, xi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Along and across the chord, from its start [m]."""
+        """Return coordinates along and across the chord, from its start [m]."""
         psi = self.rotation(xi[..., None] * NODES)
         weight = 0.5 * WEIGHTS * xi[..., None] * (self.chord / self.cosines).reshape(-1, *[1] * (xi.ndim + 1))
         return np.sum(weight * np.cos(psi), axis=-1), np.sum(weight * np.sin(psi), axis=-1)
 
     def load(self, xi: np.ndarray) -> np.ndarray:
-        """Weight less inertia per length at xi, shape (2, samples, ...)."""
+        """Return weight less inertia force per length at xi, shape (2, samples, ...)."""
         load: np.ndarray = -self.beam.mass_per_length * np.einsum("hta,h...->at...", self.moved, _hermite(xi))
         return load
 
     def at_end(self) -> tuple[np.ndarray, np.ndarray]:
-        """Force [N] along and across the chord, and moment [N m], that the next part exerts on the end of the element."""
+        """Return force [N] along and across the chord, and moment [N m], of the next part on the end of the element."""
         axial, first, last = self.elastic
         consistent = self.beam.mass_per_length * self.beam.length / 420.0 * HERMITE
         place, direction = (np.einsum("h,hta->at", consistent[k], self.moved) for k in (2, 3))
@@ -365,6 +365,6 @@ class _Shape:
 
 
 def _hermite(xi: np.ndarray) -> np.ndarray:
-    """Cubic shapes of both ends' places and directions."""
+    """Return the cubic shapes of the positions and directions of both ends."""
     square, cube = xi * xi, xi * xi * xi
     return np.array([1.0 - 3.0 * square + 2.0 * cube, xi - 2.0 * square + cube, 3.0 * square - 2.0 * cube, cube - square])

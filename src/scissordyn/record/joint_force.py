@@ -31,7 +31,7 @@ class Answer:
     DERIVED: ClassVar[tuple[str, ...]] = ()  # Properties that count as its numbers
 
     def plain(self) -> dict[str, Any]:
-        """Its numbers by name, in SI units; None for what is not known."""
+        """Return its values by name, in SI units; None for unknown ones."""
         fields = (field.name for field in dataclasses.fields(self))  # type: ignore[arg-type]  # of the dataclasses below it
         return {name: _plain(getattr(self, name)) for name in (*fields, *self.DERIVED)}
 
@@ -52,7 +52,7 @@ def clearance_joints(run: Run) -> list[str]:
 
 
 def joint_force(run: Run, joint: str) -> np.ndarray:
-    """Size of all that a joint, a guide or a weld transmits, at the samples [N]."""
+    """Return the magnitude of the total force of a joint, a guide or a weld at the samples [N]."""
     names = run.variables["joint"].values.tolist()
     dim, force = ("joint", "reaction") if joint in names else ("weld", "weld_force")
     k = run.variables[dim].values.tolist().index(joint)
@@ -60,7 +60,7 @@ def joint_force(run: Run, joint: str) -> np.ndarray:
 
 
 def largest_force(run: xr.Dataset, joint: str, start: float = -math.inf, end: float = math.inf) -> float:
-    """The largest force that a joint transmits between two instants [N]: at the samples, and as located between them.
+    """Return the largest force of a joint between two instants [N], including maxima between samples.
 
     NaN where hard impacts are among its contacts.
     """
@@ -84,7 +84,7 @@ def oiled_joints(run: Run) -> list[str]:
 
 
 def some_clearance_joints(run: xr.Dataset) -> list[str]:
-    """The same of a run that has to have some."""
+    """Return `joint_summaries` of a run; raise `InputError` if it has no clearance joints."""
     joints = clearance_joints(run)
     if not joints:
         raise InputError(
@@ -114,7 +114,7 @@ class JointSummary(Answer):
 
 
 def joint_summaries(run: Run) -> list[JointSummary]:
-    """The joints of a run that had contacts, in the order of their first ones, then oiled ones without."""
+    """Return the joints with contacts in the order of their first contact, then oiled joints without contact."""
     end, summaries = float(run.attrs["end"]), []
     oiled = oiled_joints(run)
     for joint in dict.fromkeys([*run["contact_joint"].values.tolist(), *oiled]):
@@ -150,7 +150,7 @@ def ideal_summaries(run: Run) -> list[JointSummary]:
 
 
 def kinds_left_out(run: Run) -> tuple[str, ...]:
-    """Variables of contacts that a table of them goes without: peaks if all are hard, impulses if none is."""
+    """Return variables to omit from a table of contacts: peaks if all are hard, impulses if none is."""
     if "peak_force_estimate" not in run:
         return ("impulse",)
     peaks = run["peak_force"].values
@@ -248,7 +248,7 @@ def force_after_start(run: Run, start: str, joint: JointSummary) -> tuple[float,
 
 
 def _largest_load(run: Run, joint: str, begin: float, length: float) -> float:
-    """Largest mean of the force of a joint [N] over intervals of a length, from an instant on to the end, at the samples.
+    """Return the largest mean force of a joint [N] over intervals of a given length, from an instant to the end.
 
     Impacts change the force at an instant, not its mean over many of them, which carries the load. From 0 on the first interval
     counts alone.

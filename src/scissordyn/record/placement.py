@@ -18,13 +18,13 @@ if TYPE_CHECKING:
 
 
 def turned(vectors: np.ndarray, turns: int) -> np.ndarray:
-    """Vectors after quarter turns, counter-clockwise, shape (..., 2)."""
+    """Return vectors after quarter turns, counter-clockwise, shape (..., 2)."""
     x, y = vectors[..., 0], vectors[..., 1]
     return np.stack(((x, y), (-y, x), (-x, -y), (y, -x))[turns % 4], axis=-1)
 
 
 def placed(centre: np.ndarray, angle: np.ndarray, local: np.ndarray) -> np.ndarray:
-    """Points of a body, given from its mass centre, in the fixed frame, shape (samples, points, 2) [m]."""
+    """Return points of a body, given from its mass centre, in the fixed frame, shape (samples, points, 2) [m]."""
     cos, sin = np.cos(angle)[:, None], np.sin(angle)[:, None]
     x, y = local.T
     return np.asarray(centre[:, None] + np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1))
@@ -45,7 +45,7 @@ class Placement:
     def at(
         cls, mechanism: Mechanism, run: xr.Dataset, samples: Sequence[int] | np.ndarray | slice, *, turns: int = 0
     ) -> Placement:
-        """The placement at samples of a run of that mechanism, by default in the frame of the mechanism."""
+        """Return the placement at samples of a run of that mechanism, by default in the frame of the mechanism."""
         names = [body.name for body in mechanism.bodies]
         place = {name: k for k, name in enumerate(run.variables["body"].values.tolist())}
         order = [place[name] for name in names]
@@ -58,26 +58,26 @@ class Placement:
         return int(self.angles.shape[0])
 
     def angle(self, body: str) -> np.ndarray:
-        """Angle of a body, or of the ground, shape (samples,) [rad]."""
+        """Return the angle of a body, or of the ground, shape (samples,) [rad]."""
         turn = self.turns * 0.5 * math.pi
         return turn + (np.zeros(self.count) if body == GROUND else np.asarray(self.angles[:, self.index[body]]))
 
     def vectors(self, vectors: np.ndarray) -> np.ndarray:
-        """Vectors of the mechanism's frame in that of the placement, shape (..., 2)."""
+        """Convert vectors of the mechanism's frame to that of the placement, shape (..., 2)."""
         return turned(vectors, self.turns)
 
     def centre(self, body: str) -> np.ndarray:
-        """Mass centre of a body, shape (samples, 2) [m]."""
+        """Return the mass centre of a body, shape (samples, 2) [m]."""
         return self.vectors(self.centres[:, self.index[body]])
 
     def points(self, body: str, local: np.ndarray) -> np.ndarray:
-        """Points of a body's frame, or of the ground's, in the fixed frame, shape (samples, points, 2) [m]."""
+        """Convert points of a body's frame, or of the ground's, to the fixed frame, shape (samples, points, 2) [m]."""
         if body == GROUND:
             return np.broadcast_to(self.vectors(local), (self.count, *local.shape))
         return placed(self.centre(body), self.angle(body), local - np.array(self.mechanism.body(body).centre))
 
     def place(self, reference: BodyPoint | tuple[str, None]) -> np.ndarray:
-        """A named point of a body or of the ground in the fixed frame, or its origin, shape (samples, 2) [m]."""
+        """Return a named point of a body or of the ground, or its origin, in the fixed frame, shape (samples, 2) [m]."""
         body, point = reference
         if point is None:
             return np.asarray(self.points(body, np.zeros((1, 2)))[:, 0])

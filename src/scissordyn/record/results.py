@@ -29,7 +29,7 @@ def described(dims: str | tuple[str, ...], values: np.ndarray, units: str, long_
 
 
 def located(name: str, dim: str, peaks: np.ndarray, units: str, text: str) -> Variables:
-    """The largest values of a quantity, rows of `PEAK` of the loop, and when they are reached."""
+    """Return the largest values of a quantity, rows of `PEAK` of the loop, and their instants."""
     return {
         name: described(dim, peaks["largest"], units, f"largest {text}"),
         f"{name}_time": described(dim, peaks["largest_time"], "s", f"when it is largest: {text}"),
@@ -37,7 +37,7 @@ def located(name: str, dim: str, peaks: np.ndarray, units: str, text: str) -> Va
 
 
 def labels(dim: str, texts: Sequence[str], long_name: str = "") -> Variable:
-    """Texts along a dimension, by default its names."""
+    """Return texts along a dimension, by default its names."""
     return Variable((dim,), np.array(texts, dtype=str), {"long_name": long_name or dim.replace("_", " ")})
 
 
@@ -55,7 +55,7 @@ class Run(Protocol):
 
 
 def along(variable: Any, *dims: str) -> np.ndarray:
-    """The values of a variable or of a DataArray, with its dimensions in this order."""
+    """Return the values of a variable or of a DataArray, with its dimensions in this order."""
     order: np.ndarray = np.transpose(variable.values, [variable.dims.index(dim) for dim in dims])
     return order
 
@@ -90,7 +90,7 @@ class Results:
         return {**self.attrs, "versions": _versions()}
 
     def dataset(self) -> xr.Dataset:
-        """The Dataset of variables that are known to fit together; its usual constructor would take as long as a run."""
+        """Return the Dataset of variables that fit together, without the checks of its slow constructor."""
         import xarray as xr  # takes longer to import than most runs
 
         import scissordyn.record.accessor  # noqa: F401  registers run.scissordyn
@@ -124,7 +124,7 @@ def _versions() -> str:
 
 @lru_cache(256)
 def _index_of_names(dim: str, names: tuple[str, ...]) -> xr.Index:
-    """The index of a dimension of names, which runs of the same mechanism share; pandas takes long for texts."""
+    """Return the index of a dimension of names, shared by runs of the same mechanism because pandas is slow for texts."""
     import xarray as xr
 
     return xr.indexes.PandasIndex(np.array(names, dtype=str), dim)

@@ -13,7 +13,7 @@ def equally_spaced(time: np.ndarray) -> bool:
 
 
 def time_mean(values: np.ndarray, time: np.ndarray) -> np.ndarray:
-    """Mean over the first axis: of samples where they are equally spaced, by the trapezoidal rule where they are not."""
+    """Return the mean over the first axis: of equally spaced samples, or by the trapezoidal rule."""
     if equally_spaced(time):
         return np.asarray(np.mean(values, axis=0))
     return np.asarray(np.trapezoid(values.astype(float), time, axis=0) / (time[-1] - time[0]))

@@ -116,7 +116,7 @@ def _netcdf(run: xr.Dataset) -> memoryview:
 
 
 def _writable(run: xr.Dataset) -> xr.Dataset:
-    """The same with every text such that NetCDF can hold it, and with a title that says whose it is."""
+    """Return the run with texts that NetCDF can hold and the title of this package."""
     import xarray as xr
 
     from scissordyn.file.netcdf import storable_text

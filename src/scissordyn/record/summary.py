@@ -86,7 +86,7 @@ class PointAnswer(Answer):
 
 
 def _parts(sizes: dict[str, float]) -> str:
-    """The parts of a deviation in words; one alone is all of it."""
+    """Return the parts of a deviation in words; a single part is not named."""
     known = {name: size for name, size in sizes.items() if size != 0.0}
     there = ", ".join(f"{name} {short(size, 'm')}" for name, size in known.items())
     return f" ({there})" if len(known) > 1 else f", by {next(iter(known))}" if known else ""
@@ -328,7 +328,7 @@ def _beyond(size: float, least: float) -> float:
 
 
 def actuator_limits(run: Run) -> dict[str, float]:
-    """The limits of actuators and motors that have one, by name [N m]."""
+    """Return the limits of actuators and motors that have one, by name [N m]."""
     return _limits(read_configuration(run).mechanism if ATTRIBUTE in run.attrs else None)
 
 

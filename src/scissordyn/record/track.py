@@ -18,13 +18,13 @@ SETTLING = "from when on the deviation of a tracked point stays within its toler
 
 
 def tracked(plan: Plan, motion: np.ndarray) -> np.ndarray:
-    """The tracked points in a record's X, V or A, shape (nt, tracks, 2)."""
+    """Return the tracked points in a record's X, V or A, shape (nt, tracks, 2)."""
     points = [plan.coordinates.tracked(track).at(motion) for track in plan.mechanism.tracks]
     return np.stack(points, axis=1) if points else np.zeros((len(motion), 0, 2))
 
 
 def track_variables(path: Trajectory, record: Record) -> Variables:
-    """Position, velocity and acceleration of the tracked points, along `track`; nothing if there are none."""
+    """Return position, velocity and acceleration of the tracked points, along `track`; nothing without tracked points."""
     tracks = path.plan.mechanism.tracks
     if not tracks:
         return {}

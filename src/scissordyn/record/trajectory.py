@@ -16,7 +16,7 @@ from scissordyn.record.events import contacts
 
 
 def _rows(*columns: str | tuple[str, ...]) -> np.dtype[np.void]:
-    """Rows of numbers; a column may have one name for each kind of row."""
+    """Return named columns of rows; a column may have one name for each kind of row."""
     names = [(name, place) for place, named in enumerate(columns) for name in ((named,) if isinstance(named, str) else named)]
     return np.dtype(
         {
@@ -54,7 +54,7 @@ BAND = _rows("limit", "last_above", "first_within")
 
 
 def by_name(rows: np.ndarray, described: np.dtype[np.void]) -> np.ndarray:
-    """Rows of numbers with names for their columns, shape (n,)."""
+    """Return rows with names for their columns, shape (n,)."""
     return rows.view(described)[:, 0]
 
 
@@ -90,7 +90,7 @@ class Trajectory:
         return self.recorded.time[ends], self.recorded.state[ends], self.recorded.mode[ends]
 
     def record(self) -> Record:
-        """Everything at the samples."""
+        """Evaluate all quantities at the samples."""
         return record(self.plan.maps, self.system, self.samples)
 
     def contacts(self) -> np.recarray:

@@ -50,7 +50,7 @@ class Transmitted(NamedTuple):
 
 
 def transmitted(plan: Plan, found: Record, time: np.ndarray) -> Transmitted:
-    """Forces and moments of all joints, guides, contact points and welds at the instants of a record."""
+    """Return forces and moments of all joints, guides, contact points and welds at the instants of a record."""
     mechanism, wrench = plan.mechanism, found.wrench
     reactions = solve_reactions(plan.balance, plan.gravity_vector, with_distributed_mass(plan, found, time))
     joints = mechanism.joint_names
@@ -108,7 +108,7 @@ def start_end(path: Trajectory) -> float:
 
 
 def _chunks(path: Trajectory, source: Samples) -> Iterator[Samples]:
-    """Instants of a source that are reached and not on a change point, some at a time."""
+    """Yield chunks of the instants of a source that are reached and are not change points."""
     wanted = source.time <= path.end
     for instant, width in path.change_points:
         wanted &= np.abs(source.time - instant) >= width
@@ -118,7 +118,7 @@ def _chunks(path: Trajectory, source: Samples) -> Iterator[Samples]:
 
 
 def force_peaks(plan: Plan, path: Trajectory, sampled: Transmitted | None = None) -> Peaks:
-    """Largest forces of a run: located at dry and oiled contacts, at the samples and ends of steps elsewhere.
+    """Return the largest forces of a run: located at dry and oiled contacts, elsewhere at samples and ends of steps.
 
     NaN at hard contacts, whose impacts have no largest force. `sampled` are the forces at the samples; without them some of the
     samples are evaluated, as fast changes are at the ends of steps.

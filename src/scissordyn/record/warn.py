@@ -111,12 +111,12 @@ class Extremes:
         return self
 
     def _output(self, i: int, name: str) -> tuple[float, float]:
-        """Largest value of an output of component i, and when [s]."""
+        """Return the largest value of an output of component i, and its instant [s]."""
         first = next(output.first for output in self.plan.components[i].declaration.outputs_monitored if output.name == name)
         return self._outputs.get(i * RESULTS + first, (0.0, math.nan))
 
     def warnings(self) -> list[RunWarning]:
-        """Warnings of contact laws, friction, films, curves and strokes, and of coupled wheels whose centres move."""
+        """Return warnings of contact laws, friction, films, curves and strokes, and of coupled wheels whose centres move."""
         plan, warnings = self.plan, list[RunWarning]()
         for j in plan.compliant_places:  # those of hard contacts serve an estimate only
             laws, speeds, depth = plan.clearances[j], self._speeds[j], float(self._indentation[j])
@@ -138,7 +138,7 @@ class Extremes:
         return warnings + coupling_warnings(plan.mechanism)
 
     def texts(self) -> list[str]:
-        """The warnings of a run without samples, each once: what others have instants and curves for, too.
+        """Return the warnings of a run without samples, each once; with samples they would have instants and curves.
 
         Singular positions, redundant joints, and an energy balance that does not close are reported by single runs only.
         """
@@ -173,12 +173,12 @@ def contact_failures(plan: Plan, run: Run) -> list[RunWarning]:
 
 
 def energy_turned_over(run: Run) -> float:
-    """The largest change of an energy or work during a run [J]."""
+    """Return the largest change of an energy or work during a run [J]."""
     return _largest_energy(run, np.ptp)
 
 
 def _largest_energy(run: Run, size: Callable[[np.ndarray], float]) -> float:
-    """The largest of a size of each energy or work [J]."""
+    """Return the largest magnitude of an energy or work [J]."""
     if not run.sizes["time"]:
         return 0.0
     return max((float(size(run[name].values)) for name in TURNED_OVER if name in run), default=0.0)
@@ -193,7 +193,7 @@ def _stands_still(plan: Plan, run: Run) -> bool:
 
 
 def _unbalanced(run: Run, *, stepped: bool) -> list[RunWarning]:
-    """A run that gains or loses energy, by tolerances or, with hard contact, by steps of one length."""
+    """Warn of a run that gains or loses energy, by its tolerances or by the step length of hard contact."""
     residual = float(np.max(np.abs(run["energy_residual"].values), initial=0.0))
     turned_over = energy_turned_over(run)
     largest = _largest_energy(run, lambda energy: np.max(np.abs(energy)))
@@ -205,7 +205,7 @@ def _unbalanced(run: Run, *, stepped: bool) -> list[RunWarning]:
 
 
 def _gained(run: Run) -> list[RunWarning]:
-    """Losses that are gains: the balance closes with them, as they are computed from the force that does the work."""
+    """Warn of dissipation that is negative: the balance closes with it, because it is computed from the working force."""
     turned_over, warnings, time = energy_turned_over(run), list[RunWarning](), run["time"].values
     for name, source in (("damping_loss", "the damping of a contact"), ("damper_loss", "a component")):
         loss = run[name].values
@@ -239,7 +239,7 @@ def _events(run: Run, column: str) -> Iterable[tuple[str, float, float]]:
 
 
 def _saturated(plan: Plan, run: Run) -> list[RunWarning]:
-    """Controllers at their limit, how long, and how far from their reference."""
+    """Warn of controllers at their limit, with duration and distance from their reference."""
     warnings = []
     for k, (_, part) in enumerate(plan.actuators):
         limit = getattr(part.controller, "limit", None)
@@ -276,7 +276,7 @@ def _overstrained(run: Run) -> list[RunWarning]:
 
 
 def _buckled(run: Run) -> list[RunWarning]:
-    """The bar that is compressed most beyond what the mechanism bears."""
+    """Warn of the bar with the largest compression over the buckling load."""
     if "bar_largest_buckling_ratio" not in run or not run.sizes["bar"]:
         return []
     ratio = run["bar_largest_buckling_ratio"].values
@@ -302,7 +302,7 @@ def _off_the_rail(plan: Plan, run: Run) -> list[RunWarning]:
 
 
 def beyond_outputs(plan: Plan) -> list[tuple[int, Component, Output]]:
-    """The components that act by a curve or over a stroke, each with how far it is beyond it."""
+    """Return the components that act by a curve or over a stroke, each with the distance beyond it."""
     return [
         (i, part, output)
         for i, part in enumerate(plan.components)
@@ -312,7 +312,7 @@ def beyond_outputs(plan: Plan) -> list[tuple[int, Component, Output]]:
 
 
 def _undetermined(run: Run) -> list[RunWarning]:
-    """Reactions that are not determined, at all times or where bodies are aligned."""
+    """Warn of reactions that are not determined, at all times or where bodies are aligned."""
     missing = np.isnan(run["reaction"].values).any(axis=2)
     if not missing.any():
         return []
@@ -335,13 +335,13 @@ elastic line contact grows as v (Johnson 1985, Contact Mechanics, section 11.5, 
 
 
 def warnings_of(run: Run) -> list[RunWarning]:
-    """The warnings of a run; sentences without numbers of one that an earlier version has saved."""
+    """Return the warnings of a run; plain sentences for those that an earlier version has saved."""
     data = run.attrs.get("warning_data")
     return plain(json.loads(run.attrs["warnings"])) if data is None else [RunWarning(**item) for item in json.loads(data)]
 
 
 def warning_lines(warnings: list[RunWarning], mechanism: Mechanism | None = None) -> list[str]:
-    """Like warnings about several parts in one line each, followed by what they mean where that is known."""
+    """Return one line for similar warnings of several parts, followed by their meaning if it is known."""
     return [text for alike in group(warnings) for text in (line(alike), *_meaning(alike, mechanism))]
 
 
@@ -362,7 +362,7 @@ def _meaning(alike: list[RunWarning], mechanism: Mechanism | None) -> list[str]:
 
 
 def _other_laws(mechanism: Mechanism, name: str, part: float) -> list[str]:
-    """The force of laws for contacts that are not small, at the same energy."""
+    """Return the forces of laws for contacts that are not small, at equal energy."""
     gap = next((joint.clearance for joint in mechanism.clearance_joints if joint.name == name), None)
     if gap is None:
         return []
@@ -376,7 +376,7 @@ def _other_laws(mechanism: Mechanism, name: str, part: float) -> list[str]:
 
 
 def force_at_equal_energy(law: Elastic, other: Elastic, contact: JointContact, indentation: float) -> float:
-    """Force of another law over that of a law, at an indentation and at the one with the same elastic energy.
+    """Return the force of another law over that of a law, at indentations with equal elastic energy.
 
     An impact ends where its energy is stored: laws are compared at equal energy, not at equal indentation.
     """

@@ -128,13 +128,13 @@ class StudyResult:
         return feasible_fraction(self.study, self.dataset)
 
     def worst(self, count: int = 5) -> list[Worst]:
-        """The cases that are farthest beyond a requirement, or nearest to it; the worst first."""
+        """Return the cases farthest beyond a requirement, or nearest to it, worst first."""
         self._need_requirements()
         cases = worst_cases(self.study, self.dataset, count)
         return [replace(case, numbers=self.study.labelled(case.numbers)) for case in cases]
 
     def recommend(self) -> Recommendation:
-        """The point that meets the requirements most often, or is nearest to meeting them.
+        """Return the point that meets the requirements most often, or is nearest to meeting them.
 
         Returns
         -------
@@ -215,7 +215,7 @@ class StudyResult:
         return sensitivity(self.study, self.dataset)
 
     def sensitivity(self, response: str = "") -> xr.Dataset | dict[str, xr.Dataset]:
-        """Sensitivity of responses: Sobol indices of a Saltelli design, elementary effects of a Morris design.
+        """Return sensitivity indices of responses: Sobol indices of a Saltelli design, elementary effects of a Morris design.
 
         Parameters
         ----------
@@ -288,7 +288,7 @@ class StudyResult:
     # --- one case again -------------------------------------------------------------------------------------------------
 
     def mechanism(self, case: int) -> Mechanism:
-        """The mechanism with the numbers of a case."""
+        """Return the mechanism with the parameter values of a case."""
         if isinstance(case, bool) or not 0 <= case < self.dataset.sizes["case"]:
             raise InputError(f"case {case!r}", f"0 to {self.dataset.sizes['case'] - 1}", "result.replay(0)")
         numbers = {parameter: float(self.dataset[column(parameter)][case]) for parameter in self.study.factor_names}
@@ -388,7 +388,7 @@ class StudyResult:
         return computed(study, store, engine=engine, progress=progress)
 
     def built(self) -> Study:
-        """The study with its mechanism and functions, to compute with."""
+        """Return the study with its mechanism and functions, ready to compute."""
         return self.study if self._build is None else self._build()
 
     def _now(self, now: StudyResult) -> StudyResult:

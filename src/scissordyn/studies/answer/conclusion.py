@@ -49,7 +49,7 @@ class Conclusion:
     next: tuple[Step, ...]
 
     def to_plain(self) -> list[dict[str, Any]]:
-        """All facts as plain data for JSON."""
+        """Return all facts as plain data for JSON."""
         steps = [{**fact.to_plain(), "command": command} for fact, command in self.next]
         return [*(fact.to_plain() for fact in (*self.verdict, *self.trends)), *steps]
 
@@ -94,7 +94,7 @@ def _verdict(result: StudyResult) -> Fact:
 
 
 def _region(there: xr.Dataset, points: xr.Dataset, parameter: str) -> Fact:
-    """Over what range of a number, or with which names, requirements are met."""
+    """Return the fact of the range of a parameter, or of the names, for which requirements are met."""
     scale = scale_of(points[parameter])
     if scale.labels:
         places = (np.unique(some[parameter].values) for some in (there, points))
@@ -108,7 +108,7 @@ def _region(there: xr.Dataset, points: xr.Dataset, parameter: str) -> Fact:
 
 
 def _point(study: Study, results: xr.Dataset, point: Recommendation) -> tuple[Fact, ...]:
-    """The recommended point, or the nearest, and how surely it meets the requirements."""
+    """Return facts of the recommended or nearest point, with its probability of meeting the requirements."""
     if not study.factors:
         return (Fact("least margin", point.binding, {"margin": margin_text(point.margins[0].margin)}),)
     several = study.points > 1
@@ -123,7 +123,7 @@ def _point(study: Study, results: xr.Dataset, point: Recommendation) -> tuple[Fa
 
 
 def _values(study: Study, results: xr.Dataset, numbers: Mapping[str, Any]) -> tuple[Fact, ...]:
-    """Values of numbers that vary, or names."""
+    """Return facts of parameter values or names."""
     return tuple(
         Fact("name", parameter, {"value": value})
         if isinstance(value, str)
@@ -133,7 +133,7 @@ def _values(study: Study, results: xr.Dataset, numbers: Mapping[str, Any]) -> tu
 
 
 def numbers_text(study: Study, results: xr.Dataset, numbers: Mapping[str, Any]) -> str:
-    """Numbers of a case with their units; of many those that are farthest from their mean, over their spread."""
+    """Return the parameters of a case with their units; of many parameters, those that deviate most from their mean."""
 
     def distance(name: str) -> float:
         values = results[column(name)].values
@@ -150,7 +150,7 @@ def _few(names: Sequence[str]) -> str:
 
 
 def margin_text(margin: float) -> str:
-    """A margin as a fraction of the bound."""
+    """Return a margin in percent of the bound."""
     return f"{margin:+.1%}" if math.isfinite(margin) else "not met" if margin < 0.0 else "met"
 
 
@@ -182,7 +182,7 @@ def _trend(results: xr.Dataset, trend: Trend, study: Study) -> Fact:
 
 
 def _without_number(study: Study, results: xr.Dataset) -> list[Fact]:
-    """Responses that have no trend because some cases have no number of them."""
+    """Return facts of responses without a trend because they have no value in some cases."""
     facts = []
     for response in answered(study, results):
         values = case_values(study, results, response)
@@ -253,7 +253,7 @@ def needs(study: Study, results: xr.Dataset, fitted: Mapping[str, tuple[Trend, .
 def _failing(
     study: Study, results: xr.Dataset, requirement: Requirement, name: str, value: float, upper: bool
 ) -> dict[str, Any]:
-    """Points on the right side of what a requirement needs of a number that have a case that misses it, and all there."""
+    """Count the points on the permitted side of a parameter value, and those of them with a case that fails."""
     failing = there = np.zeros(0)
     if name in study.factor_names and math.isfinite(value):
         numbers, complete = results[column(name)].values, results["status"].values == COMPLETE
@@ -264,7 +264,7 @@ def _failing(
 
 
 def trend_table(study: Study, fitted: Mapping[str, tuple[Trend, ...]]) -> Section:
-    """Exponents of the power laws with their 95 % intervals, and how well they fit; empty without any."""
+    """Return the exponents of the power laws with their 95 % intervals and quality of fit; empty if no trend is a power law."""
     columns: list[tuple[str, ...]] = [("response", *study.factor_names, "R2", "error at points left out")]
     for name, both in fitted.items():
         law = next((trend for trend in both if trend.form == "power"), None)
@@ -342,7 +342,7 @@ def _not_met(result: StudyResult, point: Recommendation, needed: Sequence[Fact],
 
 
 def _interpolated_point(result: StudyResult) -> dict[str, float] | None:
-    """Within the ranges, the point with the largest least margin by interpolation; None unless it is likely to meet all."""
+    """Interpolate the point with the largest least margin within the ranges; None unless it probably meets all requirements."""
     study, names, models = result.study, result.study.paths, list[Kriging]()
     for requirement in study.requirements:
         model = result.between(requirement.response.name)
@@ -361,13 +361,13 @@ def _interpolated_point(result: StudyResult) -> dict[str, float] | None:
 
 
 def _fixed(study: Study, results: xr.Dataset, numbers: Mapping[str, Any]) -> list[str]:
-    """Options that choose a point."""
+    """Return the command options that fix all parameters of a point."""
     texts = (f"{factor.path}={typed(results, factor, numbers[factor.path])}" for factor in study.factors)
     return [word for text in texts for word in ("--vary", text)]
 
 
 def typed(results: xr.Dataset, factor: Factor, value: float) -> str:
-    """A number as it is typed in a study: in the unit in which the user wrote it, or in SI; a name in brackets."""
+    """Return a value as text for a study: in the user's unit, or in SI; a name in brackets."""
     if factor.labels:
         return f"[{factor.labels[int(value)]}]"
     unit = factor.unit or str(results[column(factor.path)].attrs.get("units", "1"))

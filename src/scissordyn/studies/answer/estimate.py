@@ -102,13 +102,13 @@ class Predicted:
 
 
 def correlation(accurate: np.ndarray, cheap: np.ndarray) -> float:
-    """Correlation of the pairs; NaN where one of both does not vary."""
+    """Return the correlation of the pairs; NaN if one of the two does not vary."""
     spread = float(np.std(accurate)) * float(np.std(cheap)) if accurate.size > 1 else 0.0
     return float(np.mean((accurate - accurate.mean()) * (cheap - cheap.mean())) / spread) if spread > 0.0 else math.nan
 
 
 def population_mean(cheap: np.ndarray, predicted: Predicted | None = None) -> tuple[float, float]:
-    """Mean of the cheap response over all cases that might be run, and its variance.
+    """Return the mean of the cheap response over all possible cases, and its variance.
 
     Shapes: `cheap` (N,).
     """
@@ -122,7 +122,7 @@ def population_mean(cheap: np.ndarray, predicted: Predicted | None = None) -> tu
 
 
 def unseen_outliers(pairs: int) -> float:
-    """Mean square of the part of cases whose accurate runs have nothing to do with their cheap ones, none of which was seen.
+    """Return the mean square of the fraction of cases without correlation, if none was seen among the pairs.
 
     The part has the distribution of Jeffreys.
     """
@@ -140,7 +140,7 @@ def _regressed(wanted: np.ndarray, predictor: np.ndarray, at: float) -> tuple[fl
 
 
 def mean_estimate(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarray, predicted: Predicted | None = None) -> Estimate:
-    """Mean of the accurate response.
+    """Estimate the mean of the accurate response.
 
     Shapes: `accurate` (m,), `paired` (m,), `cheap` (N,).
     """
@@ -158,7 +158,7 @@ def mean_estimate(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarray, p
 
 
 def fraction_estimate(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarray) -> Estimate:
-    """Fraction of the cases that are true in accurate runs.
+    """Estimate the fraction of cases that are true in accurate runs.
 
     Shapes: `accurate` (m,), `paired` (m,), `cheap` (N,).
     """
@@ -222,7 +222,7 @@ def _inverted(values: np.ndarray, fractions: list[tuple[float, float, float]], l
 
 
 def cost_ratio(correlated: float, accurate_seconds: float, cheap_seconds: float, unpredicted: float = 1.0) -> float:
-    """Cheap runs for each accurate one that give the least variance at equal cost; 1 where cheap ones do not pay.
+    """Return the optimal number of cheap runs for each accurate run; 1 if cheap runs do not reduce the cost.
 
     sqrt(u rho^2/(1 - rho^2) w/w_cheap), Peherstorfer et al. 2016, with two models, or three of which the third costs nothing
     and leaves the part u of the variance of the second; one accurate run for a hundred thousand cheap ones at most.
@@ -246,7 +246,7 @@ def _mean(values: np.ndarray) -> float:
 
 
 def _student(values: np.ndarray) -> tuple[float, float, float]:
-    """Mean and Student's interval."""
+    """Return the mean with Student's interval."""
     value = _mean(values)
     if values.size < 2:
         return value, -math.inf, math.inf
@@ -255,7 +255,7 @@ def _student(values: np.ndarray) -> tuple[float, float, float]:
 
 
 def fraction_interval(successes: float, trials: int, prior: float = 0.0) -> tuple[float, float]:
-    """The interval of a fraction by Clopper and Pearson, or with a prior of `JEFFREYS` by Jeffreys.
+    """Return the interval of a fraction by Clopper and Pearson, or by Jeffreys with a prior of `JEFFREYS`.
 
     That of Clopper and Pearson is conservative where successes are fractions, and for stratified samples.
     """
@@ -268,7 +268,7 @@ def fraction_interval(successes: float, trials: int, prior: float = 0.0) -> tupl
 def fraction_by_margins(
     accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarray, predicted: Predicted | None = None
 ) -> Estimate:
-    """Fraction of the cases whose accurate margin is positive.
+    """Estimate the fraction of cases whose accurate margin is positive.
 
     Shapes: `accurate` (m,), `paired` (m,), `cheap` (N,).
     """
@@ -297,7 +297,7 @@ def fraction_by_margins(
 
 
 def _chances(accurate: np.ndarray, paired: np.ndarray, margins: np.ndarray) -> np.ndarray:
-    """Part of the residuals near each cheap margin with which the accurate one is positive; pairs in the order of `paired`."""
+    """Return the fraction of residuals near each cheap margin that make the accurate margin positive."""
     near = min(accurate.size, max(NEAREST, round(2.0 * math.sqrt(accurate.size))))
     there, here = (np.lib.stride_tricks.sliding_window_view(pairs, near) for pairs in (accurate, paired))
     middle, centre = there.mean(axis=1), here.mean(axis=1)
@@ -313,7 +313,7 @@ def _chances(accurate: np.ndarray, paired: np.ndarray, margins: np.ndarray) -> n
 
 
 def _variance_of_pairs(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarray) -> float:
-    """Variance of the fraction, by leaving out groups of pairs that are spread evenly over the margins."""
+    """Estimate the variance of the fraction by a jackknife over groups of pairs spread evenly over the margins."""
     groups = min(accurate.size, LEFT_OUT)
     places = cheap[((np.arange(min(cheap.size, PLACES)) + 0.5) * (cheap.size / min(cheap.size, PLACES))).astype(int)]
     group = np.arange(accurate.size) % groups
@@ -338,7 +338,7 @@ class Kriging:
         self._leave_out(values)
 
     def predict(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Response and standard deviation of the prediction.
+        """Return the predicted response and its standard deviation.
 
         Shapes: `x` (m, numbers); returns `mean, deviation` (m,).
         """
@@ -347,7 +347,7 @@ class Kriging:
         return (np.exp(y), np.exp(y) * deviation) if self.of_logarithm else (y, deviation)
 
     def expected(self, x: np.ndarray) -> np.ndarray:
-        """Response at many points, without its uncertainty.
+        """Return the predicted response at many points, without its uncertainty.
 
         Shapes: `x` (m, numbers).
         """
@@ -362,7 +362,7 @@ class Kriging:
         return np.asarray((self._terms(x) - self._low) / self._width)
 
     def _leave_out(self, values: np.ndarray) -> None:
-        """Predictions of each point by the others, in closed form (Rasmussen and Williams, equations 5.10 to 5.12)."""
+        """Predict each point from the others in closed form (Rasmussen and Williams, equations 5.10 to 5.12)."""
         inverse = np.linalg.inv(self.process.L_ @ self.process.L_.T)
         y = self._shift + self._scale * (self.process.y_train_ - self.process.alpha_ / np.diag(inverse))
         self.left_out = np.exp(y) if self.of_logarithm else y
@@ -373,7 +373,7 @@ class Kriging:
 
 
 def _likeliest(x: np.ndarray, y: np.ndarray) -> Any:
-    """The process of the largest likelihood."""
+    """Fit a Gaussian process from several starts and return the one with the largest likelihood."""
     from sklearn.exceptions import ConvergenceWarning
     from sklearn.gaussian_process import GaussianProcessRegressor
     from sklearn.gaussian_process.kernels import ConstantKernel, Matern, WhiteKernel
@@ -399,7 +399,7 @@ class Interpolation:
         self.response = cache(self._response)
 
     def unpredicted(self, wanted: Response) -> float:
-        """Part of the variance of a response that the other runs do not predict; 1 where nothing is interpolated."""
+        """Return the fraction of a response's variance that the interpolation does not predict; 1 without interpolation."""
         predicted = self.response(wanted)
         if predicted is None:
             return 1.0
@@ -407,7 +407,7 @@ class Interpolation:
         return min(1.0, float(np.mean((values - predicted.of_runs) ** 2) / np.var(values)))
 
     def _response(self, wanted: Response) -> Predicted | None:
-        """A response at the runs and at the further cases; None where it is not finite, or does not vary."""
+        """Return a response at the runs and at the further cases; None if it is not finite or does not vary."""
         values = response_values(self._runs, wanted)
         if not np.all(np.isfinite(values)) or np.ptp(values) == 0.0:
             return None
@@ -423,7 +423,7 @@ class Interpolation:
 
 
 def interpolation(study: Study, results: xr.Dataset, cases: Sequence[int] | np.ndarray) -> Interpolation | None:
-    """Interpolation between runs of a study; None where they are few, or where names vary, between which there is nothing."""
+    """Return an interpolation between the runs of a study; None for few runs, or if names vary."""
     varied = study.varied
     if len(cases) < max(FEWEST, 4 * len(varied)) or any(factor.labels for factor in varied):
         return None
@@ -438,7 +438,7 @@ def interpolation(study: Study, results: xr.Dataset, cases: Sequence[int] | np.n
 
 
 def _evenly_spread(study: Study) -> Study:
-    """The study with the further cases, a Sobol sequence over all numbers."""
+    """Return the study with further cases on a Sobol sequence over all parameters."""
     sampling = study.sampling
     if not study.factors:
         return replace(study, sampling=replace(sampling, kind="sobol", samples=OTHERS))

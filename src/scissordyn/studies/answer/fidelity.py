@@ -114,14 +114,14 @@ def _check(study: Study, budget: float | None) -> None:
 
 
 def _as_in(study: Study, store: Store) -> Study:
-    """The study with as many points of both kinds as its store was begun with."""
+    """Return the study with the numbers of points that its store was created with."""
     accurate, there = study.accurate, store.study(reading=True).accurate
     points = PILOT if there is None else there.points
     return replace(study, design=store.design(), accurate=None if accurate is None else replace(accurate, points=points))
 
 
 def _verify(study: Study, there: Store, how: How) -> None:
-    """The accurate runs of the first points."""
+    """Compute the accurate runs of the first points."""
     assert study.accurate is not None
     points = min(study.accurate.points, study.points if study.factors else study.sampling.samples)
     if there.exists() and study.factors:
@@ -133,7 +133,7 @@ def _verify(study: Study, there: Store, how: How) -> None:
 
 
 def _split(study: Study, budget: float) -> Study:
-    """The study with as many points of both kinds as a budget of work [s] has room for, by a pilot of both."""
+    """Return the study with the numbers of cheap and accurate points within a budget of work [s], from pilot runs."""
     few, accurate = replace(study, design=replace(study.design, points=PILOT)), verified_study(study, PILOT)
     cheap_runs, cheap = _piloted(few)
     accurate_runs, accurate_seconds = _piloted(accurate)
@@ -151,7 +151,7 @@ def _split(study: Study, budget: float) -> Study:
 
 
 def _piloted(study: Study) -> tuple[xr.Dataset, float]:
-    """All cases of a small study, and the time of a point [s]."""
+    """Compute all cases of a small study; return them and the time of a point [s]."""
     simulated(study, np.array([0]))  # whatever is compiled or read once
     began = time.perf_counter()
     runs = simulated(study, np.arange(study.cases))
@@ -159,7 +159,7 @@ def _piloted(study: Study) -> tuple[xr.Dataset, float]:
 
 
 def _least_correlation(study: Study, cheap: xr.Dataset, accurate: xr.Dataset) -> float:
-    """The least correlation of what requirements are about between cheap and accurate runs."""
+    """Return the smallest correlation between cheap and accurate runs over the responses of the requirements."""
     both = (cheap["status"].values == "complete") & (accurate["status"].values == "complete")
     pairs = [(response_values(cheap, some), response_values(accurate, some)) for some in _responses(study)]
     correlations = [abs(correlation(there[both], here[both])) for here, there in pairs]
@@ -168,7 +168,7 @@ def _least_correlation(study: Study, cheap: xr.Dataset, accurate: xr.Dataset) ->
 
 
 def _unpredicted(study: Study, runs: xr.Dataset) -> float:
-    """The largest part of the variance of what requirements are about that interpolation between cheap runs leaves."""
+    """Return the largest fraction of variance that interpolation leaves, over the responses of the requirements."""
     if not np.all(runs["status"].values == "complete") or study.per_point > 1:
         return 1.0
     between = interpolation(study, runs, np.arange(study.cases))
@@ -181,7 +181,7 @@ def _responses(study: Study) -> list[Response]:
 
 
 def _confirm(study: Study, store: Store, how: How) -> None:
-    """Accurate runs of the best points of a search: its front, or the best of one goal."""
+    """Compute accurate runs of the best points of a search: its front, or the best points of one goal."""
     assert study.accurate is not None
     there, names = Store(verified_path(store.path)), study.paths
     wanted = best_tried(study, store.results(), study.accurate.points)
@@ -201,7 +201,7 @@ def _confirm(study: Study, store: Store, how: How) -> None:
 
 
 def best_tried(study: Study, results: xr.Dataset, most: int) -> np.ndarray:
-    """Numbers of the best points of a search, shape (points, factors): of its front, evenly spread, or the best of one goal."""
+    """Return the best points of a search, shape (points, factors): evenly spread on its front, or the best of one goal."""
     tried = candidates(study, results).points
     goals, violation = judged(study, results)
     rows = np.flatnonzero(tried["front"].values)
@@ -226,7 +226,7 @@ class Corrected:
 
 
 def estimates(study: Study, cheap: xr.Dataset, accurate: xr.Dataset) -> list[Corrected]:
-    """Fractions that meet the requirements, means and quantiles of the responses, each from both kinds of runs."""
+    """Estimate the fractions that meet the requirements, and means and quantiles of the responses, from both kinds of runs."""
     trials, size = _trials(study, cheap), _trials(study, accurate).shape[0]
     complete = _complete(cheap, trials)
     pairs = complete[:size] & _complete(accurate, trials[:size])
@@ -261,7 +261,7 @@ def estimates(study: Study, cheap: xr.Dataset, accurate: xr.Dataset) -> list[Cor
 
 
 def _predicted_margins(between: Interpolation | None, requirements: Sequence[Requirement]) -> Predicted | None:
-    """The least margins by interpolation; None where one of the responses has none."""
+    """Interpolate the least margins; None if a response cannot be interpolated."""
     of_runs, others = [], []
     for requirement in requirements:
         response = between.response(requirement.response) if between is not None else None
@@ -273,7 +273,7 @@ def _predicted_margins(between: Interpolation | None, requirements: Sequence[Req
 
 
 def _margins(requirements: Sequence[Requirement], runs: xr.Dataset) -> np.ndarray:
-    """The least margin of each case, positive where it meets all requirements."""
+    """Return the least margin of each case, positive if the case meets all requirements."""
     margins = []
     for requirement in requirements:
         margin = requirement.margin_in(runs)
@@ -282,7 +282,7 @@ def _margins(requirements: Sequence[Requirement], runs: xr.Dataset) -> np.ndarra
 
 
 def _trials(study: Study, results: xr.Dataset) -> np.ndarray:
-    """Cases of each independent trial, shape (trials, cases of a trial)."""
+    """Return the cases of each independent trial, shape (trials, cases of a trial)."""
     width = study.per_point if study.factors else study.members
     return np.arange(results.sizes["case"] // width * width).reshape(-1, width)
 
@@ -292,7 +292,7 @@ def _complete(results: xr.Dataset, trials: np.ndarray) -> np.ndarray:
 
 
 def confirmed(study: Study, accurate: xr.Dataset, cheap: xr.Dataset) -> pd.DataFrame:
-    """The points of a search that were run accurately."""
+    """Return the points of a search that were run accurately."""
     import pandas as pd
 
     tried, there = candidates(study, cheap).points, candidates(study, accurate).points
@@ -327,7 +327,7 @@ def fidelity(result: StudyResult, verified: StudyResult) -> Iterator[Section]:
 
 
 def _met_by(both: Estimate, times: Sequence[tuple[float, float]]) -> Fact:
-    """The fraction that meets all requirements, and what accurate runs alone would take for it."""
+    """Return the fact of the fraction that meets all requirements, with the cost of accurate runs alone."""
     (_, cheap), (cases, accurate) = times
     timed, spent = bool(np.isfinite(both.saved) and cases), cheap + accurate
     about = {

@@ -20,5 +20,5 @@ def grouped(texts: Iterable[tuple[str, int]]) -> dict[str, list[int]]:
 
 
 def grouped_lines(texts: Iterable[object]) -> dict[str, list[int]]:
-    """Cases by what the lines of their texts say, as `grouped` does."""
+    """Group cases by the lines of their messages, as `grouped` does."""
     return grouped((line, case) for case, text in enumerate(texts) for line in str(text).split("\n") if line)

@@ -69,7 +69,7 @@ def _sections(result: StudyResult, store: str, most: int) -> Iterator[Section]:
 
 
 def cause_sections(result: StudyResult, store: str, most: int) -> Iterator[Section]:
-    """Failed cases by cause and complete ones by warning, with a command that replays one of each."""
+    """Return sections of failed cases by cause and complete cases by warning, with a command that replays one of each."""
     for title, what, groups in (("Failed cases", "cause", result.causes), ("Warnings", "warning", result.warnings)):
         rows = [(str(len(cases)), text, replay_command(store, cases[0])) for text, cases in groups.items()]
         notes = ("In the words of the first case.", *([f"{len(rows) - most} more."] if len(rows) > most else []))
@@ -90,7 +90,7 @@ def replay_command(store: str, case: int) -> str:
 
 
 def design_size(study: Study) -> str:
-    """Points, samples and members in words."""
+    """Return the numbers of points, samples and members in words."""
     parts = [f"{counted(study.points, 'point')} ({study.design.kind})"] if study.factors else []
     if study.uncertain:
         of_each = " of each" if study.factors else ""
@@ -101,7 +101,7 @@ def design_size(study: Study) -> str:
 
 
 def varied_numbers(study: Study, results: xr.Dataset) -> Section:
-    """The numbers that vary, and over what."""
+    """Return the section of the parameters that vary, with their ranges or distributions."""
     rows = [(factor.path, "chosen", _over(study, results, factor)) for factor in study.factors]
     rows += [(factor.name, "uncertain", _over(study, results, factor)) for factor in study.uncertain]
     return Section(("number", "role", "values"), rows)
@@ -135,7 +135,7 @@ def agreement(study: Study, points: xr.Dataset) -> Fact | None:
 
 
 def response_ranges(study: Study, results: xr.Dataset, points: xr.Dataset) -> Section:
-    """Smallest, median and largest value of each response over the complete cases, and how far members differ."""
+    """Return smallest, median and largest value of each response over complete cases, and the spread of members."""
     rows = []
     for response in answered(study, results):
         values = case_values(study, results, response)
@@ -150,7 +150,7 @@ def response_ranges(study: Study, results: xr.Dataset, points: xr.Dataset) -> Se
 
 
 def requirement_fractions(result: StudyResult) -> Section:
-    """The fraction of the range that meets each requirement, and all of them."""
+    """Return the section of the fractions of the range that meet each requirement, and all of them."""
     study = result.study
     meanings = [*(meaning(result.dataset, requirement) for requirement in study.requirements), ""]
     rows, explained, sampled = [], any(meanings), False
@@ -166,7 +166,7 @@ def requirement_fractions(result: StudyResult) -> Section:
 
 
 def best_points(result: StudyResult, most: int) -> Section:
-    """The Pareto front of a search, or the best point of one goal."""
+    """Return the section of the Pareto front of a search, or of the best point of one goal."""
     search, best, tried = result.study.optimisation, result.optimum.best, result.optimum.points
     assert search is not None
     rows = np.flatnonzero(tried["front"].values) if best < 0 else np.array([best])
@@ -184,5 +184,5 @@ def best_points(result: StudyResult, most: int) -> Section:
 
 
 def _percent(fraction: float) -> str:
-    """A fraction; one that is not 0 never reads as 0."""
+    """Return a fraction in percent; a fraction above 0 is never written as 0."""
     return f"{fraction:.1%}" if fraction == 0.0 or fraction >= 1e-3 else "below 0.1%"

@@ -73,11 +73,11 @@ class StudyPictures:
         return feasibility_map(points, x=x, y=y, colour=colour, limit=limit, field=field, bounds=bounds, axes=axes)
 
     def curves(self, *, axes: Canvas = None) -> list[Axes]:
-        """Each response over each number that is chosen; see `response_curves`."""
+        """Draw each response over each chosen parameter; see `response_curves`."""
         return response_curves(self._result.points, limits=self._limits(), axes=axes)
 
     def requirements(self, *, axes: Canvas = None) -> list[Axes]:
-        """The fraction of the range that meets each requirement, and all of them; see `requirement_bars`."""
+        """Draw the fractions of the range that meet each requirement, and all of them; see `requirement_bars`."""
         fractions_met = self._result.fractions
         intervals = np.array([(fraction.low, fraction.high) for fraction in fractions_met])
         fractions = np.array([fraction.fraction for fraction in fractions_met])
@@ -89,7 +89,7 @@ class StudyPictures:
         return sensitivity_bars(indices if isinstance(indices, dict) else {response: indices}, axes=axes)
 
     def front(self, x: int = 0, y: int = 1, *, axes: Canvas = None) -> list[Axes]:
-        """All points that an optimisation has tried, over two of its goals by number, and the front; see `pareto_front`.
+        """Draw all points that an optimisation tried over two of its goals, and the front; see `pareto_front`.
 
         Points of cheap runs that were run accurately too are shown with both values.
         """
@@ -104,7 +104,7 @@ class StudyPictures:
 
 
 def surfaces(result: StudyResult, colour: str, x: str = "", y: str = "") -> tuple[Field | None, list[Bound]]:
-    """The field under a map and the lines of requirements over it; nothing where nothing can be interpolated."""
+    """Return the interpolated field of a map and the boundaries of requirements; nothing if interpolation is not possible."""
     names = result.study.paths
     if len(names) < 2:
         return None, []
@@ -120,7 +120,7 @@ def surfaces(result: StudyResult, colour: str, x: str = "", y: str = "") -> tupl
 
 
 def _field(result: StudyResult, response: str, x: str, y: str) -> Field | None:
-    """The mean of a response over the numbers other than x and y; None where points do not predict each other."""
+    """Return the mean of a response over all parameters except x and y; None if the points do not predict each other."""
     model, names = result.between(response), result.study.paths
     if model is None:
         return None
@@ -148,7 +148,7 @@ ENDINGS = (".csv", ".parquet", ".nc")
 
 
 def table(results: xr.Dataset) -> pd.DataFrame:
-    """One row for each case; a measure of several joints has a column for each, ``A.peak_force [N]``."""
+    """Return one row for each case; a measure of several joints has a column for each, ``A.peak_force [N]``."""
     import pandas as pd
 
     columns: dict[str, np.ndarray] = {name: results[name].values for name in ("point", "sample", "member")}
@@ -254,7 +254,7 @@ MOST_ROWS = 40  # Points of a front, causes and warnings that are listed
 
 
 def figures(result: StudyResult) -> Iterator[tuple[str, Figure]]:
-    """All pictures that fit a study, with their titles."""
+    """Return all pictures that suit a study, with their titles."""
     study, points, plot = result.study, result.points, result.plot
     responses = [str(name) for name, variable in points.data_vars.items() if variable.attrs.get("role") == "response"]
     drawn: list[tuple[str, Callable[[], list[Axes]]]] = []
@@ -303,5 +303,5 @@ def as_html(sections: Iterable[Section]) -> Markup:
 
 
 def rendered(template: str, **names: Any) -> Markup:
-    """A template filled in, without the breaks of its lines."""
+    """Return a filled template without its line breaks."""
     return Markup(Environment(autoescape=True).from_string(template.replace("\n", "")).render(names))

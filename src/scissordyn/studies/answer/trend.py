@@ -80,7 +80,7 @@ class Trend:
         return math.log(value) if self.logarithmic[k] else float(value)
 
     def value(self, numbers: dict[str, float]) -> float:
-        """The response at given numbers in SI."""
+        """Return the response at given parameter values in SI units."""
         total = self._total(numbers)
         return math.exp(total) if self.form == "power" else total
 
@@ -89,7 +89,7 @@ class Trend:
         return self.constant + sum(float(slope) * self.term(k, numbers[name]) for k, (name, slope) in terms if k != without)
 
     def inverse(self, name: str, response: float, numbers: dict[str, float]) -> float:
-        """The value of a number at which the response is a given one, the others as they are; NaN if there is none."""
+        """Return the value of a parameter at which the trend has a given response; NaN if none exists."""
         k = self.numbers.index(name)
         wanted = response if self.form == "linear" else (math.log(response) if response > 0.0 else math.nan)
         with np.errstate(all="ignore"):
@@ -107,7 +107,7 @@ class Trend:
 
 
 def between_points(study: Study, points: xr.Dataset, response: str) -> Kriging | None:
-    """A response between the points of a study; None where they do not predict each other, or names vary."""
+    """Return an interpolated response; None if the points of the study do not predict each other, or names vary."""
     names = study.paths
     if not names or any(factor.labels for factor in study.factors):
         return None
@@ -123,7 +123,7 @@ def between_points(study: Study, points: xr.Dataset, response: str) -> Kriging |
 
 
 def trends(study: Study, results: xr.Dataset) -> dict[str, tuple[Trend, ...]]:
-    """Both forms of trend of each response as `fitted` orders them; not of too few points, nor of shares that are 0 or 1."""
+    """Return both trends of each response, ordered as by `fitted`; none for few points or fractions of 0 or 1."""
     numbers = with_indicators(
         study, {name: study.cells(results[column(name)].values)[..., 0].ravel() for name in study.factor_names}
     )
@@ -158,7 +158,7 @@ def with_indicators(study: Study, numbers: Mapping[str, Any]) -> dict[str, Any]:
 def fitted(
     x: np.ndarray, values: np.ndarray, groups: np.ndarray, names: tuple[str, ...], response: str = "", units: str = "1"
 ) -> tuple[Trend, ...]:
-    """Power law and straight line through values of a response: the power law first unless the line predicts better.
+    """Fit a power law and a straight line to values of a response; the power law is first unless the line predicts better.
 
     Shapes: `x` (n, numbers), `values` (n,), `groups` (n,).
     """
@@ -191,7 +191,7 @@ def fitted(
 def _jackknife(
     terms: np.ndarray, y: np.ndarray, groups: np.ndarray, count: int
 ) -> tuple[np.ndarray, float, np.ndarray, np.ndarray, np.ndarray]:
-    """Slopes, constant, half intervals of the slopes, fitted values, and those with the group of each row left out."""
+    """Return slopes, constant, half intervals of slopes, fitted values, and predictions of left-out groups."""
     middle, width = terms.mean(axis=0), np.ptp(terms, axis=0)
     design = np.column_stack([np.ones(y.size), (terms - middle) / width])  # well conditioned whatever the units are
     products, sums = design[:, :, None] * design[:, None, :], design * y[:, None]
@@ -209,7 +209,7 @@ def _jackknife(
 
 
 def sobol_indices(values: np.ndarray, names: list[str]) -> xr.Dataset:
-    """First-order and total Sobol indices with bootstrap intervals.
+    """Return first-order and total Sobol indices with bootstrap intervals.
 
     Shapes: `values` (base points (factors + 2),).
     """
@@ -225,7 +225,7 @@ def sobol_indices(values: np.ndarray, names: list[str]) -> xr.Dataset:
 
 
 def morris_indices(points: np.ndarray, values: np.ndarray, names: list[str]) -> xr.Dataset:
-    """Mean absolute elementary effects of Morris with bootstrap intervals.
+    """Return the mean absolute elementary effects of Morris with bootstrap intervals.
 
     Shapes: `points` (trajectories (factors + 1), factors).
     """
@@ -239,7 +239,7 @@ def morris_indices(points: np.ndarray, values: np.ndarray, names: list[str]) -> 
 
 
 def _whole_rows(values: np.ndarray, names: list[str], further: int, what: str) -> tuple[np.ndarray, np.ndarray, dict[str, Any]]:
-    """A row for each base point or trajectory, which rows are complete, and what SALib has to know of the numbers."""
+    """Return a row for each base point or trajectory, a mask of complete rows, and the problem description for SALib."""
     rows = values.reshape(-1, len(names) + further)
     whole = np.all(np.isfinite(rows), axis=1)
     if whole.sum() < FEWEST:
@@ -248,7 +248,7 @@ def _whole_rows(values: np.ndarray, names: list[str], further: int, what: str) -
 
 
 def sensitivity(study: Study, results: xr.Dataset) -> tuple[dict[str, xr.Dataset], dict[str, str]]:
-    """Indices of each response, if the design is one for indices."""
+    """Return the sensitivity indices of each response, if the design supports indices."""
     if study.design.kind not in ("saltelli", "morris"):
         return {}, {}
     points = by_point(study, results)
@@ -268,7 +268,7 @@ def sensitivity(study: Study, results: xr.Dataset) -> tuple[dict[str, xr.Dataset
 
 
 def sensitivities(indices: dict[str, xr.Dataset]) -> list[Section]:
-    """A table for each response of what it depends on."""
+    """Return a table of sensitivity indices for each response."""
     tables = []
     for name, table in indices.items():
         factors = [table.sel(factor=factor) for factor in table["factor"].values]
@@ -287,13 +287,13 @@ def sensitivities(indices: dict[str, xr.Dataset]) -> list[Section]:
 
 
 def _within(row: xr.Dataset, key: str, scale: Scale) -> str:
-    """An index with half of its interval."""
+    """Return an index with half of its interval as text."""
     value, half = scale.cells(float(row[key]), float(row[f"{key}_interval"]))
     return f"{value} ± {half}"
 
 
 def rankings(study: Study, results: xr.Dataset, fitted: Mapping[str, tuple[Trend, ...]]) -> list[Section]:
-    """A table for each response without a clear trend: the numbers by their rank correlation with it, and how sure that is."""
+    """Return a table of rank correlations with the parameters, and their intervals, for each response without a clear trend."""
     names = [factor.name for factor in study.varied if not factor.labels]
     if len(names) < 2 or study.design.kind in ("saltelli", "morris"):
         return []
@@ -346,7 +346,7 @@ def ranked(numbers: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 
 def _correlations(numbers: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Spearman's, of each column with the values; 0 for what does not vary."""
+    """Return Spearman's correlation of each column with the values; 0 for a constant column."""
     x = stats.rankdata(numbers, axis=0)
     x, y = x - x.mean(axis=0), stats.rankdata(values)
     y = y - y.mean()

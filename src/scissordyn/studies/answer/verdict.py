@@ -56,7 +56,7 @@ class Worst(Margin):
 
 
 def answered(study: Study, results: xr.Dataset) -> list[Response]:
-    """The responses that requirements and goals are about, and those of the other measures."""
+    """Return the responses of requirements and goals, followed by those of the other measures."""
     chosen: list[Response] = [requirement.response for requirement in study.requirements]
     chosen += [goal.response for goal in study.goals if goal.measure not in study.factor_names]
     chosen += [response for response in study.responses if response.name not in {other.name for other in chosen}]
@@ -67,7 +67,7 @@ def answered(study: Study, results: xr.Dataset) -> list[Response]:
 
 
 def case_values(study: Study, results: xr.Dataset, response: Response) -> np.ndarray:
-    """A response of all cases, NaN for those that are not complete.
+    """Return a response of all cases, NaN for incomplete ones.
 
     A complete case without a number of what is required does not meet it: the number counts as infinite, on the wrong side.
     """
@@ -107,7 +107,7 @@ def by_point(study: Study, results: xr.Dataset) -> xr.Dataset:
 
 
 def _spread(cells: np.ndarray) -> np.ndarray:
-    """Largest relative difference between members of a sample, shape (points, samples, members) to (points,)."""
+    """Return the largest relative difference between members of a sample, shape (points, samples, members) to (points,)."""
     with np.errstate(invalid="ignore"):  # of numbers that are infinite
         apart = np.fmax.reduce(cells, axis=-1) - np.fmin.reduce(cells, axis=-1)
         spread = apart / np.maximum(np.fmax.reduce(np.abs(cells), axis=-1), 1e-300)
@@ -132,7 +132,7 @@ def meets_all(study: Study, results: xr.Dataset) -> np.ndarray:
 
 
 def feasible_fraction(study: Study, results: xr.Dataset) -> list[FeasibleFraction]:
-    """Fractions of the range that meet each requirement, and all of them; cases that failed are left out."""
+    """Return the fractions of the range that meet each requirement, and all of them, without failed cases."""
     labelled = [(requirement.label, requirement.met_in(results)) for requirement in study.requirements]
     every = [*labelled, ("all requirements", meets_all(study, results))] if labelled else []
     complete, fractions_met = study.cells(results["status"].values == COMPLETE), []
@@ -149,7 +149,7 @@ def feasible_fraction(study: Study, results: xr.Dataset) -> list[FeasibleFractio
 
 
 def worst_cases(study: Study, results: xr.Dataset, count: int = 5) -> list[Worst]:
-    """The cases that are farthest beyond a requirement, or nearest to it: one of each point, or of each sample of one point."""
+    """Return the cases with the smallest margins: one of each point, or of each sample of a single point."""
     place = np.arange(results.sizes["case"]) // (study.per_point if study.factors else study.members)
     complete = results["status"].values == COMPLETE
     worst: dict[int, Worst] = {}
@@ -190,7 +190,7 @@ class Recommendation:
 
 
 def recommended(study: Study, results: xr.Dataset) -> Recommendation | None:
-    """The recommended point of a study with requirements; None while no point is computed."""
+    """Return the recommended point of a study with requirements; None if no point is computed."""
     place = recommended_point(study, results)
     if place < 0:
         return None
@@ -219,12 +219,12 @@ def recommended(study: Study, results: xr.Dataset) -> Recommendation | None:
 
 
 def least_margins(study: Study, results: xr.Dataset) -> np.ndarray:
-    """Margin of each case from the requirement that it is farthest beyond, or nearest to, shape (cases,)."""
+    """Return the least margin of each case over all requirements, shape (cases,)."""
     return np.asarray(np.min([requirement.margin_in(results) for requirement in study.requirements], axis=0))
 
 
 def recommended_point(study: Study, results: xr.Dataset) -> int:
-    """The point most of whose cases meet the requirements, of several that whose worst case has the largest margin.
+    """Return the point with most cases that meet the requirements; of equal points, the one with the largest least margin.
 
     Of a search for one goal it is the best point. Failed cases meet nothing.
     """

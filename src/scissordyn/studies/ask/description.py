@@ -84,7 +84,7 @@ class OwnMeasure:
             raise InputError(f"measure '{self.name}': no file '{file}'", "a Python file that exists", sample)
 
     def callable(self) -> Callable[..., float]:
-        """The function itself."""
+        """Return the function itself."""
         return load_function("measure", self.function, self.digest) if isinstance(self.function, str) else self.function
 
     def to_plain(self) -> dict[str, Any]:
@@ -257,11 +257,11 @@ class Study:
         return tuple(factor for factor in self.varied if factor.texts)
 
     def cells(self, values: np.ndarray) -> np.ndarray:
-        """Values of all cases by point, sample and member; a point that is not whole is left out."""
+        """Return values of all cases by point, sample and member, without an incomplete last point."""
         return values[: len(values) // self.per_point * self.per_point].reshape(-1, self.sampling.samples, self.members)
 
     def base(self) -> np.ndarray:
-        """The numbers of the mechanism at the parameters of the factors, and of its case file; places of its names."""
+        """Return the values of the factors in the mechanism and its case file; indices for names."""
         places = self.own_values()
         return np.array(
             [places[factor.name] if factor.texts else number(self.mechanism, factor.path).value for factor in self.factors],
@@ -269,7 +269,7 @@ class Study:
         )
 
     def numbers(self, cases: np.ndarray, points: np.ndarray | None = None) -> dict[str, np.ndarray]:
-        """The numbers of some cases by parameter, in SI; each depends on the number of its case only.
+        """Return the values of some cases by parameter, in SI units; each depends only on the index of its case.
 
         Points are those of an adaptive design.
         """
@@ -299,7 +299,7 @@ class Study:
         return values
 
     def applied(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """The numbers that a mechanism gets, by parameter: chosen values with their deviations, which are by `factor_names`."""
+        """Return the values for a mechanism by parameter path: chosen values plus their deviations."""
         deviations = [factor for factor in self.uncertain if factor.of]
         left_out = {factor.name for factor in (*deviations, *self.apart)} | {factor.of for factor in deviations}
         numbers = {name: value for name, value in values.items() if name not in left_out}
@@ -328,13 +328,13 @@ class Study:
         return {name: labels[name][int(value)] if name in labels else value for name, value in values.items()}
 
     def own_values(self) -> dict[str, float]:
-        """Values of the factors apart in the mechanism itself, the first ones if it is none of the variants."""
+        """Return the values in the mechanism itself of factors that need their own plan."""
         variant = self.variants.index(self.mechanism) if self.mechanism in self.variants else 0
         places = np.unravel_index(variant, self._counts)
         return {factor.name: float(factor.variation.levels()[place]) for factor, place in zip(self.apart, places, strict=True)}
 
     def with_places(self, places: Mapping[str, Sequence[int]]) -> Study:
-        """The study with some names and levels of its factors apart only."""
+        """Return the study restricted to some names and levels of the factors that need their own plan."""
         if not places:
             return self
         kept = np.ix_(*(places.get(factor.name, range(factor.variation.count)) for factor in self.apart))
@@ -357,7 +357,7 @@ class Study:
         return [factor.variation.count for factor in self.apart]
 
     def to_plain(self) -> dict[str, Any]:
-        """The study as plain data for JSON."""
+        """Return the study as plain data for JSON."""
         return {field.name: to_plain(getattr(self, field.name)) for field in fields(self)}
 
     @classmethod
@@ -369,7 +369,7 @@ class Study:
         own_measures: Sequence[OwnMeasure] = (),
         reading: bool = False,
     ) -> Study:
-        """The study that `to_plain` wrote.
+        """Return the study that `to_plain` wrote.
 
         Functions of the user are in allowed files, which must not have changed, or given as measures. One that is only read
         keeps its mechanism as the text of its case file, and executes nothing of the user's.
@@ -392,7 +392,7 @@ class Study:
         return study
 
     def fingerprint(self) -> dict[str, str]:
-        """Digests of all that the numbers depend on, by what they are of; equal digests mean equal numbers."""
+        """Return digests of everything that the values depend on, by subject; equal digests mean equal values."""
         plain = self.to_plain()
         for factor in (*plain["factors"], *plain["uncertain"]):
             del factor["unit"], factor["scale"]  # no number depends on them

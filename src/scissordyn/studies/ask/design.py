@@ -43,7 +43,7 @@ class Factor:
         return f"{self.path} deviation" if self.of else self.path
 
     def deviating(self, chosen: Variation) -> list[float]:
-        """The outermost values of a number that is chosen, with this deviation; none of a lognormal one, which has no ends."""
+        """Return the extreme values of a chosen parameter with this deviation; none for a lognormal one, which is unbounded."""
         if chosen.kind == "lognormal":
             return []
         deviations = [end for end in self.variation.ends if np.isfinite(end)]
@@ -62,7 +62,7 @@ class Factor:
         return tuple(f"{value / self.scale:.12g} {self.unit}".rstrip() for value in self.variation.levels())
 
     def places(self, values: Any) -> np.ndarray:
-        """Places of values in the list of names or levels."""
+        """Return the indices of values in the list of names or levels."""
         return np.asarray(np.abs(np.subtract.outer(values, self.variation.levels())).argmin(axis=-1))
 
     @property
@@ -129,7 +129,7 @@ class Design:
 
 
 def uniform_numbers(seed: int, stream: int, dimensions: int, at: np.ndarray) -> np.ndarray:
-    """Uniform random numbers that depend on their place only.
+    """Return uniform random numbers that depend only on their index.
 
     Philox numbers its outputs (Salmon et al., SC11, 2011): point k takes a fixed range of counts, whatever else is computed.
 
@@ -165,7 +165,7 @@ def design_size(design: Design, variations: Sequence[Variation]) -> int:
 
 
 def design_values(design: Design, variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Values of the factors at some points.
+    """Return the values of the factors at some points.
 
     Shapes: `base` (factors,), `at` (n,); returns (n, factors).
     """
@@ -190,7 +190,7 @@ def _zip(variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> n
 
 
 def _one_at_a_time(variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Point 0 is the mechanism as it is; then the levels of each factor, all others as they are."""
+    """Return point 0 (the unchanged mechanism), then the levels of each factor with all others unchanged."""
     rows, first = np.tile(base, (at.size, 1)), 1
     for place, variation in enumerate(variations):
         here = (at >= first) & (at < first + variation.count)
@@ -207,7 +207,7 @@ def _hypercube(points: int, dimensions: int, seed: int) -> np.ndarray:
 
 
 def sobol_numbers(seed: int, dimensions: int, at: np.ndarray) -> np.ndarray:
-    """Points of a scrambled Sobol sequence by their numbers."""
+    """Return points of a scrambled Sobol sequence by their indices."""
     from scipy.stats import qmc
 
     low, high = int(at.min()), int(at.max()) + 1
@@ -221,7 +221,7 @@ def sobol_numbers(seed: int, dimensions: int, at: np.ndarray) -> np.ndarray:
 
 
 def _saltelli_numbers(seed: int, d: int, at: np.ndarray) -> np.ndarray:
-    """Rows A, A with one column of B for each factor, B: the order that SALib takes (Saltelli et al. 2010)."""
+    """Return rows A, A with one column of B for each factor, and B, in the order that SALib expects (Saltelli et al. 2010)."""
     row, part = np.divmod(at, d + 2)
     both = sobol_numbers(seed, 2 * d, row)
     u = np.where((part == d + 1)[:, None], both[:, d:], both[:, :d])
@@ -238,12 +238,12 @@ def _trajectories(count: int, dimensions: int, seed: int) -> np.ndarray:
 
 
 def morris_numbers(design: Design, dimensions: int) -> np.ndarray:
-    """Points of the trajectories in the unit cube, drawn in by `DRAWN_IN`."""
+    """Return points of the trajectories in the unit cube, moved inwards by `DRAWN_IN`."""
     return 0.5 * (1.0 - DRAWN_IN) + DRAWN_IN * _trajectories(design.points, dimensions, design.seed)
 
 
 def quantiles(variations: Sequence[Variation], u: np.ndarray) -> np.ndarray:
-    """Values of each factor at probabilities.
+    """Return the values of each factor at given probabilities.
 
     Shapes: `u` (n, factors); returns (n, factors).
     """

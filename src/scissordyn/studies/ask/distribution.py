@@ -33,7 +33,7 @@ class Variation:
             raise InputError(f"{self.kind} of {given}", "finite numbers")
 
     def _numbers(self, values: Any) -> tuple[float, ...]:
-        """Several finite numbers as Python's own."""
+        """Return several finite numbers as Python floats."""
         if isinstance(values, str | bytes | Mapping) or not isinstance(values, Iterable):
             raise InputError(f"{self.kind} of {shown(values)}", "a tuple of finite numbers")
         given = tuple(values)
@@ -46,11 +46,11 @@ class Variation:
             raise InputError(f"a range from {low:g} to {high:g} is empty", "a smaller number, then a larger one")
 
     def quantile(self, u: np.ndarray) -> np.ndarray:
-        """Values at probabilities u in [0, 1)."""
+        """Return the values at probabilities u in [0, 1)."""
         raise NotImplementedError
 
     def levels(self) -> np.ndarray:
-        """Values of a grid: quantiles in the middle of equally probable parts, or all that were given."""
+        """Return the values of a grid: quantiles in the middle of equally probable parts, or all given values."""
         return self.quantile((np.arange(LEVELS) + 0.5) / LEVELS)
 
     @property
@@ -332,7 +332,7 @@ VARIATIONS: Mapping[str, type[Any]] = MappingProxyType({variation.kind: document
 
 
 def from_plain(plain: Mapping[str, Any]) -> Any:
-    """The variation of plain data."""
+    """Return the variation that plain data describe."""
     fields = dict(plain)
     kind = str(fields.pop("kind", ""))
     if kind not in VARIATIONS:
@@ -421,7 +421,7 @@ class Fit:
         return (upper - GRADES[self.shaft_grade][self._range]) * 1e-6, upper * 1e-6
 
     def clearance(self, normal: bool = False) -> Trapezoid | Normal:
-        """Radial clearance, half of the difference of the diameters [m].
+        """Return the radial clearance, half of the difference of the diameters [m].
 
         Parameters
         ----------
@@ -438,7 +438,7 @@ class Fit:
 
 
 def read_fit(text: str, diameter: float) -> Fit:
-    """A fit such as ``H7/g6``."""
+    """Read a fit such as ``H7/g6``."""
     match = TEXT.fullmatch(text)
     if match is None:
         raise InputError(f"fit '{text.strip()}'", "a hole H and a shaft e, f, g or h with their grades", SAMPLE)

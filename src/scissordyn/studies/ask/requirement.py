@@ -99,7 +99,7 @@ class Requirement:
 
 
 def read_response(text: str, own_units: Mapping[str, str] | None = None) -> tuple[str, str, str]:
-    """Part, measure and unit of what a requirement or a goal is about."""
+    """Read part, measure and unit of the response of a requirement or goal."""
     units = {name: measure.units for name, measure in MEASURES.items()} | dict(own_units or {})
     if text in units:
         return "", text, units[text]
@@ -112,7 +112,7 @@ def read_response(text: str, own_units: Mapping[str, str] | None = None) -> tupl
 
 
 def response_values(results: xr.Dataset, response: Response) -> np.ndarray:
-    """A response of all cases.
+    """Return a response of all cases.
 
     Shapes: returns (cases,).
     """
@@ -142,7 +142,7 @@ def response_values(results: xr.Dataset, response: Response) -> np.ndarray:
 
 
 def value_text(results: xr.Dataset, response: Response, case: int) -> str:
-    """A response of a case with its unit; where it has no number, why and how far it is from one."""
+    """Return a response of a case with its unit; if it has no value, the reason and the distance to one."""
     value = float(response_values(results.isel(case=[case]), response)[0])
     if math.isfinite(value):
         return scale_of(xr.DataArray(value, attrs={"units": response_unit(results, response)})).cell(value)
@@ -162,7 +162,7 @@ def meaning(results: xr.Dataset, requirement: Requirement) -> str:
 
 
 def units_of_parts(results: xr.Dataset, measure: str) -> list[str]:
-    """The units of a measure's parts, which differ only between components."""
+    """Return the units of a measure's parts, which differ only between components."""
     variable = results[measure]
     if COMPONENT_UNIT in variable.coords:
         return [str(unit) for unit in variable[COMPONENT_UNIT].values]
@@ -211,7 +211,7 @@ def check_unit(mechanism: Mechanism, response: Response) -> None:
 
 
 def whole_responses(results: xr.Dataset, measure: str) -> list[Response]:
-    """The responses of a measure without a part: one, or one of the forces and one of the torques."""
+    """Return the responses of a measure without a part: one, or one of the forces and one of the torques."""
     units = list(dict.fromkeys(units_of_parts(results, measure)))
     return [Response(measure, unit=unit) for unit in units] if len(units) > 1 else [Response(measure)]
 
@@ -266,7 +266,7 @@ class Optimisation:
             raise InputError("more generations of a search that tries all combinations", "generations = 1")
 
     def over(self, variations: Sequence[Variation]) -> Optimisation:
-        """The same search; where names are chosen, the one that tries all combinations."""
+        """Return the same search, or the one that tries all combinations if names are chosen."""
         if not any(isinstance(variation, Names) for variation in variations):
             return self
         if not all(isinstance(variation, Names | Levels) for variation in variations):
@@ -277,7 +277,7 @@ class Optimisation:
         )
 
     def size(self, factors: int) -> int:
-        """Candidates of a generation: by default 4 + 3 ln n (Hansen 2016), or 40 with several goals."""
+        """Return the number of candidates of a generation: by default 4 + 3 ln n (Hansen 2016), or 40 with several goals."""
         if self.every:
             return self.population
         if self.population:
@@ -289,7 +289,7 @@ class Optimisation:
 
 
 def read_goal(text: str, units: Mapping[str, str] | None = None, parameters: Sequence[str] = ()) -> Goal:
-    """A goal such as ``minimise peak_force``."""
+    """Read a goal such as ``minimise peak_force``."""
     direction, _, rest = text.strip().partition(" ")
     if direction not in ("minimise", "maximise") or not rest:
         raise InputError(f"goal '{text}'", "minimise or maximise, and a measure", "'minimise peak_force'")
@@ -300,7 +300,7 @@ def read_goal(text: str, units: Mapping[str, str] | None = None, parameters: Seq
 
 
 def risk_value(values: np.ndarray, risk: str) -> np.ndarray:
-    """A measure of risk of values of which large ones are bad.
+    """Return a measure of risk of values, of which large ones are bad.
 
     Shapes: `values` (points, cases); returns (points,).
     """

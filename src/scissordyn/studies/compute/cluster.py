@@ -30,7 +30,7 @@ PATIENCE = 10.0  # Longest time to the answer of a scheduler [s]
 
 @contextmanager
 def cluster(where: str | Path, folder: Path | None = None, tell: Callable[[str], None] = lambda _: None) -> Iterator[Executor]:
-    """The workers of a scheduler, ``"tls://host:8786"`` with the certificates of dask's configuration, or of a queueing system.
+    """Connect to the workers of a scheduler (``"tls://host:8786"``), or start those of a queueing system.
 
     A file names the jobs that are submitted, in YAML: ``kind: slurm``, ``jobs: 20``, and the options of the class of
     dask-jobqueue. The folder, by default the current one, gets the files of the jobs. `tell` gets a line when jobs start,
@@ -57,7 +57,7 @@ def cluster(where: str | Path, folder: Path | None = None, tell: Callable[[str],
 
 @contextmanager
 def _queue(file: Path, distributed: Any, folder: Path, tell: Callable[[str], None]) -> Iterator[tuple[Any, Jobs]]:
-    """A scheduler in this process, and jobs for it, which are cancelled at the end."""
+    """Start a scheduler in this process and its jobs, which are cancelled at the end."""
     described, options, kind, count = _described(file)
     remove_left_behind(folder)
     started = _started(file, described, options, distributed, folder)
@@ -106,7 +106,7 @@ def _within(seconds: float, function: Callable[[], Any]) -> Any:
 
 
 def _described(file: Path) -> tuple[Any, dict[str, Any], str, int]:
-    """The class of dask-jobqueue that a file names, its options, the kind of queueing system and the number of jobs."""
+    """Read the class of dask-jobqueue that a file names, its options, the kind of queueing system and the number of jobs."""
     with handlers_kept():  # a module of the library takes Ctrl-C when it is imported, and exits
         dask_jobqueue = library("dask_jobqueue", "study", "a queueing system")
     options = _options(file)
@@ -124,7 +124,7 @@ def _described(file: Path) -> tuple[Any, dict[str, Any], str, int]:
 
 
 def _started(file: Path, described: Any, options: dict[str, Any], distributed: Any, folder: Path) -> Any:
-    """A cluster of dask-jobqueue without jobs, whose scheduler and workers know each other by certificates that it makes."""
+    """Start a cluster of dask-jobqueue without jobs, whose scheduler and workers authenticate by generated certificates."""
     own: dict[str, Any] = {"shared_temp_directory": str(folder), "scheduler_options": {"dashboard": False}}
     if described.job_cls.config_name == "slurm" and "log_directory" not in options:
         output = shlex.quote(f"--output={folder}/slurm-%j.out")

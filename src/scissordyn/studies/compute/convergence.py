@@ -75,7 +75,7 @@ class Convergence:
 
 
 def read_wanted(text: str) -> tuple[str, float]:
-    """A response and how well it is to be known: ``tip.error within 1 %``."""
+    """Read a response and its required accuracy: ``tip.error within 1 %``."""
     match = WANTED.fullmatch(text)
     if match is None or (match[2] and not 0.0 < float(match[2]) < 100.0):
         raise InputError(f"'{text}' to converge", "a measure, and a percentage", "'tip.error within 1 %'")

@@ -86,12 +86,12 @@ def _begin(study: Study, store: Store, block: int | None, workers: int, points: 
 
 
 def block_seconds(workers: int) -> float:
-    """Work of a block [s], by the number of workers that ask for one."""
+    """Return the work of a block [s] for a number of workers."""
     return max(BLOCK_SECONDS, TASK_SECONDS * workers / BUSY)
 
 
 def _block_size(study: Study, workers: int, points: np.ndarray | None) -> int:
-    """Cases that take some seconds; everything is compiled by now."""
+    """Return the number of cases that take a few seconds, measured after compilation."""
 
     def seconds_of(cases: np.ndarray) -> float:
         began = time.perf_counter()
@@ -208,7 +208,7 @@ def run_block(block: Block) -> BlockResult:
 
 
 def _numbers(block: Block) -> dict[str, np.ndarray]:
-    """The numbers that vary of the cases of a block, by array."""
+    """Return the varied parameter values of the cases of a block, by array."""
     return {column(parameter): values for parameter, values in block.study.numbers(block.cases, block.points).items()}
 
 
@@ -224,7 +224,7 @@ def _check_program(block: Block) -> None:
 
 
 def _failed(block: Block, cause: str) -> BlockResult:
-    """The rows of a block that could not be computed."""
+    """Return the rows of a block that could not be computed."""
     count = block.cases.size
     return BlockResult(block.cases, _numbers(block), np.full(count, FAILED, np.int8), [(cause, "")] * count)
 
@@ -249,7 +249,7 @@ def simulated(study: Study, cases: np.ndarray, points: np.ndarray | None = None)
 
 
 def _described(study: Study) -> dict[str, dict[str, Any]]:
-    """Attributes of what makes other mechanisms, of deviations, and of chosen values from which single places deviate."""
+    """Return attributes of factors with other mechanisms, of deviations, and of chosen values with individual deviations."""
     attributes: dict[str, dict[str, Any]] = {varied.name: {"units": varied.si or "1", **varied.shown} for varied in study.apart}
     for factor in study.uncertain:
         if factor.of:
@@ -275,7 +275,7 @@ def _accumulated(measure: OwnMeasure) -> Measure:
 def _of_datasets(
     study: Study, numbers: Mapping[str, np.ndarray], runs: xr.Dataset, measures: Sequence[OwnMeasure]
 ) -> xr.Dataset:
-    """Measures of the user's that want the Dataset of each case, which is simulated once for all of them."""
+    """Compute user-defined measures that need the Dataset of each case; each case is simulated once for all of them."""
     functions = {measure.name: measure.callable() for measure in measures}
     values = {name: np.full(runs.sizes["case"], np.nan) for name in functions}
     status, cause = runs["status"].values.astype(object), runs["cause"].values.astype(object)

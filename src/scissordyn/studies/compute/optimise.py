@@ -87,7 +87,7 @@ class _Nsga2:
 
 
 def proposer(optimisation: Optimisation, dimensions: int) -> _Cma | _Nsga2:
-    """The method for an optimisation: CMA-ES for one goal, NSGA-II for several."""
+    """Return the method for an optimisation: CMA-ES for one goal, NSGA-II for several."""
     population = optimisation.size(dimensions)
     try:
         if len(optimisation.goals) == 1:
@@ -135,7 +135,7 @@ def optimise(study: Study, path: str | os.PathLike[str], **how: Unpack[How]) -> 
 
 
 def _same_points(results: xr.Dataset, study: Study, points: np.ndarray, store: Store) -> None:
-    """The store's points are those that the method proposes, unless another version of it made them."""
+    """Raise an error if the points of the store are not those that the method proposes, as after a change of version."""
     done = results["status"].values != PENDING
     for k, factor in enumerate(study.factors):
         stored = results[column(factor.path)].values
@@ -146,14 +146,14 @@ def _same_points(results: xr.Dataset, study: Study, points: np.ndarray, store: S
 
 
 def _finite(goals: np.ndarray, violation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Candidates with cases that failed come last."""
+    """Replace infinite values by large ones, so that candidates with failed cases rank last."""
     failed = ~np.all(np.isfinite(goals), axis=1) | ~np.isfinite(violation)
     worst = np.max(violation[~failed], initial=0.0)
     return np.where(failed[:, None], 0.0, goals), np.where(failed, worst + 1.0, violation)
 
 
 def candidates(study: Study, results: xr.Dataset) -> Optimum:
-    """Goals and violation of every point that was tried."""
+    """Return goals and violation of every point that was tried."""
     plan = study.optimisation
     assert plan is not None
     variables = chosen_numbers(study, results)
@@ -179,7 +179,7 @@ def candidates(study: Study, results: xr.Dataset) -> Optimum:
 
 
 def judged(study: Study, results: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
-    """The risk of each goal, to be made small, shape (points, goals), and the violation of the requirements, shape (points,).
+    """Return the risk of each goal, shape (points, goals), and the violation of the requirements, shape (points,).
 
     Points with failed cases have no risk, and violate without end.
     """
@@ -203,7 +203,7 @@ def judged(study: Study, results: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
 
 
 def nondominated(goals: np.ndarray) -> np.ndarray:
-    """Points than which no other is better in one goal and as good in the others.
+    """Return the points that no other point dominates: better in one goal and not worse in the others.
 
     Shapes: `goals` (points, goals); returns (points,).
     """

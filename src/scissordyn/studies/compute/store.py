@@ -118,7 +118,7 @@ class Store:
 
     @contextmanager
     def _made_anew(self, columns: table.Columns, notes: Mapping[str, Any], *, instead: bool) -> Iterator[sqlite3.Connection]:
-        """A new store without rows, in memory; at the end it is written in one piece, as a new file or instead of the old."""
+        """Create a store without rows in memory; at the end it is written in one piece, as a new file or as a replacement."""
         with _one_line(self.path), closing(sqlite3.connect(":memory:", isolation_level=None)) as connection:
             connection.execute("BEGIN")
             table.create(connection, columns)
@@ -142,7 +142,7 @@ class Store:
 
     @contextmanager
     def _open(self) -> Iterator[sqlite3.Connection]:
-        """The connection of the writer, or one to read."""
+        """Open a connection for the writer, or a connection for reading."""
         if self._writer is not None:
             yield self._writer
             return
@@ -187,7 +187,7 @@ class Store:
     def study(
         self, *, allow_code: Sequence[Path] = (), own_measures: Sequence[OwnMeasure] = (), reading: bool = False
     ) -> Study:
-        """The study that the store is of; only read, it needs none of the user's functions."""
+        """Return the study of the store; to be read only, it needs none of the user's functions."""
         plain = self._value("study")
         with self._sound("study"):
             study = Study.from_plain(plain, allow_code=allow_code, own_measures=own_measures, reading=reading)
@@ -197,7 +197,7 @@ class Store:
             return study
 
     def design(self) -> Design:
-        """The design, with the number of points that it has by now."""
+        """Return the design with its present number of points."""
         plain = self._value("study")
         with self._sound("study"):
             return Design(**plain["design"])
@@ -240,7 +240,7 @@ class Store:
     # --- rows -----------------------------------------------------------------------------------------------------------
 
     def _rows(self) -> table.Rows:
-        """The rows of all cases that are as they were written; those that are missing from a block are damaged, too."""
+        """Return the intact rows of all cases; rows that are missing from a block count as damaged."""
         cases, block, columns = self.cases, self.block, self._columns
         with self._reading() as connection:
             rows = table.read(connection, columns, cases)
@@ -254,16 +254,16 @@ class Store:
         return rows
 
     def status(self) -> np.ndarray:
-        """Status of every case, shape (cases,); those of damaged rows are pending."""
+        """Return the status of every case, shape (cases,); damaged rows are pending."""
         rows = self._rows()
         return rows.filled(self.cases, rows.status, PENDING)
 
     def damage(self) -> dict[int, str]:
-        """Cases whose rows were written and are not as they were, and why; they count as pending."""
+        """Return the cases whose rows were damaged after they were written, and why; they count as pending."""
         return dict(sorted(self._rows().damaged.items()))
 
     def times(self) -> dict[str, np.ndarray]:
-        """Seconds, seconds of integration, cases and attempts of every block; zero where they cannot be read."""
+        """Return seconds, seconds of integration, cases and attempts of every block; zero where they are unreadable."""
         with self._reading() as connection:
             written = _blocks(connection)
         noted = np.zeros((-(-self.cases // self.block), len(TIMES)))
@@ -298,7 +298,7 @@ class Store:
 
     @contextmanager
     def _transaction(self) -> Iterator[sqlite3.Connection]:
-        """Changes that are on the disk at the end of the block, or undone."""
+        """Commit the changes of the block, or undo them after an error."""
         assert self._writer is not None
         with _one_line(self.path):
             try:
@@ -314,7 +314,7 @@ class Store:
 
     @contextmanager
     def alone(self) -> Iterator[None]:
-        """No other process writes meanwhile; rows that are damaged are left out of the file first."""
+        """Exclude other writing processes; damaged rows are deleted first."""
         if self._writer is not None:
             yield
             return
@@ -333,7 +333,7 @@ class Store:
                 self._writer = None
 
     def _locked(self) -> sqlite3.Connection:
-        """A connection that holds the lock on writing, which those who read do not notice."""
+        """Return a connection that holds the lock for writing, which does not block readers."""
         with _one_line(self.path):
             number = os.stat(self.path).st_ino
             connection = self._connect()
@@ -367,7 +367,7 @@ class Store:
         self._writer = self._locked()
 
     def results(self) -> xr.Dataset:
-        """All arrays, in memory, with the point, sample and member of each case.
+        """Return all arrays in memory, with point, sample and member of each case.
 
         Cases of damaged rows are pending and without values; the attribute `damage` says which, if there are any.
         """
@@ -393,7 +393,7 @@ class Store:
 
 
 def damage_text(damaged: Mapping[int, str]) -> str:
-    """Cases of damaged rows, in words."""
+    """Return the cases of damaged rows in words."""
     shown = [f"{number} ({why})" for number, why in sorted(damaged.items())[:SHOWN]]
     more = [f"{len(damaged) - SHOWN} more"] if len(damaged) > SHOWN else []
     what = "row is damaged and its case" if len(damaged) == 1 else "rows are damaged and their cases"
@@ -412,7 +412,7 @@ def _write_block(connection: sqlite3.Connection, number: int, size: int, times: 
 
 
 def _blocks(connection: sqlite3.Connection, where: str = "") -> dict[int, tuple[int, tuple[float, ...]]]:
-    """Rows that were written of each block, and its times; without what cannot be read."""
+    """Return the written rows of each block and its times, without unreadable ones."""
     try:
         rows = connection.execute(f"SELECT * FROM blocks {where}").fetchall()
     except table.BROKEN as error:
@@ -428,7 +428,7 @@ def _is_whole(row: tuple[Any, ...]) -> bool:
 
 @contextmanager
 def _one_line(path: str) -> Iterator[None]:
-    """Errors of the disk and of the database as one line."""
+    """Raise errors of the disk and of the database as errors of one line."""
     try:
         yield
     except OSError as error:

@@ -51,7 +51,7 @@ class Columns:
 
     @classmethod
     def of(cls, variables: Mapping[str, xr.DataArray]) -> Columns:
-        """The columns of variables along the cases, by the names of their arrays."""
+        """Return the columns of variables along the cases, by the names of their arrays."""
         arrays, taken = list[Array](), set[str]()
         labels: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {}
         for name, variable in variables.items():
@@ -91,7 +91,7 @@ class Columns:
         return [*FIRST, *(["numbers"] if self.width > MOST_COLUMNS else numbers)]
 
     def matrix(self, values: Mapping[str, np.ndarray], count: int) -> np.ndarray:
-        """The numbers of some cases, a row each; NaN where there are none."""
+        """Return the values of some cases, one row each; NaN where a case has none."""
         filled = [
             np.reshape(values[array.name], (count, -1))
             if array.name in values
@@ -103,7 +103,7 @@ class Columns:
         return numbers
 
     def split(self, matrix: np.ndarray) -> Iterator[tuple[Array, np.ndarray]]:
-        """The array of each kind of numbers along the cases."""
+        """Return the array of each variable along the cases."""
         first = 0
         for array in self.arrays:
             part = matrix[:, first : first + len(array.columns)]
@@ -117,7 +117,7 @@ def column(parameter: str) -> str:
 
 
 def about_number(study: Study, results: xr.Dataset, name: str) -> dict[str, Any]:
-    """Attributes of a number that varies: its unit, and the one in which the user wrote it, or the names."""
+    """Return attributes of a varied parameter: its unit and the user's unit, or its names."""
     shown = next((factor.shown for factor in study.varied if factor.name == name), {})
     return {"units": results[column(name)].attrs.get("units", "1"), **shown}
 
@@ -128,7 +128,7 @@ def number_scale(study: Study, results: xr.Dataset, name: str, *values: float) -
 
 
 def chosen_numbers(study: Study, results: xr.Dataset) -> dict[str, Any]:
-    """The numbers that are chosen at each point, as variables along `point`."""
+    """Return the chosen parameter values of each point, as variables along `point`."""
     variables: dict[str, Any] = {}
     for factor in study.factors:
         variable = results[column(factor.path)]
@@ -137,7 +137,7 @@ def chosen_numbers(study: Study, results: xr.Dataset) -> dict[str, Any]:
 
 
 def _title(first: str, taken: set[str]) -> str:
-    """The column of a number, ``A.peak_force``, which is then taken; SQLite does not tell A from a."""
+    """Return an unused column title such as ``A.peak_force``; SQLite does not distinguish A from a."""
     title, count = first, 1
     while title.lower() in taken.union(FIRST, ("numbers",)):
         count += 1
@@ -147,7 +147,7 @@ def _title(first: str, taken: set[str]) -> str:
 
 
 def columns_of(study: Study, runs: xr.Dataset) -> Columns:
-    """The columns of a study, by the dimensions and units of a few of its cases."""
+    """Return the columns of a study, from the dimensions and units of some of its cases."""
     chosen = {factor.path for factor in study.factors}
     variables = {
         column(name): runs[name].assign_attrs(role="factor" if name in chosen else "uncertain", address=name)
@@ -157,7 +157,7 @@ def columns_of(study: Study, runs: xr.Dataset) -> Columns:
 
 
 def quoted(name: str) -> str:
-    """A name in a command of SQL."""
+    """Return a name quoted for SQL."""
     return '"' + name.replace('"', '""') + '"'
 
 
@@ -213,7 +213,7 @@ def insert(connection: sqlite3.Connection, columns: Columns, rows: Rows) -> None
 
 
 def read(connection: sqlite3.Connection, columns: Columns, cases: int) -> Rows:
-    """All rows, each checked by its digest."""
+    """Read all rows and check each by its digest."""
     query = f"SELECT {', '.join(map(quoted, columns.names))} FROM cases WHERE number BETWEEN ? AND ?"
     numbers, status, texts = list[int](), list[int](), list[tuple[str, str]]()
     content, damaged = bytearray(), dict[int, str]()
@@ -233,7 +233,7 @@ def read(connection: sqlite3.Connection, columns: Columns, cases: int) -> Rows:
 
 
 def _whole_numbers(row: Sequence[Any], width: int) -> bytes | None:
-    """The numbers of a row as bytes, in which NULL is NaN; None unless all of the row is what was written."""
+    """Return the values of a row as bytes, with NULL as NaN; None if the row differs from what was written."""
     number, status, cause, warned, right, *values = row
     try:
         content = values[0] if width > MOST_COLUMNS else pack(f"{width}d", *(NAN if v is None else v for v in values))
@@ -244,7 +244,7 @@ def _whole_numbers(row: Sequence[Any], width: int) -> bytes | None:
 
 
 def _readable(connection: sqlite3.Connection, query: str, first: int, last: int) -> tuple[list[Any], list[int]]:
-    """Rows between two numbers, and the numbers of those on pages of the file that cannot be read."""
+    """Read rows between two indices; return them and the indices on unreadable pages of the file."""
     try:
         rows = connection.execute(query, (first, last)).fetchall()
         numbers = [row[0] for row in rows]

@@ -78,10 +78,10 @@ def test_panels_take_patterns():
         (lambda arm: sd.with_payload(arm, "unit 1/up", 1.0), "did you mean 'unit 1/upper'"),
         (lambda arm: sd.with_payload(arm, ("unit 1/bar 1", "mid"), 1.0), "did you mean 'middle'"),
         (lambda arm: sd.with_payload(arm, ("ground", "origin"), 1.0), "ground"),
-        (lambda arm: sd.with_payload(arm, "A", 0.0), ">= 1e-12"),
-        (lambda arm: sd.with_payload(arm, "A", 1.0, inertia=-1.0), ">= 0"),
+        (lambda arm: sd.with_payload(arm, "A", 0.0), "from 1e-12"),
+        (lambda arm: sd.with_payload(arm, "A", 1.0, inertia=-1.0), "from 0"),
         (lambda arm: sd.with_panels(arm, "slider", 1.0), "rotating body 'slider'"),
-        (lambda arm: sd.with_panels(arm, "unit 1/*", math.nan), ">= 1e-12"),
+        (lambda arm: sd.with_panels(arm, "unit 1/*", math.nan), "from 1e-12"),
     ],
 )
 def test_refused_loads(load, hint):

@@ -114,7 +114,7 @@ def test_nowhere_met_is_said_with_what_is_missing() -> None:
     assert json.loads(json.dumps(said.to_plain()))[0]["numbers"]["tried"] == 24
     text = " ".join(map(str, said.trends))
     assert "about proportional to A.clearance (exponent 1.00 ± 0.00); hardly depends on drive.speed (R2 1.00, 0.0% err" in text
-    assert "extrapolated: the data reach from" in text
+    assert "extrapolated: the data go from" in text
     moved = shlex.split(said.next[0][1])
     low, high = moved[moved.index("--vary") + 1].removeprefix("A.clearance=").removesuffix(" mm").split("..")
     assert float(low) < 25e-3 < float(high) == pytest.approx(1e3 * least, rel=1e-3)
@@ -232,7 +232,7 @@ def test_joints_are_ranked_from_any_sampling() -> None:
     found = made_up(described, described.numbers(np.arange(6))["A.clearance"])
     table = rankings(described, found, trends(described, found))[0]
     assert table.rows[0][:2] == ("A.clearance", "+1.00")
-    assert "6 samples of 4 numbers" in table.notes[0]
+    assert "6 samples of 4 parameters" in table.notes[0]
 
 
 def test_numbers_of_an_unclear_trend_are_ranked() -> None:
@@ -276,7 +276,7 @@ def test_many_numbers_make_no_wall_of_text() -> None:
     conclusion = conclude(result_of(described, found), "a.db")
     said = str(conclusion.verdict[0])
     assert (said.count("(of "), said.count("A.clearance")) == (6, 1)
-    assert said.endswith(", and wider parts of the range of 2 numbers more.")
+    assert said.endswith("; 2 parameters may take most of their range.")
     table = trend_table(described, trends(described, found))
     assert table.head == ("response", "peak_force")
     assert [row[0] for row in table.rows] == [*numbers, "R2", "error at points left out"]
@@ -313,15 +313,15 @@ def test_the_report_begins_with_the_answer(tmp_path: Path) -> None:
     far = result_of(described, found, str(tmp_path / "far" / "a.db"))
     page = far.report(tmp_path / "r.html").read_text(encoding="utf-8")
     order = [
-        "met nowhere",
+        "No point meets all requirements",
         "Nearest to the requirements",
-        "What the responses go with",
-        "What to try next",
+        "Trends of the responses",
+        "Next steps",
         "24 points (sobol)",
     ]
     places = [page.index(text) for text in order]
     assert places == sorted(places)
-    assert "<th>numbers</th>" in page
+    assert "<th>parameters</th>" in page
     assert str(tmp_path) not in page
     assert "scissordyn study refine a.db" in page
     assert "in the folder that has a.db" in page
@@ -392,7 +392,7 @@ def test_terminal_and_report_have_units(tmp_path: Path, capsys: pytest.CaptureFi
     page = result.report(tmp_path / "r.html", figures=tmp_path / "figures").read_text(encoding="utf-8")
     for text in (
         "peak_force 20.00 40.00 84.07 kN 0.0%",
-        "requirement peak_force < 60 kN; value 84.07 kN; margin -40.1%; numbers A.clearance = 0.5 mm scissordyn study replay",
+        "peak_force < 60 kN; value 84.07 kN; margin -40.1%; parameters A.clearance = 0.5 mm scissordyn study replay",
         "cases 10; warning limit 5 scissordyn study replay",
     ):
         assert text in shown

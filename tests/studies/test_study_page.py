@@ -50,7 +50,10 @@ def test_study_files(number: int, folder: Path, capsys: pytest.CaptureFixture[st
     if number == 1:  # a chosen number that is a goal keeps its unit too
         assert "rad/s" not in shown
         assert status_of(["study", "extend", "study.db", "--points", "64"]) == 2
-        assert "its study file with more generations; for example scissordyn study study.toml" in capsys.readouterr().err
+        assert (
+            "a larger number of generations in the study file; for example scissordyn study study.toml"
+            in capsys.readouterr().err
+        )
     (folder / "mine.py").unlink()  # no function of the user's is needed to read a study
     assert status_of(["study", "status", "study.db"]) == 0
     assert status_of(["study", "export", "study.db", "-o", "study.csv"]) == 0

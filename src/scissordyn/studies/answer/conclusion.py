@@ -1,4 +1,4 @@
-"""The first page of a study: whether and where the requirements are met, what binds, what the responses go with, what to do."""
+"""Answers of a study: where the requirements are met, the binding requirement, trends of responses, and next steps."""
 
 from __future__ import annotations
 

@@ -67,8 +67,8 @@ WORDS = MappingProxyType(
         # members
         "agree": "Members (runs whose starts differ by round-off) agree to {least:.1%} of every measure at all points.",
         "disagree": "Members (runs whose starts differ by round-off) differ by more than {least:.1%} of a measure at {differ} "
-        "of {tried} ({fraction}): the motion is chaotic there, and the answer is a distribution.[ At {undecided} of them "
-        "round-off decides whether all requirements are met.]",
+        "of {tried} ({fraction}): the motion is chaotic there, and the answer is a distribution.[ Round-off decides at "
+        "{undecided} of them whether all requirements are met.]",
         # cheap and accurate runs
         "both": "{fraction:.1%} of the range meets all requirements ({low:.1%} to {high:.1%}, 95 %), from {cheap} points with "
         "cheap runs[, an interpolation between {interpolated}] and {accurate} accurate runs[; accurate runs alone would "

@@ -44,11 +44,11 @@ def _sections(result: StudyResult, store: str, most: int) -> Iterator[Section]:
     yield Section(lines=conclusion.verdict)
     if conclusion.margins is not None:
         yield conclusion.margins
-    yield Section(title="What the responses go with", lines=conclusion.trends)
-    yield Section(("", "command"), [(str(why), what) for why, what in conclusion.next], "What to try next")
+    yield Section(title="Trends of the responses", lines=conclusion.trends)
+    yield Section(("", "command"), [(str(why), what) for why, what in conclusion.next], "Next steps")
     cases = "{complete} cases complete, {failed} failed, {pending} pending".format(**result.counts)
     lines = (f"{design_size(study)}: {cases}.", *filter(None, [agreement(study, points)]))
-    yield replace(varied_numbers(study, results), title="What was computed", lines=lines)
+    yield replace(varied_numbers(study, results), title="Computed cases", lines=lines)
     yield response_ranges(study, results, points)
     if study.requirements:
         yield requirement_fractions(result)
@@ -63,7 +63,7 @@ def _sections(result: StudyResult, store: str, most: int) -> Iterator[Section]:
         for case in (result.worst() if study.requirements else ())
     ]
     notes = ("The margin is a fraction of the bound, negative where the requirement is not met.",)
-    head = ("requirement", "value", "margin", "numbers", "command")
+    head = ("requirement", "value", "margin", "parameters", "command")
     yield Section(head, [(*cells, replay_command(store, case)) for *cells, case in worst], "Worst cases", notes)
     yield from cause_sections(result, store, most)
 

@@ -10,6 +10,7 @@ from typing import Any
 import h5py
 import numpy as np
 from h5netcdf.core import File
+from h5py.h5i import get_name
 
 from scissordyn.file.checksum import checksum_line
 
@@ -17,6 +18,26 @@ FORMAT = ("v110", "v110")
 """Oldest and newest version of HDF5's file format; since 1.10 (2016) HDF5's own structures have checksums."""
 
 CHUNK_BYTES = 2**20  # [bytes] HDF5's default chunk cache, so that a part of a variable is read without reading all of it
+
+
+class _Hdf5File(h5py.File):  # type: ignore[misc, name-defined]
+    """HDF5 file that opens each object once; h5netcdf opens the object of a variable by its name about 40 times."""
+
+    def __init__(self, path: Any, mode: str, **options: Any) -> None:
+        self._objects: dict[str, Any] = {}
+        super().__init__(path, mode, **options)
+
+    def __getitem__(self, name: Any) -> Any:
+        if not isinstance(name, str):
+            return super().__getitem__(name)
+        found = self._objects.get(name)
+        if found is None or get_name(found.id) is None:  # it was deleted, and another object may have its name
+            found = self._objects[name] = super().__getitem__(name)
+        return found
+
+    def close(self) -> None:
+        self._objects.clear()
+        super().close()
 
 
 class NetcdfFile(File):
@@ -29,7 +50,12 @@ class NetcdfFile(File):
     """True until the parent class has something to close; a signal may come earlier."""
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
-        super().__init__(path, "r", decode_vlen_strings=True)  # type: ignore[no-untyped-call]
+        self._hdf5 = _Hdf5File(path, "r")
+        super().__init__(self._hdf5, "r", decode_vlen_strings=True)  # type: ignore[no-untyped-call]
+
+    def close(self) -> None:
+        super().close()  # type: ignore[no-untyped-call]
+        self._hdf5.close()
 
 
 def netcdf(
@@ -80,7 +106,7 @@ def chunk_options(values: np.ndarray) -> dict[str, Any]:
 def write_content(write: Callable[[File], None]) -> memoryview:
     """Return the content of a file that a function writes, with its checksum."""
     content = io.BytesIO()
-    with File(content, "w", libver=FORMAT) as file:  # type: ignore[no-untyped-call]
+    with _Hdf5File(content, "w", libver=FORMAT, track_order=True) as hdf5, File(hdf5, "w") as file:  # type: ignore[no-untyped-call]
         write(file)
     line = checksum_line(content.getbuffer())
     content.seek(0, io.SEEK_END)

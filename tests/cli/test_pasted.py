@@ -86,30 +86,35 @@ OURS = {"what": "one of the words of the command", "next(iter(FIGURES))": "a num
 """What is put into commands as it is."""
 
 
-def test_every_command_is_quoted() -> None:
+@pytest.fixture(scope="module")
+def nodes() -> list[tuple[Path, ast.expr]]:
+    """All texts with placeholders and all errors in the sources of the package, with their files."""
+    trees = ((path, ast.parse(path.read_text(encoding="utf-8"))) for path in SOURCES.rglob("*.py"))
+    return [(path, node) for path, tree in trees for node in ast.walk(tree) if isinstance(node, ast.JoinedStr | ast.Call)]
+
+
+def test_every_command_is_quoted(nodes: list[tuple[Path, ast.expr]]) -> None:
     """Contract: whatever is put into a command, in any text of the package, goes through `errors.command`."""
     looked_at = 0
-    for path in SOURCES.rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.JoinedStr):
-                for value in placeholders(node):
-                    looked_at += 1
-                    quoted = isinstance(value, ast.Call) and isinstance(value.func, ast.Name) and value.func.id == "command"
-                    assert quoted or ast.unparse(value) in OURS, f"{path}, line {node.lineno}: {ast.unparse(value)}"
+    for path, node in nodes:
+        for value in placeholders(node) if isinstance(node, ast.JoinedStr) else ():
+            looked_at += 1
+            quoted = isinstance(value, ast.Call) and isinstance(value.func, ast.Name) and value.func.id == "command"
+            assert quoted or ast.unparse(value) in OURS, f"{path}, line {node.lineno}: {ast.unparse(value)}"
     assert looked_at >= 4
 
 
-def test_options_that_are_shown_are_quoted() -> None:
+def test_options_that_are_shown_are_quoted(nodes: list[tuple[Path, ast.expr]]) -> None:
     """Contract: so does what stands behind an option in the last argument of an error, but for whole numbers and our names."""
     allowed = {"2 * study.design.points", "','.join(makers)", "example(quantity)", "ending", "FEWEST", "words[0]"}
-    for path in SOURCES.rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "InputError":
-                for text in node.args[2:]:
-                    if isinstance(text, ast.JoinedStr) and re.match(r"-|scissordyn", str(getattr(text.values[0], "value", ""))):
-                        inside = [part.value for part in text.values if isinstance(part, ast.FormattedValue)]
-                        unquoted = {ast.unparse(value) for value in inside if "command(" not in ast.unparse(value)}
-                        assert unquoted <= allowed | OURS.keys(), f"{path}, line {node.lineno}"
+    for path, node in nodes:
+        if not (isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "InputError"):
+            continue
+        for text in node.args[2:]:
+            if isinstance(text, ast.JoinedStr) and re.match(r"-|scissordyn", str(getattr(text.values[0], "value", ""))):
+                inside = [part.value for part in text.values if isinstance(part, ast.FormattedValue)]
+                unquoted = {ast.unparse(value) for value in inside if "command(" not in ast.unparse(value)}
+                assert unquoted <= allowed | OURS.keys(), f"{path}, line {node.lineno}"
 
 
 LAWS = """

@@ -130,7 +130,7 @@ def test_frames_agree_with_a_frame_program(kind: dict[str, int]) -> None:
     assert sd.buckling(made, count=2)["load_factor"].values == pytest.approx(frame.factors(2), rel=1e-3)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", [KINDS[0], pytest.param(KINDS[1], marks=pytest.mark.slow)])
 def test_the_static_start_loses_stability_at_the_load_of_buckling(kind: dict[str, int]) -> None:
     """Cross-check: a symmetric frame in equilibrium is straight and stable below its load of buckling, and not beyond it."""
     load = 1e4 * float(sd.buckling(portal(1e4, **kind))["load_factor"][0])
@@ -204,11 +204,10 @@ def test_a_static_start_that_is_not_stable_is_said() -> None:
     assert "unstable equilibrium" in run.attrs["warnings"]
 
 
-@pytest.mark.parametrize("thinness", [1e-7, 1e-8])
-def test_thin_strips_are_bent_by_a_moment(thinness: float) -> None:
+def test_thin_strips_are_bent_by_a_moment() -> None:
     """Closed form: half a circle under the moment pi EI/L, its end 2 L/pi above the clamp."""
     strip = on_pin(sd.bar("bar", length=1.0, mass=1.0))
-    bent = sd.with_bending(strip, bending_stiffness=1.0, axial_stiffness=1.0 / thinness, modes=6)
+    bent = sd.with_bending(strip, bending_stiffness=1.0, axial_stiffness=1e8, modes=6)
     bent = bent.with_parts({"components": (*bent.components, sd.Torque("M", "bar/2", torque=math.pi))}).driven(speed=0.0)
     run = sd.simulate(bent, until=1e-8, samples=2, start="static")
     assert run["position"].sel(body="bar/2")[0].values == pytest.approx([0.0, 2.0 / math.pi], abs=5e-4)

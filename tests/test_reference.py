@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 from collections.abc import Sequence
 
@@ -85,15 +86,16 @@ def assert_same_motion(run: xr.Dataset, reference: March, joints: Sequence[str])
         assert run[name].values == pytest.approx(values, abs=1e-5 * np.max(np.abs(values))), name
 
 
-@pytest.mark.parametrize("kinetic", [None, 0.05])
+WITH_FRICTION = {(1, "pinned", "hertz"), (2, "pinned", "liu"), (2, "slider", "hertz")}
+"""Arrays of which the run with friction, some seconds each, is not left to the slow tests."""
+
+
 @pytest.mark.parametrize(
-    ("units", "driven_bar", "pair"),
+    ("units", "driven_bar", "pair", "kinetic"),
     [
-        *((units, driven_bar, pair) for units in (1, 2) for driven_bar in ("pinned", "slider") for pair in PAIRS),
-        (5, "pinned", "liu"),
-        (5, "slider", "hertz"),
-        pytest.param(5, "pinned", "hertz", marks=pytest.mark.slow),
-        pytest.param(5, "slider", "liu", marks=pytest.mark.slow),
+        pytest.param(*case, kinetic, marks=() if kinetic is None or case in WITH_FRICTION else pytest.mark.slow)
+        for case in itertools.product((1, 2, 5), ("pinned", "slider"), PAIRS)
+        for kinetic in (None, 0.05)
     ],
 )
 def test_arrays_agree_with_lagrange(units: int, driven_bar: str, pair: str, kinetic: float | None) -> None:

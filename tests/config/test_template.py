@@ -18,10 +18,11 @@ from scissordyn.casefile.table import table_of
 from scissordyn.casefile.time_function import DriveTable
 from scissordyn.components.actuator import Actuator
 from scissordyn.config.file import read_case
-from scissordyn.config.fitted import FURTHER, SECTIONS
+from scissordyn.config.fitted import FURTHER
 from scissordyn.config.template import STARTERS, TURNS, template
 from scissordyn.errors import InputError
 from scissordyn.model.addition import panel_ends, payload_points
+from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.model.scissor import scissor
 from scissordyn.run.simulate import simulate
@@ -74,32 +75,48 @@ def test_keys_left_out_can_be_put_in(kind: str) -> None:
         assert len(tomllib.loads(line)) == 1
 
 
+DRIVING = ("servo", "motor", "tabulated_motor", "linear_motor", "rod")
+APART = ("pin_friction", "pin_lugre", "tape_spring")
+GROUPS = [
+    ("servo", "tip", "payload", "panels", "latch"),
+    *((part,) for part in (*DRIVING[1:], *APART)),
+    tuple(part for part in FURTHER if part not in (*DRIVING, *APART, "tip", "payload", "panels", "latch")),
+]
+"""Parts that are added together; only one of them drives the structure."""
+
+REFUSED = {("slider-crank", "rod"): "cannot drive this structure at its start"}
+REFUSED |= {("ring", part): "not determined" for part in ("pin_friction", "pin_lugre")}
+HELD = {"tip": "tracks", "rod": "rods", "latch": "latches"}
+
+
+def has_part(mechanism: Mechanism, part: str) -> bool:
+    """Return whether a mechanism has a part of the list of `new --with`."""
+    if part == "servo":
+        return any(isinstance(one, Actuator) for one in mechanism.components)
+    if part in ("payload", "panels"):
+        return any({"payload": payload_points, "panels": panel_ends}[part](body) for body in mechanism.bodies)
+    if part in HELD:
+        return bool(getattr(mechanism, HELD[part]))
+    return any(one.declaration.section == part for one in mechanism.components)
+
+
 @pytest.mark.parametrize("kind", STRUCTURES)
-@pytest.mark.parametrize("part", FURTHER)
-def test_every_structure_has_every_part(case_of: Callable[..., Case], kind: str, part: str) -> None:
-    """Contract: the file is read, has the part, and its move is carried out with ideal joints."""
-    asked = ["servo", "latch"] if part == "latch" else [part]
-    refused = {("slider-crank", "rod"): "cannot drive this structure at its start", ("ring", "pin_friction"): "not determined"}
-    refused["ring", "pin_lugre"] = refused["ring", "pin_friction"]
-    if (kind, part) in refused:
-        with pytest.raises(InputError, match=refused[kind, part]):
-            template(kind, asked)
+@pytest.mark.parametrize("parts", GROUPS, ids=lambda parts: parts[0])
+def test_every_structure_has_every_part(case_of: Callable[..., Case], kind: str, parts: tuple[str, ...]) -> None:
+    """Contract: the file is read, has the parts, and its move is carried out with ideal joints."""
+    if (kind, parts[0]) in REFUSED:
+        with pytest.raises(InputError, match=REFUSED[kind, parts[0]]):
+            template(kind, list(parts))
         return
-    case = case_of(template(kind, asked))
-    parts = case.mechanism
-    section = SECTIONS[part]
-    described = {
-        "control": lambda: any(isinstance(one, Actuator) for one in parts.components),
-        "track": lambda: parts.tracks,
-        "payload": lambda: any(payload_points(body) for body in parts.bodies),
-        "panels": lambda: any(panel_ends(body) for body in parts.bodies),
-        "rod": lambda: parts.rods,
-        "latch": lambda: parts.latches,
-    }
-    has = described.get(section, lambda: any(one.declaration.section == section for one in parts.components))
-    assert has()
-    run = simulate(parts.ideal(), until=case.run.until, samples=3)
+    case = case_of(template(kind, list(parts)))
+    assert [part for part in parts if not has_part(case.mechanism, part)] == []
+    run = simulate(case.mechanism.ideal(), until=case.run.until, samples=3)
     assert run.attrs["status"] == "complete"
+
+
+def test_every_part_is_in_a_group() -> None:
+    """Contract: the groups above have all parts of `new --with`."""
+    assert {part for parts in GROUPS for part in parts} == set(FURTHER)
 
 
 @pytest.mark.parametrize("kind", ["scissor", "mast", "ring", "four-bar"])

@@ -13,6 +13,7 @@ import pytest
 import xarray as xr
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
+from tests.build import ORIGIN, chain, gears, planetary, wheel
 
 import scissordyn as sd
 from scissordyn.casefile.code import Code
@@ -20,41 +21,21 @@ from scissordyn.explore.field import fields_of
 from scissordyn.kinematics.closure import Closure
 from scissordyn.plan.plan import plan
 
-GROUND = (("O", (0.0, 0.0)), ("P", (0.5, 0.0)))
 TIGHT = {"rtol": 1e-10, "atol": 1e-12}
 ANGLE = sd.RelativeAngle
-
-
-def wheel(name: str, inertia: float, position: tuple[float, float] = (0.0, 0.0), mass: float = 1.0) -> sd.Body:
-    """A wheel about its centre."""
-    return sd.Body(name, mass=mass, inertia=inertia, points={"c": (0.0, 0.0)}, position=position, angle=0.0)
+GROUND = (*ORIGIN, ("P", (0.5, 0.0)))
 
 
 def gear_pair(ratio: float = -1.7) -> sd.Mechanism:
-    """Two wheels on the ground, a torque on the first."""
-    return sd.Mechanism(
-        bodies=(wheel("first", 0.02), wheel("second", 0.05, (0.5, 0.0))),
-        joints=(sd.Revolute("A", ("first", "c"), ("ground", "O")), sd.Revolute("B", ("second", "c"), ("ground", "P"))),
-        ground=GROUND,
-        components=(sd.Torque("load", "first", torque=0.7),),
-        couplings=(sd.Coupling("mesh", ANGLE("second"), ANGLE("first"), ratio),),
-    )
+    """Two wheels on the ground, a torque on the pinion."""
+    return gears(ratio, sd.Torque("load", "pinion", torque=0.7), inertia=(0.02, 0.05), apart=0.5)
 
 
 def coupled_arms(ratio: float = -0.6) -> sd.Mechanism:
-    """A double pendulum whose second arm turns against the first in a ratio to the angle of that."""
-    return sd.Mechanism(
-        bodies=(
-            sd.bar("upper", length=0.3, mass=1.0, position=(0.0, 0.0), angle=0.4),
-            sd.bar("lower", length=0.2, mass=0.7, position=(0.3 * math.cos(0.4), 0.3 * math.sin(0.4)), angle=0.4),
-        ),
-        joints=(
-            sd.Revolute("A", ("upper", "start"), ("ground", "O")),
-            sd.Revolute("B", ("lower", "start"), ("upper", "end")),
-        ),
-        ground=GROUND,
-        couplings=(sd.Coupling("belt", ANGLE("lower", "upper"), ANGLE("upper"), ratio, offset=-0.4 * ratio),),
-    )
+    """A double pendulum whose second arm turns against the first in a ratio to the angle of the first."""
+    upper, lower = sd.bar("upper", length=0.3, mass=1.0, angle=0.4), sd.bar("lower", length=0.2, mass=0.7, angle=0.4)
+    belt = sd.Coupling("belt", ANGLE("lower", "upper"), ANGLE("upper"), ratio, offset=-0.4 * ratio)
+    return chain(upper, lower, ground={"P": (0.5, 0.0)}, couplings=(belt,))
 
 
 class Arms:
@@ -99,29 +80,10 @@ def test_gear_pair() -> None:
 
 def test_planetary_gear() -> None:
     """Closed form: Willis' speeds, and the inertia about the arm with the planet's rotation in it."""
-    sun, planet, ring, arm = 20, 17, 54, 0.037
-    mechanism = sd.Mechanism(
-        bodies=(
-            wheel("sun", 1e-4),
-            sd.Body("arm", mass=0.2, inertia=2e-4, points={"c": (0.0, 0.0), "p": (arm, 0.0)}, position=(0.0, 0.0), angle=0.0),
-            wheel("planet", 7e-5, (arm, 0.0), mass=0.25),
-        ),
-        joints=(
-            sd.Revolute("S", ("sun", "c"), ("ground", "O")),
-            sd.Revolute("A", ("arm", "c"), ("ground", "O")),
-            sd.Revolute("P", ("planet", "c"), ("arm", "p")),
-        ),
-        ground=GROUND,
-        gravity=0.0,
-        components=(sd.Torque("motor", "sun", torque=0.05), sd.Torque("load", "arm", torque=-0.1)),
-        couplings=(
-            sd.Coupling("sun and planet", ANGLE("planet", "arm"), ANGLE("sun", "arm"), -sun / planet),
-            sd.Coupling("planet and ring", ANGLE("planet", "arm"), ANGLE("ground", "arm"), ring / planet),
-        ),
-    )
+    mechanism = planetary(sd.Torque("motor", "sun", torque=0.05), sd.Torque("load", "arm", torque=-0.1))
     run = sd.simulate(mechanism, until=0.5, **TIGHT)
-    ratio, planet_speed = 1.0 + ring / sun, 1.0 - ring / planet
-    inertia = 1e-4 * ratio**2 + 2e-4 + 0.25 * arm**2 + 7e-5 * planet_speed**2
+    ratio, planet_speed = 1.0 + 54.0 / 20.0, 1.0 - 54.0 / 17.0
+    inertia = 1e-4 * ratio**2 + 2e-4 + 0.25 * 0.037**2 + 7e-5 * planet_speed**2
     angle = 0.5 * (0.05 * ratio - 0.1) / inertia * run["time"].values ** 2
     assert np.allclose(run["angle"].values, angle[:, None] * [ratio, 1.0, planet_speed], atol=1e-10)
     assert np.max(np.abs(run["energy_residual"].values)) < 1e-8
@@ -393,23 +355,14 @@ def test_saved_run(coupling: bool, tmp_path: Path) -> None:
 
 def test_redundant_only_where_joints_are_ideal() -> None:
     """Contract: what follows from ideal joints is an error; with clearance it is a coupling, whose ideal mechanism drops it."""
-    bars = (
-        sd.bar("crank", length=0.1, mass=1.0, position=(0.0, 0.0), angle=1.0),
-        sd.bar("coupler", length=0.5, mass=1.0, position=(0.1 * math.cos(1.0), 0.1 * math.sin(1.0)), angle=0.0),
-        sd.bar("rocker", length=0.1, mass=1.0, position=(0.5, 0.0), angle=1.0),
-    )
-    joints = (
-        sd.Revolute("O", ("crank", "start"), ("ground", "O")),
-        sd.Revolute("A", ("crank", "end"), ("coupler", "start")),
-        sd.Revolute("B", ("coupler", "end"), ("rocker", "end")),
-        sd.Revolute("P", ("rocker", "start"), ("ground", "P")),
-    )
-    four = sd.Mechanism(bars, joints, ground=GROUND, couplings=(sd.Coupling("belt", ANGLE("rocker"), ANGLE("crank"), 1.0),))
+    lengths = {"ground": 0.5, "crank": 0.1, "coupler": 0.5, "rocker": 0.1}
+    belt = sd.Coupling("belt", ANGLE("rocker"), ANGLE("crank"), 1.0)
+    four = dataclasses.replace(sd.four_bar(**lengths, angle=1.0), couplings=(belt,))
     with pytest.raises(
         sd.InputError, match="coupling 'belt' follows from other couplings and parts; expected a mechanism without it"
     ):
         sd.simulate(four, until=0.1)
-    run = sd.simulate(four.with_clearance("B", sd.Clearance(1e-4)), until=0.05)
+    run = sd.simulate(four.with_clearance("rocker pin", sd.Clearance(1e-4)), until=0.05)
     assert run.attrs["status"] == "complete"
     assert np.allclose(run["angle"].sel(body="rocker"), run["angle"].sel(body="crank"), atol=1e-9)
 

@@ -5,11 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.build import on_pin
+from tests.build import case_of, on_pin
 
 import scissordyn as sd
 from reference.kernels import at_start, check_element_slopes, check_time_derivative
-from scissordyn.config.file import read_case
 from scissordyn.errors import InputError
 from scissordyn.model.addition import with_payload
 
@@ -147,9 +146,7 @@ until = "1 ms"
 
 def test_bars_of_a_structure_have_the_mass_of_their_section(tmp_path: Path) -> None:
     """Contract: the key of [structure] is with_bending of all bars, mass = "section"; payloads go to a cross-section."""
-    path = tmp_path / "case.toml"
-    path.write_text(WITH_BARS)
-    made = read_case(path).mechanism
+    made = case_of(tmp_path, WITH_BARS).mechanism
     per_length = 7850.0 * (0.06**2 - (0.06 - 2 * 0.00156) ** 2)
     assert made.body("unit 1/bar 2").mass == pytest.approx(0.5 * per_length, rel=1e-12)
     assert made.body("unit 1/bar 1/2").mass == pytest.approx(0.5 * per_length + 3.0, rel=1e-12)
@@ -158,6 +155,5 @@ def test_bars_of_a_structure_have_the_mass_of_their_section(tmp_path: Path) -> N
     rigid = with_payload(sd.scissor(units=1, bar_length=2.0, bar_mass=2.0 * per_length), "unit 1/bar 1.end", 3.0)
     same = sd.simulate(rigid.driven(speed=0.0), until=1e-4, samples=2, start="static")
     assert held == pytest.approx(float(same["reaction"].sel(axis="y").isel(time=0).sel(joint="O")), rel=1e-3)
-    path.write_text(WITH_BARS.replace("bars = {", "bars = { bars = 'x',"))
     with pytest.raises(InputError, match="bars within bars"):
-        read_case(path)
+        case_of(tmp_path, WITH_BARS.replace("bars = {", "bars = { bars = 'x',"))

@@ -1,10 +1,9 @@
-"""What a run promises whatever the mechanism: closed energy balance, names, reproducibility, independence of sampling."""
-
-import json
+"""Contracts of every run: closed energy balance, names, reproducibility, independence of sampling."""
 
 import numpy as np
 import pytest
 import xarray as xr
+from tests.build import chain, counts_of
 
 import scissordyn as sd
 from scissordyn.record.store import load, save
@@ -121,7 +120,7 @@ def test_stiff_and_explicit_agree(array, kinetic, until, tolerance, contacts):
     explicit, stiff = (simulate(arm, method=method, **tight) for method in ("dop853", "rodas5p"))
     for name in ("contact_start", "approach_speed", "peak_force", "contact_duration"):
         assert np.allclose(explicit[name][:contacts], stiff[name][:contacts], rtol=1e-6)
-    steps = [json.loads(run.attrs["statistics"])["steps"] for run in (explicit, stiff)]
+    steps = [counts_of(run)["steps"] for run in (explicit, stiff)]
     assert kinetic is None or steps[0] > 2 * steps[1]
 
 
@@ -218,27 +217,9 @@ def test_light_bodies_at_rest_in_contact():
 
     Positions of 12 m round by 3e-15 m, which a stiff contact turns into 1e-12 m/s, ten times the weight of a velocity.
     """
-    length, turn = 1.2, 1.573
-    along = length * np.array([np.cos(turn), np.sin(turn)])
-    bodies = tuple(
-        sd.Body(
-            f"bar {k}",
-            1e-3,
-            1e-3 * length**2 / 12.0,
-            {"low": (-length / 2, 0.0), "high": (length / 2, 0.0)},
-            position=tuple((k + 0.5) * along),
-            angle=turn,
-        )
-        for k in range(10)
-    )
+    bars = [sd.bar(f"bar {k}", length=1.2, mass=1e-3, angle=1.573) for k in range(10)]
     last = sd.Clearance(1.8e-6, journal_radius=15e-3, bearing_length=2e-3, friction=sd.LuGre(0.1))
-    joints = tuple(
-        sd.Revolute(
-            f"pin {k}", (f"bar {k}", "low"), (f"bar {k - 1}", "high") if k else ("ground", "base"), last if k == 9 else None
-        )
-        for k in range(10)
-    )
-    chain = sd.Mechanism(bodies, joints=joints, ground=(("base", (0.0, 0.0)),), gravity=9.81)
-    run = simulate(chain, until=0.022, samples=11, start="in-contact", most_steps=1000)
+    standing = chain(*bars, pins="ABCDEFGHIJ", gravity=9.81).with_clearance("J", last)
+    run = simulate(standing, until=0.022, samples=11, start="in-contact", most_steps=1000)
     assert run.attrs["status"] == "complete"
-    assert json.loads(run.attrs["statistics"])["steps"] < 200
+    assert counts_of(run)["steps"] < 200

@@ -8,7 +8,6 @@ import pytest
 import xarray as xr
 
 from scissordyn.analysis.agreement import Measured, agreement, matched_events, rises
-from scissordyn.cli.main import status_of
 from scissordyn.errors import InputError
 from scissordyn.file.export import export
 from scissordyn.record.store import save
@@ -74,15 +73,14 @@ def test_events_are_matched_once():
     assert matched_events(np.array([1.0]), np.empty(0)).size == 0
 
 
-def test_contact_forces_have_their_own_peaks(clearance_run, tmp_path, capsys):
+def test_contact_forces_have_their_own_peaks(clearance_run, tmp_path, answer):
     """Contract: the command on a run and what it exports: peaks between samples are those of the contact table."""
     save(clearance_run, tmp_path / "run.nc")
     export(clearance_run, tmp_path / "all.csv")
     names = ["time [s]", "normal_force of A [N]", "angle of unit 1/bar 1 [rad]"]
     pd.read_csv(tmp_path / "all.csv")[names].to_csv(tmp_path / "measured.csv", index=False)
     files = [str(tmp_path / name) for name in ("run.nc", "measured.csv", "figures")]
-    assert status_of(["compare", *files[:2], "-o", files[2]]) == 0
-    said = capsys.readouterr().out
+    said = answer("compare", *files[:2], "-o", files[2])
     assert (tmp_path / "figures" / "agreement.png").stat().st_size > 10_000
     force = np.nanmax(clearance_run["normal_force"].sel(joint="A").values)
     peak = float(clearance_run["peak_force"].values.max())
@@ -90,12 +88,11 @@ def test_contact_forces_have_their_own_peaks(clearance_run, tmp_path, capsys):
     assert "correlation" in said
 
 
-def test_wrong_files_leave_nothing(clearance_run, tmp_path, capsys):
+def test_wrong_files_leave_nothing(clearance_run, tmp_path, answer):
     """Bad input: units of another dimension and times that run backwards end with status 2 and no picture."""
     save(clearance_run, tmp_path / "run.nc")
     for text in ("time [s], angle of slider [mm]\n0, 1\n1, 2\n", "time [s], angle of unit 1/bar 1 [deg]\n0, 1\n-1, 2\n"):
         (tmp_path / "bad.csv").write_text(text)
         files = [str(tmp_path / name) for name in ("run.nc", "bad.csv", "figures")]
-        assert status_of(["compare", *files[:2], "-o", files[2]]) == 2
-        assert len(capsys.readouterr().err.splitlines()) == 1
+        assert answer("compare", *files[:2], "-o", files[2], status=2)
         assert not (tmp_path / "figures").exists()

@@ -11,19 +11,18 @@ import numpy as np
 import pytest
 import xarray as xr
 from scipy.integrate import solve_ivp
+from tests.build import ORIGIN, assert_balance, case_of
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of
 from scissordyn.components.place import Point
-from scissordyn.config.file import read_case
 from scissordyn.model.mechanism import Mechanism
+
+__all__ = ["assert_balance"]
 
 METHODS = ("dop853", "rodas5p")  # An explicit method and a stiff one
 
 TIGHT = {"rtol": 1e-11, "atol": 1e-11}
-
-ENERGIES = ("kinetic_energy", "potential_energy", "stored_energy", "dissipated_energy", "drive_work", "load_work")
-
 
 ENDS = ("ground", "O"), ("ball", "centre")  # Of a component on the ball
 
@@ -31,20 +30,21 @@ ENDS = ("ground", "O"), ("ball", "centre")  # Of a component on the ball
 def ball_on(
     *components: Any, mass: float = 2.0, place: Point = (0.5, 0.0), velocity: Point = (0.0, 0.0), gravity: float = 0.0
 ) -> Mechanism:
-    """A point mass and a point of the ground, with some components between them."""
+    """Return a point mass and a point of the ground, with components between them."""
     ball = replace(sd.point_mass("ball", mass=mass, position=place), velocity=velocity)
-    return Mechanism((ball,), components=components, ground=(("O", (0.0, 0.0)),), gravity=gravity)
+    return Mechanism((ball,), components=components, ground=ORIGIN, gravity=gravity)
 
 
-def assert_balance(run: xr.Dataset, bound: float = 1e-8) -> None:
-    """The energy balance closes within a fraction of the energy that is converted."""
-    assert run.attrs["status"] == "complete", run.attrs["cause"]
-    turnover = max(float(np.ptp(run[name].values)) for name in ENERGIES)
-    assert float(np.max(np.abs(run["energy_residual"].values))) < bound * turnover
+def shaft_in_bearing(load: float, oil: sd.Lubrication, **gap: Any) -> Mechanism:
+    """Return a shaft of 20 mm radius in a bearing with 40 um of clearance and oil, with a load as its weight."""
+    shaft = sd.Body("shaft", load / 9.81, 1.0, {"centre": (0.0, 0.0)})
+    clearance = sd.Clearance(4e-5, journal_radius=0.02, bearing_length=0.04, lubrication=oil, **gap)
+    joint = sd.Revolute("bearing", ("shaft", "centre"), ("ground", "O"), clearance=clearance)
+    return Mechanism((shaft,), joints=(joint,), ground=ORIGIN, gravity=9.81)
 
 
 def events_of(run: xr.Dataset, kind: str) -> np.ndarray:
-    """Instants of the events of one kind [s]."""
+    """Return the instants of the events of one kind [s]."""
     return np.asarray(run["event_time"].values[run["event_kind"].values == kind])
 
 
@@ -60,7 +60,7 @@ def phases(
     mode: int = 0,
     limit: int = 50,
 ) -> tuple[list[float], list[int], Callable[[np.ndarray], np.ndarray]]:
-    """An independent integration by scipy that stops at the event of its mode, changes the mode and goes on.
+    """Integrate by scipy; at the event of its mode the integration changes the mode and goes on.
 
     Returns instants of the changes, modes after them, and the solution at any instants.
     """
@@ -102,14 +102,12 @@ def _terminal(event: Event) -> Event:
 
 
 def read(folder: Path, text: str) -> Mechanism:
-    """The mechanism of a case file."""
-    path = folder / "case.toml"
-    path.write_text(text, encoding="utf-8")
-    return read_case(path).mechanism
+    """Return the mechanism of a case file."""
+    return case_of(folder, text).mechanism
 
 
 def checked(folder: Path, text: str, capsys: pytest.CaptureFixture[str]) -> str:
-    """What ``scissordyn check`` says of a case file."""
+    """Return the output of ``scissordyn check`` for a case file."""
     path = folder / "case.toml"
     path.write_text(text, encoding="utf-8")
     assert status_of(["check", str(path)]) == 0
@@ -117,7 +115,7 @@ def checked(folder: Path, text: str, capsys: pytest.CaptureFixture[str]) -> str:
 
 
 def assert_documented(run: xr.Dataset, units: dict[str, str]) -> None:
-    """Variables of a component: along time and its section, with these units and a long name."""
+    """Check that the variables of a component have these units, a long name and finite values."""
     for name, unit in units.items():
         assert run[name].attrs["units"] == unit, name
         assert run[name].attrs["long_name"], name

@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 import pytest
+from tests.build import ORIGIN, on_pin, wheel
 
 import scissordyn as sd
 
@@ -18,13 +19,10 @@ REDUCED = ONE * OTHER / (ONE + OTHER)
 
 def rotors(**options: object) -> sd.Mechanism:
     """Two balanced rotors on the ground with a clutch between them; the first turns."""
-    bodies = tuple(
-        sd.Body(name, 1.0, inertia, {"hub": (0.0, 0.0)}, angular_velocity=speed)
-        for name, inertia, speed in (("one", ONE, SPEED), ("other", OTHER, 0.0))
-    )
+    bodies = wheel("one", ONE, angular_velocity=SPEED), wheel("other", OTHER, angular_velocity=0.0)
     clutch = sd.Clutch("clutch", "one", CAPACITY, base="other", yield_angle=YIELD, **options)  # type: ignore[arg-type]
-    joints = tuple(sd.Revolute(f"{body.name} pin", (body.name, "hub"), ("ground", "O")) for body in bodies)
-    return sd.Mechanism(bodies, joints=joints, ground=(("O", (0.0, 0.0)),), components=(clutch,), input_body="one")
+    joints = tuple(sd.Revolute(f"{body.name} pin", (body.name, "c"), ("ground", "O")) for body in bodies)
+    return sd.Mechanism(bodies, joints=joints, ground=ORIGIN, components=(clutch,), input_body="one")
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -63,10 +61,8 @@ def test_engagement_over_time() -> None:
 
 def test_linings_at_rest_are_a_spring() -> None:
     """Closed form: against the ground a small twist swings with the stiffness M/y, cos(sqrt(M/(y I)) t)."""
-    body = sd.Body("one", 1.0, ONE, {"hub": (0.0, 0.0)}, angular_velocity=1e-5)
-    pin = sd.Revolute("pin", ("one", "hub"), ("ground", "O"))
     clutch = sd.Clutch("brake", "one", CAPACITY, yield_angle=YIELD)
-    mechanism = sd.Mechanism((body,), joints=(pin,), ground=(("O", (0.0, 0.0)),), components=(clutch,), input_body="one")
+    mechanism = on_pin(wheel("one", ONE, angular_velocity=1e-5), clutch)
     frequency = math.sqrt(CAPACITY / YIELD / ONE)
     run = sd.simulate(mechanism, until=2.0 / frequency, samples=41, rtol=1e-10, atol=1e-12)
     speed = run["angular_velocity"].sel(body="one").values

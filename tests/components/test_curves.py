@@ -12,6 +12,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.interpolate import PchipInterpolator
+from tests import build
+from tests.build import on_pin
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of
@@ -29,9 +31,7 @@ ball = partial(ball_on, mass=0.8)
 
 def wheel(*components: Any, **more: Any) -> Mechanism:
     """A disc of 0.02 kg m^2 on a pin."""
-    disc = sd.Body("disc", mass=1.0, inertia=0.02, points={"middle": (0.0, 0.0)}, **more)
-    pin = sd.Revolute("pin", ("disc", "middle"), ("ground", "O"))
-    return Mechanism((disc,), joints=(pin,), components=components, ground=(("O", (0.0, 0.0)),), gravity=0.0)
+    return on_pin(build.wheel("disc", 0.02, **more), *components)
 
 
 def test_curve_and_its_integral() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import replace
 
@@ -10,14 +9,16 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 from scipy.optimize import brentq
+from tests.build import array, case_of, warnings_of
 
 import scissordyn as sd
-from scissordyn.cli.main import status_of
 from scissordyn.components.film.film import FIRST, MODELS, Film, force
 from scissordyn.components.film.impedance import finite_table, long_bearing, looked_up, short_bearing
 from scissordyn.components.film.reynolds import impedance
 from scissordyn.errors import InputError
 from scissordyn.laws.oil import OILS
+
+from .shared import shaft_in_bearing
 
 plain = getattr(force, "py_func", force)
 BEARING = ("ground", "O"), ("shaft", "centre")
@@ -201,12 +202,8 @@ def test_forces_do_not_jump_at_contact(model: str) -> None:
 
 
 def turning(load: float, oil: sd.Lubrication) -> sd.Mechanism:
-    """A shaft that turns ten times a second in a bearing, with a load as its weight."""
-    shaft = sd.Body("shaft", load / 9.81, 1.0, {"centre": (0.0, 0.0)})
-    gap = sd.Clearance(4e-5, journal_radius=0.02, bearing_length=0.04, lubrication=oil)
-    joint = sd.Revolute("bearing", ("shaft", "centre"), ("ground", "O"), clearance=gap)
-    made = sd.Mechanism((shaft,), joints=(joint,), ground=(("O", (0.0, 0.0)),), gravity=9.81)
-    return made.driven(speed=20.0 * math.pi, body="shaft")
+    """Return a shaft that turns ten times a second in a bearing, with a load as its weight."""
+    return shaft_in_bearing(load, oil).driven(speed=20.0 * math.pi, body="shaft")
 
 
 def test_a_shaft_settles_where_its_load_belongs() -> None:
@@ -222,13 +219,10 @@ def test_a_shaft_settles_where_its_load_belongs() -> None:
     assert run["drive_torque"].values[-1].item() == pytest.approx(-run["film_torque"].values[-1].item(), rel=1e-3)
 
 
-LOOSE = sd.scissor(units=2).driven(speed=sd.rpm(150))
-
-
 def oiled(**given) -> sd.Mechanism:
     """The paper's array with oil in joint A."""
     oil = sd.Lubrication(**{"viscosity": 0.05, **given})
-    return LOOSE.with_clearance("A", sd.Clearance(2e-4, friction=sd.LuGre(0.05), lubrication=oil))
+    return array(sd.Clearance(2e-4, friction=sd.LuGre(0.05), lubrication=oil))
 
 
 @pytest.mark.parametrize("model", MODELS)
@@ -246,7 +240,7 @@ def test_several_oils_beside_several_laws() -> None:
     damping = sd.LankaraniNikravesh()
     oil = sd.Lubrication(viscosity=0.1, roughness=5e-6)
     second = sd.Clearance(1e-4, stiffness=sd.Hertz(), damping=damping, friction=sd.Ambrosio(0.1), lubrication=oil)
-    arm = LOOSE.with_clearance("A", first).with_clearance("unit 1/pivot", second)
+    arm = array(first).with_clearance("unit 1/pivot", second)
     assert [film.viscosity for film in arm.exerting] == [pytest.approx(871.0 * 31.5e-6), 0.1]
     run = sd.simulate(arm, until=0.01, rtol=1e-10, atol=1e-10)
     assert run["film"].values.tolist() == ["A", "unit 1/pivot"]
@@ -256,17 +250,17 @@ def test_several_oils_beside_several_laws() -> None:
 
 def test_two_methods_agree() -> None:
     """Independent formulation: the stiff method with its step matrix, and the explicit one."""
-    smooth = LOOSE.with_clearance("A", sd.Clearance(2e-4, lubrication=sd.Lubrication(viscosity=0.02)))
+    smooth = array(sd.Clearance(2e-4, lubrication=sd.Lubrication(viscosity=0.02)))
     stiff, explicit = (sd.simulate(smooth, until=0.01, rtol=1e-9, atol=1e-9, method=method) for method in ("rodas5p", "dop853"))
     np.testing.assert_allclose(stiff["film_displacement"], explicit["film_displacement"], atol=2e-8)
 
 
 def test_oil_softens_the_first_touch_and_is_said_to_be_thin() -> None:
-    """Limit: the journal arrives slower than dry, with pressures that the model's end is said of; shares of time are whole."""
-    dry = sd.simulate(LOOSE.with_clearance("A", sd.Clearance(2e-4)), until=0.05)
+    """Limit: the journal arrives slower than without oil, warnings name the thin film, and the shares of time add up to one."""
+    dry = sd.simulate(array(sd.Clearance(2e-4)), until=0.05)
     run = sd.simulate(oiled(), until=0.05)
     assert run["approach_speed"].values[0] < 0.2 * dry["approach_speed"].values[0]
-    said = json.loads(run.attrs["warnings"])
+    said = warnings_of(run)
     least, when = run["film_least_thickness"].item(), run["film_least_thickness_time"].item()
     assert any(f"least {least:.3g} m at t = {when:.6g} s" in text for text in said)
     assert any("oil thickens" in text for text in said)
@@ -301,14 +295,14 @@ def test_peaks_are_found_within_the_steps() -> None:
 def test_a_film_beyond_its_model_is_said(given: dict, said: str) -> None:
     """Limit: each with its own line; a vacuum for which the oil is made, and surroundings that press enough, are not named."""
     run = sd.simulate(oiled(**given), until=0.008)
-    assert any(said in text for text in json.loads(run.attrs["warnings"]))
+    assert any(said in text for text in warnings_of(run))
     many = sd.simulate_many(oiled(**given), {"A.clearance": [2e-4]}, until=0.008)
     if "vacuum" in said or "boils" in said or "asperities" in said:  # what needs no samples
         assert any(
             said.replace("asperities carry part", "thinner than three") in text for text in many["warnings"].item().splitlines()
         )
     calm = sd.simulate(oiled(ambient_pressure=1e9, vapour_pressure=1e-9), until=0.001)
-    assert not any("evaporates" in text or "cavitates" in text for text in json.loads(calm.attrs["warnings"]))
+    assert not any("evaporates" in text or "cavitates" in text for text in warnings_of(calm))
 
 
 def test_a_squeeze_needs_the_tension_of_the_opposite_approach() -> None:
@@ -329,7 +323,7 @@ def test_a_shaft_that_heats_its_oil_is_said() -> None:
     rise = mu * 300.0**2 * 0.02**2 / (4e-5) ** 2 / (2000.0 * density)
     assert run["film_heating"].item() == pytest.approx(rise, rel=1e-3)
     assert run["film_reynolds_number"].item() == pytest.approx(density * 300.0 * 0.02 * 4e-5 / mu, rel=1e-6)
-    assert any("would warm the oil" in text and "evaporate and boil" in text for text in json.loads(run.attrs["warnings"]))
+    assert any("would warm the oil" in text and "evaporate and boil" in text for text in warnings_of(run))
 
 
 def test_a_batch_and_a_replay_have_the_film(tmp_path) -> None:
@@ -338,7 +332,7 @@ def test_a_batch_and_a_replay_have_the_film(tmp_path) -> None:
     batch = sd.simulate_many(arm, {"A.clearance": [2e-4, 3e-4]}, until=0.01)
     for case, clearance in enumerate((2e-4, 3e-4)):
         alone = replace(arm.joint("A").clearance, clearance=clearance)
-        run = sd.simulate(LOOSE.with_clearance("A", alone), until=0.01)
+        run = sd.simulate(array(alone), until=0.01)
         assert batch["peak_force"].isel(case=case).sel(joint="A") == run["joint_peak_force"].sel(joint="A")
     run = sd.simulate(arm, until=0.01)
     path = tmp_path / "run.nc"
@@ -363,7 +357,6 @@ until = "1 ms"
 
 def test_a_case_file(tmp_path) -> None:
     """Identity: an oil by name, with its temperature in degrees Celsius, or its viscosities; and back."""
-    path = tmp_path / "case.toml"
     own = '{ oil = { viscosity_40 = "46 mm^2/s", viscosity_100 = "7 mm^2/s", density = "870 kg/m^3" }, bearing = "short" }'
     for text, viscosity in (
         ('"ISO VG 46"', 876.0 * 44.2e-6),
@@ -372,8 +365,7 @@ def test_a_case_file(tmp_path) -> None:
         ('{ viscosity = "20 mPa s", density = "1800 kg/m^3", ambient_pressure = "0 Pa", vapour_pressure = "1e-3 Pa" }', 0.02),
         (own, 870.0 * 46e-6),
     ):
-        path.write_text(CASE.replace("{oil}", text), encoding="utf-8")
-        case = sd.read_case(path)
+        case = case_of(tmp_path, CASE.replace("{oil}", text))
         oil = case.mechanism.joint("A").clearance.lubrication
         assert oil.dynamic_viscosity == pytest.approx(viscosity, rel=1e-12)
         sd.write_case(case, tmp_path / "again.toml")
@@ -394,14 +386,10 @@ def test_a_case_file(tmp_path) -> None:
         ('{ oil = "ISO VG 46", temperature = "400 degC" }', "temperature"),
     ],
 )
-def test_bad_input_is_one_line(text: str, said: str, tmp_path, capsys) -> None:
-    """Limit: what came, what is allowed, with status 2."""
-    path = tmp_path / "case.toml"
-    path.write_text(CASE.replace("{oil}", text), encoding="utf-8")
-    assert status_of(["run", str(path), "-o", str(tmp_path / "run.nc")]) == 2
-    error = capsys.readouterr().err
-    assert said in error
-    assert error.count("\n") <= 1
+def test_bad_input_is_one_line(text: str, said: str, tmp_path, answer) -> None:
+    """Bad input: the error is one line, with status 2."""
+    (tmp_path / "case.toml").write_text(CASE.replace("{oil}", text), encoding="utf-8")
+    assert said in answer("run", tmp_path / "case.toml", "-o", tmp_path / "run.nc", status=2)
 
 
 def test_a_bearing_too_short_for_the_table_names_the_other_model() -> None:
@@ -435,8 +423,7 @@ def test_a_picture_of_a_film_executes_nothing(tmp_path) -> None:
     """Contract: a saved run with a function of the user's is drawn without it; the dashed line is at three roughnesses."""
     (tmp_path / "own.py").write_text(OWN, encoding="utf-8")
     text = CASE.replace("{oil}", '{ viscosity = "50 mPa s", roughness = "2 um" }\nstiffness = { law = "own.py:soft" }')
-    (tmp_path / "case.toml").write_text(text, encoding="utf-8")
-    case = sd.read_case(tmp_path / "case.toml")
+    case = case_of(tmp_path, text)
     sd.save(sd.simulate(case.mechanism, until=1e-3, samples=21), tmp_path / "run.nc")
     (tmp_path / "own.py").unlink()
     drawn = sd.plot.film(sd.load(tmp_path / "run.nc"))

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from typing import Annotated
 
 import numpy as np
 import pytest
-from tests.build import on_pin
+from tests.build import on_pin, warnings_of
 
 import scissordyn as sd
 from scissordyn.errors import InputError
@@ -59,7 +58,7 @@ def test_the_torque_is_right_at_any_stiffness(stiffness: float, tolerance: float
     exact = TORQUE * (np.exp(-stiffness * run["time"].values) - 1.0)
     error = float(np.max(np.abs(run["by_torque_torque"].values[:, 0] - exact)))
     assert error < 100.0 * tolerance * TORQUE + 100.0 * stiffness * np.finfo(float).eps
-    assert json.loads(run.attrs["warnings"]) == []
+    assert warnings_of(run) == []
 
 
 def test_a_number_is_a_scale_too() -> None:
@@ -71,7 +70,7 @@ def test_a_number_is_a_scale_too() -> None:
 def test_a_scale_that_does_not_fit_is_told() -> None:
     """Limit: a scale of 1 rad at a twist of 2e-6 rad is a warning with the scale that would fit."""
     run = sd.simulate(turning(COARSE("creep", "rod", 1e6, 1.0)), until=0.5)
-    said = [text for text in json.loads(run.attrs["warnings"]) if "its state 'twist'" in text]
+    said = [text for text in warnings_of(run) if "its state 'twist'" in text]
     assert len(said) == 1
     assert "the scale of 1 rad is too large" in said[0]
     suggested = float(said[0].split("about ")[1].split(" rad")[0])

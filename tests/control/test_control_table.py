@@ -4,12 +4,11 @@ import dataclasses
 
 import numpy as np
 import pytest
+from tests.build import case_of
 
 import scissordyn as sd
-from scissordyn.cli.main import status_of
 from scissordyn.components.actuator import Actuator
 from scissordyn.components.time_function import Cycloidal
-from scissordyn.config.file import read_case
 from scissordyn.control.delayed.pyragas import Pyragas
 from scissordyn.control.tracking.feed_forward import FeedForward
 from scissordyn.control.tracking.pid import PID
@@ -32,9 +31,8 @@ samples = 11
 
 
 def case(tmp_path, control):
-    path = tmp_path / "case.toml"
-    path.write_text(CASE.replace("CONTROL", control))
-    return read_case(path, [])
+    """Return the case with a table."""
+    return case_of(tmp_path, CASE.replace("CONTROL", control))
 
 
 def test_one_table(tmp_path):
@@ -100,12 +98,8 @@ def test_errors(tmp_path, control, words):
         case(tmp_path, control)
 
 
-def test_catalogue_on_the_command_line(capsys):
+def test_catalogue_on_the_command_line(answer):
     """Contract: the list names every controller; one is shown with its parameters; an unknown one is refused."""
-    assert status_of(["controllers"]) == 0
-    listed = capsys.readouterr().out
-    assert all(name in listed for name in ("pid", "feed-forward", "pyragas", "extended", "none"))
-    assert status_of(["controllers", "pid"]) == 0
-    assert "proportional" in capsys.readouterr().out
-    assert status_of(["controllers", "pdi"]) == 2
-    assert "did you mean 'pid'" in capsys.readouterr().err
+    assert {"pid", "feed-forward", "pyragas", "extended", "none"} <= set(answer("controllers").split())
+    assert "proportional" in answer("controllers", "pid")
+    assert "did you mean 'pid'" in answer("controllers", "pdi", status=2)

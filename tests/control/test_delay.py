@@ -2,13 +2,12 @@
 
 import cmath
 import dataclasses
-import json
 import math
 
 import numpy as np
 import pint
 import pytest
-from tests.build import hanging
+from tests.build import counts_of, hanging
 
 import scissordyn as sd
 from scissordyn.components.time_function import Polynomial
@@ -39,7 +38,7 @@ def lagged(method, tolerance, until=5.0, **options):
     controlled = hanging(spin=1.0).controlled(lagging())
     run = sd.simulate(controlled, until=until, samples=101, rtol=tolerance, atol=tolerance, method=method, **options)
     error = float(np.max(np.abs(run["angular_velocity"][:, 0].values - by_steps(run["time"].values))))
-    return run, error, json.loads(run.attrs["statistics"])["steps"]
+    return run, error, counts_of(run)["steps"]
 
 
 @pytest.mark.parametrize(("method", "order"), [("dopri5", 5), ("rodas5p", 5), ("rodas4p", 4)])

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy.linalg import expm
+from tests.build import on_pin, wheel
 
 import scissordyn as sd
 from scissordyn.control.tracking.filtered_pd import FilteredPD
@@ -12,9 +13,7 @@ INERTIA, PROPORTIONAL, DERIVATIVE, TIME = 0.4, 30.0, 4.0, 0.05
 
 def held(controller: object, angle: float) -> sd.Mechanism:
     """A balanced rotor that a controller holds at zero, away from there at the start."""
-    body = sd.Body("rotor", 1.0, INERTIA, {"hub": (0.0, 0.0)}, angle=angle)
-    pin = sd.Revolute("pin", ("rotor", "hub"), ("ground", "O"))
-    free = sd.Mechanism((body,), joints=(pin,), ground=(("O", (0.0, 0.0)),), input_body="rotor")
+    free = on_pin(wheel("rotor", INERTIA, angle=angle))
     return free.controlled(controller, reference=sd.Polynomial((0.0,)), start_on_reference=False)  # type: ignore[arg-type]
 
 

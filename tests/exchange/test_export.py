@@ -11,6 +11,7 @@ import subprocess
 import numpy as np
 import pandas as pd
 import pytest
+from tests.build import ORIGIN, chain, on_pin, planetary, wheel
 from tests.exchange.links import linkage
 
 import scissordyn as sd
@@ -77,12 +78,9 @@ def swing(model, until, samples):
     return names, by_mujoco(model.text, until, samples, lambda data: data.xipos[1:, :2])
 
 
-def chain():
-    bars = (sd.bar("a", length=0.5, mass=1.0, angle=-0.4), sd.bar("b", length=0.4, mass=0.7, angle=-1.1))
-    start = (0.5 * math.cos(-0.4), 0.5 * math.sin(-0.4))
-    bars = (bars[0], sd.bar("b", length=0.4, mass=0.7, angle=-1.1, position=start))
-    joints = (sd.Revolute("O", ("a", "start"), ("ground", "O")), sd.Revolute("A", ("b", "start"), ("a", "end")))
-    return sd.Mechanism(bars, joints, ground=(("O", (0.0, 0.0)),))
+def arms():
+    """A double pendulum."""
+    return chain(sd.bar("a", length=0.5, mass=1.0, angle=-0.4), sd.bar("b", length=0.4, mass=0.7, angle=-1.1))
 
 
 def crank():
@@ -90,7 +88,7 @@ def crank():
     return sd.slider_crank(crank_mass=1.0, rod_mass=1.0, rod_inertia=0.06, slider_mass=2.0, gravity=9.81, **lengths)
 
 
-@pytest.mark.parametrize(("made", "allowed"), [(chain, 1e-9), (crank, 2e-5), (sd.four_bar, 2e-5)])
+@pytest.mark.parametrize(("made", "allowed"), [(arms, 1e-9), (crank, 2e-5), (sd.four_bar, 2e-5)])
 def test_the_ideal_mechanism_moves_the_same_in_mujoco(made, allowed):
     """Cross-check by a second code: free motion for 0.5 s; loops only as exactly as MuJoCo's soft constraints close them."""
     mechanism = made()
@@ -101,25 +99,14 @@ def test_the_ideal_mechanism_moves_the_same_in_mujoco(made, allowed):
         assert np.max(abs(found[:, k] - run["position"].sel(body=name).values)) < allowed, name
 
 
-def wheel(name, inertia, position=(0.0, 0.0)):
-    return sd.Body(name, mass=0.5, inertia=inertia, points={"c": (0.0, 0.0)}, position=position, angle=0.0)
-
-
 def belt():
-    """The second arm of a chain turns against the first by a ratio of the angle of that: two joints."""
-    return dataclasses.replace(chain(), couplings=(sd.Coupling("belt", ANGLE("b", "a"), ANGLE("a"), -0.6),))
+    """The second arm turns against the first by a ratio of the angle of the first: two joints."""
+    return dataclasses.replace(arms(), couplings=(sd.Coupling("belt", ANGLE("b", "a"), ANGLE("a"), -0.6),))
 
 
-def planetary():
-    """A weight on the arm of a planetary gear, whose coordinates are sums of joints: tendons."""
-    arm = sd.Body("arm", mass=0.2, inertia=2e-4, points={"c": (0.0, 0.0), "p": (0.04, 0.0)}, position=(0.0, 0.0), angle=0.0)
-    pins = ("S", ("sun", "c"), ("ground", "O")), ("A", ("arm", "c"), ("ground", "O")), ("P", ("planet", "c"), ("arm", "p"))
-    gears = (
-        sd.Coupling("sun and planet", ANGLE("planet", "arm"), ANGLE("sun", "arm"), -20 / 17),
-        sd.Coupling("ring and planet", ANGLE("planet", "arm"), ANGLE("ground", "arm"), 54 / 17),
-    )
-    bodies = (wheel("sun", 1e-3), arm, wheel("planet", 7e-5, (0.04, 0.0)))
-    return sd.Mechanism(bodies, tuple(sd.Revolute(*pin) for pin in pins), ground=(("O", (0.0, 0.0)),), couplings=gears)
+def weighted_planetary():
+    """A planetary gear under gravity, whose coordinates are sums of joints: tendons."""
+    return dataclasses.replace(planetary(), gravity=9.81)
 
 
 def rack():
@@ -128,7 +115,7 @@ def rack():
     bed = sd.Guide("bed", ("rack", "centre"), through=(0.1, -0.05), direction=0.3)
     teeth = sd.Coupling("teeth", sd.Slide(("rack", "centre"), -0.1), ANGLE("pinion"), 0.05)
     pin = sd.Revolute("A", ("pinion", "c"), ("ground", "O"))
-    return sd.Mechanism((pinion, tooth), (pin,), guides=(bed,), ground=(("O", (0.0, 0.0)),), couplings=(teeth,))
+    return sd.Mechanism((pinion, tooth), (pin,), guides=(bed,), ground=ORIGIN, couplings=(teeth,))
 
 
 def screw():
@@ -136,13 +123,13 @@ def screw():
     arm = sd.bar("arm", length=0.6, mass=3.0, position=(0.0, 0.0), angle=0.5)
     pins = sd.Revolute("A", ("arm", "start"), ("ground", "O")), sd.Revolute("M", ("motor", "c"), ("ground", "P"))
     nut = sd.Coupling("screw", sd.Distance(("ground", "P"), ("arm", "end")), ANGLE("motor"), 0.002)
-    ground = (("O", (0.0, 0.0)), ("P", (0.5, 0.0)))
+    ground = (*ORIGIN, ("P", (0.5, 0.0)))
     return sd.Mechanism((arm, wheel("motor", 1e-4, (0.5, 0.0))), pins, ground=ground, couplings=(nut,))
 
 
 @pytest.mark.parametrize(
     ("made", "body", "turned", "allowed"),
-    [(belt, "b", 0.5, 1e-8), (planetary, "sun", 3.0, 1e-8), (rack, "pinion", 3.0, 1e-7), (screw, "motor", 30.0, 1e-4)],
+    [(belt, "b", 0.5, 1e-8), (weighted_planetary, "sun", 3.0, 1e-8), (rack, "pinion", 3.0, 1e-7), (screw, "motor", 30.0, 1e-4)],
 )
 def test_couplings_move_the_same_in_mujoco(made, body, turned, allowed):
     """Cross-check by a second code: angles of bodies over 0.5 s, which turn by more than a number."""
@@ -160,7 +147,7 @@ def test_couplings_that_return_and_those_that_mjcf_cannot_say():
     found = sd.read_mjcf(mjcf(belt()).text).mechanism.couplings
     assert [(part.ratio, part.output.unit) for part in found] == [(-0.6, "rad")]
     drive = sd.CoordinateDrive("elbow", ANGLE("b"), sd.Polynomial((-1.1, 1.0)))
-    model = mjcf(dataclasses.replace(chain(), coordinate_drives=(drive,)))
+    model = mjcf(dataclasses.replace(arms(), coordinate_drives=(drive,)))
     assert "the motion of drive 'elbow': replaced by a motor" in model.notes
     assert mujoco.MjModel.from_xml_string(model.text).nu == 1
     loose = mjcf(sd.with_backlash(rack(), "teeth", 0.01))
@@ -170,7 +157,7 @@ def test_couplings_that_return_and_those_that_mjcf_cannot_say():
     with pytest.raises(
         InputError, match=r"coupling 'x': MJCF cannot represent the slide of 'b.end'; expected a slide along the guide"
     ):
-        mjcf(dataclasses.replace(chain(), couplings=(off,)))
+        mjcf(dataclasses.replace(arms(), couplings=(off,)))
 
 
 def test_drives_and_components_are_named_and_a_rod_is_refused():
@@ -181,7 +168,7 @@ def test_drives_and_components_are_named_and_a_rod_is_refused():
     assert f"{sd.rpm(150)!r}"[:8] in model.text
     rod = sd.Rod("rod", ("a", "end"), ("ground", "O"), 0.5)
     with pytest.raises(InputError, match="MJCF cannot represent 'rod'"):
-        mjcf(sd.Mechanism(chain().bodies, chain().joints, ground=chain().ground, rods=(rod,)))
+        mjcf(dataclasses.replace(arms(), rods=(rod,)))
 
 
 def test_a_link_becomes_a_case_that_runs_and_is_exported(tmp_path, capsys, monkeypatch):
@@ -230,9 +217,7 @@ GRAVITY = 9.81
 @pytest.fixture(scope="module")
 def pendulum():
     """A uniform bar of 2 kg and 0.8 m on a pin, driven at a constant speed."""
-    bar = sd.bar("bar", length=0.8, mass=2.0, angle=0.3)
-    made = sd.Mechanism((bar,), (sd.Revolute("pin", ("bar", "start"), ("ground", "O")),), ground=(("O", (0.0, 0.0)),))
-    driven = made.driven(speed=5.0, body="bar")
+    driven = on_pin(sd.bar("bar", length=0.8, mass=2.0, angle=0.3), gravity=GRAVITY).driven(speed=5.0)
     return driven, sd.simulate(driven, until=1.0, samples=101)
 
 

@@ -1,13 +1,13 @@
 """Tables of points."""
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import scissordyn as sd
-from scissordyn.cli.main import status_of
 
 TABLE = """name,x,y,bars,support
 O,0,0,left,fixed
@@ -53,18 +53,19 @@ def test_other_columns(delimiter: str) -> None:
     ],
 )
 def test_refused(text: str, line: str) -> None:
+    """Bad input: one line with the place in the table."""
     with pytest.raises(sd.InputError, match=line):
         sd.read_points(text)
 
 
-def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_command(tmp_path: Path, answer: Callable[..., str]) -> None:
+    """Contract: `import` writes the case of a table and names what the table lacks; an unknown unit is one line."""
     path, case = tmp_path / "points.csv", tmp_path / "case.toml"
     path.write_text(TABLE, encoding="utf-8")
-    assert status_of(["import", str(path), "--unit", "mm", "-o", str(case)]) == 0
-    assert "note: no gravity and no drive" in capsys.readouterr().out
+    assert "note: no gravity and no drive" in answer("import", path, "--unit", "mm", "-o", case)
     assert sd.read_case(case).mechanism.bodies == sd.read_points(TABLE, unit="mm").mechanism.bodies
-    assert status_of(["import", str(path), "--unit", "furlong", "-o", str(case)]) == 2
-    assert "unknown unit 'furlong' of a table; expected mm, cm, dm, m, um, in, ft" in capsys.readouterr().err
+    line = answer("import", path, "--unit", "furlong", "-o", case, status=2)
+    assert "unknown unit 'furlong' of a table; expected mm, cm, dm, m, um, in, ft" in line
 
 
 ARMS = """name,x,y,bars,support

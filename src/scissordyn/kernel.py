@@ -132,8 +132,8 @@ def value_of(x: float) -> float:
     return x
 
 
-def first_derivative(x: float) -> float:
-    """Return the first derivative of a number; 0 if it has none."""
+def derivative(x: float, k: int) -> float:
+    """Return derivative k of a number; 0 if it has none."""
     return 0.0
 
 

@@ -20,7 +20,7 @@ from scissordyn.compiler.kind import DUAL, FLOAT, Array
 from scissordyn.compiler.recipe import ANSWER, Recipe
 from scissordyn.compiler.unit import Unit, python_of
 from scissordyn.errors import InputError
-from scissordyn.kernel import call_at, first_derivative, value_of, vanishes
+from scissordyn.kernel import call_at, derivative, value_of, vanishes
 from scissordyn.plugin.element import RECIPES
 
 DERIVATIVES = 16
@@ -215,11 +215,11 @@ def test_a_zero_with_derivatives_does_not_vanish() -> None:
 
 
 def by_value(x, y):
-    return value_of(x) * y, value_of(x * y), x - value_of(x), first_derivative(x * x), first_derivative(2.0), value_of(3.0)
+    return value_of(x) * y, value_of(x * y), x - value_of(x), derivative(x * x, 0), derivative(2.0, 0), value_of(3.0)
 
 
 def test_a_value_has_no_derivatives() -> None:
-    """Identity: the value of a number is a constant, its first derivative a value."""
+    """Identity: the value of a number is a constant, its derivatives are values."""
     recipe = Recipe(by_value, ("q[0]", "p[0]"), tuple(f"out[{k}]" for k in range(6)))
     inputs = np.zeros((4, 24))
     inputs[0, 0] = 5.0

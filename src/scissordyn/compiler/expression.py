@@ -30,7 +30,7 @@ from scissordyn.compiler.kind import (
     item_of,
     joined,
 )
-from scissordyn.kernel import first_derivative, value_of, vanishes
+from scissordyn.kernel import derivative, value_of, vanishes
 
 if TYPE_CHECKING:
     from scissordyn.compiler.unit import Unit
@@ -346,8 +346,9 @@ class Expressions:
             return Value(f"vanishes({first.c})" if first.kind == DUAL else f"({first.c} == 0.0)", BOOL)
         if function is value_of:
             return Value(_real(first), FLOAT) if first.kind == DUAL else first
-        if function is first_derivative:
-            return Value(f"{first.c}.d[0][0]" if first.kind == DUAL else "0.0", FLOAT)
+        if function is derivative:
+            place = f"({arguments[1].c})"
+            return Value(f"{first.c}.d[{place} / PACKED][{place} % PACKED]" if first.kind == DUAL else "0.0", FLOAT)
         dual = DUAL in kinds
         if function is np.where:
             test, yes, no = first, *(converted(argument, DUAL) if dual else argument for argument in arguments[1:])

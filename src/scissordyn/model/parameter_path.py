@@ -130,6 +130,46 @@ def single(mechanism: Mechanism, parameter: str) -> list[str]:
     return parameters
 
 
+def every_number(mechanism: Mechanism) -> list[str]:
+    """Return the parameter paths of all real numbers of a mechanism that can change alone."""
+    kinds = {kind: field for kind, field in KINDS.items() if kind != "clearance"}
+    paths = [name for name, field in declared(type(mechanism)).items() if _is_free(getattr(mechanism, name), field.quantity)]
+    for name, field, index, kind in _named(mechanism):
+        part = getattr(mechanism, field)[index]
+        inside = getattr(part, INSIDE[field]) if field in INSIDE else part
+        if inside is not None:
+            before = f"{kind}.{name}" if kind in kinds else name
+            paths += [f"{before}.{path}" for path in _paths(inside, None)]
+    return [path for path in dict.fromkeys(paths) if _leads_somewhere(mechanism, path)]
+
+
+def _is_free(value: Any, quantity: Quantity | None) -> bool:
+    return quantity is not None and isinstance(value, float) and not quantity.tied
+
+
+def _paths(owner: Any, quantity: Quantity | None) -> Iterator[str]:
+    """Yield the paths of the real numbers below a description, a point or a mapping of points."""
+    if _is_free(owner, quantity):
+        yield ""
+        return
+    inner: Iterable[tuple[str, Any, Quantity | None]] = ()
+    if is_described(owner):
+        inner = ((name, getattr(owner, name), field.quantity) for name, field in _fields(owner).items())
+    elif quantity is not None and isinstance(owner, Mapping):
+        inner = ((str(name), value, quantity) for name, value in owner.items())
+    elif quantity is not None and isinstance(owner, tuple) and len(owner) == len(AXES):
+        inner = ((axis, value, quantity) for axis, value in zip(AXES, owner, strict=True))
+    for name, value, quantity_inside in inner:
+        yield from (f"{name}.{path}".rstrip(".") for path in _paths(value, quantity_inside))
+
+
+def _leads_somewhere(mechanism: Mechanism, path: str) -> bool:
+    try:
+        return len(find(mechanism, path)) == 1
+    except InputError:
+        return False
+
+
 def changed(mechanism: Mechanism, parameter: str, value: Any) -> Mechanism:
     """Return the mechanism with another value at a parameter path, at all places of a pattern."""
     return changed_all(mechanism, {parameter: value})

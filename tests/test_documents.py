@@ -52,7 +52,7 @@ sd.save(sd.simulate(soft, until=0.01), "run.nc")
 }
 """What the text around the code of a page says is there."""
 
-LONG = ("analysis.md", "control.md")  # Pages whose code takes more than some seconds
+LONG = ("analysis.md", "control.md", "gradients.md")  # Pages whose code takes more than some seconds
 
 
 def name(path: Path) -> str:

@@ -215,6 +215,7 @@ PUBLIC = {
         "Uniform",
         "Weibull",
     ),
+    "sensitivity.gradient": ("gradient",),
     "studies.compute.convergence": ("convergence",),
     "units": (
         "Pairs",

@@ -146,6 +146,7 @@ from scissordyn.equilibrium.statics import statics as statics
 from scissordyn.model.options import Options as Options
 from scissordyn.run.simulate import replay as replay, simulate as simulate
 from scissordyn.record.store import load as load, save as save
+from scissordyn.sensitivity.gradient import gradient as gradient
 from scissordyn.studies.compute.convergence import convergence as convergence
 from scissordyn.studies.ask.distribution import (
     Beta as Beta,

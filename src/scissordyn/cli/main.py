@@ -50,6 +50,11 @@ COMMANDS = {
         "Forces in pins, guides, drives, rods, springs and bars over the stroke, without inertia.",
         "scissordyn statics case.toml --plot forces.png -o forces.csv",
     ),
+    "gradient": (
+        "gradient",
+        "Exact derivatives of measures of a run by parameters, through all contacts.",
+        "scissordyn gradient case.toml --of 'A.peak_force' --by 'A.clearance' --by 'drive.speed'",
+    ),
     "modes": (
         "response",
         "Natural frequencies and mode shapes at the start or along the motion.",

@@ -1,0 +1,110 @@
+"""``scissordyn gradient``: how measures of a run change with the parameters of a case."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from typer import Option
+
+from scissordyn.cli.option import AsJson, CaseFile, Changes, typed
+from scissordyn.cli.output import DONE, check_picture, check_run, print_json, print_table, say
+from scissordyn.errors import InputError
+from scissordyn.units import short
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+TYPED = "--of 'A.peak_force' --by 'A.clearance'"
+
+
+def gradient(
+    case: CaseFile,
+    of: Annotated[
+        list[str] | None, Option("--of", metavar="MEASURE", help="A measure, as in a requirement: 'A.peak_force'. Repeatable.")
+    ] = None,
+    by: Annotated[
+        list[str] | None,
+        Option("--by", metavar="PARAMETER", help="A parameter, as in 'A.clearance'; all that act if not given. Repeatable."),
+    ] = None,
+    until: Annotated[str | None, Option(metavar="TIME", help="End of the run; that of the case if not given.")] = None,
+    output: Annotated[Path | None, Option("-o", "--output", metavar="FILE", help="Save the derivatives, .nc.")] = None,
+    plot: Annotated[Path | None, Option(metavar="FILE", help="Draw bars of elasticities: .svg or .png.")] = None,
+    change: Changes = None,
+    as_json: AsJson = False,
+) -> int:
+    from scissordyn.config.file import read_case
+    from scissordyn.sensitivity.gradient import gradient as compute
+
+    if not of:
+        raise InputError("a gradient without a measure", "--of", TYPED)
+    check_run(output, case, "-o gradient.nc")
+    check_picture(plot, case, "gradient.png")
+    read, last = read_case(case, change or []), typed(until, "--until")
+    found = compute(
+        read.mechanism,
+        of=of,
+        by=by or None,
+        until=read.run.until if last is None else last,
+        start=read.run.start,
+    )
+    if as_json:
+        print_json(_record(found))
+    else:
+        _show(found)
+    if output is not None:
+        from scissordyn.record.store import save
+
+        say(save(found, output))
+    if plot is not None:
+        from scissordyn.plot.file import write
+        from scissordyn.plot.gradient import elasticities
+
+        say(write(elasticities(found), plot))
+    return DONE
+
+
+def _show(found: xr.Dataset) -> None:
+    """Print a table for each measure, the parameter with the largest elasticity first."""
+    for name in found["measure"].values.tolist():
+        here = found.sel(measure=name)
+        say(f"{name} = {short(float(here['value']), str(here['unit'].values))}")
+        order = abs(here["elasticity"]).fillna(0.0).argsort().values[::-1]
+        rows = []
+        for k in order.tolist():
+            row = here.isel(parameter=k)
+            unit = str(row["parameter_unit"].values)
+            rows.append(
+                (
+                    str(row["parameter"].values),
+                    short(float(row["parameter_value"]), unit),
+                    f"{float(row['derivative']):.6g}",
+                    f"{float(row['elasticity']):.4g}",
+                    short(float(row["valid_until"]), "s") if str(row["limit"].values) else "",
+                )
+            )
+        heads = {"parameter": "text", "value": "numbers", "derivative (SI)": "numbers", "% per %": "numbers", "until": "text"}
+        print_table(heads, rows)
+    statistics = json.loads(found.attrs["statistics"])
+    say(f"{statistics['runs']} runs in {statistics['seconds']:.1f} s")
+    left_out = json.loads(found.attrs["left_out"])
+    if left_out:
+        say(f"{len(left_out)} parameters do not act or cannot change alone")
+    say(*(f"Warning: {line}" for line in json.loads(found.attrs["warnings"])))
+
+
+def _record(found: xr.Dataset) -> dict[str, object]:
+    """Return the derivatives for other programs, in SI units."""
+    names = [str(name) for name in found["parameter"].values]
+    measures = {}
+    for name in found["measure"].values.tolist():
+        here = found.sel(measure=name)
+        measures[str(name)] = {
+            "value": float(here["value"]),
+            "unit": str(here["unit"].values),
+            "derivative": dict(zip(names, here["derivative"].values.tolist(), strict=True)),
+            "elasticity": dict(zip(names, here["elasticity"].values.tolist(), strict=True)),
+        }
+    until = dict(zip(names, found["valid_until"].values.tolist(), strict=True))
+    return {"measures": measures, "valid_until": until, "warnings": json.loads(found.attrs["warnings"])}

@@ -1,0 +1,1 @@
+"""Exact derivatives of runs by parameters, through every contact."""

@@ -1,0 +1,184 @@
+"""One run with the derivatives of everything that it computes by up to eight parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from scissordyn.errors import ScissordynError
+from scissordyn.integrate import advance as loop
+from scissordyn.integrate.integration import INTEGRAL, STRUCK, WHEN
+from scissordyn.model.options import Options
+from scissordyn.plan.plan import Plan
+from scissordyn.record.ideal_path import IdealPath
+from scissordyn.run.advance.driver import Driver
+from scissordyn.run.advance.interrupt import check_interrupt
+from scissordyn.run.trajectory import describe_stop, make_driver, model_failure
+from scissordyn.sensitivity.library import DERIVATIVES, Library, library_for
+from scissordyn.sensitivity.replay import ANOTHER_MODE, NO_ROOT, Watched
+from scissordyn.sensitivity.twin import Twin
+
+PIECE = 2_000  # [steps] between two checks of Ctrl-C and progress
+
+TOLERANCE_FACTOR = 10.0  # Relative error of the derivatives that is allowed in a step, in relative tolerances of the values
+
+MISFIT_MAX = 1e-6
+"""Largest relative difference between a step and its repetition; round-off is below 1e-10, another mode above 1e-3."""
+
+CAUSES = {
+    ANOTHER_MODE: "the repetition of a step in dual numbers has other contacts",
+    NO_ROOT: "a contact or stop acts again without having been open",
+}
+"""Reasons why a step cannot be repeated."""
+
+POINTERS = ("force_kernel", "gap_kernel", "switch_kernel")
+
+
+@dataclass(frozen=True)
+class Forward:
+    """End of a run, with derivatives along the last axis of each array: by parameter / scale."""
+
+    driver: Driver
+    state: np.ndarray  # (ny, parameters)
+    log: np.ndarray  # (events, columns, parameters)
+    peak: np.ndarray  # (rows, columns, parameters)
+    total: np.ndarray  # (powers, parameters)
+    monitored: np.ndarray  # (rows, values, parameters)
+    samples: np.ndarray  # (samples, ny, parameters)
+    misfit: float  # Largest relative difference between a step and its repetition
+    parts: int  # Number of steps that were halved for the derivatives
+
+
+class _Pass:
+    """A driver and its twin."""
+
+    def __init__(
+        self,
+        plan: Plan,
+        options: Options,
+        seeds: Sequence[Mapping[str, np.ndarray]],
+        times: np.ndarray,
+        *,
+        integrals: bool,
+        ideal: IdealPath | None,
+    ) -> None:
+        self.driver, _, _ = make_driver(plan, options)
+        if ideal is not None:
+            self.driver.compare_with(ideal.table, ideal.step)
+        self.driver.sample_at(times)
+        self.driver.state.clock["end"] = options.until
+        content = self.driver.system.content
+        tables = any(name.startswith("model.") for seed in seeds for name in seed)
+        pointers = {int(word) for name in POINTERS for word in getattr(content.model, name)}
+        pointers |= {int(word) for word in content.parameters.controller}
+        pointers |= {int(word) for key in content.parameters.law.dtype.names[:7] for word in content.parameters.law[key]}
+        self.library: Library = library_for(pointers, tables=tables)
+        self.twin = Twin(self.library.doubles, self.library.pointers)
+        self.system = self.twin.address(content)
+        self.misfit, self.rows = np.zeros(1), self._rows(content)
+        self.parameters, self.parts = np.array([len(seeds)]), np.zeros(1, np.int64)
+        self.tolerance = np.array([TOLERANCE_FACTOR * options.rtol])
+        self._bind()
+        self.seed = np.zeros((1, DERIVATIVES + 1))
+        self.seed[0, 1] = 1.0
+        dual = self.twin.of(self.driver.state.clock)
+        dual["monitors"] = int(integrals)
+        self._put(seeds)
+
+    def _rows(self, content: Any) -> np.ndarray:
+        """Return the monitored rows whose largest values are followed: all."""
+        return np.arange(self.driver.state.peak.shape[0])
+
+    def _bind(self) -> None:
+        """Describe the run's arrays, which growing replaces, to the compiled loop."""
+        integration = self.driver.integration.content
+        state = integration.state
+        self.integration = self.twin.address(integration)
+        self.watched = Watched(
+            state.clock, state.counts, state.y, state.mode, state.memory, state.mass, state.reference,
+            integration.work.scaling, integration.work.slope, state.peak, integration.log, self.rows, self.misfit,
+            self.parameters, self.tolerance, self.parts,
+        )  # fmt: skip
+        self.watching = self.twin.address(self.watched)
+        self.run = np.array(self.driver.addresses, np.int64)
+
+    def _put(self, seeds: Sequence[Mapping[str, np.ndarray]]) -> None:
+        """Write the derivatives of tables, numbers and start."""
+        content, state = self.driver.system.content, self.driver.state
+        for k, seed in enumerate(seeds):
+            for name, slope in seed.items():
+                if name == "y":
+                    self.twin.of(state.y)[..., 1 + k] = slope
+                elif name == "log":
+                    self.twin.of(self.driver.integration.content.log)[: len(slope), :, 1 + k] = slope
+                else:
+                    owner, *path = name.split(".")
+                    array: Any = getattr(content, owner)
+                    while not isinstance(array, np.ndarray):
+                        array = getattr(array, path.pop(0))
+                    dual = self.twin.of(array)
+                    (dual[path[0]] if path else dual)[..., 1 + k] = slope
+
+    def advance(self, until: float, most_steps: int, progress: Callable[[float], None] | None) -> str:
+        """Advance to the end; return the cause if it is not reached, else ""."""
+        driver = self.driver
+        while True:
+            left = most_steps - driver.tried
+            if left <= 0:
+                return f"{most_steps} steps are not enough"
+            status = self.library.lockstep(
+                self.run.ctypes.data, self.watching, self.integration, self.system, self.seed.ctypes.data, min(PIECE, left)
+            )
+            if status < 0:
+                raise ScissordynError(f"no derivatives at t = {driver.time:.9g} s: {CAUSES[-status]}")
+            if status == loop.LOG_FULL:
+                old = driver.integration.content.log
+                driver.grow(status)
+                self.twin.grow(old, driver.integration.content.log)
+                self._bind()
+            elif status == loop.CHANGE_POINT:
+                return "derivatives across a singular position are not supported"
+            elif status != loop.ADVANCING:
+                return "" if status == loop.FINISHED else describe_stop(status, driver)
+            check_interrupt()
+            if progress is not None:
+                progress(driver.time)
+
+    def result(self, count: int, *, integrals: bool) -> Forward:
+        """Return the derivatives at the end."""
+        self.library.end(self.integration, self.system)
+        state, of = self.driver.state, self.twin.of
+        part = slice(1, 1 + count)
+        log = of(self.driver.integration.content.log)[: int(state.counts["events"][0]), :, part].copy()
+        peak, total = of(state.peak)[..., part].copy(), of(state.total)[..., part].copy()
+        first = log.shape[1] - peak.shape[1]
+        unknown = [WHEN, STRUCK + 1] + ([] if integrals else list(range(INTEGRAL, STRUCK)))
+        peak[:, unknown], log[:, [first + column for column in unknown]] = np.nan, np.nan
+        if not integrals:
+            total[:] = np.nan
+        samples = of(self.driver.integration.content.samples.state)[..., part].copy()
+        return Forward(
+            self.driver, of(state.y)[..., part].copy(), log, peak, total, of(state.monitored)[..., part].copy(), samples,
+            float(self.misfit[0]), int(self.parts[0]),
+        )  # fmt: skip
+
+
+def forward(
+    plan: Plan,
+    options: Options,
+    seeds: Sequence[Mapping[str, np.ndarray]],
+    *,
+    times: np.ndarray | None = None,
+    integrals: bool = False,
+    ideal: IdealPath | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Forward:
+    """Simulate with derivatives by the parameters of `seeds` (`seed.derivatives`); raise `ScissordynError` if the run fails."""
+    run = _Pass(plan, options, seeds, np.zeros(0) if times is None else times, integrals=integrals, ideal=ideal)
+    cause = run.advance(options.until, options.most_steps, progress) or model_failure(run.driver)
+    if cause:
+        raise ScissordynError(f"stopped at t = {run.driver.time:.9g} s of {options.until:g} s: {cause}")
+    return run.result(len(seeds), integrals=integrals)

@@ -1,0 +1,279 @@
+"""Derivatives of the measures of a run by parameters of its mechanism."""
+
+from __future__ import annotations
+
+import json
+import math
+import time as clocks
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Annotated, NamedTuple
+
+import numpy as np
+
+from scissordyn.casefile.configuration import write_configuration
+from scissordyn.errors import InputError, ScissordynError
+from scissordyn.kernel import PYTHON
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.options import EndTime, Options, StartKind
+from scissordyn.model.parameter_path import changed, every_number
+from scissordyn.plan.plan import Plan, plan
+from scissordyn.run.ideal_path import ideal_path
+from scissordyn.run.measure import MEASURES, Ended
+from scissordyn.sensitivity.forward import MISFIT_MAX, Forward, forward
+from scissordyn.sensitivity.library import DERIVATIVES
+from scissordyn.sensitivity.measure import WITH_INTEGRALS, check_measure, derivative_of, value_of_response
+from scissordyn.sensitivity.seed import Parameter, Start, derivatives, parameter_of
+from scissordyn.studies.ask.requirement import Response, check_part, read_response
+from scissordyn.units import Meaning, checked
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+TITLE = "scissordyn gradient"
+
+EXPLICIT = ("dop853", "dopri5")  # Methods whose steps can be repeated in dual numbers
+
+TOLERANCE = 1e-11
+"""Default tolerance: derivatives are about a hundred times less accurate than values."""
+
+DISPLACEMENT_MAX = 0.1  # Displacement of a journal, relative to its clearance, up to which a change of a parameter is small
+
+
+class _Limit(NamedTuple):
+    """Instant up to which a gradient holds for a given change of its parameter, and why it ends there."""
+
+    time: float
+    reason: str
+
+
+@checked
+def gradient(
+    mechanism: Annotated[Mechanism, Meaning("a mechanism", "read_case('case.toml').mechanism")],
+    *,
+    of: Sequence[str],
+    by: Sequence[str] | None = None,
+    until: EndTime,
+    start: StartKind = Options.start,
+    rtol: float = TOLERANCE,
+    atol: float = TOLERANCE,
+    method: str = "dop853",
+    most_steps: int = Options.most_steps,
+    change: float = 1e-3,
+    progress: Callable[[float], None] | None = None,
+) -> xr.Dataset:
+    """Compute how measures of a run change with parameters, exactly and through all contacts.
+
+    The run is repeated in dual numbers, step by step. Instants of contacts, approach speeds and velocity jumps move with the
+    parameters, so that no term is missing at an event.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    of : sequence of str
+        Measures, as in requirements: "A.peak_force" of joint A, "peak_force" for the largest of all joints.
+    by : sequence of str, optional
+        Parameter paths ("A.clearance", "drive.speed"). By default all parameters that act. Each eight of them are one run.
+    until : float
+        End of the simulated time [s].
+    start, rtol, atol, most_steps
+        As for `simulate`. Contacts are located.
+    method : str
+        "dop853" or "dopri5".
+    change : float
+        Relative change of a parameter for which the gradient is meant. `valid_until` is the instant from which on such a
+        change is not small: it moves a journal by a tenth of its clearance, or removes a contact.
+    progress : callable, optional
+        Called repeatedly with the simulated time [s].
+
+    Returns
+    -------
+    Dataset
+        Along `measure` and `parameter`: `value` and `parameter_value` in SI units, `derivative`, `elasticity` (percent for
+        percent), `valid_until` [s], and `smooth`, which is False if another part has nearly the same largest value.
+
+    Raises
+    ------
+    InputError
+        If a parameter does not act or changes the structure of the mechanism, if a measure is a count, or for what has no
+        derivatives yet: hard contact, bars that bend, oil films, delayed control.
+    ScissordynError
+        If the run fails.
+
+    Examples
+    --------
+    >>> import scissordyn as sd
+    >>> case = sd.read_case("examples/paper.toml")
+    >>> found = sd.gradient(case.mechanism, of=["A.peak_force"], by=["A.clearance"], until=5e-3)  # doctest: +SKIP
+    """
+    began = clocks.perf_counter()
+    options = Options(until, start, 2, rtol, atol, method, most_steps, "located")
+    made = plan(mechanism)
+    _check(made, options, change)
+    responses = [_response(mechanism, text) for text in of]
+    if not responses:
+        raise InputError("no measure is given", "one or more measures", "of=['peak_force']")
+    compared = any(MEASURES[response.measure].compares for response in responses)
+    ideal = ideal_path(made, options) if compared else None
+    parameters, seeds, left_out = _seeded(made, options, by, compared=compared)
+    values, slopes, smooth, limits = np.full(len(responses), math.nan), [], [], list[_Limit]()
+    integrals, misfit, runs = any(response.measure in WITH_INTEGRALS for response in responses), 0.0, 0
+    for first in range(0, len(parameters), DERIVATIVES):
+        several = parameters[first : first + DERIVATIVES]
+        run = forward(made, options, seeds[first : first + DERIVATIVES], integrals=integrals, ideal=ideal, progress=progress)
+        runs, misfit = runs + 1, max(misfit, run.misfit)
+        values = np.array([value_of_response(Ended(run.driver), response) for response in responses])
+        for k, parameter in enumerate(several):
+            here = partial(_changed, mechanism, parameter)
+            pairs = [derivative_of(run, k, response, here) for response in responses]
+            slopes.append([slope for slope, _ in pairs])
+            smooth.append([same for _, same in pairs])
+            limits.append(_limit(run, k, change))
+    _check_known(responses, values)
+    if misfit > MISFIT_MAX:
+        raise ScissordynError(f"a step and its repetition in dual numbers differ by {misfit:.1g}")
+    found = _dataset(responses, parameters, values, np.array(slopes).T, np.array(smooth).T, limits)
+    seconds = clocks.perf_counter() - began
+    found.attrs = {
+        "title": TITLE,
+        "configuration": write_configuration(mechanism, options),
+        "left_out": json.dumps(left_out),
+        "warnings": json.dumps(_warnings(found, change)),
+        "statistics": json.dumps({"runs": runs, "seconds": seconds, "misfit": misfit}),
+    }
+    return found
+
+
+def _check(made: Plan, options: Options, change: float) -> None:
+    """Raise `InputError` for what has no derivatives yet."""
+    if PYTHON:
+        raise InputError("gradients need compiled kernels", "SCISSORDYN_ENGINE not set to python")
+    if options.method not in EXPLICIT:
+        raise InputError(f"method '{options.method}' has no derivatives yet", " or ".join(EXPLICIT), "method='dop853'")
+    if not 0.0 < change < 1.0:
+        raise InputError(f"change = {change!r}", "a relative change between 0 and 1", "change=1e-3")
+    refused = {
+        "hard contact": bool(made.hard_places),
+        "an oil film": bool(made.lubricated),
+        "bars that bend": bool(made.coordinates.natural.axes) or made.model.bar.size > 0,
+        "a controller with a delay": any(part.controller.delay > 0.0 for _, part in made.actuators),
+        "friction in ideal joints": bool(made.friction_workspace().component.size),
+    }
+    for words, here in refused.items():
+        if here:
+            raise InputError(f"{words} has no derivatives yet", "compliant contact, rigid bars and an explicit method")
+
+
+def _response(mechanism: Mechanism, text: str) -> Response:
+    part, measure, _ = read_response(text)
+    response = Response(measure, part)
+    check_measure(response)
+    check_part(mechanism, response)
+    return response
+
+
+def _seeded(
+    made: Plan, options: Options, by: Sequence[str] | None, *, compared: bool
+) -> tuple[list[Parameter], list[dict[str, np.ndarray]], dict[str, str]]:
+    """Return the parameters, the derivatives of the start by them, and why others are left out."""
+    mechanism, size = made.mechanism, made.coordinates.size
+    begin = Start(mechanism, options.start, options if compared else None)
+    parameters, seeds, left_out = list[Parameter](), list[dict[str, np.ndarray]](), dict[str, str]()
+    for path in every_number(mechanism) if by is None else by:
+        try:
+            parameter = parameter_of(mechanism, path, size)
+            seed = derivatives(begin, parameter)
+            if not seed:
+                raise InputError(f"'{path}' does not act on this run", "a parameter that acts")
+        except InputError as error:
+            if by is not None:
+                raise
+            left_out[path] = error.what
+            continue
+        parameters.append(parameter)
+        seeds.append(seed)
+    if not parameters:
+        raise InputError("no parameter is given", "one or more parameter paths", "by=['A.clearance']")
+    return parameters, seeds, left_out
+
+
+def _changed(mechanism: Mechanism, parameter: Parameter, part: float) -> Mechanism:
+    return changed(mechanism, parameter.path, parameter.value + part * parameter.scale)
+
+
+def _check_known(responses: Sequence[Response], values: np.ndarray) -> None:
+    """Raise `InputError` for a measure that has no value in this run."""
+    for response, value in zip(responses, values.tolist(), strict=True):
+        if not math.isfinite(value):
+            raise InputError(f"'{response.name}' has no value in this run", "a measure of what happens in it")
+
+
+def _limit(run: Forward, parameter: int, change: float) -> _Limit:
+    """Return the first event that a change of a parameter moves far or may remove."""
+    log, slope = run.driver.log, run.log[..., parameter]
+    clearance = run.driver.system.content.parameters.contact["clearance"]
+    for row, by in zip(log, slope, strict=True):
+        guard, time = int(row["guard"]), float(row["time"])
+        if time == 0.0:
+            continue
+        if guard < clearance.size and abs(row["rate"] * by[0]) * change > DISPLACEMENT_MAX * clearance[guard]:
+            return _Limit(time, "far")
+        if abs(by[3]) * change > abs(row["rate"]):
+            return _Limit(time, "grazing")
+    return _Limit(run.driver.time, "")
+
+
+def _dataset(
+    responses: Sequence[Response],
+    parameters: Sequence[Parameter],
+    values: np.ndarray,
+    slopes: np.ndarray,
+    smooth: np.ndarray,
+    limits: Sequence[_Limit],
+) -> xr.Dataset:
+    import xarray as xr
+
+    numbers = np.array([parameter.value for parameter in parameters])
+    derivative = slopes / np.array([parameter.scale for parameter in parameters])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        elasticity = derivative * numbers / values[:, None]
+    both = ("measure", "parameter")
+    return xr.Dataset(
+        {
+            "value": ("measure", values, {"long_name": "value, in the unit of the measure"}),
+            "unit": ("measure", [MEASURES[response.measure].units for response in responses]),
+            "parameter_value": ("parameter", numbers, {"long_name": "value, in the unit of the parameter"}),
+            "parameter_unit": ("parameter", [parameter.unit for parameter in parameters]),
+            "derivative": (both, derivative, {"long_name": "derivative, in the unit of the measure per unit of the parameter"}),
+            "elasticity": (both, elasticity, {"units": "1", "long_name": "relative change per relative change"}),
+            "smooth": (both, smooth, {"long_name": "False if another part has nearly the same largest value"}),
+            "valid_until": ("parameter", [limit.time for limit in limits], {"units": "s", "long_name": "valid until"}),
+            "limit": ("parameter", [limit.reason for limit in limits], {"long_name": "reason of the limit, or empty"}),
+        },
+        coords={
+            "measure": [response.name for response in responses],
+            "parameter": [parameter.path for parameter in parameters],
+        },
+    )
+
+
+REASONS = {
+    "far": "moves a journal by more than a tenth of its clearance",
+    "grazing": "may remove a contact",
+}
+
+
+def _warnings(found: xr.Dataset, change: float) -> list[str]:
+    warnings = []
+    for path, limit, time in zip(
+        found["parameter"].values.tolist(), found["limit"].values.tolist(), found["valid_until"].values.tolist(), strict=True
+    ):
+        if limit:
+            warnings.append(
+                f"'{path}': from t = {time:.6g} s on, a change of {100.0 * change:g} % {REASONS[limit]}: the derivatives hold "
+                "only for smaller changes"
+            )
+    for name, flags in zip(found["measure"].values.tolist(), found["smooth"].values, strict=True):
+        if not np.all(flags):
+            warnings.append(f"'{name}': another part, contact or instant has nearly the same value, with another derivative")
+    return warnings

@@ -1,0 +1,408 @@
+"""Repeat each step of a run in dual numbers, right after the run has made it.
+
+The run itself stays in doubles. The repetition has its step sizes, its modes and, after each step, its values, so that only the
+derivatives are new. Time has derivatives too: a step that ends on a located event gets the size at which the event stays where
+it is while the parameters change. Approach speeds, initial states of friction and velocity jumps then need no formulas of their
+own. A step to a fixed instant takes the derivatives of time back.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+from scissordyn.integrate.dense import complete, dense_value, inside_at
+from scissordyn.integrate.integration import (
+    C1,
+    DATA,
+    ENDED,
+    GUARD,
+    INTEGRAL,
+    LARGEST,
+    MODE,
+    N1,
+    RISE,
+    TIME,
+    WHEN,
+    open_integration,
+)
+from scissordyn.integrate.monitor import begin_peak, end_peak, is_monitored, step_integral
+from scissordyn.integrate.step import BEFORE_END, EVEN, EVERYTHING, add_rows, explicit_step, fraction, place, speed
+from scissordyn.kernel import F1, F2, I1, derivative, kernel, opener, value_of
+from scissordyn.mechanics.functions import FUNCTIONS, ROUND_OFF
+from scissordyn.mechanics.system import open_system
+
+
+class Replayed(NamedTuple):
+    """Functions of a problem, as described in `integrate.advance`, and two more.
+
+    `forget(S)` discards what is kept for an instant, which may come again with other derivatives. `break_at(t, S)` returns
+    the instant at which a time function of the problem changes its piece, if t is one within round-off, and NaN otherwise.
+    """
+
+    rate: Any
+    guards: Any
+    accept: Any
+    reset: Any
+    monitor: Any
+    probe: Any
+    forget: Any
+    break_at: Any
+
+
+FOLLOWED, ANOTHER_MODE, NO_ROOT = range(3)
+"""Return values of `follow`: done, the repetition has other modes than the run, or an event is not at its guard's root."""
+
+PARTS_MAX = 1000  # Largest number of parts of a step, halvings included
+PART_MIN_FRACTION = 1e-7  # Least part of a step; a shorter one changes no derivative by more than its share of the step
+
+WEIGHT_FACTOR = 10.0
+"""Error of a derivative by parameter / scale that is allowed in a step, in weights of the values' errors."""
+
+ROOT_PRECISIONS = 10.0  # Value of a guard, in multiples of the precision of located events, above which it is not at its root
+
+MULTIPLE_TOL = 1e-9  # A step ends on a multiple of a delay within this fraction of the delay, as in `history.up_to_multiple`
+SLOPE_PROBE = 1e-4  # Distance of the two places at which the slope of a monitored value is taken, as a fraction of the step
+PEAK_MOVED_MAX = 1e-3  # A largest value whose slope has no root within this fraction of the step is not a smooth maximum
+SLOPE_TOL = 1e-3  # Slope at the root of a smooth maximum, relative to the largest slope of the search; a kink keeps its slopes
+PEAK_ROOT_STEPS = 3  # Secant steps to the root of the slope
+
+
+class Watched(NamedTuple):
+    """Arrays of the run in doubles, and what the repetition reports about it."""
+
+    clock: C1
+    counts: N1
+    y: F1
+    mode: I1
+    memory: F1
+    mass: F1
+    reference: F1
+    scaling: I1
+    slope: F1  # At the start of the next step, if the clock says that it is prepared
+    peak: F2
+    log: F2
+    rows: I1  # Monitored rows whose largest values are wanted
+    misfit: F1  # (1,) Largest difference between a step and its repetition, relative to the entry of y or to 1
+    parameters: I1  # (1,) number of derivatives whose errors are controlled
+    tolerance: F1  # (1,) relative error of the derivatives that is allowed in a step
+    parts: I1  # (1,) number of steps that were halved for the derivatives
+
+
+open_watched = opener(Watched)
+
+
+@kernel
+def with_value(x, value):
+    """Return x with another value and the same derivatives."""
+    return (x - value_of(x)) + value
+
+
+def follow(watched: int, address: int, system: int, seed: F1) -> int:
+    """Repeat the last step of a mechanism's run (`follow_step`)."""
+    return follow_step(MECHANICS, watched, address, system, seed)
+
+
+def end(address: int, system: int) -> None:
+    """Write the monitored values at the end of the run."""
+    s, w = open_integration(address).state, open_integration(address).work
+    MECHANICS.forget(system)
+    MECHANICS.rate(s.clock[0].time, s.y, system, w.slope)
+    MECHANICS.monitor(s.clock[0].time, s.y, system, w.power_at_start, s.monitored)
+
+
+@kernel
+def forget_time(system):
+    """Make the mechanics compute the drives anew."""
+    open_system(system).work.instant[0] = math.nan
+
+
+@kernel
+def break_at(now, system):
+    """Return the break of a time function at an instant, or NaN."""
+    breaks = open_system(system).parameters.breaks
+    for k in range(breaks.size):
+        if abs(breaks[k] - now) <= ROUND_OFF * breaks[k]:
+            return breaks[k]
+    return math.nan
+
+
+MECHANICS = Replayed(
+    **{name: FUNCTIONS[name] for name in Replayed._fields if name in FUNCTIONS}, forget=forget_time, break_at=break_at
+)
+
+
+@kernel
+def follow_step(problem, watched, address, system, seed):
+    """Repeat the last step of a run; `seed` is a zero whose first derivative is one."""
+    run, r = open_watched(watched), open_integration(address)
+    s, w = r.state, r.work
+    clock, counts = s.clock[0], s.counts[0]
+    if run.counts[0].steps == counts.steps:
+        return FOLLOWED
+    now, first, after = run.clock[0].time, counts.events, run.counts[0].events
+    w.scaling[0] = run.scaling[0]
+    problem.forget(system)
+    moves = now > clock.time
+    if moves:
+        guard = int(run.log[first, GUARD]) if after > first else -1
+        repeat_step(problem, r.method, guard, now, run, s, w, system, r.samples, seed)
+        if after == first:  # resets may change the state
+            for i in range(s.y.size):
+                run.misfit[0] = max(run.misfit[0], abs(value_of(s.y[i]) - run.y[i]) / max(1.0, abs(run.y[i])))
+    clock.time = with_value(clock.time, now)
+    for at in range(first, after):
+        guard = int(run.log[at, GUARD])
+        if at > first or not moves:
+            move_to_event(problem, guard, s, w, system)
+        if abs(value_of(root_at(problem, clock.time, guard, s.y, w, system))) > ROOT_PRECISIONS * w.precision[guard]:
+            return NO_ROOT
+        take_event(problem, clock.time, guard, s, w, system, r.log)
+    if after > first or run.clock[0].prepared != EVERYTHING:
+        clock.prepared = 0
+    counts.steps = run.counts[0].steps
+    return take_values(run, s, w)
+
+
+@kernel
+def repeat_step(problem, T, guard, now, run, s, w, system, samples, seed):
+    """Repeat a step, in parts where the derivatives need shorter steps than the values."""
+    clock = s.clock[0]
+    end = clock.time
+    if guard < 0:
+        end = fixed_instant(problem, now, run, w, system, clock.time)
+    whole = now - value_of(clock.time)
+    size, left = whole, whole
+    for _ in range(PARTS_MAX):
+        if clock.prepared == 0:
+            problem.rate(clock.time, s.y, system, w.slope)
+            if clock.monitors == 1:
+                problem.monitor(clock.time, s.y, system, w.power_at_start, s.monitored)
+        last = size >= left
+        t = clock.time
+        h = with_value(end - t, left) if last else with_value(0.0 * t, size)
+        w.has_dense[0] = 0
+        explicit_step(problem, T, t, h, s, w, system)
+        if w.scaling[0] == EVEN and size > PART_MIN_FRACTION * whole and not accurate(T, h, run, s, w):
+            size = 0.5 * min(size, left)
+            run.parts[0] += 1
+            continue
+        if last and guard >= 0:
+            h = to_event(problem, T, guard, t, h, s, w, system)
+            w.has_dense[0] = 0
+        reached = now if last else value_of(t + h)
+        use_inside(problem, T, t, h, reached, run, s, w, system, samples, seed)
+        problem.forget(system)
+        problem.accept(with_value(t + h, reached), w.new, system, w.accepted)
+        carry_on(T, s, w)
+        for i in range(s.y.size):
+            s.y[i] = w.new[i]
+        clock.time = with_value(t + h, reached)
+        if last:
+            break
+        left = now - reached
+        size = 2.0 * size
+
+
+@kernel
+def accurate(T, h, run, s, w):
+    """Return whether the derivatives of coordinates and rates are as accurate as their values in the step just made.
+
+    Values do not control the steps in which a law or controller has a kink: it changes the derivatives, but hardly the values.
+    """
+    for which in range(1 + T.combined):
+        for i in range(s.y.size):
+            w.estimate[which, i] = 0.0
+        add_rows(1.0, T.error[which], T.stages + 1, w.stages, w.estimate[which])
+    for g in range(2):
+        start, stop = w.group[g], w.group[g + 1]
+        for k in range(run.parameters[0]):
+            error = other = size = weight = 0.0
+            for i in range(start, stop):
+                error += derivative(w.estimate[0, i], k) ** 2
+                other += derivative(w.estimate[1, i], k) ** 2
+                size += max(derivative(s.y[i], k) ** 2, derivative(w.new[i], k) ** 2)
+                weight = max(weight, value_of(w.atol[i]) + value_of(w.rtol[i]) * abs(value_of(s.y[i])))
+            if T.combined == 1 and error > 0.0:
+                error = error * error / (error + 0.01 * other)
+            if value_of(h) * math.sqrt(error) > run.tolerance[0] * math.sqrt(size) + WEIGHT_FACTOR * weight:
+                return False
+    return True
+
+
+@kernel
+def fixed_instant(problem, now, run, w, system, t):
+    """Return the instant at which a step ends, with its derivatives if it is a given one, or else those of its start t."""
+    if now == run.clock[0].end:
+        return 0.0 * t
+    instant = problem.break_at(now, system)
+    if instant == instant:
+        return instant
+    for k in range(w.delays.size):
+        multiple = math.floor(now / value_of(w.delays[k]) + 0.5)
+        if multiple > 0 and abs(multiple * w.delays[k] - now) < MULTIPLE_TOL * w.delays[k]:
+            return multiple * w.delays[k]
+    return t
+
+
+@kernel
+def to_event(problem, T, guard, t, h, s, w, system):
+    """Repeat the step with the derivatives of its size by which it ends on the root of a guard; return the size."""
+    for _ in range(2):
+        root = root_at(problem, t + h, guard, w.new, w, system)
+        h = h - (root - value_of(root)) / value_of(w.rate[guard])
+        problem.forget(system)
+        explicit_step(problem, T, t, h, s, w, system)
+    return h
+
+
+@kernel
+def root_at(problem, t, guard, y, w, system):
+    """Return the value of a guard, which is zero within its precision; write its rate."""
+    problem.forget(system)
+    problem.guards(t, y, system, w.value, w.rate)
+    return w.value[guard]
+
+
+@kernel
+def move_to_event(problem, guard, s, w, system):
+    """Give time the derivatives of the root of another guard at the same instant, and the state those of its motion there."""
+    clock = s.clock[0]
+    root = root_at(problem, clock.time, guard, s.y, w, system)
+    h = (value_of(root) - root) / value_of(w.rate[guard])
+    problem.rate(clock.time, s.y, system, w.slope)
+    for i in range(s.y.size):
+        s.y[i] += h * w.slope[i]
+    clock.time += h
+
+
+@kernel
+def carry_on(T, s, w):
+    """Use the slope and powers at the end of the step as those at the start of the next one, where they are the same."""
+    s.clock[0].prepared = 0
+    if w.accepted[0] != 0.0 or w.scaling[0] == BEFORE_END:
+        return
+    last, inverse = T.stages, 1.0 / speed(w.scaling[0], 1.0)
+    for i in range(s.y.size):
+        w.slope[i] = inverse * w.stages[last, i]
+    for q in range(s.total.size):
+        w.power_at_start[q] = inverse * w.power[last, q]
+    for row in range(s.monitored.shape[0]):
+        for q in range(s.monitored.shape[1]):
+            s.monitored[row, q] = w.monitored[last, row, q]
+    s.clock[0].prepared = 1
+
+
+@kernel
+def use_inside(problem, T, t, h, now, run, s, w, system, samples, seed):
+    """Write samples, integrals and largest values of the step."""
+    counts = s.counts[0]
+    for k in range(run.rows.size):
+        row = run.rows[k]
+        found = run.peak[row, LARGEST] > 0.0 and run.peak[row, LARGEST] != value_of(s.peak[row, LARGEST])
+        if found and value_of(t) <= run.peak[row, WHEN] <= now:
+            follow_peak(problem, T, row, run.peak[row, WHEN], t, h, now, s, w, system, seed)
+    while counts.samples < samples.time.size and samples.time[counts.samples] <= now:
+        complete(problem, T, t, h, s, w, system)
+        part = (samples.time[counts.samples] - t) / h
+        theta = place(w.scaling[0], part if part < 1.0 else with_value(part, 1.0))
+        dense_value(theta, T.pattern, s.y, w.dense, samples.state[counts.samples])
+        counts.samples += 1
+    if s.clock[0].monitors == 0:
+        return
+    for row in range(s.peak.shape[0]):
+        if is_monitored(row, s):
+            for stage in range(T.stages):
+                weight = h * T.a[T.stages, stage] * speed(w.scaling[0], T.nodes[stage])
+                for q in range(w.monitored.shape[2]):
+                    s.peak[row, INTEGRAL + q] += weight * w.monitored[stage, row, q]
+    for q in range(s.total.size):
+        s.total[q] += step_integral(T, h, w, q)
+
+
+@kernel
+def value_at(problem, T, row, theta, t, h, s, w, system):
+    """Return a monitored value on the dense output."""
+    inside_at(T, theta, row, s, w)
+    problem.forget(system)
+    problem.probe(t + fraction(w.scaling[0], theta) * h, w.inside, row, system, w.estimate[0], w.estimate[1])
+    return w.estimate[1, 0]
+
+
+@kernel
+def slope_at(problem, T, row, theta, t, h, s, w, system, seed):
+    """Return a monitored value on the dense output, and its slope by the place as a number without derivatives."""
+    moved = value_at(problem, T, row, theta + seed[0], t, h, s, w, system)
+    fixed = value_at(problem, T, row, theta, t, h, s, w, system)
+    return fixed, derivative(moved - fixed, 0)
+
+
+@kernel
+def follow_peak(problem, T, row, when, t, h, now, s, w, system, seed):
+    """Write the derivatives of a largest value: at the root of its slope, or at an end of the step that is no smooth maximum.
+
+    NaN derivatives mark a value that is neither.
+    """
+    complete(problem, T, t, h, s, w, system)
+    start = place(w.scaling[0], min(max((when - value_of(t)) / value_of(h), 0.0), 1.0))
+    before = start
+    found, slope_before = slope_at(problem, T, row, before, t, h, s, w, system, seed)
+    theta = start + (SLOPE_PROBE if start < 0.5 else -SLOPE_PROBE)
+    found, slope = slope_at(problem, T, row, theta, t, h, s, w, system, seed)
+    steepest = max(abs(slope), abs(slope_before))
+    smooth = (slope - slope_before) * (theta - before) < 0.0
+    for _ in range(PEAK_ROOT_STEPS):
+        if slope == slope_before or abs(theta - start) > PEAK_MOVED_MAX:
+            break
+        root = theta - slope * (theta - before) / (slope - slope_before)
+        before, slope_before, theta = theta, slope, root
+        if abs(theta - start) <= PEAK_MOVED_MAX:
+            found, slope = slope_at(problem, T, row, theta, t, h, s, w, system, seed)
+    if not smooth or not abs(theta - start) <= PEAK_MOVED_MAX or abs(slope) > SLOPE_TOL * steepest:
+        problem.forget(system)
+        if when == now:
+            problem.probe(t + h, w.new, row, system, w.estimate[0], w.estimate[1])
+            found = w.estimate[1, 0]
+        elif when == value_of(t):
+            problem.probe(t, s.y, row, system, w.estimate[0], w.estimate[1])
+            found = w.estimate[1, 0]
+        else:
+            found = found + math.nan * seed[0]
+    s.peak[row, LARGEST] = found
+
+
+@kernel
+def take_event(problem, now, guard, s, w, system, log):
+    """Reset a guard and log its event."""
+    row = log[s.counts[0].events]
+    rises = s.mode[guard] == 0
+    problem.forget(system)
+    problem.reset(now, s.y, guard, system, row[DATA:ENDED])
+    row[TIME] = now
+    row[GUARD] = float(guard)
+    end_peak(guard, s, w, row)
+    if rises:
+        row[MODE] = float(RISE)
+        begin_peak(now, guard, s, w)
+    s.counts[0].events += 1
+
+
+@kernel
+def take_values(run, s, w):
+    """Take the values of the run, which differ by round-off; return a status."""
+    for i in range(s.y.size):
+        s.y[i] = with_value(s.y[i], run.y[i])
+    if s.clock[0].prepared == 1:
+        for i in range(s.y.size):
+            w.slope[i] = with_value(w.slope[i], run.slope[i])
+    for k in range(s.mode.size):
+        if s.mode[k] != run.mode[k]:
+            return ANOTHER_MODE
+        s.memory[k] = with_value(s.memory[k], run.memory[k])
+        s.mass[k] = with_value(s.mass[k], run.mass[k])
+    for k in range(s.reference.size):
+        s.reference[k] = with_value(s.reference[k], run.reference[k])
+    for k in range(run.rows.size):
+        row = run.rows[k]
+        s.peak[row, LARGEST] = with_value(s.peak[row, LARGEST], run.peak[row, LARGEST])
+    return FOLLOWED

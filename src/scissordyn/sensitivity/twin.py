@@ -1,0 +1,95 @@
+"""Arrays of a run with derivatives: a copy of each array of doubles, with the same sharing and in the layout of dual.c."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, get_origin
+
+import numpy as np
+
+from scissordyn.kernel import fields_of
+from scissordyn.mechanics.system import LAW_KERNELS
+from scissordyn.sensitivity.library import DERIVATIVES
+
+WORDS = DERIVATIVES + 1  # A number: its value, then its derivatives
+
+
+class Twin:
+    """Copies of the arrays of named tuples.
+
+    Parameters
+    ----------
+    doubles : tuple of type
+        Named tuples whose arrays are used as they are.
+    pointers : mapping of int to int
+        Kernel pointers of the copy by those of the original.
+    """
+
+    def __init__(self, doubles: tuple[type, ...], pointers: Mapping[int, int]) -> None:
+        self.doubles, self.pointers = doubles, pointers
+        self._copies: dict[int, tuple[np.ndarray, np.ndarray]] = {}
+        self._memory: list[np.ndarray] = []
+
+    def address(self, content: Any) -> int:
+        """Return the address of the copy of a named tuple; the copy lives as long as this object."""
+        memory = np.array(self._words(content, type(content)), np.int64)
+        self._memory.append(memory)
+        return int(memory.ctypes.data)
+
+    def of(self, array: np.ndarray) -> np.ndarray:
+        """Return the copy of an array: values at [..., 0] and derivatives at [..., 1:]."""
+        return self._copies[id(array)][1]
+
+    def grow(self, old: np.ndarray, new: np.ndarray) -> None:
+        """Replace an array by a longer one that begins with it."""
+        rows, _ = self._copy("", new), self._copies.pop(id(new), None)
+        rows[: len(old)] = self.of(old)
+        self._copies[id(new)] = new, rows
+
+    def _words(self, content: Any, described: type) -> list[int]:
+        plain, words = described in self.doubles, list[int]()
+        for (name, hint), part in zip(fields_of(described), content, strict=True):
+            if get_origin(hint) is Annotated:
+                array = self._array(name, part, plain=plain)
+                words += [array.ctypes.data, *part.shape, *([part.shape[1]] if part.ndim == 2 else [])]
+            elif isinstance(part, tuple) and hasattr(part, "_fields"):
+                words += self._words(part, hint)
+            elif isinstance(part, tuple):
+                words += [int(word) for word in part]
+            elif hint is float:
+                words += [int(np.float64(part).view(np.int64)), *[0] * (0 if plain else DERIVATIVES)]
+            else:
+                words.append(int(part))
+        return words
+
+    def _array(self, name: str, array: np.ndarray, *, plain: bool) -> np.ndarray:
+        if array.dtype.kind == "i" and (name.endswith("_kernel") or name == "controller"):
+            copy = np.array([self.pointers.get(int(word), int(word)) for word in array], np.int64)
+            self._memory.append(copy)
+            return copy
+        if plain:
+            return array
+        if id(array) not in self._copies:
+            self._copies[id(array)] = array, self._copy(name, array)
+        return self._copies[id(array)][1]
+
+    def _copy(self, name: str, array: np.ndarray) -> np.ndarray:
+        names = array.dtype.names
+        if names is None:
+            if array.dtype.kind != "f":
+                return array.copy()
+            numbers = np.zeros((*array.shape, WORDS))
+            numbers[..., 0] = array
+            return numbers
+        kinds = [
+            (key, array.dtype[key], (WORDS,)) if array.dtype[key].kind == "f" else (key, array.dtype[key]) for key in names
+        ]
+        records = np.zeros(array.shape, kinds)
+        for key in names:
+            if array.dtype[key].kind == "f":
+                records[key][..., 0] = array[key]
+            elif name == "law" and key in LAW_KERNELS:
+                records[key] = [self.pointers.get(int(word), int(word)) for word in array[key]]
+            else:
+                records[key] = array[key]
+        return records

@@ -1,0 +1,205 @@
+"""Derivatives of runs: closed forms of a single contact, and differences of runs at the tightest tolerances."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+
+import scissordyn as sd
+from scissordyn.laws.damping.factors import Flores, HuntCrossley, LankaraniNikravesh
+from scissordyn.model.parameter_path import changed
+from scissordyn.plan.plan import plan
+from scissordyn.run.advance.loop import advance
+from scissordyn.run.trajectory import make_driver
+from scissordyn.sensitivity.forward import forward
+from scissordyn.sensitivity.gradient import gradient
+from scissordyn.sensitivity.seed import Start, derivatives, parameter_of
+
+RESTITUTIONS = (
+    (Flores, 0.5, 1.07308990055),
+    (LankaraniNikravesh, 0.5, 0.270367967569),
+    (HuntCrossley, 0.5, 0.459202543812),
+)
+"""Law, its parameter, and the exact derivative of the restitution coefficient of an impact by it."""
+
+SPEED, CLEARANCE = 0.5, 1e-3
+
+
+def journals() -> sd.Mechanism:
+    """Bodies that move through their clearances, one for each law."""
+    bodies, joints = [], []
+    for damping, coefficient, _ in RESTITUTIONS:
+        name = damping.__name__
+        bodies.append(
+            sd.Body(name, mass=1.0, inertia=1e-3, points={"centre": (0.0, 0.0)}, position=(0.0, 0.0), velocity=(SPEED, 0.0))
+        )
+        clearance = sd.Clearance(
+            CLEARANCE, journal_radius=0.01, damping=damping(coefficient), friction=sd.NoFriction(), reference="onset"
+        )
+        joints.append(sd.Revolute(name, (name, "centre"), ("ground", "hole"), clearance=clearance))
+    return sd.Mechanism(bodies=tuple(bodies), joints=tuple(joints), ground=(("hole", (0.0, 0.0)),), gravity=0.0)
+
+
+def test_restitution_and_onset_of_an_impact() -> None:
+    """Closed form: instant of the onset by the clearance, and rebound speed by the parameter of each law."""
+    mechanism, options = journals(), sd.Options(0.0035, "as-placed", 2, 1e-12, 1e-12, "dop853", events="located")
+    names = [damping.__name__ for damping, *_ in RESTITUTIONS]
+    parameters = [parameter_of(mechanism, f"{name}.damping.restitution", 1.0) for name in names]
+    parameters.append(parameter_of(mechanism, f"{names[0]}.clearance", 1.0))
+    begin = Start(mechanism, "as-placed")
+    run = forward(plan(mechanism), options, [derivatives(begin, parameter) for parameter in parameters])
+    log = run.driver.log
+    for k, (_, coefficient, exact) in enumerate(RESTITUTIONS):
+        (end,) = np.flatnonzero((log["guard"] == k) & (log["mode"] == 0))
+        assert -run.log[end, 3, k] / SPEED / coefficient == pytest.approx(exact, rel=1e-9)
+    (onset,) = np.flatnonzero((log["guard"] == 0) & (log["mode"] == 1))
+    assert run.log[onset, 0, 3] / CLEARANCE == pytest.approx(1.0 / SPEED, rel=1e-11)
+    assert run.misfit < 1e-10
+
+
+def hinged(name: str, height: float, angle: float) -> tuple[sd.Body, sd.Revolute, tuple[str, tuple[float, float]]]:
+    """Return a bar on a pin of the ground, the joint, and the pin."""
+    points = {"hinge": (0.0, 0.0), "end": (0.4, 0.0)}
+    body = sd.Body(name, mass=1.0, inertia=0.05, points=points, centre=(0.2, 0.0), position=(0.0, height), angle=angle)
+    pin = f"{name} pivot"
+    return body, sd.Revolute(f"{name} hinge", (name, "hinge"), ("ground", pin)), (pin, (0.0, height))
+
+
+def stopped() -> sd.Mechanism:
+    """Return three bars: one bounces on a stop, one locks in a latch, and one falls into a cable."""
+    bodies, joints, pins = zip(hinged("arm", 0.0, 0.0), hinged("flap", 1.0, 0.1), hinged("hook", 2.0, 0.0), strict=True)
+    return sd.Mechanism(
+        bodies=bodies,
+        joints=joints,
+        ground=(*pins, ("anchor", (0.3, 2.3))),
+        gravity=9.81,
+        components=(
+            sd.TorsionSpring("spring", "arm", stiffness=20.0, free_angle=1.0),
+            sd.AngleStop("stop", "arm", angle=0.2, stiffness=1e5, restitution=0.6),
+            sd.TorsionSpring("closer", "flap", stiffness=30.0, free_angle=1.0),
+            sd.Cable("cable", ("ground", "anchor"), ("hook", "end"), stiffness=5e4, free_length=0.35, damping=5.0),
+        ),
+        latches=(sd.Latch("latch", "flap", angle=0.5),),
+    )
+
+
+def differences(mechanism: sd.Mechanism, options: sd.Options, path: str, value: float, step: float) -> list[np.ndarray]:
+    """Return differences of sixth order of the events and largest values of a run, by path / value."""
+    total: list[np.ndarray] = []
+    for place, weight in ((1, 0.75), (2, -0.15), (3, 1.0 / 60.0)):
+        ends = []
+        for sign in (1, -1):
+            driver, _, _ = make_driver(plan(changed(mechanism, path, value * (1.0 + sign * place * step))), options)
+            advance(driver, options.until)
+            ends.append((driver.log["time"], driver.log["rate"], driver.log["largest"], driver.peak["largest"], driver.state.y))
+        parts = [weight / step * (np.array(one) - np.array(other)) for one, other in zip(*ends, strict=True)]
+        total = [one + other for one, other in zip(total, parts, strict=True)] if total else parts
+    return total
+
+
+NOISE = 2e-6
+"""Relative error of the differences below, which the precision of located events limits."""
+
+
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [
+        ("stop.stiffness", 1e5),
+        ("stop.restitution", 0.6),
+        ("cable.free_length", 0.35),
+        ("latch.angle", 0.5),
+        ("flap.inertia", 0.05),
+    ],
+)
+def test_stops_latches_and_cables(path: str, value: float) -> None:
+    """Cross-check: instants, speeds and largest values of all events against differences of six runs."""
+    mechanism, options = stopped(), sd.Options(0.13, "as-placed", 2, 1e-12, 1e-12, "dop853", events="located")
+    run = forward(plan(mechanism), options, [derivatives(Start(mechanism, "as-placed"), parameter_of(mechanism, path, 1.0))])
+    time, rate, largest, peak, state = differences(mechanism, options, path, value, 1e-3)
+    assert len(run.log) >= 7
+    assert run.misfit < 1e-9
+    scale = np.max(np.abs(time)) + 1e-6
+    assert run.log[:, 0, 0] == pytest.approx(time, abs=NOISE * scale)
+    assert run.log[:, 3, 0] == pytest.approx(rate, abs=NOISE * (np.max(np.abs(rate)) + 1.0))
+    assert run.log[:, 6, 0] == pytest.approx(largest, abs=NOISE * (np.max(np.abs(largest)) + 1.0))
+    guards = run.driver.state.mode.size
+    assert run.peak[guards:, 0, 0] == pytest.approx(peak[guards:], abs=NOISE * (np.max(np.abs(peak)) + 1.0))
+    assert run.state[:, 0] == pytest.approx(state, abs=NOISE * (np.max(np.abs(state)) + 1.0))
+
+
+MEASURED = ("first_contact", "peak_force", "peak_approach_speed", "impulse", "peak_indentation", "contact_fraction")
+
+
+def test_measures_of_a_run() -> None:
+    """Closed form: what follows from the approach speed and the masses alone; of equal parts neither decides."""
+    measures = [*(f"Flores.{name}" for name in MEASURED), "damping_loss", "first_contact"]
+    found = gradient(
+        journals(), of=measures, by=["Flores.clearance", "body.Flores.mass"], until=0.0035, start="as-placed", rtol=1e-12
+    )
+    of = found["elasticity"].sel(parameter="body.Flores.mass").to_series()
+    for name in ("first_contact", "peak_approach_speed"):
+        assert of[f"Flores.{name}"] == pytest.approx(0.0, abs=1e-9)
+    onset = found.sel(measure="Flores.first_contact", parameter="Flores.clearance")
+    assert float(onset["elasticity"]) == pytest.approx(1.0, abs=1e-9)
+    lost = 0.5 * SPEED**2 * (1.0 - (run_out("Flores") / SPEED) ** 2)
+    slope = found["derivative"].sel(measure="damping_loss", parameter="body.Flores.mass")
+    assert float(slope) == pytest.approx(lost, rel=1e-8)
+    assert found["smooth"].sel(measure="Flores.peak_force").all()
+    assert not found["smooth"].sel(measure="first_contact", parameter="Flores.clearance")
+    assert "'first_contact': another part" in json.loads(found.attrs["warnings"])[0]
+
+
+def run_out(name: str) -> float:
+    """Return the rebound speed of a journal."""
+    mechanism = journals()
+    run = sd.simulate(mechanism, until=0.0035, start="as-placed", rtol=1e-11, atol=1e-11, method="dop853", events="located")
+    at = run["contact_joint"].values.tolist().index(name)
+    return -float(run["rebound_speed"].values[at])
+
+
+def test_the_part_of_a_run_in_which_a_gradient_holds() -> None:
+    """Contract: a change that moves a journal far ends it at the event."""
+    near, far = (
+        gradient(journals(), of=["peak_force"], by=["Flores.clearance"], until=0.0035, start="as-placed", change=change)
+        for change in (1e-3, 0.5)
+    )
+    assert near["limit"].item() == ""
+    assert near["valid_until"].item() == 0.0035
+    assert far["limit"].item() == "far"
+    assert far["valid_until"].item() == pytest.approx(CLEARANCE / SPEED)
+    assert "more than a tenth of its clearance" in json.loads(far.attrs["warnings"])[0]
+
+
+REFUSED = {
+    "contact_count.*count": {"of": ["contact_count"]},
+    "peak_bar_stress.*not located": {"of": ["peak_bar_stress"]},
+    "no measure": {"of": []},
+    "no parameter": {"by": []},
+    "'gravity_direction' does not act": {"by": ["gravity_direction"]},
+    "no field 'clearanc'": {"by": ["Flores.clearanc"]},
+    "method 'rodas5p' has no derivatives yet": {"method": "rodas5p"},
+    "change = 2.0": {"change": 2.0},
+    "no joint 'B'": {"of": ["B.peak_force"]},
+}
+
+
+@pytest.mark.parametrize("message", REFUSED)
+def test_errors(message: str) -> None:
+    """Contract: what has no gradient is refused in one line."""
+    options = {"of": ["peak_force"], "by": ["Flores.clearance"], "until": 1e-3, "start": "as-placed"} | REFUSED[message]
+    with pytest.raises(sd.InputError, match=message) as refused:
+        gradient(journals(), **options)
+    assert "\n" not in str(refused.value)
+
+
+def test_hard_contact_is_refused() -> None:
+    """Contract: models without derivatives are named."""
+    mechanism = journals()
+    hard = [
+        dataclasses.replace(joint, clearance=dataclasses.replace(joint.clearance, contact="hard")) for joint in mechanism.joints
+    ]
+    with pytest.raises(sd.InputError, match="hard contact has no derivatives yet"):
+        gradient(dataclasses.replace(mechanism, joints=tuple(hard)), of=["peak_indentation"], by=["gravity"], until=1e-3)

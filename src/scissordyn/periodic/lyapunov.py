@@ -23,7 +23,8 @@ from scissordyn.plan.plan import plan
 from scissordyn.plan.system import make_system
 from scissordyn.record.trajectory import Trajectory
 from scissordyn.run.advance.driver import Snapshot
-from scissordyn.run.trajectory import advance_to, compute, make_driver
+from scissordyn.run.stops import stops
+from scissordyn.run.trajectory import compute, make_driver
 from scissordyn.units import checked
 
 
@@ -102,21 +103,20 @@ def separation_exponent(
     companion = _place_companion(system, reference, reference, difference, first)
     growth: list[float] = []
     together, status, cause = 0, "complete", ""
+    times = part * np.arange(1, cycles * intervals + 1)
+    drivers[1].restore(companion)
     try:
-        for interval in range(1, cycles * intervals + 1):
-            drivers[1].restore(companion)
-            causes = [advance_to(driver, interval * part, Options.most_steps, since=driver.tried) for driver in drivers]
-            if any(causes):
-                status, cause = "failed", causes[0] or causes[1]
+        for pair in zip(*(stops(driver, times.tolist(), Options.most_steps) for driver in drivers), strict=True):
+            interval = pair[0].number + 1
+            if cause := pair[0].cause or pair[1].cause:
+                status = "failed"
                 break
-            for driver in drivers:
-                driver.clear_log()
             reference, companion = (driver.snapshot() for driver in drivers)
             difference = companion.y - reference.y
             apart = _norm(difference, n, pulse)
             growth.append(math.log(apart / first))
             together += int(np.array_equal(reference.mode, companion.mode))
-            companion = _place_companion(system, reference, companion, difference, first / apart)
+            drivers[1].restore(_place_companion(system, reference, companion, difference, first / apart))
             if progress is not None and interval % intervals == 0:
                 progress(interval // intervals, cycles)
     except KeyboardInterrupt:

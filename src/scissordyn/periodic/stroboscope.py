@@ -26,7 +26,8 @@ from scissordyn.record.events import ACCOUNTS, accounts
 from scissordyn.record.warn import Extremes
 from scissordyn.run.advance.driver import Choice, Driver, Snapshot, count_steps
 from scissordyn.run.demand import check_cycles
-from scissordyn.run.trajectory import advance_to, current_trajectory, make_driver
+from scissordyn.run.stops import stops
+from scissordyn.run.trajectory import current_trajectory, make_driver
 
 DESCRIBED = {
     "slider_position": (("cycle",), "m", "position of the slider along its guide"),
@@ -150,7 +151,7 @@ def _run_cycles(
     phase: float,
     progress: Callable[[float], None] | None,
 ) -> Cycles:
-    period, state, first, cycles = options.until, driver.state, numbers.start, len(numbers)
+    period, first, cycles = options.until, numbers.start, len(numbers)
     contacts = len(driver.plan.contacts)
     driver.sample_at((first + np.arange(cycles) + phase) * period)
     rows: dict[str, np.ndarray] = {
@@ -164,31 +165,24 @@ def _run_cycles(
     losses = [name.endswith("loss") for name in ACCOUNTS]
     extremes = Extremes(driver.plan)
     done, events, cause, end = 0, 0, "", driver.snapshot()
-    began, before = clocks.perf_counter(), count_steps(state)
+    began, before = clocks.perf_counter(), count_steps(driver.state)
+    driver.monitor(keep >= cycles)
     try:
-        for number in numbers:
-            mode, taken = state.mode.copy(), int(state.counts["steps"][0])
-            driver.clear_log()
-            wanted = number >= numbers.stop - keep
-            driver.monitor(wanted)
-            # energies and peaks cover one cycle; a contact that lasts across its start is monitored from the start
-            state.total[:] = state.peak[:] = 0.0
-            driver.peak["largest_time"] = driver.time
-            cause = advance_to(driver, (number + 1) * period, options.most_steps, since=driver.tried)
-            state = driver.state
-            if wanted:
+        for stop in stops(driver, ((number + 1) * period for number in numbers), options.most_steps):
+            if stop.number >= cycles - keep:
                 extremes.add(current_trajectory(driver))
-            if cause:
+            if cause := stop.cause:
                 break
-            log, begin = driver.log, number * period
-            count_contacts(log, mode[:contacts], begin, period, rows["impacts"][done], rows["contact_fraction"][done])
+            log, begin, mode = driver.log, (first + done) * period, stop.mode[:contacts]
+            count_contacts(log, mode, begin, period, rows["impacts"][done], rows["contact_fraction"][done])
             rows["peak_force"][done] = _peak_forces(driver)
-            booked = accounts(driver.plan, state.total[None], log, np.array([math.inf]))[0]
+            booked = accounts(driver.plan, driver.state.total[None], log, np.array([math.inf]))[0]
             rows["drive_work"][done], rows["dissipated_energy"][done] = (
                 booked[ACCOUNTS.index("drive_work")],
                 booked[losses].sum(),
             )
-            rows["steps"][done] = int(state.counts["steps"][0]) - taken
+            rows["steps"][done] = stop.steps
+            driver.monitor(done + 1 >= cycles - keep)
             end = driver.snapshot()
             done, events = done + 1, events + log.shape[0]
             if progress is not None:

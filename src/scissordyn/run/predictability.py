@@ -21,7 +21,8 @@ from scissordyn.record.results import Run
 from scissordyn.record.trajectory import Trajectory
 from scissordyn.run.advance.checkpoint import Keeper
 from scissordyn.run.instants import sample_times, select_samples
-from scissordyn.run.trajectory import INTERRUPTED, advance_to, compute, make_driver
+from scissordyn.run.stops import stops
+from scissordyn.run.trajectory import INTERRUPTED, compute, make_driver
 
 DIVERGENCE = 0.1
 """[clearances] distance between two positions of a journal, relative to its bearing, from which two runs count as diverged; the
@@ -120,16 +121,15 @@ def _repeat_run(
     # at most 20 pieces of at least 20 steps, since each piece ends a step of the second run
     seen, pieces = 0, max(1, min(20, int(path.statistics["steps"]) // 20))
     try:
-        for until in np.linspace(0.0, options.until, pieces + 1)[1:].tolist():
-            # a driver from a checkpoint may be beyond `until` already
-            cause = advance_to(driver, until, options.most_steps, progress) if until > driver.time else ""
+        ends = np.linspace(0.0, options.until, pieces + 1)[1:].tolist()
+        for stop in stops(driver, ends, options.most_steps, resets=False, progress=progress):
             again = driver.samples.state
             new = slice(seen, len(again))
             beyond = np.flatnonzero(~(_relative_distance(path, times[new], states[new], again[new]) < 1.0))
             if beyond.size:
                 return "diverged", float(times[new][beyond[0]]), driver.tried
-            if cause:
-                return f"unknown: the more accurate run ended there ({cause})", driver.time, driver.tried
+            if stop.cause:
+                return f"unknown: the more accurate run ended there ({stop.cause})", driver.time, driver.tried
             seen = len(again)
     except KeyboardInterrupt:
         if keeper is not None:

@@ -266,9 +266,14 @@ class Driver:
         if bool(clock["monitors"][0]) != on:
             clock["monitors"], clock["prepared"] = int(on), 0
 
-    def clear_log(self) -> None:
-        """Delete the events so far, and the history that delayed feedback no longer needs."""
+    def clear_record(self) -> None:
+        """Delete events, totals and peaks so far, and the history that delayed feedback no longer needs.
+
+        A contact that lasts is monitored from now on.
+        """
         self.state.counts["events"] = 0
+        self.state.total[:] = self.state.peak[:] = 0.0
+        self.peak["largest_time"] = self.time
         delays = self.integration.content.work.delays
         if delays.size:
             history, length = self.state.history, int(self.state.history_length[0])

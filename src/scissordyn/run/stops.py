@@ -1,0 +1,45 @@
+"""Stops of a driver at given times, with what the run has done since the last stop."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from scissordyn.run.advance.driver import Driver
+from scissordyn.run.trajectory import advance_to
+
+
+class Stop(NamedTuple):
+    """State of a run at one stop; the driver holds log, totals and peaks since the last stop."""
+
+    number: int  # index of the stop, from 0
+    begin: float  # time of the last stop [s]
+    mode: np.ndarray  # modes of the guards at the last stop
+    steps: int  # accepted steps since the last stop
+    cause: str  # reason why the stop was not reached, or ""
+
+
+def stops(
+    driver: Driver,
+    times: Iterable[float],
+    most_steps: int,
+    *,
+    resets: bool = True,
+    progress: Callable[[float], None] | None = None,
+) -> Iterator[Stop]:
+    """Advance a driver to each time in turn and yield there; the last stop is the first that was not reached.
+
+    With `resets` the event log, totals, peaks and the limit of steps begin anew after each stop. The caller may change or
+    restore the driver between two stops. A driver that is beyond a time stays where it is.
+    """
+    for number, until in enumerate(times):
+        begin, mode, steps = driver.time, driver.state.mode.copy(), int(driver.state.counts["steps"][0])
+        if resets:
+            driver.clear_record()
+        since = driver.tried if resets else 0
+        cause = advance_to(driver, until, most_steps, progress, since=since) if until > begin else ""
+        yield Stop(number, begin, mode, int(driver.state.counts["steps"][0]) - steps, cause)
+        if cause:
+            return

@@ -120,6 +120,9 @@ ClearanceTable = _clearance_table(
     clearance="0.5 mm",
     bearing_material="steel",
     lubrication="ISO VG 46",
+    wear="1e-7 mm^3/(N m)",
+    bush="1 mm",
+    contour="0, 0.001, 0.002 mm",
 )
 
 GuideClearanceTable = _clearance_table(

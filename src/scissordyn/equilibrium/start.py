@@ -31,6 +31,7 @@ from scissordyn.kinematics.given import prescribed_bodies
 from scissordyn.laws.damping.proportional import DampingFactor
 from scissordyn.laws.evaluate import elastic_energy, elastic_force
 from scissordyn.mechanics import functions
+from scissordyn.mechanics.contour import place_under
 from scissordyn.mechanics.reactions import solve_reactions
 from scissordyn.mechanics.system import APPROACH_FLOOR, System
 from scissordyn.mechanics.time_function import function_at
@@ -219,10 +220,24 @@ def _resting_offsets(plan: Plan, system: System, force: np.ndarray) -> np.ndarra
                 "start = 'concentric'",
             )
         size = float(np.hypot(*reaction))
+        if system.parameters.contact["cells"][j] and size > 0.0:
+            offsets[j] = _worn_place(plan, system, j, -reaction)
+            continue
         depth = _indentation(system, j, size)
         reach = system.parameters.contact["clearance"][j] + depth
         offsets[j] = -reach * reaction / size if size > 0.0 else 0.0
     return offsets
+
+
+def _worn_place(plan: Plan, system: System, j: int, force: np.ndarray) -> np.ndarray:
+    """Return the eccentricity at which the journal of contact j presses on its worn bearing with a force, shape (2,) [m]."""
+    numbers, body = system.parameters, plan.mechanism.clearance_joints[j].bearing[0]
+    angle = plan.mechanism.body(body).placed_angle if plan.coordinates.natural.rotates(body) else 0.0
+    turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+    row, out = numbers.contact[j], np.zeros(3)
+    contour = numbers.contour[j], numbers.foundation[j], float(row["clearance"]), float(row["cell_area"])
+    place_under(*(turn.T @ force).tolist(), *contour, out)
+    return np.asarray(turn @ out[:2])
 
 
 def _indentation(system: System, j: int, force: float) -> float:

@@ -37,6 +37,7 @@ from scissordyn.mechanics.system import (
     SLIP_BY_V,
     SLIP_BY_X,
 )
+from scissordyn.mechanics.worn_contact import displaced, worn_gap, worn_kinematics, worn_slopes
 
 
 @kernel
@@ -45,6 +46,8 @@ def gap(j, S):
     maps = map_values(j, S)
     if S.parameters.contact[j].plane == 1:
         return plane_gap(j, S, maps)
+    if S.parameters.contact[j].cells > 0:
+        return worn_gap(j, S, maps)
     ex, ey, _, _, _, _, ux, uy, _, _, _, _ = maps
     e = math.sqrt(ex * ex + ey * ey)
     # at e = 0 the normal is undefined; a journal that leaves in any direction moves outward
@@ -59,6 +62,9 @@ def kinematics(j, S):
     p, contact = S.parameters.contact[j], S.work.contact[j]
     if p.plane == 1:
         plane_kinematics(j, S, maps)
+        return maps
+    if p.cells > 0:
+        worn_kinematics(j, S, maps)
         return maps
     ex, ey, ax, ay, bx, by, ux, uy, px, py, qx, qy = maps
     e = math.sqrt(ex * ex + ey * ey)
@@ -85,6 +91,15 @@ def damped_force(j, S, elastic, delta, rate, z, dz):
 
 
 @kernel
+def elastic_of(j, S):
+    """Return the elastic force of contact j [N] at its indentation > 0; `kinematics` has that of a worn bearing."""
+    contact = S.work.contact[j]
+    if S.parameters.contact[j].cells > 0:
+        return contact.elastic
+    return elastic_force(S.parameters.law[j].stiffness, contact.depth, S.parameters.elastic[j])
+
+
+@kernel
 def contact_laws(j, S, z, dz):
     """Evaluate the laws of contact j into Work.contact, write the rates of its states into dz; return the maps."""
     P, W = S.parameters, S.work
@@ -101,7 +116,7 @@ def contact_laws(j, S, z, dz):
     pressed, pressed_rate = z[first : z.size], dz[first : z.size]
     pressed_rate[:] = 0.0
     if contact.depth > 0.0:
-        elastic = elastic_force(law.stiffness, contact.depth, P.elastic[j])
+        elastic = elastic_of(j, S)
         normal = damped_force(j, S, elastic, contact.depth, contact.rate, pressed, pressed_rate)
     tangential = friction_force(law.friction, contact.slip, normal, z, dz, P.friction[j])
     contact.elastic = elastic
@@ -120,10 +135,12 @@ def contact_forces(j, S, z, dz):
     if p.plane == 1:
         plane_forces(j, S, maps, normal, tangential)
         return
-    _, _, ax, ay, bx, by, _, _, _, _, _, _ = maps
+    ex, ey, ax, ay, bx, by, _, _, _, _, _, _ = maps
     nx, ny = contact.nx, contact.ny
     fx, fy = -normal * nx + tangential * ny, -normal * ny - tangential * nx
     moment_j, moment_b = -p.radius * tangential, (p.radius + contact.distance) * tangential
+    if p.cells > 0:
+        moment_b = (p.radius + ex * nx + ey * ny) * tangential + (ex * ny - ey * nx) * normal
     write_wrench(j, S, fx, fy, moment_j, moment_b)
     add_torques(j, S, fx, fy, moment_j, moment_b, ax, ay, bx, by, W.force, 0, W.force.size)
 
@@ -173,7 +190,7 @@ def begin_contact(y, j, S, data, resting):
     friction_states(law.start, contact.slip, y[start:middle], P.friction[j])
     y[middle:stop] = 0.0
     if resting and law.settled != 0 and contact.depth > 0.0:
-        elastic = elastic_force(law.stiffness, contact.depth, P.elastic[j])
+        elastic = elastic_of(j, S)
         settled_states(law.settled, elastic, contact.depth, y[middle:stop], P.damping[j])
     return True
 
@@ -225,10 +242,16 @@ def law_slopes(j, S, z, up, down, by_state):
     if delta > 0.0 and stiffness != 0:
         pressed, rising, falling = z[first:states], up[first:states], down[first:states]
         h = 1e-5 * delta
-        high = elastic_force(stiffness, delta + h, P.elastic[j])
-        low = elastic_force(stiffness, delta - h, P.elastic[j])
-        high = damped_force(j, S, high, delta + h, rate, pressed, rising)
-        low = damped_force(j, S, low, delta - h, rate, pressed, falling)
+        deep, shallow = delta + h, delta - h
+        if P.contact[j].cells > 0:
+            maps = map_values(j, S)
+            high, deep, _, _ = displaced(j, S, maps, h, 0.0)
+            low, shallow, _, _ = displaced(j, S, maps, -h, 0.0)
+        else:
+            high = elastic_force(stiffness, deep, P.elastic[j])
+            low = elastic_force(stiffness, shallow, P.elastic[j])
+        high = damped_force(j, S, high, deep, rate, pressed, rising)
+        low = damped_force(j, S, low, shallow, rate, pressed, falling)
         n_by_delta = (high - low) / (2.0 * h)
         for s in range(first, states):
             by_state[states + 4, s] = (up[s] - down[s]) / (2.0 * h)
@@ -274,6 +297,23 @@ def law_slopes(j, S, z, up, down, by_state):
             for s in range(first):
                 by_state[s, k] = (up[s] - down[s]) / (2.0 * h)
     return n_by_delta, n_by_rate, t_by_slip, t_by_normal
+
+
+@kernel
+def lateral_slopes(j, S, z, rates):
+    """Return the slope of F_n of a worn contact by a displacement along t, and those of the angle of n along n and t."""
+    contact, first, h = S.work.contact[j], S.parameters.law[j].bristles, 1e-5 * S.work.contact[j].depth
+    if not (contact.depth > 0.0 and contact.elastic > 0.0):
+        return 0.0, 0.0, 0.0
+    maps, pressed, scratch = map_values(j, S), z[first : z.size], rates[first : z.size]
+    _, _, _, out = displaced(j, S, maps, h, 0.0)
+    _, _, _, back = displaced(j, S, maps, -h, 0.0)
+    left, left_depth, _, left_turn = displaced(j, S, maps, 0.0, h)
+    right, right_depth, _, right_turn = displaced(j, S, maps, 0.0, -h)
+    left = damped_force(j, S, left, left_depth, contact.rate, pressed, scratch)
+    right = damped_force(j, S, right, right_depth, contact.rate, pressed, scratch)
+    scale = 1.0 / (2.0 * h)
+    return (left - right) * scale, (out - back) * scale / contact.elastic, (left_turn - right_turn) * scale / contact.elastic
 
 
 @kernel
@@ -338,6 +378,9 @@ def linearise_contact(j, S, z, by_state, up, down):
     n_d, n_r, t_v, t_n = law_slopes(j, S, z, up, down, by_state)
     if S.parameters.contact[j].plane == 1:
         plane_slopes(j, S, n_d, n_r)
+    elif S.parameters.contact[j].cells > 0:
+        n_a, turn_d, turn_a = lateral_slopes(j, S, z, up)
+        worn_slopes(j, S, n_d, n_a, n_r, turn_d, turn_a)
     else:
         pin_slopes(j, S, n_d, n_r)
     count, block, local = M.element_start[j + 1] - M.element_start[j], M.block_start[j], W.local

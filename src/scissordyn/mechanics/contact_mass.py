@@ -27,8 +27,9 @@ def contact_mass(j, S):
     W = S.work
     nx, ny = W.contact[j].nx, W.contact[j].ny
     ux, uy, ax, ay, bx, by, _, _, _, _, _, _ = map_values(j, S)
-    # a guide surface is pushed at the corner, not at the point that its map starts from
-    moment = ux * ny - uy * nx if S.parameters.contact[j].plane == 1 else 0.0
+    # a guide surface is pushed at the corner, not at the point that its map starts from, and a worn bearing likewise
+    p = S.parameters.contact[j]
+    moment = ux * ny - uy * nx if p.plane == 1 or p.cells > 0 else 0.0
     W.load[:] = 0.0
     add_torques(j, S, -nx, -ny, 0.0, moment, ax, ay, bx, by, W.load, 0, S.model.n)
     return effective_mass(S)

@@ -13,6 +13,7 @@ from scissordyn.mechanics.constraint_solver import expand_track
 from scissordyn.mechanics.contact import contact_at
 from scissordyn.mechanics.equations import accelerate
 from scissordyn.mechanics.system import RESULTS
+from scissordyn.mechanics.worn_contact import add_loads
 
 if TYPE_CHECKING:
     from scissordyn.mechanics.system import Model
@@ -21,6 +22,7 @@ POWERS = ("drive_work", "damping_loss", "friction_loss", "load_work", "damper_lo
 """Integrals of the energy balance [J], in the order of the powers that `monitor` writes."""
 
 DRIVES, DAMPING, FRICTION, LOADS, DAMPERS, MOTORS = range(len(POWERS))
+BALANCED = len(POWERS)  # number of powers of the energy balance; loads on worn bearings follow (`worn_contact.add_loads`)
 
 (
     DRIVE_TORQUE,
@@ -252,6 +254,8 @@ def monitor(t, y, S, power, rows):
         friction += rows[j, 2]
     power[DRIVES], power[MOTORS], power[LOADS] = total, motors, loads
     power[DAMPING], power[FRICTION], power[DAMPERS] = damping, friction, dampers
+    if power.size > BALANCED:
+        add_loads(S, power, BALANCED)
 
 
 @kernel

@@ -17,6 +17,7 @@ from scissordyn.mechanics.flexible_bar import flexible_bar_energy
 from scissordyn.mechanics.monitored import constraint_forces, drive_torque
 from scissordyn.mechanics.rotation import counted_angle, rotation_direction
 from scissordyn.mechanics.system import CONTACT_RESULT, RESULTS, open_system
+from scissordyn.mechanics.worn_contact import worn_energy
 
 ContactRows = Annotated[np.ndarray, ArrayType(CONTACT_RESULT, 2)]
 
@@ -128,6 +129,8 @@ def write_energies(at, t, y, S, R):
         law = S.parameters.law[j]
         if M.elastic_state[j] >= 0:
             elastic += y[M.elastic_state[j]]
+        elif S.state.mode[j] == 1 and S.parameters.contact[j].cells > 0:
+            elastic += worn_energy(j, S)
         elif S.state.mode[j] == 1:
             elastic += elastic_energy(law.energy, law.stiffness, W.contact[j].depth, S.parameters.elastic[j])
     for i in range(W.stored_energy.size):

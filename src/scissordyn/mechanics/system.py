@@ -30,6 +30,8 @@ CONTACT = np.dtype(
         ("area", "f8"),  # projected area of the bearing [m^2]
         ("plane", "i8"),  # 1 for a corner at a guide surface, 0 for a journal in a bearing
         ("spinless", "i8"),  # 1 if the slip speed is that of the contact points R n, which do not turn with the bodies
+        ("cells", "i8"),  # number of angles of a worn contour, 0 for a round bearing
+        ("cell_area", "f8"),  # area of the bearing between two angles [m^2]
     ]
 )
 LAW_KERNELS = ("stiffness", "energy", "damping", "settled", "friction", "start", "limit")
@@ -49,8 +51,8 @@ CONTACT_RESULT = np.dtype(
 towards the surface from the middle [m].
 """
 
-ARM_N, ARM_T, N_BY_X, N_BY_V, SLIP_BY_X, SLIP_BY_V, DEPTH_BY_X, RATE_BY_X, OWN, OTHER = range(10)
-"""Rows of `Workspace.local`: arms of F_n and F_t, derivatives of F_n, slip speed, delta and delta'; two more for each kind of
+ARM_N, ARM_T, N_BY_X, N_BY_V, SLIP_BY_X, SLIP_BY_V, DEPTH_BY_X, RATE_BY_X, OWN, OTHER, TURN_OWN = range(11)
+"""Rows of `Workspace.local`: arms of F_n and F_t, derivatives of F_n, slip speed, delta and delta'; three more for each kind of
 contact.
 """
 
@@ -146,6 +148,8 @@ class Parameters(NamedTuple):
     value: F1  # (m,) values of the constraints at t = 0
     contact: ContactArray  # (contacts,)
     law: LawArray  # (contacts,)
+    contour: F3  # (contacts, angles, 3) depth of a worn bearing [m], cosine and sine of the angle in the frame of its body
+    foundation: F3  # (contacts, pieces, 5) pressure by indentation, see `laws.foundation`
     elastic: F2  # (contacts, PARAMETERS)
     damping: F2
     friction: F2
@@ -218,7 +222,7 @@ class Workspace(NamedTuple):
     rate_by_x: F1  # (states * entries)
     rate_by_v: F1
     rate_by_state: F1  # states x states of each force element
-    local: F2  # (8, widest element)
+    local: F2  # (11, widest element)
     state_work: F2  # (2, most states)
     state_jacobian: F2  # (most states + 3, most states)
     coordinates: F2  # (components, 4) coordinates of the ports

@@ -71,7 +71,7 @@ def make_workspace(model: Model, parameters: Parameters) -> Workspace:
         gamma=np.zeros(1),
         wrench=np.zeros((contacts + components, 4)),
         rate_by_state=np.zeros(int(model.state_state_start[-1])),
-        local=np.zeros((10, int(np.max(counts, initial=0)))),
+        local=np.zeros((11, int(np.max(counts, initial=0)))),
         state_jacobian=np.zeros((most + 6, most)),
         context=np.zeros(len(CONTEXT)),
         result=np.zeros((components, RESULTS)),

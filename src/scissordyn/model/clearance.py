@@ -182,6 +182,12 @@ ReferenceKind = Annotated[
 ]
 
 
+ANGLES_MIN = 90  # smallest number of depths of a contour: the arcs of loaded contacts span several degrees
+
+CONTOUR = Quantity("m", help="depths of the worn bearing at equal angles, from the direction of its body")
+WEAR = Quantity("m^2/N", above=0.0, maximum=1e-6, help="worn volume of the bearing per load and distance (Archard)")
+
+
 @documented
 @dataclass(frozen=True)
 class Clearance:
@@ -211,9 +217,21 @@ class Clearance:
     contact: ContactKind = "compliant"
     reference: ReferenceKind = "loaded"
     slip: SlipKind = "surfaces"
+    wear: Annotated[float | None, WEAR] = None
+    bush: Annotated[float | None, Quantity("m", above=0.0, help="thickness of the bush, which wear may use up")] = None
+    contour: Annotated[tuple[float, ...], CONTOUR] = ()
 
     def __post_init__(self) -> None:
         check_quantities(self)
+        if self.contour:
+            self._check_contour()
+        round_only = self.contact == "hard" or self.lubrication is not None or self.slip != "surfaces"
+        if round_only and (self.contour or self.wear is not None):
+            raise InputError(
+                "wear of a joint with hard contact, lubrication or slip of the contact points",
+                "a dry compliant contact with the slip of the surfaces",
+                'contact = "compliant"',
+            )
         if self.clearance >= self.journal_radius:
             raise InputError(
                 f"clearance = {self.clearance:g} m is not smaller than journal_radius = {self.journal_radius:g} m",
@@ -223,6 +241,13 @@ class Clearance:
         if self.lubrication is not None:
             self.lubrication.check(self.clearance, self.journal_radius, self.bearing_length)
         check_hard(self)
+
+    def _check_contour(self) -> None:
+        """Raise `InputError` for a worn contour that the contact cannot have."""
+        if len(self.contour) < ANGLES_MIN:
+            raise InputError(f"contour: {len(self.contour)} depths", f"at least {ANGLES_MIN} depths, at equally spaced angles")
+        if not all(0.0 <= depth < self.journal_radius for depth in self.contour):
+            raise InputError("contour: a depth that is negative or not below the journal radius", "depths of the worn bearing")
 
     @property
     def surfaces(self) -> JointContact:

@@ -12,10 +12,12 @@ from scissordyn.components.actuator import Actuator
 from scissordyn.components.declaration import PARAMETERS as COMPONENT_PARAMETERS
 from scissordyn.components.declaration import Component
 from scissordyn.control.signal import SIGNALS
+from scissordyn.errors import InputError
+from scissordyn.laws.foundation import pressure_table
 from scissordyn.laws.trial import tried
 from scissordyn.mechanics.system import CONTACT, LAW, Parameters
 from scissordyn.mechanics.time_function import COLUMNS, breaks_of, function_rows
-from scissordyn.model.clearance import HARD_STATES, ContactPoint
+from scissordyn.model.clearance import HARD_STATES, Clearance, ContactPoint
 from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.acting import acting, offsets, start_coordinates, time_functions
@@ -34,6 +36,7 @@ def make_parameters(mechanism: Mechanism, coordinates: Coordinates) -> Parameter
 
     surfaces, law = np.zeros(len(contacts), CONTACT), np.zeros(len(contacts), LAW)
     tables = np.zeros((3, len(contacts), PARAMETERS))
+    contour, foundation = worn_bearings(contacts)
     for j, contact in enumerate(contacts):
         clearance = contact.clearance
         assert clearance is not None
@@ -42,6 +45,9 @@ def make_parameters(mechanism: Mechanism, coordinates: Coordinates) -> Parameter
         p["clearance"], p["radius"] = clearance.clearance, joint.journal_radius
         p["spinless"] = getattr(clearance, "slip", "surfaces") == "contact-points"
         p["area"] = 2.0 * joint.journal_radius * joint.length
+        p["cells"] = len(getattr(clearance, "contour", ()))
+        if p["cells"]:
+            p["cell_area"] = 2.0 * math.pi * joint.bearing_radius * joint.length / p["cells"]
         if isinstance(contact, ContactPoint):
             p["plane"], p["level"] = 1, contact.distance - joint.journal_radius
             p["normal_x"], p["normal_y"] = contact.normal
@@ -80,6 +86,8 @@ def make_parameters(mechanism: Mechanism, coordinates: Coordinates) -> Parameter
         value=np.array([constraint.value for constraint in coordinates.constraints], float),
         contact=surfaces,
         law=law,
+        contour=contour,
+        foundation=foundation,
         elastic=tables[0],
         damping=tables[1],
         friction=tables[2],
@@ -91,6 +99,35 @@ def make_parameters(mechanism: Mechanism, coordinates: Coordinates) -> Parameter
         ideal=np.zeros((0, 6 * len(mechanism.tracks))),
         ideal_step=np.zeros(1),
     )
+
+
+def contour_table(depths: Sequence[float]) -> np.ndarray:
+    """Return the depths of a worn contour with cosine and sine of their angles, shape (angles, 3)."""
+    angle = 2.0 * math.pi * np.arange(len(depths)) / len(depths)
+    return np.stack([np.array(depths, float), np.cos(angle), np.sin(angle)], axis=1)
+
+
+def worn_bearings(contacts: Sequence[Revolute | ContactPoint]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the contours of all contacts and the pressures of their laws; empty without worn bearings."""
+    worn = {
+        j: part.clearance for j, part in enumerate(contacts) if isinstance(part.clearance, Clearance) and part.clearance.contour
+    }
+    if not worn:
+        return np.zeros((len(contacts), 0, 3)), np.zeros((len(contacts), 0, 5))
+    counts = {len(clearance.contour) for clearance in worn.values()}
+    if len(counts) > 1:
+        raise InputError(f"contours of {' and '.join(map(str, sorted(counts)))} depths", "as many depths for each worn bearing")
+    hard = [part.name for part in contacts if part.clearance is not None and part.clearance.contact == "hard"]
+    if hard:
+        raise InputError(
+            f"a worn bearing beside hard contact at '{hard[0]}'", "compliant contacts only", 'contact = "compliant"'
+        )
+    pressures = {j: pressure_table(clearance.stiffness, clearance.surfaces) for j, clearance in worn.items()}
+    contour = np.zeros((len(contacts), counts.pop(), 3))
+    foundation = np.zeros((len(contacts), *next(iter(pressures.values())).shape))
+    for j, clearance in worn.items():
+        contour[j], foundation[j] = contour_table(clearance.contour), pressures[j]
+    return contour, foundation
 
 
 def _weight(mechanism: Mechanism, coordinates: Coordinates) -> np.ndarray:

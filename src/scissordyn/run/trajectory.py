@@ -68,6 +68,8 @@ def make_driver(
     system: Handle | None = None,
     driver: Driver | None = None,
     perturb: Callable[[np.ndarray], np.ndarray] = lambda y: y,
+    *,
+    loads: bool = False,
 ) -> tuple[Driver, Prepared, Choice]:
     """Return a driver at the start of a run; it uses the arrays of `driver` if that has the same method."""
     system = make_system(plan) if system is None else system
@@ -76,7 +78,7 @@ def make_driver(
     tolerances = error_weights(plan, system, y, rtol=options.rtol, atol=options.atol)
     choice = choose_method(plan, system, y, options, tolerances)
     if driver is None or driver.method != choice.method:
-        driver = Driver(plan, system, y.size, choice, tolerances)
+        driver = Driver(plan, system, y.size, choice, tolerances, loads=loads)
     driver.begin(plan, y, choice, tolerances, choose_crossing(plan, options), prepared.initial_events)
     return driver, prepared, choice
 

@@ -29,8 +29,9 @@ from scissordyn.integrate.integration import (
 from scissordyn.integrate.tableau import tableau
 from scissordyn.kernel import Handle
 from scissordyn.mechanics import functions
-from scissordyn.mechanics.monitored import POWERS, TRACK_DEVIATION, companions, entries_read, monitored_rows
+from scissordyn.mechanics.monitored import BALANCED, TRACK_DEVIATION, companions, entries_read, monitored_rows
 from scissordyn.mechanics.system import Parameters, System
+from scissordyn.mechanics.worn_contact import LOADS
 from scissordyn.plan.plan import Plan
 from scissordyn.record.trajectory import BAND, LOG, PEAK, by_name
 from scissordyn.run.advance.system import Stepping
@@ -106,8 +107,13 @@ class Choice:
 
 
 class Driver:
-    def __init__(self, plan: Plan, system: Handle, size: int, method: Choice, tolerances: Tolerances) -> None:
-        """Allocate the arrays for a state of `size` entries; `begin` starts a case."""
+    def __init__(
+        self, plan: Plan, system: Handle, size: int, method: Choice, tolerances: Tolerances, *, loads: bool = False
+    ) -> None:
+        """Allocate the arrays for a state of `size` entries; `begin` starts a case.
+
+        `loads` integrates the loads on worn bearings by angle (`worn_contact.add_loads`).
+        """
         self.plan, self.system, self.method = plan, system, method.method
         self.stepping = Stepping(plan) if method.step > 0.0 else None
         self.pace, self._most = FIRST_STEPS, np.inf
@@ -118,7 +124,7 @@ class Driver:
         mechanism = system.content.state
         state = make_state(
             np.zeros(size),
-            quadratures=len(POWERS),
+            quadratures=BALANCED + (2 * LOADS * int(np.sum(content.parameters.contact["cells"] > 0)) if loads else 0),
             monitors=model.monitor.shape[0],
             mode=mechanism.mode,
             memory=mechanism.memory,

@@ -1,0 +1,274 @@
+"""Round journal in a worn bearing: indentation, pressure, force and energy over the angle, and the wear by given loads.
+
+The contour h(theta) is the depth by which the bearing is worn, at equally spaced angles in the frame of its body, and linear
+in between. At the eccentricity e the journal indents the bearing at each angle by
+
+    w(theta) = e_x cos(theta) + e_y sin(theta) - c - h(theta)
+
+With the pressure p(w) of `laws.foundation`, linear w between two angles and A the area of a cell, force and energy are
+
+    f = sum A int p(w) (cos, sin) ds,    U = sum A int P(w) ds,    P' = p,    f = dU/de
+
+All integrals are closed forms of p, P and Q with Q' = P, also in a cell in which the contact ends.
+"""
+
+from __future__ import annotations
+
+import math
+
+from scissordyn.kernel import F1, F2, entry, kernel
+from scissordyn.laws.foundation import EXPONENT, FIRST, INDENTATION, PRESSURE, SECOND
+
+DEPTH, COS, SIN = range(3)  # columns of a contour
+
+FLAT_FRACTION = 1e-3
+"""Difference of the indentations at both ends of a cell, relative to their mean, below which Simpson's rule is used.
+
+Its error is 1e-13 there. The closed form loses the square of this fraction by cancellation.
+"""
+
+PLACE_TOL = 1e-9  # relative residual of the force at which the place of a journal is found
+PLACE_STEPS_MAX = 60  # Newton steps, and bisections before them
+
+SUBSTEP_FRACTION = 0.25
+"""Largest change of a contour in a part of a wear step, as a fraction of the elastic indentation of the same load.
+
+Euler's method is stable below 2 for a pressure proportional to the indentation.
+"""
+
+
+@kernel
+def pressure(w, table):
+    """Return the pressure at an indentation w > 0, and its first and second integral."""
+    k = int(math.log(w / table[0, INDENTATION]) / math.log(table[1, INDENTATION] / table[0, INDENTATION]))
+    k = max(0, min(k, table.shape[0] - 1))
+    start, m, first = table[k, INDENTATION], table[k, EXPONENT], table[k, PRESSURE]
+    p = first * math.exp(m * math.log(w / start))
+    part = (p * w - first * start) / (m + 1.0)
+    low = table[k, FIRST] - first * start / (m + 1.0)
+    double = (p * w * w - first * start * start) / ((m + 1.0) * (m + 2.0))
+    return p, table[k, FIRST] + part, table[k, SECOND] + low * (w - start) + double
+
+
+@kernel
+def cell_count(angle, count):
+    """Return the number of cells that an angle from 0 to pi spans, rounded up, at most half of all."""
+    return min(int(angle * count / (2.0 * math.pi)) + 1, count // 2)
+
+
+@kernel
+def nearest_cell(ex, ey, count):
+    """Return the index of the angle of the contour nearest to a direction."""
+    angle = math.atan2(ey, ex) * count / (2.0 * math.pi)
+    k = int(angle + count + 0.5)
+    return k - count if k >= count else k
+
+
+@kernel
+def wrapped(k, count):
+    """Return an index between 0 and count - 1 for one that is at most one turn outside."""
+    if k < 0:
+        return k + count
+    return k - count if k >= count else k
+
+
+@kernel
+def deepest(ex, ey, contour, clearance):
+    """Return the largest indentation over all angles, negative without contact, and the index of its angle."""
+    count, e = contour.shape[0], math.sqrt(ex * ex + ey * ey)
+    middle = nearest_cell(ex, ey, count)
+    best, at = ex * contour[middle, COS] + ey * contour[middle, SIN] - clearance - contour[middle, DEPTH], middle
+    # h >= 0, so that beyond this angle w is smaller than at the middle
+    level = (best + clearance) / e if e > 0.0 else -1.0
+    reach = cell_count(math.acos(max(-1.0, min(1.0, level))), count)
+    for step in range(-reach, reach + 1):
+        k = wrapped(middle + step, count)
+        w = ex * contour[k, COS] + ey * contour[k, SIN] - clearance - contour[k, DEPTH]
+        if w > best:
+            best, at = w, k
+    return best, at
+
+
+@kernel
+def crest(ex, ey, contour, at):
+    """Return the direction of the largest indentation, by the parabola through it and its neighbours."""
+    count = contour.shape[0]
+    before, after = wrapped(at - 1, count), wrapped(at + 1, count)
+    left = ex * contour[before, COS] + ey * contour[before, SIN] - contour[before, DEPTH]
+    middle = ex * contour[at, COS] + ey * contour[at, SIN] - contour[at, DEPTH]
+    right = ex * contour[after, COS] + ey * contour[after, SIN] - contour[after, DEPTH]
+    bend = left - 2.0 * middle + right
+    shift = 0.5 * (left - right) / bend if bend < 0.0 else 0.0
+    turn = max(-0.5, min(0.5, shift)) * 2.0 * math.pi / count
+    cos, sin = math.cos(turn), math.sin(turn)
+    return contour[at, COS] * cos - contour[at, SIN] * sin, contour[at, SIN] * cos + contour[at, COS] * sin
+
+
+@kernel
+def press(ex, ey, contour, table, clearance, area, shares):
+    """Return the force of the journal on the bearing [N] and its energy [J]; add the pressure force of each angle to `shares`.
+
+    `area` is that of a cell. An empty `shares` receives nothing.
+    """
+    fx = fy = energy = 0.0
+    count, e = contour.shape[0], math.sqrt(ex * ex + ey * ey)
+    if not e > clearance:
+        return fx, fy, energy
+    middle, reach = nearest_cell(ex, ey, count), cell_count(math.acos(clearance / e), count)
+    before, w0, p0, first0, second0 = 0, -1.0, 0.0, 0.0, 0.0
+    for step in range(-reach - 1, reach + 2):
+        k = wrapped(middle + step, count)
+        w1 = ex * contour[k, COS] + ey * contour[k, SIN] - clearance - contour[k, DEPTH]
+        p1 = first1 = second1 = 0.0
+        if w1 > 0.0:
+            p1, first1, second1 = pressure(w1, table)
+        if step > -reach - 1 and (w0 > 0.0 or w1 > 0.0):
+            d = w1 - w0
+            if w0 > 0.0 and w1 > 0.0 and abs(d) < FLAT_FRACTION * 0.5 * (w0 + w1):
+                pm, firstm, _ = pressure(0.5 * (w0 + w1), table)
+                share0, share1 = area * (p0 + 2.0 * pm) / 6.0, area * (p1 + 2.0 * pm) / 6.0
+                energy += area * (first0 + 4.0 * firstm + first1) / 6.0
+            else:
+                share1 = area * (d * first1 - (second1 - second0)) / (d * d)
+                share0 = area * (first1 - first0) / d - share1
+                energy += area * (second1 - second0) / d
+            fx += share0 * contour[before, COS] + share1 * contour[k, COS]
+            fy += share0 * contour[before, SIN] + share1 * contour[k, SIN]
+            if shares.size > 0:
+                shares[before] += share0
+                shares[k] += share1
+        before, w0, p0, first0, second0 = k, w1, p1, first1, second1
+    return fx, fy, energy
+
+
+@kernel
+def bracket_place(nx, ny, force, contour, table, clearance, area, shares):
+    """Return the eccentricity along a direction at which the force along it is as given, by bisection."""
+    low, high = clearance, 1.001 * clearance
+    for _ in range(PLACE_STEPS_MAX):
+        fx, fy, _ = press(high * nx, high * ny, contour, table, clearance, area, shares)
+        if fx * nx + fy * ny >= force:
+            break
+        low, high = high, clearance + 2.0 * (high - clearance)
+    for _ in range(PLACE_STEPS_MAX):
+        middle = 0.5 * (low + high)
+        fx, fy, _ = press(middle * nx, middle * ny, contour, table, clearance, area, shares)
+        if fx * nx + fy * ny < force:
+            low = middle
+        else:
+            high = middle
+    return high
+
+
+@kernel
+def improve_place(ex, ey, px, py, contour, table, clearance, area, shares):
+    """Return the eccentricity at which the journal presses with the force (px, py), from one nearby, and the residual.
+
+    Newton's method with the tangent by differences; a step that does not reduce the residual is halved.
+    """
+    size = math.sqrt(px * px + py * py)
+    fx, fy, _ = press(ex, ey, contour, table, clearance, area, shares)
+    rest = math.hypot(px - fx, py - fy)
+    for _ in range(PLACE_STEPS_MAX):
+        if rest <= PLACE_TOL * size:
+            break
+        depth, _ = deepest(ex, ey, contour, clearance)
+        h = 1e-4 * max(depth, 1e-9 * clearance)
+        ax, ay, _ = press(ex + h, ey, contour, table, clearance, area, shares)
+        bx, by, _ = press(ex, ey + h, contour, table, clearance, area, shares)
+        xx, xy, yx, yy = (ax - fx) / h, (bx - fx) / h, (ay - fy) / h, (by - fy) / h
+        determinant = xx * yy - xy * yx
+        if not determinant > 0.0:
+            break
+        dx = (yy * (px - fx) - xy * (py - fy)) / determinant
+        dy = (xx * (py - fy) - yx * (px - fx)) / determinant
+        share, found = 1.0, False
+        for _ in range(PLACE_STEPS_MAX):
+            gx, gy, _ = press(ex + share * dx, ey + share * dy, contour, table, clearance, area, shares)
+            new = math.hypot(px - gx, py - gy)
+            if new < rest:
+                ex, ey, fx, fy, rest, found = ex + share * dx, ey + share * dy, gx, gy, new, True
+                break
+            share *= 0.5
+        if not found:
+            break
+    return ex, ey, rest
+
+
+@entry
+def press_at(ex: float, ey: float, contour: F2, table: F2, clearance: float, area: float, shares: F1, out: F1) -> None:
+    """Write the force of the journal on the bearing, its energy, and the largest indentation to `out`."""
+    out[0], out[1], out[2] = press(ex, ey, contour, table, clearance, area, shares)
+    out[3], _ = deepest(ex, ey, contour, clearance)
+
+
+@entry
+def place_under(px: float, py: float, contour: F2, table: F2, clearance: float, area: float, out: F1) -> None:
+    """Write the eccentricity at which the journal presses on the bearing with a force to `out`, and the residual force."""
+    force = math.hypot(px, py)
+    e = bracket_place(px / force, py / force, force, contour, table, clearance, area, out[3:3])
+    out[0], out[1], out[2] = improve_place(e * px / force, e * py / force, px, py, contour, table, clearance, area, out[3:3])
+
+
+@entry
+def wear_out(
+    contour: F2,
+    table: F2,
+    clearance: float,
+    area: float,
+    energy: F1,
+    force: F1,
+    place: F2,
+    coefficient: float,
+    substeps: int,
+    work: F2,
+) -> float:
+    r"""Wear a contour by loads and return the fraction of the wear that fits into the given number of substeps.
+
+    Load b acts at the angle 2 pi b / loads with a force [N] and the friction energy divided by the friction coefficient [J]:
+    the integral of F |v| dt. Archard's law distributes the volume k int F |v| dt as the pressure is distributed,
+
+    .. math:: \mathrm{d}h_i = \frac{k}{A} \sum_b \frac{p_{ib}}{\sum_i p_{ib}}\, \mathrm{d}E_b
+
+    The places of the journal under each load follow the contour. `place` holds them, NaN at first; `work` has three rows of
+    the contour's length.
+    """
+    loads, count, done = energy.size, contour.shape[0], 0.0
+    shares, rate, stiff = work[0], work[1], work[2]
+    for _ in range(substeps):
+        for i in range(count):
+            rate[i], stiff[i] = 0.0, 0.0
+        for b in range(loads):
+            if not energy[b] > 0.0:
+                continue
+            nx, ny = math.cos(2.0 * math.pi * b / loads), math.sin(2.0 * math.pi * b / loads)
+            px, py = force[b] * nx, force[b] * ny
+            if math.isnan(place[b, 0]):
+                e = bracket_place(nx, ny, force[b], contour, table, clearance, area, shares[0:0])
+                place[b, 0], place[b, 1] = e * nx, e * ny
+            place[b, 0], place[b, 1], _ = improve_place(
+                place[b, 0], place[b, 1], px, py, contour, table, clearance, area, shares[0:0]
+            )
+            for i in range(count):
+                shares[i] = 0.0
+            press(place[b, 0], place[b, 1], contour, table, clearance, area, shares)
+            depth, _ = deepest(place[b, 0], place[b, 1], contour, clearance)
+            total = 0.0
+            for i in range(count):
+                total += shares[i]
+            for i in range(count):
+                own = coefficient * energy[b] * shares[i] / (total * area)
+                rate[i] += own
+                stiff[i] += own / depth
+        largest = 0.0
+        for i in range(count):
+            largest = max(largest, stiff[i])
+        part = 1.0 - done
+        if largest > 0.0:
+            part = min(part, SUBSTEP_FRACTION / largest)
+        for i in range(count):
+            contour[i, DEPTH] += part * rate[i]
+        done = 1.0 if part >= 1.0 - done else done + part
+        if done >= 1.0:
+            break
+    return done

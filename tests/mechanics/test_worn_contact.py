@@ -1,0 +1,234 @@
+"""Journals in worn bearings: the limit of a round bearing, derivatives, momenta, energy, and wear by given loads."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from reference.kernels import check_step_matrix, check_time_derivative, increments, touching
+from scissordyn.components.time_function import Harmonic
+from scissordyn.errors import InputError
+from scissordyn.laws.catalogue import ELASTIC
+from scissordyn.laws.damping.standard_linear_solid import StandardLinearSolid
+from scissordyn.laws.evaluate import elastic_force
+from scissordyn.laws.foundation import pressure_table
+from scissordyn.laws.friction.lugre import LuGre
+from scissordyn.laws.friction.threlfall import Threlfall
+from scissordyn.mechanics import functions
+from scissordyn.mechanics.contour import DEPTH, place_under, press_at, wear_out
+from scissordyn.model.body import Body
+from scissordyn.model.clearance import Clearance
+from scissordyn.model.joint import Revolute
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.scissor import scissor
+from scissordyn.plan.numbers import contour_table
+from scissordyn.plugin.element import pointers, row_of
+from scissordyn.run.simulate import simulate
+
+
+def lobed(count=720, depth=2e-5):
+    """A contour with three lobes of different depths."""
+    angle = 2.0 * np.pi * np.arange(count) / count
+    depths = sum(depth * share * np.maximum(0.0, np.cos(angle - at)) ** 6 for share, at in ((1.0, 0.4), (0.6, 2.5), (0.3, 5.0)))
+    return tuple(depths.tolist())
+
+
+def floating(**laws):
+    """Two bodies that float freely, spin at different speeds, and are joined by a worn bearing."""
+    inner = Body("inner", 2.0, 4e-3, {"pin": (0.01, -0.02)}, centre=(0.02, 0.01), position=(0.03, 0.02), angle=0.4)
+    outer = Body("outer", 5.0, 0.05, {"hole": (0.05, 0.02)}, centre=(0.1, -0.03), position=(-0.01, -0.03), angle=0.3)
+    inner = dataclasses.replace(inner, velocity=(0.5, 0.3), angular_velocity=20.0)
+    outer = dataclasses.replace(outer, velocity=(0.2, -0.1), angular_velocity=3.0)
+    joint = Revolute("joint", ("inner", "pin"), ("outer", "hole"))
+    clearance = Clearance(**{"clearance": 5e-4, "contour": lobed(), "friction": Threlfall(0.1)} | laws)
+    return Mechanism((inner, outer), joints=(joint,), gravity=0.0).with_clearance("joint", clearance)
+
+
+def array(joint, **laws):
+    """An array that moves, with a worn joint with friction."""
+    drive = Harmonic(mean=0.5, amplitude=0.3, angular_frequency=40.0, phase=0.2)
+    arm = scissor(units=2, angle=0.5 + 0.3 * np.sin(0.2)).driven(drive)
+    return arm.with_clearance(joint, Clearance(**{"clearance": 5e-4, "contour": lobed(), "friction": LuGre(0.1)} | laws))
+
+
+@pytest.mark.parametrize("joint", ["A", "unit 1/pivot"])
+@pytest.mark.parametrize("step", [1e-7, 1e-5, 1e-3])
+def test_step_matrix_is_the_derivative(joint, step):
+    """Cross-check: W^-1 r from the structured solve equals that of a differenced Jacobian (relative error of differences)."""
+    handle, state = touching(array(joint), 7)
+    check_step_matrix(handle, state, step, increments(handle, state))
+
+
+@pytest.mark.parametrize("step", [1e-7, 1e-5, 1e-3])
+def test_step_matrix_of_two_moving_bodies(step):
+    """Cross-check: the same where the bearing's body turns freely."""
+    handle, state = touching(floating(friction=LuGre(0.1)), 5)
+    check_step_matrix(handle, state, step, increments(handle, state))
+
+
+def test_step_matrix_with_states_of_the_normal_force():
+    """Cross-check: the same where the surfaces relax."""
+    handle, state = touching(array("A", damping=StandardLinearSolid(1.5, 3e-4)), 7)
+    state[-1] = 40.0
+    sizes = increments(handle, state)
+    sizes[-1] = 1e-3
+    check_step_matrix(handle, state, 1e-5, sizes)
+
+
+def test_time_derivative():
+    """Cross-check: the partial derivative by time equals a central difference at fixed state."""
+    handle, state = touching(array("A"), 3)
+    assert np.any(check_time_derivative(handle, state, 1e-9))
+
+
+def test_rate_of_the_gap_is_its_derivative():
+    """Contract: the guard's rate is the change of the largest indentation along the motion (error of central differences)."""
+    handle, state = touching(floating(), 5)
+    n = handle.content.model.n
+    value, rate = np.zeros(1), np.zeros(1)
+    functions.guards(0.0, state, handle.address, value, rate)
+    ends, h = [], 1e-8
+    for sign in (1.0, -1.0):
+        moved, there = state.copy(), np.zeros(1)
+        moved[:n] += sign * h * state[n : 2 * n]
+        functions.guards(0.0, moved, handle.address, there, np.zeros(1))
+        ends.append(there)
+    np.testing.assert_allclose(rate, (ends[0] - ends[1]) / (2.0 * h), rtol=1e-6)
+
+
+def test_a_floating_joint_keeps_momenta_and_energy():
+    """Identity: nothing from outside acts; energy goes where damping and friction take it (integration at 1e-9)."""
+    mechanism = floating()
+    run = simulate(mechanism, until=0.1, rtol=1e-9, atol=1e-9, trust=False)
+    assert run.attrs["status"] == "complete"
+    mass = np.array([body.mass for body in mechanism.bodies])
+    inertia = np.array([body.inertia for body in mechanism.bodies])
+    place, velocity = run["position"].values, run["velocity"].values
+    linear = np.einsum("b,tba->ta", mass, velocity)
+    orbital = place[..., 0] * velocity[..., 1] - place[..., 1] * velocity[..., 0]
+    angular = orbital @ mass + run["angular_velocity"].values @ inertia
+    assert run.sizes["contact"] > 5
+    assert np.max(run["friction_loss"].values) > 1e-3 * run["kinetic_energy"].values[0]
+    assert np.max(np.abs(linear - linear[0])) < 1e-12 * np.max(np.abs(linear[0]))
+    assert np.max(np.abs(angular - angular[0])) < 1e-11
+    assert np.max(np.abs(run["energy_residual"].values)) < 1e-7 * run["kinetic_energy"].values[0]
+
+
+BORE = Clearance(5e-5, journal_radius=10e-3 - 5e-5, bearing_length=15e-3)  # a bearing with a radius of 10 mm
+
+
+def bearing(clearance, count):
+    """Contour, pressures, radial clearance and area of a cell of a round bearing."""
+    surfaces = clearance.surfaces
+    area = 2.0 * math.pi * surfaces.bearing_radius * surfaces.length / count
+    return contour_table([0.0] * count), pressure_table(clearance.stiffness, surfaces), surfaces.clearance, area
+
+
+def pressed_by(made, x, y):
+    """Force, energy and largest indentation at an eccentricity."""
+    out = np.zeros(4)
+    press_at(x, y, *made, np.zeros(0), out)
+    return out
+
+
+@pytest.mark.parametrize("name", ELASTIC)
+def test_pressures_give_the_law(name):
+    """Limit: a round contour has the force of each law; half the cell has a quarter of the error, as linear cells do."""
+    clearance = Clearance(2e-4, stiffness=ELASTIC[name]())
+    delta, surfaces = 5e-6, clearance.surfaces
+    force = elastic_force(pointers(clearance.stiffness)["force"], delta, row_of(clearance.stiffness, surfaces))
+    errors = []
+    for count in (360, 720, 1440):
+        x, y, _, depth = pressed_by(bearing(clearance, count), clearance.clearance + delta, 0.0)
+        assert depth == pytest.approx(delta, rel=1e-9)
+        assert abs(y) < 1e-9 * x
+        errors.append(abs(x / force - 1.0))
+    assert errors[2] < 2e-4
+    assert errors[0] / errors[1] > 3.0
+
+
+def test_force_is_the_gradient_of_the_energy():
+    """Identity: f = dU/de on a worn contour, also where the contact ends within cells (central differences)."""
+    made = (contour_table(lobed()), *bearing(Clearance(5e-4), 720)[1:])
+    place, h = np.array([5.4e-4 * math.cos(0.45), 5.4e-4 * math.sin(0.45)]), 1e-10
+    force = pressed_by(made, *place)[:2]
+    differences = [
+        (pressed_by(made, *(place + h * axis))[2] - pressed_by(made, *(place - h * axis))[2]) / (2.0 * h) for axis in np.eye(2)
+    ]
+    assert np.hypot(*force) > 1e3
+    np.testing.assert_allclose(force, differences, rtol=1e-6)
+
+
+def test_place_under_a_force():
+    """Cross-check: the journal at the place found for a force presses with that force."""
+    made = (contour_table(lobed()), *bearing(Clearance(5e-4), 720)[1:])
+    out = np.zeros(3)
+    place_under(300.0, 400.0, *made, out)
+    np.testing.assert_allclose(pressed_by(made, *out[:2])[:2], (300.0, 400.0), rtol=1e-8)
+
+
+def worn_by(energy, force, count=720, substeps=20_000):
+    """Contour and volume of a bearing worn with k = 1e-9 m^2/N by a load at 40 degrees, and the fraction that was done."""
+    contour, table, clearance, area = bearing(BORE, count)
+    energies, forces, places = np.zeros(180), np.zeros(180), np.full((180, 2), np.nan)
+    energies[20], forces[20] = energy, force
+    done = wear_out(contour, table, clearance, area, energies, forces, places, 1e-9, substeps, np.zeros((3, count)))
+    return contour[:, DEPTH], area * float(np.sum(contour[:, DEPTH])), done
+
+
+def test_worn_volume_is_archards():
+    """Identity: V = k F s for a load of constant direction, whatever the number of cells (round-off)."""
+    for count in (90, 360):
+        _, volume, done = worn_by(0.2, 50.0, count)
+        assert done == 1.0
+        assert volume == pytest.approx(2e-10, rel=1e-13)
+
+
+def test_worn_in_profile():
+    """Closed form: a round journal wears V = 2 R L (sqrt(e^2 - c^2) - c acos(c/e)) where elasticity is negligible.
+
+    c = 0.05 mm, R = 10 mm, L = 15 mm, V = 1 mm^3: depth e - c = 8.98746112485 um over a half arc of 32.044338 deg. Under 10 N
+    the elastic indentation is 1e-3 of the depth; it rounds the edges of the profile only.
+    """
+    depths, volume, done = worn_by(1.0, 10.0)
+    assert done == 1.0
+    assert volume == pytest.approx(1e-9, rel=1e-12)
+    assert np.max(depths) == pytest.approx(8.98746112485e-6, rel=1e-4)
+    assert math.degrees(math.acos(5e-5 / (5e-5 + np.max(depths)))) == pytest.approx(32.044338, rel=1e-4)
+    angle = 2.0 * np.pi * np.arange(depths.size) / depths.size - math.radians(40.0)
+    exact = np.maximum(0.0, (5e-5 + 8.98746112485e-6) * np.cos(angle) - 5e-5)
+    assert np.max(np.abs(depths - exact)) < 1e-3 * np.max(depths)
+
+
+def test_wear_stops_at_its_substeps():
+    """Contract: the fraction of the wear that was done is reported, and the volume is that fraction."""
+    _, volume, done = worn_by(1.0, 10.0, substeps=20)
+    assert 0.0 < done < 0.5
+    assert volume == pytest.approx(done * 1e-9, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("laws", "said"),
+    [
+        ({"contour": (0.0,) * 12}, "contour: 12 depths"),
+        ({"contour": (-1e-6,) * 360}, "a depth that is negative"),
+        ({"contour": (0.0,) * 360, "contact": "hard"}, "a joint with hard contact"),
+        ({"contour": (0.0,) * 360, "slip": "contact-points"}, "slip of the contact points"),
+    ],
+)
+def test_contours_that_a_contact_cannot_have(laws, said):
+    with pytest.raises(InputError, match=said):
+        Clearance(5e-4, **laws)
+
+
+def test_a_round_contour_is_a_round_bearing():
+    """Limit: events and peaks of a run with a contour of zero depth are those of the round bearing (1440 cells: 1e-4)."""
+    arm = scissor(units=2).driven(speed=15.0)
+    runs = [
+        simulate(arm.with_clearance("A", Clearance(5e-4, contour=contour)), until=5e-3, rtol=1e-9, atol=1e-9, trust=False)
+        for contour in ((), (0.0,) * 1440)
+    ]
+    assert runs[0].sizes["contact"] >= 2
+    for name in ("contact_start", "peak_force", "approach_speed"):
+        np.testing.assert_allclose(runs[1][name].values[:2], runs[0][name].values[:2], rtol=1e-4)

@@ -140,6 +140,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "Cluster",
     ),
     "Periodic motion": ("bifurcation", "ensemble", "separation_exponent", "variational_exponent"),
+    "Wear": ("Wear", "wear"),
     "Analysis": (
         "classify",
         "consensus",

@@ -121,6 +121,7 @@ from scissordyn.model.scissor import (
     scissor as scissor,
 )
 from scissordyn.model.section import Section as Section, StructuralMaterial as StructuralMaterial
+from scissordyn.model.wear import Wear as Wear
 from scissordyn.periodic.bifurcation import bifurcation as bifurcation
 from scissordyn.periodic.cycles import cycle as cycle
 from scissordyn.periodic.ensemble import ensemble as ensemble
@@ -128,6 +129,7 @@ from scissordyn.periodic.lyapunov import (
     separation_exponent as separation_exponent,
     variational_exponent as variational_exponent,
 )
+from scissordyn.periodic.wear import wear as wear
 from scissordyn.plot.animation import animate as animate
 from scissordyn.plot.canvas import view as view
 from scissordyn.plot.preview import preview as preview

@@ -25,6 +25,7 @@ from scissordyn.casefile.time_function import DriveTable
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
+from scissordyn.model.wear import Wear
 
 
 @dataclasses.dataclass(frozen=True)
@@ -35,10 +36,13 @@ class Case:
     ----------
     mechanism : Mechanism
     run : Options
+    wear : Wear, optional
+        Options of the wear of its joints over many cycles.
     """
 
     mechanism: Mechanism
     run: Options
+    wear: Wear | None = None
 
 
 def _one_or_several(table: type[Table]) -> Reader:
@@ -100,8 +104,14 @@ class _CaseTable(Table):
         About("options of the simulation", examples=[{"until": "50 ms"}]),
     ]
 
+    wear: Annotated[
+        Wear | None,
+        described(Wear, most_clearance="0.6 mm"),
+        About("wear of joints over many cycles", examples=[{"cycles": 10000}]),
+    ] = None
+
     def case(self, feed_forward: FeedForward | None = None) -> Case:
-        return Case(self.mechanism(feed_forward), self.run)
+        return Case(self.mechanism(feed_forward), self.run, self.wear)
 
     def mechanism(self, feed_forward: FeedForward | None = None) -> Mechanism:
         """Return the mechanism of the file; raise `InputError` with the place in the file if its tables are inconsistent.

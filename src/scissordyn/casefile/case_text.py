@@ -86,10 +86,12 @@ def case_text(described: Mechanism | Case, run: Options | None = None, *, folder
             f"cannot write a {type(mechanism).__name__} as a case", "a Mechanism or a Case", "write_case(arm, 'arm.toml')"
         )
     options = run or (described.run if isinstance(described, Case) else Options(DEFAULT_UNTIL))
-    text = "\n".join([BEGINNING, *_lines(_tables(mechanism, Code(folder)) | _run(options)), ""])
+    wear = described.wear if isinstance(described, Case) else None
+    worn = {} if wear is None else {"wear": _fields(wear, NO_CODE)}
+    text = "\n".join([BEGINNING, *_lines(_tables(mechanism, Code(folder)) | _run(options) | worn), ""])
     if half := re.search(f'"([^"]*{SURROGATE}[^"]*)"', text):
         raise InputError(f"the name {half[1]!r} has half a surrogate pair", "text that UTF-8 can hold")
-    _check(text, mechanism, options, {"folder": folder or Path()})
+    _check(text, Case(mechanism, options, wear), {"folder": folder or Path()})
     return text
 
 
@@ -299,10 +301,10 @@ def _quantity(values: Sequence[float], unit: str) -> Any:
     return values[0] if unit == "1" else exact(values, unit)
 
 
-def _check(text: str, mechanism: Mechanism, options: Options, context: Context) -> None:
-    """Raise `InputError` unless the text describes the mechanism and the options exactly."""
+def _check(text: str, case: Case, context: Context) -> None:
+    """Raise `InputError` unless the text describes the case exactly."""
     read = instance(CaseTable, tomllib.loads(text), context).case()
-    for there, here in ((read.mechanism, mechanism), (read.run, options)):
+    for there, here in ((read.mechanism, case.mechanism), (read.run, case.run), (read.wear, case.wear)):
         reread, written = _normal(to_plain(there)), _normal(to_plain(here))
         if reread != written:
             place, wrong, wanted = first_difference(reread, written)

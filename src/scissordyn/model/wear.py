@@ -1,0 +1,41 @@
+"""Options of wear over many cycles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from scissordyn.model.clearance import ANGLES_MIN
+from scissordyn.units import Meaning, Quantity, check_quantities, documented
+
+CycleKind = Annotated[
+    Literal["auto", "period", "run"],
+    Meaning("a cycle: a period of the drive, or the whole run; auto: the period if the drives have one"),
+]
+
+
+@documented
+@dataclass(frozen=True)
+class Wear:
+    """Number of cycles over which joints wear, and how cycles are chosen, averaged and extrapolated.
+
+    The coefficients of wear belong to the joints: see `Clearance`.
+    """
+
+    cycles: Annotated[int, Quantity("1", minimum=1, maximum=10**9, help="number of cycles")] = 10_000
+    cycle: CycleKind = "auto"
+    settle: Annotated[int, Quantity("1", minimum=0, maximum=1000, help="periods at the start that are not counted")] = 2
+    members: Annotated[
+        int,
+        Quantity("1", minimum=1, maximum=1000, help="averaged periods, or runs from starts that differ by round-off"),
+    ] = 2
+    change: Annotated[
+        float, Quantity("1", minimum=1e-6, maximum=0.5, help="largest change of a contour without a simulation, in clearances")
+    ] = 0.02
+    angles: Annotated[int, Quantity("1", minimum=ANGLES_MIN, maximum=7200, help="angles of a contour")] = 360
+    most_clearance: Annotated[
+        float | None, Quantity("m", above=0.0, help="largest radial clearance that a worn joint may have")
+    ] = None
+
+    def __post_init__(self) -> None:
+        check_quantities(self)

@@ -1,0 +1,101 @@
+"""Life of worn joints: cycles until a requirement fails, with an interval, and the words that say so."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.wear import Wear
+from scissordyn.units import short
+
+
+class Requirement(NamedTuple):
+    """A limit that a curve over the cycles must not exceed."""
+
+    text: str
+    limit: float  # [m]
+    curve: np.ndarray  # (states,) [m]
+    error: np.ndarray  # (states,) half the 95 % interval [m]
+    joint: str  # joint that is worn, or "" for a requirement on the whole mechanism
+
+
+def requirements(run: xr.Dataset, mechanism: Mechanism, settings: Wear) -> Iterator[Requirement]:
+    """Yield the requirements of tracks, of the largest clearance and of bushes."""
+    for k, track in enumerate(mechanism.tracks):
+        if track.tolerance is not None and np.all(np.isfinite(run["track_deviation"].values[:, k])):
+            curve, error = run["track_deviation"].values[:, k], run["track_deviation_error"].values[:, k]
+            yield Requirement(f"track '{track.name}' within {short(track.tolerance, 'm')}", track.tolerance, curve, error, "")
+    for j, name in enumerate(run["joint"].values.tolist()):
+        clearance, error = mechanism.joint(name).clearance, run["depth_error"].values[:, j]
+        if settings.most_clearance is not None:
+            text = f"clearance of joint '{name}' at most {short(settings.most_clearance, 'm')}"
+            yield Requirement(text, settings.most_clearance, run["worn_clearance"].values[:, j], error, name)
+        if clearance is not None and clearance.bush is not None:
+            text = f"bush of joint '{name}' of {short(clearance.bush, 'm')} not worn through"
+            yield Requirement(text, clearance.bush, run["depth_largest"].values[:, j], error, name)
+
+
+def add_lives(run: xr.Dataset, mechanism: Mechanism, settings: Wear) -> xr.Dataset:
+    """Add the life until each requirement fails, and the joint that limits it."""
+    cycles, listed = run["cycle"].values.astype(float), list(requirements(run, mechanism, settings))
+    lives, joints = np.full((3, len(listed)), math.nan), []
+    for r, need in enumerate(listed):
+        # what is known of the depth is known of the cycles at which it is reached
+        at = run["joint"].values.tolist().index(need.joint) if need.joint else int(np.argmax(run["depth_largest"].values[-1]))
+        lives[0, r] = first_crossing(cycles, need.curve, need.limit)
+        lives[1, r] = first_crossing(cycles, need.curve + need.error, need.limit)
+        lives[2, r] = first_crossing(cycles, need.curve - need.error, need.limit)
+        if not need.joint:
+            depth, error = run["depth_largest"].values[-1, at], run["depth_error"].values[-1, at]
+            part = error / depth if depth > 0.0 else 0.0
+            lives[1, r], lives[2, r] = lives[1, r] / (1.0 + part), lives[2, r] * (1.0 + part)
+        joints.append(str(run["joint"].values[at]))
+    long_names = (
+        "cycles until the requirement fails; NaN if it does not",
+        "95 % interval, lower end",
+        "95 % interval, upper end",
+    )
+    for name, values, text in zip(("life", "life_low", "life_high"), lives, long_names, strict=True):
+        run[name] = ("requirement", values, {"units": "1", "long_name": text})
+    run["limited_by"] = ("requirement", np.array(joints, dtype=object), {"long_name": "joint that limits the requirement"})
+    return run.assign_coords(requirement=("requirement", np.array([need.text for need in listed], dtype=object)))
+
+
+def first_crossing(cycles: np.ndarray, curve: np.ndarray, limit: float) -> float:
+    """Return the number of cycles at which a curve first exceeds a limit, linear in between; NaN if it does not."""
+    beyond = np.flatnonzero(curve > limit)
+    if not beyond.size:
+        return math.nan
+    k = int(beyond[0])
+    if k == 0:
+        return float(cycles[0])
+    share = (limit - curve[k - 1]) / (curve[k] - curve[k - 1])
+    return float(cycles[k - 1] + share * (cycles[k] - cycles[k - 1]))
+
+
+def life_lines(run: xr.Dataset) -> list[str]:
+    """Return the answers of a wear result, the shortest life first, then the joints by depth."""
+    reached, lines = int(run["cycle"].values[-1]), []
+    lives = run["life"].values
+    for r in np.argsort(np.where(np.isnan(lives), math.inf, lives), kind="stable").tolist():
+        text, joint = str(run["requirement"].values[r]), str(run["limited_by"].values[r])
+        low, high = run["life_low"].values[r], run["life_high"].values[r]
+        if math.isnan(lives[r]):
+            sure = f"; it may fail from {low:.0f} cycles on" if math.isfinite(low) else ""
+            lines.append(f"{text}: holds for {reached} cycles{sure}")
+            continue
+        upper = f"{high:.0f}" if math.isfinite(high) else f"more than {reached}"
+        lines.append(f"{text}: fails after {lives[r]:.0f} cycles ({low:.0f} to {upper}); limited by joint '{joint}'")
+    last = run.isel(state=-1)
+    for j in np.argsort(-last["depth_largest"].values, kind="stable").tolist():
+        depth, error = float(last["depth_largest"][j]), float(last["depth_error"][j])
+        lines.append(
+            f"joint '{run['joint'].values[j]}' after {reached} cycles: {1e6 * depth:.4g} um deep (+- {1e6 * error:.2g}), "
+            f"{1e9 * float(last['worn_volume'][j]):.4g} mm3 worn, clearance {1e3 * float(last['worn_clearance'][j]):.5g} mm"
+        )
+    return lines

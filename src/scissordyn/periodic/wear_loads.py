@@ -1,0 +1,192 @@
+"""Loads on worn bearings in simulated cycles, by angle."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Iterator, Sequence
+from functools import partial
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.errors import InputError, ScissordynError
+from scissordyn.kinematics.closure import check_tables
+from scissordyn.mechanics.monitored import BALANCED, TRACK_DEVIATION
+from scissordyn.mechanics.worn_contact import LOADS
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.options import Options
+from scissordyn.model.wear import Wear
+from scissordyn.plan.plan import plan
+from scissordyn.record.ideal_path import IdealPath
+from scissordyn.record.transmitted import force_peaks
+from scissordyn.record.warn import Extremes
+from scissordyn.run.advance.driver import Driver
+from scissordyn.run.batch import Perturbed
+from scissordyn.run.engine import outcomes
+from scissordyn.run.ideal_path import can_deviate, ideal_path
+from scissordyn.run.stops import stops
+from scissordyn.run.trajectory import current_trajectory, make_driver, model_failure
+
+PERTURBATION = 1e-14  # relative perturbation of the starts of members, as in batches
+
+CONFIDENCE_FACTOR = 1.96  # standard errors of a mean on either side of a 95 % interval
+
+
+def worn_joints(mechanism: Mechanism) -> list[str]:
+    """Return the names of the joints with a coefficient of wear."""
+    names = [joint.name for joint in mechanism.clearance_joints if joint.clearance is not None and joint.clearance.wear]
+    if not names:
+        raise InputError(
+            "wear: no clearance joint has a coefficient of wear",
+            "Archard's coefficient of at least one joint",
+            'wear = "1e-7 mm^3/(N m)" in its [[clearance]]',
+        )
+    return names
+
+
+class Loads(NamedTuple):
+    """Loads on the bearings in simulated cycles, and what else is known of these cycles."""
+
+    energy: np.ndarray  # (members, joints, directions) integral of F_n |v_t| dt [J]
+    moment: np.ndarray  # (members, joints, directions) integral of F_n^2 |v_t| dt [N J]
+    peak: np.ndarray  # (members, joints) largest force [N]
+    deviation: np.ndarray  # (members, tracks) largest deviation [m]
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def spread(self) -> np.ndarray:
+        """Standard deviation between members of the energy of each joint, relative to its mean; 0 for one member."""
+        total = self.energy.sum(axis=-1)
+        mean = total.mean(axis=0)
+        if len(total) < 2:
+            return np.zeros(mean.shape)
+        return np.asarray(np.divide(total.std(axis=0, ddof=1), mean, out=np.zeros_like(mean), where=mean > 0.0))
+
+    @property
+    def deviation_error(self) -> np.ndarray:
+        """Half the 95 % interval of the mean deviation of each track [m]; 0 for one member."""
+        members = len(self.deviation)
+        if members < 2:
+            return np.zeros(self.deviation.shape[1])
+        return np.asarray(CONFIDENCE_FACTOR * self.deviation.std(axis=0, ddof=1) / np.sqrt(members))
+
+    def by_direction(self, joint: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return the energy [J] and the mean force [N] of each direction for one joint, averaged over the members.
+
+        The integration of a short step may leave a direction with a negative energy next to one with too much. Such a
+        deficit is taken from the neighbours, so that the sum stays exact.
+        """
+        energy, moment = self.energy[:, joint].mean(axis=0), self.moment[:, joint].mean(axis=0)
+        for _ in range(LOADS):
+            deficit = np.minimum(energy, 0.0)
+            if not deficit.any():
+                break
+            energy = np.maximum(energy, 0.0) + 0.5 * (np.roll(deficit, 1) + np.roll(deficit, -1))
+        force = np.divide(moment, energy, out=np.zeros_like(energy), where=energy > 0.0)
+        mean = float(moment.sum() / energy.sum()) if energy.sum() > 0.0 else 0.0
+        return energy, np.where((force > 1e-3 * mean) & (force < 1e3 * mean), force, mean)
+
+    @classmethod
+    def columns(cls, states: Sequence[Self]) -> dict[str, Any]:
+        """Return the variables of a Dataset that hold some states."""
+        dims = {"energy": ("joint", "direction"), "moment": ("joint", "direction"), "peak": ("joint",), "deviation": ("track",)}
+        units = {"energy": "J", "moment": "N J", "peak": "N", "deviation": "m"}
+        words = {
+            "energy": "integral of normal force times slip speed in a cycle, by direction of the force",
+            "moment": "integral of the squared normal force times slip speed in a cycle, by direction of the force",
+            "peak": "largest force in a cycle",
+            "deviation": "largest deviation of the tracked point in a cycle",
+        }
+        return {
+            f"member_{name}": (
+                ("state", "member", *dims[name]),
+                np.array([getattr(state, name) for state in states]),
+                {"units": units[name], "long_name": words[name]},
+            )
+            for name in dims
+        }
+
+    @classmethod
+    def from_row(cls, row: xr.Dataset, warnings: Sequence[str]) -> Self:
+        """Return the loads of one state of a Dataset."""
+        energy, moment, peak, deviation = (row[f"member_{name}"].values for name in ("energy", "moment", "peak", "deviation"))
+        return cls(energy, moment, peak, deviation, tuple(warnings))
+
+
+class CycleRunner:
+    """Simulates the cycles of a mechanism with given contours."""
+
+    def __init__(
+        self, mechanism: Mechanism, options: Options, settings: Wear, names: Sequence[str], period: float | None
+    ) -> None:
+        self.mechanism, self.settings, self.names, self.period = mechanism, settings, names, period
+        periods = settings.settle + settings.members
+        until = options.until if period is None else periods * period
+        self.options = dataclasses.replace(options, until=until, samples=2)
+        self.cycle_time = options.until if period is None else period
+        self.cycles_each = settings.members if period is None else periods
+        base = plan(mechanism)
+        check_tables(base, until)
+        self.ideal: IdealPath | None = None
+        if mechanism.tracks and can_deviate(mechanism):
+            self.ideal = ideal_path(base, self.options)
+
+    def loads(self, depths: np.ndarray) -> Loads:
+        """Return the loads with the given depths of the worn bearings, shape (joints, angles) [m]."""
+        mechanism = self.mechanism
+        for name, contour in zip(self.names, depths, strict=True):
+            clearance = mechanism.joint(name).clearance
+            assert clearance is not None
+            mechanism = mechanism.with_clearance(name, dataclasses.replace(clearance, contour=tuple(contour.tolist())))
+        if self.period is not None:
+            return self._joined(self._cycles(mechanism, 0))
+        members = range(self.settings.members)
+        results = list(outcomes(None, partial(self._run, mechanism), members))
+        for result in results:
+            if result.error is not None:
+                raise result.error
+        ordered = sorted(results, key=lambda result: result.task)
+        return self._joined(part for result in ordered if result.value is not None for part in result.value)
+
+    def _run(self, mechanism: Mechanism, member: int) -> list[Loads]:
+        return list(self._cycles(mechanism, member))
+
+    def _joined(self, parts: Iterable[Loads]) -> Loads:
+        """Return the loads of several cycles as members of one."""
+        listed = list(parts)
+        energy, moment, peak, deviation = (np.concatenate([part[k] for part in listed]) for k in range(4))
+        return Loads(energy, moment, peak, deviation, tuple(dict.fromkeys(text for part in listed for text in part.warnings)))
+
+    def _cycles(self, mechanism: Mechanism, member: int) -> Iterator[Loads]:
+        """Simulate from the start; yield the loads of each counted cycle."""
+        perturbed = Perturbed(member, PERTURBATION)
+        driver, prepared, _ = make_driver(plan(mechanism), self.options, perturb=partial(perturbed.start, member), loads=True)
+        if self.ideal is not None:
+            driver.compare_with(self.ideal.table, self.ideal.step)
+        settle = 0 if self.period is None else self.settings.settle
+        times = (
+            [self.options.until]
+            if self.period is None
+            else [self.period * (k + 1) for k in range(settle + self.settings.members)]
+        )
+        for stop in stops(driver, times, self.options.most_steps):
+            cause = stop.cause or model_failure(driver)
+            if cause:
+                raise ScissordynError(f"the simulated cycle stopped at t = {driver.time:.9g} s: {cause}")
+            if stop.number >= settle:
+                found = Extremes(driver.plan).add(current_trajectory(driver)).texts()
+                yield self._measured(driver, (*map(str, prepared.warnings), *found))
+
+    def _measured(self, driver: Driver, texts: tuple[str, ...]) -> Loads:
+        """Return what the driver has accumulated since the last stop, as one member."""
+        contacts = [contact.name for contact in driver.plan.contacts]
+        worn = [j for j, contact in enumerate(driver.plan.contacts) if getattr(contact.clearance, "contour", ())]
+        rows = [worn.index(contacts.index(name)) for name in self.names]
+        totals = driver.state.total[BALANCED:].reshape(len(worn), 2, LOADS)[rows]
+        forces = force_peaks(driver.plan, current_trajectory(driver)).size
+        peak = forces[driver.plan.places(self.names)]
+        deviation = driver.peak["largest"][driver.rows(TRACK_DEVIATION)]
+        if self.ideal is None:
+            deviation = np.full(deviation.shape, np.nan)
+        return Loads(totals[None, :, 0], totals[None, :, 1], peak[None], deviation[None].copy(), texts)

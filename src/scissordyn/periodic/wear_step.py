@@ -1,0 +1,59 @@
+"""Wear of one bearing by the loads of a cycle, for many cycles."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from scissordyn.errors import InputError
+from scissordyn.laws.foundation import pressure_table
+from scissordyn.mechanics import contour as kernels
+from scissordyn.model.joint import Revolute
+from scissordyn.periodic.wear_loads import Loads
+from scissordyn.plan.numbers import contour_table
+
+SUBSTEPS_MAX = 4000  # largest number of parts of one wear step
+
+
+class Worn(NamedTuple):
+    """Result of a wear step."""
+
+    depths: np.ndarray | None  # (angles,) [m]; None if the wear is too large for one step
+    deepened: float  # largest change of the depth [m]
+
+
+class Bearing:
+    """Bearing of a joint that wears."""
+
+    def __init__(self, joint: Revolute, angles: int) -> None:
+        clearance = joint.clearance
+        assert clearance is not None
+        assert clearance.wear is not None
+        surfaces = clearance.surfaces
+        if clearance.contour and len(clearance.contour) != angles:
+            raise InputError(
+                f"joint '{joint.name}': a contour of {len(clearance.contour)} depths",
+                f"{angles} depths, as many as the angles of the wear",
+                f"angles = {len(clearance.contour)}",
+            )
+        self.coefficient, self.bush = clearance.wear, clearance.bush
+        self.clearance, self.radius = clearance.clearance, surfaces.bearing_radius
+        self.area = 2.0 * np.pi * self.radius * surfaces.length / angles
+        self.depths = np.array(clearance.contour or (0.0,) * angles)
+        self.table = pressure_table(clearance.stiffness, surfaces)
+
+    def worn(self, depths: np.ndarray, loads: Loads, joint: int, cycles: int) -> Worn:
+        """Return the depths after some cycles of the loads on the bearing, the `joint`-th of them."""
+        energy, force = loads.by_direction(joint)
+        contour, places = contour_table(depths.tolist()), np.full((energy.size, 2), np.nan)
+        done = kernels.wear_out(
+            *(contour, self.table, self.clearance, self.area, energy, force, places),
+            *(self.coefficient * cycles, SUBSTEPS_MAX, np.zeros((3, depths.size))),
+        )
+        new = contour[:, kernels.DEPTH].copy()
+        return Worn(new if done >= 1.0 else None, float(np.max(new - depths)))
+
+    def depth_per_cycle(self, depths: np.ndarray, loads: Loads, joint: int) -> float:
+        """Return the largest depth that a single cycle of the loads wears [m]."""
+        return self.worn(depths, loads, joint, 1).deepened

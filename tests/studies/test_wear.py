@@ -1,0 +1,195 @@
+"""Wear of joints over many cycles: Archard's volume, the worn-in profile, steps of cycles, continuation, lives, bad input."""
+
+import dataclasses
+import json
+import math
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from scissordyn.casefile.case import Case
+from scissordyn.components.time_function import Harmonic
+from scissordyn.config.file import read_case, write_case
+from scissordyn.errors import InputError
+from scissordyn.mechanics.monitored import BALANCED, PRESSURE_VELOCITY
+from scissordyn.mechanics.worn_contact import LOADS
+from scissordyn.model.body import Body, Track
+from scissordyn.model.clearance import Clearance
+from scissordyn.model.joint import Revolute
+from scissordyn.model.linkage import slider_crank
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.options import Options
+from scissordyn.model.scissor import scissor
+from scissordyn.model.wear import Wear
+from scissordyn.periodic.life import first_crossing, life_lines
+from scissordyn.periodic.wear import wear
+from scissordyn.plan.plan import plan
+from scissordyn.record.store import load, save
+from scissordyn.run.trajectory import advance_to, make_driver
+
+RADIUS, GAP, LENGTH, MASS = 10e-3, 5e-5, 15e-3, 10.0  # of the bearing [m], and of the rotor [kg]
+FORCE = MASS * 9.81
+TURN = FORCE * 2.0 * math.pi * (RADIUS - GAP)  # energy F times slip of one turn [J]
+
+
+def rotor(volume, cycles, *, turns=5.0, unbalance=0.0, **laws):
+    """A shaft that turns at constant speed in a bearing, under its weight; its bearing loses a volume [m^3] in some cycles.
+
+    `unbalance` is the rotating force as a fraction of the weight.
+    """
+    speed = 2.0 * math.pi * turns
+    body = Body("shaft", MASS, 0.01, {"pin": (0.0, 0.0)}, centre=(unbalance * 9.81 / speed**2, 0.0), position=(0.0, 0.0))
+    joint = Revolute("bearing", ("shaft", "pin"), ("ground", "origin"))
+    still = Mechanism((body,), joints=(joint,), ground=(("origin", (0.0, 0.0)),), gravity=9.81)
+    sizes = {"clearance": GAP, "journal_radius": RADIUS - GAP, "bearing_length": LENGTH}
+    clearance = Clearance(**sizes, wear=volume / (TURN * cycles), **laws)
+    return still.driven(speed=speed, body="shaft").with_clearance("bearing", clearance)
+
+
+def worn(mechanism, cycles, **options):
+    """The wear of a mechanism that begins at rest in contact, with few simulated cycles."""
+    return wear(mechanism, until=1.0, cycles=cycles, **{"start": "in-contact", "settle": 0, "angles": 180} | options)
+
+
+def test_worn_in_profile():
+    """Closed form: V = k F w R t (integration at 1e-6), and the profile of a round journal where elasticity is negligible.
+
+    c = 0.05 mm, R = 10 mm, L = 15 mm, V = 1 mm^3: depth 8.98746112485 um (1e-4) over a half arc of 32.044338 deg.
+    """
+    run = worn(rotor(1e-9, 200), 200, angles=360)
+    assert run.attrs["status"] == "complete"
+    np.testing.assert_allclose(run["worn_volume"].values[:, 0], 1e-9 * run["cycle"].values / 200, rtol=1e-7)
+    depths = run["depth"].values[-1, 0]
+    assert np.max(depths) == pytest.approx(8.98746112485e-6, rel=1e-4)
+    assert math.degrees(math.acos(GAP / (GAP + np.max(depths)))) == pytest.approx(32.044338, rel=1e-4)
+    exact = np.maximum(0.0, (GAP + 8.98746112485e-6) * np.cos(run["angle"].values - 1.5 * np.pi) - GAP)
+    assert np.max(np.abs(depths - exact)) < 5e-3 * np.max(depths)  # 98 N indent the edges by 0.3 % of the depth
+
+
+def test_worn_volume_is_the_friction_path_of_all_loads():
+    """Identity: the energies of all directions add up to the integral of F_n |v_t| that the monitor keeps (round-off)."""
+    contour = tuple((1e-5 * np.maximum(0.0, np.cos(2.0 * np.pi * np.arange(360) / 360 - 1.0)) ** 4).tolist())
+    for clearance in (Clearance(2e-4, contour=contour), Clearance(2e-4, contour=(0.0,) * 360)):
+        mechanism = slider_crank().driven(speed=300.0).with_clearance("slider pin", clearance)
+        driver, _, _ = make_driver(plan(mechanism), Options(0.02, "concentric", 2, 1e-6, 1e-6), loads=True)
+        assert advance_to(driver, 0.02, 10**6) == ""
+        energy, moment = driver.state.total[BALANCED:].reshape(2, LOADS)
+        row = driver.peak[driver.rows(PRESSURE_VELOCITY)[0]]
+        area = float(driver.system.content.parameters.contact["area"][0])
+        assert np.sum(energy) > 1.0
+        assert np.sum(energy) == pytest.approx(area * row["integral"], rel=1e-12)
+        assert np.sum(moment) > np.sum(energy)
+
+
+def test_steps_of_cycles_converge():
+    """Order of convergence: the profile tends to that of a simulation before each cycle, with an order of at least one.
+
+    The load of an unbalanced shaft swings by 37 degrees on either side, so that the wear changes the loads on each angle.
+    """
+    profiles, lengths = [], []
+    for change in (1e-6, 0.02, 0.08):
+        run = worn(rotor(5e-10, 16, unbalance=0.6), 16, members=1, change=change)
+        profiles.append(run["depth"].values[-1, 0])
+        lengths.append(int(np.max(run["step"].values)))
+    assert lengths[0] == 1
+    assert lengths[2] > 2 * lengths[1] > 4
+    errors = [np.max(np.abs(profile - profiles[0])) / np.max(profiles[0]) for profile in profiles[1:]]
+    assert errors[1] < 0.05
+    assert math.log(errors[1] / errors[0]) / math.log(lengths[2] / lengths[1]) > 0.9
+
+
+def test_an_interrupted_wear_goes_on(tmp_path):
+    """Contract: a result that was interrupted and saved goes on to the result of one run, bit for bit."""
+    mechanism, kept = rotor(2e-10, 50, unbalance=0.5), []
+    whole = worn(mechanism, 50)
+
+    def stop(run):
+        kept.append(run)
+        if len(kept) == 2:
+            raise KeyboardInterrupt
+
+    part = worn(mechanism, 50, each=stop)
+    assert part.attrs["status"] == "interrupted"
+    assert 0 < int(part["cycle"][-1]) < 50
+    save(part, tmp_path / "life.nc")
+    again = worn(mechanism, 50, earlier=load(tmp_path / "life.nc"))
+    xr.testing.assert_identical(again, whole)
+    assert again.attrs["status"] == "complete"
+    longer = worn(mechanism, 60, earlier=again)
+    assert longer["cycle"].values.tolist() == [*whole["cycle"].values.tolist(), 60]
+    with pytest.raises(InputError, match="of another case or other options"):
+        worn(rotor(2e-10, 50, unbalance=0.4), 50, earlier=again)
+    with pytest.raises(InputError, match="has 60 cycles already"):
+        worn(mechanism, 50, earlier=longer)
+
+
+def test_life_of_a_clearance_and_a_bush():
+    """Closed form: the depth of the worn-in profile is reached after the volume that belongs to it."""
+    depth = 4e-6
+    half = math.acos(GAP / (GAP + depth))
+    volume = 2.0 * RADIUS * LENGTH * (math.sqrt((GAP + depth) ** 2 - GAP**2) - GAP * half)
+    cycles = 1000
+    run = worn(rotor(2.0 * volume, cycles), cycles, most_clearance=GAP + depth, change=0.01)
+    assert float(run["life"][0]) == pytest.approx(cycles / 2, rel=0.02)  # linear between states 1 % of c apart
+    assert run["life_low"][0] <= run["life"][0] <= run["life_high"][0]
+    assert str(run["limited_by"].values[0]) == "bearing"
+    assert life_lines(run)[0].startswith("clearance of joint 'bearing' at most 54 µm: fails after ")
+    through = worn(rotor(2.0 * volume, cycles, bush=depth), cycles)
+    assert through.attrs["status"] == "failed"
+    assert "has worn through its bush of 0.004 mm by cycle" in through.attrs["cause"]
+    assert float(through["life"][0]) == pytest.approx(cycles / 2, rel=0.05)
+
+
+def test_tip_of_a_deployment():
+    """Limit: a run is a cycle; a worn joint moves the tracked tip, and members that do not diverge give no spread."""
+    drive = Harmonic(mean=0.6, amplitude=0.3, angular_frequency=math.pi, phase=math.pi / 2)
+    arm = scissor(units=1, angle=0.9).driven(drive).with_clearance("A", Clearance(1e-4, wear=2e-11))
+    arm = dataclasses.replace(arm, tracks=(Track("tip", "unit 1/bar 2", "end", tolerance=1.2e-4),))
+    run = wear(arm, until=0.4, cycle="run", cycles=600, start="in-contact", angles=180)
+    deviation, depth = run["track_deviation"].values[:, 0], run["depth_largest"].values[:, 0]
+    assert run.attrs["cycle_time"] == 0.4
+    # while the contact widens at first, the largest deviation is that of the transient at the start
+    assert 0.8 < (deviation[-1] - deviation[2]) / (depth[-1] - depth[2]) < 1.0
+    assert np.max(run["track_deviation_error"].values) < 1e-6 * deviation[0]
+    assert math.isnan(float(run["life"][0]))
+    assert life_lines(run)[0] == "track 'tip' within 120 µm: holds for 600 cycles"
+
+
+def test_first_crossing():
+    cycles = np.array([0.0, 10.0, 30.0])
+    assert first_crossing(cycles, np.array([1.0, 2.0, 4.0]), 3.0) == pytest.approx(20.0)
+    assert first_crossing(cycles, np.array([1.0, 2.0, 4.0]), 0.5) == 0.0
+    assert math.isnan(first_crossing(cycles, np.array([1.0, 2.0, 4.0]), 4.0))
+
+
+def test_wear_in_a_case_file(tmp_path):
+    """Contract: [wear], coefficients, bushes and contours of a case are written and read again as they are."""
+    contour = tuple((1e-6 * np.arange(90.0)).tolist())
+    mechanism = rotor(1e-9, 10, contour=contour, bush=1e-3)
+    case = Case(mechanism, Options(1.0), Wear(cycles=50, most_clearance=1e-4))
+    write_case(case, tmp_path / "worn.toml")
+    assert read_case(tmp_path / "worn.toml") == case
+
+
+@pytest.mark.parametrize(
+    ("mechanism", "options", "said"),
+    [
+        (lambda: slider_crank().driven(speed=30.0), {}, "no clearance joint has a coefficient of wear"),
+        (lambda: rotor(1e-9, 10), {"cycles": 0}, "cycles = 0"),
+        (lambda: rotor(1e-9, 10, contour=(0.0,) * 90), {}, "a contour of 90 depths; allowed: 360 depths"),
+        (lambda: rotor(1e-9, 10), {"earlier": xr.Dataset(attrs={"title": "scissordyn run"})}, "earlier: a 'scissordyn run'"),
+    ],
+)
+def test_bad_input_of_wear(mechanism, options, said):
+    with pytest.raises(InputError, match=said):
+        wear(mechanism(), until=0.1, **options)
+
+
+def test_wear_that_is_too_fast():
+    """Contract: a cycle that wears more than the permitted change is reported, and one that destroys the bearing is a cause."""
+    fast = worn(rotor(2e-10, 4), 4, members=1)
+    assert "a single cycle changes the contour of joint 'bearing' by more than 0.02" in json.loads(fast.attrs["warnings"])[0]
+    mad = worn(rotor(5e-6, 1), 4, members=1)
+    assert mad.attrs["status"] == "failed"
+    assert "check its coefficient of wear" in mad.attrs["cause"]

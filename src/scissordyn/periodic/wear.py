@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
+import re
 from collections.abc import Callable, Iterator, Mapping
 from typing import Annotated, Any, NamedTuple
 
@@ -29,6 +30,8 @@ CONFIDENCE_FACTOR = 1.96  # standard errors of a mean on either side of a 95 % i
 TRIALS_MAX = 12  # largest number of reductions of a step of cycles whose change of the contour is too large
 
 GROWTH_MAX = 4.0  # largest ratio of two successive steps of cycles
+
+NUMBER = re.compile(r"[\d.]+")  # digits of a warning
 
 SPREAD_MAX = 0.2  # relative standard deviation of the wear between cycles from which a warning is given
 
@@ -205,7 +208,7 @@ class _Life:
         self._warn(loads)
 
     def _warn(self, loads: Loads) -> None:
-        """Note warnings of a simulated state once each."""
+        """Note the warnings of a simulated state, each once although its numbers may differ between states."""
         found = list(loads.warnings)
         if self.settings.members > 1:
             for name, spread in zip(self.names, loads.spread, strict=True):
@@ -214,7 +217,8 @@ class _Life:
                         f"cycles do not repeat: the wear of joint '{name}' differs between cycles; "
                         "average more of them (members)"
                     )
-        self.warnings += [text for text in found if text not in self.warnings]
+        told = {NUMBER.sub("", text) for text in self.warnings}
+        self.warnings += [text for text in found if NUMBER.sub("", text) not in told]
 
     def _wear(self) -> None:
         """Wear all bearings for as many cycles as the permitted change allows."""

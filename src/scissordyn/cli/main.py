@@ -128,6 +128,11 @@ COMMANDS = {
         "Compute a bifurcation diagram: the state once per period of the drive, for many values of a parameter.",
         "scissordyn bifurcation case.toml --over A.clearance --from '0.1 mm' --to '0.7 mm' -o diagram.nc",
     ),
+    "wear": (
+        "wear",
+        "Wear the joints of a case over many cycles, and tell when a requirement fails.",
+        "scissordyn wear case.toml --cycles 10000 -o life.nc --plot pictures",
+    ),
     "sweep": (
         "study",
         "Vary numbers of a case, keep all results in a store, and say where requirements are met.",

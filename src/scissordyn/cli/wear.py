@@ -1,0 +1,120 @@
+"""``scissordyn wear``: wear the joints of a case over many cycles, and tell their life."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from typer import Argument, Option
+
+from scissordyn.cli.option import AsJson, Changes, Quiet
+from scissordyn.cli.output import DESCRIPTION, STATUSES, bars, check_folder, check_run, print_json, say
+from scissordyn.errors import command, printable
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+PICTURE = "--plot pictures"
+
+
+def wear(
+    case: Annotated[Path, Argument(help="A case file with a coefficient of wear in a [[clearance]].")],
+    cycles: Annotated[int | None, Option(help="Number of cycles, in place of that of [wear].", min=1)] = None,
+    output: Annotated[
+        Path | None,
+        Option("-o", "--output", help="Keep the result here after each simulated cycle. The same command goes on from there."),
+    ] = None,
+    change: Changes = None,
+    plot: Annotated[Path | None, Option(help="Draw worn profiles and curves over the cycles into this folder.")] = None,
+    quiet: Quiet = False,
+    as_json: AsJson = False,
+) -> int:
+    from scissordyn.config.file import read_case
+    from scissordyn.model.wear import Wear
+    from scissordyn.periodic.wear import wear_out
+    from scissordyn.record.store import save
+
+    check_run(output, case, "-o life.nc")
+    check_folder(plot, PICTURE)
+    read = read_case(case, change or [])
+    settings = read.wear or Wear()
+    if cycles is not None:
+        settings = dataclasses.replace(settings, cycles=cycles)
+    earlier = _earlier(output)
+
+    def keep(run: xr.Dataset) -> None:
+        if output is not None:
+            save(run, output)
+
+    with bars(DESCRIPTION, "BarColumn", "MofNCompleteColumn", "TimeRemainingColumn") as update:
+        run = wear_out(
+            read.mechanism,
+            read.run,
+            settings,
+            earlier=earlier,
+            each=keep,
+            progress=None if update is None else lambda done, total: update("cycles", completed=done, total=total),
+        )
+    if run.sizes["state"]:
+        keep(run)
+    files = _draw(run, plot)
+    if as_json and run.sizes["state"]:
+        print_json(_record(run) | {"files": [str(file) for file in [*([] if output is None else [output]), *files]]})
+    elif not quiet:
+        _show(run, output, files)
+    if run.attrs["status"] != "complete":
+        resumed = ""
+        if run.attrs["status"] == "interrupted" and output is not None:
+            resumed = f"; {command('scissordyn', 'wear', case, '-o', output)} goes on from there"
+        print(f"scissordyn: {printable(run.attrs['cause'])}{resumed}", file=sys.stderr)
+    return STATUSES[run.attrs["status"]]
+
+
+def _earlier(output: Path | None) -> xr.Dataset | None:
+    """Return the result that the file of an earlier command holds."""
+    from scissordyn.file.output_file import regular_size
+    from scissordyn.record.store import load
+
+    return None if output is None or not output.exists() or not regular_size(output) else load(output)
+
+
+def _draw(run: xr.Dataset, folder: Path | None) -> list[Path]:
+    """Draw the profile of each joint and the curves over the cycles."""
+    if folder is None or not run.sizes["state"]:
+        return []
+    from scissordyn.plot.file import write
+    from scissordyn.plot.wear import history, profile
+
+    folder.mkdir(parents=True, exist_ok=True)
+    files = [write(history(run), folder / "wear.png")]
+    for number, joint in enumerate(run["joint"].values.tolist(), start=1):
+        files.append(write(profile(run, joint), folder / f"profile-{number}.png"))
+    return files
+
+
+def _show(run: xr.Dataset, output: Path | None, files: list[Path]) -> None:
+    from scissordyn.periodic.life import life_lines
+
+    reached = int(run["cycle"].values[-1]) if run.sizes["state"] else 0
+    say(*(life_lines(run) if reached else []), highlight=False, soft_wrap=True)
+    say(f"{run.attrs['simulated_cycles']} of {reached} cycles simulated.", highlight=False)
+    say(*(f"Warning: {warning}." for warning in json.loads(run.attrs["warnings"])), highlight=False, soft_wrap=True)
+    if output is not None and run.sizes["state"]:
+        say(f"Saved to {output}" + ("" if run.attrs["status"] == "complete" else f", marked {run.attrs['status']}"))
+    say(*files)
+
+
+def _record(run: xr.Dataset) -> dict[str, Any]:
+    """Return the answers as plain data in SI units."""
+    numbers, keys = ("life", "life_low", "life_high"), ("depth_largest", "depth_error", "worn_volume", "worn_clearance")
+    needs, limiting = run["requirement"].values.tolist(), run["limited_by"].values.tolist()
+    lives = [
+        {"requirement": need, "limited_by": joint, **{name: float(run[name].values[r]) for name in numbers}}
+        for r, (need, joint) in enumerate(zip(needs, limiting, strict=True))
+    ]
+    joints = {name: {key: float(run[key].sel(joint=name)[-1]) for key in keys} for name in run["joint"].values.tolist()}
+    attributes = {key: run.attrs[key] for key in ("status", "cause", "cycles", "simulated_cycles")}
+    return {**attributes, "lives": lives, "joints": joints, "warnings": json.loads(run.attrs["warnings"])}

@@ -1,0 +1,157 @@
+"""Draw worn bearings by angle, magnified, and clearances and deviations over the cycles."""
+
+from __future__ import annotations
+
+from itertools import cycle as repeated
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from scissordyn.casefile.configuration import read_configuration
+from scissordyn.errors import InputError, did_you_mean
+from scissordyn.plot.scale import engineering
+from scissordyn.plot.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILION,
+    Canvas,
+    figure_size,
+    legend,
+    literal,
+    normal,
+    panels,
+    small,
+)
+
+CURVES = 4  # contours of a profile, at states with about equal differences of depth
+SHARE = 0.3  # largest magnified depth over the bearing's radius
+COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
+
+
+def _check(run: xr.Dataset) -> None:
+    """Raise `InputError` for a Dataset that is no wear."""
+    if run.attrs.get("title") != "scissordyn wear":
+        raise InputError(f"a picture of wear of a '{run.attrs.get('title')}'", "a result of wear()", "sd.wear(mechanism, ...)")
+
+
+def profile(run: xr.Dataset, joint: str | None = None, *, axes: Axes | None = None) -> Axes:
+    """Draw the worn bearing of a joint by angle, with the depth magnified, at some numbers of cycles.
+
+    Parameters
+    ----------
+    run : Dataset
+        Result of `wear`.
+    joint : str, optional
+        Joint; by default the deepest one.
+    axes : Axes, optional
+        Axes with polar coordinates.
+
+    Returns
+    -------
+    Axes
+
+    Raises
+    ------
+    InputError
+        If the joint does not wear.
+    """
+    _check(run)
+    names = run["joint"].values.tolist()
+    chosen = names[int(np.argmax(run["depth_largest"].values[-1]))] if joint is None else joint
+    if chosen not in names:
+        raise InputError(f"joint '{chosen}' does not wear{did_you_mean(str(chosen), names)}", "one of " + ", ".join(names))
+    if axes is None:
+        figure = Figure(figsize=figure_size(5.6, 4.4), layout="constrained")
+        axes = figure.add_subplot(projection="polar")
+    here = run.sel(joint=chosen)
+    largest, depths = here["depth_largest"].values, here["depth"].values
+    angle = np.append(run["angle"].values, 2.0 * np.pi)
+    deepest = float(largest[-1]) or 1.0
+    at = sorted({int(np.argmin(np.abs(largest - share * deepest))) for share in np.linspace(0.0, 1.0, CURVES + 1)[1:]})
+    axes.plot(angle, np.ones(angle.size), color=GREY, linestyle="--", linewidth=0.8, label="round bearing")
+    for colour, k in zip(repeated(COLOURS), at, strict=False):
+        if largest[k] == 0.0:
+            continue
+        radius = 1.0 + SHARE * np.append(depths[k], depths[k, 0]) / deepest
+        axes.plot(angle, radius, color=colour, linewidth=1.1, label=f"cycle {int(run['cycle'].values[k])}")
+    scale = engineering("m", deepest)
+    ticks = np.array([0.0, 1.0])
+    axes.set_ylim(0.0, 1.0 + 1.15 * SHARE)
+    labels = [f"{scale.factor * deepest * tick:.3g}" for tick in ticks]
+    axes.set_yticks(1.0 + SHARE * ticks, labels, fontsize=small(), color=GREY)
+    axes.tick_params(labelsize=small())
+    axes.grid(linewidth=0.4)
+    factor = SHARE * float(here["bearing_radius"]) / deepest
+    axes.set_title(
+        f"joint {literal(chosen)}: wear depth [{scale.unit}], magnified {factor:.3g} times", fontsize=normal(), color=BLACK
+    )
+    legend([axes])
+    return axes
+
+
+def history(run: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
+    """Draw the largest clearance of each joint and the deviation of each tracked point over the cycles.
+
+    Bands are 95 % intervals; dashed lines are limits.
+
+    Parameters
+    ----------
+    run : Dataset
+        Result of `wear`.
+    axes : Axes or sequence of Axes, optional
+        One for the clearances, and one for the deviations if a point is tracked.
+
+    Returns
+    -------
+    list of Axes
+    """
+    _check(run)
+    mechanism = read_configuration(run).mechanism
+    tracked = bool(run.sizes["track"]) and bool(np.isfinite(run["track_deviation"].values).all())
+    drawn = panels(axes, 1 + tracked, size=(7.0, 2.6 * (1 + tracked)))
+    clearances = [(str(name), *_pair(run, "joint", name, "worn_clearance", "depth_error")) for name in run["joint"].values]
+    _curves(drawn[0], run, "largest radial clearance", clearances, _limits(run))
+    if tracked:
+        both = "track_deviation", "track_deviation_error"
+        deviations = [(str(name), *_pair(run, "track", name, *both)) for name in run["track"].values]
+        tolerances = [track.tolerance for track in mechanism.tracks if track.tolerance is not None]
+        _curves(drawn[1], run, "largest deviation", deviations, tolerances)
+    drawn[-1].set_xlabel("cycle", fontsize=normal())
+    for panel in drawn:
+        legend([panel])
+    return drawn
+
+
+def _pair(run: xr.Dataset, dim: str, name: object, curve: str, error: str) -> tuple[xr.DataArray, xr.DataArray]:
+    """Return a curve of one part over the cycles, and half its interval."""
+    return run[curve].sel({dim: name}), run[error].sel({dim: name})
+
+
+def _limits(run: xr.Dataset) -> list[float]:
+    """Return the largest clearance that is required, if one is."""
+    import json
+
+    limit = json.loads(run.attrs["settings"])["most_clearance"]
+    return [] if limit is None else [float(limit)]
+
+
+def _curves(
+    axes: Axes, run: xr.Dataset, label: str, curves: list[tuple[str, xr.DataArray, xr.DataArray]], limits: list[float]
+) -> None:
+    """Draw curves over the cycles with their intervals and limits."""
+    scale = engineering("m", *(curve.values for _, curve, _ in curves), limits)
+    cycles = run["cycle"].values
+    for colour, (name, curve, error) in zip(repeated(COLOURS), curves, strict=False):
+        low, high = scale.factor * (curve - error).values, scale.factor * (curve + error).values
+        axes.fill_between(cycles, low, high, color=colour, alpha=0.2, linewidth=0.0)
+        axes.plot(cycles, scale.factor * curve.values, color=colour, marker="o", markersize=2.5, label=literal(str(name)))
+    for limit in limits:
+        axes.axhline(scale.factor * limit, color=BLACK, linestyle="--", linewidth=0.8)
+    axes.set_ylabel(f"{label} [{scale.unit}]", fontsize=normal())

@@ -64,7 +64,12 @@ def fit_parameters(
     problem, unknowns, solution = _solved(problem, weights=not deviations, most=most, progress=progress)
     failure = "" if solution.status > 0 else f"{most} evaluations were not enough"
     data = _dataset(problem, unknowns, failure)
-    counts = {"runs": problem.runs, "evaluations": int(solution.nfev), "unknowns": problem.unknowns}
+    counts: dict[str, Any] = {
+        "runs": problem.runs,
+        "evaluations": int(solution.nfev),
+        "unknowns": problem.unknowns,
+        "derivatives": problem.derivatives,
+    }
     return data.assign_attrs(statistics=json.dumps({"seconds": clocks.perf_counter() - began} | counts))
 
 
@@ -204,9 +209,14 @@ def _dataset(problem: Problem, unknowns: np.ndarray, failure: str) -> xr.Dataset
         "configuration": write_configuration(problem.fitted_mechanism(unknowns), problem.options),
         "chi_square": errors.chi_square,
         "dependence": errors.dependence,
-        "warnings": json.dumps(_warnings(problem.free, failure, errors, values)),
+        "warnings": json.dumps([*_warnings(problem.free, failure, errors, values), *_refused(problem)]),
     }
     return data
+
+
+def _refused(problem: Problem) -> list[str]:
+    """Return a warning if the derivatives of runs with contacts are differences."""
+    return [f"derivatives are differences of runs, which contacts make noisy: {problem.refused}"] if problem.refused else []
 
 
 def _warnings(free: Sequence[Free], failure: str, errors: Uncertainty, values: np.ndarray) -> list[str]:

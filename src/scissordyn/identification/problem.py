@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.analysis.agreement import Measured
-from scissordyn.errors import InputError, command
+from scissordyn.errors import InputError, ScissordynError, command
 from scissordyn.file.export import TimeColumn, time_columns
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
@@ -174,6 +174,8 @@ class Problem:
     # Standard deviations of the jumps of a state between segments, in the order of `STATE`
     jumps: np.ndarray | None = None
     runs: int = field(default=0, init=False)
+    derivatives: str = field(default="", init=False)  # "exact" or "differences"; "" before the first ones
+    refused: str = field(default="", init=False)  # Reason why a run with contacts has no exact derivatives
 
     def __post_init__(self) -> None:
         sizes = [0 if segment.chart is None else segment.chart.size for segment in self.segments]
@@ -259,7 +261,19 @@ class Problem:
         return np.asarray(difference / self.jumps)
 
     def jacobian(self, unknowns: np.ndarray, *, accurate: bool = False) -> np.ndarray:
-        """Return the derivatives of the residuals; a segment depends on the free parameters and on its own start."""
+        """Return the derivatives of the residuals; a segment depends on the free parameters and on its own start.
+
+        They are exact for runs with contacts, whose differences are noisy, and differences of runs otherwise.
+        """
+        from scissordyn.identification.exact import exact_jacobian, has_events
+
+        if not self.derivatives:
+            self.derivatives = "exact" if has_events(self) else "differences"
+        if self.derivatives == "exact":
+            try:
+                return exact_jacobian(self, unknowns)
+            except ScissordynError as error:
+                self.derivatives, self.refused = "differences", str(error)
         low, high = self.bounds()
         fitted = self.fitted_mechanism(unknowns)
         base = self.run_segments(unknowns, fitted)

@@ -34,6 +34,8 @@ CAUSES = {
 }
 """Reasons why a step cannot be repeated."""
 
+SAMPLED = ("state", "memory", "mass", "reference")  # Fields of the samples that have derivatives
+
 POINTERS = ("force_kernel", "gap_kernel", "switch_kernel")
 
 
@@ -47,7 +49,7 @@ class Forward:
     peak: np.ndarray  # (rows, columns, parameters)
     total: np.ndarray  # (powers, parameters)
     monitored: np.ndarray  # (rows, values, parameters)
-    samples: np.ndarray  # (samples, ny, parameters)
+    samples: Mapping[str, np.ndarray]  # (samples, sizes, parameters) of the fields `SAMPLED` of the samples
     misfit: float  # Largest relative difference between a step and its repetition
     parts: int  # Number of steps that were halved for the derivatives
 
@@ -159,7 +161,8 @@ class _Pass:
         peak[:, unknown], log[:, [first + column for column in unknown]] = np.nan, np.nan
         if not integrals:
             total[:] = np.nan
-        samples = of(self.driver.integration.content.samples.state)[..., part].copy()
+        kept = self.driver.integration.content.samples
+        samples = {name: of(getattr(kept, name))[..., part].copy() for name in SAMPLED}
         return Forward(
             self.driver, of(state.y)[..., part].copy(), log, peak, total, of(state.monitored)[..., part].copy(), samples,
             float(self.misfit[0]), int(self.parts[0]),

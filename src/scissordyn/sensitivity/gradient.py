@@ -109,7 +109,9 @@ def gradient(
     began = clocks.perf_counter()
     options = Options(until, start, 2, rtol, atol, method, most_steps, "located")
     made = plan(mechanism)
-    _check(made, options, change)
+    if not 0.0 < change < 1.0:
+        raise InputError(f"change = {change!r}", "a relative change between 0 and 1", "change=1e-3")
+    check_derivable(made, options)
     responses = [_response(mechanism, text) for text in of]
     if not responses:
         raise InputError("no measure is given", "one or more measures", "of=['peak_force']")
@@ -144,14 +146,12 @@ def gradient(
     return found
 
 
-def _check(made: Plan, options: Options, change: float) -> None:
+def check_derivable(made: Plan, options: Options) -> None:
     """Raise `InputError` for what has no derivatives yet."""
     if PYTHON:
         raise InputError("gradients need compiled kernels", "SCISSORDYN_ENGINE not set to python")
     if options.method not in EXPLICIT:
         raise InputError(f"method '{options.method}' has no derivatives yet", " or ".join(EXPLICIT), "method='dop853'")
-    if not 0.0 < change < 1.0:
-        raise InputError(f"change = {change!r}", "a relative change between 0 and 1", "change=1e-3")
     refused = {
         "hard contact": bool(made.hard_places),
         "an oil film": bool(made.lubricated),

@@ -307,6 +307,10 @@ def use_inside(problem, T, t, h, now, run, s, w, system, samples, seed):
         part = (samples.time[counts.samples] - t) / h
         theta = place(w.scaling[0], part if part < 1.0 else with_value(part, 1.0))
         dense_value(theta, T.pattern, s.y, w.dense, samples.state[counts.samples])
+        for k in range(s.mode.size):
+            samples.memory[counts.samples, k], samples.mass[counts.samples, k] = s.memory[k], s.mass[k]
+        for i in range(s.reference.size):
+            samples.reference[counts.samples, i] = s.reference[i]
         counts.samples += 1
     if s.clock[0].monitors == 0:
         return

@@ -1,0 +1,86 @@
+"""Exact derivatives of the residuals of a fit, through all contacts of its runs."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from scissordyn.identification.problem import Free, Problem, curves
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.options import Options
+from scissordyn.model.parameter_path import changed_all
+from scissordyn.plan.plan import plan
+from scissordyn.plan.system import make_system
+from scissordyn.record.dataset import results
+from scissordyn.run.advance.driver import count_steps
+from scissordyn.run.trajectory import current_trajectory
+from scissordyn.sensitivity.forward import SAMPLED, Forward, forward
+from scissordyn.sensitivity.gradient import check_derivable
+from scissordyn.sensitivity.library import DERIVATIVES
+from scissordyn.sensitivity.seed import Parameter, Start, derivatives
+
+STEP = 1e-5  # Step along the derivatives of the states, as a fraction of a parameter's scale; the curves are smooth in them
+
+
+def has_events(problem: Problem) -> bool:
+    """Return whether contacts, stops or latches may act in the runs of a fit, and all of them start as the case says."""
+    guards = plan(problem.mechanism).model.guard_component.size
+    return guards > 0 and all(segment.chart is None for segment in problem.segments)
+
+
+def exact_jacobian(problem: Problem, unknowns: np.ndarray) -> np.ndarray:
+    """Return the derivatives of the residuals by the free parameters; raise `ScissordynError` where they do not exist."""
+    fitted, values = problem.fitted_mechanism(unknowns), problem.values(unknowns)
+    blocks = [
+        _slopes(problem, fitted, values, segment.record.time) / problem.deviation[:, None] for segment in problem.segments
+    ]
+    known = np.zeros((len(problem.known), len(problem.free)))
+    for row, k in enumerate(problem.known):
+        known[row, k] = problem.scale[k] / problem.free[k].deviation
+    return np.concatenate([*(block.reshape(-1, len(problem.free)) for block in blocks), known])
+
+
+def _slopes(problem: Problem, fitted: Mechanism, values: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """Return the derivatives of the curves by the unknowns, shape (times, columns, parameters)."""
+    method = "dop853" if problem.options.method == "auto" else problem.options.method
+    options = dataclasses.replace(
+        problem.options, until=float(times[-1]), samples=2, trust=False, events="located", method=method
+    )
+    tables, start = plan(fitted), Start(fitted, options.start)
+    check_derivable(tables, options)
+    pairs = zip(problem.free, values.tolist(), strict=True)
+    seeds = [derivatives(start, Parameter(free.path, value, free.scale, free.unit)) for free, value in pairs]
+    slopes = []
+    for first in range(0, len(seeds), DERIVATIVES):
+        run = forward(tables, options, seeds[first : first + DERIVATIVES], times=times)
+        problem.runs += 1
+        for k, free in enumerate(problem.free[first : first + DERIVATIVES]):
+            value = float(values[first + k])
+            ends = [_moved_curves(problem, run, k, fitted, free, value, sign * STEP, options) for sign in (1.0, -1.0)]
+            slopes.append((ends[0] - ends[1]) / (2.0 * STEP))
+    return np.stack(slopes, axis=2)
+
+
+def _moved_curves(
+    problem: Problem,
+    run: Forward,
+    parameter: int,
+    fitted: Mechanism,
+    free: Free,
+    value: float,
+    step: float,
+    options: Options,
+) -> np.ndarray:
+    """Return the curves of a run that is moved along its derivatives by one parameter."""
+    mechanism = changed_all(fitted, {free.path: value + step * free.scale}, {free.path: free.places})
+    tables, samples = plan(mechanism), run.driver.samples
+    moved = {name: getattr(samples, name) + step * run.samples[name][..., parameter] for name in SAMPLED}
+    statistics = {"method": options.method, "reason": "", "seconds": 0.0, **count_steps(run.driver.state)}
+    path = dataclasses.replace(
+        current_trajectory(run.driver, statistics=statistics),
+        plan=tables,
+        system=make_system(tables),
+        samples=samples._replace(**{name: np.ascontiguousarray(array) for name, array in moved.items()}),
+    )
+    return curves(results(tables, "", path, path.record()).dataset(), problem.columns)

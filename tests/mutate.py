@@ -100,7 +100,7 @@ class Mutation:
 
     @property
     def reason(self) -> str:
-        """Why it changes nothing, empty if it does."""
+        """Reason why it changes nothing, empty if it does."""
         key = (self.file, self.function, self.text)
         return EQUIVALENT.get((*key, self.which) if self.which else key, "")
 
@@ -124,12 +124,12 @@ class Job:
 
 
 def above_kernels(file: str) -> bool:
-    """Whether a file has no kernels, and no part of them."""
+    """Return whether a file has no kernels and no part of them."""
     return not file.startswith(KERNEL_ROOMS)
 
 
 def by_name(file: str) -> bool:
-    """Whether the kernels of a file read their parameters by name."""
+    """Return whether the kernels of a file read their parameters by name."""
     return file.startswith(("components/", "control/", "laws/"))
 
 
@@ -226,7 +226,7 @@ def start(copy: Path, job: Job) -> int:
 
 
 def fails(status: int, copy: Path) -> bool:
-    """Whether a process that has ended had a failing test."""
+    """Return whether a process that has ended had a failing test."""
     if os.WIFSIGNALED(status) and os.WTERMSIG(status) == signal.SIGALRM:
         return True
     code = os.waitstatus_to_exitcode(status)
@@ -279,7 +279,7 @@ def jobs_of(targets: tuple[Target, ...]) -> list[Job]:
 
 @cache
 def code_of(file: Path) -> str:
-    """What a file does: without comments, and without the docstrings that no code reads."""
+    """Return the code of a file without comments, and without the docstrings that no code reads."""
     tree = ast.parse(file.read_text())
     for node in ast.walk(tree):
         if isinstance(node, ast.FunctionDef) and ast.get_docstring(node) is not None:
@@ -354,12 +354,12 @@ def named() -> list[Change]:
 
 
 def reason_of(change: Change) -> str:
-    """Why a change gives the same answers; empty if a test should notice it."""
+    """Return the reason why a change gives the same answers, empty if a test should notice it."""
     return SAME_ANSWER.get((change.file, change.function, change.kind, change.text), "")
 
 
 def drawn_page(found: list[tuple[Change, str]]) -> str:
-    """What was drawn, and what noticed it."""
+    """Return the page of the changes that were drawn, with the tests that noticed them."""
     lines = ["| | file | function | kind | expression | noticed by |", "| ---: | --- | --- | --- | --- | --- |"]
     for number, (change, test) in enumerate(found, start=1):
         text = change.text if len(change.text) <= 70 else f"{change.text[:67]}..."

@@ -45,7 +45,7 @@ KINDS = {
     "factor": "a * b becomes a / b, or the other way round",
     "both": "and becomes or, or the other way round",
 }
-"""What is done to an expression."""
+"""Change of an expression."""
 
 
 @dataclass(frozen=True)
@@ -231,7 +231,7 @@ class Mutator(ast.NodeTransformer):
         return self.number(node) if record and isinstance(node.ctx, ast.Load) else self.generic_visit(node)
 
     def passed_on(self, node) -> bool:
-        """Whether an argument is a parameter that another function of the file reads."""
+        """Return whether an argument is a parameter that another function of the file reads."""
         return isinstance(node, ast.Name) and node.id in self.parameters and self.function in KERNELS
 
     def visit_Compare(self, node):
@@ -244,7 +244,7 @@ class Mutator(ast.NodeTransformer):
         return self.generic_visit(node)
 
     def is_number(self, node) -> bool:
-        """Whether a node is counted where it is visited."""
+        """Return whether a node is counted where it is visited."""
         return isinstance(node, ast.Starred | ast.Constant) or (isinstance(node, ast.Name) and node.id in self.parameters)
 
     def visit_Return(self, node):
@@ -275,5 +275,5 @@ class Mutator(ast.NodeTransformer):
 
 
 def is_parameter(node) -> bool:
-    """Whether an expression is a number of a kernel's row, p[3]."""
+    """Return whether an expression is a number of a kernel's row, p[3]."""
     return isinstance(node, ast.Subscript) and isinstance(node.value, ast.Name) and node.value.id == "p"

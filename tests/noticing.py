@@ -1,4 +1,4 @@
-"""Which rooms `mutate` draws changes from, which tests have to notice a change of a file, and which changes change nothing."""
+"""Tables of `mutate`: rooms that changes are drawn from, tests that have to notice them, and changes that change nothing."""
 
 from fnmatch import fnmatch
 
@@ -7,7 +7,7 @@ __all__ = ["EQUIVALENT", "MOST_ALIVE", "NAMED", "ROOMS", "SAME_ANSWER", "SEED", 
 SEED = 22
 
 ROOMS = {"integrate": 16, "mechanics": 16, "components/port": 6, "kinematics": 11, "run": 11}
-"""How many changes are drawn from each room."""
+"""Number of changes that are drawn from each room."""
 
 MOST_ALIVE = 3
 
@@ -114,7 +114,7 @@ NOTICING: dict[str, tuple[str, ...]] = {
     "run/advance/tolerance.py": ("components/test_state.py", "run/test_warn.py"),
     "run/*": ("test_run.py",),
 }
-"""By the first pattern that a file has: the test files to ask, one after another."""
+"""Test files that have to notice a change, one after another, by the first pattern that matches its file."""
 
 SAME_ANSWER: dict[tuple[str, str, str, str], str] = {
     ("integrate/monitor.py", "refine", "both", "height >= third_value or third in (best, second)"): BRENT,
@@ -162,11 +162,11 @@ SAME_ANSWER: dict[tuple[str, str, str, str], str] = {
         "meeting.a + mixed * before / bend",
     ): "where Newton's method starts: the same limits in 3908 random linkages near their change points",
 }
-"""By file, function, kind and expression: why no test can notice a change."""
+"""Reasons why no test can notice a change, by file, function, kind and expression."""
 
 
 def of_runs(test: str) -> bool:
-    """Whether tests make runs, which take too long with kernels in plain Python."""
+    """Return whether tests make runs, which take too long with kernels in plain Python."""
     return test.startswith(("run/", "test_", "validation/"))
 
 

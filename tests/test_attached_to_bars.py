@@ -90,7 +90,7 @@ ATTACHED: dict[str, Attach] = {
     "drive": lambda made: made.driven(speed=2.0),
     "controller": lambda made: made.controlled(sd.PID(300.0, 5.0), speed=2.0),
 }
-"""What is attached, by name."""
+"""Functions that attach a part, by its name."""
 
 
 @pytest.mark.parametrize("name", list(ATTACHED))

@@ -44,7 +44,7 @@ def block(*, velocity=(0.0, 0.0), centre=(0.0, 0.0), components=(), gravity=0.0,
 
 
 def corner(number):
-    """Its name in a run: 1 and 2 at the right guide surface, rear and front; 3 and 4 at the left one, front and rear."""
+    """Return the name of a corner in a run: 1 and 2 at the right guide surface, rear and front, 3 and 4 at the left one."""
     return f"channel/corner {number}"
 
 

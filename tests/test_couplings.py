@@ -58,7 +58,7 @@ class Arms:
         return 9.81 * (0.15 * math.cos(q) + 0.7 * (0.3 * math.cos(q) + 0.1 * self.s * math.cos(self.s * q + self.c)))
 
     def rate(self, _: float, y: np.ndarray) -> list[float]:
-        """Of q and q'."""
+        """Return the derivatives of q and q'."""
         q, speed = y
         return [speed, -(0.5 * self.mass_slope(q) * speed**2 + self.weight(q)) / self.mass(q)]
 

@@ -1,4 +1,4 @@
-"""What the documentation shows runs as it stands there: Python, case files, and commands."""
+"""Examples of the documentation run as they are printed: Python, case files and commands."""
 
 from __future__ import annotations
 
@@ -50,13 +50,13 @@ soft = arm.replace("A.stiffness", sd.law("stiffness", "my_laws.py:soft")(1e10))
 sd.save(sd.simulate(soft, until=0.01), "run.nc")
 """,
 }
-"""What the text around the code of a page says is there."""
+"""Code that the text around the examples of a page assumes."""
 
 LONG = ("analysis.md", "control.md", "gradients.md")  # Pages whose code takes more than some seconds
 
 
 def name(path: Path) -> str:
-    """For the names of tests."""
+    """Return the name of a page for the names of tests."""
     return str(path.relative_to(ROOT))
 
 
@@ -169,7 +169,7 @@ def test_commands_run(page: str, least: int, tmp_path: Path, say: Say) -> None:
 
 
 def numbers_asked_elsewhere() -> dict[str, tuple[str, str]]:
-    """Of each case that prints its number: where it stands in the answer, and its closed form."""
+    """Return for each case that prints its number a pattern of the answer, and the closed form."""
     g, lean = 9.81, math.radians(20.0)
     closed = {
         "redundant": (r"drive torque .* (\S+) N·m +20 deg", (5.0 + 1.5) * g * 0.3 * math.cos(lean)),

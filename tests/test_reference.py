@@ -64,7 +64,7 @@ def assert_agree(mechanism: sd.Mechanism, model: Model, joints: Sequence[str], *
 
 
 def assert_same_motion(run: xr.Dataset, reference: March, joints: Sequence[str]) -> None:
-    """What is recorded along time."""
+    """Check the variables that are recorded along time."""
     at = reference.at(run["time"].values)
     largest = np.max(np.abs(at.torque))
     assert run["eccentricity"].sel(joint=list(joints)).values == pytest.approx(at.eccentricity, abs=1e-5 * C)
@@ -165,7 +165,7 @@ class FreeMass:
         self.mass, self.speed, self.joints = mass, speed, (joint,)
 
     def start(self):
-        """In the middle of the clearance."""
+        """Return the start in the middle of the clearance."""
         return np.zeros(1), np.array([self.speed])
 
     def relative(self, t, q, v):
@@ -343,7 +343,7 @@ CRANK_EVENTS: tuple[dict[str, tuple[float, float]], ...] = (
     },
     {"contact_start": (6.3705643e-4, 1e-11), "approach_speed": (2.75694915, 1e-8), "peak_force": (20869.9, 0.06)},
 )
-"""Of the slider-crank of docs/reference.md, with the digits that are printed there."""
+"""Events of the slider-crank of docs/reference.md, with the digits that are printed there."""
 
 
 def test_slider_crank_has_the_reference_events() -> None:

@@ -1,4 +1,4 @@
-"""What runs along a bar that bends: static and moving loads against their closed forms, derivatives, energy, clearance."""
+"""Rollers along a bar that bends: static and moving loads against closed forms, derivatives, energy, clearance."""
 
 import math
 from typing import Any

@@ -28,7 +28,7 @@ def pair(ratio: float, transmission: Any, *parts: Any, load: float = LOAD) -> sd
 
 
 def relation(mechanism: sd.Mechanism) -> sd.Mechanism:
-    """The same mechanism, its couplings without teeth, belts and screws."""
+    """Return the mechanism with couplings without teeth, belts and screws."""
     return dataclasses.replace(
         mechanism, couplings=tuple(dataclasses.replace(part, transmission=None) for part in mechanism.couplings)
     )

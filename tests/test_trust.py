@@ -23,7 +23,7 @@ ROWS = [
 
 
 def said(command: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> str:
-    """What a command says: the error, the warnings of a run and its cause, or what is on the terminal."""
+    """Return the output of a command: the error, the warnings of a run and its cause, or what is printed."""
     if command.startswith("scissordyn "):
         (folder / "case.toml").write_text(template("scissor"), encoding="utf-8")
         status = status_of(shlex.split(command)[1:])

@@ -19,7 +19,7 @@ NAMED: dict[str, Callable[[str], Any]] = {
     "component": lambda reference: component_class(reference, Path.cwd()),
     "measure": lambda reference: OwnMeasure("late", reference).callable(),
 }
-"""How everything is named that a user's file can define."""
+"""Functions that read each kind of definition from a user's file."""
 
 
 @pytest.mark.parametrize("kind", NAMED)

@@ -28,7 +28,7 @@ ATTRIBUTES: tuple[Any, ...] = (
     *("", "soon", "{", "[]", "{}", "null", "NaN", '{"mechanism": {}}', '{"steps": "x"}', "[3]", '"x"', "x" * 5000),
     *(0, -1, 3.5, 1e308, float("nan"), float("inf"), np.array([1.0, 2.0]), np.array([], float), np.int8(3), True),
 )
-"""What an attribute may hold in place of its value."""
+"""Values that an attribute may hold instead of its own."""
 
 NUMBERS = (float("nan"), float("inf"), -float("inf"), 1e308, -1e308, 5e-324, 0.0, -1.0)
 
@@ -208,7 +208,7 @@ DAMAGES: dict[str, Callable[[xr.Dataset], xr.Dataset]] = {
     "contact_joint": lambda run: run.drop_vars("contact_joint"),
     "joint": lambda run: run.assign_coords(joint=("joint", ["A"] * run.sizes["joint"], run["joint"].attrs)),
 }
-"""What is damaged, and how: another type, no unit, an unknown number, nothing there, names that are not unique."""
+"""Damages by what is damaged: another type, no unit, an unknown number, a missing variable, names that are not unique."""
 
 
 @pytest.mark.parametrize("named", DAMAGES)

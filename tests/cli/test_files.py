@@ -1,4 +1,4 @@
-"""What the commands read, execute, refuse, copy and overwrite."""
+"""Files that the commands read, execute, refuse, copy and overwrite."""
 
 from __future__ import annotations
 

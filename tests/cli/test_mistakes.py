@@ -1,4 +1,4 @@
-"""What is said to somebody who has mistyped, as those do of `mistakes.toml`, or asks for what cannot be: one line."""
+"""Errors after typing mistakes, as those of `mistakes.toml`, and after impossible requests: one line."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def line_of(mistake: dict[str, Any], capfd: pytest.CaptureFixture[str]) -> str:
-    """What is said to a mistake: of a command, of a case file that `check` reads, or of a call in Python."""
+    """Return the error after a mistake: of a command, of a case file that `check` reads, or of a call in Python."""
     if "python" in mistake:
         with pytest.raises((ScissordynError, TypeError, AttributeError)) as raised:
             exec(mistake["python"], {"sd": sd, "arm": sd.scissor(units=2)})
@@ -155,7 +155,7 @@ TAKING = {
     "1.000e+12 values": (f"{SCAN} {MANY}",),
     "1.000e+400 cycles": (f"{SCAN} 2 --cycles {DIGITS}",),
 }
-"""The same of sizes that cannot be, of which memory and time are said, too."""
+"""Commands with impossible sizes, by a part of the error, which also names the memory and the time that they would take."""
 
 
 @pytest.mark.parametrize(

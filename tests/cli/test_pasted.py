@@ -27,7 +27,7 @@ def shown(capsys: pytest.CaptureFixture[str]) -> list[str]:
 
 
 def pasted(line: str, folder: Path) -> list[str]:
-    """What a shell makes of a command: the words that the program gets, which here only writes them down."""
+    """Return the words that a program gets from a shell for a command line; the program here only writes them down."""
     program = 'scissordyn() { printf "%s\\0" "$@" > words; }\n'
     (folder / "words").unlink(missing_ok=True)
     subprocess.run(["bash", "-c", program + line], cwd=folder, check=True, timeout=20)
@@ -70,7 +70,7 @@ def test_commands_of_a_study(tmp_path: Path, capsys: pytest.CaptureFixture[str],
 
 
 def placeholders(text: ast.JoinedStr) -> list[ast.expr]:
-    """What is put into a text behind the beginning of a command."""
+    """Return the values that a text puts behind the beginning of a command."""
     found, before = list[ast.expr](), ""
     for part in text.values:
         if isinstance(part, ast.FormattedValue):
@@ -83,7 +83,7 @@ def placeholders(text: ast.JoinedStr) -> list[ast.expr]:
 
 
 OURS = {"what": "one of the words of the command", "next(iter(FIGURES))": "a number of a figure"}
-"""What is put into commands as it is."""
+"""Values that are put into commands without quotes."""
 
 
 @pytest.fixture(scope="module")

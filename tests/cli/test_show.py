@@ -83,7 +83,7 @@ def small_run() -> xr.Dataset:
 
 
 def shown(run: xr.Dataset, rows: int = 20, width: int = 100) -> str:
-    """What is printed about a run."""
+    """Return what is printed about a run."""
     to = TextConsole(file=io.StringIO(), width=width, highlight=False)
     show_run(run, rows, to=to)
     assert isinstance(to.file, io.StringIO)
@@ -156,7 +156,7 @@ def test_names_are_text() -> None:
 
 
 def many_joints(names: list[str]) -> xr.Dataset:
-    """As many contacts as joints, the first with the smallest force."""
+    """Return a run with one contact of each joint, the first with the smallest force."""
     run = small_run().isel(contact=np.zeros(len(names), int))
     run["contact_joint"] = ("contact", names)
     run["peak_force"] = ("contact", 1e3 * (1.0 + np.arange(len(names))))

@@ -111,7 +111,7 @@ def test_a_run_that_is_stopped_is_kept(tmp_path: Path, number: signal.Signals, s
 SAVING_OFTEN = (
     "import scissordyn.periodic.bifurcation as b; b.SAVE_SECONDS = 0.1; from scissordyn.cli import entry; entry.run()"
 )
-SCAN = ("--over", "A.clearance", "--from", "0.1 mm", "--to", "0.2 mm", "--values", "200", "--cycles", "50", "--threads", "2")
+SCAN = ("--over", "A.clearance", "--from", "0.1 mm", "--to", "0.2 mm", "--values", "200", "--cycles", "10", "--threads", "2")
 
 
 @pytest.mark.parametrize(

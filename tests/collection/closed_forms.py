@@ -271,7 +271,7 @@ def you_pellegrino_ring() -> Values:
 
 
 def woodpecker() -> Values:
-    """By Lagrange's equations, see test_zoo.py."""
+    """Return no values; test_zoo.py compares these numbers with Lagrange's equations."""
     return [None] * 2
 
 
@@ -325,4 +325,4 @@ CLOSED_FORMS: dict[str, Callable[[], Values]] = {
     for name, made in list(globals().items())
     if getattr(made, "__annotations__", {}).get("return") == "Values"
 }
-"""By the names of mechanisms: the functions above that give values."""
+"""Functions above that give values, by the names of mechanisms."""

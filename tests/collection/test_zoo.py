@@ -152,7 +152,7 @@ class Point:
         self.value = value
 
     def load(self) -> object:
-        """What it names, or the error of importing it."""
+        """Return the object that it names, or raise the error of its import."""
         if isinstance(self.value, Exception):
             raise self.value
         return self.value

@@ -50,7 +50,7 @@ def law_kernels() -> Iterator[tuple[str, int, np.ndarray]]:
 
 
 def component_kernels() -> Iterator[tuple[str, int, np.ndarray]]:
-    """The same for the example of each component, and for the film of oil in a joint."""
+    """Name, address and parameters of each kernel of the example of each component, and of the oil film in a joint."""
     oil = sd.slider_crank().with_clearance("slider pin", sd.Clearance(1e-4, lubrication=sd.Lubrication(viscosity=0.05)))
     parts = [*oil.exerting]
     for kind in (kind for kind in COMPONENTS.values() if kind.declaration.section in PARTS):

@@ -32,7 +32,7 @@ STEP = PRECISE.mpf(10) ** -15
 
 
 class Dual(ctypes.Structure):
-    """What a kernel returns."""
+    """Number with its derivatives, which a kernel returns."""
 
     _fields_ = (("numbers", ctypes.c_double * (DERIVATIVES + 1)),)
 
@@ -51,12 +51,12 @@ def library_of(recipes: list[Recipe]) -> Mapping[Recipe, Callable[..., Dual]]:
 
 @cache
 def elements() -> Mapping[Recipe, Callable[..., Dual]]:
-    """Those of all elements."""
+    """Return the kernels of all elements with derivatives."""
     return library_of([RECIPES[pointer] for _, pointer, _ in KERNELS])
 
 
 def inputs_of(recipe: Recipe) -> list[tuple[int, int]]:
-    """Which of the inputs, rates, states and the context a kernel reads."""
+    """Return the places of the inputs, rates, states and context that a kernel reads."""
     return [("qvzx".index(text[0]), int(text[2:-1])) for text in recipe.handed if text[0] in "qvzx"]
 
 
@@ -179,7 +179,7 @@ def test_the_derivatives_of_functions_are_exact() -> None:
 
 
 def bounded(x, y):
-    """Where slopes are infinite or jump, and what does not change there."""
+    """Return functions at places where slopes are infinite or jump."""
     return (
         math.sqrt(y) + x,
         math.hypot(y, y) * x,
@@ -238,7 +238,7 @@ BOUNDS = {
     "pid": 1e-7,
     "components": 1e-6,
 }
-"""By how much step matrices may miss the Jacobian: those with laws, components and controllers have central differences."""
+"""Largest error of step matrices; those with laws, components and controllers have central differences."""
 
 
 @pytest.mark.parametrize("case", BOUNDS)

@@ -13,7 +13,7 @@ SECTIONS = tuple(section for section in COMPONENTS if section not in ("actuator"
 
 
 def outputs(section: str) -> str:
-    """What the page says of the variables of a run that a component makes."""
+    """Return the line of the page on the variables that a component adds to a run."""
     return next(line for line in parts()[heading(section)].splitlines() if line.startswith("Outputs: "))
 
 

@@ -1,4 +1,4 @@
-"""What components say of their energy: the balance of a run adds it up and cannot see that it is wrong."""
+"""Energies of components; the balance of a run adds them up and cannot notice that one is wrong."""
 
 from __future__ import annotations
 

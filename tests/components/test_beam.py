@@ -20,17 +20,17 @@ BEAM = Beam("beam", ("one", "end"), ("other", "start"), LENGTH, EA, EI, 1.2, DEP
 
 
 def rotation(p1: float, p2: float, a: float, xi: float) -> float:
-    """psi(xi), quadratic but for a."""
+    """Return the rotation psi(xi); a is the amplitude of the third shape."""
     return p1 * (1.0 - xi) * (1.0 - 3.0 * xi) + p2 * xi * (3.0 * xi - 2.0) + 6.0 * a * xi * (1.0 - xi)
 
 
 def curvature(p1: float, p2: float, a: float, xi: float) -> float:
-    """Its derivative."""
+    """Return the derivative of the rotation by xi."""
     return p1 * (6.0 * xi - 4.0) + p2 * (6.0 * xi - 2.0) + a * (6.0 - 12.0 * xi)
 
 
 def mean(function: Callable[[float], float]) -> float:
-    """Over xi from 0 to 1."""
+    """Return the mean of a function over xi from 0 to 1."""
     return quad(function, 0.0, 1.0, epsabs=1e-14)[0]
 
 
@@ -65,7 +65,7 @@ def test_energy_and_outputs_are_those_of_the_definition(place):
 
 
 HEATED_AND_DAMPED = (LENGTH, EA, EI, 2e-3, 3e-3, 0.4, DEPTH, 0.0, 0.0)
-"""With a damping time of 2 ms, a thermal strain of 3e-3 and a thermal curvature of 0.4/m, times the factor."""
+"""Parameters with a damping time of 2 ms, a thermal strain of 3e-3 and a thermal curvature of 0.4/m per unit of the factor."""
 
 
 @pytest.mark.parametrize("factor", [0.0, 1.0])

@@ -35,12 +35,12 @@ def lift(turn: Any, length: float = A + B) -> Any:
 
 
 def lift_rate(turn: Any, length: float = A + B) -> Any:
-    """Its derivative by the angle."""
+    """Return the derivative of the lift by the angle."""
     return E * np.cos(turn) + E * E * np.sin(turn) * np.cos(turn) / np.sqrt(length**2 - (E * np.cos(turn)) ** 2)
 
 
 def bend(turn: Any) -> Any:
-    """Its second derivative, by differences of the first one."""
+    """Return the second derivative of the lift by the angle, by differences."""
     return (lift_rate(turn + 1e-6) - lift_rate(turn - 1e-6)) / 2e-6
 
 

@@ -1,4 +1,4 @@
-"""Where the symbols of components are drawn: each port places its strokes in a scene of two bodies."""
+"""Positions of the symbols of components: each port places its strokes in a scene of two bodies."""
 
 from __future__ import annotations
 
@@ -21,30 +21,30 @@ class Scene:
     size = SIZE
 
     def place(self, reference):
-        """A named point."""
+        """Return a named point."""
         return np.array(PLACES[reference[1]]) + np.array([[0.0, 0.0], [0.0, 1.0]])
 
     def angle(self, body):
-        """Of one body, and of the ground."""
+        """Return the angle of the arm or of the ground."""
         return np.full(2, TURNED if body == "arm" else 0.0)
 
     def pivot(self, body, base):
-        """At the pin, half as large again."""
+        """Return the pin as pivot, with symbols 1.5 times as large."""
         return self.place((body, "pin")), 1.5
 
     def force(self, component):
-        """Half of the run's largest, upwards."""
+        """Return a force upwards, half as large as the largest of the run."""
         return np.array([[0.0, 0.5], [0.0, 0.5]])
 
 
 def drawn(port, symbol, **fields):
-    """Strokes and anchor of a component with these fields."""
+    """Return strokes and anchor of a component with these fields."""
     component = SimpleNamespace(declaration=SimpleNamespace(symbol=symbol), **fields)
     return port.drawn(component, port.symbols[symbol], Scene())
 
 
 def rotation(angle):
-    """Counter-clockwise."""
+    """Return the matrix of a counter-clockwise rotation."""
     return np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
 
 

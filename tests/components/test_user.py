@@ -95,12 +95,12 @@ Maxwell = own(
 
 
 def rope_gap(length, rate, mode, stiffness, free_length):
-    """As of the package's cable."""
+    """Kernel of the package's cable."""
     return length - free_length, rate
 
 
 def rope_force(length, rate, mode, stiffness, free_length):
-    """As of the package's cable."""
+    """Kernel of the package's cable."""
     stretch = length - free_length
     if mode == 0.0 or stretch <= 0.0:
         return 0.0, 0.0, 0.0
@@ -238,7 +238,7 @@ def test_a_kernel_without_an_answer() -> None:
 
 
 def drag_force(x, y, cosine, sine, x_rate, y_rate, cosine_rate, sine_rate, viscosity):
-    """Of a slow flow."""
+    """Return the drag of a slow flow."""
     return -viscosity * x_rate, -viscosity * y_rate, 0.0, viscosity * (x_rate * x_rate + y_rate * y_rate)
 
 
@@ -246,7 +246,7 @@ Drag = own("Drag", "point", drag_force, {"viscosity": "N s/m"})
 
 
 def rail_force(travel, speed, direction, stiffness):
-    """Of a spring along a direction."""
+    """Return the force of a spring along a direction."""
     return -stiffness * travel, 0.5 * stiffness * travel * travel, 0.0
 
 
@@ -254,7 +254,7 @@ Rail = own("Rail", "travel", rail_force, {"direction": "rad", "stiffness": "N/m"
 
 
 def mount_force(x, y, angle, x_rate, y_rate, speed, stiffness):
-    """Of the same stiffness in all directions."""
+    """Return the force of a mount that is equally stiff in all directions."""
     return -stiffness * x, -stiffness * y, 0.0, 0.5 * stiffness * (x * x + y * y), 0.0
 
 
@@ -262,7 +262,7 @@ Mount = own("Mount", "frame", mount_force, {"stiffness": "N/m"})
 
 
 def shake_force(x, y, cosine, sine, x_rate, y_rate, cosine_rate, sine_rate, time, amplitude):
-    """Along x."""
+    """Return a harmonic force along x."""
     return amplitude * math.sin(3.0 * time), 0.0
 
 

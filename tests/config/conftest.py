@@ -1,21 +1,16 @@
-"""Case files of the tests of one room: written in a folder of their own, and read."""
+"""Case files of the tests of this room, each in its own folder."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import pytest
+from tests import build
 
 from scissordyn.casefile.case import Case
-from scissordyn.config.file import read_case
 
 
 @pytest.fixture
 def case_of(tmp_path: Path) -> Callable[..., Case]:
-    """Reads a case file with a text, case.toml of the test's folder, and with changes."""
-
-    def read(text: str, changes: Iterable[str] = ()) -> Case:
-        path = tmp_path / "case.toml"
-        path.write_text(text, encoding="utf-8")
-        return read_case(path, changes)
-
-    return read
+    """Return the case of a text, which is written to case.toml of the test's folder, with changes."""
+    return partial(build.case_of, tmp_path)

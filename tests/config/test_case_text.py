@@ -112,7 +112,7 @@ PLUGINS: Mapping[type, tuple[type, ...]] = {
     Controller: tuple(CONTROLLERS.values()),
     Component: tuple(COMPONENTS.values()),
 }
-"""What stands for a declared protocol: the entries of its catalogue."""
+"""Classes that implement a declared protocol: the entries of its catalogue."""
 
 TABLES = (((-0.3, -2.0), (0.1 / 3.0, 0.2), (0.4, 3.1)), ((-0.25, -0.1), (-0.01, -0.05), (0.02, 0.05), (0.3, 0.2)))
 OTHERWISE: Mapping[type, tuple[Any, ...]] = {

@@ -34,7 +34,7 @@ STUDIES = [path for path, tree in FILES.items() if isinstance(tree.get("case"), 
 
 @pytest.fixture(scope="module", params=["case"])
 def validator(request):
-    """Of a kind of file, by the schema of the program."""
+    """Return the validator of a kind of file, with the schema of the program."""
     made = schema(request.param)
     Draft7Validator.check_schema(made)
     return Draft7Validator(made)

@@ -10,7 +10,7 @@ PLACE = tuple[float, float]
 
 
 def number(value: int) -> str:
-    """To the base of 64; a zero in front means negative."""
+    """Return a number to the base of 64; a zero in front means negative."""
     left, text = abs(value), ""
     while True:
         text = DIGITS[left % 64] + text

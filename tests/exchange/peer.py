@@ -10,7 +10,7 @@ mujoco = pytest.importorskip("mujoco")
 
 
 def by_mujoco(text: str, until: float, samples: int, read: Callable[[Any], Any], *, keyframe: bool = True) -> np.ndarray:
-    """What is read of a model at equal times, from its keyframe or from its own position."""
+    """Return values read from a model at equal times; the motion starts from its keyframe or from its own position."""
     model = mujoco.MjModel.from_xml_string(text)
     data = mujoco.MjData(model)
     if keyframe:

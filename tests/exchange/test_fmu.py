@@ -15,6 +15,7 @@ from typing import Annotated
 
 import numpy as np
 import pytest
+from tests.build import chain, gears, wheel
 
 import scissordyn as sd
 from scissordyn.casefile.configuration import read_mechanism
@@ -33,37 +34,20 @@ QUICK = tuple("-O0" if flag == "-O2" else flag for flag in pack.COMPILER_FLAGS) 
 
 
 def crane():
-    """An arm that a motor lifts by a screw between two points, and a tool on it whose angle against it is driven."""
-    arm = sd.bar("arm", length=0.6, mass=3.0, position=(0.0, 0.0), angle=0.5)
-    tool = sd.bar("tool", length=0.2, mass=0.5, position=arm.place("end"), angle=-0.4)
-    motor = sd.Body("motor", mass=1.0, inertia=1e-4, points={"c": (0.0, 0.0)}, position=(0.5, 0.0), angle=0.0)
-    pins = (
-        ("A", ("arm", "start"), ("ground", "O")),
-        ("M", ("motor", "c"), ("ground", "P")),
-        ("T", ("tool", "start"), ("arm", "end")),
-    )
+    """Return an arm that a motor lifts by a screw between two points, with a tool that is driven against the arm."""
+    bars = sd.bar("arm", length=0.6, mass=3.0, angle=0.5), sd.bar("tool", length=0.2, mass=0.5, angle=-0.4)
     nut = sd.Coupling("screw", sd.Distance(("ground", "P"), ("arm", "end")), sd.RelativeAngle("motor"), 0.002)
     elbow = sd.CoordinateDrive("elbow", sd.RelativeAngle("tool", "arm"), sd.Cycloidal(-0.9, 0.3, 0.4))
-    return sd.Mechanism(
-        (arm, motor, tool),
-        tuple(sd.Revolute(*pin) for pin in pins),
-        ground=(("O", (0.0, 0.0)), ("P", (0.5, 0.0))),
-        couplings=(nut,),
-        coordinate_drives=(elbow,),
-    )
+    arms = chain(*bars, pins="AT", ground={"P": (0.5, 0.0)})
+    pin = sd.Revolute("M", ("motor", "c"), ("ground", "P"))
+    parts = {"bodies": (*arms.bodies, wheel("motor", 1e-4, (0.5, 0.0))), "joints": (*arms.joints, pin)}
+    return dataclasses.replace(arms, **parts, couplings=(nut,), coordinate_drives=(elbow,))
 
 
 def rattling():
-    """A wheel between the flanks of a driven pinion."""
-    wheels = tuple(
-        sd.Body(name, mass=1.0, inertia=0.02, points={"c": (0.0, 0.0)}, position=(x, 0.0), angle=0.0)
-        for name, x in (("pinion", 0.0), ("wheel", 0.3))
-    )
-    pins = tuple(sd.Revolute(f"{name} pin", (name, "c"), ("ground", f"O {name}")) for name in ("pinion", "wheel"))
-    mesh = sd.Coupling("mesh", sd.RelativeAngle("wheel"), sd.RelativeAngle("pinion"), -0.5)
-    ground = (("O pinion", (0.0, 0.0)), ("O wheel", (0.3, 0.0)))
-    gears = sd.Mechanism(wheels, pins, ground=ground, couplings=(mesh,)).driven(speed=4.0, body="pinion")
-    return sd.with_backlash(gears, "mesh", 0.02, stiffness=1e5, restitution=0.8)
+    """Return a wheel between the flanks of a driven pinion."""
+    pair = gears(-0.5, inertia=(0.02, 0.02), apart=0.3).driven(speed=4.0, body="pinion")
+    return sd.with_backlash(pair, "mesh", 0.02, stiffness=1e5, restitution=0.8)
 
 
 CLEARANCE = {

@@ -15,7 +15,7 @@ RPM = 2.0 * math.pi / 60.0
 
 
 def crossing(p, q, a, b, side):
-    """Where circles of radius a about p and b about q meet: complex, on the left of p to q for side = 1."""
+    """Return the point where circles of radius a about p and b about q meet, left of the line from p to q for side = 1."""
     d = abs(q - p)
     along = (a * a - b * b + d * d) / (2.0 * d)
     return p + (along + 1j * side * np.sqrt(a * a - along * along)) * (q - p) / d

@@ -40,7 +40,7 @@ MOST_THREADS = 100  # Of a server
 
 
 def missing() -> str:
-    """Why a browser cannot be driven here; empty if it can."""
+    """Return the reason why a browser cannot be driven here, empty if it can."""
     for name in ("websockets", "tomlkit", "playwright"):
         try:
             __import__(name)
@@ -167,7 +167,7 @@ class Tab:
 
     @property
     def state(self) -> str:
-        """What the bar says."""
+        """Text of the bar."""
         return str(self.page.locator(".sd-state").text_content())
 
     def press(self, name: str) -> None:
@@ -194,7 +194,7 @@ class Tab:
         return str(self.field(key).locator("input[type=text]").input_value())
 
     def handle(self, name: str) -> tuple[float, float]:
-        """Where a joint or the handle of a length is in the window [pixel]."""
+        """Return the position of a joint or of the handle of a length in the window [pixel]."""
         x, y = self.page.locator(".sd-stage").evaluate("(root, name) => root.handles()[name]", name)
         box = self.page.locator(".sd-stage canvas").bounding_box()
         return box["x"] + x, box["y"] + y

@@ -1,4 +1,4 @@
-"""Who may use the page, and what is answered to everybody else: a server in a process of its own, messages made at random."""
+"""Access to the page: a server in its own process, foreign requests, and random messages."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from scissordyn.explore.serve import FILES, MAX_MESSAGE_SIZE, MAX_PAGES, Access,
 from .browser import CASE, served
 
 PATHS = ("", "page.js", "page.css", "canvas.js", "ws", "metadata", "nothing")
-"""What the server has, below the page's address, and what it has not."""
+"""Paths below the page's address; the server does not have all of them."""
 
 KINDS = (
     *("change", "select", "drawn", "horizon", "magnify", "drag", "pin", "unpin", "undo", "redo", "stop", "python"),
@@ -48,7 +48,7 @@ LOCAL_PATHS = (
     *(str(Path(scissordyn.__file__).parent), sys.prefix, "site-packages", f"{Path.home()}/"),
     *("Traceback", 'File "'),
 )
-"""What no answer may have in it."""
+"""Texts that no answer may contain."""
 
 
 @pytest.fixture(scope="module")
@@ -267,7 +267,7 @@ def _talk(url: str, chance: random.Random, count: int) -> list[bytes]:
 
 
 def _answers(page: ClientConnection, patience: float) -> list[bytes]:
-    """What has come."""
+    """Return the messages that have arrived."""
     answers: list[bytes] = []
     while True:
         try:
@@ -278,7 +278,7 @@ def _answers(page: ClientConnection, patience: float) -> list[bytes]:
 
 
 def _exchange(url: str, request: bytes) -> bytes:
-    """What comes back until the server has nothing more to say."""
+    """Return the answer to a request, until the server closes the connection."""
     parts = urlsplit(url)
     found = b""
     with socket.create_connection((str(parts.hostname), parts.port), timeout=5.0) as connection:
@@ -297,7 +297,7 @@ def _exchange(url: str, request: bytes) -> bytes:
 
 
 def _clean(answer: str) -> None:
-    """Whether an answer says nothing of this program's files."""
+    """Check that an answer does not name files of this program."""
     for path in LOCAL_PATHS:
         assert path not in answer, answer[:2000]
 

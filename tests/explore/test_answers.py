@@ -1,4 +1,4 @@
-"""What the page gets of a run, beside the functions that compute it: cards, table, legend, curves, orbit, scene."""
+"""Parts of the page that show a run: cards, table, legend, curves, orbit, scene."""
 
 from __future__ import annotations
 

@@ -68,7 +68,7 @@ def tab(browser: Any) -> Iterator[Tab]:
 
 
 def factor(unit: str) -> float:
-    """From SI to a unit of the page."""
+    """Return the factor from SI to a unit of the page."""
     return PREFIX[unit[0]] if len(unit) > 1 and unit[0] in PREFIX and unit not in ("m", "m/s") else 1.0
 
 

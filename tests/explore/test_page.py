@@ -1,4 +1,4 @@
-"""What a page is told, without a browser: its messages in order, and what it does with those that come."""
+"""Messages that a page gets and sends, in order, without a browser."""
 
 from __future__ import annotations
 

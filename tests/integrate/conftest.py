@@ -7,5 +7,5 @@ from scissordyn.integrate.tableau import METHODS
 
 @pytest.fixture(params=METHODS)
 def name(request):
-    """Of a method."""
+    """Name of a method."""
     return request.param

@@ -27,7 +27,7 @@ from scissordyn.kernel import Handle
 
 
 class Followed(NamedTuple):
-    """What a run leaves."""
+    """Results of a run."""
 
     status: int
     out: Samples

@@ -28,7 +28,7 @@ y_3' = -r (y_3 - cos t) - sin t."""
 
 
 class Numbers(NamedTuple):
-    """What the problems work on."""
+    """Arrays of the problems."""
 
     kind: I1
     parameters: F1
@@ -73,7 +73,7 @@ def rate(t, y, address, dy):
 
 @kernel
 def linearise(t, y, address, dy, dt):
-    """The same with Jacobian and derivative by time."""
+    """Compute the rate, the Jacobian and the derivative by time."""
     S = open_numbers(address)
     kind, p, J = S.kind[0], S.parameters, S.jacobian
     rate(t, y, address, dy)
@@ -133,7 +133,7 @@ def accept(t, y, address, answer):
 
 @kernel
 def guards(t, y, address, value, slope):
-    """How far y is beyond each level."""
+    """Compute how far y is beyond each level."""
     S = open_numbers(address)
     for k in range(S.level.size):
         value[k], slope[k] = S.sense[k] * (y[0] - S.level[k]), S.sense[k] * y[1]

@@ -1,4 +1,4 @@
-"""What steps leave to look back at, against closed forms."""
+"""History of recorded signals, against closed forms."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ def trees(order: int) -> list[Tree]:
 
 
 def nodes_of(tree: Tree) -> int:
-    """How many nodes a tree has."""
+    """Return the number of nodes of a tree."""
     return 1 + sum(nodes_of(branch) for branch in tree)
 
 
@@ -77,7 +77,7 @@ def weights(name: str, theta: float) -> np.ndarray:
 
 
 def stage_values(tree: Tree, alpha: np.ndarray, beta: np.ndarray) -> np.ndarray:
-    """What each stage contributes to the elementary differential of a tree."""
+    """Return the contribution of each stage to the elementary differential of a tree."""
     values = np.ones(len(alpha))
     matrix = beta if len(tree) == 1 else alpha
     for branch in tree:

@@ -1,4 +1,4 @@
-"""What is made of a path: the inertia that a drive feels, and the largest value of a smooth sampled curve."""
+"""Results of a path: the inertia that a drive moves, and the largest value of a smooth sampled curve."""
 
 import math
 

@@ -11,7 +11,8 @@ import scissordyn as sd
 from benchmarks.cases import FRICTION, UNTIL, array, name_of
 from benchmarks.measure import command, table
 from scissordyn.integrate import tableau
-from scissordyn.integrate.tableau import gauss_nodes, primitives
+from scissordyn.integrate.tableau import primitives
+from scissordyn.interpolation import gauss_rule
 from scissordyn.run.advance import driver, tolerance
 
 
@@ -49,9 +50,8 @@ def _books() -> str:
 
 
 def _with_nodes(name: str, points: int) -> tableau.Tableau:
-    nodes = gauss_nodes(points)
-    primitive = primitives(nodes)
-    return tableau.tableau(name)._replace(gauss=nodes, weight=primitive.sum(axis=1), primitive=primitive)
+    nodes, weights = gauss_rule(points)
+    return tableau.tableau(name)._replace(gauss=nodes, weight=weights, primitive=primitives(nodes))
 
 
 if __name__ == "__main__":

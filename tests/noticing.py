@@ -33,8 +33,6 @@ EQUIVALENT: dict[tuple[str | int, ...], str] = {
         "which angles of the table lie between, of which one at an end has no area; and which end is larger",
     ),
     ("control/tracking/pid.py", "", "1.0"): "a scale of the error of a step",
-    ("laws/elastic/logarithmic.py", "_pieces", "2.0"): "first guess of Newton's method, which converges from above",
-    ("laws/elastic/logarithmic.py", "_pieces", "1.0", 1): "slope in Newton's method, whose limit is the same",
     ("laws/elastic/quadrature.py", "", "1e-14"): "tolerance below rounding",
     ("laws/elastic/quadrature.py", "quadrature_energy", "1.0"): "only in the tolerance",
     ("laws/damping/exact.py", "", "700.0"): "end of a bracket far beyond the root",

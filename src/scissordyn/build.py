@@ -71,7 +71,7 @@ def main() -> int:
     options = parser.parse_args()
     try:
         if options.c:
-            options.c.write_text(library_source(), encoding="utf-8")
+            options.c.write_text(library_source(), encoding="utf-8", newline="\n")
         else:
             compile_library(library_source(), options.folder / library_name(options.target), target=options.target)
     except InputError as error:

@@ -6,9 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from bouncing import JOINT, UNIT_LENGTH, at, by_name, force, row
+from mpmath import mp
 
 from scissordyn.errors import InputError
 from scissordyn.laws import catalogue
+from scissordyn.laws.elastic import logarithmic
 from scissordyn.laws.elastic.bai_zhao import BaiZhaoAsPrinted
 from scissordyn.laws.elastic.braendlein import Braendlein
 from scissordyn.laws.elastic.dubowsky_freudenstein import DubowskyFreudenstein
@@ -131,6 +133,17 @@ def test_radzimovsky_half_widths():
     f = force(wide, 1e-5, UNIT_LENGTH)
     shift = 2.0 * math.log(1.6 / (2.0 / math.sqrt(math.pi)))
     assert force(hertz, 1e-5 + f / (math.pi * E_STAR) * shift, UNIT_LENGTH) == pytest.approx(f, rel=1e-13)
+
+
+def test_pieces_of_the_logarithm() -> None:
+    """Cross-check: each piece is Lambert's function to 1.1e-16 of its value, of which floats have 1.1e-16 themselves."""
+    x = np.linspace(-1.0, 1.0, 9).tolist()
+    with mp.workdps(40):
+        for k, piece in enumerate(logarithmic._PIECES.tolist()):
+            for place in x[k == 0 :]:
+                level = ((k + (mp.mpf(place) + 1) / 2) / logarithmic.STEPS) ** 2 + 1
+                value = mp.polyval([mp.mpf(c) for c in reversed(piece)], mp.mpf(place))
+                assert abs(value / -mp.lambertw(-mp.exp(-level), -1) - 1) < 1.1e-16
 
 
 def test_persson_as_printed():

@@ -12,12 +12,14 @@ import numpy as np
 
 from scissordyn.integrate.dense import dense_value
 from scissordyn.integrate.step import place
+from scissordyn.interpolation import lagrange_polynomials
 from scissordyn.kernel import kernel
 
 COEFFICIENTS = 8  # Number of coefficients of a signal; the dense output of the most accurate method has degree seven
 
-NODES: np.ndarray = -np.cos(np.pi * np.arange(COEFFICIENTS) / (COEFFICIENTS - 1))
-TRANSFORM: np.ndarray = np.linalg.inv(np.vander(NODES, increasing=True))
+_INNER = (0.2225209339563144, 0.6234898018587335, 0.9009688679024191)  # cos(k pi/7), k = 3, 2, 1
+NODES: np.ndarray = np.array((-1.0, *(-x for x in reversed(_INNER)), *_INNER, 1.0))
+TRANSFORM: np.ndarray = np.array(lagrange_polynomials(NODES), float).T.copy()
 """Matrix from values at the nodes to coefficients; its condition number is about a thousand."""
 
 

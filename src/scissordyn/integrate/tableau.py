@@ -8,6 +8,7 @@ from typing import Annotated, Any, NamedTuple, get_args
 import numpy as np
 
 from scissordyn.errors import InputError, did_you_mean
+from scissordyn.interpolation import gauss_rule, lagrange_polynomials
 from scissordyn.kernel import F1, F2, I1, fields_of
 
 EXPLICIT, ROSENBROCK = range(2)  # Kinds of methods
@@ -32,7 +33,7 @@ class Tableau(NamedTuple):
     # Explicit: 1 for stages that contribute to the step, its dense output or its end; powers are evaluated only there
     followed: Annotated[I1, "s"]
     pattern: I1  # (p,) Factors of the nested dense output from outside to inside: 0 for theta, 1 for 1 - theta
-    gauss: Annotated[F1, 0]  # Rosenbrock: quadrature nodes inside a step, enough for the order of the dense output
+    gauss: Annotated[F1, 0]  # Rosenbrock: Gauss nodes inside a step, enough for the order of the dense output
     weight: Annotated[F1, 0]  # Weights of these nodes
     primitive: Annotated[F2, 0, 0]  # Polynomial coefficients from `primitives`
 
@@ -47,22 +48,13 @@ def arrays_of(described: type, sizes: Mapping[str, int], ready: Mapping[str, Any
     return arrays
 
 
-def gauss_nodes(points: int) -> np.ndarray:
-    """Gauss-Legendre nodes on [0, 1], exact for rates of degree 2 points - 1 over the whole step."""
-    return 0.5 * (np.polynomial.legendre.leggauss(points)[0] + 1.0)
-
-
 def primitives(nodes: np.ndarray) -> np.ndarray:
     """Return the integrals from 0 to theta of the Lagrange polynomials on the nodes.
 
     A row has the coefficients of theta, theta^2, ...
     """
-    rows = []
-    for i, node in enumerate(nodes):
-        others = np.delete(nodes, i)
-        basis = np.polynomial.Polynomial.fromroots(others) / float(np.prod(node - others))
-        rows.append(basis.integ().coef[1:])
-    return np.array(rows)
+    rows = lagrange_polynomials(nodes)
+    return np.array([[coefficient / power for power, coefficient in enumerate(row, 1)] for row in rows], float)
 
 
 def _pad_rows(rows: Rows, size: int, idle: Sequence[int] = (), count: int = 0) -> np.ndarray:
@@ -113,8 +105,7 @@ def rosenbrock_tableau(
     *, order: float, gamma: float, rows: Rows, couplings: Rows, nodes: Sequence[float], slopes: Sequence[float], dense: Rows
 ) -> Tableau:
     """Return a stiffly accurate Rosenbrock method whose last stage is its error estimate."""
-    size, gauss = len(nodes), gauss_nodes(len(dense) + 1)
-    primitive = primitives(gauss)
+    size, (gauss, weight) = len(nodes), gauss_rule(len(dense) + 1)
     ready = {
         "kind": ROSENBROCK,
         "order": order,
@@ -129,8 +120,8 @@ def rosenbrock_tableau(
         "dense": np.array(dense),
         "pattern": np.array([0, 1, *([0] * (len(dense) - 1))], np.int64),
         "gauss": gauss,
-        "weight": primitive.sum(axis=1),
-        "primitive": primitive,
+        "weight": weight,
+        "primitive": primitives(gauss),
     }
     return Tableau(**arrays_of(Tableau, {"s": size}, ready))
 

@@ -26,7 +26,7 @@ POWERS = 1.5, 1.0, 2.0
 
 SHARP = 0.15  # Range of psi about pi/2 in which nodes are closest [rad]: there the film passes from one side to the other
 
-WIDEST = math.asinh(0.5 * math.pi / SHARP)
+WIDEST = 3.0441218408957904  # asinh(pi / (2 SHARP))
 
 ROOT = math.sqrt(NEAREST)
 

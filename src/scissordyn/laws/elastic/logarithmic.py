@@ -9,10 +9,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from decimal import Decimal, localcontext
+from operator import mul
 from typing import ClassVar
 
 import numpy as np
 
+from scissordyn.interpolation import EXTENDED
 from scissordyn.kernel import kernel
 from scissordyn.laws.contact import TangentElastic
 from scissordyn.plugin.element import Kernel
@@ -38,21 +41,51 @@ STEPS, LAST, DEGREE = 8, 8, 8
 """Pieces of the table per unit of s = sqrt(L - 1), where L = -ln y; largest s; degree of each piece."""
 
 
+TERMS = 20  # of Taylor series: the remainder is 1e-23 at the middle of the next piece, 1e-29 at the end of its own
+
+
 def _pieces() -> np.ndarray:
-    """Coefficients of t as a function of s, by pieces: shape (STEPS * LAST, DEGREE + 1).
+    """Return coefficients of t as a function of s, by pieces: shape (STEPS * LAST, DEGREE + 1).
 
     t is analytic in s, its branch point having become t = 1 + sqrt(2) s + ...; the nearest singularities, at L = 1 +- 2 pi i,
-    are 1.77 off the real axis, fourteen pieces, so that Chebyshev interpolation loses a factor of 57 with each degree.
+    are 1.77 off the real axis, fourteen pieces. Chebyshev interpolation loses a factor of 57 with each degree.
     """
-    nodes = np.polynomial.chebyshev.chebpts1(2 * DEGREE)
-    s = ((np.arange(STEPS * LAST)[:, None] + 0.5 * (1.0 + nodes)) / STEPS).astype(np.longdouble)
-    rest = np.sqrt(np.longdouble(2.0)) * s + s * s  # t - 1; from above Newton's method falls without overshooting
-    for _ in range(10):
-        rest -= (rest - np.log1p(rest) - s * s) * (1.0 + rest) / rest
-    fits = np.polynomial.chebyshev.chebfit(nodes, rest.T.astype(float), DEGREE)
-    pieces = np.array([np.polynomial.chebyshev.cheb2poly(column) for column in fits.T])
-    pieces[:, 0] += 1.0
-    return pieces
+    pieces = []
+    with localcontext(EXTENDED):
+        half = Decimal(1) / (2 * STEPS)
+        s = half
+        rest = Decimal(2).sqrt() * s + s * s  # t - 1; from above Newton's method falls without overshooting
+        for _ in range(6):
+            rest -= (rest - (1 + rest).ln() - s * s) * (1 + rest) / rest
+        for _ in range(STEPS * LAST):
+            series = _taylor(s, rest, half)
+            pieces.append(_interpolant(series))
+            rest = sum(term * 2**n for n, term in enumerate(series)) - 1
+            s += 2 * half
+    return np.array(pieces, float)
+
+
+def _taylor(s: Decimal, rest: Decimal, half: Decimal) -> list[Decimal]:
+    """Return the Taylor series of t in x = -1 .. 1 across a piece about s, of (r^2)' = 4 s t where r = t - 1."""
+    series = [1 + rest, 2 * half * s * (1 + rest) / rest]
+    for n in range(2, TERMS):
+        square = 4 * half * (s * series[n - 1] + half * series[n - 2]) / n  # term of r^2
+        products = sum(map(mul, series[1:n], series[n - 1 : 0 : -1]))
+        series.append((square - products) / (2 * rest))
+    return series
+
+
+def _interpolant(series: list[Decimal]) -> list[Decimal]:
+    """Return the interpolant at the roots of Chebyshev's polynomial of degree 9: the remainder of a division by it."""
+    left = list(series)
+    while len(left) > DEGREE + 1:
+        last = left.pop()
+        for power, coefficient in _CHEBYSHEV_9.items():
+            left[len(left) - 9 + power] -= last * coefficient / 256
+    return left
+
+
+_CHEBYSHEV_9 = {1: 9, 3: -120, 5: 432, 7: -576}  # T_9 = 256 x^9 - 576 x^7 + 432 x^5 - 120 x^3 + 9 x
 
 
 _PIECES = _pieces()

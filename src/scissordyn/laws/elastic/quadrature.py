@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
-
+from scissordyn.interpolation import gauss_rule
 from scissordyn.kernel import call_at, kernel
 
-NODES: np.ndarray = 0.5 * (np.polynomial.legendre.leggauss(16)[0] + 1.0)
-WEIGHTS: np.ndarray = 0.5 * np.polynomial.legendre.leggauss(16)[1]
+NODES, WEIGHTS = gauss_rule(16)
 """Gauss's rule of 16 points on [0, 1]. With delta = d s^2 the powers 3/2, 10/9 and 1 of delta become smooth in s."""
 
 ROUNDING = 1e-14  # Relative difference of two halves and the whole interval that counts as round-off

@@ -1,0 +1,53 @@
+"""Gauss nodes and Lagrange polynomials as every machine computes them: in decimal arithmetic, rounded once.
+
+Eigenvalues, inverses and cosines of numpy differ in their last digits between processors and versions. What is compiled into
+the library must not.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from decimal import Context, Decimal, localcontext
+
+import numpy as np
+
+EXTENDED = Context(prec=38)  # more than twice the digits of a float: a float is rounded from the true value
+
+
+def gauss_rule(points: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return nodes and weights of Gauss-Legendre quadrature on [0, 1], exact up to degree 2 points - 1."""
+    nodes, weights = [], []
+    with localcontext(EXTENDED):
+        for k in range(points):
+            # Newton's method from Tricomi's guess of a root, which has three digits or more; each step doubles them
+            x = Decimal(-math.cos(math.pi * (k + 0.75) / (points + 0.5)))
+            for _ in range(5):
+                value, slope = _legendre(points, x)
+                x -= value / slope
+            slope = _legendre(points, x)[1]
+            nodes.append((1 + x) / 2)
+            weights.append(1 / ((1 - x * x) * slope * slope))
+    return np.array(nodes, float), np.array(weights, float)
+
+
+def _legendre(degree: int, x: Decimal) -> tuple[Decimal, Decimal]:
+    """Return the Legendre polynomial and its slope at x in (-1, 1)."""
+    before, value = Decimal(1), x
+    for n in range(2, degree + 1):
+        before, value = value, ((2 * n - 1) * x * value - (n - 1) * before) / n
+    return value, degree * (before - x * value) / (1 - x * x)
+
+
+def lagrange_polynomials(nodes: Iterable[float]) -> list[list[Decimal]]:
+    """Return rows of coefficients of 1, x, x^2, ...: each polynomial is 1 at its own node and 0 at the others."""
+    rows = []
+    with localcontext(EXTENDED):
+        exact = [Decimal(float(node)) for node in nodes]
+        for i, node in enumerate(exact):
+            row = [Decimal(1)]
+            for other in exact[:i] + exact[i + 1 :]:
+                products = zip([Decimal(0), *row], [*row, Decimal(0)], strict=True)
+                row = [(lower - other * same) / (node - other) for lower, same in products]
+            rows.append(row)
+    return rows

@@ -232,7 +232,7 @@ def test_the_checks_call_what_is_named() -> None:
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
     assert {"paper", "test"} <= set(named)
     for target in named:
-        assert re.search(rf"^{target}: \.venv/\.\w+$", makefile, flags=re.MULTILINE), target
+        assert re.search(rf"^{target}: \$\(VENV\)/\.\w+$", makefile, flags=re.MULTILINE), target
     called = re.findall(r"^(?:env .*)?make (\w+)$", (ROOT / ".ci" / "run").read_text(encoding="utf-8"), flags=re.MULTILINE)
     assert "test" in called
     assert set(called) <= set(named)

@@ -91,6 +91,8 @@ def test_commands_exist() -> None:
                 assert set(extras[1].split(",")) <= set(PROJECT["optional-dependencies"])
             case ["python", "-m", "pytest", *rest]:
                 assert all((ROOT / word).exists() for word in rest if word.startswith("tests"))
+            case ["python", "-m", "scissordyn.build", "--c", file] | ["diff", "--from-file", *_, file]:
+                assert file.endswith("kernels.c")
             case _:
                 raise AssertionError(words)
 

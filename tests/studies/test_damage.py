@@ -65,10 +65,9 @@ def store(whole: Path, tmp_path: Path) -> Path:
 
 def change(path: Path, *commands: str) -> None:
     """Change a store behind the back of the program."""
-    with sqlite3.connect(path) as connection:
+    with closing(sqlite3.connect(path)) as connection, connection:
         for text in commands:
             connection.execute(text)
-    connection.close()
 
 
 def resumed(store: Path, whole: Path, capfd: pytest.CaptureFixture[str]) -> None:

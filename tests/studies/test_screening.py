@@ -208,7 +208,8 @@ def test_where_margins_say_nothing(spoilt):
     accurate, paired = spoilt(*_blurred(np.abs(numbers.standard_normal(400)), numbers))
     cheap = np.append(paired, np.abs(numbers.standard_normal(300)))
     found = fraction_by_margins(accurate, paired, cheap)
-    assert found == fraction_estimate(accurate > 0.0, paired > 0.0, cheap > 0.0)
+    expected = fraction_estimate(accurate > 0.0, paired > 0.0, cheap > 0.0)
+    assert repr(found) == repr(expected)  # a correlation may be NaN, which equals nothing
 
 
 RANGES = {"A.clearance": (0.05e-3, 0.4e-3), "drive.speed": "100..200 rpm"}

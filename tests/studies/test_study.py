@@ -6,6 +6,7 @@ import dataclasses
 import os
 import re
 import sqlite3
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -47,7 +48,7 @@ def study(**changes: Any) -> Study:
 
 def rows(path: str | Path) -> list[Any]:
     """All rows of cases of a store, as any tool reads them."""
-    with sqlite3.connect(path) as connection:
+    with closing(sqlite3.connect(path)) as connection:
         return connection.execute("SELECT * FROM cases ORDER BY number").fetchall()
 
 
@@ -67,7 +68,7 @@ def test_a_store_holds_the_runs(tmp_path: Path) -> None:
     # common random numbers: the same samples at each point; members: the same numbers
     restitution = found["A.damping.restitution"].values.reshape(6, 2, 2)
     assert np.all(restitution == restitution[:1, :, :1])
-    with sqlite3.connect(store.path) as connection:
+    with closing(sqlite3.connect(store.path)) as connection:
         raw = connection.execute('SELECT "A.peak_force", "ideal joints.peak_force" FROM cases ORDER BY number').fetchall()
     np.testing.assert_array_equal(raw, found["peak_force"].values)
 

@@ -7,6 +7,7 @@ import math
 import re
 from collections.abc import Iterable
 from functools import cache
+from tokenize import TokenError
 from typing import TYPE_CHECKING, NamedTuple
 
 from scissordyn.errors import InputError, did_you_mean
@@ -139,7 +140,8 @@ def unit_factor(unit: str, target: str) -> float:
         AssertionError,
         ValueError,
         TypeError,
-    ):  # pint raises many kinds of errors
+        TokenError,
+    ):  # pint raises many kinds of errors, and from Python 3.12 on the tokenizer under it for brackets that do not pair
         raise InputError(f"'{unit}' is not a unit") from None
     if large := LARGE.search(str(parsed)):
         likely, others = {"meter": ("mm", "m, mm, km"), "second": ("ms", "s, ms")}.get(large[2], ("deg", "deg, rad, turn"))

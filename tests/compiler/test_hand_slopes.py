@@ -129,14 +129,14 @@ def of_kinds() -> dict[str, sd_time.TimeFunction]:
 @pytest.mark.parametrize("kind", of_kinds())
 def test_the_derivatives_of_time_functions_are_their_slopes(kind: str) -> None:
     """Identity: each of three derivatives is the slope of the one before."""
-    unit, entry = Unit(derivatives=1), Entry(function_at.python)
+    unit, entry = Unit(derivatives=2), Entry(function_at.python)
     unit.entry(entry)
     called, rows = getattr(loaded(unit.text(), *QUICK), entry.symbol), function_rows(of_kinds()[kind], 0.7)
-    number = number_type(1)
+    number = number_type(2)
     called.argtypes, called.restype = [number, ctypes.c_void_p, *[ctypes.c_int64] * 3, ctypes.c_void_p, ctypes.c_int64], None
-    table, value = np.zeros((*rows.shape, 2)), np.zeros((4, 2))
+    table, value = np.zeros((*rows.shape, 3)), np.zeros((4, 3))
     table[..., 0] = rows
     for time in np.linspace(-0.1, 1.1, 37):
-        called(number((ctypes.c_double * 2)(time, 1.0)), table.ctypes.data, *rows.shape, rows.shape[1], value.ctypes.data, 4)
+        called(number((ctypes.c_double * 3)(time, 1.0)), table.ctypes.data, *rows.shape, rows.shape[1], value.ctypes.data, 4)
         scale = 1.0 + np.max(np.abs(value[:, 0]))
         np.testing.assert_allclose(value[1:, 0], value[:-1, 1], rtol=1e-12, atol=1e-13 * scale)

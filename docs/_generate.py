@@ -179,6 +179,7 @@ MODULES: dict[str, dict[str, tuple[str, ...]]] = {
             *("response", "track", "force", "torque", "orbit", "film", "energy"),
             *("structure", "bending", "comparison", "statics"),
         ),
+        "plot.wear": ("profile", "history"),
         "plot.regularity": (
             "stroboscopic_map",
             "power_spectrum",

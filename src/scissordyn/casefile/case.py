@@ -62,6 +62,8 @@ def read_values(given: Any, _: Context) -> Mapping[str, Any]:
     return MappingProxyType(dict(given))
 
 
+WEAR = described(Wear, most_clearance="0.6 mm")  # Reader of the table [wear]
+
 MOST_BODIES = 6  # Bodies that an error names
 
 ADDITIONS = (
@@ -106,7 +108,7 @@ class _CaseTable(Table):
 
     wear: Annotated[
         Wear | None,
-        described(Wear, most_clearance="0.6 mm"),
+        WEAR,
         About("wear of joints over many cycles", examples=[{"cycles": 10000}]),
     ] = None
 

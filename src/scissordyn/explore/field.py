@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from scissordyn.casefile.case import LISTS
+from scissordyn.casefile.case import LISTS, WEAR
 from scissordyn.casefile.code import Code
 from scissordyn.casefile.part import component_part
 from scissordyn.casefile.quantity import read_numbers, read_quantity, unit_factor, written
@@ -36,6 +36,7 @@ STARRED_IN = ("drive", "control", "clearance", "guide_clearance")
 READERS: Mapping[str, Reader] = {
     "drive": DriveTable.reader(),
     "control": ControlTable.reader(),
+    "wear": WEAR,
     **{section: read for section, (read, _) in LISTS.items()},
 }
 CHOICES: Mapping[tuple[Any, str], str] = {

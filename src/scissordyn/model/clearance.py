@@ -225,13 +225,6 @@ class Clearance:
         check_quantities(self)
         if self.contour:
             self._check_contour()
-        round_only = self.contact == "hard" or self.lubrication is not None or self.slip != "surfaces"
-        if round_only and (self.contour or self.wear is not None):
-            raise InputError(
-                "wear of a joint with hard contact, lubrication or slip of the contact points",
-                "a dry compliant contact with the slip of the surfaces",
-                'contact = "compliant"',
-            )
         if self.clearance >= self.journal_radius:
             raise InputError(
                 f"clearance = {self.clearance:g} m is not smaller than journal_radius = {self.journal_radius:g} m",
@@ -248,6 +241,16 @@ class Clearance:
             raise InputError(f"contour: {len(self.contour)} depths", f"at least {ANGLES_MIN} depths, at equally spaced angles")
         if not all(0.0 <= depth < self.journal_radius for depth in self.contour):
             raise InputError("contour: a depth that is negative or not below the journal radius", "depths of the worn bearing")
+        self.check_worn("contour")
+
+    def check_worn(self, what: str) -> None:
+        """Raise `InputError` if the contact cannot have a worn bearing; `what` is worn."""
+        if self.contact == "hard" or self.lubrication is not None or self.slip != "surfaces":
+            raise InputError(
+                f"{what}: wear of a joint with hard contact, lubrication or slip of the contact points",
+                "a dry compliant contact with the slip of the surfaces",
+                'contact = "compliant"',
+            )
 
     @property
     def surfaces(self) -> JointContact:

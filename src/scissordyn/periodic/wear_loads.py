@@ -35,7 +35,11 @@ CONFIDENCE_FACTOR = 1.96  # standard errors of a mean on either side of a 95 % i
 
 def worn_joints(mechanism: Mechanism) -> list[str]:
     """Return the names of the joints with a coefficient of wear."""
-    names = [joint.name for joint in mechanism.clearance_joints if joint.clearance is not None and joint.clearance.wear]
+    names = []
+    for joint in mechanism.clearance_joints:
+        if joint.clearance is not None and joint.clearance.wear is not None:
+            joint.clearance.check_worn(f"joint '{joint.name}'")
+            names.append(joint.name)
     if not names:
         raise InputError(
             "wear: no clearance joint has a coefficient of wear",

@@ -1,0 +1,108 @@
+"""``scissordyn wear``: answers, pictures, interruption and continuation, and what is refused."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+import xarray as xr
+
+from scissordyn.cli.main import status_of
+from scissordyn.errors import InputError
+from scissordyn.plot.wear import history, profile
+from scissordyn.record.store import load
+
+CASE = """
+[structure]
+kind = "slider-crank"
+
+[drive]
+speed = "3000 rpm"
+
+[[clearance]]
+joint = "slider pin"
+clearance = "0.1 mm"
+restitution = 0.7
+wear = "1e-4 mm^3/(N m)"
+
+[wear]
+cycles = 1500
+members = 1
+settle = 1
+angles = 180
+most_clearance = "0.103 mm"
+
+[run]
+until = "40 ms"
+rtol = 1e-6
+atol = 1e-6
+"""
+
+
+@pytest.fixture
+def case(folder: Path) -> str:
+    """The name of a case file whose joint wears fast."""
+    (folder / "case.toml").write_text(CASE, encoding="utf-8")
+    return "case.toml"
+
+
+def test_answers_and_pictures(case: str, folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """Contract: the answers, the file and the pictures; the same in SI units as JSON, from the file, which is complete."""
+    assert status_of(["wear", case, "-o", "life.nc", "--plot", "pictures"]) == 0
+    lines = capfd.readouterr().out.splitlines()
+    assert lines[0].startswith("clearance of joint 'slider pin' at most 103 µm: fails after ")
+    assert "limited by joint 'slider pin'" in lines[0]
+    assert lines[1].startswith("joint 'slider pin' after 1500 cycles: ")
+    assert {path.name for path in (folder / "pictures").iterdir()} == {"wear.png", "profile-1.png"}
+    assert status_of(["wear", case, "-o", "life.nc", "--json"]) == 0
+    said, kept = json.loads(capfd.readouterr().out), load("life.nc")
+    assert said["lives"][0]["life"] == float(kept["life"][0])
+    assert said["joints"]["slider pin"]["worn_volume"] == float(kept["worn_volume"][-1, 0])
+    low, life, high = (said["lives"][0][name] for name in ("life_low", "life", "life_high"))
+    assert 0.0 < low <= life <= high < 1500
+
+
+def test_an_interrupted_command_goes_on(case: str, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Contract: Ctrl-C leaves the simulated states in the file; the same command goes on to the result of one run."""
+    from scissordyn.periodic import wear
+
+    assert status_of(["wear", case, "-o", "whole.nc"]) == 0
+    simulate, count = wear.CycleRunner.loads, 0
+
+    def interrupted(*arguments: object) -> object:
+        nonlocal count
+        count += 1
+        if count == 3:
+            raise KeyboardInterrupt
+        return simulate(*arguments)  # type: ignore[arg-type]
+
+    capfd.readouterr()
+    with monkeypatch.context() as patched:
+        patched.setattr(wear.CycleRunner, "loads", interrupted)
+        assert status_of(["wear", case, "-o", "life.nc"]) == 130
+    shown = capfd.readouterr()
+    assert "Saved to life.nc, marked interrupted" in shown.out
+    assert shown.err == "scissordyn: interrupted; scissordyn wear case.toml -o life.nc goes on from there\n"
+    assert load("life.nc").sizes["state"] == 2
+    assert status_of(["wear", case, "-o", "life.nc"]) == 0
+    xr.testing.assert_identical(load("life.nc"), load("whole.nc"))
+
+
+def test_what_is_refused(case: str, folder: Path, refused: Callable[..., str]) -> None:
+    """Contract: one line each: no coefficient, a result of another case, another kind of file."""
+    (folder / "other.toml").write_text(CASE.replace('wear = "1e-4 mm^3/(N m)"\n', ""), encoding="utf-8")
+    assert "no clearance joint has a coefficient of wear" in refused("wear", "other.toml")
+    assert status_of(["wear", case, "--cycles", "10", "-o", "life.nc", "-q"]) == 0
+    assert "of another case or other options" in refused("wear", case, "--set", "drive.speed=2900 rpm", "-o", "life.nc")
+    assert "expected a" in refused("wear", case, "--set", "clearance.wear='1e-4 mm^3/N'")
+    (folder / "oil.toml").write_text(CASE.replace("[wear]", 'contact = "hard"\n\n[wear]'), encoding="utf-8")
+    assert "wear of a joint with hard contact" in refused("wear", "oil.toml")
+
+
+def test_pictures_of_other_datasets() -> None:
+    run = xr.Dataset(attrs={"title": "scissordyn run"})
+    for picture in (profile, history):
+        with pytest.raises(InputError, match="a picture of wear of a 'scissordyn run'"):
+            picture(run)

@@ -141,9 +141,9 @@ def test_a_bouncing_ball() -> None:
     state.clock["monitors"], state.clock["end"] = 0, 1.9
     integration, twin = Handle(content), Twin((Tableau, Watched), {})
     dual_ball, dual = twin.address(ball.content), twin.address(content)
-    misfit, ones = np.zeros(1), np.ones(2)
+    misfit, control = np.zeros(1), (np.array([4]), np.array([1e-9]), np.zeros(1, np.int64))
     parts = state.clock, state.counts, state.y, state.mode, state.memory, state.mass, state.reference
-    watched = Watched(*parts, work.scaling, work.slope, state.peak, content.log, np.zeros(0, np.int64), misfit, ones)
+    watched = Watched(*parts, work.scaling, work.slope, state.peak, content.log, np.zeros(0, np.int64), misfit, *control)
     watching, seed = twin.address(watched), np.zeros((1, 9))
     twin.of(state.y)[0, 1], twin.of(state.y)[1, 2] = 1.0, 1.0
     twin.of(ball.content.numbers)[0, 3], twin.of(ball.content.numbers)[1, 4] = 1.0, 1.0

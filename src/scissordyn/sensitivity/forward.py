@@ -10,7 +10,7 @@ import numpy as np
 
 from scissordyn.errors import ScissordynError
 from scissordyn.integrate import advance as loop
-from scissordyn.integrate.integration import INTEGRAL, STRUCK, WHEN
+from scissordyn.integrate.integration import INTEGRAL, LARGEST, STRUCK, WHEN
 from scissordyn.model.options import Options
 from scissordyn.plan.plan import Plan
 from scissordyn.record.ideal_path import IdealPath
@@ -23,7 +23,7 @@ from scissordyn.sensitivity.twin import Twin
 
 PIECE = 2_000  # [steps] between two checks of Ctrl-C and progress
 
-TOLERANCE_FACTOR = 10.0  # Relative error of the derivatives that is allowed in a step, in relative tolerances of the values
+TOLERANCE_FACTOR = 100.0  # Relative error of the derivatives that is allowed in a step, in relative tolerances of the values
 
 MISFIT_MAX = 1e-6
 """Largest relative difference between a step and its repetition; round-off is below 1e-10, another mode above 1e-3."""
@@ -159,6 +159,12 @@ class _Pass:
         first = log.shape[1] - peak.shape[1]
         unknown = [WHEN, STRUCK + 1] + ([] if integrals else list(range(INTEGRAL, STRUCK)))
         peak[:, unknown], log[:, [first + column for column in unknown]] = np.nan, np.nan
+        # a largest value that the repetition has not followed
+        peak[of(state.peak)[:, LARGEST, 0] != state.peak[:, LARGEST], LARGEST] = np.nan
+        ended = self.driver.integration.content.log[: len(log)]
+        log[of(self.driver.integration.content.log)[: len(log), first + LARGEST, 0] != ended[:, first + LARGEST], first] = (
+            np.nan
+        )
         if not integrals:
             total[:] = np.nan
         kept = self.driver.integration.content.samples

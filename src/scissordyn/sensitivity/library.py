@@ -113,7 +113,7 @@ def _source(recipes: tuple[Recipe, ...], doubles: tuple[type, ...]) -> str:
 
 def _flags() -> tuple[str, ...]:
     """Return additional flags of the compiler: the library stays on this machine, so it may use all instructions."""
-    return ("-march=native",) if platform.machine() in ("x86_64", "AMD64") else ()
+    return ("-O3", *(("-march=native",) if platform.machine() in ("x86_64", "AMD64") else ()))
 
 
 def _processor() -> str:

@@ -191,7 +191,8 @@ def repeat_step(problem, T, guard, now, run, s, w, system, samples, seed):
             h = to_event(problem, T, guard, t, h, s, w, system)
             w.has_dense[0] = 0
         reached = now if last else value_of(t + h)
-        use_inside(problem, T, t, h, reached, run, s, w, system, samples, seed)
+        ends = last and (guard >= 0 or now == run.clock[0].end)
+        use_inside(problem, T, t, h, reached, ends, run, s, w, system, samples, seed)
         problem.forget(system)
         problem.accept(with_value(t + h, reached), w.new, system, w.accepted)
         carry_on(T, s, w)
@@ -247,13 +248,26 @@ def fixed_instant(problem, now, run, w, system, t):
 
 @kernel
 def to_event(problem, T, guard, t, h, s, w, system):
-    """Repeat the step with the derivatives of its size by which it ends on the root of a guard; return the size."""
-    for _ in range(2):
-        root = root_at(problem, t + h, guard, w.new, w, system)
-        h = h - (root - value_of(root)) / value_of(w.rate[guard])
-        problem.forget(system)
-        explicit_step(problem, T, t, h, s, w, system)
-    return h
+    """Repeat the step with the derivatives of its size by which it ends on the root of a guard; return the size.
+
+    The rate of the guard is that of the motion, which the end of a step follows within the error of the step. What remains is
+    corrected along the motion.
+    """
+    h = h + to_root(problem, guard, t + h, w.new, w, system)
+    problem.forget(system)
+    explicit_step(problem, T, t, h, s, w, system)
+    rest = to_root(problem, guard, t + h, w.new, w, system)
+    problem.rate(t + h, w.new, system, w.inside)
+    for i in range(s.y.size):
+        w.new[i] += rest * w.inside[i]
+    return h + rest
+
+
+@kernel
+def to_root(problem, guard, t, y, w, system):
+    """Return a zero with the derivatives of the time from an instant to the root of a guard."""
+    root = root_at(problem, t, guard, y, w, system)
+    return (value_of(root) - root) / value_of(w.rate[guard])
 
 
 @kernel
@@ -268,8 +282,7 @@ def root_at(problem, t, guard, y, w, system):
 def move_to_event(problem, guard, s, w, system):
     """Give time the derivatives of the root of another guard at the same instant, and the state those of its motion there."""
     clock = s.clock[0]
-    root = root_at(problem, clock.time, guard, s.y, w, system)
-    h = (value_of(root) - root) / value_of(w.rate[guard])
+    h = to_root(problem, guard, clock.time, s.y, w, system)
     problem.rate(clock.time, s.y, system, w.slope)
     for i in range(s.y.size):
         s.y[i] += h * w.slope[i]
@@ -294,14 +307,17 @@ def carry_on(T, s, w):
 
 
 @kernel
-def use_inside(problem, T, t, h, now, run, s, w, system, samples, seed):
+def use_inside(problem, T, t, h, now, ends, run, s, w, system, samples, seed):
     """Write samples, integrals and largest values of the step."""
     counts = s.counts[0]
     for k in range(run.rows.size):
         row = run.rows[k]
-        found = run.peak[row, LARGEST] > 0.0 and run.peak[row, LARGEST] != value_of(s.peak[row, LARGEST])
-        if found and value_of(t) <= run.peak[row, WHEN] <= now:
-            follow_peak(problem, T, row, run.peak[row, WHEN], t, h, now, s, w, system, seed)
+        when = run.peak[row, WHEN]
+        new = run.peak[row, LARGEST] > 0.0 and run.peak[row, LARGEST] != value_of(s.peak[row, LARGEST])
+        # a value that is largest at the end of a step usually goes on to rise: the next step decides
+        if new and value_of(t) <= when <= now and (when < now or ends):
+            follow_peak(problem, T, row, when, t, h, now, s, w, system, seed)
+            s.peak[row, LARGEST] = with_value(s.peak[row, LARGEST], run.peak[row, LARGEST])
     while counts.samples < samples.time.size and samples.time[counts.samples] <= now:
         complete(problem, T, t, h, s, w, system)
         part = (samples.time[counts.samples] - t) / h
@@ -406,7 +422,4 @@ def take_values(run, s, w):
         s.mass[k] = with_value(s.mass[k], run.mass[k])
     for k in range(s.reference.size):
         s.reference[k] = with_value(s.reference[k], run.reference[k])
-    for k in range(run.rows.size):
-        row = run.rows[k]
-        s.peak[row, LARGEST] = with_value(s.peak[row, LARGEST], run.peak[row, LARGEST])
     return FOLLOWED

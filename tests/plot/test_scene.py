@@ -30,11 +30,12 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.animation import Film, animate
 from scissordyn.plot.animation_scene import MAGNIFIED_CLEARANCE, Scene, guides_for_contacts, outline, scene_of
 from scissordyn.plot.canvas import pack_scene, page
+from scissordyn.plot.drawing import BAR_FILLS, block_walls
 from scissordyn.plot.joint import orbit
 from scissordyn.plot.report import draw_all
 from scissordyn.plot.series import MOST_JOINTS
 from scissordyn.plot.still import structure
-from scissordyn.plot.style import BLUE, GREEN, SKY, VERMILION
+from scissordyn.plot.style import SKY, VERMILION
 from scissordyn.record.placement import Placement
 from scissordyn.run.simulate import simulate
 
@@ -72,14 +73,14 @@ def test_bodies_and_pins_are_where_the_run_has_them(run: xr.Dataset, arm: Mechan
 def test_bars_have_the_colours_of_stills(run: xr.Dataset, arm: Mechanism, scene: Scene) -> None:
     """Cross-check: each bar of a film has the colour that it has in a still of the same run; its page gets its tone."""
     still = structure(run, arm)[0]
-    where = {tuple(line.get_xydata()[0].round(9)): line.get_color() for line in still.lines if line.get_linewidth() == 2.0}
+    where = {tuple(line.get_xydata()[0].round(9)): line.get_color() for line in still.lines if line.get_color() in BAR_FILLS}
     film, tones = Film(scene, 1.0), {shape["name"]: shape["tone"] for shape in data_of(page(scene, run, 1.0))["shapes"]}
     bars = 0
     for shape, artist in zip(scene.shapes, film.drawing.shapes, strict=True):
         if shape.kind == "bar":
             bars += 1
             assert artist.get_color() == where[tuple(shape.points[0, 0].round(9))]
-            assert artist.get_color() == (BLUE, GREEN)[tones[shape.name]]
+            assert artist.get_color() == BAR_FILLS[tones[shape.name]]
     assert bars == len(where) >= 2
 
 
@@ -294,8 +295,12 @@ GUIDE_CLEARANCE, WIDTH = 1e-4, 0.02
 
 
 def magnified(run: xr.Dataset, mechanism: Mechanism, sample: int, joint: str) -> Axes:
-    """The panel of a joint in a still of one sample."""
-    return structure(run, mechanism, joint=joint, times=[float(run["time"][sample])])[1]
+    """The panel of a joint in a film that begins at one sample."""
+    guides = [guide.name for guide in mechanism.guides if guide.name == joint]
+    film = Film(
+        scene_of(run, mechanism, np.array([sample, -1]), [joint] if not guides else [], guides=guides, between=False), 1.0
+    )
+    return film.panels[0]
 
 
 def test_bars_are_drawn_where_they_are(run: xr.Dataset, arm: Mechanism) -> None:
@@ -303,11 +308,11 @@ def test_bars_are_drawn_where_they_are(run: xr.Dataset, arm: Mechanism) -> None:
     axes = structure(run, arm, times=[0.025])[0]
     theta = math.pi / 6 + 5.0 * math.pi * 0.025
     tip = 2.0 * np.array([math.cos(theta), math.sin(theta)])
-    first, second = [np.array(line.get_xydata()) for line in axes.lines if line.get_color() in (BLUE, GREEN)][:2]
+    first, second = [np.array(line.get_xydata()) for line in axes.lines if line.get_color() in BAR_FILLS][:2]
     np.testing.assert_allclose(first, [(0.0, 0.0), tip], atol=1e-12)
     np.testing.assert_allclose(second, [(0.0, tip[1]), (tip[0], 0.0)], atol=1e-12)
     assert axes.get_title(loc="left") == "t = 25 ms"
-    assert [text.get_text() for text in axes.texts] == ["A"]
+    assert [text.get_text() for text in axes.texts] == ["0.5 m", "A"]
     assert len(axes.patches) == 3  # slider, and the two parts of the ground pin
 
 
@@ -345,11 +350,28 @@ def test_magnified_joint(run: xr.Dataset, arm: Mechanism) -> None:
         MAGNIFIED_CLEARANCE * (1.0 + run["indentation"].sel(joint="A").values[sample] / CLEARANCE), rel=1e-12
     )
     assert journal.get_edgecolor() == to_rgba(VERMILION)
-    assert axes.get_title() == "A: contact\nclearance magnified 7 times"
+    assert axes.get_xlabel() == "clearance magnified 7\ntimes"
     flying = magnified(run, arm, 0, "A")
     assert flying.patches[1].get_edgecolor() == to_rgba(SKY)
     with pytest.raises(InputError, match="joint 'O'"):
-        magnified(run, arm, 0, "O")
+        structure(run, arm, joint="O")
+
+
+def test_instants_are_numbered_on_the_orbit(run: xr.Dataset, arm: Mechanism) -> None:
+    """Contract: each number's mark is at the journal's place at its instant, and a turned picture turns it with the bars."""
+    samples = [100, 900, 1700]
+    drawn = structure(run, arm, times=[float(run["time"][k]) for k in samples])
+    assert [axes.get_title(loc="left")[:2] for axes in drawn[:3]] == ["1:", "2:", "3:"]
+    marks = [line.get_xydata()[0] for line in drawn[3].lines if line.get_zorder() == 5.0]
+    place = 1e3 * run["eccentricity"].sel(joint="A").values[samples]
+    directions = [np.arctan2(*mark) for mark in marks]
+    np.testing.assert_allclose(np.sort(directions), np.sort(np.arctan2(*place.T)), atol=1e-12)
+    assert {text.get_text() for text in drawn[3].texts} >= {"1", "2", "3"}
+    upwards = dataclasses.replace(arm, gravity=9.81, gravity_direction=math.pi)
+    turned = [line.get_xydata()[0] for line in structure(run, upwards, times=[0.001])[1].lines if line.get_label() == "start"]
+    first = 1e3 * run["eccentricity"].sel(joint="A").values[0]
+    np.testing.assert_allclose(turned, [[-first[1], first[0]]], atol=1e-12)
+    assert "x ↑, y ←" in structure(run, upwards, times=1)[0].texts[0].get_text()
 
 
 @pytest.mark.parametrize("joint", ["A", None])
@@ -358,7 +380,7 @@ def test_rings_say_contact_or_flight(run: xr.Dataset, arm: Mechanism, joint: str
     touched = run["in_contact"].sel(joint="A").values.astype(bool)
     samples = [int(np.argmax(touched)), int(np.argmin(touched))]
     drawn = structure(run, arm, joint=joint, times=[float(run["time"][k]) for k in samples])
-    stills = [axes for axes in drawn if axes.get_title(loc="left").startswith("t =")]
+    stills = [axes for axes in drawn if "t =" in axes.get_title(loc="left")]
     rings = [
         line.get_color() for axes in stills for line in axes.lines if line.get_markersize() > 5.0 and line.get_zorder() == 5.0
     ]
@@ -369,9 +391,9 @@ def test_rings_say_contact_or_flight(run: xr.Dataset, arm: Mechanism, joint: str
 def test_structure_at_chosen_instants(two_joints: xr.Dataset) -> None:
     """Contract: a panel per instant and per clearance joint, all structures on the same axes."""
     drawn = structure(two_joints, mechanism_with(tuple(CLEARANCE_JOINTS)), times=[0.0, 0.0300004])
-    assert [axes.get_title(loc="left") for axes in (drawn[0], drawn[3])] == ["t = 0 ms", "t = 30 ms"]
-    assert len(drawn) == 6
-    assert drawn[0].get_xlim() == drawn[3].get_xlim()
+    assert [axes.get_title(loc="left") for axes in drawn[:2]] == ["1: t = 0 ms", "2: t = 30 ms"]
+    assert len(drawn) == 4
+    assert drawn[0].get_xlim() == drawn[1].get_xlim()
     with pytest.raises(InputError, match="times"):
         structure(two_joints, mechanism_with(tuple(CLEARANCE_JOINTS)), times=0)
 
@@ -384,7 +406,7 @@ def test_stills_name_the_joints_that_they_magnify() -> None:
         arm = arm.with_clearance(name, Clearance(CLEARANCE))
     started = simulate(arm.driven(speed=1.0), until=1e-4, samples=2)
     drawn = structure(started, arm, times=1)
-    titles = [axes.get_title().split(":")[0] for axes in drawn[1:]]
+    titles = [axes.get_title().replace("joint ", "").split("\n")[0] for axes in drawn[1:]]
     shown = {text.get_text() for text in drawn[0].texts if text.get_text()}
     assert len(titles) == MOST_JOINTS
     assert shown & set(names) == set(titles)
@@ -420,7 +442,7 @@ def test_corners_reach_the_guide_surfaces_in_contact(fallen: xr.Dataset, linkage
     """Closed form: in units of W/2 the surfaces are at 1.35, and each drawn corner is beyond its surface by 0.35 delta/c."""
     below = fallen["indentation"].sel(joint="guide/corner 1")
     sample = int(np.argmax(below.values))
-    axes = magnified(fallen, linkage, sample, "guide/corner 1")
+    axes = magnified(fallen, linkage, sample, "guide")
     right, left = sorted(float(line.get_ydata()[0]) for line in axes.lines if line.get_linestyle() == "-")
     assert (right, left) == (pytest.approx(-1.0 - MAGNIFIED_CLEARANCE), pytest.approx(1.0 + MAGNIFIED_CLEARANCE))
     block = axes.patches[-1]
@@ -430,14 +452,14 @@ def test_corners_reach_the_guide_surfaces_in_contact(fallen: xr.Dataset, linkage
         wanted = side * (1.0 + MAGNIFIED_CLEARANCE + MAGNIFIED_CLEARANCE * delta / GUIDE_CLEARANCE)
         assert np.min(np.abs(tips[:, 1] - wanted)) < 1e-12
     assert block.get_edgecolor() == to_rgba(VERMILION)
-    assert "in contact" in axes.get_title()
-    assert axes.get_title().endswith(f"clearance magnified {MAGNIFIED_CLEARANCE * 0.5 * WIDTH / GUIDE_CLEARANCE:.2g} times")
+    gain = MAGNIFIED_CLEARANCE * 0.5 * WIDTH / GUIDE_CLEARANCE
+    assert axes.get_xlabel().replace("\n", " ") == f"clearance magnified {gain:.2g} times"
 
 
 def test_a_guide_is_one_panel(fallen: xr.Dataset, linkage: Mechanism, tmp_path) -> None:
     """Contract: four corners make one panel; there is no orbit without a journal; an ideal guide is refused."""
     assert guides_for_contacts(linkage, ["guide/corner 2", "guide/corner 1", "slider pin"]) == ["guide", "slider pin"]
-    assert len(structure(fallen, linkage, times=2)) == 4
+    assert len(structure(fallen, linkage, times=2)) == 3
     drawn = draw_all(fallen, None, tmp_path, linkage)
     assert [path.stem for path in drawn] == ["response", "force", "torque", "energy", "structure"]
     with pytest.raises(InputError, match="without clearance joints"):
@@ -450,10 +472,12 @@ def test_film_shows_the_channel_of_a_guide(fallen: xr.Dataset, linkage: Mechanis
     """Cross-check: block and contacts of each frame are those of the still, and a page has the same."""
     frames = np.array([0, 150, 500])
     film = Film(scene_of(fallen, linkage, frames, [], guides=["guide"]), 1.0)
-    for frame, sample in enumerate(frames):
+    stills = structure(fallen, linkage, times=fallen["time"].values[frames])[-1]
+    outlines = [line.get_xydata() for line in stills.lines if line.get_zorder() == 2.5]
+    for frame, outline_ in enumerate(outlines):
         film.show(frame)
-        still = magnified(fallen, linkage, int(sample), "guide/corner 1")
-        assert np.allclose(film.joints[0].block.get_xy(), still.patches[-1].get_xy())
+        assert np.allclose(film.joints[0].block.get_xy(), outline_)
+    assert len(outlines) == 3
     begins = [0, 1, 151]
     names = [point.name for point in linkage.contact_points]
     touched = np.logical_or.reduceat(fallen["in_contact"].sel(joint=names).values, begins).any(axis=1)
@@ -479,6 +503,10 @@ def test_a_ring_on_a_pole_is_hollow(linkage: Mechanism) -> None:
         assert (Film(scene, 1.0).joints[0].block.get_facecolor()[3] == 0.0) is hollow
         [drawn] = json.loads(pack_scene(scene, run))["channels"]
         assert drawn["hollow"] is hollow
+        walls = block_walls(scene.channels[0], 0)
+        assert len(walls) == (2 if hollow else 1)
+        pole = max(scene.channels[0].surfaces.values())
+        assert not hollow or all(np.all(np.abs(wall[:, 1]) > pole - 1e-9) for wall in walls)
 
 
 def test_the_time_above_a_film_is_inside_it(fallen: xr.Dataset, linkage: Mechanism) -> None:

@@ -22,7 +22,7 @@ MOST = 20  # Differing entries of the configurations that are listed
 MULTIPLE = 10.0  # Ratio from which a change is written as a multiple
 
 LAST = {
-    "slider_position": ("displacement at the end", "m"),
+    "slider_position": ("position at the end", "m"),
     "drive_work": ("work of the drive", "J"),
     "motor_work": ("work of motors and actuators", "J"),
     "load_work": ("work of forces and torques", "J"),

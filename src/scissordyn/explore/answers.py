@@ -186,7 +186,7 @@ class Chosen:
         at, point = f" at {self.joint}" if self.joint else "", self.point
         output = Figure("rad", f"angle of {self.output}", {"output": ("", "output angle")})
         if "slider_position" in self._run:
-            output = Figure("m", "displacement of the slider", {"output": ("", "slider displacement")})
+            output = Figure("m", "position of the slider", {"output": ("", "slider position")})
         limits = {
             name: "" if torque.limit is None else f", limit {short(torque.limit, 'N m')}"
             for name, torque in self.torques.items()

@@ -7,6 +7,7 @@ import subprocess
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
+from textwrap import wrap
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,7 +22,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.animation_scene import Scene, newtons, scale_in_words, scene_of
 from scissordyn.plot.bar_diagram import colour_bar
 from scissordyn.plot.canvas import page
-from scissordyn.plot.drawing import Drawing, draw_magnified
+from scissordyn.plot.drawing import Drawing, draw_magnified, magnified_text
 from scissordyn.plot.label import Label, write_name
 from scissordyn.plot.series import MOST_JOINTS, chosen_joints, clearance_pins, largest_forces, write_more
 from scissordyn.plot.style import BLACK, literal, small
@@ -37,6 +38,8 @@ FRAME_RATES = {"gif": 10, "mp4": 25, "html": 25}
 
 DPI = 100  # Resolution of a film's frames [dots per inch]
 
+
+CAPTION_LETTERS = 22  # Letters in a line below the panel of a joint
 
 LEADER = {"arrowstyle": "-", "color": BLACK, "linewidth": 0.5, "shrinkA": 1.0, "shrinkB": 0.5}
 """Line style of the leader between a joint and its name."""
@@ -154,7 +157,7 @@ class Film:
             colour_bar([self.axes], self.diagram)
         self.joints = [draw_magnified(axes, joint) for axes, joint in zip(self.panels, joints, strict=True)]
         for axes, joint in zip(self.panels, joints, strict=True):  # two lines, because neighbouring panels are narrow
-            axes.set_xlabel(f"clearance magnified\n{joint.gain:.2g} times", fontsize=small())
+            axes.set_xlabel("\n".join(wrap(magnified_text(joint.gain), CAPTION_LETTERS)), fontsize=small())
         named = [Label(joint.name, np.zeros(2), BLACK) for joint in joints]
         self.names = [write_name(self.axes, label, small(), in_layout=False, arrowprops=LEADER) for label in named]
         self.asides = np.zeros((len(scene.time), len(joints), 2))
@@ -163,7 +166,7 @@ class Film:
         for _ in range(2):  # two passes: constrained layout settles equal scales only in the second one
             self.figure.draw_without_rendering()
         self.figure.set_layout_engine("none")
-        longer = self.drawing.fit_rings()
+        longer = self.drawing.fit_sizes()
         self.asides = scene.name_offsets(len(joints), region=region, longer=longer, looks=len(scene.time))
         self.show(0)
 

@@ -116,8 +116,8 @@ class Scene:
     # Name, kind and position (frames, 2) [m] of everything that stills label
     names: tuple[tuple[str, str, np.ndarray], ...] = ()
 
-    def instant(self, frame: int) -> str:
-        return f"t = {self.scale.factor * self.time[frame]:.4g} {self.scale.unit}"
+    def instant(self, frame: int, digits: int = 4) -> str:
+        return f"t = {self.scale.factor * self.time[frame]:.{digits}g} {self.scale.unit}"
 
     @property
     def magnified(self) -> list[Channel | ClearanceJoint]:

@@ -12,6 +12,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import Normalize, to_rgba
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Polygon, Rectangle
+from matplotlib.patheffects import Normal, Stroke
 
 from scissordyn.plot.animation_scene import (
     CHANNEL_HALF_LENGTH,
@@ -36,11 +37,17 @@ from scissordyn.plot.style import (
     PURPLE,
     SKY,
     VERMILION,
+    draw_scale_bar,
     dress,
-    label_axes,
 )
 
 RING_DIAMETER = 8.0  # Largest diameter of the ring around a clearance joint [pt]
+BAR_FRACTION, PIN_FRACTION = 0.6, 0.45  # Width of bars and diameter of pins as fractions of the ring's diameter
+BAR_EDGE = 0.8  # Width of the outline of bars [pt]
+
+BAR_EDGES = BLUE, GREEN
+BAR_FILLS = "#b5d3ea", "#b0dfcd"
+"""Outlines and fills of bars and plates, by their tone."""
 
 HATCH_STYLE: dict[str, Any] = {"facecolor": "white", "edgecolor": GREY, "hatch": "//////", "linewidth": 0.0}
 
@@ -51,7 +58,7 @@ AREA_STYLES: dict[str, dict[str, Any]] = {
     "plate": {"linewidth": 1.6, "zorder": 1.9},
 }
 LINE_STYLES: dict[str, dict[str, Any]] = {
-    "bar": {"linewidth": 2.0, "zorder": 2.0, "solid_capstyle": "round"},
+    "bar": {"linewidth": 4.0, "zorder": 2.0, "solid_capstyle": "round", "solid_joinstyle": "round"},
     "component": {"color": PURPLE, "linewidth": 1.0, "zorder": 2.5},
     "rod": {"color": PURPLE, "linewidth": 1.4, "linestyle": (0, (4, 1.5)), "zorder": 2.5},
     "guide": {"color": GREY, "linewidth": 0.7, "linestyle": (0, (6, 2, 1, 2)), "zorder": 1.0},
@@ -70,7 +77,7 @@ class Drawing:
         dress(axes)
         axes.set_aspect("equal", adjustable="box")
         axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
-        label_axes(axes, scene.turns)
+        draw_scale_bar(axes, scene.turns)
         self.shapes = [self._artist(shape) for shape in scene.shapes]
         self.diagram = _BarDiagram(axes, scene) if scene.on_bars else None
         size = 0.025 * float(np.max(scene.high - scene.low))
@@ -87,29 +94,36 @@ class Drawing:
     def _artist(self, shape: Shape) -> Line2D | Polygon:
         tone: dict[str, Any] = {}
         if shape.kind == "plate":
-            color = (BLUE, GREEN)[shape.tone]
-            tone = {"facecolor": to_rgba(color, 0.15), "edgecolor": color}
+            tone = {"facecolor": to_rgba(BAR_FILLS[shape.tone], 0.6), "edgecolor": BAR_EDGES[shape.tone], "joinstyle": "round"}
         elif shape.kind == "bar":
-            tone = {"color": (BLUE, GREEN)[shape.tone]}
+            tone = {"color": BAR_FILLS[shape.tone]}
             if self.scene.on_bars:  # neutral colours below a diagram, which has its own
                 coloured = not QUANTITIES[self.scene.on_bars].tone
                 tone = {"color": BLACK, "linewidth": 4.4 if coloured else 1.6} if shape.parts else {"color": GREY}
+                tone = {"linewidth": 2.0} | tone
         if shape.kind in AREA_STYLES:
             area = Polygon(shape.points[0], **AREA_STYLES[shape.kind], **tone)
             self.axes.add_patch(area)
             return area
         return self.axes.plot([], [], scalex=False, scaley=False, **LINE_STYLES[shape.kind] | tone)[0]
 
-    def fit_rings(self) -> float:
-        """Fit the size of the rings to the scale of the laid-out drawing; return the length of its longer side [pt]."""
+    def fit_sizes(self) -> float:
+        """Fit rings, pins and bars to the scale of the laid-out drawing; return the length of its longer side [pt]."""
         figure = self.axes.get_figure(root=True)
         assert figure is not None
         longer = 72.0 / figure.dpi * max(self.axes.bbox.width, self.axes.bbox.height)
-        if self.rings:
-            places = np.stack([place for _, place in self.scene.rings], axis=1)
-            size = ring_size(places, longer / float(np.max(np.subtract(*self.region[::-1]))), RING_DIAMETER)
-            for ring in self.rings:
-                ring.set(markersize=size, markeredgewidth=1.4 * math.sqrt(size / RING_DIAMETER))
+        places = np.concatenate([self.scene.pins, *(place[:, None] for _, place in self.scene.rings)], axis=1)
+        scale = longer / float(np.max(np.subtract(*self.region[::-1])))
+        size = ring_size(places, scale, RING_DIAMETER) if places.shape[1] else RING_DIAMETER
+        for ring in self.rings:
+            ring.set(markersize=size, markeredgewidth=1.4 * math.sqrt(size / RING_DIAMETER))
+        self.pins.set(markersize=PIN_FRACTION * size, markeredgewidth=0.9 * math.sqrt(size / RING_DIAMETER))
+        if not self.scene.on_bars:
+            for artist, shape in zip(self.shapes, self.scene.shapes, strict=True):
+                if shape.kind == "bar":
+                    width = BAR_FRACTION * size
+                    edge = Stroke(linewidth=width + 2.0 * BAR_EDGE, foreground=BAR_EDGES[shape.tone])
+                    artist.set(linewidth=width, path_effects=[edge, Normal()])
         return longer
 
     def labels(self, frame: int) -> list[Label]:
@@ -182,13 +196,34 @@ class MagnifiedBlock:
         _frame(axes, 1.75)
         self.block = Polygon(joint.block[0], facecolor="none" if joint.hollow else LIGHT, linewidth=1.6)
         axes.add_patch(self.block)
+        self.walls = [axes.plot([], [], linewidth=2.6, solid_capstyle="butt")[0] for _ in joint.surfaces if joint.hollow]
         (self.corners,) = axes.plot([], [], "o", markersize=4.5, color=VERMILION)
 
     def show(self, frame: int) -> None:
         touching = self.joint.touching[frame]
+        color = VERMILION if self.joint.touched[frame] else SKY
         self.block.set_xy(self.joint.block[frame])
-        self.block.set_edgecolor(VERMILION if self.joint.touched[frame] else SKY)
+        self.block.set_edgecolor("none" if self.joint.hollow else color)
+        for wall, points in zip(self.walls, block_walls(self.joint, frame), strict=False):
+            wall.set_data(*points.T)
+            wall.set_color(color)
         self.corners.set_data(*self.joint.block[frame][touching].T)
+
+
+def block_walls(joint: Channel, frame: int) -> list[np.ndarray]:
+    """Return the outline of a block, or the inner sides of a ring around its pole, each of shape (points, 2)."""
+    short = 0.5  # half the length of a side with a single corner, in half widths of the block
+    block = joint.block[frame]
+    if not joint.hollow:
+        return [np.concatenate([block, block[:1]])]
+    middle = 0.5 * sum(joint.surfaces.values())
+    sides = [block[np.sign(block[:, 1] - middle) == side] for side in (1.0, -1.0)]
+    return [side if len(side) > 1 else side + np.array([[-short, 0.0], [short, 0.0]]) for side in sides if len(side)]
+
+
+def magnified_text(gain: float) -> str:
+    """Return how a clearance is drawn relative to its joint."""
+    return f"clearance magnified {gain:.2g} times" if gain >= 1.0 else f"clearance reduced to {gain:.2g} of its size"
 
 
 class MagnifiedJournal:

@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection
+from matplotlib.colors import Normalize
 
 from scissordyn.casefile.configuration import read_configuration
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.plot.contact import contact_times, force_curve
+from scissordyn.plot.contact import ContactTimes, contact_times, force_curve
+from scissordyn.plot.file import figure_of
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.series import (
     BEYOND_HORIZON,
@@ -33,11 +39,14 @@ from scissordyn.plot.style import (
     GREEN,
     GREY,
     IDEAL,
+    LIGHT,
     LINE_WIDTH,
-    SKY,
+    TIME_MAP,
     VERMILION,
     Canvas,
+    dark_map,
     figure_width,
+    is_column,
     legend,
     literal,
     normal,
@@ -104,6 +113,7 @@ def _force(axes: Axes, run: xr.Dataset, ideal: xr.Dataset | None, joint: str, ti
     if contacts.peak.size:
         look: dict[str, Any] = {"linestyle": "", "marker": "o", "markersize": 2.5, "color": BLACK}
         axes.plot(time.factor * contacts.peak_time, scale.factor * contacts.peak, label="peak of a contact", **look)
+        _name_peak(axes, contacts, time, scale)
     top = scale.factor * max([0.0, *contacts.peak.tolist(), *(float(np.nanmax(curve.values)) for curve, _ in curves)]) or 1.0
     # forces are magnitudes, so the region below zero is free for the strip of contacts
     axes.set_ylim(-1.5 * strip * top, 1.06 * top)
@@ -114,6 +124,25 @@ def _force(axes: Axes, run: xr.Dataset, ideal: xr.Dataset | None, joint: str, ti
         axes.broken_barh(spans, (0.0, strip), transform=axes.get_xaxis_transform(), **look)
     else:
         axes.text(0.5, 0.5, "no contact in this run", transform=axes.transAxes, ha="center", fontsize=small(), color=GREY)
+
+
+def _name_peak(axes: Axes, contacts: ContactTimes, time: Scale, scale: Scale) -> None:
+    """Write value and instant of the largest contact force beside its mark."""
+    largest = int(np.argmax(np.nan_to_num(contacts.peak)))
+    when, value = contacts.peak_time[largest], contacts.peak[largest]
+    text = f"{scale.with_unit(value, 3)} at {time.with_unit(when, 3)}"
+    low, high = np.min(contacts.start), np.max(contacts.end)
+    right = when <= 0.5 * (low + high)  # on the side where more of the panel is free
+    axes.annotate(
+        text,
+        (time.factor * when, scale.factor * value),
+        xytext=(5.0 if right else -5.0, -2.0),
+        textcoords="offset points",
+        ha="left" if right else "right",
+        va="center",
+        fontsize=small(),
+        color=BLACK,
+    )
 
 
 def _size(vector: xr.DataArray) -> xr.DataArray:
@@ -131,7 +160,7 @@ def orbit(
     end: float | None = None,
     axes: Canvas = None,
 ) -> list[Axes]:
-    """Draw the path of the journal centre in the clearance circle, with free flight and contact in two colours.
+    """Draw the path of the journal centre in the clearance circle, coloured by time; contact is a thick line.
 
     Parameters
     ----------
@@ -162,18 +191,32 @@ def orbit(
         drawn = panels(axes, len(chosen), size=(width, width))
     room = min(figure_width(), width) / columns - 0.5
     for panel, name in zip(drawn, chosen, strict=True):
-        _orbit(panel, run, name, exaggeration, room)
+        path = draw_orbit(panel, run, name, exaggeration)
+        panel.set_xlabel(path.scale.label("x of the journal"))
+        panel.set_ylabel(path.scale.label("y of the journal"))
+        panel.set_title(wrap_text(path.title, room, normal()), loc="left", fontsize=normal())
     legend(drawn, above=axes is None)
+    write_time_bar(drawn if axes is None else drawn[-1:], run)
     if joint is None and axes is None:
         note_more(drawn, pins, chosen)
     return drawn
 
 
-def _orbit(axes: Axes, run: xr.Dataset, joint: str, exaggeration: float | None, room: float) -> None:
+@dataclass(frozen=True)
+class JournalPath:
+    """Drawn path of a journal's centre."""
+
+    points: np.ndarray  # (samples, 2) Displayed coordinates of the centre, with the indentation magnified
+    scale: Scale  # Scale of the coordinates
+    title: str  # Name of the joint, and the magnification of the indentation
+
+
+def draw_orbit(axes: Axes, run: xr.Dataset, joint: str, exaggeration: float | None = None, *, turns: int = 0) -> JournalPath:
+    """Draw the path of a journal's centre, coloured by time, after some quarter turns of the picture."""
     visible_depth = 0.1  # drawn depth of the largest indentation as a fraction of the clearance
     place = run["eccentricity"].sel(joint=joint).transpose("time", "axis").values
+    place = place @ np.linalg.matrix_power(np.array([[0.0, 1.0], [-1.0, 0.0]]), turns % 4)
     clearance = float(run["clearance"].sel(joint=joint))
-    touching = run["in_contact"].sel(joint=joint).values.astype(bool)
     distance = np.hypot(place[:, 0], place[:, 1])
     depth = np.maximum(distance - clearance, 0.0)
     gain = (
@@ -190,26 +233,51 @@ def _orbit(axes: Axes, run: xr.Dataset, joint: str, exaggeration: float | None, 
     around = np.linspace(0.0, 2.0 * np.pi, 361)
     circle = scale.factor * clearance * np.stack([np.cos(around), np.sin(around)])
     axes.plot(*circle, color=GREY, linewidth=0.8, linestyle=(0, (2, 2)), label="clearance circle")
-    until = predictability_horizon(run)
-    before = run["time"].values <= (math.inf if until is None else until)
-    # a flight includes the samples before and after, so that the orbit is continuous
-    flying = ~touching
-    flying[:-1] |= ~touching[1:]
-    flying[1:] |= ~touching[:-1]
-    for part, color, label in ((flying, SKY, "free flight"), (touching, VERMILION, "contact")):
-        for when, alpha in ((before, 1.0), (~before, 0.3)):
-            if np.any(part & when):
-                curve = np.where((part & when)[:, None], drawn, np.nan)
-                shown = label if alpha == 1.0 else f"pale: {BEYOND_HORIZON}"
-                axes.plot(curve[:, 0], curve[:, 1], color=color, linewidth=LINE_WIDTH, alpha=alpha, label=shown)
-    axes.plot(*drawn[0], linestyle="", marker="o", markersize=4.0, color=BLACK, label="start")
-    axes.set_xlabel(scale.label("x of the journal"))
-    axes.set_ylabel(scale.label("y of the journal"))
-    title = f"joint {literal(joint)}" + (f", indentation magnified {gain:g} times" if gain != 1.0 else "")
-    title = wrap_text(title, room, normal())
-    axes.set_title(title, loc="left", fontsize=normal())
+    _draw_path(axes, run, drawn, run["in_contact"].sel(joint=joint).values.astype(bool))
+    axes.plot(*drawn[0], linestyle="", marker="o", markersize=4.0, color=BLACK, label="start", zorder=4.0)
     reach = 1.08 * scale.factor * max(clearance, float(np.max(distance * stretch)))
     axes.set(xlim=(-reach, reach), ylim=(-reach, reach))
+    magnified = f", indentation magnified {gain:g} times" if gain != 1.0 else ""
+    return JournalPath(drawn, scale, f"joint {literal(joint)}{magnified}")
+
+
+def _draw_path(axes: Axes, run: xr.Dataset, points: np.ndarray, touching: np.ndarray) -> None:
+    """Draw the lines between samples: thick where both are in contact, pale beyond the predictability horizon."""
+    time, until = run["time"].values, predictability_horizon(run)
+    lines = np.stack([points[:-1], points[1:]], axis=1)
+    contact, middle = touching[:-1] & touching[1:], 0.5 * (time[:-1] + time[1:])
+    pale = time[1:] > (math.inf if until is None else until)
+    for kind, width, label in ((~contact, 0.8 * LINE_WIDTH, "free flight"), (contact, 2.2 * LINE_WIDTH, "contact")):
+        for part, alpha in ((kind & ~pale, 1.0), (kind & pale, 0.3)):
+            if not np.any(part):
+                continue
+            colours: dict[str, Any] = {"cmap": dark_map(TIME_MAP), "norm": _time_norm(run), "array": middle[part]}
+            drawn = LineCollection(list(lines[part]), linewidths=width, alpha=alpha, capstyle="round", **colours)
+            drawn.set_label(f"_{label}")
+            axes.add_collection(drawn, autolim=False)
+            if alpha == 1.0:
+                axes.plot([], [], color=GREY, linewidth=width, label=label)
+    if np.any(pale):
+        axes.plot([], [], color=LIGHT, linewidth=LINE_WIDTH, label=f"pale: {BEYOND_HORIZON}")
+
+
+def _time_norm(run: xr.Dataset, factor: float = 1.0) -> Normalize:
+    """Return the norm of the colours of a run's instants."""
+    return Normalize(factor * float(run["time"].values[0]), factor * float(run["time"].values[-1]))
+
+
+def write_time_bar(axes: Sequence[Axes], run: xr.Dataset) -> None:
+    """Write the colours of the instants beside the orbits."""
+    time = time_scale(run)
+    norm = _time_norm(run, time.factor)
+    if norm.vmax == norm.vmin:
+        return
+    colours = ScalarMappable(norm, dark_map(TIME_MAP))
+    place: dict[str, Any] = {"location": "bottom", "pad": 0.05} if is_column() else {"pad": 0.02}
+    bar = figure_of(axes).colorbar(colours, ax=list(axes), shrink=0.7, aspect=30, **place)
+    bar.set_label(time.label("time"), fontsize=small())
+    bar.ax.tick_params(labelsize=small(), color=GREY, width=0.6, length=3.0)
+    bar.outline.set_visible(False)
 
 
 def _round_gain(gain: float) -> float:

@@ -57,7 +57,9 @@ def shapes(eigenmodes: xr.Dataset, mechanism: Mechanism, *, count: int = 6) -> l
     grid = figure.subplots(rows, columns, squeeze=False).ravel()
     for axes, mode, scene in zip(grid, modes, scenes, strict=False):
         for sample in (1, 3):
-            Drawing(axes, scene, corners).show(sample)
+            drawing = Drawing(axes, scene, corners)
+            drawing.show(sample)
+            drawing.fit_sizes()
             for artist in axes.lines + axes.patches if sample == 1 else ():
                 artist.set_alpha(0.3)
         value = float(here["frequency"].sel(mode=mode))

@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 
 DEFAULT_BODY = "unit 1/bar 2"
 
-SLIDER = {"displacement": "slider_position", "velocity": "slider_velocity", "acceleration": "slider_acceleration"}
+SLIDER = {"position": "slider_position", "velocity": "slider_velocity", "acceleration": "slider_acceleration"}
 ROTATION = {name: name.replace(" ", "_") for name in ("angle", "angular velocity", "angular acceleration")}
 """Variables of a position and its two derivatives, by their axis labels."""
 
@@ -105,7 +105,7 @@ def response(
     end: float | None = None,
     axes: Canvas = None,
 ) -> list[Axes]:
-    """Draw displacement, velocity and acceleration of the slider, and the rotation of a body.
+    """Draw position, velocity and acceleration of the slider, and the rotation of a body.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def response(
     if chosen not in bodies:
         raise InputError(f"unknown body '{chosen}'{did_you_mean(chosen, bodies)}", "one of " + ", ".join(bodies))
     moving: list[tuple[str, dict[str, str], dict[str, str]]] = []
-    if SLIDER["displacement"] in run:
+    if SLIDER["position"] in run:
         moving.append(("slider", SLIDER, {}))
     moving.append((chosen, ROTATION, {"body": chosen}))
     columns = len(moving)
@@ -152,7 +152,7 @@ def _without_round_off(motion: xr.Dataset, name: str) -> xr.DataArray:
 def _body(run: xr.Dataset, bodies: list[str]) -> str:
     """Return the output body if its rotation is the output; otherwise a coupler, or the first body."""
     output = str(read_configuration(run).mechanism.output_body) if ATTRIBUTE in run.attrs else ""
-    if output in bodies and SLIDER["displacement"] not in run:
+    if output in bodies and SLIDER["position"] not in run:
         return output
     return DEFAULT_BODY if DEFAULT_BODY in bodies else bodies[0]
 
@@ -311,7 +311,7 @@ def shared_curves(runs: Sequence[xr.Dataset]) -> Iterator[tuple[str, list[xr.Dat
     """Yield the name of each quantity that all runs have, with its curves: output, torques, forces, energies, work."""
     most_joints = 3  # those with the largest forces
     if all("slider_position" in run for run in runs):
-        yield "displacement", [run["slider_position"] for run in runs]
+        yield "position", [run["slider_position"] for run in runs]
     torques = [{source.name: source.curve for source in torque_sources(run)} for run in runs]
     for name in _common_names([list(curves) for curves in torques]):
         yield name, [curves[name] for curves in torques]

@@ -81,7 +81,7 @@ def preview(mechanism: Mechanism, *, axes: Canvas = None, start: xr.Dataset | No
     _draw_drives(chosen, mechanism, placed, 0.05 * float(np.max(high - low)))
     _draw_gravity(chosen, mechanism, placed)
     chosen.get_figure(root=True).draw_without_rendering()  # type: ignore[union-attr]
-    drawing.fit_rings()
+    drawing.fit_sizes()
     left = write_labels(chosen, names[:MAX_NAMES], size=letters, crowded=False) + [name.text for name in names[MAX_NAMES:]]
     notes = [f"{shared} at each large circle"] if shared else []
     notes += [f"{len(left)} names are left out for lack of room"] if left else []

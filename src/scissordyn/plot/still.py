@@ -15,10 +15,11 @@ from matplotlib.patches import Rectangle
 from scissordyn.equilibrium.deflection import magnified_deflection
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plot.animation_scene import Channel, ClearanceJoint, Corners, guides_for_contacts, scene_of
+from scissordyn.plot.animation_scene import Channel, Corners, Scene, guides_for_contacts, scene_of
 from scissordyn.plot.bar_diagram import AXIAL, MOMENT, ORDINATE_LENGTH, colour_bar, diagram_of, is_known
-from scissordyn.plot.drawing import Drawing, draw_magnified
+from scissordyn.plot.drawing import Drawing, MagnifiedBlock, block_walls, draw_magnified, magnified_text
 from scissordyn.plot.file import figure_of
+from scissordyn.plot.joint import draw_orbit, write_time_bar
 from scissordyn.plot.label import write_labels
 from scissordyn.plot.series import (
     BEYOND_HORIZON,
@@ -39,6 +40,9 @@ from scissordyn.plot.style import (
     BLUE,
     GREY,
     LIGHT,
+    TIME_MAP,
+    dark_map,
+    draw_scale_bar,
     dress,
     figure_size,
     figure_width,
@@ -54,9 +58,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-WIDE_PANELS_MAX = 4  # Largest number of magnified joints whose titles fit in the panels without a line break
-
-
 @picture()
 def structure(
     run: xr.Dataset,
@@ -69,7 +70,9 @@ def structure(
     start: float | None = None,
     end: float | None = None,
 ) -> list[Axes]:
-    """Draw the mechanism at several instants on a new figure, each with magnified views of its clearance joints.
+    """Draw the mechanism at several instants on a new figure, and the orbit of each clearance joint with these instants.
+
+    A guide with clearance has its block in place of an orbit, drawn at each instant.
 
     Parameters
     ----------
@@ -85,7 +88,7 @@ def structure(
     Returns
     -------
     list of Axes
-        For each instant the structure, then its joints.
+        The structure at each instant, then one for each magnified joint.
 
     Raises
     ------
@@ -101,6 +104,7 @@ def structure(
     if wanted.size == 0:
         raise InputError(f"times = {times!r}", "an integer >= 1, or instants [s]", "times=4")
     samples = [int(np.argmin(np.abs(time - instant))) for instant in wanted]
+    whole = run
     if magnify != 1.0:
         run = magnified_deflection(run, mechanism, magnify, samples=samples)
     largest = chosen_joints(run, joint) if joint is not None or clearance_joints(run) else []
@@ -112,26 +116,31 @@ def structure(
     scene = scene_of(run, mechanism, np.array(samples), clearance_pins(run), **look)
     width, height = scene.high - scene.low
     tall = bool(width < side_by_side * height) and not is_column()
-    rows = _structure_panels(tall, float(width / height), len(samples), len(chosen))
+    stills, panels = _structure_panels(tall, float(width / height), len(samples), len(chosen))
     until, larger = predictability_horizon(run), f", deflections {magnify:g}×" if magnify != 1.0 else ""
-    magnified = {view.name: view for view in scene.magnified}
     drawings = []
-    for k, (axes, *panels) in enumerate(rows):
+    for k, axes in enumerate(stills):
         drawings.append(Drawing(axes, scene))
         drawings[-1].show(k)
-        axes.set_title(f"{scene.instant(k)}{larger}", loc="left", fontsize=small())
+        number = f"{k + 1}: " if len(samples) > 1 and chosen else ""
+        axes.set_title(f"{number}{scene.instant(k, digits=3)}{larger}", loc="left", fontsize=small())
         if until is not None and scene.time[k] > until:
-            shade: dict[str, Any] = {"facecolor": LIGHT, "alpha": 0.7, "zorder": 0.0, "label": BEYOND_HORIZON}
+            # the orbits have an entry of their own in the legend
+            label = None if set(chosen) - set(guides) else BEYOND_HORIZON
+            shade: dict[str, Any] = {"facecolor": LIGHT, "alpha": 0.7, "zorder": 0.0, "label": label}
             axes.add_patch(Rectangle((0.0, 0.0), 1.0, 1.0, transform=axes.transAxes, **shade))
-        _share_labels(axes, k, len(samples), tall=tall)
-        for name, panel in zip(chosen, panels, strict=True):
-            _draw_magnified_view(panel, magnified[name], k)
-            if len(chosen) > WIDE_PANELS_MAX:
-                panel.set_title(panel.get_title().replace("magnified ", "magnified\n"), fontsize=small(), color=BLACK)
-    drawn = [axes for row in rows for axes in row]
+    channels = {view.name: view for view in scene.channels}
+    for name, panel in zip(chosen, panels, strict=True):
+        if name in channels:
+            _draw_channel(panel, channels[name], scene)
+        else:
+            _draw_marked_orbit(panel, whole, name, samples, scene.turns)
+    drawn = [*stills, *panels]
     legend(drawn, above=True)
+    if orbits := [panel for name, panel in zip(chosen, panels, strict=True) if name not in channels]:
+        write_time_bar(orbits, whole)
     if (diagram := drawings[0].diagram) is not None and diagram.diagram.coloured:
-        colour_bar([row[0] for row in rows], diagram.diagram)
+        colour_bar(stills, diagram.diagram)
     if joint is None:
         drawn_points = [point.name for point in mechanism.contact_points if point.guide in chosen]
         note_more(drawn, run, [*largest, *drawn_points])
@@ -143,50 +152,92 @@ def _write_names(drawings: Sequence[Drawing], left_out: Set[str]) -> None:
     """Write the names after everything else, because their places depend on the layout of the whole figure."""
     figure_of([drawing.axes for drawing in drawings]).draw_without_rendering()
     for k, drawing in enumerate(drawings):
-        drawing.fit_rings()
+        drawing.fit_sizes()
         write_labels(drawing.axes, [label for label in drawing.labels(k) if label.text not in left_out])
 
 
-def _share_labels(axes: Axes, k: int, count: int, *, tall: bool) -> None:
-    """Label only the outer ones of structures that share a row or a column."""
-    if tall:
-        axes.locator_params(axis="x", nbins=4)
-    if tall and k > 0:
-        axes.set_ylabel("")
-        axes.tick_params(labelleft=False)
-    if not tall and k < count - 1:
-        axes.set_xlabel("")
-        axes.tick_params(labelbottom=False)
-
-
-def _structure_panels(tall: bool, aspect: float, instants: int, joints: int) -> list[list[Axes]]:
-    """Return the panels of a new figure, one list for each instant: the structure's panel, then one for each joint."""
+def _structure_panels(tall: bool, aspect: float, instants: int, joints: int) -> tuple[list[Axes], list[Axes]]:
+    """Return the panels of a new figure: one for each instant, and one for each joint."""
     widest = 2.0  # largest ratio of width to height of a structure in a one-column figure
-    if tall:
-        width = 2.6
-        lengths = [1.0 / aspect + 0.25, *[0.62] * joints]
-        figure = Figure(figsize=figure_size(0.6 + width * instants, 0.6 + width * sum(lengths)), layout="constrained")
-        grid = figure.subplots(1 + joints, instants, squeeze=False, height_ratios=lengths).T
-    else:
-        lengths = [min(aspect, widest) if is_column() else aspect, *[1.2] * joints]
-        height = min(1.6, min(11.0, figure_width() - 0.8) / sum(lengths))
-        titles = 1.0 if joints > WIDE_PANELS_MAX else 0.7 if is_column() else 0.45
-        size = (figure_width() if is_column() else 0.8 + height * sum(lengths), 0.7 + (titles + height) * instants)
-        figure = Figure(figsize=size if is_column() else figure_size(*size), layout="constrained")
-        grid = figure.subplots(instants, 1 + joints, squeeze=False, width_ratios=lengths)
-    return [list(row) for row in grid]
+    side = 2.1  # side of the panel of a joint [inch]
+    highest = 7.0  # largest height of structures side by side [inch]
+    column = is_column()
+    if tall or column:  # joints below the structures
+        one = min(2.6, max(1.7, highest * aspect))
+        width = figure_width() if column else one * instants
+        height = instants * (width / min(aspect, widest) + 0.3) if column else min(one / aspect, highest) + 0.5
+        columns = max(1, int(width / side))
+        rows = -(-joints // columns)
+        size = (width if column else 0.4 + width, 0.6 + height + (side + 0.4) * rows)
+        outer: tuple[int, int] = (1 + bool(rows), 1)
+        ratios: dict[str, Any] = {"height_ratios": [height, side * rows][: 1 + bool(rows)]}
+        inner = (instants, 1) if column else (1, instants)
+    else:  # joints beside the structures, which are one below the other
+        one = min(1.6, highest / aspect)
+        height = (one + 0.45) * instants
+        rows = max(1, int(height / side))
+        columns = -(-joints // rows)
+        size = (0.4 + aspect * one + (side + 0.3) * columns, 0.5 + height)
+        outer = (1, 1 + bool(joints))
+        ratios = {"width_ratios": [aspect * one, side * columns][: 1 + bool(joints)]}
+        inner = (instants, 1)
+    figure = Figure(figsize=size if column else figure_size(*size), layout="constrained")
+    grid = figure.add_gridspec(*outer, **ratios)
+    upper = grid[0].subgridspec(*inner)
+    stills = [figure.add_subplot(upper[k]) for k in range(instants)]
+    if not joints:
+        return stills, []
+    lower = grid[-1].subgridspec(rows, columns)
+    return stills, [figure.add_subplot(lower[k]) for k in range(joints)]
 
 
-def _draw_magnified_view(axes: Axes, joint: Channel | ClearanceJoint, k: int) -> None:
-    """Draw the magnified view of a clearance joint or guide at one instant."""
-    draw_magnified(axes, joint).show(k)
-    state = "contact" if joint.touched[k] else "free flight"
-    if isinstance(joint, Channel) and joint.touched[k]:
-        count = int(joint.touching[k].sum())
-        state = f"{count} corner{'s' * (count > 1)} in contact"
+def _draw_marked_orbit(axes: Axes, run: xr.Dataset, name: str, samples: Sequence[int], turns: int) -> None:
+    """Draw the orbit of a journal with the numbers of the instants of the stills."""
+    dress(axes)
+    path = draw_orbit(axes, run, name, turns=turns)
+    if len(samples) > 1:
+        axes.lines[-1].remove()  # the first instant has its own mark
+        _number_points(axes, path.points[list(samples)])
+    draw_scale_bar(axes, factor=path.scale.factor)
+    _write_caption(axes, path.title.replace(", ", "\n"))
+
+
+def _number_points(axes: Axes, points: np.ndarray) -> None:
+    """Mark points of an orbit, and write their numbers around it."""
+    around, apart = 1.22, 0.3  # radius of the numbers over that of the circle, least angle between two of them [rad]
+    reach = axes.get_xlim()[1]
+    order = np.argsort(np.arctan2(points[:, 1], points[:, 0]))
+    angle = np.arctan2(points[order, 1], points[order, 0])
+    spread = np.maximum.accumulate(angle - apart * np.arange(len(angle))) + apart * np.arange(len(angle))
+    spread += 0.5 * np.mean(angle - spread)
+    for at, k in zip(spread, order.tolist(), strict=True):
+        place = around * reach * np.array([np.cos(at), np.sin(at)])
+        axes.plot(*np.stack([points[k], 0.93 * place]).T, color=GREY, linewidth=0.5, zorder=3.5)
+        mark: dict[str, Any] = {"marker": "o", "markersize": 4.0, "color": "white", "markeredgecolor": BLACK}
+        axes.plot(*points[k], **mark, markeredgewidth=0.8, zorder=5.0)
+        axes.annotate(f"{k + 1}", place.tolist(), ha="center", va="center", fontsize=small(), color=BLACK, zorder=6.0)
+    axes.set(xlim=(-1.12 * around * reach, 1.12 * around * reach), ylim=(-1.12 * around * reach, 1.12 * around * reach))
+
+
+def _draw_channel(axes: Axes, channel: Channel, scene: Scene) -> None:
+    """Draw the block of a clearance guide at each instant, with a magnified clearance."""
+    magnified = draw_magnified(axes, channel)
+    assert isinstance(magnified, MagnifiedBlock)
+    magnified.show(0)
+    magnified.block.set_edgecolor("none")
+    for line in magnified.walls:
+        line.remove()
+    colours, last = dark_map(TIME_MAP), max(len(scene.time) - 1, 1)
+    for k in range(len(scene.time)):
+        for points in block_walls(channel, k):
+            axes.plot(*points.T, color=colours(k / last), linewidth=1.4, zorder=2.5)
+    _write_caption(axes, f"{literal(channel.name)}\n{magnified_text(channel.gain)}")
+
+
+def _write_caption(axes: Axes, text: str) -> None:
     width, letters = figure_of(axes).get_figwidth() * axes.get_position(original=True).width, small()
-    caption = (f"{literal(joint.name)}: {state}", f"clearance magnified {joint.gain:.2g} times")
-    axes.set_title("\n".join(wrap_text(line, 1.35 * width, letters) for line in caption), fontsize=letters, color=BLACK)
+    lines = [wrap_text(line, 1.35 * width, letters) for line in text.split("\n")]
+    axes.set_title("\n".join(lines), fontsize=letters, color=BLACK)
 
 
 @picture()
@@ -251,7 +302,7 @@ def bending(
     _draw_stress(drawn[-1], run, beams, when)
     figure.draw_without_rendering()
     for drawing in drawings:
-        drawing.fit_rings()
+        drawing.fit_sizes()
     return drawn
 
 

@@ -9,11 +9,13 @@ from textwrap import wrap
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from scissordyn.errors import InputError, did_you_mean, printable
+from scissordyn.plot.scale import engineering
 from scissordyn.units import checked
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
+    from matplotlib.colors import Colormap
     from matplotlib.legend import Legend
 
 # Colours that remain distinguishable with common colour blindness: Wong 2011, doi:10.1038/nmeth.1618.
@@ -22,15 +24,18 @@ BLACK, GREY, LIGHT = "#222222", "#767676", "#E4E4E4"
 
 LINE_WIDTH = 1.0  # Width of a curve [pt]
 
+TIME_MAP = "plasma"  # Colour map of instants
+CLEARANCE_MAP = "viridis"  # Colour map of clearances and of other ordered families of curves
+DARK_PART = 0.85  # Part of both maps that is used: the rest is too light on white paper
+OUTSIDE = VERMILION  # Colour of everything outside a tolerance or requirement
+
 SMALL_FRACTION = 0.8  # Size of the letters of ticks and legends as a fraction of matplotlib's font size (8 pt of 10 pt)
 NORMAL_FRACTION = 0.9  # Size of the letters of labels and titles as a fraction of matplotlib's font size (9 pt of 10 pt)
 
+SCALE_BAR = "scale bar"  # Identifier of the artists of a scale bar
+
 IDEAL: dict[str, Any] = {"color": BLACK, "linewidth": LINE_WIDTH, "linestyle": (0, (4, 3)), "zorder": 3.0}
 """Style of curves of the ideal mechanism: dashed and on top, so that both curves are visible where they agree."""
-
-TURNED_AXES = ((("x", 1), ("y", 1)), (("y", -1), ("x", 1)), (("x", -1), ("y", -1)), (("y", 1), ("x", -1)))
-"""Coordinates along and up a picture, with their signs, after 0 to 3 quarter turns."""
-
 
 LATEX_ESCAPES = str.maketrans(
     {
@@ -107,6 +112,23 @@ def style(name: str = "screen", **parameters: Any) -> AbstractContextManager[obj
     return restoring
 
 
+def dark_map(name: str) -> Colormap:
+    """Return the part of a sequential colour map that is readable on white paper."""
+    from matplotlib import colormaps
+    from matplotlib.colors import ListedColormap
+
+    levels = 256
+    return ListedColormap([colormaps[name](DARK_PART * k / (levels - 1)) for k in range(levels)], name=f"dark {name}")
+
+
+def shades(count: int) -> list[str]:
+    """Return colours for curves in the order of a growing parameter, for example the clearance; the last is the lightest."""
+    from matplotlib.colors import to_hex
+
+    chosen = dark_map(CLEARANCE_MAP)
+    return [to_hex(chosen(k / max(count - 1, 1))) for k in range(count)]
+
+
 def literal(name: str) -> str:
     """Return a user's name as literal text: no character begins a formula, and control characters are visible."""
     from matplotlib import rcParams
@@ -167,13 +189,58 @@ def is_column() -> bool:
     return figure_width() < column
 
 
-def label_axes(axes: Axes, turns: int) -> None:
-    """Label the axes of a turned drawing with the coordinates of the mechanism."""
-    (across, first), (up, second) = TURNED_AXES[turns % 4]
-    axes.set(xlabel=f"{across} [m]", ylabel=f"{up} [m]")
-    for axis, sign in ((axes.xaxis, first), (axes.yaxis, second)):
-        if sign < 0:
-            axis.set_major_formatter(lambda value, place: f"{0.0 - value:.6g}".replace("-", "\N{MINUS SIGN}"))
+def draw_scale_bar(axes: Axes, turns: int = 0, *, factor: float = 1.0) -> None:
+    """Replace the axes of a drawing by a scale bar below it; in a turned drawing it names the directions of x and y.
+
+    `factor` is the displayed length divided by the length in metres.
+    """
+    from matplotlib.transforms import ScaledTranslation, Transform, blended_transform_factory
+
+    part = 0.25  # largest length of the bar as a fraction of the drawing's width
+    below = 7.0 / 72.0  # distance of the bar from the drawing [inch]
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    if not len(axes.get_xticks()):  # another drawing on the same Axes has one
+        return
+    axes.set(xticks=[], yticks=[], xlabel="", ylabel="")
+    axes.grid(visible=False)
+    for spine in axes.spines.values():
+        spine.set_visible(False)
+    low, high = axes.get_xlim()
+    length = factor * _round_length(part * (high - low) / factor)
+    lower_edge: Transform = blended_transform_factory(axes.transData, axes.transAxes)
+    place = lower_edge + ScaledTranslation(0.0, -below, figure.dpi_scale_trans)
+    look: dict[str, Any] = {"color": BLACK, "linewidth": 1.2, "marker": "|", "markersize": 5.0, "markeredgewidth": 1.0}
+    look |= {"gid": SCALE_BAR}
+    axes.plot([low, low + length], [0.0, 0.0], transform=place, clip_on=False, scalex=False, scaley=False, **look)
+    text = engineering("m", length / factor).with_unit(length / factor)
+    if turns % 4:
+        text += "   " + ", ".join(f"{name} {_ARROWS[turns % 4, name]}" for name in "xy")
+    axes.annotate(
+        text,
+        (low + length, 0.0),
+        xycoords=place,
+        xytext=(5.0, 0.0),
+        textcoords="offset points",
+        va="center",
+        fontsize=small(),
+        color=BLACK,
+        annotation_clip=False,
+        gid=SCALE_BAR,
+    )
+
+
+_ARROWS = {
+    (turns, name): "→↑←↓"[(turns + (name == "y")) % 4]  # quarter turns are counter-clockwise
+    for turns in range(4)
+    for name in "xy"
+}
+
+
+def _round_length(length: float) -> float:
+    """Return the largest of 1, 2, 5, 10, ... times a power of ten that does not exceed a length."""
+    power = 10.0 ** math.floor(math.log10(length))
+    return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= length * (1.0 + 1e-9))
 
 
 def dress(axes: Axes) -> None:

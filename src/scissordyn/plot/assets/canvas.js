@@ -10,6 +10,7 @@ const SMALL = 80;            // side of the drawing of a bearing from which on t
 const HIGH = 15;             // of a name [pixel]
 const MOST_NAMES = 6;        // of more joints only the chosen one has its name in the drawing
 const TONES = { ink: "#222222", back: "#ffffff", faint: "#767676", fill: "#e4e4e4", blue: "#0072B2", green: "#009E73",
+  blueFill: "#b5d3ea", greenFill: "#b0dfcd",
   contact: "#D55E00", free: "#56B4E9", part: "#CC79A7", trail: "#E69F00" };
 const GUIDE = [10, 4, 2, 4];  // dashes and gaps of the line of a guide
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
@@ -131,16 +132,20 @@ function render({ model, el }) {
     for (const shape of source.shapes) {
       const solid = shape.kind === "bar" || shape.kind === "plate", load = shape.kind === "payload", closed = load || ["plate", "block", "panel"].includes(shape.kind);
       context.setLineDash(shape.kind === "guide" ? GUIDE : shape.kind === "rod" || faint ? [6, 3] : []);
-      context.lineWidth = faint ? 1.2 : { bar: 3.2, plate: 2.4, block: 1.2, payload: 1.2, panel: 0.8, component: 1.4, rod: 1.8, guide: 1 }[shape.kind];
+      context.lineWidth = faint ? 1.2 : { bar: 6, plate: 2.4, block: 1.2, payload: 1.2, panel: 0.8, component: 1.4, rod: 1.8, guide: 1 }[shape.kind];
       context.strokeStyle = faint ? colors.faint : shape.kind === "guide" ? colors.faint : solid ? (shape.tone ? colors.green : colors.blue)
         : shape.kind === "block" || load ? colors.ink : colors.part;
       if (faint && !solid) continue;
+      context.lineCap = shape.kind === "bar" ? "round" : "butt";
       line(shape.points, frame, shape.count, X, Y, closed);
       if (!faint && closed) {
         context.save(); context.globalAlpha = { plate: 0.15, panel: 0.25, payload: 0.45 }[shape.kind] || 1;
         context.fillStyle = shape.kind === "block" ? colors.fill : load ? colors.faint : context.strokeStyle; context.fill(); context.restore();
       }
       context.stroke();
+      if (shape.kind === "bar" && !faint) {  // a bar has an outline and a lighter inside
+        context.lineWidth = 4.2; context.strokeStyle = shape.tone ? colors.greenFill : colors.blueFill; context.stroke();
+      }
     }
     context.setLineDash([]);
   }
@@ -225,9 +230,19 @@ function render({ model, el }) {
     }
     level(0, { color: colors.faint, width: 0.8, dash: GUIDE });
     context.setLineDash([]);
-    line(channel.block, frame, channel.count, x => cx + r * x, y => cy - r * y, true);
-    if (!channel.hollow) { context.fillStyle = colors.fill; context.fill(); }  // a ring leaves its pole to be seen
-    context.strokeStyle = color; context.lineWidth = 2.4; context.stroke();
+    if (channel.hollow) {  // the inner sides of a ring, above and below its pole
+      const middle = channel.surfaces.reduce((sum, [, height]) => sum + height, 0) / 2;
+      const corners = Array.from({ length: channel.count }, (_, k) => at(channel.block, frame, k, channel.count));
+      for (const side of [1, -1]) {
+        const own = corners.filter(([, y]) => Math.sign(y - middle) === side);
+        const ends = own.length > 1 ? own : own.flatMap(([x, y]) => [[x - 0.5, y], [x + 0.5, y]]);
+        trace(context, ends.map(([x, y]) => [cx + r * x, cy - r * y]), { color, width: 2.4 });
+      }
+    } else {
+      line(channel.block, frame, channel.count, x => cx + r * x, y => cy - r * y, true);
+      context.fillStyle = colors.fill; context.fill();
+      context.strokeStyle = color; context.lineWidth = 2.4; context.stroke();
+    }
     for (let k = 0; k < channel.count; k++) if (channel.touching[frame * channel.count + k]) {
       const [x, y] = at(channel.block, frame, k, channel.count);
       disc(cx + r * x, cy - r * y, 4, colors.contact);

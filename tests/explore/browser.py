@@ -171,7 +171,10 @@ class Tab:
         return str(self.page.locator(".sd-state").text_content())
 
     def press(self, name: str) -> None:
-        """Press a button of the bar."""
+        """Press a button of the bar, in its menu if it is in one."""
+        menu = self.page.locator(".sd-bar details", has=self.page.locator(f"button[data-id={name}]"))
+        if menu.count() and menu.get_attribute("open") is None:
+            menu.locator("summary").click()
         self.page.locator(f".sd-bar button[data-id={name}]").click()
 
     def field(self, key: str) -> Any:

@@ -231,7 +231,7 @@ def test_saved_files_are_of_what_is_shown(tab: Tab, tmp_path: Path) -> None:
     assert made["mechanism"] == read_case(files["case"]).mechanism
     tab.page.keyboard.press("Escape")
     assert area.count() == 0
-    assert tab.page.evaluate("document.activeElement.dataset.id") == "python"
+    assert tab.page.evaluate("document.activeElement.parentElement.dataset.id") == "export"
 
 
 def test_tabs_are_independent(tab: Tab, browser: Any, url: str) -> None:

@@ -101,7 +101,9 @@ def compare(tab: Tab, run: xr.Dataset, fine: xr.Dataset, number: int) -> None:
     assert shown["horizon"] is None
     _compare_table(tab.table(), run, number)
     statistics = json.loads(run.attrs["statistics"])
-    assert tab.state.startswith(f"{statistics['steps']} steps of {statistics['method']} in ")
+    assert tab.state.startswith("computed in ")
+    detail = tab.page.locator(".sd-state").get_attribute("title")
+    assert detail == f"{statistics['steps']} steps of {statistics['method']}"
     assert shown["bar"]["warnings"] == json.loads(run.attrs["warnings"])
     _compare_scene(json.loads(shown["scene"]), run)
 

@@ -170,12 +170,13 @@ class Page:
         """Return the contents of the status bar for a run."""
         statistics = json.loads(run.attrs["statistics"])
         pins = self.session.pins[::-1]
-        steps = f"{statistics['steps']} steps of {statistics['method']} in {short(statistics['seconds'], 's')}"
+        duration = f"computed in {short(statistics['seconds'], 's')}"
         legend = differences([shown.case, *(pin.case for pin in pins)]) if pins else []
         return {
             "note": shown.note,
             "fine": shown.fine is not None,
-            "text": f"{shown.note}: {steps}" if shown.note else steps,
+            "text": f"{shown.note}: {duration}" if shown.note else duration,
+            "detail": f"{statistics['steps']} steps of {statistics['method']}",
             "pins": len(pins),
             "legend": [list(pair) for pair in zip((CURRENT_COLOUR, *PINNED_COLOURS), legend, strict=False)],
             "warnings": [line(alike) for alike in group(warnings_of(run))],

@@ -1,8 +1,8 @@
 // The bar above: undo, runs to compare, what to save, progress and the state of the run; below it warnings, answers and the legend.
 import { element } from "./element.js";
 
-const BUTTONS = [["undo", "Undo"], ["redo", "Redo"], null, ["pin", "Pin run"], ["unpin", "Unpin"], null, ["case", "Save case"], ["run", "Save run"], ["curves", "CSV"],
-  ["picture", "Picture"], ["film", "Film"], ["python", "Copy as Python"], null, ["theme", "Dark"]];
+const BUTTONS = [["undo", "Undo"], ["redo", "Redo"], null, ["pin", "Pin run"], ["unpin", "Unpin"], null, ["theme", "Dark"]];
+const EXPORTS = [["case", "Case file"], ["run", "Run (NetCDF)"], ["curves", "Curves (CSV)"], ["picture", "Picture"], ["film", "Film"], ["python", "Copy as Python"]];
 const LATE = 200;  // the state of shorter runs does not flicker [ms]
 
 export function bar(root, send, curves) {
@@ -16,11 +16,16 @@ export function bar(root, send, curves) {
   const horizon = checkbox("horizon", false, wanted => send({ type: "horizon", wanted }), { "data-id": "horizon" });
   horizon.title = "predictability horizon: computes each run twice"; horizon.firstChild.after(element("span", { className: "sd-wide" }, " predictability"));
   const state = element("span", { className: "sd-state", role: "status" }), progress = element("progress", { max: 1 }), stop = button("stop", "Stop", () => send({ type: "stop" }));
-  const choices = element("div"), chosen = element("details", {
-    className: "sd-menu", onkeydown: event => { if (event.key === "Escape") { chosen.open = false; chosen.firstChild.focus(); } },
-  }, element("summary", {}, "Curves"), choices);
-  chosen.addEventListener("focusout", event => { if (!chosen.contains(event.relatedTarget)) setTimeout(() => { if (!chosen.contains(document.activeElement)) chosen.open = false; }, 150); });
-  line.append(chosen, horizon, element("span", { className: "sd-now" }, state, progress, stop));
+  // a list that opens below its name
+  function menu(name, content, data) {
+    const list = element("details", {
+      className: "sd-menu", ...data, onkeydown: event => { if (event.key === "Escape") { list.open = false; list.firstChild.focus(); } },
+    }, element("summary", {}, name), content);
+    list.addEventListener("focusout", event => { if (!list.contains(event.relatedTarget)) setTimeout(() => { if (!list.contains(document.activeElement)) list.open = false; }, 150); });
+    return list;
+  }
+  const choices = element("div"), exported = element("div", {}, ...EXPORTS.map(([id, words]) => button(id, words, () => send({ type: id, time }), true)));
+  line.append(menu("Curves", choices), menu("Export", exported, { "data-id": "export" }), horizon, element("span", { className: "sd-now" }, state, progress, stop));
 
   // which figures there are, each with a box that hides it
   function offer(figures) {
@@ -64,13 +69,14 @@ export function bar(root, send, curves) {
     const write = () => {
       progress.style.display = stop.style.display = computing ? "" : "none";
       if (now.fraction > 0) progress.value = now.fraction; else progress.removeAttribute("value");
-      state.textContent = state.title = words || (computing ? doing() : now.text || of.text || "");
+      state.textContent = words || (computing ? doing() : now.text || of.text || "");
+      state.title = state.textContent === of.text ? of.detail : state.textContent;
       state.dataset.bad = String(Boolean((words && words !== "reading the case") || (now.text && !computing)));
     };
     if (computing && run && !of.note && now.lasting < LATE / 1000) timer = setTimeout(write, LATE); else write();
   }
   function code(text) {
-    const leave = () => { dialog.remove(); by.python.focus(); };
+    const leave = () => { dialog.remove(); by.python.closest("details").firstChild.focus(); };
     const area = element("textarea", { value: text, readOnly: true, "aria-label": "the case as Python" }), note = element("span", {}, "Copied to the clipboard.");
     const dialog = element("div", { className: "sd-code", role: "dialog", "aria-label": "copied", onkeydown: event => { if (event.key === "Escape") leave(); } },
       note, area, element("button", { type: "button", onclick: leave }, "Close"));

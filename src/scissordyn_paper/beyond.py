@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.analysis.contact import contact_statistics
-from scissordyn_paper.cases import ARRAY, CLEARANCES, CONTROLLED, FRICTION, SPEEDS, PaperCase
+from scissordyn_paper.cases import ARRAY, CLEARANCES, CONTROLLED, FRICTION, OSCILLATION, SPEEDS, PaperCase
 from scissordyn_paper.controlled import MANOEUVRES, ControlledRun, merits, mismatch
 from scissordyn_paper.measures import JOINT
 from scissordyn_paper.page import Cell, folded, paragraph, table
@@ -34,12 +34,12 @@ PERIODIC_WITHIN = 1e-3
 """Change from period to period, in clearances, below which a motion counts as periodic, as in `analysis.verdict`."""
 
 MERITS: tuple[tuple[str, str, float, str], ...] = (
-    ("contact_fraction", "in contact [%]", 100.0, ".4g"),
+    ("contact_fraction", "in contact [%]", 100.0, ".3g"),
     ("separations", "separations", 1.0, ".0f"),
-    ("in_contact_from", "in contact from [s]", 1.0, ".4g"),
-    ("peak_force", "peak force [kN]", 1e-3, ".3f"),
-    ("peak_torque", "peak torque [kN m]", 1e-3, ".3f"),
-    ("energy_used", "energy used [J]", 1.0, ".5g"),
+    ("in_contact_from", "in contact from [s]", 1.0, ".3g"),
+    ("peak_force", "peak force [kN]", 1e-3, ".3g"),
+    ("peak_torque", "peak torque [kN m]", 1e-3, ".3g"),
+    ("energy_used", "energy used [J]", 1.0, ".4g"),
     ("tracking_error", "angle error [mrad]", 1e3, ".3g"),
     ("position_error", "position error [mm]", 1e3, ".3g"),
     ("synchronisation_error", "synchronisation error [mm]", 1e3, ".3g"),
@@ -69,8 +69,10 @@ def regularity(settled: Mapping[PaperCase, xr.Dataset]) -> list[str]:
     return [
         paragraph(
             "Regular, quasi-periodic and irregular are properties of the motion under a periodic drive; the paper's single "
-            f"stroke is not periodic. The paper does not state the drive; the choice here is: {PERIODIC.words}, with a "
-            f"largest speed equal to that of the stroke. Each motion was simulated for {CYCLES} periods, without the first "
+            "stroke is not periodic. The paper does not state such a drive. Here the driven bar oscillates by "
+            f"{math.degrees(OSCILLATION):.3g} deg about {math.degrees(PERIODIC.angle):.3g} deg, with the parameters of this "
+            "report and a largest speed equal to that of the stroke. Each motion was simulated for "
+            f"{CYCLES} periods, without the first "
             f"{SKIP}. Where the samples do not repeat, or starts that differ by round-off diverge, {MEMBERS} such starts were "
             "evaluated: a single trajectory beyond the predictability horizon is only one sample."
         ),
@@ -86,7 +88,6 @@ def regularity(settled: Mapping[PaperCase, xr.Dataset]) -> list[str]:
 
 
 def _regular_row(case: PaperCase, one: Regularity) -> list[str | Cell]:
-    tint = {True: 1.0, False: 0.0, None: 0.5}[one.regular]
     together = f"{one.agreeing} of {one.members}" if one.members > 1 else "1"
     numbers = (
         "–" if math.isnan(one.growth) else f"{one.growth:.2f}",
@@ -98,7 +99,7 @@ def _regular_row(case: PaperCase, one: Regularity) -> list[str | Cell]:
     return [
         Cell(case.words, "nowrap"),
         one.name,
-        Cell(WORDS[one.regular], "nowrap", tint),
+        Cell(WORDS[one.regular], "nowrap"),
         Cell(together, "number"),
         *(Cell(text, "number") for text in numbers),
     ]
@@ -157,7 +158,7 @@ def _merit_row(name: str, found: Mapping[str, float], change: str = "") -> list[
         "never" if name == "in_contact_from" and math.isnan(found[name]) else format(factor * found[name], form)
         for name, _, factor, form in MERITS
     ]
-    return [Cell(name, "nowrap"), *(Cell(text, "number") for text in (*cells, change))]
+    return [name, *(Cell(text, "number") for text in (*cells, change))]
 
 
 def _control_words(
@@ -294,7 +295,7 @@ REFERENCE = (
     Column("rebound_speed", "rebound", "m/s", 1.0, ("-0.6236406636", "-0.2974059743", "-0.5760923414")),
 )
 """Liu stiffness, Flores damping, default choice, 0.5 mm, 150 rpm, no friction, integrated in minimal coordinates with
-Lagrange's equations (tests/reference/marching.py)."""
+Lagrange's equations."""
 
 
 def first_contacts(run: xr.Dataset) -> list[str]:

@@ -24,7 +24,10 @@ SHOWN = (
     "figure",
     *(
         f"{name}.py"
-        for name in ("beyond", "figures", "open_answers", "page", "readings_page", "report", "reproduce", "results")
+        for name in (
+            *("beyond", "explanation", "figures", "open_answers", "page"),
+            *("parameters", "readings_page", "report", "reproduce", "results"),
+        )
     ),
 )
 """Sources that no kept number depends on: they draw and write what was computed."""

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from scissordyn.errors import InputError
 from scissordyn_paper.cases import CLEARANCES, CONTROLLED, FRICTION, SIZES, SPEEDS, PaperCase
 from scissordyn_paper.figure import further, stroke
+from scissordyn_paper.figure.overview import draw_overview
 from scissordyn_paper.periodic import BY_CLEARANCE, BY_FRICTION
 from scissordyn_paper.results import Results
 
@@ -82,6 +83,13 @@ class FurtherFigure:
 
 
 FURTHER = {
+    "overview": FurtherFigure(
+        "What was computed",
+        "Left: the array at the start and, pale, at the end. Middle: path of the pin's centre in the hole, coloured by time; "
+        "the dotted circle is where pin and hole touch, and thick lines are contact. Right: force in joint A, with its "
+        "contacts below, and the force in an ideal joint (dashed).",
+        lambda results: draw_overview(results.runs),
+    ),
     "control-torque": FurtherFigure(
         "Torque of the control",
         "Driving torque against that of ideal joints. (a) The paper's scheme on its stroke. (b) Torque of constrained "

@@ -20,8 +20,9 @@ _ENVIRONMENT = Environment(
 )
 _MACROS: Any = _ENVIRONMENT.get_template("page.html").module
 
-badge, cited, document, folded = _MACROS.badge, _MACROS.cited, _MACROS.document, _MACROS.folded
-noted, paragraph, section, small, tally = _MACROS.noted, _MACROS.paragraph, _MACROS.section, _MACROS.small, _MACROS.tally
+badge, cited, contents, document = _MACROS.badge, _MACROS.cited, _MACROS.contents, _MACROS.document
+folded, linked, noted, paragraph = _MACROS.folded, _MACROS.linked, _MACROS.noted, _MACROS.paragraph
+section, small, tally = _MACROS.section, _MACROS.small, _MACROS.tally
 
 
 class Cell(NamedTuple):

@@ -12,13 +12,16 @@ from scissordyn.file.output_file import csv_text
 from scissordyn_paper.beyond import contacts, control, first_contacts, regularity
 from scissordyn_paper.cache import provenance
 from scissordyn_paper.cases import DEFAULT, PaperCase
+from scissordyn_paper.explanation import STATEMENTS, explanation, summary
 from scissordyn_paper.figures import FIGURES, FURTHER
 from scissordyn_paper.page import (
     Cell,
     badge,
     cited,
+    contents,
     document,
     folded,
+    linked,
     noted,
     paragraph,
     picture,
@@ -27,10 +30,17 @@ from scissordyn_paper.page import (
     table,
     tally,
 )
+from scissordyn_paper.parameters import parameter_table
 from scissordyn_paper.results import BEST, BEST_OF, Results
 from scissordyn_paper.verdict import Finding, Verdict
 
 TITLE = "Scissor structures with a clearance joint: a paper reproduced"
+
+INTRODUCTION = (
+    "The paper computes how a planar array of two scissor units moves in 50 ms, driven at 150 rpm, when the pin of one joint "
+    "(A) has a radius 0.5 mm smaller than its hole. The pin then leaves the surface of the hole and hits it again. This report "
+    "computes the paper's figures anew, answers each of its statements by yes or no with the computed value, and says why."
+)
 
 SOURCE = (
     "Li, Wang, Gantes, Tan, Nonlinear dynamic characteristics and control of planar linear array deployable structures "
@@ -38,17 +48,19 @@ SOURCE = (
 )
 DOI = "10.1177/1369433220971728"
 
-CONTROL_FIGURE = 13  # The paper's figure of its control; it is shown with the torque of the control
+FIGURES_OF = {1: (6,), 3: (7,), 4: (8,), 5: (9, 10), 6: (11, 12), 7: (13,)}
+"""Figures of the paper that belong to each statement."""
 
-STATEMENTS = {
-    1: "Response with and without clearance",
-    2: "Contact force against ideal reaction",
-    3: "Speed",
-    4: "Clearance: force, torque, impacts",
-    5: "Clearance: regular and irregular",
-    6: "Friction",
-    7: "Control",
-}
+SECTIONS = (
+    ("Control schemes compared", "control"),
+    ("Regular or irregular under a periodic drive", "regularity"),
+    ("Statistics of the contacts", "statistics"),
+    ("First contacts, compared with a second program", "contacts"),
+    ("Parameters", "parameters"),
+    ("Case files", "cases"),
+    ("Warnings, files and versions", "versions"),
+)
+"""Titles and names of the sections after the statements."""
 
 
 def page(
@@ -58,95 +70,104 @@ def page(
     best: Sequence[Finding],
 ) -> str:
     """The whole report."""
+
+    def further(name: str) -> str:
+        return picture(pictures[name], FURTHER[name].title, FURTHER[name].caption)
+
+    further_parts = {
+        "control": [*control(results), further("control-torque")],
+        "regularity": [
+            *regularity(results.settled),
+            *(further(name) for name in ("maps-by-clearance", "maps-by-friction", "bifurcation")),
+        ],
+        "statistics": [*contacts(results), further("contact-forces")],
+        "contacts": first_contacts(results.runs[PaperCase()]),
+        "parameters": _parameters(),
+        "cases": _case_files(results),
+        "versions": _versions(results.runs),
+    }
+    numbers = list(dict.fromkeys(verdict.clause.statement for verdict in verdicts))
     parts = [
         cited(TITLE, SOURCE, DOI),
+        paragraph(INTRODUCTION),
+        picture(pictures["overview"], FURTHER["overview"].title, FURTHER["overview"].caption),
         *_summary(verdicts, best),
-        section("Answers", "answers", _answers(verdicts, best)),
-        section(
-            "Figures of the paper", "figures", [_picture(pictures, number) for number in FIGURES if number != CONTROL_FIGURE]
-        ),
-        section(
-            "Control schemes compared",
-            "control",
-            [_picture(pictures, CONTROL_FIGURE), _further(pictures, "control-torque"), *control(results)],
-        ),
-        section(
-            "Regular or irregular, beyond the paper",
-            "regularity",
-            [
-                *regularity(results.settled),
-                *(_further(pictures, name) for name in ("maps-by-clearance", "maps-by-friction", "bifurcation")),
-            ],
-        ),
-        section("Statistics of the contacts", "statistics", [*contacts(results), _further(pictures, "contact-forces")]),
-        section("The first contacts, compared with a second program", "contacts", first_contacts(results.runs[PaperCase()])),
-        section("Case files", "cases", _case_files(results)),
-        section("Warnings, files and versions", "versions", _versions(results.runs)),
+        contents([(f"{number}. {STATEMENTS[number].title}", f"statement-{number}") for number in numbers] + list(SECTIONS)),
+        *(_statement(number, verdicts, best, pictures) for number in numbers),
+        *(section(title, name, further_parts[name]) for title, name in SECTIONS),
     ]
     whole: str = document(TITLE, parts)
     return whole
 
 
 def _summary(verdicts: Sequence[Verdict], best: Sequence[Finding]) -> list[str]:
-    """The summary of the results."""
+    """The counts, and a sentence on each statement."""
     agreeing = [verdict for verdict in verdicts if verdict.finding.holds]
     periodic = [verdict.periodic for verdict in verdicts if verdict.periodic is not None]
-    counts = [(f"{len(agreeing)} of {len(verdicts)}", "clauses agree on the paper's single stroke")]
+    counts = [(f"{len(agreeing)} of {len(verdicts)}", "checks agree on the paper's single stroke")]
     if periodic:
         holding = sum(finding.holds for finding in periodic)
-        counts.append((f"{holding} of {len(periodic)}", "agree under a periodic drive, for the asymptotic motion"))
+        counts.append((f"{holding} of {len(periodic)}", "agree under a periodic drive, once the motion has settled"))
     met = sum(finding.holds for finding in best)
-    counts.append((f"{met} of {len(best)}", "agree under the best reading, chosen afterwards"))
-    words = [
+    counts.append((f"{met} of {len(best)}", f"agree with the best of {BEST_OF:,} parameter sets".replace(",", " ")))
+    rows: list[Sequence[str | Cell]] = []
+    for number in dict.fromkeys(verdict.clause.statement for verdict in verdicts):
+        ours = [verdict for verdict in verdicts if verdict.clause.statement == number]
+        share = f"{sum(verdict.finding.holds for verdict in ours)} of {len(ours)}"
+        rows.append((linked(f"{number}. {STATEMENTS[number].title}", f"statement-{number}"), share, summary(number, ours)))
+    return [
         tally(counts),
+        table(("Statement of the paper", "Checks that agree", "What agrees, what differs, and why"), rows),
         paragraph(
-            "The paper's tables of parameters are lost. The reading of this page was chosen before its agreement was known: "
-            f"{DEFAULT.words}."
-        ),
-        paragraph(
-            f"Beside it stands the reading that meets most of the clauses among {BEST_OF} (scissordyn paper --readings). It "
-            f"was chosen afterwards, for its agreement, which is no evidence that the paper had these numbers: {BEST.words}."
+            "A check is one part of a statement that can be answered by yes or no; 4c is the third part of statement 4. A "
+            "parameter set is one choice of the parameters whose tables are not public. This report uses a set that was chosen "
+            "before its agreement was known. The best set was chosen afterwards, for its agreement, which does not prove that "
+            "the paper used it.",
+            "soft",
         ),
     ]
-    changed = [v.clause.key for v in verdicts if v.periodic is not None and v.periodic.holds != v.finding.holds]
-    if periodic:
-        words.append(
-            paragraph(
-                "The paper's pictures of a single stroke and true measures under a periodic drive "
-                + (f"have different answers for {', '.join(changed)}." if changed else "give the same answers.")
-            )
-        )
-    return words
 
 
-def _answers(verdicts: Sequence[Verdict], best: Sequence[Finding]) -> list[str]:
+def _statement(
+    number: int, verdicts: Sequence[Verdict], best: Sequence[Finding], pictures: Mapping[int | str, Sequence[Path]]
+) -> str:
+    """The checks of one statement, and the figures that they are about."""
     rows: list[Sequence[str | Cell] | str] = []
-    for number in dict.fromkeys(verdict.clause.statement for verdict in verdicts):
-        rows.append(f"{number}. {STATEMENTS[number]}")
-        for verdict, finding in zip(verdicts, best, strict=True):
-            if verdict.clause.statement == number:
-                clause = verdict.clause
-                test = f"Criterion: {clause.criterion}. {clause.because[:1].upper()}{clause.because[1:]}."
-                other = Cell(finding.answer, "", float(finding.holds), finding.words)
-                rows.append((clause.key, noted(clause.says, test), badge(verdict.finding.holds), verdict.finding.words, other))
-                rows += _periodic_row(verdict)
-    doubtful = [verdict.clause.key for verdict in verdicts if not verdict.trusted]
+    doubtful = []
+    for verdict, finding in zip(verdicts, best, strict=True):
+        if verdict.clause.statement == number:
+            rows.append(_check_row(verdict, finding))
+            rows += _periodic_row(verdict)
+            doubtful += [] if verdict.trusted else [verdict.clause.key]
     note = (
-        "All numbers are of one trajectory: each run agrees to its end with its repetition at a tenth of the tolerance."
-        if not doubtful
-        else f"The runs behind {', '.join(doubtful)} go beyond the predictability horizon: their numbers are one sample; "
+        f"The runs behind {', '.join(doubtful)} go beyond the predictability horizon: their numbers are one sample. "
         "`scissordyn paper --readings` counts shares over neighbours."
     )
-    return [
-        paragraph(
-            "Each statement is split into clauses that can be answered by yes or no. Criteria follow the paper's wording; the "
-            "source file scissordyn_paper/statements.py states which were corrected after the first results, and why. "
-            "Statements 5 and 6 have two answers: "
-            "that of the paper's single stroke, and below it that of a periodic drive, for which their terms are defined."
-        ),
-        table(("", "The paper says", "Answer", "Measured", "Best reading"), rows),
-        paragraph(note, "soft"),
-    ]
+    whole: str = section(
+        f"{number}. {STATEMENTS[number].title}",
+        f"statement-{number}",
+        [
+            table(("", "The paper says", "Answer", "Computed here", "Why", "Best set"), rows),
+            *([paragraph(note, "soft")] if doubtful else []),
+            *(picture(pictures[figure], f"Figure {figure}", FIGURES[figure].caption) for figure in FIGURES_OF.get(number, ())),
+        ],
+    )
+    return whole
+
+
+def _check_row(verdict: Verdict, best: Finding) -> Sequence[str | Cell]:
+    clause = verdict.clause
+    test = f"Check: {clause.criterion}. {clause.because[:1].upper()}{clause.because[1:]}."
+    other = Cell(badge(best.holds), note=best.words)
+    words = verdict.finding.words
+    return (
+        Cell(clause.key, "nowrap"),
+        noted(clause.says, test),
+        badge(verdict.finding.holds),
+        f"{words[:1].upper()}{words[1:]}.",
+        explanation(verdict),
+        other,
+    )
 
 
 def _periodic_row(verdict: Verdict) -> list[Sequence[str | Cell]]:
@@ -154,16 +175,19 @@ def _periodic_row(verdict: Verdict) -> list[Sequence[str | Cell]]:
     clause, found = verdict.clause.periodically, verdict.periodic
     if clause is None or found is None:
         return []
-    test = f"Criterion under the periodic drive: {clause.criterion}."
-    return [("", small(test), badge(found.holds), small(found.words), "")]
+    test = f"Check under the periodic drive: {clause.criterion}."
+    return [("", small(test), badge(found.holds), small(found.words), "", "")]
 
 
-def _picture(pictures: Mapping[int | str, Sequence[Path]], number: int) -> str:
-    return picture(pictures[number], f"Figure {number}", FIGURES[number].caption)
-
-
-def _further(pictures: Mapping[int | str, Sequence[Path]], name: str) -> str:
-    return picture(pictures[name], FURTHER[name].title, FURTHER[name].caption)
+def _parameters() -> list[str]:
+    return [
+        paragraph(
+            "The paper's tables of parameters are not public. The set of this report was chosen before its agreement was "
+            "known. The other one agrees with most checks of all sets that were drawn (scissordyn paper --readings)."
+        ),
+        parameter_table(DEFAULT, BEST),
+        paragraph("Numbers are rounded to three digits; the case files below have all digits.", "soft"),
+    ]
 
 
 def _case_files(results: Results) -> list[str]:

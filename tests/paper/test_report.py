@@ -17,7 +17,9 @@ from scissordyn.run import engine
 from scissordyn_paper import controlled, periodic
 from scissordyn_paper import reproduce as module
 from scissordyn_paper.cases import CLEARANCES, CONTROLLED, DEFAULT, FRICTION, SPEEDS
+from scissordyn_paper.explanation import EXPLANATIONS, STATEMENTS, explanation, summary
 from scissordyn_paper.figures import FIGURES, FURTHER
+from scissordyn_paper.parameters import GIVEN, PARAMETERS, parameter_table
 from scissordyn_paper.report import _summary
 from scissordyn_paper.reproduce import draw_figure, reproduce
 from scissordyn_paper.results import BEST, BEST_OF
@@ -26,7 +28,8 @@ from scissordyn_paper.verdict import Finding, Verdict
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 VOID = {"meta", "img", "br"}
-BADGES = len(CLAUSES) + sum(clause.periodically is not None for clause in CLAUSES)
+PERIODIC_CHECKS = sum(clause.periodically is not None for clause in CLAUSES)
+BADGES = 2 * len(CLAUSES) + PERIODIC_CHECKS  # of this report's set of parameters, of the best set, and of the periodic drive
 
 
 @pytest.fixture(scope="module")
@@ -90,7 +93,7 @@ def test_the_tables_say_the_same_as_the_page(report):
         read_case(path)
     both = [(row["periodic"] or {}).get("answer") for row in rows]
     assert both == [None if v.periodic is None else v.periodic.answer for v in report.verdicts]
-    assert sum(answer is not None for answer in both) == BADGES - len(CLAUSES)
+    assert sum(answer is not None for answer in both) == PERIODIC_CHECKS
 
 
 def test_the_tables_beyond_the_paper_have_every_case(report):
@@ -197,15 +200,48 @@ def test_a_browser_shows_it(report, chromium, tmp_path):
     assert shown.count("data:image/svg+xml") == len(FIGURES) + len(FURTHER)
 
 
-def test_both_readings_stand_beside_each_other():
-    """Contract: counts of the reading chosen before, and of the best one, which is said to be chosen afterwards."""
+def test_both_sets_of_parameters_stand_beside_each_other():
+    """Contract: counts of the set chosen before, and of the best one, which is said to be chosen afterwards."""
     finding = Finding(True, "words", {})
     verdicts = [Verdict(clause, finding, True, finding if clause.periodically else None) for clause in CLAUSES]
     best = [finding] * 3 + [Finding(False, "words", {})] * (len(CLAUSES) - 3)
     text = " ".join(_summary(verdicts, best))
     assert f"<strong>{len(CLAUSES)} of {len(CLAUSES)}</strong>" in text
-    assert f"<strong>3 of {len(CLAUSES)}</strong><span>agree under the best reading, chosen afterwards" in text
-    assert f"chosen before its agreement was known: {DEFAULT.words}." in text
-    assert f"among {BEST_OF} " in text
-    assert BEST.words in text
-    assert "give the same answers" in text
+    assert f"<strong>3 of {len(CLAUSES)}</strong><span>agree with the best of {BEST_OF // 1000} 000 parameter sets" in text
+    assert "chosen before its agreement was known" in text
+    assert "chosen afterwards" in text
+
+
+def test_parameters_have_three_digits_and_units():
+    """Contract: every parameter that the two sets differ in has a row, and no number has more than three digits."""
+    text = parameter_table(DEFAULT, BEST)
+    assert len(re.findall(r"<tr><td", text)) == len(GIVEN) + len(PARAMETERS)
+    assert "0.773" in text
+    assert "<td>5.1</td>" in text  # journal radius of the best set [mm]
+    assert not re.search(r"\d\.\d{4,}", text)
+    one = dataclasses.replace(DEFAULT, journal_radius=2.0 * DEFAULT.journal_radius)
+    assert parameter_table(DEFAULT, DEFAULT) != parameter_table(DEFAULT, one)
+
+
+def test_explanations_belong_to_the_answers(report):
+    """Contract: each sentence of mechanics explains the answer that comes out; another answer is not explained by it."""
+    assert list(EXPLANATIONS) == [clause.key for clause in CLAUSES]
+    assert {key for key, (agrees, _) in EXPLANATIONS.items() if agrees} == set(
+        " ".join(statement.agreeing for statement in STATEMENTS.values()).split()
+    )
+    assert "they have changed" not in report.report.read_text()
+    assert "it has changed" not in report.report.read_text()
+    first = report.verdicts[0]
+    other = dataclasses.replace(first, finding=Finding(not first.finding.holds, "words", {}))
+    assert explanation(first) == EXPLANATIONS["1a"][1]
+    assert explanation(other) == "This answer has no explanation here: it has changed."
+    assert summary(1, [other]) != STATEMENTS[1].words
+
+
+def test_contents_name_every_section(report):
+    """Contract: each entry of the contents leads to a section, and no section is missing."""
+    text = report.report.read_text()
+    sections = re.findall(r'<section><h2 id="([^"]*)">', text)
+    entries = re.findall(r'<li><a href="#([^"]*)">', text)
+    assert entries == sections
+    assert not re.search(r"\w+\.py\b", re.sub(r"<pre>.*?</pre>", "", text, flags=re.DOTALL))

@@ -98,7 +98,7 @@ def _show(reproduction: Reproduction) -> None:
     periodic = [verdict.periodic for verdict in verdicts if verdict.periodic is not None]
     holding = sum(answer.holds for answer in periodic)
     say(
-        f"{agreeing} of {len(verdicts)} clauses agree.",
+        f"{agreeing} of {len(verdicts)} checks agree.",
         f"Of the {len(periodic)} that can be evaluated under a periodic drive, {holding} agree there.",
     )
 

@@ -12,11 +12,11 @@ from matplotlib.figure import Figure
 
 from scissordyn.plot.contact import force_curve, torque_sources
 from scissordyn.plot.file import figure_of
-from scissordyn.plot.joint import orbit
+from scissordyn.plot.joint import draw_orbit, write_time_bar
 from scissordyn.plot.over_time import response
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.series import compare, finish_time_axes, time_scale
-from scissordyn.plot.style import BLUE, GREEN, IDEAL, VERMILION, legend, normal, panels
+from scissordyn.plot.style import BLUE, GREEN, IDEAL, VERMILION, draw_scale_bar, legend, normal, panels, shades
 from scissordyn_paper.cases import PaperCase
 from scissordyn_paper.measures import JOINT
 
@@ -45,7 +45,9 @@ def draw_loads(runs: Runs, cases: Sequence[PaperCase]) -> Figure:
     time = time_scale(runs[cases[0]])
     for axes, letter, (name, series) in zip(drawn, "ab", curves, strict=True):
         scale = Scale(1e-3, KILO[series[0].attrs["units"]])
-        for case, curve, color in zip(cases, series, COLOURS, strict=True):
+        # a larger clearance is lighter, as in all pictures
+        colours = COLOURS if by_speed else shades(len(cases))[::-1]
+        for case, curve, color in zip(cases, series, colours, strict=True):
             label = f"{case.rpm} rpm" if by_speed else case.words
             compare(axes, name, curve, None, scale=scale, time=time, color=color, labels=(label, ""))
         axes.set_title(f"({letter}) {name}", loc="left", fontsize=normal())
@@ -59,13 +61,13 @@ def draw_orbits(runs: Runs, cases: Sequence[PaperCase]) -> Figure:
 
     def paint(axes: Axes, case: PaperCase) -> str:
         # a constrained contact has no indentation but round-off, which must not be magnified
-        orbit(runs[case], axes=axes, exaggeration=1.0 if case.constrained else None)
-        own = axes.get_legend()
-        assert own is not None
-        own.remove()  # one legend for all panels
-        return axes.get_title(loc="left").partition(", ")[2]
+        path = draw_orbit(axes, runs[case], JOINT, 1.0 if case.constrained else None)
+        draw_scale_bar(axes, factor=path.scale.factor)
+        return path.title.partition(", ")[2]
 
-    return _panel_by_case(cases, paint)
+    figure = _panel_by_case(cases, paint)
+    write_time_bar(figure.axes, runs[cases[0]])
+    return figure
 
 
 def draw_scatter(runs: Runs, cases: Sequence[PaperCase]) -> Figure:
@@ -104,9 +106,9 @@ def draw_scatter(runs: Runs, cases: Sequence[PaperCase]) -> Figure:
 
 def _panel_by_case(cases: Sequence[PaperCase], paint: Callable[[Axes, PaperCase], str]) -> Figure:
     """A panel for each case, lettered as in the paper, under one legend."""
-    columns = 3 if len(cases) > 4 else 2
+    columns = 3 if len(cases) > 4 else 4
     rows = -(-len(cases) // columns)
-    drawn = panels(None, rows, columns, size=(3.5 * columns, 0.5 + 3.3 * rows), share=False)
+    drawn = panels(None, rows, columns, size=(9.0, 0.5 + (9.0 / columns + 0.3) * rows), share=False)
     for axes, case, letter in zip(drawn, cases, "abcdef", strict=False):
         note = paint(axes, case)
         axes.set_title(f"({letter}) {case.words}" + (f", {note}" if note else ""), loc="left", fontsize=normal())

@@ -1,0 +1,88 @@
+"""The table of parameters: those of the paper's text, and those of its lost tables in two sets."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from scissordyn_paper.cases import CLEARANCES, CONTROLLED, DRIVEN, FRICTION, SPEEDS, Choice, PaperCase
+from scissordyn_paper.page import Cell, table
+
+GIVEN = (
+    ("length of a bar", "m", "2"),
+    ("mass of a bar", "kg", "5.68"),
+    ("mass of the slider", "kg", "5"),
+    ("speed of the driven bar", "rpm", ", ".join(PaperCase(speed=speed).rpm for speed in SPEEDS)),
+    ("radial clearance", "mm", ", ".join(f"{1e3 * size:g}" for size in sorted({*CLEARANCES, *CONTROLLED}))),
+    ("kinetic friction coefficient", "1", ", ".join(f"{friction:g}" for friction in FRICTION)),
+)
+"""Name, unit and value of the parameters that the paper's text states."""
+
+STIFFNESS = {
+    "liu": "Liu's elastic foundation",
+    "bai-zhao-as-printed": "Bai and Zhao, as printed",
+    "hertz": "Hertz",
+}
+DAMPING = {
+    "flores": "Flores 2011",
+    "lankarani-nikravesh": "Lankarani and Nikravesh 1990",
+    "gonthier": "Gonthier 2004",
+    "zhiying-qishao": "Qin and Lu 2006",
+}
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter whose value the public text does not state."""
+
+    name: str
+    unit: str  # "" for a choice of words
+    value: Callable[[Choice], str]  # The value as text
+
+
+def _digits(value: float) -> str:
+    """Return a number with three digits."""
+    return f"{value:.3g}"
+
+
+def _materials(choice: Choice) -> str:
+    return choice.material if not choice.bearing_material else f"{choice.material} in {choice.bearing_material}"
+
+
+def _integrator(choice: Choice) -> str:
+    step = f", fixed step of {_digits(1e6 * choice.step)} µs" if choice.step else ", step size by error control"
+    return f"{choice.method}, tolerance {choice.tolerance:g}{step}"
+
+
+PARAMETERS = (
+    Parameter("driven bar", "", lambda choice: DRIVEN[choice.driven_bar].removesuffix(" driven")),
+    Parameter("motion of the driven bar", "", lambda choice: f"its angle is {choice.travel}"),
+    Parameter("angle at the start", "deg", lambda choice: _digits(math.degrees(choice.angle))),
+    Parameter("gravity", "m/s²", lambda choice: _digits(choice.gravity)),
+    Parameter("start of the journal", "", lambda choice: choice.start),
+    Parameter("journal radius", "mm", lambda choice: _digits(1e3 * choice.journal_radius)),
+    Parameter("bearing length", "mm", lambda choice: _digits(1e3 * choice.bearing_length)),
+    Parameter("materials", "", _materials),
+    Parameter("contact stiffness", "", lambda choice: STIFFNESS[choice.stiffness]),
+    Parameter("contact damping", "", lambda choice: DAMPING.get(choice.damping, choice.damping)),
+    Parameter("restitution coefficient", "1", lambda choice: _digits(choice.restitution)),
+    Parameter("sliding speed taken at", "", lambda choice: choice.slip.replace("-", " ")),
+    Parameter("static over kinetic friction", "1", lambda choice: _digits(choice.static)),
+    Parameter("Stribeck speed", "mm/s", lambda choice: _digits(1e3 * choice.stribeck_speed)),
+    Parameter("bristle stiffness over normal force", "1/m", lambda choice: f"{choice.bristle_stiffness:.3g}"),
+    Parameter("bristle damping over normal force", "s/m", lambda choice: _digits(choice.bristle_damping)),
+    Parameter("viscous friction over normal force", "s/m", lambda choice: _digits(choice.viscous)),
+    Parameter("integrator", "", _integrator),
+)
+
+
+def parameter_table(first: Choice, best: Choice) -> str:
+    """Return the table of all parameters with their units, in both sets."""
+    rows: list[Sequence[str | Cell] | str] = ["Stated in the paper's text"]
+    rows += [(name, unit, Cell(value, "nowrap"), "the same") for name, unit, value in GIVEN]
+    rows.append("In the lost tables, or ambiguous in the text")
+    for one in PARAMETERS:
+        values = [one.value(choice) for choice in (first, best)]
+        rows.append((one.name, one.unit, values[0], "the same" if values[0] == values[1] else values[1]))
+    return table(("parameter", "unit", "this report", "best-agreeing set"), rows)

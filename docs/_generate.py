@@ -35,6 +35,9 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "angulated_bar",
         "with_panels",
         "with_payload",
+        "with_bending",
+        "with_joint_friction",
+        "with_backlash",
     ),
     "Mechanisms": (
         "Mechanism",
@@ -55,7 +58,17 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "Slide",
         "Distance",
     ),
-    "Clearance joints": ("Clearance", "GuideClearance", "Material", "STEEL"),
+    "Clearance joints": ("Clearance", "GuideClearance", "Material", "STEEL", "Lubrication", "Oil"),
+    "Bars that bend": (
+        "FlexibleBar",
+        "Beam",
+        "Section",
+        "StructuralMaterial",
+        "Roller",
+        "internal_forces",
+        "modes",
+        "buckling",
+    ),
     "Laws": (
         "law",
         "Liu",
@@ -93,6 +106,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "LinearMotor",
         "Cam",
         "Actuator",
+        "Clutch",
         "component",
         "Output",
         "State",
@@ -109,6 +123,8 @@ GROUPS: dict[str, tuple[str, ...]] = {
     ),
     "Simulation": (
         "simulate",
+        "Options",
+        "Checkpoint",
         "simulate_many",
         "replay",
         "cycle",
@@ -116,10 +132,13 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "statics",
         "inverse_dynamics",
         "constrain_contact",
+        "convergence",
         "save",
         "load",
-        "preview",
     ),
+    "Case files": ("read_case", "write_case", "case_text", "Case"),
+    "Identification": ("fit", "Measured", "prediction"),
+    "Pictures and films": ("preview", "plot", "style", "animate", "view"),
     "Studies": (
         "study",
         "open_study",
@@ -158,6 +177,20 @@ GROUPS: dict[str, tuple[str, ...]] = {
     "Units and errors": ("degrees", "rpm", "Quantity", "Pairs", "InputError", "ScissordynError"),
 }
 """The public names; what no group has is listed under the last heading."""
+
+FIRST = {
+    "scissor": "array = sd.scissor(units=2, bar_length=2.0, angle=sd.degrees(30))",
+    "Clearance": "joint = sd.Clearance(0.5e-3, friction=sd.LuGre(kinetic=0.05))",
+    "Mechanism.with_clearance": 'loose = array.with_clearance("A", joint)',
+    "Mechanism.driven": "driven = loose.driven(speed=sd.rpm(150))",
+    "preview": "sd.preview(driven)",
+    "simulate": "run = sd.simulate(driven, until=0.05)",
+    "plot.force": 'sd.plot.force(run, joint="A")',
+    "Mechanism.replace": 'smaller = driven.replace("A.clearance", 0.2e-3)',
+    "study": 'found = sd.study(driven, until=0.05, factors={"A.clearance": (1e-4, 5e-4)}, measures=["peak_force"], points=8)',
+    "save": 'sd.save(run, "run.nc")',
+}
+"""The ten functions that a new user needs first, in the order of use, with a line that calls each."""
 
 MODULES: dict[str, dict[str, tuple[str, ...]]] = {
     "Results of studies": {
@@ -322,22 +355,47 @@ def modules_page(heading: str, modules: dict[str, tuple[str, ...]]) -> str:
     return "\n".join(lines)
 
 
+INTRODUCTION = """\
+This page lists the public names with a sentence each. They are imported from `scissordyn` (`import scissordyn as sd`), those of
+the last groups from its modules. Values are in SI units and radians; `sd.degrees(30)` and `sd.rpm(150)` convert."""
+
+
+def _value(name: str) -> object:
+    """Return what a dotted name of the package means."""
+    value: object = sd
+    for part in name.split("."):
+        value = getattr(value, part)
+    return value
+
+
+def _link(name: str) -> str:
+    """Return a name as a link to its description."""
+    return f"{{py:obj}}`{name} <scissordyn.{name}>`"
+
+
+def _first_sentence(value: object) -> str:
+    """Return the first sentence of a docstring, for the cell of a table."""
+    first = " ".join((inspect.getdoc(value) or "").split("\n\n")[0].split())
+    sentence = re.split(r"(?<=[.])\s+(?=[A-Z])", first)[0]
+    return re.sub(r"``([^`]+)``", r"`\1`", sentence).replace("|", "\\|")
+
+
 def write(docs: Path) -> None:
     """Write the pages, leaving those that have not changed, and delete those of headings that are gone."""
     pages = {docs / "theory" / "catalogue.md": catalogue_page()}
-    links = []
+    lines = ["# API", "", INTRODUCTION, "", "## First", "", "| name | does | example |", "| --- | --- | --- |"]
+    lines += [f"| {_link(name)} | {_first_sentence(_value(name))} | `{line}` |" for name, line in FIRST.items()]
     for heading, members in groups().items():
         stem = heading.lower().replace(" ", "_")
-        links.append(f"* [{heading}]({stem}.md): {', '.join(f'`{name}`' for name in members)}")
+        lines += ["", f"## [{heading}]({stem}.md)", "", "| name | |", "| --- | --- |"]
+        lines += [f"| {_link(name)} | {_first_sentence(getattr(sd, name))} |" for name in members]
         pages[docs / "api" / f"{stem}.md"] = api_page(heading, members)
+    lines += ["", "## In modules", ""]
     for heading, modules in MODULES.items():
         stem = heading.lower().replace(" ", "_")
-        links.append(f"* [{heading}]({stem}.md): {', '.join(f'`scissordyn.{name}`' for name in modules)}")
+        lines.append(f"* [{heading}]({stem}.md): {', '.join(f'`scissordyn.{name}`' for name in modules)}")
         pages[docs / "api" / f"{stem}.md"] = modules_page(heading, modules)
-    pages[docs / "api" / "index.md"] = (
-        "# API\n\nPublic names are imported from `scissordyn`, those of the last groups from its modules. Values are in SI\n"
-        "units and radians; `sd.degrees(30)` and `sd.rpm(150)` convert.\n\n" + "\n".join(links) + "\n"
-    )
+    pages[docs / "api" / "index.md"] = "\n".join([*lines, ""])
     for path, text in pages.items():
         path.parent.mkdir(exist_ok=True)
         if not path.exists() or path.read_text(encoding="utf-8") != text:

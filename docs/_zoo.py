@@ -32,16 +32,11 @@ def _cell(text: str) -> str:
 
 def zoo_page(entry: Entry, docs: Path) -> str:
     """The page of a mechanism."""
-    film = f"_static/zoo/{entry.name}.mp4"
+    film = f"../_static/zoo/{entry.name}.html"
     lines = ["---", "orphan: true", "---", "", f"# {entry.title}", "", f"`{entry.name}`: {entry.kind}. {entry.about}", ""]
-    if (docs / "zoo" / f"{entry.name}.png").exists():
-        lines += [f"![{entry.title} at three instants]({entry.name}.png)", ""]
-    if (docs / film).exists():
-        label = f"{entry.title} in motion"
-        lines += [
-            f'```{{raw}} html\n<video src="../{film}" loop muted playsinline controls aria-label="{label}"></video>\n```',
-            "",
-        ]
+    lines += [f"![{entry.title} at three instants]({entry.name}.png)", ""]
+    frame = f'<iframe class="film" src="{film}" title="{entry.title} in motion" loading="lazy"></iframe>'
+    lines += [f"```{{raw}} html\n{frame}\n```", ""]
     if entry.references:
         lines += ["## Source", "", *(f"* {_said(reference)}" for reference in entry.references), ""]
     lines += ["## Numbers that a right program gives", ""]

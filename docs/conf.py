@@ -16,6 +16,7 @@ sys.path.insert(0, str(HERE))
 
 import _generate  # noqa: E402
 import _notebooks  # noqa: E402
+import _pictures  # noqa: E402
 import _tables  # noqa: E402
 from docutils import nodes  # noqa: E402
 
@@ -137,6 +138,7 @@ def setup(app: Any) -> None:
     """Generate what is made from declarations, and connect."""
     _generate.write(HERE)
     _tables.refresh(HERE)
+    _pictures.draw_pictures()
     app.connect("doctree-read", _keep_tags)
     app.connect("build-finished", _copy_mathjax)
     app.connect("build-finished", _write_notebooks)

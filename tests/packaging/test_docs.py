@@ -1,8 +1,10 @@
 """The documentation: links, numbered equations, public names, the README, and tutorials that run."""
 
 import ast
+import doctest
 import importlib
 import importlib.util
+import os
 import re
 import shlex
 import shutil
@@ -34,15 +36,41 @@ def blocks(text: str, language: str) -> list[str]:
     return re.findall(rf"^```{re.escape(language)}[^\n]*\n(?::tags:[^\n]*\n)?(.*?)^```", text, flags=re.MULTILINE | re.DOTALL)
 
 
+@pytest.fixture(scope="module")
+def drawn() -> set[Path]:
+    """The pictures that are drawn when the site is built."""
+    sys.path.insert(0, str(DOCS))
+    try:
+        pictures = importlib.import_module("_pictures")
+    finally:
+        sys.path.remove(str(DOCS))
+    return {file for _, files, _ in pictures.drawn().values() for file in files}
+
+
 @pytest.mark.parametrize("page", [*PAGES, README, ROOT / "CONTRIBUTING.md"], ids=name)
-def test_links(page: Path) -> None:
-    """Contract: every relative link and picture of a page exists; the generated pages are those of `docs/_generate.py`."""
+def test_links(page: Path, drawn: set[Path]) -> None:
+    """Contract: every link and picture of a page exists, or is made by `docs/_generate.py` or `docs/_pictures.py`."""
     text = re.sub(r"^```.*?^```", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
     for target in re.findall(r"\]\(([^)\s#]+)[^)]*\)", text):
         if "://" in target or target.startswith("doi:"):
             continue
         path = page.parent / target
-        assert path.exists() or str(path.relative_to(DOCS)) in ("api/index.md", "theory/catalogue.md"), target
+        if page == README:  # it is shown without a build
+            assert path.exists(), target
+            assert subprocess.run(["git", "check-ignore", "-q", path], cwd=ROOT, check=False).returncode != 0, target
+            continue
+        made = str(path.relative_to(DOCS)) in ("api/index.md", "theory/catalogue.md") if DOCS in path.parents else False
+        assert path.exists() or made or Path(os.path.normpath(path)) in drawn, target
+
+
+def test_every_drawn_picture_has_a_page(drawn: set[Path]) -> None:
+    """Contract: each picture that is drawn is shown by a page, and each film by the page of its mechanism."""
+    shown = set()
+    for page in PAGES:
+        text = page.read_text(encoding="utf-8")
+        for target in re.findall(r'\]\(([^)\s#]+)\)|src="([^"]+)"', text):
+            shown.add(Path(os.path.normpath(page.parent / "".join(target))))
+    assert drawn - shown == set()
 
 
 def test_every_cited_equation_exists() -> None:
@@ -282,3 +310,28 @@ def test_equations_render_without_a_network(tmp_path: Path) -> None:
     ).stdout
     assert re.findall(r'data-mjx-error="([^"]*)"', shown) == []
     assert len(re.findall(r"<mjx-container[^>]*display=\"true\"", shown)) == len(equations)
+
+
+@pytest.mark.parametrize("name", ["simulate", "study", "fit"])
+def test_examples_of_docstrings_print_what_they_show(name: str) -> None:
+    """Contract: the examples of the functions that are used most."""
+    function = getattr(sd, name)
+    found = doctest.DocTestParser().get_doctest(function.__doc__, {}, name, None, 0)
+    assert found.examples
+    assert doctest.DocTestRunner(verbose=False).run(found).failed == 0
+
+
+def test_first_names_of_the_api_run() -> None:
+    """Contract: the ten lines of the API page run one after the other, and each calls the name of its row."""
+    spec = importlib.util.spec_from_file_location("_generate", DOCS / "_generate.py")
+    assert spec is not None
+    assert spec.loader is not None
+    generate = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(generate)
+    assert len(generate.FIRST) == 10
+    space: dict[str, object] = {"sd": sd}
+    for name, line in generate.FIRST.items():
+        assert f"{name.removeprefix('Mechanism')}(" in line
+        ast.parse(line)
+        if not line.startswith(("found", "sd.save")):  # a study of eight runs, and a file
+            exec(line, space)

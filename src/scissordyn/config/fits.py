@@ -174,6 +174,20 @@ def fit(
     ------
     InputError
         If a quantity or parameter path is unknown, a unit has another dimension, times decrease, or a record has gaps.
+
+    Examples
+    --------
+    The inertia of a pendulum is found from a record of its angle, here the record of a run:
+
+    >>> import scissordyn as sd
+    >>> body = sd.Body("arm", 0.15, 6e-4, {"pin": (0.0, 0.0)}, centre=(0.15, 0.0), angle=-0.5)
+    >>> pin = sd.Revolute("A", ("arm", "pin"), ("ground", "O"))
+    >>> arm = sd.Mechanism(bodies=(body,), joints=(pin,), ground=(("O", (0.0, 0.0)),), gravity=9.81)
+    >>> run = sd.simulate(arm.replace("arm.inertia", 9e-4), until=1.0, samples=101)
+    >>> record = sd.Measured(run["time"].values, ("angle of arm",), run["angle"].values, ("rad",))
+    >>> found = sd.fit(arm, record, ["arm.inertia"], segment=float("inf"))
+    >>> print(f"{float(found['value'][0]):.2e} kg m^2")
+    9.00e-04 kg m^2
     """
     if isinstance(case, str | os.PathLike):
         case = read_case(case)

@@ -123,6 +123,15 @@ def study(
     ------
     InputError
         If a parameter, measure, requirement or option cannot be used, or the store belongs to another study.
+
+    Examples
+    --------
+    >>> import scissordyn as sd
+    >>> crank = sd.slider_crank(crank=0.05, rod=0.12).with_clearance("slider pin", sd.Clearance(2e-4))
+    >>> factors = {"slider pin.clearance": (1e-4, 5e-4)}
+    >>> found = sd.study(crank.driven(speed=sd.rpm(600)), until=0.02, factors=factors, measures="peak_force", points=4)
+    >>> print(f"{found.table['slider pin.peak_force [N]'].max():.0f} N at worst of {len(found.table)} points")
+    3348 N at worst of 4 points
     """
     if factors is None and uncertain is None and isinstance(case, (str, os.PathLike)):
         described = study_of(read_study(Path(case)))

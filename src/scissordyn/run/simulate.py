@@ -102,6 +102,15 @@ def simulate(
     InputError
         If the mechanism cannot be assembled, an option is out of bounds, or the checkpoint belongs to another run. A failed run
         raises no error: its Dataset has the results up to the failure, and the cause.
+
+    Examples
+    --------
+    >>> import scissordyn as sd
+    >>> joint = sd.Clearance(0.5e-3, friction=sd.LuGre(kinetic=0.05))
+    >>> array = sd.scissor(units=2, angle=sd.degrees(30)).with_clearance("A", joint).driven(speed=sd.rpm(150))
+    >>> run = sd.simulate(array, until=2e-3)
+    >>> print(run.sizes["contact"], "contact,", f"{1e-3 * float(run['peak_force'].max()):.0f} kN")
+    1 contact, 43 kN
     """
     options = Options(until, start, samples, rtol, atol, method, most_steps, events, trust, step)
     return compute_results(mechanism, options, progress, checkpoint).dataset()

@@ -4,6 +4,7 @@ import inspect
 from pathlib import Path
 
 import matplotlib as mpl
+import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -13,7 +14,7 @@ from matplotlib.text import Text
 import scissordyn as sd
 from scissordyn.cli.main import status_of
 from scissordyn.plot.file import figure_of
-from scissordyn.plot.style import STYLES, literal, wrap_text
+from scissordyn.plot.style import STYLES, label_curves, literal, wrap_text
 
 NAMES = ("figure.figsize", "font.size", "font.family")
 
@@ -99,7 +100,7 @@ def test_a_style_ends_with_its_block(run: xr.Dataset) -> None:
 
 
 def test_a_legend_keeps_off_the_neighbours(run: xr.Dataset) -> None:
-    """Contract: in narrow Axes of a figure of the user's it is inside; in wide ones beside them."""
+    """Contract: in narrow Axes of a figure of the user's it is inside; in wide ones curves are named beside them."""
     figure = Figure(figsize=(9.0, 3.0))
     first, second, third = figure.subplots(1, 3)
     sd.plot.torque(run, axes=second)
@@ -110,8 +111,21 @@ def test_a_legend_keeps_off_the_neighbours(run: xr.Dataset) -> None:
     assert not any(box.overlaps(one.get_window_extent(renderer)) for one in (first, third))
     wide = Figure(figsize=(9.0, 3.0)).subplots()
     sd.plot.torque(run, axes=wide)
-    beside = wide.get_legend()
+    [beside] = [text for text in wide.texts if text.get_text() == "with clearance"]
+    assert beside.get_color() == wide.lines[0].get_color()
     assert beside.get_window_extent(renderer).x0 >= wide.get_window_extent(renderer).x1 - 1.0
+
+
+def test_names_of_curves_keep_apart() -> None:
+    """Contract: names are in the order of the curves' right ends, inside the panel, and no two are on one place."""
+    axes = Figure(figsize=(6.0, 3.0)).subplots()
+    ends = {"low": 0.0, "near": 0.01, "nearer": 0.011, "high": 1.0}
+    for name, end in ends.items():
+        axes.plot([2.0, 1.0, 0.0], [end, 5.0, -5.0], label=name)  # drawn from right to left
+    assert label_curves(axes, dict(zip(ends, axes.lines, strict=True))) == list(ends)
+    heights = [text.xy[1] for text in axes.texts]
+    assert np.min(np.diff(heights)) * 0.77 * 3.0 * 72.0 > 8.0
+    assert 0.0 <= heights[0] < heights[-1] <= 1.0
 
 
 def test_pictures_of_a_run_share_their_arguments() -> None:

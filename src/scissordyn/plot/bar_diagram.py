@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
-COLOURS = "cividis_r"
-"""Perceptually uniform colour map. Larger values are darker, also in black-and-white print and with colour blindness."""
+COLOURS = "viridis"
+"""Perceptually uniform colour map, also with colour blindness, as in all pictures."""
 
 ORDINATE_LENGTH = 0.11  # Length of the largest ordinate as a fraction of the mechanism's longer side
 

@@ -295,7 +295,8 @@ def bending(
         if diagram.coloured:
             colour_bar([axes], diagram)
         most, where = diagram.most()
-        caption = f"{diagram.quantity}, {title}: {diagram.scale.with_unit(most, 3)} in {where}"
+        value = diagram.scale.with_unit(most, 3).replace("-", "\N{MINUS SIGN}")  # as on the axes
+        caption = f"{diagram.quantity}, {title}: {value} in {where}"
         axes.set_title(wrap_text(caption, min(figure_width(), 5.5) - 1.0, small()), loc="left", fontsize=small())
     figure = figure_of(drawn)
     drawn.append(figure.add_subplot(below))

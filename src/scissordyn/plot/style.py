@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
 
 from scissordyn.errors import InputError, did_you_mean, printable
 from scissordyn.plot.scale import engineering
@@ -311,4 +313,54 @@ def legend(axes: Sequence[Axes], *, above: bool = False) -> Legend | None:
         longest = max(map(len, labels))
         columns = int(figure.get_figwidth() / (max(entry_width, entry_base + per_letter * longest) * letters)) or 1
         return figure.legend(handles, labels, loc="outside upper left", ncols=columns, **look)
+    if len(axes) == 1:
+        named = label_curves(axes[0], entries)
+        left = {name: artist for name, artist in entries.items() if name not in named}
+        handles, labels = list(left.values()), list(left)
+        if not labels:
+            return None
+        if named:
+            return axes[0].legend(handles, labels, loc="best", **look)
     return axes[0].legend(handles, labels, loc="upper left", bbox_to_anchor=(1.0, 1.03), borderaxespad=0.0, **look)
+
+
+def label_curves(axes: Axes, entries: Mapping[str, Artist]) -> list[str]:
+    """Write the names of curves at their right ends, in their colours and apart from each other; return these names."""
+    from matplotlib.lines import Line2D
+
+    few = 2  # lines of so few points are no curves, but marks
+    spacing = 1.35  # distance of two names in letter sizes
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    letters, (low, high) = small(), axes.get_ylim()
+    height = 72.0 * figure.get_figheight() * axes.get_position(original=True).height  # [pt]
+    ends = []
+    for name, artist in entries.items():
+        if isinstance(artist, Line2D) and artist.get_linestyle() != "None":
+            x, y = (np.asarray(values, float) for values in (artist.get_xdata(), artist.get_ydata()))
+            shown = np.isfinite(x) & np.isfinite(y)
+            if len(y) > few and shown.any():
+                end = float(y[shown][np.argmax(x[shown])])
+                ends.append((float(np.clip((end - low) / (high - low), 0.0, 1.0)) * height, name, artist))
+    apart = spacing * letters
+    if axes.get_yscale() != "linear" or not ends or apart * len(ends) > height:
+        return []
+    ends.sort(key=lambda end: end[0])
+    wanted = np.array([end[0] for end in ends])
+    steps = apart * np.arange(len(ends))
+    lowest = np.maximum.accumulate(wanted - steps)  # of each name if those below it are as near as they may be
+    lowest -= 0.5 * np.mean(lowest + steps - wanted)
+    places = np.clip(lowest, 0.0, height - steps[-1]) + steps
+    for place, (_, name, artist) in zip(places, ends, strict=True):
+        axes.annotate(
+            name,
+            (1.0, place / height),
+            xycoords="axes fraction",
+            xytext=(4.0, 0.0),
+            textcoords="offset points",
+            va="center",
+            fontsize=letters,
+            color=artist.get_color(),
+            annotation_clip=False,
+        )
+    return [name for _, name, _ in ends]

@@ -83,7 +83,7 @@ def test_check_of_couplings(tmp_path: Path, answer: Callable[..., str]) -> None:
     loose = sd.with_backlash(loose.with_clearance("B", sd.Clearance(1e-4)), "mesh", sd.degrees(1.0))
     said = answer("check", sd.write_case(loose, tmp_path / "case.toml"))
     assert "Coupling mesh: angle of wheel = -0.5 x angle of pinion, in opposite senses, backlash 1 deg." in said
-    assert "3 degrees of freedom beside the drives." in said  # the wheel moves in its bearing, and turns between the flanks
+    assert "3 degrees of freedom besides the drives." in said  # the wheel moves in its bearing, and turns between the flanks
     moving = "this clearance lets the centre of 'wheel' move by 0.1 mm"
     assert moving in said
     run = sd.simulate(loose, until=0.01)
@@ -96,7 +96,7 @@ def test_check_of_couplings(tmp_path: Path, answer: Callable[..., str]) -> None:
     arms = coupled_arms()
     said = answer("check", sd.write_case(arms, tmp_path / "arms.toml"))
     assert "Coupling belt: angle of lower against upper = -0.6 x angle of upper + 13.75098" in said
-    assert "1 degree of freedom beside the drives." in said
+    assert "1 degree of freedom besides the drives." in said
 
 
 PUSHED = sd.Coupling("mesh", sd.Slide(("wheel", "c")), ANGLE("pinion"), 0.1)  # The slide of a wheel on a pin

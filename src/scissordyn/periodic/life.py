@@ -95,7 +95,7 @@ def life_lines(run: xr.Dataset) -> list[str]:
     for j in np.argsort(-last["depth_largest"].values, kind="stable").tolist():
         depth, error = float(last["depth_largest"][j]), float(last["depth_error"][j])
         lines.append(
-            f"joint '{run['joint'].values[j]}' after {reached} cycles: {1e6 * depth:.4g} um deep (+- {1e6 * error:.2g}), "
-            f"{1e9 * float(last['worn_volume'][j]):.4g} mm3 worn, clearance {1e3 * float(last['worn_clearance'][j]):.5g} mm"
+            f"joint '{run['joint'].values[j]}' after {reached} cycles: worn {short(depth, 'm')} deep (± {short(error, 'm')}), "
+            f"{1e9 * float(last['worn_volume'][j]):.4g} mm³; largest clearance {short(float(last['worn_clearance'][j]), 'm')}"
         )
     return lines

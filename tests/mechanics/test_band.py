@@ -1,4 +1,4 @@
-"""Banded equations against the dense solution, with and without row exchanges."""
+"""Banded equations compared with the dense solution, with and without row exchanges."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ LOWER, UPPER = 2, 1
 
 
 def banded(dense):
-    """A dense matrix in the storage of the kernels: row i holds columns i - lower to i + lower + upper."""
+    """Return a dense matrix in the kernels' storage: row i holds columns i - lower to i + lower + upper."""
     size = len(dense)
     band = np.zeros((size, width(LOWER, UPPER)))
     for i in range(size):
@@ -20,8 +20,8 @@ def banded(dense):
 
 @pytest.mark.parametrize("exchanges", [False, True])
 @pytest.mark.parametrize("size", [1, 2, 3, 9])
-def test_the_solution_is_that_of_dense_equations(size: int, exchanges: bool) -> None:
-    """Independent formulation: numpy. With a small diagonal every pivot comes from the last row that a column reaches."""
+def test_solution_with_row_exchanges(size: int, exchanges: bool) -> None:
+    """Independent formulation: numpy. With a small diagonal every pivot comes from the last row within the band."""
     rng = np.random.default_rng(size)
     dense = np.triu(np.tril(rng.normal(size=(size, size)), UPPER), -LOWER)
     if exchanges:
@@ -39,8 +39,8 @@ def test_the_solution_is_that_of_dense_equations(size: int, exchanges: bool) -> 
     np.testing.assert_allclose(x, wanted, rtol=1e-9 if exchanges else 1e-13)
 
 
-def test_the_first_row_without_a_pivot_is_named() -> None:
-    """Closed form: a column of zeros below and on the diagonal."""
+def test_index_of_a_row_without_pivot() -> None:
+    """Closed form: a column of zeros on and below the diagonal."""
     dense = np.eye(4)
     dense[2, 2] = 0.0
     assert factorize(banded(dense), LOWER, UPPER, np.zeros(8, np.int64)) == 2
@@ -48,8 +48,8 @@ def test_the_first_row_without_a_pivot_is_named() -> None:
 
 @pytest.mark.parametrize("reach", [1, 3, 11])
 @pytest.mark.parametrize("first", [0, 4, 25])
-def test_elimination_goes_on_from_the_first_row_that_has_changed(reach: int, first: int) -> None:
-    """Independent formulation: numpy, for a matrix of which the rows from one on are then others."""
+def test_elimination_from_the_first_changed_row(reach: int, first: int) -> None:
+    """Independent formulation: numpy, for a matrix whose rows change from one row on."""
     rng, size = np.random.default_rng(reach), 26
 
     def equations() -> tuple[np.ndarray, np.ndarray]:
@@ -77,8 +77,8 @@ def test_elimination_goes_on_from_the_first_row_that_has_changed(reach: int, fir
     np.testing.assert_allclose([product(band, reach, i, found) for i in range(size)], x, rtol=0.0, atol=1e-12)
 
 
-def test_a_zero_pivot_is_named_where_rows_are_not_exchanged() -> None:
-    """Closed form: zeros on the diagonal, which exchanges would avoid."""
+def test_index_of_a_zero_pivot_without_exchanges() -> None:
+    """Closed form: zeros on the diagonal, which row exchanges would avoid."""
     band, right = np.zeros((3, width(1, 1))), np.ones(3)
     band[:, 0] = band[:, 2] = 1.0
     assert eliminate(band, 1, 0, right) == 0

@@ -1,4 +1,4 @@
-"""Massless rods, prescribed distances, latches, end stops and static equilibrium against closed forms and second roads."""
+"""Massless rods, prescribed distances, latches, end stops and static equilibrium, by closed forms and second formulations."""
 
 import dataclasses
 import json
@@ -19,22 +19,23 @@ GROUND = (("origin", (0.0, 0.0)),)
 
 
 def pendulum(angle=0.3, **parts):
-    """A uniform bar of 2 kg and 1 m that rotates about a ground pin under gravity."""
+    """Return a uniform bar of 2 kg and 1 m that rotates about a ground pin under gravity."""
     return sd.Mechanism((sd.bar("rod", length=1.0, mass=2.0, angle=angle),), joints=(PIN,), ground=GROUND, **parts)
 
 
 def paper(**clearance):
-    """The paper's array with clearance at joint A, driven at 150 rpm."""
+    """Return the paper's array with clearance at joint A, driven at 150 rpm."""
     return sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3, **clearance)).driven(speed=sd.rpm(150))
 
 
 def worst_residual(run):
+    """Return the largest energy residual relative to the change of kinetic energy."""
     return float(np.max(np.abs(run["energy_residual"]))) / float(np.ptp(run["kinetic_energy"].values))
 
 
 @pytest.mark.parametrize("method", METHODS)
 def test_pendulum_of_varying_length(method):
-    """Cross-check: a mass on a rod whose length is prescribed, against its equation in polar coordinates."""
+    """Second formulation: a mass on a rod of prescribed length, in polar coordinates."""
     mass = dataclasses.replace(sd.point_mass("p", mass=2.0), position=(1.0, 0.0))
     cord = sd.Rod("cord", ("ground", "origin"), ("p", "centre"), motion=Harmonic(1.0, 0.2, 5.0))
     run = sd.simulate(sd.Mechanism((mass,), ground=GROUND, rods=(cord,)), until=3.0, method=method, **TIGHT)
@@ -56,8 +57,8 @@ def test_pendulum_of_varying_length(method):
     assert worst_residual(run) < 1e-8
 
 
-def test_link_is_a_bar_without_mass():
-    """Contract: a double pendulum whose upper bar is a rod, against the same with a bar of a nanogram."""
+def test_rod_is_a_bar_without_mass():
+    """Limit: in a double pendulum a rod moves and pulls as an upper bar of one microgram."""
     bob = sd.Body("bob", mass=1.0, inertia=0.1, points={"top": (0.0, 0.0)}, centre=(0.4, 0.0), position=(0.6, 0.0), angle=-1.0)
     rod = sd.Rod("rope", ("ground", "origin"), ("bob", "top"))
     run = sd.simulate(sd.Mechanism((bob,), ground=GROUND, rods=(rod,)), until=0.8, **TIGHT)
@@ -70,7 +71,7 @@ def test_link_is_a_bar_without_mass():
 
 
 def test_jack_lifts_an_array():
-    """Closed form: a jack across one unit prescribes the angle, L^2 = 2 l^2 (1 - cos 2 th) between the bars' starts."""
+    """Closed form: a jack across one unit prescribes its angle; its work is the gain of potential energy."""
     arm = sd.scissor(units=2, bar_length=1.0, bar_mass=1.0, slider_mass=1.0, angle=0.5)
     jack = sd.Rod("jack", ("ground", "origin"), ("slider", "centre"), motion=Cycloidal(math.sin(0.5), math.sin(0.9), 0.5))
     run = sd.simulate(dataclasses.replace(arm, rods=(jack,)), until=0.5, **TIGHT)
@@ -83,7 +84,7 @@ def test_jack_lifts_an_array():
 
 @pytest.mark.parametrize("method", METHODS)
 def test_latch_is_a_plastic_impact(method):
-    """Closed form: angular velocity at the latch after the fall, all of it lost, and then the torque on the bar."""
+    """Closed form: speed at the latch after the fall, complete loss of kinetic energy, and the torque on the locked bar."""
     run = sd.simulate(pendulum(latches=(sd.Latch("catch", "rod", angle=-0.5),)), until=1.0, method=method, **TIGHT)
     inertia, weight = 2.0 / 3.0, 2.0 * 9.81 * 0.5
     fallen = weight * (math.sin(0.3) + math.sin(0.5))
@@ -99,8 +100,8 @@ def test_latch_is_a_plastic_impact(method):
     assert worst_residual(run) < 1e-8
 
 
-def test_latch_of_an_array_keeps_momentum():
-    """Identity: two free bars that lock together keep their linear and angular momentum; the energy lost is the latch's."""
+def test_latch_between_free_bars_keeps_momentum():
+    """Identity: two free bars that lock together keep linear and angular momentum; the latch accounts for the lost energy."""
     one = sd.Body("one", mass=1.0, inertia=0.1, points={"pin": (0.5, 0.0)}, centre=(0.1, 0.05), angular_velocity=2.0)
     other = sd.Body(
         "other",
@@ -128,7 +129,7 @@ def test_latch_of_an_array_keeps_momentum():
 
 @pytest.mark.parametrize("method", METHODS)
 def test_angle_stop_returns_its_restitution(method):
-    """Exact relation of the damping factor: ln[(1+xi)/(1-xi e)] = xi (1+e) without other forces, docs/theory (D1)."""
+    """Closed form: the stop's damping factor obeys ln[(1+xi)/(1-xi e)] = xi (1+e) without other forces, docs/theory (D1)."""
     rod = dataclasses.replace(sd.bar("rod", length=1.0, mass=2.0), angular_velocity=3.0)
     stop = sd.AngleStop("stop", "rod", angle=0.4, stiffness=1e5, restitution=0.6)
     run = sd.simulate(
@@ -145,7 +146,7 @@ def test_angle_stop_returns_its_restitution(method):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_travel_stop_without_loss_reverses(method):
-    """Closed form: a mass that falls on an elastic stop rises again to where it was; the deepest point balances energies."""
+    """Closed form: a mass that falls on an elastic stop rebounds with its speed; the deepest point follows from energy."""
     mass = dataclasses.replace(sd.point_mass("p", mass=2.0), position=(0.3, 1.0))
     buffer = sd.TravelStop("buffer", ("p", "centre"), direction=-math.pi / 2, limit=-0.5, stiffness=1e6, restitution=1.0)
     run = sd.simulate(sd.Mechanism((mass,), components=(buffer,)), until=1.2, method=method, **TIGHT)
@@ -174,7 +175,7 @@ def test_equilibrium_in_clearance_joints(units):
 
 
 def test_equilibrium_on_a_hinge_spring():
-    """Closed form: k (th - th_0) = -(2m + m_s) g L cos th holds the folded array up."""
+    """Closed form: k (th - th_0) = -(2m + m_s) g L cos th for the folded array on a torsion spring."""
     spring = sd.TorsionSpring("spring", "unit 1/bar 1", stiffness=2000.0, free_angle=0.6)
     run = sd.simulate(dataclasses.replace(sd.scissor(units=2), components=(spring,)), until=0.1, start="static", samples=11)
     exact = brentq(lambda th: 2000.0 * (th - 0.6) + (2 * 5.68 + 5.0) * 9.81 * 2.0 * math.cos(th), 0.0, 0.6)
@@ -184,9 +185,9 @@ def test_equilibrium_on_a_hinge_spring():
 @pytest.mark.parametrize(("mass", "stiffness", "gravity"), [(2.0, 1e-2, 9.81), (2.0, 1e6, 9.81), (1e-6, 1.0, 0.0)])
 @pytest.mark.parametrize("place", [0.3, 0.5])
 def test_equilibrium_on_a_horizontal_guide(mass, stiffness, gravity, place):
-    """Closed form: the guide bears the weight, the spring has its free length, and nothing is said of the energy balance.
+    """Closed form: the guide carries the weight, the spring has its free length, and the run has no energy warning.
 
-    A spring that holds a billionth of the weight or less is within what counts as balanced: 2e-8 N over its stiffness.
+    Forces are balanced up to a billionth of the weight: 2e-8 N over the spring's stiffness.
     """
     coil = sd.Spring("coil", ("ground", "O"), ("block", "centre"), stiffness=stiffness, free_length=0.3)
     mechanism = sd.Mechanism(
@@ -202,8 +203,8 @@ def test_equilibrium_on_a_horizontal_guide(mass, stiffness, gravity, place):
     assert "energy balance" not in run.attrs["warnings"]
 
 
-def test_mass_without_anything_rests_on_its_guide():
-    """Limit: on a horizontal guide every place is equilibrium, the given one is kept."""
+def test_free_mass_rests_on_a_horizontal_guide():
+    """Contract: where every position is an equilibrium the start keeps the given one."""
     block = sd.point_mass("block", mass=2.0, position=(0.5, 0.0))
     mechanism = sd.Mechanism((block,), ground=(), joints=(), guides=(sd.Guide("rail", ("block", "centre")),), gravity=9.81)
     run = sd.simulate(mechanism, until=0.1, start="static", samples=3)
@@ -211,13 +212,13 @@ def test_mass_without_anything_rests_on_its_guide():
 
 
 def test_no_equilibrium_without_support():
-    """A body without support has no equilibrium, and the message says so."""
+    """Contract: a body without support has no equilibrium, and the error says so."""
     with pytest.raises(sd.InputError, match="no equilibrium: nothing holds the mechanism"):
         sd.simulate(sd.Mechanism((sd.point_mass("p", mass=1.0),)), until=0.1, start="static")
 
 
 def test_constrained_contact_published_figures():
-    """Published numbers (docs/reference.md): N from 3256.9 to 7542.2 N and the torque from 4528.6 to 9021.4 N m over 50 ms."""
+    """Published numbers (docs/reference.md): force from 3256.9 to 7542.2 N and torque from 4528.6 to 9021.4 N m over 50 ms."""
     run = sd.simulate(sd.constrain_contact(paper()), until=0.05, samples=5001)
     force, torque = run["rod_force"].isel(rod=0), run["drive_torque"]
     assert [float(force.min()), float(force.max())] == pytest.approx([3256.9, 7542.2], rel=1e-4)
@@ -227,7 +228,7 @@ def test_constrained_contact_published_figures():
 
 
 def test_constrained_contact_warns_of_negative_force():
-    """Started at -90 degrees the scheme fails (docs/reference.md), and the run names joint, time and force."""
+    """Contract: from -90 degrees the contact would pull (docs/reference.md); the warning names joint and time."""
     run = sd.simulate(sd.constrain_contact(paper(), direction=-math.pi / 2), until=0.05)
     assert float(run["rod_force"].min()) < 0.0
     (sentence,) = json.loads(run.attrs["warnings"])
@@ -235,7 +236,7 @@ def test_constrained_contact_warns_of_negative_force():
 
 
 def test_constrained_contact_at_an_indentation():
-    """Identity: an indentation lengthens the rod as a wider clearance does, and the force changes with it."""
+    """Identity: an indentation has the same effect as a wider clearance."""
     forces = [sd.simulate(sd.constrain_contact(paper(), indentation=d), until=0.01)["rod_force"].values for d in (2e-4, 0.0)]
     wider = sd.constrain_contact(paper().replace("A.clearance", 0.5e-3 + 2e-4))
     np.testing.assert_allclose(forces[0], sd.simulate(wider, until=0.01)["rod_force"].values, rtol=1e-9)
@@ -243,7 +244,7 @@ def test_constrained_contact_at_an_indentation():
 
 
 def test_constrained_contact_is_the_limit_of_stiff_contact():
-    """Limit: a clearance joint that starts in contact carries the same force when its steel gets ten times stiffer."""
+    """Limit: a clearance joint that starts in contact approaches the constrained force with ten times stiffer material."""
     constrained = sd.simulate(sd.constrain_contact(paper()), until=0.02)["rod_force"].isel(rod=0).values
     gaps = []
     for modulus in (207e9, 2070e9):
@@ -255,8 +256,8 @@ def test_constrained_contact_is_the_limit_of_stiff_contact():
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_nothing_left_to_solve_for(method):
-    """Closed form: a driven N-four-bar has no freedom left; its angles follow, and the torque balances weight and inertia."""
+def test_driven_mechanism_without_freedom(method):
+    """Closed form: the angles of a driven N-four-bar follow its drive; the torque balances weight and inertia."""
     run = sd.simulate(sd.n_four_bar(2).driven(speed=2.0), until=1.0, method=method)
     th = float(run["angle"][0, 0]) + 2.0 * run["time"].values
     assert np.allclose(run["angle"].values[:, :3], th[:, None], atol=1e-12)
@@ -264,18 +265,20 @@ def test_nothing_left_to_solve_for(method):
     assert np.max(np.abs(run["energy_residual"])) < 1e-9
 
 
-def test_link_within_a_body_is_refused():
+def test_rod_within_a_body_is_refused():
+    """Contract: the error names the rod and the body."""
     with pytest.raises(sd.InputError, match="rod 'rope' acts between body 'rod' and itself"):
         sd.Rod("rope", ("rod", "end"), ("rod", "start"))
 
 
 def test_latch_at_its_angle_is_refused():
+    """Contract: a latch may not start at its locking angle."""
     with pytest.raises(sd.InputError, match="latch 'catch' is at its angle at the start"):
         sd.simulate(pendulum(latches=(sd.Latch("catch", "rod", angle=0.3),)), until=0.1)
 
 
-def test_more_contacts_at_the_start_than_the_log_begins_with():
-    """Limit: an array of 100 units is in equilibrium in all its 300 pins at once."""
+def test_more_contacts_at_the_start_than_the_log_has_room_for():
+    """Contract: an array of 100 units starts in contact in all its pins; the event log grows."""
     arm = sd.scissor(units=100, bar_length=0.5, bar_mass=0.1, slider_mass=0.1, angle=sd.degrees(60))
     resting = arm.with_clearance("all", sd.Clearance(1e-4)).driven(Polynomial((sd.degrees(60),)))
     run = sd.simulate(resting, until=1e-6, start="in-contact", samples=2)
@@ -283,8 +286,8 @@ def test_more_contacts_at_the_start_than_the_log_begins_with():
     assert int(run["in_contact"].values[0].sum()) > 256
 
 
-def test_assembly_far_from_its_place_is_said():
-    """Contract: a rocker placed at 124 deg is assembled at 89.66 deg, and the run says both."""
+def test_warning_of_an_assembly_that_rotates_a_body():
+    """Contract: a rocker placed at 124 deg is assembled at 89.66 deg, and a warning gives both angles."""
     linkage = sd.four_bar(angle=math.radians(60.0))
     placed = (dataclasses.replace(b, angle=math.radians(124.0)) if b.name == "rocker" else b for b in linkage.bodies)
     far = dataclasses.replace(linkage, bodies=tuple(placed)).driven(speed=1.0)
@@ -295,8 +298,8 @@ def test_assembly_far_from_its_place_is_said():
     assert "assemble" not in sd.simulate(linkage.driven(speed=1.0), until=0.01, samples=3).attrs["warnings"]
 
 
-def test_a_body_moved_without_rotation_is_said_in_lengths():
-    """Contract: a slider placed 30 mm off its guide is moved by 30 mm, and the run says so."""
+def test_warning_of_an_assembly_that_moves_a_body():
+    """Contract: a slider placed 30 mm off its guide is moved by 30 mm, and a warning says so."""
     mechanism = sd.slider_crank().driven(speed=1.0)
     placed = next(body for body in mechanism.bodies if body.name == "slider")
     there = dataclasses.replace(placed, position=(placed.position[0], placed.position[1] + 0.03))
@@ -306,9 +309,9 @@ def test_a_body_moved_without_rotation_is_said_in_lengths():
 
 
 def test_thrown_journal():
-    """Closed form: without gravity a journal thrown at 0.3 m/s meets its bearing 0.2 mm away after 0.67 ms, at that speed.
+    """Closed form: without gravity a journal thrown at 0.3 m/s reaches its bearing, 0.2 mm away, after 0.67 ms.
 
-    The default start is that of the ideal mechanism: the given velocity is dropped, and that is said.
+    The default start of the ideal mechanism drops the given velocity, with a warning.
     """
     array = sd.scissor(gravity=0.0).with_clearance("A", sd.Clearance(2e-4))
     thrown = (dataclasses.replace(b, velocity=(0.0, 0.3)) if b.name == "slider" else b for b in array.bodies)

@@ -1,4 +1,4 @@
-"""Effective masses at the onset of contacts: against dense equations of all bodies, and along the gaps of components."""
+"""Effective masses at contact onset, compared with dense equations of all bodies and with gradients of the gaps."""
 
 import math
 
@@ -18,7 +18,7 @@ ANGLES = 0.2, 1.1
 
 
 def chain(angles=ANGLES):
-    """Two bars, the first one on a ground pin, with a clearance between them."""
+    """Return two bars with a clearance between them, the first one on a ground pin."""
     (a, mass_a, moment_a), (b, mass_b, moment_b) = FIRST, SECOND
     first = sd.bar("first", length=a, mass=mass_a, inertia=moment_a, angle=angles[0])
     end = (a * math.cos(angles[0]), a * math.sin(angles[0]))
@@ -29,36 +29,36 @@ def chain(angles=ANGLES):
 
 
 def closed(angles=ANGLES):
-    """The same with the end of the second bar on a guide."""
+    """Return the chain with the end of the second bar on a guide."""
     guide = sd.Guide("guide", ("second", "end"), direction=0.3, through=tuple(tips(angles)[1]))
     return chain(angles).with_parts({"guides": (guide,)})
 
 
 def driven(angles=ANGLES):
-    """The same with a drive of the first bar."""
+    """Return the closed chain with a drive of the first bar."""
     return closed(angles).driven(sd.ConstantSpeed(3.0))
 
 
 def pushed(angles=ANGLES):
-    """The chain with a drive of the first bar."""
+    """Return the open chain with a drive of the first bar."""
     return chain(angles).driven(sd.ConstantSpeed(3.0))
 
 
 def tips(angles):
-    """Ends of both bars [m]."""
+    """Return the ends of both bars [m]."""
     steps = [length * np.array([math.cos(a), math.sin(a)]) for (length, _, _), a in zip((FIRST, SECOND), angles, strict=True)]
     return np.cumsum(steps, axis=0)
 
 
 def dense_mass(kind, normal, clearance):
-    """1/(J M^-1 J^T) from the augmented equations of both bars, x, y and angle each about their mass centres."""
+    """Return 1/(J M^-1 J^T) from the augmented equations of both bars, x, y and angle each about their mass centres."""
     halves = [
         0.5 * length * np.array([math.cos(a), math.sin(a)]) for (length, _, _), a in zip((FIRST, SECOND), ANGLES, strict=True)
     ]
     inertia = np.diag([FIRST[1], FIRST[1], FIRST[2], SECOND[1], SECOND[1], SECOND[2]])
 
     def row(body, arm, along):
-        """Rate of a point of a bar along a direction, by the rates of all coordinates."""
+        """Return the gradient of a bar point's speed along a direction by all coordinate rates."""
         found = np.zeros(6)
         found[3 * body : 3 * body + 2], found[3 * body + 2] = along, arm[0] * along[1] - arm[1] * along[0]
         return found
@@ -77,13 +77,13 @@ def dense_mass(kind, normal, clearance):
 
 
 def onset(handle, state, guard):
-    """What a guard keeps as it begins to act in a state."""
+    """Return the effective mass that a guard keeps as its contact begins in a state."""
     functions.touch(0.0, state, guard, handle.address, np.zeros(RESET_DATA))
     return float(handle.content.state.mass[guard])
 
 
 def allowed(mechanism, handle, state):
-    """Orthonormal basis of the motions that the constraints allow."""
+    """Return an orthonormal basis of the motions that the constraints allow."""
     functions.rate(0.0, state, handle.address, np.zeros(state.size))
     gradients, _ = constraint_slopes(At(plan(mechanism), handle, state), handle.content.work.multiplier)
     return free_directions(gradients) if gradients.size else np.eye(handle.content.model.n)
@@ -92,7 +92,7 @@ def allowed(mechanism, handle, state):
 @pytest.mark.parametrize("kind", [chain, closed, driven])
 @pytest.mark.parametrize("direction", [-2.0, 0.1, 0.9, 2.3])
 def test_journal_against_dense_equations(kind, direction):
-    """Second formulation: the augmented equations of all bodies, solved whole; the gap is small beside the bars."""
+    """Second formulation: the augmented equations of all bodies; the gap is small compared with the bars."""
     mechanism, normal = kind(), np.array([math.cos(direction), math.sin(direction)])
     handle, state = at_start(mechanism)
     contact = handle.content.parameters.contact
@@ -121,7 +121,7 @@ PARTS = {
 
 
 def check_gap(mechanism, handle, state, guard):
-    """Second formulation: 1/m is the square of the gap's gradient, by differences, projected on the motions left free."""
+    """Compare 1/m with the squared gradient of the gap, by differences, projected on the allowed motions."""
     found, n = onset(handle, state, guard), handle.content.model.n
     gradient, value, rate = np.zeros(n), np.zeros(handle.content.state.mode.size), np.zeros(handle.content.state.mode.size)
     for k in range(n):
@@ -135,7 +135,7 @@ def check_gap(mechanism, handle, state, guard):
 
 
 def ideal(kind, part):
-    """A chain with ideal joints and a component."""
+    """Return a chain with ideal joints and a component."""
     made = kind().with_parts({"components": (part,)})
     return made.with_parts({"joints": tuple(sd.Revolute(joint.name, joint.journal, joint.bearing) for joint in made.joints)})
 
@@ -143,21 +143,21 @@ def ideal(kind, part):
 @pytest.mark.parametrize("part", PARTS)
 @pytest.mark.parametrize("kind", [chain, closed, pushed])
 def test_gap_of_a_component(part, kind):
-    """Second formulation: see `check_gap`."""
+    """Second formulation: the gradient of a component's gap, by differences."""
     mechanism = ideal(kind, PARTS[part])
     handle, state = at_start(mechanism)
     check_gap(mechanism, handle, state, 0)
 
 
-def test_a_direction_that_cannot_move():
-    """Limit: what constraints lock has less mass than with its loop open; what drives prescribe has none."""
+def test_effective_mass_along_constrained_directions():
+    """Limit: a closed loop lowers the effective mass along the gap; a prescribed direction has none."""
     with_open_loop = onset(*at_start(ideal(pushed, PARTS["travel stop"])), 0)
     assert 0.1 * with_open_loop < onset(*at_start(ideal(driven, PARTS["travel stop"])), 0) < with_open_loop
     assert 0.0 < onset(*at_start(ideal(pushed, sd.AngleStop("stop", "first", 4.0))), 0) < 1e-200
 
 
 def test_gap_of_a_roller_on_a_bar_that_bends():
-    """Second formulation: see `check_gap`; the modes of the bar yield, too."""
+    """Second formulation: the gradient of a roller's gap, by differences, includes the modes of the bar."""
     car = sd.point_mass("car", mass=3.0, position=(0.7, 0.003))
     mechanism = beam(car, stiffness=1e6, clearance=1e-3)
     handle, state = at_start(mechanism)
@@ -165,7 +165,7 @@ def test_gap_of_a_roller_on_a_bar_that_bends():
 
 
 def test_corner_of_a_block():
-    """Second formulation: see `check_gap`, for a corner that pushes beside the middle of its guide."""
+    """Second formulation: the gradient of a corner's gap, by differences, for a corner off the middle of its guide."""
     clearance = sd.GuideClearance(5e-4, length=0.06, width=0.03, corner_radius=3e-3)
     mechanism = sd.slider_crank(angle=0.5, slider_inertia=2e-5).with_clearance("guide", clearance)
     handle, state = touching(mechanism, 3, chosen=[0, 2], surface="level")
@@ -173,8 +173,8 @@ def test_corner_of_a_block():
     check_gap(mechanism, handle, state, 2)
 
 
-def test_a_free_block_has_its_mass_and_its_moment_of_inertia():
-    """Closed form: 1/m + r^2/J for a corner at a distance r beside the mass centre of a free block."""
+def test_corner_of_a_free_block():
+    """Closed form: 1/m + r^2/J for a corner at a distance r from the mass centre of a free block."""
     block = sd.Body("block", 2.0, 4e-3, {"centre": (0.0, 0.0)}, position=(0.0, 0.0))
     guide = sd.Guide("channel", ("block", "centre"))
     clearance = sd.GuideClearance(5e-4, length=0.06, width=0.03, corner_radius=3e-3)

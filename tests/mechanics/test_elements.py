@@ -1,4 +1,4 @@
-"""Springs, dampers, loads, motors, welds and time functions, against closed forms and energy balance."""
+"""Springs, dampers, loads, motors, welds and time functions, by closed forms and energy balance."""
 
 import math
 from functools import partial
@@ -47,8 +47,8 @@ ON_A_PIN = {
 
 
 @pytest.mark.parametrize("name", ON_A_PIN)
-def test_a_bar_on_a_pin(name):
-    """Closed form: a bar with a spring, a damper, a torque or a motor, whose rotor counts; the energy balance closes."""
+def test_bar_on_a_pin(name):
+    """Closed form: a bar with a spring, a damper, a torque or a motor with a rotor; the energy balance closes."""
     part, variable, exact = ON_A_PIN[name]
     run = sd.simulate(hanging(part, spin=5.0 if name == "damper" else 0.0), until=1.0, **TIGHT)
     assert np.allclose(run[variable][:, 0], exact(run["time"].values), rtol=1e-8, atol=1e-8)
@@ -56,7 +56,7 @@ def test_a_bar_on_a_pin(name):
 
 
 def test_point_spring_keeps_energy():
-    """Identity: a point-to-point spring with a damper closes the energy balance, in both formulations of its force."""
+    """Identity: a spring with a damper between two points closes the energy balance; its energy follows from its length."""
     spring = Spring("coil", ("rod", "end"), ("ground", "wall"), stiffness=200.0, free_length=0.4, damping=3.0)
     run = sd.simulate(hanging(spring, gravity=9.81), until=1.0, **TIGHT)
     assert balanced(run)
@@ -66,7 +66,7 @@ def test_point_spring_keeps_energy():
 
 
 def test_spring_between_free_masses():
-    """Closed form: two masses on a spring oscillate with sqrt(k (1/m + 1/M)) about their unmoved centre."""
+    """Closed form: two masses on a spring oscillate with sqrt(k (1/m + 1/M)) about their fixed centre."""
     one, other = sd.point_mass("one", mass=2.0), sd.point_mass("other", mass=3.0, position=(1.2, 0.0))
     spring = Spring("coil", ("one", "centre"), ("other", "centre"), stiffness=50.0, free_length=1.0)
     run = sd.simulate(Mechanism((one, other), components=(spring,), gravity=0.0), until=2.0, **TIGHT)
@@ -76,8 +76,8 @@ def test_spring_between_free_masses():
 
 
 @pytest.mark.parametrize("method", ["dop853", "rodas5p"])
-def test_forces_follow_or_stay(method):
-    """Closed form: a following force across the bar is a constant torque; a fixed one on a free mass throws it."""
+def test_forces_that_follow_a_body_or_keep_their_direction(method):
+    """Closed form: a following force across the bar acts as a constant torque; a fixed force accelerates a free mass."""
     across = Force("jet", ("rod", "end"), (0.0, 0.45), follows=True)
     run = sd.simulate(hanging(across), until=1.0, method=method, **TIGHT)
     assert np.allclose(run["angular_velocity"][:, 0], run["time"], atol=1e-8)
@@ -92,7 +92,7 @@ def test_forces_follow_or_stay(method):
 
 
 def test_weld_is_rigid():
-    """Identity: two welded bars move as one body of the composed inertia."""
+    """Identity: two welded bars move as one body with their common inertia."""
     one = sd.bar("one", length=1.0, mass=1.0, angle=0.2)
     other = sd.bar("other", length=0.5, mass=2.0, angle=1.2, position=(math.cos(0.2), math.sin(0.2)))
     pin = sd.Revolute("pin", ("one", "start"), ("ground", "origin"))
@@ -126,7 +126,7 @@ MOTIONS = [
 
 @pytest.mark.parametrize("motion", MOTIONS, ids=lambda motion: type(motion).__name__)
 def test_time_functions_and_their_derivatives(motion):
-    """Cross-check: each derivative of a time function is the central difference of the one before."""
+    """Cross-check: each derivative of a time function is the central difference of the previous one."""
     rows, here, up, down = function_rows(motion, 0.7), np.zeros(4), np.zeros(4), np.zeros(4)
     for t in (0.05, 0.31, 0.43, 0.77, 0.93):
         function_at(t, rows, here)
@@ -137,7 +137,7 @@ def test_time_functions_and_their_derivatives(motion):
 
 @pytest.mark.parametrize("motion", [Cycloidal(0.2, 1.4, 0.8), Trapezoidal(0.2, 1.4, 0.8, 0.3)])
 def test_moves_start_and_end(motion):
-    """Closed form: moves begin at their start, end at their end, stay there, and are continuous in speed."""
+    """Closed form: moves begin at their start, end at their end, stay there, and have a continuous speed."""
     rows, value = function_rows(motion, 0.0), np.zeros(4)
     for t, expected in ((-1.0, 0.2), (0.0, 0.2), (0.4, 0.8), (0.8, 1.4), (5.0, 1.4)):
         function_at(t, rows, value)
@@ -163,7 +163,7 @@ def test_motor_driven_array_with_clearance_joint():
 
 
 def test_slot_on_a_rotating_arm():
-    """Closed form: a bead in a frictionless radial slot of an arm at constant speed runs away as cosh(w t)."""
+    """Closed form: a bead in a frictionless radial slot of an arm at constant speed moves outwards as cosh(w t)."""
     arm = sd.bar("arm", length=1.0, mass=1.0)
     bead = sd.point_mass("bead", mass=0.2, position=(0.3, 0.0))
     bead = sd.Body(**{**bead.__dict__, "velocity": (0.0, 0.3 * 4.0)})
@@ -183,9 +183,9 @@ def test_slot_on_a_rotating_arm():
 
 @pytest.mark.parametrize("method", ["dop853", "rodas5p"])
 def test_prescribed_motion_from_rest_and_back(method):
-    """Identity: the work of a drive that starts from rest, stops or returns is what a spring stores and the bar moves with.
+    """Identity: the work of a drive that starts from rest, stops or returns equals the gain of kinetic and stored energy.
 
-    Without freedom a step has no error to go by: the motion after rest and at a reversal must not be stepped over.
+    A mechanism without freedom has no step error, so that steps must not skip the motion after rest or at a reversal.
     """
     spring = TorsionSpring("hinge", "rod", stiffness=3.0)
     for motion in (

@@ -1,4 +1,4 @@
-"""Which unknowns linear constraints are solved for, and whose constraints determine an expression."""
+"""Elimination of linear constraints: the pivots, and the constraints that determine an expression."""
 
 import numpy as np
 import pytest
@@ -6,8 +6,8 @@ import pytest
 from scissordyn.plan.elimination import Elimination
 
 
-def test_the_largest_coefficient_is_solved_for_and_the_last_of_equal_ones() -> None:
-    """Closed form: a division by a small number would enlarge round-off."""
+def test_pivot_is_the_largest_coefficient() -> None:
+    """Closed form: the largest coefficient is the pivot, the last one of equal coefficients."""
     for coefficients, pivot in (((5.0, 1e-6, 2.0), 0), ((1e-6, 3.0, 2.0), 1), ((2.0, -2.0, 2.0), 2), ((1.0, 1.0, 0.5), 1)):
         system = Elimination([True] * 3, 1)
         system.impose({0: coefficients[0], 1: coefficients[1], 2: coefficients[2], 3: 7.0}, "pin")
@@ -17,8 +17,8 @@ def test_the_largest_coefficient_is_solved_for_and_the_last_of_equal_ones() -> N
         assert row[3] == pytest.approx(-7.0 / coefficients[pivot])
 
 
-def test_only_the_constraints_with_a_part_in_an_expression_are_named() -> None:
-    """Closed form: x0 = x1 and x1 = x2 give x0 - x2; the fourth unknown has nothing to do with it."""
+def test_constraints_that_determine_an_expression() -> None:
+    """Closed form: x0 = x1 and x1 = x2 give x0 - x2; a constraint on other unknowns is not listed."""
     system = Elimination([True] * 4, 1)
     system.impose({0: 1.0, 1: -1.0}, "first")
     system.impose({3: 1.0, 4: 2.0}, "other")

@@ -1,4 +1,4 @@
-"""Which entries of the state the rows of guards and monitored numbers read, against differences of the guards."""
+"""State entries that guards and monitored quantities read, compared with differences of the guards."""
 
 import numpy as np
 
@@ -12,8 +12,8 @@ from scissordyn.model.scissor import scissor
 JOINTS = ("unit 1/upper", "unit 4/pivot")
 
 
-def test_a_contact_reads_the_bodies_at_its_joint() -> None:
-    """Independent formulation: entries that change its gap or its rate, and the states of its friction law; no others."""
+def test_entries_read_by_a_contact() -> None:
+    """Independent formulation: a contact reads the entries that change its gap or gap rate, and its friction states."""
     arm = scissor(units=5, angle=0.6).driven(speed=2.0)
     for joint in JOINTS:
         arm = arm.with_clearance(joint, Clearance(5e-4, friction=LuGre(0.1)))

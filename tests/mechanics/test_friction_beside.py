@@ -1,4 +1,4 @@
-"""Friction in ideal joints beside couplings and bars that bend: closed forms, limits, reactions by a second road."""
+"""Friction in ideal joints together with couplings and bending bars: closed forms, limits, and reactions by a second method."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ LOAD = 400.0  # On an axle [N]
 
 
 def rolling_cart(radius: float, axle: float, mu: float) -> Mechanism:
-    """A cart on a light wheel that rolls on a road, with friction in the axle, pulled at a constant speed."""
+    """Return a cart on a light wheel that rolls on a road, with friction in the axle, pulled at a constant speed."""
     wheel = sd.Body("wheel", mass=1e-3, inertia=1e-5, points={"c": (0.0, 0.0)}, position=(0.0, radius), angle=0.0)
     cart = sd.point_mass("cart", mass=LOAD / G, position=(0.0, radius))
     return Mechanism(
@@ -37,14 +37,14 @@ def rolling_cart(radius: float, axle: float, mu: float) -> Mechanism:
 
 @pytest.mark.parametrize("mu", [0.1, 0.5])
 def test_rolling_cart(mu: float) -> None:
-    """Closed form: an axle with friction under a load W on a wheel takes W s / sqrt(1 - s^2), s = R sin(phi) / r."""
+    """Closed form: a wheel with axle friction under a load W needs the pull W s / sqrt(1 - s^2), s = R sin(phi) / r."""
     run = sd.simulate(rolling_cart(0.15, 0.02, mu), until=0.1, samples=3)
     share = 0.02 * math.sin(math.atan(mu)) / 0.15
     np.testing.assert_allclose(run["coordinate_drive_force"], LOAD * share / math.sqrt(1.0 - share**2), rtol=1e-12)
 
 
 def jack(screw: bool, mu: float) -> Mechanism:
-    """An arm with friction in its pin, raised by the length of a rod, or by a screw between the same points."""
+    """Return an arm with friction in its pin, raised by a rod of varying length or by a screw between the same points."""
     arm = sd.bar("arm", length=0.6, mass=3.0, position=(0.0, 0.0), angle=0.5)
     pin = sd.Revolute("A", ("arm", "start"), ("ground", "O"))
     ground = (*ORIGIN, ("P", (0.5, 0.0)))
@@ -67,7 +67,7 @@ def jack(screw: bool, mu: float) -> Mechanism:
 
 
 def test_screw_jack_by_a_rod() -> None:
-    """Cross-check: a screw with friction in the arm's pin carries what a rod of the same length carries; energy closes."""
+    """Cross-check: a screw with friction in the arm's pin carries the force of a rod of the same length; energy closes."""
     screw, rod = (sd.simulate(jack(kind, 0.4), until=0.6, **TIGHT) for kind in (True, False))
     np.testing.assert_allclose(screw["coupling_force"], -rod["rod_force"], atol=1e-9 * float(np.abs(rod["rod_force"]).max()))
     lost = float(screw["dissipated_energy"][-1])
@@ -75,14 +75,14 @@ def test_screw_jack_by_a_rod() -> None:
     assert float(np.abs(screw["energy_residual"]).max()) < 1e-8 * lost
 
 
-def test_coupling_beside_a_jam() -> None:
-    """Limit: the wheel's axle jams where R sin(phi) comes to r, and the cause names the friction."""
+def test_jam_of_a_rolling_wheel() -> None:
+    """Limit: the wheel's axle jams where R sin(phi) reaches r, and the cause names the friction."""
     run = sd.simulate(rolling_cart(0.1, 0.2, 0.7), until=0.1, samples=3)
     assert "the mechanism jams: no reactions are in balance with friction 'friction'" in run.attrs["cause"]
 
 
 def hinged(mu: float, sense: float, **bent: Any) -> Mechanism:
-    """A horizontal bar that bends on a pin with friction, its end on a long rope that is wound up or let down."""
+    """Return a horizontal bar that bends, on a pin with friction; a long rope slowly lifts or lowers its end."""
     bar = sd.bar("bar", length=1.0, mass=4.0, position=(0.0, 0.0), angle=0.0)
     rope = sd.Rod("rope", ("ground", "top"), ("bar", "end"), motion=sd.Polynomial((50.0, -0.01 * sense)))
     mechanism = Mechanism(
@@ -99,9 +99,9 @@ def hinged(mu: float, sense: float, **bent: Any) -> Mechanism:
 @pytest.mark.parametrize("bent", [{}, {"elements": 2}])
 @pytest.mark.parametrize("sense", [1.0, -1.0])
 def test_bar_that_bends_on_a_pin(bent: dict[str, Any], sense: float) -> None:
-    """Closed form: a slow rope at the end of a bar carries W (1/2 + s) / (1 + s), s = R sin(phi) / L; W/2 without friction.
+    """Closed form: the rope carries W (1/2 + s) / (1 + s), s = R sin(phi) / L, and W/2 without friction.
 
-    What the sag shortens the bar by, 3e-6, is in both.
+    The sag shortens the bar by 3e-6 of its length in both cases.
     """
     force = [
         float(sd.simulate(hinged(mu, sense, **bent), until=0.5, samples=2, start="static")["rod_force"][-1, 0])
@@ -112,7 +112,7 @@ def test_bar_that_bends_on_a_pin(bent: dict[str, Any], sense: float) -> None:
 
 
 def test_bar_that_bends_and_jams() -> None:
-    """Limit: a friction circle of 4 % of a bar's length jams with 8 modes, not with one, and the cause says so."""
+    """Contract: a friction circle of 4 % of a bar's length jams with 8 modes, not with one, and the cause says so."""
     wide = hinged(0.8, 1.0, modes=8).replace("friction.radius", 0.065)
     cause = sd.simulate(wide, until=1e-3, samples=2, start="static").attrs["cause"]
     assert "no reactions are in balance with friction 'friction'; pins of a flexible bar jam if" in cause
@@ -125,7 +125,7 @@ BENT = {"bending_stiffness": 50.0, "axial_stiffness": 5e4, "damping": 1e-4}
 
 
 def crank_with_friction(*joints: str, mu: float = 0.3) -> Mechanism:
-    """A slider-crank of uniform bars with friction in some pins."""
+    """Return a slider-crank of uniform bars with friction in some pins."""
     crank = sd.slider_crank(crank=0.1, rod=0.3, gravity=G)
     rod = crank.body("rod")
     bodies = tuple(dataclasses.replace(b, inertia=rod.mass * 0.09 / 12.0) if b is rod else b for b in crank.bodies)
@@ -134,14 +134,14 @@ def crank_with_friction(*joints: str, mu: float = 0.3) -> Mechanism:
 
 
 def loaded(mechanism: Mechanism) -> Mechanism:
-    """The same with a payload off the end of the crank."""
+    """Return the mechanism with a payload next to the end of the crank."""
     at = mechanism.body("crank/2")
     heavy = dataclasses.replace(at, mass=at.mass + 0.5, centre=(0.02, 0.03), inertia=(at.inertia or 0.0) + 1e-3)
     return dataclasses.replace(mechanism, bodies=tuple(heavy if body is at else body for body in mechanism.bodies))
 
 
 def on_rollers() -> Mechanism:
-    """A heavy block on two rollers along an arm that bends, with friction in the pin of the arm."""
+    """Return a heavy block on two rollers along an arm that bends, with friction in the pin of the arm."""
     car = sd.Body("car", 2.0, 0.05, {"front": (0.1, 0.0), "rear": (-0.1, 0.0)}, position=(0.6, 0.0), velocity=(1.0, 0.0))
     rollers = tuple(sd.Roller(end, ("car", end), "arm", stiffness=1e4, damping=10.0) for end in ("front", "rear"))
     arm = sd.bar("arm", length=1.0, mass=3.0, angle=0.0)
@@ -152,6 +152,7 @@ def on_rollers() -> Mechanism:
 
 
 def loose() -> Mechanism:
+    """Return a crank of bending bars with friction in two pins and clearance in the third."""
     bent = sd.with_bending(crank_with_friction("ground pin", "crank pin"), ["crank", "rod"], **BENT)
     return bent.with_clearance("slider pin", sd.Clearance(2e-4)).driven(speed=12.0)
 
@@ -168,7 +169,7 @@ MECHANISMS = {
 
 @pytest.mark.parametrize("kind", MECHANISMS)
 def test_reactions_of_bars_that_bend(kind: str) -> None:
-    """Cross-check: reactions within an evaluation are those of the result, which numpy computes from the shapes of the bars."""
+    """Cross-check: the reactions that friction follows are those of the result, which numpy computes from the bars' shapes."""
     run = sd.simulate(MECHANISMS[kind](), until=0.01, samples=9)
     assert run.attrs["status"] == "complete"
     size, joints = np.linalg.norm(run["reaction"].values, axis=2), run["joint"].values.tolist()
@@ -178,7 +179,7 @@ def test_reactions_of_bars_that_bend(kind: str) -> None:
 
 
 def test_payload_on_a_bar_that_bends() -> None:
-    """Identity: without friction the crank pin gives rod and slider their momentum along the guide."""
+    """Identity: without friction the crank pin provides the momentum of rod and slider along the guide."""
     bent = loaded(sd.with_bending(crank_with_friction(), "crank", **BENT)).driven(speed=12.0)
     run = sd.simulate(bent, until=0.01, samples=9)
     momentum = sum(bent.body(name).mass * run["acceleration"].sel(body=name, axis="x") for name in ("rod", "slider"))
@@ -187,7 +188,7 @@ def test_payload_on_a_bar_that_bends() -> None:
 
 
 def test_stiff_bars() -> None:
-    """Limit: what pins of bars that bend dissipate goes to that of rigid bars with 1/EI; but for vibrations."""
+    """Order of convergence: the friction loss with bending bars approaches that of rigid bars as 1/EI."""
     crank, move = crank_with_friction(*ALL), sd.Cycloidal(0.5, 2.0, 0.2)
     options = {"until": 0.2, "samples": 2, "rtol": 1e-8, "atol": 1e-9}
     rigid, beyond = float(sd.simulate(crank.driven(move), **options)["dissipated_energy"][-1]), []

@@ -1,4 +1,4 @@
-"""Latches that lock in a driven mechanism: the plastic loss, and the work that the drives do by impulses."""
+"""Latches that lock in a driven mechanism: the plastic loss, and the impulsive work of the drives."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ GROUND = (("O", (0.0, 0.0)),)
 
 
 def chain(length: np.ndarray, mass: np.ndarray, angle: np.ndarray, **parts: object) -> sd.Mechanism:
-    """Bars one after another from a bearing on the ground."""
+    """Return bars in a row from a pin on the ground."""
     bodies, joints, place = [], [], np.zeros(2)
     for k, name in enumerate(("crank", "rod", "blade")[: len(length)]):
         bodies.append(sd.bar(name, length=length[k], mass=mass[k], angle=angle[k], position=tuple(place)))
@@ -29,19 +29,19 @@ def chain(length: np.ndarray, mass: np.ndarray, angle: np.ndarray, **parts: obje
 
 
 def folding(speed: float = 6.0) -> sd.Mechanism:
-    """A crank at constant speed with a rod, which a latch locks to it."""
+    """Return a crank at constant speed with a rod, which a latch locks to it."""
     catch = sd.Latch("catch", "rod", base="crank", angle=-0.6)
     two = chain(np.array([0.5, 0.4]), np.array([1.0, 1.0]), np.array([0.0, 0.3]), latches=(catch,))
     return two.driven(body="crank", speed=speed)
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_a_latch_on_a_driven_crank(method: str) -> None:
-    """Closed form: the rod's momentum balance about the pin, the crank's about its bearing at a prescribed speed W.
+def test_latch_on_a_driven_crank(method: str) -> None:
+    """Closed form: the rod's angular momentum about the pin, and the crank's about its bearing at a prescribed speed W.
 
-    With the jump w of the rod's angular velocity the latch has the angular impulse m l^2 w/3, the pin m l w/2 across the
-    rod; the drive takes up both, W w (m l^2/3 + m a l cos(phi)/2). The rod's motion before is its own equation, solved by
-    scipy.
+    A jump w of the rod's angular velocity means an angular impulse m l^2 w/3 in the latch and an impulse m l w/2 in the pin,
+    across the rod. The drive takes up both: its work is W w (m l^2/3 + m a l cos(phi)/2). Scipy solves the rod's equation
+    of motion before the impact.
     """
     run = sd.simulate(folding(), until=0.2, method=method, samples=101, **TIGHT)
     speed, a, l = 6.0, 0.5, 0.4
@@ -68,10 +68,10 @@ def test_a_latch_on_a_driven_crank(method: str) -> None:
 
 
 @pytest.mark.parametrize("speed", [1.5, -2.0])
-def test_a_latch_on_a_base_that_a_jack_moves(speed: float) -> None:
-    """Closed form: a bar under a cart on a jack locks against the ground; the jack has the pin's impulse along its direction.
+def test_latch_on_a_base_moved_by_a_jack(speed: float) -> None:
+    """Closed form: a bar under a cart on a jack locks against the ground; the jack takes the pin's impulse along its direction.
 
-    The bar's jump w of angular velocity gives its mass centre l w/2 across it, so the pin carries m l w/2.
+    A jump w of the bar's angular velocity changes its mass centre's velocity by l w/2, so the pin carries m l w/2.
     """
     cart = sd.point_mass("cart", mass=3.0, position=(1.0, 0.0))
     bar = sd.bar("rod", length=0.8, mass=2.0, angle=-0.4, position=(1.0, 0.0))
@@ -94,7 +94,7 @@ def test_a_latch_on_a_base_that_a_jack_moves(speed: float) -> None:
 
 @pytest.mark.parametrize("seed", range(6))
 def test_latches_in_random_driven_chains(seed: int) -> None:
-    """Cross-check by a second formulation: momentum balance in coordinates of mass centres; one or two bars are driven."""
+    """Second formulation: momentum balance in coordinates of mass centres, with one or two driven bars."""
     random = np.random.default_rng(seed)
     length, mass = random.uniform(0.2, 0.6, 3), random.uniform(0.5, 3.0, 3)
     angle, drives = random.uniform(-1.0, 1.0, 3), {0: float(random.uniform(-6.0, 6.0))}
@@ -118,7 +118,7 @@ def test_latches_in_random_driven_chains(seed: int) -> None:
 
 
 def test_measures_contain_the_impulses() -> None:
-    """Identity: the work of the drives among the measures of many runs, and per cycle, is that of the run."""
+    """Identity: the drive work of a batch and of a cycle includes the impulses, as that of the run."""
     run = sd.simulate(folding(), until=0.2)
     many = sd.simulate_many(folding(), {"gravity": [9.81]}, until=0.2, measures=("drive_work",))
     assert float(many["drive_work"][0]) == pytest.approx(float(run["drive_work"][-1]), rel=1e-6)

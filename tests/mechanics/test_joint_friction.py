@@ -1,4 +1,4 @@
-"""Friction in ideal pins and guides that follows the reaction: closed forms, presliding, a second formulation, jams, energy."""
+"""Friction that follows the reaction of ideal pins and guides: closed forms, presliding, a second formulation, jams, energy."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ ORIGIN = (("O", (0.0, 0.0)),)
 
 
 def journal(friction: sd.PinFriction | sd.PinLuGre, *more: Any, **start: Any) -> Mechanism:
-    """A disc of 3 kg on a pin with friction."""
+    """Return a disc of 3 kg on a pin with friction."""
     disc = sd.Body("disc", mass=3.0, inertia=0.02, points={"middle": (0.0, 0.0)}, **start)
     pin = sd.Revolute("pin", ("disc", "middle"), ("ground", "O"))
     return Mechanism((disc,), joints=(pin,), components=(friction, *more), ground=ORIGIN, gravity=G)
 
 
 def rubbing(mu: float, radius: float) -> sd.PinFriction:
-    """Coulomb's friction in the pin of the disc."""
+    """Return Coulomb friction in the pin of the disc."""
     return sd.PinFriction("friction", "disc", radius, mu, transition=1e-7)
 
 
 def bristles(**friction: float) -> sd.PinLuGre:
-    """Bristles in the pin of the disc."""
+    """Return bristle friction in the pin of the disc."""
     return sd.PinLuGre("friction", "disc", RADIUS, **friction)
 
 
@@ -44,7 +44,7 @@ LOAD = sd.Force("load", ("disc", "middle"), (40.0, -100.0))
 
 @pytest.mark.parametrize("mu", [0.05, 0.3, 1.2])
 def test_loaded_journal(mu: float) -> None:
-    """Closed form: the torque W R sin(phi) touches the friction circle."""
+    """Closed form: the reaction touches the friction circle, so that the torque is W R sin(phi)."""
     run = sd.simulate(journal(rubbing(mu, 0.02), LOAD).driven(speed=5.0, body="disc"), until=0.1, samples=3)
     load = math.hypot(40.0, 100.0 + 3.0 * G)
     np.testing.assert_allclose(run["drive_torque"], load * 0.02 * math.sin(math.atan(mu)), rtol=1e-14)
@@ -52,7 +52,7 @@ def test_loaded_journal(mu: float) -> None:
 
 
 def test_disc_runs_down() -> None:
-    """Closed form: constant deceleration."""
+    """Closed form: the deceleration is constant."""
     run = sd.simulate(journal(rubbing(0.2, 0.01), LOAD, angular_velocity=20.0), until=1.0, samples=11, **TIGHT)
     torque = math.hypot(40.0, 100.0 + 3.0 * G) * 0.01 * math.sin(math.atan(0.2))
     np.testing.assert_allclose(run["angular_velocity"][:, 0], 20.0 - torque / 0.02 * run["time"], rtol=1e-9)
@@ -61,7 +61,7 @@ def test_disc_runs_down() -> None:
 
 
 def wedge(alpha: float, mu: float, speed: float, surfaces: tuple[str, ...] = ("floor", "wall", "incline")) -> Mechanism:
-    """A wedge that a rod pushes below a load of 500 N, which a wall guides."""
+    """Return a wedge that a rod pushes under a load of 500 N, which a wall guides."""
     slider = sd.Body("wedge", mass=WEDGE, inertia=1e-4, points={"c": (0.0, 0.0)})
     load = sd.Body("load", mass=500.0 / G, inertia=None, points={"c": (0.0, 0.0)})
     guides = (
@@ -92,14 +92,14 @@ def test_wedge(alpha: float, mu: float, sense: float) -> None:
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])
 def test_screw_jack(sense: float) -> None:
-    """Closed form: the thread unrolled, W tan(lead + phi) to raise, W tan(phi - lead) to lower a self-locking screw."""
+    """Closed form: an unrolled thread needs W tan(lead + phi) to raise and W tan(phi - lead) to lower a self-locking screw."""
     lead, mu = math.radians(4.0), 0.12
     run = sd.simulate(wedge(lead, mu, 0.01 * sense, ("incline",)), until=0.1, samples=3)
     np.testing.assert_allclose(-run["rod_force"][:, 0], 500.0 * math.tan(lead + sense * math.atan(mu)), rtol=2e-9)
 
 
 def test_wedge_that_jams() -> None:
-    """Limit: at alpha + 2 phi = 90 deg the force grows without limit; beyond it the run names the jam."""
+    """Limit: at alpha + 2 phi = 90 deg the force is infinite; beyond it the cause names the jam."""
     alpha = math.radians(40.0)
     nearly, beyond = (math.tan(math.radians(25.0 + more)) for more in (-0.01, 0.01))
     run = sd.simulate(wedge(alpha, nearly, 0.01), until=0.1, samples=3)
@@ -114,7 +114,7 @@ def test_wedge_that_jams() -> None:
 
 
 def sideways(mu: float, friction: Callable[..., Any]) -> Mechanism:
-    """A drawer of 0.4 m that is pulled 0.2 m aside of its guide."""
+    """Return a drawer of 0.4 m that is pulled 0.2 m off its guide."""
     box = sd.Body("box", mass=2.0, inertia=0.05, points={"c": (0.0, 0.0), "pull": (0.0, 0.2)})
     rod = sd.Rod("hand", ("ground", "far"), ("box", "pull"), motion=sd.Polynomial((2.0, 0.1)))
     rails = friction("friction", ("ground", "O"), ("box", "c"), 0.0, mu, length=0.4)
@@ -130,7 +130,7 @@ def sideways(mu: float, friction: Callable[..., Any]) -> Mechanism:
 
 @pytest.mark.parametrize(("friction", "since"), [(partial(sd.GuideFriction, transition=1e-7), 0), (sd.GuideLuGre, 1)])
 def test_drawer(friction: Callable[..., Any], since: int) -> None:
-    """Closed form: pulled aside of its rails F = P/(1 - 2 mu a/l), once bristles are bent; it jams from 2 mu a = l on."""
+    """Closed form: F = P/(1 - 2 mu a/l) when pulled off its rails, once bristles are bent; it jams from 2 mu a = l on."""
     run = sd.simulate(sideways(0.3, friction), until=0.1, samples=3)
     np.testing.assert_allclose(-run["rod_force"][since:, 0], 30.0 / (1.0 - 2.0 * 0.3 * 0.2 / 0.4), rtol=1e-9)
     jammed = sd.simulate(sideways(1.1, friction), until=0.1, samples=3)
@@ -141,7 +141,7 @@ PINS = (("ground pin", "crank", "ground"), ("crank pin", "rod", "crank"), ("slid
 
 
 def rubbing_crank(mu: float, transition: float = 1e-3) -> Mechanism:
-    """A slider-crank with friction in its pins and its guide."""
+    """Return a slider-crank with friction in its pins and its guide."""
     crank = sd.slider_crank(crank=0.1, rod=0.3, gravity=G)
     pins = [sd.PinFriction(joint, body, 0.012, mu, base=base, transition=transition) for joint, body, base in PINS]
     guide = sd.GuideFriction("guide", ("ground", "origin"), ("slider", "centre"), 0.0, mu, transition=transition)
@@ -149,27 +149,27 @@ def rubbing_crank(mu: float, transition: float = 1e-3) -> Mechanism:
 
 
 def crank_with_bristles() -> Mechanism:
-    """A slider-crank with bristles in its pins."""
+    """Return a slider-crank with bristle friction in its pins."""
     crank = sd.slider_crank(crank=0.1, rod=0.3, gravity=G)
     pins = tuple(sd.PinLuGre(joint, body, 0.012, 0.2, base=base, static=0.3) for joint, body, base in PINS)
     return dataclasses.replace(crank, components=pins)
 
 
 def spinning(crank: Mechanism) -> Mechanism:
-    """The same whose crank starts at 30 rad/s."""
+    """Return the mechanism with an initial crank speed of 30 rad/s."""
     bodies = (dataclasses.replace(b, angular_velocity=30.0) if b.name == "crank" else b for b in crank.bodies)
     return dataclasses.replace(crank, bodies=tuple(bodies))
 
 
 def assert_reactions(run: Any, part: str, rtol: float) -> None:
-    """The reactions that friction follows are those of the result."""
+    """Compare the reactions that friction follows with those of the result."""
     size, joints = np.linalg.norm(run["reaction"].values, axis=2), run["joint"].values.tolist()
     for k, joint in enumerate(run[part].values.tolist()):
         np.testing.assert_allclose(run[f"{part}_reaction"][:, k], size[:, joints.index(joint)], rtol=rtol)
 
 
 def torque_by_hand(crank: Mechanism, angle: float, speed: float, mu: float, radius: float, transition: float) -> float:
-    """Newton and Euler for each body with x, y, torque of the crank as unknowns, friction by successive substitution."""
+    """Solve Newton's and Euler's equations of each body for the crank torque, with friction by successive substitution."""
     a, l = 0.1, 0.3
     m1, m2, m3 = (crank.body(name).mass for name in ("crank", "rod", "slider"))
     j2 = crank.body("rod").inertia
@@ -211,7 +211,7 @@ def torque_by_hand(crank: Mechanism, angle: float, speed: float, mu: float, radi
 
 @pytest.mark.parametrize("mu", [0.0, 0.15, 0.4])
 def test_slider_crank_by_newton_and_euler(mu: float) -> None:
-    """Cross-check by a second formulation: balances of each body, friction by successive substitution."""
+    """Second formulation: balances of each body, friction by successive substitution."""
     crank = rubbing_crank(mu)
     run = sd.simulate(crank.driven(speed=12.0), until=0.5, samples=41, **TIGHT)
     by_hand = [torque_by_hand(crank, angle, 12.0, mu, 0.012, 1e-3) for angle in run["angle"].sel(body="crank").values.tolist()]
@@ -242,13 +242,13 @@ def test_free_motion_of_explicit_and_implicit_steps(
 
 
 def test_balance_of_reactions() -> None:
-    """Identity: the reactions that friction follows are those of the result, in a crank that is driven."""
+    """Identity: in a driven crank friction follows the reactions of the result."""
     run = sd.simulate(rubbing_crank(0.3).driven(speed=12.0), until=0.5, samples=21, **TIGHT)
     assert_reactions(run, "pin_friction", 1e-10)
 
 
-def test_beside_an_open_contact() -> None:
-    """Identity: a contact that is open presses on no pin, whatever was evaluated before."""
+def test_friction_next_to_an_open_contact() -> None:
+    """Identity: an open contact exerts no force on a pin, independent of earlier evaluations."""
     crank = rubbing_crank(0.3, transition=0.05).with_clearance("slider pin", sd.Clearance(2e-5))
     loose = dataclasses.replace(crank, components=tuple(part for part in crank.components if part.name != "slider pin"))
     run = sd.simulate(loose.driven(speed=12.0), until=0.05, samples=41)
@@ -272,13 +272,14 @@ def test_beside_an_open_contact() -> None:
     ],
 )
 def test_refused(part: Any, text: str) -> None:
+    """Contract: friction where no ideal joint is refused, and the error lists the joints."""
     crank = dataclasses.replace(sd.slider_crank(crank=0.1, rod=0.3), components=(part,))
     with pytest.raises(sd.InputError, match=text):
         sd.simulate(crank, until=0.1)
 
 
-def test_refused_beside_other_parts() -> None:
-    """Contract: hard contact is refused by name."""
+def test_hard_contact_with_friction_is_refused() -> None:
+    """Contract: friction in joints together with hard contact is refused by name."""
     crank = rubbing_crank(0.1)
     hard = crank.with_clearance("slider pin", sd.Clearance(1e-4, contact="hard"))
     frictions = tuple(part for part in hard.components if part.name != "slider pin")
@@ -289,7 +290,7 @@ def test_refused_beside_other_parts() -> None:
 
 
 def test_is_the_limit_of_a_small_clearance() -> None:
-    """Second model: the contact of a journal that rubs in its bearing, which knows nothing of reactions."""
+    """Second formulation: a journal with friction in a bearing of small clearance."""
     bar, friction = (
         sd.bar("bar", length=1.0, mass=2.0, angle=-0.3),
         sd.PinFriction("friction", "bar", 0.01, 0.3, transition=1e-4),
@@ -306,7 +307,7 @@ def test_is_the_limit_of_a_small_clearance() -> None:
 
 
 def test_batch_is_the_runs() -> None:
-    """Identity: cases of a batch are the single runs bit for bit, whatever was evaluated before them."""
+    """Identity: cases of a batch equal single runs bit for bit, independent of earlier evaluations."""
     crank, values = spinning(rubbing_crank(0.15, transition=0.02)), [0.1, 0.3]
     batch = sd.simulate_many(crank, {"ground pin.kinetic": values}, until=0.1, measures=["damper_loss", "steps"])
     runs = [sd.simulate(crank.replace("ground pin.kinetic", mu), until=0.1) for mu in values]
@@ -327,7 +328,7 @@ def test_steady_sliding(speed: float) -> None:
 
 
 def test_soft_bristles() -> None:
-    """Closed form: at a speed from rest on friction grows as g (1 - exp(-sigma_0 x / g)), and vanishes with sigma_0."""
+    """Closed form: at constant speed from rest friction grows as g (1 - exp(-sigma_0 x / g))."""
     friction = bristles(kinetic=0.3, bristle_stiffness=50.0, bristle_damping=0.0)
     run = sd.simulate(journal(friction).driven(speed=5.0, body="disc"), until=0.2, samples=9, **FINE)
     ratio = 0.3 * (1.0 - np.exp(-50.0 * RADIUS * 5.0 * run["time"].values / 0.3))
@@ -336,7 +337,7 @@ def test_soft_bristles() -> None:
 
 @pytest.mark.parametrize("share", [0.1, 0.5, 0.95])
 def test_presliding(share: float) -> None:
-    """Closed form: a slow torque below breakaway turns the pin by -mu_s/(sigma_0 R) ln(1 - tan(phi)/mu_s), and it stays."""
+    """Closed form: a slow torque below breakaway turns the pin by -mu_s/(sigma_0 R) ln(1 - tan(phi)/mu_s), where it stays."""
     torque = share * WEIGHT * RADIUS * math.sin(math.atan(0.3))
     load = sd.Torque("load", "disc", torque, time_function=sd.Cycloidal(0.0, 1.0, 2.0))
     run = sd.simulate(journal(bristles(kinetic=0.2, static=0.3), load), until=3.0, samples=4)
@@ -358,7 +359,7 @@ def test_breakaway() -> None:
 
 
 def test_stiff_bristles() -> None:
-    """Order of convergence: a disc runs down as by Coulomb's friction, with an error as 1/sigma_0; energy closes."""
+    """Order of convergence: a disc runs down as with Coulomb friction, up to an error of 1/sigma_0; energy closes."""
     torque, errors = WEIGHT * RADIUS * math.sin(math.atan(0.2)), []
     for stiffness in (1e4, 1e5):
         friction = bristles(kinetic=0.2, bristle_stiffness=stiffness, bristle_damping=0.0)
@@ -370,7 +371,7 @@ def test_stiff_bristles() -> None:
 
 
 def pulled(**friction: float) -> Mechanism:
-    """A block of 1 kg on a floor, pulled by a spring of 1 N/mm whose end moves at 2 mm/s."""
+    """Return a block of 1 kg on a floor, pulled by a spring of 1 N/mm whose end moves at 2 mm/s."""
     block, hand = sd.point_mass("block", mass=1.0, position=(0.0, 0.0)), sd.point_mass("hand", mass=1.0, position=(1.0, 0.0))
     guides = (sd.Guide("floor", ("block", "centre")), sd.Guide("rail", ("hand", "centre")))
     pull = sd.CoordinateDrive("pull", sd.Slide(("hand", "centre")), sd.Polynomial((1.0, 2e-3)))
@@ -380,7 +381,7 @@ def pulled(**friction: float) -> Mechanism:
 
 
 def test_stick_slip() -> None:
-    """Closed form: slip is half an oscillation about mu_k N, from F to 2 mu_k N - F; F goes to mu_s N with sigma_0."""
+    """Closed form: slip is half an oscillation about mu_k N, from F to 2 mu_k N - F; F approaches mu_s N with sigma_0."""
     breakaway = []
     for stiffness in (1e5, 1e6):
         bristles = {"bristle_stiffness": stiffness, "bristle_damping": math.sqrt(stiffness)}
@@ -412,7 +413,7 @@ def test_block_on_an_incline(slope: float, holds: bool) -> None:
 
 
 def test_rest_and_statics() -> None:
-    """Limit: in equilibrium bristles exert nothing; in a slow motion they are Coulomb's friction."""
+    """Contract: statics treats bristles as Coulomb friction; from static equilibrium a crank with bristles stays at rest."""
     crank = crank_with_bristles()
     coulomb = dataclasses.replace(crank, components=tuple(part.without_bristles() for part in crank.components))  # type: ignore[attr-defined]
     drive = sd.Cycloidal(0.5, 2.0, 1.0)

@@ -1,4 +1,4 @@
-"""The step matrix and the time derivative against numerical differentiation of the right-hand side."""
+"""The step matrix and the time derivative, compared with numerical differentiation of the right-hand side."""
 
 from dataclasses import replace
 
@@ -18,7 +18,7 @@ from scissordyn.model.scissor import scissor
 
 
 def array(joint, units, slip="surfaces", **laws):
-    """An array that moves, with a joint with friction."""
+    """Return a moving array with a clearance joint with friction."""
     drive = Harmonic(mean=0.5, amplitude=0.3, angular_frequency=40.0, phase=0.2)
     arm = scissor(units=units, angle=0.5 + 0.3 * np.sin(0.2)).driven(drive)
     return arm.with_clearance(joint, Clearance(5e-4, **{"friction": LuGre(0.1)} | laws, slip=slip))
@@ -29,7 +29,7 @@ def array(joint, units, slip="surfaces", **laws):
 )
 @pytest.mark.parametrize("step", [1e-7, 1e-5, 1e-3])
 def test_step_matrix_is_the_derivative(joint, units, step):
-    """Cross-check: W^-1 r from the structured solve equals that of a differenced Jacobian (relative error of differences)."""
+    """Cross-check: W^-1 r from the structured solve equals that of a differenced Jacobian, to the error of differences."""
     handle, state = touching(array(joint, units), 7)
     check_step_matrix(handle, state, step, increments(handle, state))
 
@@ -38,7 +38,7 @@ def test_step_matrix_is_the_derivative(joint, units, step):
 @pytest.mark.parametrize("speed", [0.0, 1e-3])
 @pytest.mark.parametrize("step", [1e-7, 1e-5, 1e-3])
 def test_step_matrix_of_contacts_that_are_loaded(joint, speed, step):
-    """Cross-check: the same where the reference speed of damping depends on indentation and rate."""
+    """Cross-check: step matrix where the reference speed of damping depends on indentation and its rate."""
     handle, state = touching(array(joint, 2), 7)
     content = handle.content
     content.state.memory[:], content.state.mass[:] = speed, 0.7
@@ -50,7 +50,7 @@ def test_step_matrix_of_contacts_that_are_loaded(joint, speed, step):
 
 @pytest.mark.parametrize("joint", ["A", "unit 1/pivot"])
 def test_step_matrix_with_the_slip_of_contact_points(joint):
-    """Cross-check: the same where the slip speed is e'.t delta/|e|."""
+    """Cross-check: step matrix where the slip speed is e'.t delta/|e|."""
     handle, state = touching(array(joint, 2, "contact-points"), 7)
     check_step_matrix(handle, state, 1e-5, increments(handle, state))
 
@@ -58,7 +58,7 @@ def test_step_matrix_with_the_slip_of_contact_points(joint):
 @pytest.mark.parametrize("friction", [NoFriction(), LuGre(0.1)])
 @pytest.mark.parametrize("step", [1e-7, 1e-5, 1e-3])
 def test_step_matrix_with_states_of_the_normal_force(friction, step):
-    """Cross-check: the same where surfaces relax, with and without bristles beside."""
+    """Cross-check: step matrix where surfaces relax, with and without bristles."""
     handle, state = touching(array("A", 2, damping=StandardLinearSolid(1.5, 3e-4), friction=friction), 7)
     state[-1] = 40.0
     sizes = increments(handle, state)
@@ -70,7 +70,7 @@ def test_step_matrix_with_states_of_the_normal_force(friction, step):
 @pytest.mark.parametrize("damped", [False, True])
 @pytest.mark.parametrize("step", [1e-7, 1e-5, 1e-3])
 def test_step_matrix_with_eliminated_unknowns(units, damped, step):
-    """Cross-check: the same where bristles, and multipliers with a coordinate each, are eliminated before the band is made."""
+    """Cross-check: step matrix where bristles and pairs of multiplier and coordinate are eliminated before the band."""
     arm = scissor(units=units, angle=0.6).with_clearance("all", Clearance(5e-4, friction=LuGre(0.1)))
     if damped:  # a state of a component, and one body that is moved by a time function
         clutch = Clutch("clutch", "unit 1/bar 1", 20.0, base="unit 1/bar 2", yield_angle=2e-3)

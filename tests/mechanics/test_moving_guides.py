@@ -1,4 +1,4 @@
-"""Guides that moving bodies carry: the reactions on follower and guide, and the positions at which a mechanism closes."""
+"""Guides on moving bodies: the reactions on follower and guide, and the positions at which a mechanism closes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ OFFSET = 0.12
 
 
 def slotted(*, aligned: bool, direction: float, spin: float = 4.0) -> sd.Mechanism:
-    """An arm on a pin that carries a slot beside its axis or across it, with a follower in it; nothing drives them."""
+    """Return a free arm on a pin with a slot parallel or oblique to its axis, and a follower in the slot."""
     arm = sd.bar("arm", length=1.0, mass=1.5, angle=0.3)
     arm = sd.Body(**{**arm.__dict__, "angular_velocity": spin})
     turn = np.array([[math.cos(0.3), -math.sin(0.3)], [math.sin(0.3), math.cos(0.3)]])
@@ -36,9 +36,9 @@ def slotted(*, aligned: bool, direction: float, spin: float = 4.0) -> sd.Mechani
 @pytest.mark.parametrize("direction", [0.0, 0.7])
 @pytest.mark.parametrize("aligned", [False, True])
 def test_reactions_on_both_bodies(aligned: bool, direction: float, method: str) -> None:
-    """Closed form: Newton and Euler for each body: the follower has the slot's force, the arm its opposite at that place.
+    """Closed form: Newton and Euler for each body; the follower has the slot's force, the arm its opposite at the same point.
 
-    The pin carries what is left of the momentum of both; about the pin the follower's weight and force balance the arm's spin.
+    The pin carries the rest of the momentum; about the pin, weight and the follower's force balance the arm's spin.
     """
     run = sd.simulate(slotted(aligned=aligned, direction=direction), until=0.4, method=method, **TIGHT)
     acceleration = run["acceleration"].values
@@ -63,7 +63,7 @@ def test_reactions_on_both_bodies(aligned: bool, direction: float, method: str) 
 
 
 def quick_return(turn: float, speed: float = 2.0) -> sd.Mechanism:
-    """A crank whose pin slides in a slot beside the axis of a lever that turns about a lower pivot."""
+    """Return a crank whose pin slides in a slot of a lever that turns about a lower pivot."""
     r, d = 0.2, 0.5
     crank = sd.bar("crank", length=r, mass=1.0, angle=turn)
     lever = sd.bar("lever", length=1.0, mass=2.0, angle=lever_angle(turn), position=(0.0, -d))
@@ -78,12 +78,12 @@ def quick_return(turn: float, speed: float = 2.0) -> sd.Mechanism:
 
 
 def lever_angle(turn: float) -> float:
-    """The line at a distance to the left of the pivot passes through the crank's pin: atan2 - arcsin(offset/distance)."""
+    """Return the angle at which the slot's line passes through the crank's pin: atan2 - arcsin(offset/distance)."""
     x, y = 0.2 * math.cos(turn), 0.5 + 0.2 * math.sin(turn)
     return math.atan2(y, x) - math.asin(OFFSET / math.hypot(x, y))
 
 
-def test_a_quick_return() -> None:
+def test_quick_return() -> None:
     """Closed form: the lever's angle over more than a turn of the crank."""
     run = sd.simulate(quick_return(0.3), until=4.0, samples=41)
     exact = [lever_angle(0.3 + 2.0 * t) for t in run["time"].values]

@@ -21,7 +21,7 @@ from scissordyn.run.simulate import simulate
 
 
 def floating(clearance):
-    """A block in a channel of a body that floats freely, tumbles, and is pushed by nothing."""
+    """Return a block in a channel of a body that floats and tumbles freely."""
     block = Body("block", 2.0, 4e-3, {"guided": (0.01, -0.02)}, centre=(0.02, 0.01), position=(0.03, 0.02), angle=0.4)
     frame = Body("frame", 5.0, 0.05, {"end": (0.3, 0.0)}, centre=(0.1, -0.03), position=(-0.1, 0.05), angle=-0.3)
     frame = dataclasses.replace(frame, velocity=(0.2, -0.1), angular_velocity=3.0)
@@ -31,7 +31,7 @@ def floating(clearance):
 
 
 def crank_and_block(clearance):
-    """A slider-crank whose slider is a block in a channel."""
+    """Return a slider-crank whose slider is a block in a channel."""
     linkage = slider_crank(gravity=9.81, angle=0.5, slider_inertia=2e-5)
     drive = Harmonic(mean=0.5 - 0.3 * np.sin(0.2), amplitude=0.3, angular_frequency=20.0, phase=0.2)
     return linkage.driven(drive).with_clearance("guide", clearance)
@@ -46,7 +46,7 @@ BLOCK = GuideClearance(5e-4, length=0.06, width=0.03, corner_radius=3e-3, fricti
 @pytest.mark.parametrize("describe", [floating, crank_and_block])
 @pytest.mark.parametrize("step", [1e-7, 1e-5, 1e-3])
 def test_step_matrix_is_the_derivative(describe, step):
-    """Cross-check: W^-1 r from the structured solve equals that of a differenced Jacobian (relative error of differences)."""
+    """Cross-check: W^-1 r from the structured solve equals that of a differenced Jacobian, to the error of differences."""
     handle, state = two_touching(describe(BLOCK), 7)
     check_step_matrix(handle, state, step, increments(handle, state))
 
@@ -58,7 +58,7 @@ def test_time_derivative():
 
 
 def test_rate_of_the_gap_is_its_derivative():
-    """Contract: delta' of each corner is the change of delta along the motion (error of central differences)."""
+    """Cross-check: delta' of each corner is the central difference of delta along the motion."""
     handle, state = two_touching(floating(BLOCK), 5)
     n = handle.content.model.n
     gap, rate = np.zeros(4), np.zeros(4)
@@ -72,8 +72,8 @@ def test_rate_of_the_gap_is_its_derivative():
     np.testing.assert_allclose(rate, (ends[0] - ends[1]) / (2.0 * h), rtol=1e-7, atol=1e-9)
 
 
-def test_a_floating_guide_keeps_momenta():
-    """Identity: nothing from outside acts, so both momenta stay and energy goes where damping and friction take it."""
+def test_floating_guide_keeps_momenta():
+    """Identity: without outer forces both momenta are constant, and damping and friction account for the energy."""
     mechanism = floating(dataclasses.replace(BLOCK, clearance=1e-3, stiffness=PowerLaw(1e8, 1.5), friction=Threlfall(0.1)))
     run = simulate(mechanism, until=0.3, rtol=1e-9, atol=1e-9)
     assert run.attrs["status"] == "complete"
@@ -92,8 +92,8 @@ def test_a_floating_guide_keeps_momenta():
     assert np.max(np.abs(run["energy_residual"].values)) < 1e-9 * run["kinetic_energy"].values[0]
 
 
-def test_reactions_keep_the_balance_on_the_guides_body():
-    """Identity: the forces of the corners on both bodies account for their accelerations (Newton and Euler)."""
+def test_reactions_balance_the_body_of_the_guide():
+    """Identity: the forces of the corners account for the accelerations of both bodies."""
     mechanism = floating(dataclasses.replace(BLOCK, stiffness=PowerLaw(1e7, 1.5), friction=Threlfall(0.3)))
     run = simulate(mechanism, until=0.05)
     force = run["reaction"].sel(joint="channel").values

@@ -1,4 +1,4 @@
-"""Each port by itself: rates, gradients, curvature, and the work of its forces, against differences of what it senses."""
+"""Each port alone: rates, gradients, curvature and the work of its forces, compared with differences of its coordinates."""
 
 import math
 
@@ -18,7 +18,7 @@ SEEDS = range(3)
 
 
 def at(seed):
-    """Maps u, a, b with unit directions, and their rates as two rotating bodies have them: with the speeds of both."""
+    """Return maps u, a, b with unit directions, their rates as those of two rotating bodies, and both speeds."""
     rng = np.random.default_rng(seed)
     first, second = rng.uniform(-3.0, 3.0, 2)
     speeds = rng.normal(size=2)
@@ -29,7 +29,7 @@ def at(seed):
 
 
 def sensed(name, maps, rates):
-    """Coordinates and rates of a port at any maps; the angle is that from b to a."""
+    """Return coordinates and rates of a port; the angle is that from b to a."""
     port, module = PORTS[name]
     q, v = np.zeros(4), np.zeros(4)
     _, _, ax, ay, bx, by = maps
@@ -39,7 +39,7 @@ def sensed(name, maps, rates):
 
 
 def slopes(function, x, h=1e-6):
-    """Central differences, shape (results, arguments)."""
+    """Return central differences, shape (results, arguments)."""
     columns = []
     for c in range(x.size):
         up, down = x.copy(), x.copy()
@@ -50,7 +50,7 @@ def slopes(function, x, h=1e-6):
 
 
 def gradients(name, maps, rates):
-    """Of coordinates and of rates by the maps, as the port says."""
+    """Return the port's gradients of coordinates and of rates by the maps."""
     port, module = PORTS[name]
     G, R = np.zeros((4, 6)), np.zeros((4, 6))
     module.gradients((*maps, *rates), G, R)
@@ -62,7 +62,7 @@ def gradients(name, maps, rates):
 def test_gradients(name, seed):
     """Cross-check: analytic gradients of coordinates and of rates by the maps equal central differences.
 
-    An angle is differenced on unit directions only: along each map's own circle, and its radial part is none.
+    An angle depends on directions only: its gradient along the radius of a map is zero.
     """
     maps, rates, _ = at(seed)
     G, R = gradients(name, maps, rates)
@@ -77,7 +77,7 @@ def test_gradients(name, seed):
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("name", PORTS)
 def test_forces_do_the_work_of_their_coordinates(name, seed):
-    """Contract: forces on the maps are the gradients times the port's forces, a tension's against its length."""
+    """Identity: forces on the maps are the gradients times the port's forces; a tension counts against its length."""
     port, module = PORTS[name]
     maps, rates, speeds = at(seed)
     out = np.random.default_rng(seed + 10).normal(size=4)
@@ -97,7 +97,7 @@ def test_forces_do_the_work_of_their_coordinates(name, seed):
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("name", PORTS)
 def test_curvature(name, seed):
-    """Cross-check: what the maps' forces change while the port's own stay equals central differences."""
+    """Cross-check: the change of the maps' forces at constant port forces equals central differences."""
     _, module = PORTS[name]
     maps, rates, _ = at(seed)
     out = np.random.default_rng(seed + 20).normal(size=4)
@@ -111,8 +111,8 @@ def test_curvature(name, seed):
     assert pytest.approx(slopes(forces, maps), abs=1e-8) == K - 1.0
 
 
-def test_a_line_without_length():
-    """Limit: at no distance there is no direction and no force; the rate is the speed at which the points part."""
+def test_line_without_length():
+    """Limit: at zero distance there is no direction and no force; the rate is the speed at which the points separate."""
     maps, rates = np.array([0.0, 0.0, 1.0, 0.0, 1.0, 0.0]), np.array([0.3, -0.4, 0.0, 0.0, 0.0, 0.0])
     q, v = sensed("line", maps, rates)
     assert (q[0], v[0]) == (0.0, pytest.approx(0.5))
@@ -126,8 +126,8 @@ def test_a_line_without_length():
 
 
 @pytest.mark.parametrize("name", PORTS)
-def test_declared_start_is_what_is_sensed(name):
-    """Cross-check: coordinates from points and angles as placed equal those sensed on the maps that the port asks for."""
+def test_coordinates_at_the_start(name):
+    """Cross-check: coordinates from placed points and angles equal those sensed on the maps of the port."""
     from types import SimpleNamespace
 
     port, _ = PORTS[name]

@@ -1,4 +1,4 @@
-"""The step matrix with reactions that friction follows, against differences of the right-hand side; steps that it saves."""
+"""The step matrix with friction that follows reactions, compared with differences of the right-hand side."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MU = {"radius": 0.02, "kinetic": 0.3}
 
 
 def arm(driven: bool, **friction: float) -> Mechanism:
-    """A scissor arm of two units with friction in its ideal pins, its tip on a spring; driven with a loose joint, or free."""
+    """Return an arm with friction in its ideal pins and a spring at its tip; driven with a loose joint, or free."""
     array = sd.scissor(units=2, angle=0.6)
     tip = next(iter(array.body("unit 2/bar 1").points))
     spring = sd.Spring("spring", ("ground", "origin"), ("unit 2/bar 1", tip), stiffness=300.0, free_length=1.0)
@@ -28,7 +28,7 @@ def arm(driven: bool, **friction: float) -> Mechanism:
 
 
 def crank(driven: bool, **friction: float) -> Mechanism:
-    """A slider-crank with friction in pins, its closure kept by quadratic constraints."""
+    """Return a slider-crank with friction in its pins, closed by quadratic constraints."""
     linkage = sd.slider_crank(crank=0.1, rod=0.3)
     linkage = linkage.driven(sd.Harmonic(0.6, 0.3, 40.0)) if driven else linkage
     return sd.with_joint_friction(linkage, **MU, **friction)
@@ -38,7 +38,7 @@ def crank(driven: bool, **friction: float) -> Mechanism:
 @pytest.mark.parametrize("driven", [False, True])
 @pytest.mark.parametrize("friction", [{"transition": 0.3}, {"bristle_stiffness": 1e3, "bristle_damping": 3.0}])
 def test_step_matrix(kind: Any, driven: bool, friction: dict[str, float]) -> None:
-    """Cross-check: W^-1 r and the derivative by time equal those of differences, which those of constant reactions do not."""
+    """Cross-check: W^-1 r and the derivative by time equal those of differences; the slopes of the reactions are not zero."""
     handle, state = at_start(kind(driven, **friction))
     n = handle.content.model.n
     rng = np.random.default_rng(3)
@@ -53,8 +53,8 @@ def test_step_matrix(kind: Any, driven: bool, friction: dict[str, float]) -> Non
     assert float(np.abs(handle.content.friction.by_state).max()) > 0.0
 
 
-def test_steps(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Limit: a crank that runs down to rest takes less than a quarter of the implicit steps of constant reactions."""
+def test_steps_saved_by_slopes_of_reactions(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Contract: a crank that runs down takes less than a quarter of the implicit steps needed with constant reactions."""
     crank = sd.slider_crank(crank=0.1, rod=0.3).replace("crank.angular_velocity", 30.0)
     rubbing = sd.with_joint_friction(crank, radius=0.012, kinetic=0.3)
     ends = []

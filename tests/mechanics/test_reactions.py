@@ -1,4 +1,4 @@
-"""Normal equations of the reactions, side by side and one by one, against numpy."""
+"""Normal equations of the reactions, vectorised and one by one, compared with numpy."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ SIZE, REACH, LANES = 7, 2, 3
 
 
 def normal_equations(rank: int, rng):
-    """A banded symmetric matrix A^T A in the storage of the kernels, the dense one, and a load in its range."""
+    """Return a banded matrix A^T A in the kernels' storage, the same dense, and a load in its range."""
     rows = np.zeros((SIZE, SIZE))
     for i in range(rank):
         rows[i, i : i + REACH + 1] = rng.normal(size=min(REACH + 1, SIZE - i))
@@ -24,7 +24,7 @@ def normal_equations(rank: int, rng):
 
 
 def solved_carefully(stored, load, lane):
-    """Of one lane."""
+    """Return the solution of one lane by the rank-revealing method."""
     work = (np.zeros((SIZE, width(REACH, REACH))), np.zeros(2 * SIZE, np.int64), np.zeros(SIZE), np.zeros(SIZE), np.zeros(SIZE))
     careful(REACH, LANES, lane, stored, load, *work)
     return work[-1]
@@ -32,7 +32,7 @@ def solved_carefully(stored, load, lane):
 
 @pytest.mark.parametrize("seed", range(3))
 def test_determined_equations(seed: int) -> None:
-    """Independent formulation: the dense solution, in every lane and by both ways."""
+    """Independent formulation: the dense solution, in every lane and by both methods."""
     rng = np.random.default_rng(seed)
     dense, stored, right = normal_equations(SIZE, rng)
     load = np.outer(right, np.arange(1.0, LANES + 1.0))
@@ -44,8 +44,8 @@ def test_determined_equations(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_what_is_not_determined_is_nan(seed: int) -> None:
-    """Closed form: the last unknowns of a matrix of lower rank lie in its null space; the others that do not are solved."""
+def test_undetermined_unknowns_are_nan(seed: int) -> None:
+    """Closed form: unknowns in the null space of a rank-deficient matrix are NaN; the others are solved."""
     rng = np.random.default_rng(seed)
     dense, stored, right = normal_equations(SIZE - 1, rng)
     null = np.linalg.svd(dense)[2][-1]
@@ -55,8 +55,8 @@ def test_what_is_not_determined_is_nan(seed: int) -> None:
     assert np.all(np.isfinite(found[~free]))
 
 
-def test_an_unknown_beside_the_null_space_is_solved() -> None:
-    """Closed form: two unknowns that only their sum is known of, and a third one alone."""
+def test_determined_unknown_of_a_singular_matrix() -> None:
+    """Closed form: only the sum of two unknowns is determined, and a third one alone."""
     stored, load = np.zeros((3, 5, 1)), np.array([[2.0], [2.0], [6.0]])
     stored[:, 0, 0] = 1.0, 1.0, 2.0
     stored[1, 1, 0] = 1.0

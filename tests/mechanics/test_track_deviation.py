@@ -1,4 +1,4 @@
-"""The deviation of a tracked point between the nodes of its ideal path, which polynomials of degree five follow exactly."""
+"""Deviation of a tracked point between the nodes of its ideal path, which polynomials of degree five follow exactly."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ POLYNOMIALS = (
 
 
 def table() -> np.ndarray:
-    """Place, velocity and acceleration of two points at the nodes; the first stands still."""
+    """Return position, velocity and acceleration of two points at the nodes; the first one is at rest."""
     found = np.zeros((NODES, 12))
     for node in range(NODES):
         for order in range(3):
@@ -28,7 +28,7 @@ def table() -> np.ndarray:
 
 
 def deviation(t: float, x: float, y: float) -> float:
-    """Of a point at (x, y), the second that is tracked."""
+    """Return the deviation of a point at (x, y), the second tracked one."""
     model = SimpleNamespace(track_start=np.array([0, 0, 2]), track_row=np.eye(2), track_column=np.array([0, 1]))
     parameters = SimpleNamespace(ideal=table(), ideal_step=np.array([STEP]))
     state = SimpleNamespace(model=model, parameters=parameters, work=SimpleNamespace(X=np.array([x, y])))
@@ -36,8 +36,8 @@ def deviation(t: float, x: float, y: float) -> float:
 
 
 @pytest.mark.parametrize("t", [0.0, 0.05, 0.1, 0.33, 0.4, 0.47, 0.6])
-def test_the_deviation_from_a_path_of_degree_five(t: float) -> None:
-    """Closed form: nodes with velocity and acceleration give the polynomial back; a point beside it is as far as it is."""
+def test_deviation_from_a_path_of_degree_five(t: float) -> None:
+    """Closed form: nodes with velocity and acceleration reproduce the polynomial; an offset is the deviation."""
     x, y = (float(p(t)) for p in POLYNOMIALS)
     assert deviation(t, x, y) < 1e-13
     assert deviation(t, x + 3e-3, y - 4e-3) == pytest.approx(5e-3, rel=1e-9)
@@ -46,7 +46,7 @@ def test_the_deviation_from_a_path_of_degree_five(t: float) -> None:
     np.testing.assert_allclose(quintic(t / STEP - node, STEP, a, b), [x, y], atol=1e-13)
 
 
-def test_there_is_none_beyond_the_path() -> None:
-    """Limit: what is not known is not a deviation."""
+def test_no_deviation_beyond_the_path() -> None:
+    """Contract: beyond the known path the deviation is zero."""
     assert deviation((NODES - 1) * STEP + 0.01, 9.0, 9.0) == 0.0
     assert math.isfinite(deviation((NODES - 1) * STEP, 9.0, 9.0))

@@ -1,4 +1,4 @@
-"""Newton's law on each body at each sample, from what a run reports: joints, films, drives, components, bars that bend."""
+"""Newton's law for each body at each sample, from the reported forces of joints, films, drives, components and bending bars."""
 
 from itertools import pairwise
 from typing import Any
@@ -9,7 +9,7 @@ import xarray as xr
 import scissordyn as sd
 from scissordyn.components.port import ACTUATOR, AXIS, FRAME, HINGE, LINE, POINT, TRAVEL
 
-BESIDE = 1e-12  # How far from a cross-section its two sides are, in lengths of the bar
+BESIDE = 1e-12  # Distance between a cross-section and each of its two sides, in lengths of the bar
 
 
 def rotated(vector: Any, angle: Any) -> np.ndarray:
@@ -19,7 +19,7 @@ def rotated(vector: Any, angle: Any) -> np.ndarray:
 
 
 class Places:
-    """Where the bodies of a run and their points are, over time; the ground is a body that rests."""
+    """Positions of the bodies of a run and of their points over time; the ground is a body at rest."""
 
     def __init__(self, run: xr.Dataset, mechanism: sd.Mechanism) -> None:
         self.run, self.mechanism, self.count = run, mechanism, run.sizes["time"]
@@ -28,27 +28,27 @@ class Places:
         self.place["ground"], self.angle["ground"] = np.zeros((self.count, 2)), np.zeros(self.count)
 
     def over(self, name: str, **where: str) -> np.ndarray:
-        """A vector over time."""
+        """Return a vector over time."""
         return self.run[name].sel(where).transpose("time", "axis").values
 
     def at(self, body: str, local: Any) -> np.ndarray:
-        """Where a point is [m]: by its name, or its place in the body's frame."""
+        """Return the position of a point [m], given by name or by its coordinates in the body's frame."""
         if isinstance(local, str):
             local = dict(self.mechanism.ground)[local] if body == "ground" else self.mechanism.body(body).points[local]
         local = np.subtract(local, (0.0, 0.0) if body == "ground" else self.mechanism.body(body).centre)
         return self.place[body] + rotated(np.tile(local, (self.count, 1)), self.angle[body])
 
     def output(self, part: Any, name: str) -> np.ndarray:
-        """What a run reports of a component."""
+        """Return a reported quantity of a component."""
         section = part.declaration.section
         values = self.run[f"{section}_{name}"].sel({section: part.name})
         return values.transpose("time", "axis").values if "axis" in values.dims else values.values
 
 
 class Balance(Places):
-    """Forces and moments about the mass centres that the Dataset reports, added body by body.
+    """Sums of the reported forces and moments about the mass centres, body by body.
 
-    Each body by itself, those without inertia in moments too where a guide keeps their angle.
+    Moments of bodies without inertia count only where a guide keeps their angle.
     """
 
     def __init__(self, run: xr.Dataset, mechanism: sd.Mechanism) -> None:
@@ -92,7 +92,7 @@ class Balance(Places):
             self._bar(bar)
 
     def _transmission(self, coupling: sd.Coupling) -> None:
-        """The reported force at its reported point, on the bodies of output and input; of a screw its torque too."""
+        """Add the reported force at its point to the bodies of output and input, and the torque of a screw."""
         first, second = (
             end.point[0] if isinstance(end, sd.Slide) else end.body if isinstance(end, sd.RelativeAngle) else None
             for end in (coupling.output, coupling.input)
@@ -119,7 +119,7 @@ class Balance(Places):
             self.push(coordinate.start[0], start, -along)
 
     def push(self, body: str, where: np.ndarray, force: np.ndarray) -> None:
-        """Add a force at a place [m]."""
+        """Add a force at a position [m]."""
         self.scale = max(self.scale, float(np.nanmax(np.abs(force), initial=0.0)))
         if body != "ground":
             arm = where - self.place[body]
@@ -127,12 +127,12 @@ class Balance(Places):
             self.turn(body, arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0])
 
     def pair(self, first: str, second: str, where: np.ndarray, force: np.ndarray) -> None:
-        """Action and reaction at a place."""
+        """Add a force and its reaction at a position."""
         self.push(first, where, force)
         self.push(second, where, -force)
 
     def turn(self, body: str, torque: np.ndarray, against: str = "ground") -> None:
-        """Add a torque, and the opposite one."""
+        """Add a torque and its reaction."""
         self.largest_moment = max(self.largest_moment, float(np.nanmax(np.abs(torque), initial=0.0)))
         for name, sign in ((body, 1.0), (against, -1.0)):
             if name != "ground":
@@ -180,7 +180,7 @@ class Balance(Places):
             self.turn(part.end[0], self.output(part, "torque"), start)
 
     def _bar(self, bar: Any) -> None:
-        """What the two sides of a bar that bends exert on each of its cross-sections: the internal forces there."""
+        """Add the internal forces on both sides of each cross-section of a bending bar."""
         along = (np.array(bar.places) - bar.places[0]) / bar.length
         for place, section in zip(along, bar.sections, strict=True):
             for at, side in ((place - BESIDE, -1.0), (place + BESIDE, 1.0)):
@@ -195,9 +195,9 @@ class Balance(Places):
                 self.turn(section, side * moment)
 
     def residual(self) -> tuple[float, float]:
-        """Largest part of m a and of J alpha of a body that nothing reported explains, over the largest of both.
+        """Return the largest residuals of m a and of J alpha of a body, relative to the largest force and moment.
 
-        NaN where a reaction is not determined.
+        NaN marks a reaction that is not determined.
         """
         force = max(float(np.nanmax(np.abs(values), initial=0.0)) for values in self.force.values())
         turned = [values for name, values in self.moment.items() if name not in self.free_of_moments]

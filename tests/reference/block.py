@@ -30,7 +30,7 @@ class Block:
     approach: list[float] = field(default_factory=lambda: [0.0] * 4)
 
     def corner(self, state, k):
-        """Arm of corner k's tip from the mass centre, side of its surface, indentation and its rate."""
+        """Return the arm of corner k's tip from the mass centre, the side of its surface, its indentation and the rate."""
         _, y, turn, _, rise, spin = state
         ends = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))[k]
         side = ends[1]
@@ -41,7 +41,7 @@ class Block:
         return arm_x, arm_y + side * self.radius, side, depth, side * (rise + spin * arm_x)
 
     def rate(self, t, state):
-        """Newton and Euler."""
+        """Return the rate of the state by Newton's and Euler's equations."""
         fx, fy, moment = *self.load, 0.0
         for k in range(4):
             if not self.touching[k]:
@@ -58,7 +58,7 @@ class Block:
         return np.array([*state[3:], fx / self.mass, fy / self.mass, moment / self.inertia])
 
     def contacts(self, state, until):
-        """ContactPoint, start and approach speed of every contact, and the state at the end."""
+        """Return corner, start and approach speed of every contact, and the final state."""
         found, t = [], 0.0
         while t < until:
             events = []

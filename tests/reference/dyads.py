@@ -1,4 +1,4 @@
-"""Positions of linkages point by point: each point is where two circles meet. No equation of the package is used."""
+"""Positions of linkages point by point, as intersections of circles. No equation of the package is used."""
 
 import cmath
 import math
@@ -7,12 +7,12 @@ __all__ = ["carried", "meet", "polar"]
 
 
 def polar(length: float, angle: float) -> complex:
-    """A vector as a complex number."""
+    """Return a vector as a complex number."""
     return cmath.rect(length, angle)
 
 
 def meet(first: complex, near: float, second: complex, far: float, *, left: bool) -> complex:
-    """The point at distance `near` from the first and `far` from the second one, `left`: of the line from first to second."""
+    """Return the point at distance `near` from the first and `far` from the second point, left or right of their line."""
     span = abs(second - first)
     along = (near**2 - far**2 + span**2) / (2.0 * span)
     height = math.sqrt(near**2 - along**2)
@@ -21,5 +21,5 @@ def meet(first: complex, near: float, second: complex, far: float, *, left: bool
 
 
 def carried(first: complex, second: complex, in_body: complex, length: float) -> complex:
-    """A point of a rigid body whose frame has its origin at the first point and its x axis towards the second one."""
+    """Return a point of a rigid body whose frame has its origin at the first point and its x axis towards the second one."""
     return first + in_body * (second - first) / length

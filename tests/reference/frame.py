@@ -1,4 +1,4 @@
-"""Linear buckling of plane frames: cubic Euler-Bernoulli elements between nodes, pins as rotations of their own."""
+"""Linear buckling of plane frames: cubic Euler-Bernoulli elements between nodes; pinned ends have separate rotations."""
 
 import itertools
 
@@ -9,7 +9,7 @@ Point = tuple[float, float]
 
 
 class Frame:
-    """A frame of straight members that share nodes; a pinned member has a rotation of its own at that end."""
+    """Frame of straight members that share nodes; a pinned member has a separate rotation at each node."""
 
     def __init__(self, axial_stiffness: float, bending_stiffness: float, parts: int = 8) -> None:
         self.axial, self.bending, self.parts = axial_stiffness, bending_stiffness, parts
@@ -24,7 +24,7 @@ class Frame:
         return list(range(self.count - number, self.count))
 
     def member(self, places: list[tuple[str, Point]], pinned: bool = False, weight: float = 0.0) -> dict[str, int]:
-        """A member through named nodes in a line, its rotations there; pinned ones are its own; weight down [N/m]."""
+        """Add a member through named nodes in a line with a weight [N/m], and return its rotations there."""
         rotations = {}
         for name, _ in places:
             node = self.nodes.setdefault(name, self._new(3))
@@ -46,7 +46,7 @@ class Frame:
         return rotations
 
     def factors(self, count: int = 1) -> np.ndarray:
-        """The smallest positive factors of the loads; empty without any."""
+        """Return the smallest positive factors of the loads, or an empty array."""
         stiffness, geometric = np.zeros((2, self.count, self.count))
         parts = []
         for dofs, length, angle in self.elements:

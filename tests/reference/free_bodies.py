@@ -1,4 +1,4 @@
-"""A rigid scissor array with ideal pins, cut free: Newton's and Euler's equations of every bar, solved for pins and torque."""
+"""Newton's and Euler's equations of every bar of a rigid scissor array with ideal pins, solved for pin forces and torque."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Scissor:
     gravity: tuple[float, float]
 
     def points(self) -> dict[str, tuple[float, float]]:
-        """Coefficients of (u1, u2) of each pin: u1 = (cos, sin), u2 = (cos, -sin) of the deployment angle."""
+        """Return the coefficients of (u1, u2) of each pin: u1 = (cos, sin), u2 = (cos, -sin) of the deployment angle."""
         half, points = 0.5 * self.length, {"O": (0.0, 0.0), "A": (0.5 * self.length, -0.5 * self.length)}
         for i in range(1, self.units + 1):
             points[f"unit {i}/pivot"] = half * i, half * (i - 1)
@@ -31,7 +31,7 @@ class Scissor:
         return points
 
     def bars(self) -> Iterator[tuple[str, list[tuple[str, int]]]]:
-        """Centre of each bar and its pins, with the sign of the force there: +1 where the pin's force acts on it."""
+        """Yield the centre of each bar and its pins, with the sign of each pin force on it."""
         for i in range(1, self.units + 1):
             last = i == self.units
             before = [("O", 1), ("A", 1)] if i == 1 else [(f"unit {i - 1}/lower", -1), (f"unit {i - 1}/upper", -1)]
@@ -40,7 +40,7 @@ class Scissor:
                 yield f"unit {i}/pivot", pins if last else [*pins, (f"unit {i}/{end}", 1)]
 
     def inertia(self, angle: float) -> float:
-        """Inertia about the driven bar [kg m^2]: twice the kinetic energy over the square of its angular velocity."""
+        """Return the inertia about the driven bar [kg m^2]: twice the kinetic energy over its squared angular velocity."""
         points = self.points()
         slope = {name: self._place(at, angle, 1) for name, at in points.items()}
         total = 2 * self.units * self.mass * self.length**2 / 12.0 + self.slider * slope["A"] @ slope["A"]
@@ -48,7 +48,7 @@ class Scissor:
         return float(total + sum(self.mass * slope[centre] @ slope[centre] for centre, _ in self.bars()))
 
     def forces(self, angle: float, speed: float, acceleration: float) -> tuple[dict[str, float], float]:
-        """Size of the force of each pin [N], and the driving torque [N m]."""
+        """Return the size of the force of each pin [N] and the driving torque [N m]."""
         points, weight = self.points(), np.array(self.gravity)
         tip = f"unit {self.units}/upper"
         pins = [name for name in points if name not in (tip, f"unit {self.units}/lower")]
@@ -83,7 +83,7 @@ class Scissor:
 
     @staticmethod
     def _place(at: tuple[float, float], angle: float, derivative: int) -> Plane:
-        """A place, or a derivative of it by the angle."""
+        """Return a position, or a derivative of it by the angle."""
         c, s = np.cos(angle + 0.5 * np.pi * derivative), np.sin(angle + 0.5 * np.pi * derivative)
         return np.array([(at[0] + at[1]) * c, (at[0] - at[1]) * s])
 
@@ -92,7 +92,7 @@ class Scissor:
 
 
 def cycloidal(start: float, end: float, duration: float, t: float) -> tuple[float, float, float]:
-    """Angle, angular velocity and angular acceleration of a move from rest to rest."""
+    """Return angle, angular velocity and angular acceleration of a move from rest to rest."""
     turn, phase = end - start, 2.0 * np.pi * min(t / duration, 1.0)
     if t >= duration:
         return end, 0.0, 0.0

@@ -1,11 +1,11 @@
-"""Plastic impacts of rigid bodies in a plane, in coordinates (x, y, angle) of each mass centre, by the momentum balance alone.
+"""Plastic impacts of rigid bodies in a plane, in coordinates (x, y, angle) of each mass centre, by momentum balance.
 
-With M the masses, J the gradients of all constraints that hold after the impact and r their prescribed rates,
+With the masses M, the gradients J of all constraints after the impact and their prescribed rates r,
 
     M (v+ - v-) = J^T p,    J v+ = r,
 
-are linear in the velocities after the impact and the impulses p. The impulse of a drive does the work p r, as its rate is the
-same throughout.
+are linear in the velocities after the impact and the impulses p. The impulse of a drive does the work p r, as its rate is
+constant during the impact.
 """
 
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ import numpy as np
 
 @dataclass
 class Chain:
-    """Bars one after another from a bearing on the ground, each pinned to the end of the one before."""
+    """Bars in a row from a bearing on the ground, each pinned to the end of the previous one."""
 
     length: np.ndarray  # (bars,)
     mass: np.ndarray  # (bars,)
@@ -26,11 +26,11 @@ class Chain:
         return np.diag(np.concatenate([[m, m, m * l * l / 12.0] for m, l in zip(self.mass, self.length, strict=True)]))
 
     def turned(self, bar: int) -> np.ndarray:
-        """Half the bar, turned by a right angle: what its end gains by its rotation."""
+        """Return half the bar, rotated by a right angle: the velocity of its end per angular velocity."""
         return 0.5 * self.length[bar] * np.array([-np.sin(self.angle[bar]), np.cos(self.angle[bar])])
 
     def pins(self) -> np.ndarray:
-        """Gradients of the pins: the end of the bar before, and the start of the bar, stay together."""
+        """Return the gradients of the pins between the end of each bar and the start of the next one."""
         rows = np.zeros((2 * self.mass.size, 3 * self.mass.size))
         for bar in range(self.mass.size):
             here = rows[2 * bar : 2 * bar + 2]
@@ -41,7 +41,7 @@ class Chain:
         return rows
 
     def rotation(self, bar: int, base: int | None = None) -> np.ndarray:
-        """Gradient of the angle of a bar, against another one or the ground."""
+        """Return the gradient of the angle of a bar relative to another one or the ground."""
         row = np.zeros((1, 3 * self.mass.size))
         row[0, 3 * bar + 2] = 1.0
         if base is not None:
@@ -50,10 +50,10 @@ class Chain:
 
 
 def plastic_impact(chain: Chain, before: np.ndarray, drives: dict[int, float], latch: tuple[int, int]) -> tuple[float, float]:
-    """Loss of the kinetic energy and of the drives' work together, and this work [J].
+    """Return the loss (of kinetic energy and drive work together) and the drive work [J].
 
-    Of the velocities `before`, shape (3 bars,); `drives` are angular velocities of bars against the ground, `latch` are bars
-    that no longer rotate against each other.
+    `before` are velocities, shape (3 bars,); `drives` are angular velocities of bars relative to the ground; `latch` are two
+    bars that no longer rotate relative to each other.
     """
     rows = [chain.pins(), chain.rotation(*latch), *(chain.rotation(bar) for bar in drives)]
     rates = np.concatenate([np.zeros(2 * chain.mass.size + 1), list(drives.values())])

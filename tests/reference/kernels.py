@@ -1,4 +1,4 @@
-"""A mechanism's kernels at a state of choice, for tests of the mechanics."""
+"""Kernels of a mechanism at a chosen state, for tests of the mechanics."""
 
 from typing import Any
 
@@ -11,11 +11,11 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import plan
 from scissordyn.plan.system import make_system
 
-EDGE = 2e-5  # How deep contacts are that touch [m]
+EDGE = 2e-5  # Indentation of touching contacts [m]
 
 
 def at_start(mechanism: Mechanism) -> tuple[Handle, np.ndarray]:
-    """The system of a mechanism and its concentric start."""
+    """Return the system of a mechanism and its concentric start."""
     made = plan(mechanism)
     system = make_system(made)
     return system, prepare_start(made, system, "concentric").y
@@ -24,7 +24,7 @@ def at_start(mechanism: Mechanism) -> tuple[Handle, np.ndarray]:
 def touching(
     mechanism: Mechanism, seed: int, chosen: Any = slice(None), *, surface: str = "clearance", spread: float = 3e-4
 ) -> tuple[Handle, np.ndarray]:
-    """The system of a mechanism in a random state in which chosen contacts touch: their surfaces are moved to them."""
+    """Return the system of a mechanism in a random state; the surfaces of chosen contacts are moved until they touch."""
     random, (system, state) = np.random.default_rng(seed), at_start(mechanism)
     content, n = system.content, system.content.model.n
     state[: 2 * n] += np.concatenate([spread * random.normal(size=n), random.normal(size=n)])
@@ -38,13 +38,13 @@ def touching(
 
 
 def increments(system: Handle, state: np.ndarray) -> np.ndarray:
-    """Of coordinates, velocities and internal states, for differences."""
+    """Return increments of coordinates, velocities and internal states for differences."""
     n = system.content.model.n
     return np.repeat([2e-9, 1e-5, 1e-11], [n, n, state.size - 2 * n])
 
 
 def check_step_matrix(system: Handle, state: np.ndarray, step: float, increments: np.ndarray, time: float = 0.0) -> None:
-    """W^-1 r of the structured solve against a Jacobian by central differences of these sizes."""
+    """Compare W^-1 r of the structured solve with a Jacobian by central differences."""
     jacobian = np.empty((state.size, state.size))
     for i, h in enumerate(increments):
         rates = np.zeros((2, state.size))
@@ -64,7 +64,7 @@ def check_step_matrix(system: Handle, state: np.ndarray, step: float, increments
 
 
 def check_time_derivative(system: Handle, state: np.ndarray, h: float, *, time: float = 0.0, rtol: float = 1e-5) -> np.ndarray:
-    """The partial derivative by time against a central difference at fixed state; returns it."""
+    """Compare the partial derivative by time with a central difference at fixed state, and return it."""
     by_time, up, down = np.zeros((3, state.size))
     functions.linearise(time, state, system.address, np.zeros(state.size), by_time)
     functions.rate(time + h, state, system.address, up)
@@ -74,7 +74,7 @@ def check_time_derivative(system: Handle, state: np.ndarray, h: float, *, time: 
 
 
 def check_element_slopes(system: Handle, state: np.ndarray, time: float = 0.0, *, linear: bool = False) -> None:
-    """Derivatives of the forces of elements by free coordinates and their rates, which may be linear, against differences."""
+    """Compare derivatives of the forces of elements by free coordinates and their rates with differences."""
     model, work, n = system.content.model, system.content.work, system.content.model.n
     functions.linearise(time, state, system.address, np.zeros(state.size), np.zeros(state.size))
     analytic = np.zeros((2, n, n))
@@ -96,6 +96,6 @@ def check_element_slopes(system: Handle, state: np.ndarray, time: float = 0.0, *
 
 
 def accepted(system: Handle, y: np.ndarray, time: float = 0.0) -> np.ndarray:
-    """The state brought back to the constraints, in place."""
+    """Project the state onto the constraints, in place, and return it."""
     functions.accept(time, y, system.address, np.zeros(2))
     return y

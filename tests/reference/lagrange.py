@@ -14,12 +14,12 @@ TimeFunction = Callable[[float], tuple[float, float, float]]  # Angle [rad], ang
 
 
 def constant_speed(angle: float, speed: float) -> TimeFunction:
-    """theta_0 + w t."""
+    """Return the motion theta_0 + w t."""
     return lambda t: (angle + speed * t, speed, 0.0)
 
 
 def harmonic(mean: float, amplitude: float, frequency: float) -> TimeFunction:
-    """theta_m + theta_a sin(W t)."""
+    """Return the motion theta_m + theta_a sin(W t)."""
 
     def motion(t: float) -> tuple[float, float, float]:
         oscillation = amplitude * math.sin(frequency * t)
@@ -33,8 +33,8 @@ class Array(Minimal):
     """N units with one driven bar family and clearance at joint A.
 
     The bars pinned to the ground have the direction p, the couplers k; driven_bar "pinned" drives p, "slider" drives k, and the
-    driven angle is th_1 in both. Integrated are psi = p + k, which is zero in the ideal array, and e_y, both as small as the
-    clearance, so that tolerances and rounding stay small against it:
+    driven angle is th_1 in both. The coordinates are psi = p + k, which is zero in the ideal array, and e_y. Both are as small
+    as the clearance, so that tolerances and rounding stay small compared with it:
 
         e_x = (L/2) (cos p - cos k),  e_y = (L/2) (sin p - sin k) - y
     """
@@ -49,25 +49,25 @@ class Array(Minimal):
     gravity: float = 9.81  # Along -y [m/s^2]
 
     def inertias(self) -> tuple[float, float, float]:
-        """Coefficients of p'^2/2, k'^2/2 and cos(p-k) p' k' in the kinetic energy [kg m^2]."""
+        """Return the coefficients of p'^2/2, k'^2/2 and cos(p-k) p' k' in the kinetic energy [kg m^2]."""
         n, unit = self.units, self.mass * self.length**2
         squares, fewer, products = n * (n + 1) * (2 * n + 1) / 6, (n - 1) * n * (2 * n - 1) / 6, (n - 1) * n * (n + 1) / 3
         return unit * (squares / 2 + n / 12), unit * (fewer / 2 + n / 12), unit * products / 2
 
     def weights(self) -> tuple[float, float]:
-        """Coefficients of sin p and sin k in the potential energy [J]."""
+        """Return the coefficients of sin p and sin k in the potential energy [J]."""
         n, unit = self.units, self.mass * self.gravity * self.length
         return unit * n * (n + 1) / 2, unit * n * (n - 1) / 2
 
     def angles(self, t: float, psi: float, rate: float) -> tuple[float, float, float, float]:
-        """p, k and their rates."""
+        """Return p, k and their rates."""
         driven, speed, _ = self.motion(t)
         if self.driven_bar == "pinned":
             return driven, psi - driven, speed, rate - speed
         return psi - driven, driven, rate - speed, speed
 
     def relative(self, t: float, q: np.ndarray, v: np.ndarray) -> list[Relative]:
-        """Where the journal is in its bearing."""
+        """Return the position of the journal in its bearing."""
         psi, e_y = q.tolist()
         rate, u_y = v.tolist()
         p, k, w_p, w_k = self.angles(t, psi, rate)
@@ -77,7 +77,7 @@ class Array(Minimal):
         return [Relative(e_x, e_y, u_x, u_y, w_k, 0.0)]
 
     def accelerate(self, t: float, q: np.ndarray, v: np.ndarray, loads: Sequence[Load]) -> tuple[np.ndarray, float, float]:
-        """psi'', e_y'', the drive torque and its power."""
+        """Return psi'', e_y'', the drive torque and its power."""
         load, half = loads[0], 0.5 * self.length
         p, k, w_p, w_k = self.angles(t, *q[:1].tolist(), *v[:1].tolist())
         _, speed, driven = self.motion(t)

@@ -12,23 +12,23 @@ Elastic = Callable[[float], float]
 
 
 def liu(clearance: float, length: float, modulus: float = STEEL_MODULUS) -> Elastic:
-    """Improved elastic foundation (Liu, Zhang, Yang 2007): force [N] of an indentation [m]."""
+    """Return the improved elastic foundation (Liu, Zhang, Yang 2007): force [N] of an indentation [m]."""
     return lambda depth: 0.5 * math.pi * length * modulus * depth**1.5 / math.sqrt(2.0 * (clearance + depth))
 
 
 def hertz(clearance: float, journal_radius: float, modulus: float = STEEL_MODULUS) -> Elastic:
-    """Sphere in a spherical socket (Hertz)."""
+    """Return the force of a sphere in a spherical socket (Hertz)."""
     stiffness = 4.0 / 3.0 * modulus * math.sqrt((journal_radius + clearance) * journal_radius / clearance)
     return lambda depth: stiffness * depth**1.5
 
 
 def flores(restitution: float) -> float:
-    """Damping factor xi (doi:10.1007/s11044-010-9237-4)."""
+    """Return the damping factor xi (doi:10.1007/s11044-010-9237-4)."""
     return 1.6 * (1.0 / restitution - 1.0)
 
 
 def lankarani_nikravesh(restitution: float) -> float:
-    """Damping factor xi (doi:10.1115/1.2912617)."""
+    """Return the damping factor xi (doi:10.1115/1.2912617)."""
     return 0.75 * (1.0 - restitution) * (1.0 + restitution)
 
 
@@ -45,15 +45,15 @@ class LuGre:
     stribeck: float = 1e-3  # v_s [m/s]
 
     def sliding(self, slip: float) -> float:
-        """Coefficient of steady sliding, with Stribeck's exponent 2."""
+        """Return the coefficient of steady sliding, with Stribeck's exponent 2."""
         return self.kinetic * (1.0 + 0.5 * math.exp(-((slip / self.stribeck) ** 2)))
 
     def evaluate(self, slip: float, bristle: float) -> tuple[float, float]:
-        """F_t/F_n and the rate of the bristle deflection [m/s]."""
+        """Return F_t/F_n and the rate of the bristle deflection [m/s]."""
         rate = slip - self.stiffness * abs(slip) * bristle / self.sliding(slip)
         fading = 2.0 * math.e * (self.kinetic / self.damping) ** 2
         return self.stiffness * bristle + self.damping * math.exp(-slip * slip / fading) * rate, rate
 
     def begin(self, slip: float) -> float:
-        """Bristle deflection at a contact's start [m]: none at rest, that of steady sliding far above the Stribeck speed."""
+        """Return the bristle deflection at a contact's start [m]: zero at rest, that of steady sliding at high speed."""
         return math.tanh(slip / self.stribeck) * self.sliding(slip) / self.stiffness

@@ -1,4 +1,4 @@
-"""From contact to contact: scipy's integrators over smooth pieces of motion, joined at roots of the indentation."""
+"""Integration from contact to contact: scipy's integrators for smooth pieces of motion, joined at roots of the indentation."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Load(NamedTuple):
 
 
 class Touch(NamedTuple):
-    """What the laws make of one joint in contact."""
+    """Forces and rates of one joint in contact."""
 
     load: Load
     elastic: float
@@ -70,23 +70,23 @@ class Model(Protocol):
     """Number of coordinates."""
 
     def start(self) -> tuple[np.ndarray, np.ndarray]:
-        """Coordinates and rates at t = 0, journals concentric."""
+        """Return coordinates and rates at t = 0 with concentric journals."""
 
     def relative(self, t: float, q: np.ndarray, v: np.ndarray) -> list[Relative]:
-        """Where each journal is in its bearing."""
+        """Return the position of each journal in its bearing."""
 
     def accelerate(self, t: float, q: np.ndarray, v: np.ndarray, loads: Sequence[Load]) -> tuple[np.ndarray, float, float]:
-        """Accelerations, drive torque [N m] and drive power [W]."""
+        """Return accelerations, drive torque [N m] and drive power [W]."""
 
     def energy(self, t: float, q: np.ndarray, v: np.ndarray) -> float:
-        """Kinetic and potential energy together [J]."""
+        """Return kinetic and potential energy together [J]."""
 
     def settle(self, t: float, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The nearest state without constraint drift."""
+        """Return the nearest state without constraint drift."""
 
 
 class Minimal:
-    """One clearance joint in two minimal coordinates, both zero and at rest where the journal is concentric at the start."""
+    """One clearance joint in two minimal coordinates, which are zero at the concentric start."""
 
     joint: ClearanceJoint
     size = 2
@@ -99,7 +99,7 @@ class Minimal:
         return np.zeros(2), np.zeros(2)
 
     def settle(self, t: float, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Nothing drifts in minimal coordinates."""
+        """Return the state: minimal coordinates do not drift."""
         return q, v
 
 
@@ -119,7 +119,7 @@ class Contact:
 
 @dataclass(frozen=True)
 class Piece:
-    """A smooth piece of motion with the contact that each joint is in, if any."""
+    """Smooth piece of motion with the contact of each joint, if any."""
 
     begin: float
     end: float
@@ -129,7 +129,7 @@ class Piece:
 
 @dataclass
 class Samples:
-    """What a run is at given times; arrays along time."""
+    """Results at given times; arrays along time."""
 
     eccentricity: np.ndarray
     normal: np.ndarray
@@ -145,7 +145,7 @@ class Samples:
 
 
 def touch(joint: ClearanceJoint, at: Relative, approach: float, bristle: float) -> Touch:
-    """Forces of a joint in contact, docs/theory (C1) to (C3)."""
+    """Return the forces of a joint in contact, docs/theory (C1) to (C3)."""
     e = math.hypot(at.ex, at.ey)
     nx, ny = at.ex / e, at.ey / e
     rate = at.ux * nx + at.uy * ny
@@ -168,7 +168,7 @@ class March:
     """A model integrated from contact to contact.
 
     The state is coordinates, rates, one bristle deflection per joint, then drive work, elastic energy, damping loss and
-    friction loss, which ride along so that the energy balance can be drawn.
+    friction loss for the energy balance.
     """
 
     model: Model
@@ -182,12 +182,12 @@ class March:
         self.n, self.count = self.model.size, len(self.model.joints)
 
     def parts(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Coordinates, rates and bristles."""
+        """Return coordinates, rates and bristles."""
         n = self.n
         return y[:n], y[n : 2 * n], y[2 * n : 2 * n + self.count]
 
     def touches(self, t: float, y: np.ndarray, open_: Sequence[Contact | None]) -> list[Touch | None]:
-        """The joints in contact."""
+        """Return forces and rates of the joints in contact."""
         q, v, bristles = self.parts(y)
         return [
             None if contact is None else touch(joint, at, max(contact.approach_speed, FLOOR), float(bristle))
@@ -208,13 +208,13 @@ class March:
         return np.concatenate([v, a, bristles, [power, storing, damping, friction]])
 
     def gap(self, t: float, y: np.ndarray, j: int) -> tuple[float, float]:
-        """|e| - c of joint j and its rate."""
+        """Return |e| - c of joint j and its rate."""
         at = self.model.relative(t, *self.parts(y)[:2])[j]
         e = math.hypot(at.ex, at.ey)
         return e - self.model.joints[j].clearance, (at.ex * at.ux + at.ey * at.uy) / e if e > 0.0 else 0.0
 
     def advance(self, begin: float, y: np.ndarray, end: float, open_: tuple[Contact | None, ...], events: list[Any]) -> Any:
-        """One call of the integrator: Radau where bristles make it stiff, DOP853 elsewhere."""
+        """Call the integrator once: Radau where bristles make the equations stiff, DOP853 elsewhere."""
         clearance = min((joint.clearance for joint in self.model.joints), default=1.0)
         friction = [
             contact is not None and joint.friction is not None for joint, contact in zip(self.model.joints, open_, strict=True)
@@ -239,7 +239,7 @@ class March:
         return found
 
     def run(self, until: float, *, most_contacts: int = 1_000_000) -> March:
-        """Go on to a time [s], or until so many contacts have ended."""
+        """Integrate to a time [s], or until a number of contacts has ended."""
         q, v = self.model.start()
         t, y = 0.0, np.concatenate([q, v, np.zeros(self.count + 4)])
         open_: list[Contact | None] = [None] * self.count
@@ -267,7 +267,7 @@ class March:
         return self
 
     def sharpen(self, found: Any, j: int, open_: tuple[Contact | None, ...]) -> tuple[float, np.ndarray]:
-        """The root again, by steps that end on it: the interpolant between steps is coarser than the steps."""
+        """Refine the root by steps that end on it, as the interpolant is less accurate than the steps."""
         begin, y = float(found.t[-2]), found.y[:, -2]
         t, state = float(found.t[-1]), found.y[:, -1].copy()
         for _ in range(5):
@@ -293,7 +293,7 @@ class March:
             y[2 * self.n + j] = joint.friction.begin(touch(joint, at, max(rate, FLOOR), 0.0).slip)
 
     def note_peaks(self, times: np.ndarray, states: np.ndarray) -> None:
-        """Update the peak force of the contacts open in the latest piece."""
+        """Update the peak forces of open contacts with the latest piece."""
         piece = self.pieces[-1]
         for j, contact in enumerate(piece.open):
             if contact is None:
@@ -338,7 +338,7 @@ class March:
 
 
 def march_in_steps(model: Model, until: float, step: float) -> list[Contact]:
-    """Contacts of the one joint of a model without friction, by Dormand and Prince's steps of one size that look for no events.
+    """Return the contacts of the only joint of a frictionless model, by Dormand and Prince's steps of one size without events.
 
     A contact begins with a step that ends inside, and ends with one that ends outside.
     """

@@ -14,7 +14,7 @@ __all__ = ["SliderCrank", "corner", "impulses", "march", "matrices"]
 
 
 class SliderCrank(NamedTuple):
-    """Lengths [m], masses [kg], inertias about mass centres [kg m^2], half sizes of the block and gap on either side [m]."""
+    """Lengths [m], masses [kg], inertias about mass centres [kg m^2], half sizes of the block, and gap on each side [m]."""
 
     crank: float = 0.153
     rod: float = 0.306
@@ -58,7 +58,7 @@ def matrices(p, q, u):
 
 @njit
 def corner(p, q, k):
-    """Gap of a corner, and the directions of its normal and tangential velocity."""
+    """Return the gap of a corner and the directions of its normal and tangential velocity."""
     along, across = ALONG[k] * p.half_length, ACROSS[k] * p.half_width
     c, s = np.cos(q[2]), np.sin(q[2])
     height = p.crank * np.sin(q[0]) + p.rod * np.sin(q[1]) + s * along + c * across
@@ -70,10 +70,10 @@ def corner(p, q, k):
 
 @njit
 def impulses(p, u, free, inverse, active, normals, tangents, most, accuracy):
-    """Velocities after a step: Newton's law along the normals, Coulomb friction, by Gauss and Seidel.
+    """Return the velocities after a step by Newton's and Coulomb's laws, with Gauss-Seidel iteration.
 
-    `u, free`: velocities before the step, and after it without contacts; `normals, tangents` (4, 3): directions at the corners;
-    `most` rounds, or until no velocity changes by more than `accuracy` [m/s].
+    `u` and `free` are the velocities before the step, and after it without contacts. `normals` and `tangents`, shape (4, 3),
+    are directions at the corners. The iteration ends after `most` rounds, or with changes of less than `accuracy` [m/s].
     """
     new = free.copy()
     push, drag = np.zeros(4), np.zeros(4)
@@ -102,7 +102,7 @@ def impulses(p, u, free, inverse, active, normals, tangents, most, accuracy):
 
 @njit
 def march(p, q, u, until, step, every):
-    """Coordinates and velocities at every so many steps, and the count of steps in which a corner started to touch."""
+    """Return the state at every `every`-th step, and the number of contact onsets of each corner."""
     steps = int(np.round(until / step))
     kept = np.empty((steps // every + 1, 6))
     kept[0, :3], kept[0, 3:] = q, u

@@ -1,6 +1,6 @@
 """Any planar mechanism with clearance joints: (x, y, angle) per body, Lagrange multipliers for its ideal joints.
 
-Built from the package's description of a mechanism (names, numbers, which point is pinned to which) and nothing else of it.
+Of the package only the description of a mechanism is used: names, numbers, and points that are pinned together.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ GROUND = "ground"
 
 
 def clearance_joint(clearance: Any) -> ClearanceJoint:
-    """The laws of a described clearance, by their names."""
+    """Return the laws of a described clearance, by their names."""
     c, radius, length = clearance.clearance, clearance.journal_radius, clearance.bearing_length
     faces = clearance.material, clearance.bearing_material or clearance.material
     modulus = 1.0 / sum((1.0 - face.poisson_ratio**2) / face.youngs_modulus for face in faces)
@@ -31,8 +31,8 @@ def clearance_joint(clearance: Any) -> ClearanceJoint:
 class Multipliers:
     """Dense equations [M P^T; P 0][a; -f] = [Q; g] with the accelerations of the ideal joints, guides and drives in g.
 
-    Coordinates are how far mass centres have moved and bodies have turned since the start, so that tolerances and rounding are
-    small against a clearance. Drift of the constraints is removed whenever a contact begins or ends.
+    Coordinates are displacements of mass centres and rotations of bodies since the start, so that tolerances and rounding are
+    small compared with a clearance. Constraint drift is removed whenever a contact begins or ends.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ class Multipliers:
         self.weight = mechanism.gravity * np.array([math.cos(direction), math.sin(direction), 0.0])
 
     def point_list(self, references: Sequence[tuple[str, str]]) -> tuple[np.ndarray, np.ndarray]:
-        """Body numbers and places in the bodies' frames, relative to their mass centres."""
+        """Return body numbers and points in the bodies' frames, relative to their mass centres."""
         numbers, places = [], []
         for name, point in references:
             if name == GROUND:
@@ -83,24 +83,24 @@ class Multipliers:
         return np.array(numbers, int), np.array(places).reshape(-1, 2)
 
     def ends(self, joints: Sequence[Any]) -> tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
-        """The journal points and the bearing points of joints."""
+        """Return the journal points and the bearing points of joints."""
         return self.point_list([joint.journal for joint in joints]), self.point_list([joint.bearing for joint in joints])
 
     def spread(self, q: np.ndarray) -> np.ndarray:
-        """Three columns per body from the unknowns, shape (bodies + 1, 3)."""
+        """Return three columns per body from the unknowns, shape (bodies + 1, 3)."""
         full = np.zeros(3 * len(self.bodies) + 3)
         full[self.active] = q
         return full.reshape(-1, 3)
 
     def arms(self, moved: np.ndarray, points: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
-        """From the mass centres to the points, in the fixed frame."""
+        """Return vectors from the mass centres to the points, in the fixed frame."""
         numbers, places = points
         angle = self.angle[numbers] + moved[numbers, 2]
         c, s = np.cos(angle), np.sin(angle)
         return np.stack([c * places[:, 0] - s * places[:, 1], s * places[:, 0] + c * places[:, 1]], axis=1)
 
     def motion(self, k: int, t: float) -> tuple[float, float, float]:
-        """Angle, angular velocity and acceleration of drive k."""
+        """Return angle, angular velocity and angular acceleration of drive k."""
         described = self.mechanism.drives[k].motion
         if type(described).__name__ == "ConstantSpeed":
             return float(self.angle[self.driven[k]]) + described.speed * t, described.speed, 0.0
@@ -116,7 +116,7 @@ class Multipliers:
     def conditions(
         self, t: float, q: np.ndarray, v: np.ndarray, pins: Any
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Residuals of position and rate, gradient over the unknowns, and g, for some of the pins, guides and drives."""
+        """Return residuals of position and rate, gradients, and g, for some pins, guides and drives."""
         moved, rates = self.spread(q), self.spread(v)
         journal, bearing = pins
         rows = 2 * len(journal[0]) + len(self.lines) + len(self.driven)
@@ -150,7 +150,7 @@ class Multipliers:
         return position, gradient @ rates.ravel() - prescribed, gradient[:, self.active], g
 
     def close(self, t: float, q: np.ndarray, v: np.ndarray, pins: Any) -> tuple[np.ndarray, np.ndarray]:
-        """The nearest state that fulfils the constraints, positions by Newton's method and then rates."""
+        """Return the nearest state that satisfies the constraints: positions by Newton's method, then rates."""
         for _ in range(30):
             position, _, gradient, _ = self.conditions(t, q, v, pins)
             if np.max(np.abs(position), initial=0.0) < 1e-14:
@@ -163,7 +163,7 @@ class Multipliers:
         return q, v - np.linalg.lstsq(gradient, rate, rcond=None)[0]
 
     def start(self) -> tuple[np.ndarray, np.ndarray]:
-        """The ideal mechanism, journals concentric."""
+        """Return the start of the ideal mechanism with concentric journals."""
         return self.close(0.0, np.zeros(self.size), np.zeros(self.size), self.all_pins)
 
     def settle(self, t: float, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -171,7 +171,7 @@ class Multipliers:
         return self.close(t, q, v, self.pins)
 
     def relative(self, t: float, q: np.ndarray, v: np.ndarray) -> list[Relative]:
-        """Where the journals are in their bearings."""
+        """Return the positions of the journals in their bearings."""
         moved, rates = self.spread(q), self.spread(v)
         (j, _), (b, _) = self.clearance_pins
         arm_j, arm_b = self.arms(moved, self.clearance_pins[0]), self.arms(moved, self.clearance_pins[1])
@@ -183,14 +183,14 @@ class Multipliers:
         return [Relative(*row) for row in np.column_stack([e, u, w_j, w_b]).tolist()]
 
     def accelerate(self, t: float, q: np.ndarray, v: np.ndarray, loads: Sequence[Load]) -> tuple[np.ndarray, float, float]:
-        """Accelerations, the first drive's torque and the power of all drives."""
+        """Return accelerations, the first drive's torque and the power of all drives."""
         a, forces = self.solve(t, q, v, loads)
         torques = forces[forces.size - len(self.driven) :]
         power = sum(torque * self.motion(k, t)[1] for k, torque in enumerate(torques.tolist()))
         return a, float(torques[0]) if torques.size else 0.0, power
 
     def solve(self, t: float, q: np.ndarray, v: np.ndarray, loads: Sequence[Load]) -> tuple[np.ndarray, np.ndarray]:
-        """Accelerations, and what ideal joints (force on the journal, x and y), guides and drives exert."""
+        """Return accelerations, and forces of ideal joints (on the journal, x and y), guides and drives."""
         moved = self.spread(q)
         applied = (self.mass.reshape(-1, 3) * self.weight).copy()
         for points, sign, spin in ((self.clearance_pins[0], 1.0, 2), (self.clearance_pins[1], -1.0, 3)):

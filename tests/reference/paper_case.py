@@ -1,4 +1,4 @@
-"""The text of a case file of the paper's array with clearance at joint A."""
+"""Case file of the paper's array with clearance at joint A."""
 
 __all__ = ["paper_case"]
 
@@ -20,5 +20,5 @@ until = "{until}"
 
 
 def paper_case(until: str) -> str:
-    """The case, simulated up to a time with its unit."""
+    """Return the text of the case, simulated up to a time with its unit."""
     return TEXT.format(until=until)

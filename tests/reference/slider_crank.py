@@ -13,9 +13,9 @@ from reference.marching import ClearanceJoint, Load, Minimal, Relative
 
 @dataclass(frozen=True)
 class SliderCrank(Minimal):
-    """Crank rotating at constant speed, rod, slider on the x axis; no gravity.
+    """Crank at constant speed, rod, and slider on the x axis, without gravity.
 
-    The journal is the end of the rod; integrated is its place (e_x, e_y) in the slider's bearing, from which the rod's
+    The journal is the end of the rod. The coordinates are its position (e_x, e_y) in the slider's bearing, from which the rod's
     direction b follows: r sin a + l sin b = e_y.
     """
 
@@ -29,17 +29,17 @@ class SliderCrank(Minimal):
     crank_inertia: float = 0.0
 
     def rod_motion(self, t: float, q: np.ndarray, v: np.ndarray) -> tuple[float, float, float]:
-        """Crank angle, rod angle and its rate."""
+        """Return crank angle, rod angle and its rate."""
         a = self.speed * t
         b = math.asin((float(q[1]) - self.crank * math.sin(a)) / self.rod)
         return a, b, (float(v[1]) - self.crank * self.speed * math.cos(a)) / (self.rod * math.cos(b))
 
     def relative(self, t: float, q: np.ndarray, v: np.ndarray) -> list[Relative]:
-        """Where the journal is in its bearing."""
+        """Return the position of the journal in its bearing."""
         return [Relative(*q.tolist(), *v.tolist(), self.rod_motion(t, q, v)[2], 0.0)]
 
     def accelerate(self, t: float, q: np.ndarray, v: np.ndarray, loads: Sequence[Load]) -> tuple[np.ndarray, float, float]:
-        """e'', the drive torque and its power."""
+        """Return e'', the drive torque and its power."""
         load, r, rod, w = loads[0], self.crank, self.rod, self.speed
         a, b, turn = self.rod_motion(t, q, v)
         pin_x, pin_y = -r * w**2 * math.cos(a), -r * w**2 * math.sin(a)  # acceleration of the crank pin

@@ -1,9 +1,9 @@
-"""The theta method of Moreau and Jean at theta = 1/2 with projection of positions, as published records of it were computed.
+"""The theta method of Moreau and Jean at theta = 1/2 with projection of positions, as used for published records.
 
-A step solves M (v+ - v) = h (F + F+)/2 + H^T P with q+ = q + h (v + v+)/2, mass, forces F+ and gradients at the end
-of the step, by Newton's method until the momentum balance holds within a tolerance. P is that of Newton's impact law
-and Coulomb's law on the velocities of the active contacts. Which contacts are active and how positions are corrected are the
-variants: Acary 2013, doi:10.1016/j.cma.2012.12.012. Nothing of the package is used.
+A step solves M (v+ - v) = h (F + F+)/2 + H^T P with q+ = q + h (v + v+)/2, and mass, forces F+ and gradients at the end
+of the step, by Newton's method until the momentum balance holds within a tolerance. P follows from Newton's impact law
+and Coulomb's law on the velocities of the active contacts. The variants differ in the choice of active contacts and in the
+correction of positions: Acary 2013, doi:10.1016/j.cma.2012.12.012. Nothing of the package is used.
 """
 
 import itertools
@@ -15,7 +15,7 @@ import numpy as np
 __all__ = ["System", "by_enumeration", "combined", "direct", "free", "sweeps"]
 
 Solver = Callable[[np.ndarray, np.ndarray, float], np.ndarray]
-"""From W, b and the friction coefficient to the impulses: velocities W z + b, normal and tangential in turn."""
+"""Function that returns impulses z from W, b and the friction coefficient; velocities are W z + b, normal and tangential."""
 
 
 class System(Protocol):
@@ -25,23 +25,23 @@ class System(Protocol):
     restitution: np.ndarray
 
     def mass(self, q: np.ndarray) -> np.ndarray:
-        """Of the coordinates."""
+        """Return the mass matrix of the coordinates."""
 
     def force(self, time: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """What is not an impulse, terms of the velocities included."""
+        """Return all forces that are not impulses, with terms of the velocities."""
 
     def slopes(self, time: float, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Of the force with respect to coordinates and velocities, as far as Newton's method is to know them."""
+        """Return derivatives of the force by coordinates and velocities, as far as Newton's method uses them."""
 
     def gaps(self, q: np.ndarray) -> np.ndarray:
-        """Of all contacts [m]."""
+        """Return the gaps of all contacts [m]."""
 
     def gradients(self, q: np.ndarray) -> np.ndarray:
-        """Of the normal and of the tangential velocity of each contact in turn, shape (2 contacts, coordinates)."""
+        """Return gradients of normal and tangential velocities of each contact in turn, shape (2 contacts, coordinates)."""
 
 
 def by_enumeration(w: np.ndarray, b: np.ndarray, friction: float) -> np.ndarray:
-    """Impulses by trying open, stick and both directions of sliding of every contact."""
+    """Return impulses by trying open, stick and both directions of sliding for every contact."""
     best, found = np.inf, np.zeros(len(b))
     for modes in itertools.product(range(4), repeat=len(b) // 2):
         left, right = np.eye(len(b)), np.zeros(len(b))
@@ -116,7 +116,7 @@ def _end(
     solver: Solver,
     tolerance: float,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Coordinates and velocities at the end of a step from `guess` for the velocities, before positions are corrected."""
+    """Return coordinates and velocities at the end of a step, before positions are corrected; `guess` starts the velocities."""
     rows = np.sort(np.concatenate([2 * active, 2 * active + 1]))
     before = system.force(time, q, v)
     new, end = guess, q + 0.5 * step * (v + guess)
@@ -143,7 +143,7 @@ def _end(
 
 
 def free(system: System, q: np.ndarray, v: np.ndarray, step: float, count: int) -> np.ndarray:
-    """States, with the contacts active whose gap would be closed half a step later, and no projection."""
+    """Return states without projection; a contact is active if its gap would be closed half a step later."""
     kept = [np.concatenate([q, v])]
     for k in range(count):
         approach = (system.gradients(q) @ v)[0::2]
@@ -154,7 +154,7 @@ def free(system: System, q: np.ndarray, v: np.ndarray, step: float, count: int) 
 
 
 def direct(system: System, q: np.ndarray, v: np.ndarray, step: float, count: int) -> np.ndarray:
-    """States, with gaps projected onto zero after each step if they are negative.
+    """Return states with negative gaps projected onto zero after each step.
 
     A contact becomes active at a gap of 1 um, and inactive beyond 0.1 um when it opens; the records apply this rule twice.
     """
@@ -174,7 +174,7 @@ def direct(system: System, q: np.ndarray, v: np.ndarray, step: float, count: int
 
 
 def _complementary(w: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Solution z of 0 <= W z + b, z >= 0, z (W z + b) = 0 with the fewest contacts."""
+    """Return the solution z of 0 <= W z + b, z >= 0, z (W z + b) = 0 with the fewest contacts."""
     for chosen in sorted(itertools.product((False, True), repeat=len(b)), key=sum):
         on, z = np.array(chosen), np.zeros(len(b))
         if on.any():
@@ -190,9 +190,10 @@ def _complementary(w: np.ndarray, b: np.ndarray) -> np.ndarray:
 def combined(
     system: System, q: np.ndarray, v: np.ndarray, step: float, count: int, solver: Solver, tolerance: float = 1e-6
 ) -> np.ndarray:
-    """States, with contacts added to a step until none closes, and their gaps projected onto zero within the tolerance [m].
+    """Return states with contacts added to a step until none closes; active gaps are projected onto zero.
 
-    A gap that is closed at the start makes a contact active for the step; the step is solved again with each that is added.
+    A gap that is closed at the start makes a contact active for the step; the step is solved again with each added contact. The
+    tolerance [m] ends the projection.
     """
     kept = [np.concatenate([q, v])]
     for k in range(count):

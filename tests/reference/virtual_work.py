@@ -1,4 +1,4 @@
-"""The principle of virtual work along a stroke: what drives and loads do, from forces and places that statics reports."""
+"""The principle of virtual work along a stroke: work of drives and loads, from reported forces and positions."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from scissordyn.components.port import AXIS, FRAME, HINGE, LINE, POINT, TRAVEL
 
 
 class VirtualWork:
-    """Work of everything that acts along a stroke, cumulated; places are splines of fifth degree over the instants."""
+    """Cumulated work of all forces along a stroke; positions are splines of fifth degree over the instants."""
 
     def __init__(self, forces: xr.Dataset, mechanism: sd.Mechanism) -> None:
         self.forces, self.mechanism, self.time = forces, mechanism, forces["time"].values
@@ -36,18 +36,18 @@ class VirtualWork:
 
     @property
     def largest(self) -> float:
-        """Largest work of one of them [J]."""
+        """Return the largest work of a single force [J]."""
         return max(float(np.abs(work).max()) for work in self.work.values())
 
     def imbalance(self) -> float:
-        """The largest sum of all works, over the largest of them."""
+        """Return the largest sum of all works, over the largest of them."""
         return float(np.abs(sum(self.work.values())).max()) / self.largest
 
     def _of_energy(self, energy: np.ndarray) -> np.ndarray:
         return energy - energy[0]
 
     def _along(self, force: np.ndarray, place: np.ndarray) -> np.ndarray:
-        """Work of a force or torque along a coordinate."""
+        """Return the work of a force or torque along a coordinate."""
         rate = make_interp_spline(self.time, place, k=5).derivative()(self.time)
         work: np.ndarray = make_interp_spline(self.time, force * rate, k=5).antiderivative()(self.time)
         return work - work[0]

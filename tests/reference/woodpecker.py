@@ -1,7 +1,7 @@
 """The woodpecker toy: free flight by Lagrange's equations, and Moreau's time stepping; no equation of the package is used.
 
-Free flight has the place of the sleeve and both angles, of any size. The time stepping has the height of the sleeve, its
-rotation and that of the bird, small angles; contacts are the beak and the lower and the upper edge of the sleeve on the pole.
+Free flight has the position of the sleeve and both angles, of any size. The time stepping has the height of the sleeve, its
+rotation and that of the bird, as small angles; contacts are the beak and the lower and the upper edge of the sleeve.
 Model and parameters of Glocker 1995 and of Leine, Glocker and van Campen 2001.
 """
 
@@ -32,7 +32,7 @@ def _gaps(q):
 
 @njit
 def march(q, u, step, until, friction):
-    """Heights of the sleeve and the instants at which the beak hits the pole."""
+    """Return the heights of the sleeve and the instants at which the beak hits the pole."""
     a, b = MASS_BIRD * TO_SPRING, MASS_BIRD * TO_BIRD
     mass = np.array(
         [
@@ -86,7 +86,7 @@ def march(q, u, step, until, friction):
 
 
 def _motion(_: float, state: np.ndarray) -> np.ndarray:
-    """Lagrange's equations of sleeve and bird without contact: x, y, both angles, and their rates."""
+    """Return the rate of the state without contact: x, y, both angles, and their rates."""
     first, second, w1, w2 = state[2], state[3], state[6], state[7]
     to_bird = np.array(
         [
@@ -109,7 +109,7 @@ EDGE = 0.1e-3  # Rounding of the sleeve's edges [m]
 
 
 def _distances(_: float, state: np.ndarray) -> float:
-    """The least distance of an edge of the sleeve or of the beak from the pole [m]."""
+    """Return the smallest distance of an edge of the sleeve or of the beak from the pole [m]."""
     x, first, second = state[0], state[2], state[3]
     found = []
     for side in (-1.0, 1.0):
@@ -121,7 +121,7 @@ def _distances(_: float, state: np.ndarray) -> float:
 
 
 def first_contact(start: np.ndarray) -> tuple[float, float]:
-    """When something touches the pole first [s], and how fast [m/s], from x, y, the angles of sleeve and bird, and rates."""
+    """Return time [s] and speed [m/s] of the first contact, from x, y, the angles of sleeve and bird, and their rates."""
     touch = lambda time, state: _distances(time, state)  # noqa: E731
     touch.terminal, touch.direction = True, -1.0  # type: ignore[attr-defined]
     found = solve_ivp(_motion, (0.0, 0.2), start, method="DOP853", rtol=1e-12, atol=1e-14, events=touch)

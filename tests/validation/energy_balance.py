@@ -10,19 +10,19 @@ from scissordyn.model.mechanism import Mechanism
 
 
 def masses(mechanism: Mechanism) -> tuple[np.ndarray, np.ndarray]:
-    """Masses [kg] and moments of inertia [kg m^2] of the bodies."""
+    """Return masses [kg] and moments of inertia [kg m^2] of the bodies."""
     bodies = mechanism.bodies
     return np.array([body.mass for body in bodies]), np.array([body.inertia or 0.0 for body in bodies])
 
 
 def kinetic_energy(run: xr.Dataset, mechanism: Mechanism) -> np.ndarray:
-    """Sum of m v^2/2 + I w^2/2 over the bodies, shape (nt,) [J]."""
+    """Return the sum of m v^2/2 + I w^2/2 over the bodies, shape (nt,) [J]."""
     mass, inertia = masses(mechanism)
     return 0.5 * np.sum(run["velocity"].values ** 2, axis=2) @ mass + 0.5 * run["angular_velocity"].values ** 2 @ inertia
 
 
 def stored_energy(run: xr.Dataset, mechanism: Mechanism) -> np.ndarray:
-    """Energy of weight and springs, counted from the start, and of contacts, shape (nt,) [J]."""
+    """Return the energy of weight and springs, relative to the start, and of contacts, shape (nt,) [J]."""
     mass, _ = masses(mechanism)
     pull = mechanism.gravity * np.array([np.cos(mechanism.gravity_direction), np.sin(mechanism.gravity_direction)])
     moved, places = run["position"].values - run["position"].values[0], Places(run, mechanism)
@@ -40,13 +40,13 @@ def stored_energy(run: xr.Dataset, mechanism: Mechanism) -> np.ndarray:
 
 
 def energy_drift(run: xr.Dataset, mechanism: Mechanism) -> float:
-    """Largest change of the whole energy, over the largest of its parts that changes."""
+    """Return the largest change of the total energy, over the largest of its parts."""
     kinetic, stored = kinetic_energy(run, mechanism), stored_energy(run, mechanism)
     return float(np.max(np.abs(kinetic + stored - kinetic[0] - stored[0])) / _largest_part(run, mechanism))
 
 
 def height_over_drift(run: xr.Dataset, mechanism: Mechanism) -> float:
-    """Weights times distances from the origin, to which positions round, over the energy that `energy_drift` is relative to."""
+    """Return weights times distances from the origin, to which positions round, over the largest part of the energy."""
     reach = np.max(np.hypot(*np.moveaxis(run["position"].values, -1, 0)), axis=0)
     return float(mechanism.gravity * reach @ masses(mechanism)[0] / _largest_part(run, mechanism))
 
@@ -56,9 +56,9 @@ def _largest_part(run: xr.Dataset, mechanism: Mechanism) -> float:
 
 
 def momentum_drift(run: xr.Dataset, mechanism: Mechanism) -> tuple[float, float]:
-    """Largest changes of linear and of angular momentum (about the origin), over the sums of what is added up.
+    """Return the largest changes of linear and angular momentum (about the origin), over the sums of their parts.
 
-    These are the momenta of the bodies and, for the linear one, the impulses of the contacts on both of theirs.
+    The parts are the momenta of the bodies and, for the linear one, the impulses of the contacts on both bodies.
     """
     mass, inertia = masses(mechanism)
     linear = run["velocity"].values * mass[:, None]
@@ -74,7 +74,7 @@ def momentum_drift(run: xr.Dataset, mechanism: Mechanism) -> tuple[float, float]
 
 
 def closure_error(run: xr.Dataset, mechanism: Mechanism) -> float:
-    """Largest error of an ideal joint, guide or weld [m or rad]."""
+    """Return the largest error of an ideal joint, guide or weld [m or rad]."""
     places = Places(run, mechanism)
     apart = [places.at(*joint.journal) - places.at(*joint.bearing) for joint in mechanism.ideal_joints]
     for guide in mechanism.guides:

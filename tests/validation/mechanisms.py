@@ -1,4 +1,4 @@
-"""Random mechanisms that lose no energy, or have friction at every joint, drafted as `benchmarks.random_cases` are."""
+"""Random mechanisms that lose no energy, or have friction at every joint, drafted as in `benchmarks.random_cases`."""
 
 from dataclasses import dataclass, replace
 
@@ -19,7 +19,7 @@ FRICTIONAL = sd.Clearance(CLEARANCE, friction=sd.LuGre(0.1)), sd.Clearance(CLEAR
 
 @dataclass
 class Plain(Draft):
-    """A mechanism of bodies of about 1 m and 1 kg in the making, with these clearances and springs that lose nothing."""
+    """Draft of a mechanism of bodies of about 1 m and 1 kg, with given clearances and springs without loss."""
 
     clearances: tuple[sd.Clearance, ...] = BOUNCING
 
@@ -27,7 +27,7 @@ class Plain(Draft):
         return self.choice(self.clearances)
 
     def share_pin(self, number: int, *, loose: bool) -> int:
-        """Pin a body where a joint is already, to the body of its bearing, whose number is returned; -1 is the ground."""
+        """Pin a body at an existing joint to the body of its bearing, and return the number of that body (-1: ground)."""
         bearing = self.choice(self.joints).bearing
         place, other = self.place(bearing), next((k for k, body in enumerate(self.bodies) if body.name == bearing[0]), -1)
         play = self.clearance() if loose or self.happens(0.25) else None
@@ -48,10 +48,10 @@ class Plain(Draft):
 def random_mechanism(
     seed: int, *, floating: bool = False, clearances: tuple[sd.Clearance, ...] = BOUNCING, everywhere: bool = False
 ) -> sd.Mechanism:
-    """Two to five bodies with every kind of joint with at least one degree of freedom.
+    """Return two to five bodies with every kind of joint and at least one degree of freedom.
 
-    `floating`: nothing is tied to the ground, and there is no gravity; `everywhere`: every joint has clearance, and all bodies
-    rotate, as the moment of friction on one that does not is lost.
+    `floating`: nothing is connected to the ground, and there is no gravity. `everywhere`: every joint has clearance, and all
+    bodies rotate, as a body that does not would lose the moment of friction.
     """
     draft = Plain(np.random.default_rng([21, seed]), 1.0, 1.0, clearances=clearances)
     draft.add_body((0.0, 0.0))

@@ -1,4 +1,4 @@
-"""Values in Python that do not fit: one line where they are given; and numbers out of all proportion to their mechanism."""
+"""Unfit values in Python, refused in one line when given, and values out of proportion to their mechanism."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ LOOSE = ARM.with_clearance("A", sd.Clearance(1e-4)).driven(sd.Harmonic(1.0, 0.1,
     ],
 )  # fmt: skip
 def test_unfit_values_are_refused_where_they_are_given(make: Callable[[], object], says: str) -> None:
-    """Contract: one line at construction that says what came, what is allowed and what to write in Python."""
+    """Contract: construction fails in one line with the given value, the allowed ones and the Python to write."""
     with pytest.raises(sd.InputError) as caught:
         make()
     message = str(caught.value)
@@ -109,7 +109,7 @@ def test_unfit_values_are_refused_where_they_are_given(make: Callable[[], object
 
 
 def test_numbers_of_numpy_are_numbers() -> None:
-    """Contract: numpy's numbers, arrays, truth values and lists give the description that Python's own give."""
+    """Contract: NumPy's numbers, arrays and truth values and lists give the same description as Python's own."""
     ours = sd.scissor(units=2, bar_length=2.0, angle=0.5)
     assert sd.scissor(units=np.int64(2), bar_length=np.float32(2.0), angle=np.float64(0.5)) == ours
     assert sd.scissor(units=2.0, bar_length=2, angle=0.5) == ours
@@ -123,7 +123,7 @@ def test_numbers_of_numpy_are_numbers() -> None:
 
 
 def test_every_quantity_has_bounds() -> None:
-    """Contract: a quantity that declares none has those of its unit, and a positive one is no smaller than any machine's."""
+    """Contract: a quantity without bounds has those of its unit; a positive one also has the unit's smallest size."""
     for unit, (smallest, largest) in {**RANGES, "N/m^7": (1e-30, 1e30)}.items():
         free, positive = Quantity(unit), Quantity(unit, above=0.0)
         assert free.admits(-largest)
@@ -136,7 +136,7 @@ def test_every_quantity_has_bounds() -> None:
 
 
 def test_one_name_for_one_meaning_of_a_frequency(tmp_path) -> None:
-    """Contract: angular_frequency is in rad/s in Python and has any unit of it in a file; no other name is taken."""
+    """Contract: a harmonic has an angular_frequency, in rad/s in Python; the name frequency is refused."""
     harmonic = '[drive.harmonic]\nmean = "45 deg"\namplitude = "1 deg"\nfrequency = "3 Hz"\n'
     (tmp_path / "case.toml").write_text('[structure]\nkind = "scissor"\n[run]\nuntil = "1 ms"\n' + harmonic)
     with pytest.raises(sd.InputError, match="did you mean 'angular_frequency'"):
@@ -146,14 +146,14 @@ def test_one_name_for_one_meaning_of_a_frequency(tmp_path) -> None:
 
 
 def test_equal_mechanisms_have_one_hash() -> None:
-    """Identity: a mechanism is a key of a dict, as equal ones are the same key."""
+    """Contract: equal mechanisms are one key of a dict."""
     arms = [sd.scissor(units=2).with_clearance("all", sd.Clearance(0.1e-3)) for _ in range(2)]
     assert arms[0] == arms[1]
     assert len({*arms, sd.scissor(units=2)}) == 2
 
 
-def test_both_spellings_are_the_same_mechanism() -> None:
-    """Contract: "BODY.POINT" and (BODY, POINT) give equal parts, wherever a body and a point are named."""
+def test_points_as_text_or_pair() -> None:
+    """Contract: "BODY.POINT" and (BODY, POINT) give equal parts wherever a body and a point are named."""
     arm = sd.scissor(units=2)
     for made in (
         lambda point, other: sd.Revolute("pin", point, other),
@@ -171,8 +171,8 @@ def test_both_spellings_are_the_same_mechanism() -> None:
         assert made(*map(".".join, pairs)) == made(*pairs)
 
 
-def test_a_joint_goes_before_a_point() -> None:
-    """Contract: where a joint or a point may be named, the name of a joint is a joint."""
+def test_joint_names_take_precedence_over_points() -> None:
+    """Contract: where a joint or a point may be given, the name of a joint means the joint."""
     arm = sd.scissor(units=1)
     assert arm.joint_or_point("A") == arm.joint("A")
     assert arm.joint_or_point("slider.centre") == ("slider", "centre")
@@ -181,8 +181,8 @@ def test_a_joint_goes_before_a_point() -> None:
 
 
 @pytest.mark.parametrize("given", ["", "end", ".end", "bar.", ("bar",), 3])
-def test_what_is_no_point(given: object) -> None:
-    """Contract: one line that says what is wanted."""
+def test_invalid_points(given: object) -> None:
+    """Contract: the error names the joint and the expected form."""
     with pytest.raises(sd.InputError, match=r"joint 'pin'|Revolute"):
         sd.Revolute("pin", given, ("ground", "O"))  # type: ignore[arg-type]
 
@@ -191,18 +191,18 @@ EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
 
 
 def arm(**surfaces: float) -> Mechanism:
-    """The array of the paper, of two units of 2 m, with clearance at A."""
+    """Return the paper's array of two units of 2 m, with clearance at A."""
     return sd.scissor(units=2).with_clearance("A", sd.Clearance(**{"clearance": 5e-4, **surfaces}))  # type: ignore[arg-type]
 
 
 def changed(mechanism: Mechanism, name: str, **facts: object) -> Mechanism:
-    """With other facts of one body."""
+    """Return the mechanism with other properties of one body."""
     bodies = tuple(dataclasses.replace(b, **facts) if b.name == name else b for b in mechanism.bodies)  # type: ignore[arg-type]
     return dataclasses.replace(mechanism, bodies=bodies)
 
 
 def rotor(inertia: float) -> Mechanism:
-    """With a motor."""
+    """Return the array with a motor whose rotor has an inertia."""
     motor = sd.Motor("m", "unit 1/bar 1", 1.0, 10.0, inertia=inertia)
     return dataclasses.replace(arm(), components=(motor,))
 
@@ -221,14 +221,14 @@ def rotor(inertia: float) -> Mechanism:
         (rotor(1e9), r"motor 'm' has a rotor of 1e\+09 kg m\^2"),
     ],
 )
-def test_absurd_numbers_are_told_once(mechanism: Mechanism, message: str) -> None:
-    """Limit: a number a million times beyond the mechanism's own has one warning, with its name and the proportion."""
+def test_warning_of_values_out_of_proportion(mechanism: Mechanism, message: str) -> None:
+    """Contract: a value a million times out of proportion gives one warning with its name and the ratio."""
     (said,) = proportion_warnings(mechanism)
     assert re.match(message, said)
 
 
-def test_a_run_and_a_check_tell_it(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    """Contract: the warning stands in a run, in many runs, and on the terminal before a run."""
+def test_proportion_warnings_of_runs_and_checks(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    """Contract: the warning appears in a run, in a batch, and in the output of `check`."""
     from scissordyn.cli.main import status_of
     from scissordyn.config.template import template
 
@@ -244,5 +244,5 @@ def test_a_run_and_a_check_tell_it(capsys: pytest.CaptureFixture[str], tmp_path:
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_examples_are_in_proportion(path: Path) -> None:
-    """Limit: no ordinary mechanism is told to be absurd."""
+    """Contract: no example gives a proportion warning."""
     assert proportion_warnings(read_case(path).mechanism) == []

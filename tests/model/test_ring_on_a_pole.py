@@ -17,7 +17,7 @@ CORNERS = tuple((x, y) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1)))
 
 
 def ring(around: bool = True) -> sd.Mechanism:
-    """A ring that turns about its middle without gravity and friction."""
+    """Return a ring that turns about its middle without gravity and friction."""
     body = sd.Body("ring", 0.01, 1e-6, {"middle": (0.0, 0.0)}, angular_velocity=SPEED)
     gap = sd.GuideClearance(
         CLEARANCE,
@@ -32,8 +32,8 @@ def ring(around: bool = True) -> sd.Mechanism:
 
 
 @pytest.mark.parametrize("around", [True, False])
-def test_touches_where_geometry_says(around: bool) -> None:
-    """Closed form: two edges touch at once, where w cos a - h sin a = w - c of a ring, w cos a + h sin a = w + c of a block."""
+def test_angle_of_first_contact(around: bool) -> None:
+    """Closed form: two edges touch at w cos a - h sin a = w - c of a ring, or w cos a + h sin a = w + c of a block."""
     sense = -1.0 if around else 1.0
     angle = brentq(
         lambda a: HALF_WIDTH * math.cos(a) + sense * HALF_HEIGHT * math.sin(a) - HALF_WIDTH - sense * CLEARANCE, 0.0, 0.3
@@ -45,8 +45,8 @@ def test_touches_where_geometry_says(around: bool) -> None:
     assert touched == ({"pole/corner 2", "pole/corner 4"} if around else {"pole/corner 1", "pole/corner 3"})
 
 
-def test_equal_corners_return_the_ring_with_its_restitution() -> None:
-    """Closed form: both corners push with the same moment: the ring turns back with e times its speed, in its place."""
+def test_ring_rebounds_with_its_restitution() -> None:
+    """Closed form: both corners push with the same moment, so that the ring turns back in place with e times its speed."""
     run = sd.simulate(ring(), until=0.03, start="as-placed", samples=301)
     after = run.sel(time=slice(float(run["contact_start"][0]) + 1e-3, None))
     assert after.sizes["time"] > 5
@@ -55,7 +55,7 @@ def test_equal_corners_return_the_ring_with_its_restitution() -> None:
 
 
 def test_pole_without_room_is_refused() -> None:
-    """Bad input: a clearance that leaves nothing of the pole is one line."""
+    """Contract: a clearance that leaves no room for the pole is refused."""
     described = ring()
     gap = described.guides[0].clearance
     assert gap is not None

@@ -1,4 +1,4 @@
-"""Numbers of the pages: claims, whose commands exist and whose figures are those that they write; what is checked by hand."""
+"""Numbers of the pages: claims with their commands and figures, and numbers of the theory."""
 
 import math
 import re
@@ -28,7 +28,7 @@ def test_claims_have_a_check_a_command_a_figure_and_a_date() -> None:
 
 
 def test_commands_of_claims_exist() -> None:
-    """Contract: tests, validation cases, benchmarks and programs that the page names are there."""
+    """Contract: tests, validation cases, benchmarks and programs named on the page exist."""
     for *_, command, _figure, _date in ROWS:
         for words in (text.split() for text in re.findall(r"`([^`]+)`", command)):
             match words:
@@ -55,7 +55,7 @@ def test_commands_of_claims_exist() -> None:
 
 
 def test_figures_of_claims_are_those_of_the_validation() -> None:
-    """Cross-check: each error in the row of a validation case is one of the table of its section, in one or two digits."""
+    """Cross-check: each error in a claim of a validation case is in the table of its section, in one or two digits."""
     sections = {
         part.split("\n", 1)[0]: part for part in (DOCS / "validation.md").read_text(encoding="utf-8").split("\n## ")[1:]
     }
@@ -77,7 +77,7 @@ def test_figures_of_claims_are_those_of_the_validation() -> None:
 
 
 def test_missed_goals_are_listed() -> None:
-    """Cross-check: each measured page of the package's own goals that has a goal marked as missed is named on the page."""
+    """Cross-check: each measured page with a missed goal is named on the page of claims."""
     pages = {
         path.name
         for path in (DOCS / "decisions" / "measured").glob("*.md")
@@ -134,7 +134,7 @@ def test_numbers_to_check_by_hand(page: str, text: str, value: float, printed: s
 
 
 def restitution(xi: float) -> float:
-    """What (D1) returns for a damping factor, by bisection."""
+    """Return the restitution of (D1) for a damping factor, by bisection."""
     low, high = 0.0, min(1.0, 1.0 / xi)
     for _ in range(200):
         e = 0.5 * (low + high)
@@ -147,7 +147,7 @@ def restitution(xi: float) -> float:
     ("factor", "printed"),
     [(1.5 * 0.5, "0.66296"), (0.75 * (1.0 - 0.25), "0.72524"), (8.0 * 0.5 / (5.0 * 0.5), "0.47044")],
 )
-def test_restitution_that_comes_out(factor: float, printed: str) -> None:
+def test_returned_restitution(factor: float, printed: str) -> None:
     """Closed form: the restitution of (D1) at a nominal coefficient of 0.5."""
     assert f"{restitution(factor):.5f}" == printed
     assert printed in (THEORY / "laws.md").read_text(encoding="utf-8")
@@ -155,6 +155,6 @@ def test_restitution_that_comes_out(factor: float, printed: str) -> None:
 
 @pytest.mark.parametrize(("wanted", "printed"), [(0.9, "0.16648"), (0.5, "1.43275"), (0.1, "9.99816")])
 def test_exact_damping_factor(wanted: float, printed: str) -> None:
-    """Closed form: the printed factor returns the restitution that is asked for."""
+    """Closed form: the printed factor gives the wanted restitution."""
     assert restitution(float(printed)) == pytest.approx(wanted, abs=2e-5)
     assert printed in (THEORY / "laws.md").read_text(encoding="utf-8")

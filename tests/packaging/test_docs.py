@@ -1,4 +1,4 @@
-"""The documentation: links, numbered equations, public names, the README, and tutorials that run."""
+"""Documentation: links, numbered equations, public names, the README, and tutorials that run."""
 
 import ast
 import doctest
@@ -32,13 +32,13 @@ def name(path: Path) -> str:
 
 
 def blocks(text: str, language: str) -> list[str]:
-    """The blocks of code in a language, without the tags of cells."""
+    """Return the blocks of code in a language, without the tags of cells."""
     return re.findall(rf"^```{re.escape(language)}[^\n]*\n(?::tags:[^\n]*\n)?(.*?)^```", text, flags=re.MULTILINE | re.DOTALL)
 
 
 @pytest.fixture(scope="module")
 def drawn() -> set[Path]:
-    """The pictures that are drawn when the site is built."""
+    """Return the pictures that are drawn when the site is built."""
     sys.path.insert(0, str(DOCS))
     try:
         pictures = importlib.import_module("_pictures")
@@ -74,7 +74,7 @@ def test_every_drawn_picture_has_a_page(drawn: set[Path]) -> None:
 
 
 def test_every_cited_equation_exists() -> None:
-    """Identity: names of equations are unique, and whoever cites one by docs/theory or in these pages finds it."""
+    """Identity: names of equations are unique, and every cited one exists."""
     tags = [tag for page in (DOCS / "theory").glob("*.md") for tag in NUMBERED.findall(page.read_text(encoding="utf-8"))]
     assert len(tags) == len(set(tags))
     assert len(tags) > 30
@@ -93,13 +93,13 @@ def test_every_cited_equation_exists() -> None:
 
 
 def code_of(page: Path) -> str:
-    """The Python and the cases of a page."""
+    """Return the Python code of a page."""
     text = page.read_text(encoding="utf-8")
     return "\n".join(code for language in ("python", "{code-cell}") for code in blocks(text, language))
 
 
 def used_names(code: str) -> set[tuple[str, str]]:
-    """Public names that code uses, by module: attributes of `sd`, and what it imports and then reads."""
+    """Return public names that code uses, by module: attributes of `sd`, and imported names that are read."""
     tree = ast.parse(code)
     read = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load)}
     found = set()
@@ -121,7 +121,7 @@ def used_names(code: str) -> set[tuple[str, str]]:
 
 
 def executed() -> list[Path]:
-    """Pages whose code tests execute: `tests/test_documents.py`, the tutorials below, and the README."""
+    """Return pages whose code tests execute: those of `tests/test_documents.py`, the tutorials, and the README."""
     asked = DOCS / "decisions" / "measured" / "questions.md"
     return [*DOCS.glob("*.md"), *(DOCS / "howto").glob("*.md"), *(DOCS / "tutorials").glob("*.md"), asked, README]
 
@@ -144,7 +144,7 @@ def test_tables_are_those_of_the_declarations() -> None:
 
 
 def test_pages_of_old_headings_are_deleted(tmp_path: Path) -> None:
-    """Contract: pages of the API that are no longer made do not stay, as the site would have their names twice."""
+    """Contract: the generator deletes pages of the API that it no longer makes."""
     for name in ("theory", "api"):
         (tmp_path / name).mkdir()
     (tmp_path / "api" / "old.md").write_text("# Old", encoding="utf-8")
@@ -156,7 +156,7 @@ def test_pages_of_old_headings_are_deleted(tmp_path: Path) -> None:
 
 
 def test_every_public_name_is_documented_and_shown() -> None:
-    """Contract: each public name has a docstring, a place in the API, and is used in code of these pages that is executed."""
+    """Contract: each public name has a docstring, an entry in the API and an executed example."""
     generate = generator()
     listed = [one for names in generate.groups().values() for one in names]
     assert sorted(listed) == sorted(sd.__all__)
@@ -185,7 +185,7 @@ def test_every_public_name_is_documented_and_shown() -> None:
     assert {(module, one) for module, one in imported if one not in sd.__all__} <= documented
 
 
-def test_what_examples_import_is_public() -> None:
+def test_imported_names_are_public() -> None:
     """Contract: names that the documentation imports from modules are public there, or modules themselves."""
     imports = {
         (module, name.split(" as ")[0].strip())
@@ -203,7 +203,7 @@ def test_what_examples_import_is_public() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("page", sorted((DOCS / "tutorials").glob("*.md")), ids=name)
 def test_tutorial_cells_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Cross-check: the cells of a tutorial run one after another in an empty folder, as they assert, and then its commands."""
+    """Contract: the cells and then the commands of a tutorial run in an empty folder."""
     import matplotlib as mpl
     import matplotlib.pyplot as plt
 
@@ -229,10 +229,10 @@ def test_pictures_of_examples_have_cases() -> None:
 
 
 def test_every_doi_is_in_the_bibliography() -> None:
-    """Identity: pages, sources, tests and cases name no DOI but those of the one file that says where each was found."""
+    """Identity: pages, sources, tests and cases name only DOIs of the bibliography, which says where each was found."""
     known = {reference.doi.lower() for reference in bibliography().values() if reference.doi}
     assert all(reference.seen for reference in bibliography().values() if reference.doi)
-    texts = [*PAGES, ROOT / "CITATION.cff", *(ROOT / "examples").rglob("*.toml")]
+    texts = [*PAGES, ROOT / "CITATION.cff", *(ROOT / "examples").rglob("*.toml"), *(ROOT / "src").rglob("*.toml")]
     texts += [*(ROOT / "validation").rglob("*.md"), *(ROOT / "src").rglob("*.py"), *(ROOT / "tests").rglob("*.py")]
     for path in texts:
         named = (doi.lower() for doi in dois(path.read_text(encoding="utf-8")) if not doi.startswith("10.1000/"))  # of examples
@@ -240,8 +240,8 @@ def test_every_doi_is_in_the_bibliography() -> None:
         assert not unknown, f"{path.relative_to(ROOT)}: {unknown}"
 
 
-def test_python_runs(capsys: pytest.CaptureFixture[str]) -> None:
-    """Cross-check: the lines of Python run as they stand and print a peak force and a predictability horizon within the run."""
+def test_code_of_the_readme(capsys: pytest.CaptureFixture[str]) -> None:
+    """Contract: the README's code runs and prints a peak force and a predictability horizon within the run."""
     (code,) = blocks(README.read_text(encoding="utf-8"), "python")
     assert len(code.splitlines()) <= 10
     exec(compile(code, "README.md", "exec"), {})
@@ -251,8 +251,8 @@ def test_python_runs(capsys: pytest.CaptureFixture[str]) -> None:
     assert 0.01 < float(found[2]) <= 0.05
 
 
-def test_the_checks_call_what_is_named() -> None:
-    """Contract: commands of make in README and CONTRIBUTING are targets with their set-up, and the checks call the same."""
+def test_make_targets_of_the_pages() -> None:
+    """Contract: `make` commands in README and CONTRIBUTING are targets, and the automatic checks call only these."""
     pages = (README, ROOT / "CONTRIBUTING.md")
     named = [
         one for page in pages for one in re.findall(r"\bmake (\w+)", "".join(blocks(page.read_text(encoding="utf-8"), "sh")))
@@ -280,7 +280,7 @@ OFFLINE = (
 @pytest.mark.skipif(BROWSER is None, reason="no chromium")
 @pytest.mark.skipif(importlib.util.find_spec("myst_nb") is None, reason="the site's requirements are not installed")
 def test_equations_render_without_a_network(tmp_path: Path) -> None:
-    """Contract: every displayed equation of the theory becomes a picture, and none an error."""
+    """Contract: every displayed equation of the theory becomes a picture, without errors."""
     theory = "\n".join(path.read_text(encoding="utf-8") for path in sorted((ROOT / "docs" / "theory").glob("*.md")))
     equations = re.findall(r"^\$\$\n.*?^\$\$\n", theory, flags=re.MULTILINE | re.DOTALL)
     assert len(equations) > 30

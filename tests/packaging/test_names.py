@@ -1,4 +1,4 @@
-"""What a user is shown of the package: names and completion; constants are bound once."""
+"""Public names and completion; imports of programs; constants are bound once."""
 
 import ast
 import importlib
@@ -31,7 +31,7 @@ print(json.dumps([before, [dir(sd), dir(sd.plot)], found, str(engine), callable(
 
 
 def test_shown_names() -> None:
-    """Contract: the public names and the version, before and after rooms are loaded, and no name of the ground."""
+    """Contract: `dir` and completion show the public names only, before and after modules are loaded."""
     done = subprocess.run([sys.executable, "-c", FRESH], capture_output=True, text=True, check=True)
     before, after, completed, engine, callable_ = json.loads(done.stdout)
     wanted = sorted(["__version__", *sd.__all__])
@@ -45,7 +45,7 @@ def test_shown_names() -> None:
 
 
 def test_the_two_tables_of_public_names_agree() -> None:
-    """Contract: what type checkers read of public names is what the package imports."""
+    """Contract: type checkers read the same public names as the package imports."""
     stub = ast.parse((ROOT / "src/scissordyn/__init__.pyi").read_text(encoding="utf-8"))
     imports = [node for node in stub.body if isinstance(node, ast.ImportFrom) and node.module]
     read = {name.name: str(node.module).removeprefix("scissordyn.") for node in imports for name in node.names}
@@ -53,8 +53,8 @@ def test_the_two_tables_of_public_names_agree() -> None:
 
 
 @pytest.mark.parametrize("program", PROGRAMS, ids=lambda file: str(file.relative_to(ROOT)))
-def test_what_programs_import(program: Path) -> None:
-    """Contract: programs that no test runs import names that the package has."""
+def test_imports_of_programs(program: Path) -> None:
+    """Contract: programs that no test runs import only names that the package has."""
     for node in ast.walk(ast.parse(program.read_text(encoding="utf-8"))):
         if isinstance(node, ast.ImportFrom) and str(node.module).startswith("scissordyn"):
             module = importlib.import_module(str(node.module))
@@ -63,7 +63,7 @@ def test_what_programs_import(program: Path) -> None:
 
 
 def bound(module: Path) -> Counter[str]:
-    """How often each name is bound by a plain statement of a module: what a condition chooses is bound once."""
+    """Return the number of plain assignments to each name of a module."""
     found: Counter[str] = Counter()
     for statement in ast.parse(module.read_text(encoding="utf-8")).body:
         if isinstance(statement, ast.Assign):
@@ -73,8 +73,8 @@ def bound(module: Path) -> Counter[str]:
     return found
 
 
-def test_a_module_binds_each_constant_once() -> None:
-    """Identity: a constant that is bound a second time changes, in silence, what functions above read."""
+def test_module_binds_each_constant_once() -> None:
+    """Contract: no constant is assigned twice, as functions above the second assignment would read another value."""
     modules = [path for room in ("scissordyn", "scissordyn_paper") for path in (ROOT / "src" / room).rglob("*.py")]
     assert len(modules) > 400
     twice = {str(path): name for path in modules for name, times in bound(path).items() if times > 1 and name.isupper()}

@@ -1,4 +1,4 @@
-"""What a release takes: sdist, conda recipe, forms, and workflows that can run and cannot be changed under it."""
+"""Contents of a release: sdist, conda recipe, issue forms, and pinned workflows."""
 
 import ast
 import re
@@ -22,12 +22,12 @@ OWN = {"scissordyn", "scissordyn_paper", "benchmarks", "validation", "reference"
 
 
 def plain(requirement: str) -> str:
-    """The name of a requirement, as indexes compare it."""
+    """Return the name of a requirement, as indexes compare it."""
     return re.split(r"[\s\[<>=!~;]", requirement.strip())[0].lower().replace("_", "-")
 
 
 def installed(extras: set[str]) -> set[str]:
-    """The distributions that the package needs with these extras, and what they need in turn."""
+    """Return the distributions that the package needs with some extras, and their own requirements."""
     wanted = [*PROJECT["dependencies"], *(one for extra in extras for one in PROJECT["optional-dependencies"][extra])]
     found: set[str] = set()
     while wanted:
@@ -43,7 +43,7 @@ def installed(extras: set[str]) -> set[str]:
 
 
 def imported(folder: str) -> set[str]:
-    """The modules that the sources of a folder import, without their own and those of Python."""
+    """Return the modules that the sources of a folder import, without their own and those of Python."""
     names: set[str] = set()
     for path in (ROOT / folder).rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
@@ -56,7 +56,7 @@ def imported(folder: str) -> set[str]:
 
 
 def test_ci_installs_what_the_tests_import() -> None:
-    """Contract: with the extras of the workflow, but for peers and pictures of a browser, which tests skip without."""
+    """Contract: the workflow installs what tests and sources import, except for peers, without which tests are skipped."""
     (extras,) = set(re.findall(r'--editable "\.\[([\w,]+)\]"', WORKFLOW))
     there = installed(set(extras.split(",")))
     distributions = packages_distributions()
@@ -69,15 +69,15 @@ def test_ci_installs_what_the_tests_import() -> None:
 
 
 def test_systems_and_versions() -> None:
-    """Contract: tests run on three systems with every version of Python that the classifiers name."""
+    """Contract: tests run on three systems with every version of Python among the classifiers."""
     named = [one.rpartition(" ")[2] for one in PROJECT["classifiers"] if re.search(r"Python :: 3\.\d", one)]
     quoted = ", ".join(f'"{one}"' for one in named)
     assert f"python: [{quoted}]" in WORKFLOW
     assert WORKFLOW.count("os: [ubuntu-latest, macos-latest, windows-latest]") == 2
 
 
-def test_commands_exist() -> None:
-    """Contract: each command is a target of make, an installation with extras that exist, or tests that exist."""
+def test_commands_of_the_workflow() -> None:
+    """Contract: each command is an existing target of make, an installation with existing extras, or existing tests."""
     targets = re.findall(r"^(\w+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
     commands = [line.strip("\"'").split() for line in re.findall(r"^ *- run: (.+)$", WORKFLOW, re.MULTILINE)]
     assert len(commands) >= 6
@@ -101,12 +101,12 @@ GITHUB = ROOT / ".github"
 
 
 def spaceless(requirement: str) -> str:
-    """A requirement as both files spell it."""
+    """Return a requirement in the spelling common to both files."""
     return requirement.replace(" ", "").replace("matplotlib-base", "matplotlib")
 
 
 def test_conda_recipe_needs_what_the_package_needs() -> None:
-    """Contract: version, dependencies and the command of the recipe are those of the package."""
+    """Contract: version, dependencies and command of the recipe are those of the package."""
     recipe = yaml.safe_load((ROOT / "packaging" / "conda" / "recipe.yaml").read_text(encoding="utf-8"))
     assert recipe["context"]["version"] == sd.__version__
     python, *needed = recipe["requirements"]["run"]
@@ -125,7 +125,7 @@ def test_changelog_has_the_version() -> None:
 
 @pytest.mark.parametrize("path", sorted((GITHUB / "workflows").glob("*.yml")), ids=lambda path: path.name)
 def test_actions_are_pinned(path: Path) -> None:
-    """Contract: each action is named by its digest, with the version behind it, and a checkout keeps no credentials."""
+    """Contract: each action is pinned by its digest with its version as a comment, and a checkout keeps no credentials."""
     text = path.read_text(encoding="utf-8")
     used = re.findall(r"uses: (\S+)(.*)", text)
     assert used
@@ -136,8 +136,8 @@ def test_actions_are_pinned(path: Path) -> None:
     assert "permissions" in yaml.safe_load(text)
 
 
-def test_forms_are_forms() -> None:
-    """Contract: each form of an issue has a name, a description and fields with labels; Dependabot knows both kinds of pins."""
+def test_issue_forms() -> None:
+    """Contract: each issue form has a name, a description and fields with labels; Dependabot updates both kinds of pins."""
     forms = [path for path in (GITHUB / "ISSUE_TEMPLATE").glob("*.yml") if path.name != "config.yml"]
     assert len(forms) == 3
     for path in forms:
@@ -154,7 +154,7 @@ def test_forms_are_forms() -> None:
 
 @pytest.mark.slow
 def test_wheel_of_the_sdist(tmp_path: Path) -> None:
-    """Contract: a wheel can be built from what the sdist holds, and has the examples; the sdist has the tests."""
+    """Contract: a wheel with the examples can be built from the sdist, which has the tests."""
     source, made = tmp_path / "source", tmp_path / "made"
     listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.split("\n")
     for name in filter(None, listed):

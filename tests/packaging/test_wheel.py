@@ -1,4 +1,4 @@
-"""What is installed: the wheel, and the program in an environment that has nothing else."""
+"""The wheel, and the program in an environment with nothing else."""
 
 import os
 import re
@@ -19,7 +19,7 @@ ROOT = Path(__file__).parents[2]
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The wheel, built from a copy of what it is built from, as nothing is to be written into the sources."""
+    """Return the wheel, built from a copy of the sources."""
     pytest.importorskip("setuptools", minversion="77")
     source = tmp_path_factory.mktemp("source")
     for name in ("pyproject.toml", "setup.py", "MANIFEST.in", "README.md", "LICENSE"):
@@ -36,7 +36,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_wheel_contains_the_package_and_nothing_else(wheel: Path) -> None:
-    """Contract: every file of the package and every example is in the wheel; tests and documentation are not."""
+    """Contract: the wheel has every file of the package and every example, and neither tests nor documentation."""
     with zipfile.ZipFile(wheel) as archive:
         names = set(archive.namelist())
         metadata = archive.read(f"scissordyn-{sd.__version__}.dist-info/METADATA").decode()
@@ -74,7 +74,7 @@ def test_module_is_the_program() -> None:
 
 @pytest.mark.slow
 def test_empty_environment(wheel: Path, tmp_path: Path) -> None:
-    """Cross-check: installed alone, without a compiler or any other program on the path, it computes the paper's case."""
+    """Contract: installed alone, without a compiler or other programs, the package computes the paper's case."""
     home = tmp_path / "environment"
     venv.create(home, with_pip=True)
     programs = home / ("Scripts" if os.name == "nt" else "bin")

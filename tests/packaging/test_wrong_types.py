@@ -1,4 +1,4 @@
-"""Wrong types: what a public function does not take is the package's own error, where the value enters."""
+"""Wrong types: public functions refuse them with the package's own error."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ DRAWS = 12  # Calls of each function
 
 
 def public_functions() -> list[str]:
-    """Names of everything public that is called, without errors."""
+    """Return names of all public functions and classes but errors."""
     named = ((name, getattr(sd, name)) for name in sd.__all__)
     return [name for name, one in named if callable(one) and not (isinstance(one, type) and issubclass(one, BaseException))]
 
 
 def drawn(name: str, number: int) -> tuple[list[Any], dict[str, Any]]:
-    """Arguments of wrong types for all required parameters, and sometimes for an optional one."""
+    """Return arguments of wrong types for all required parameters, and sometimes for an optional one."""
     chance, positional, named = random.Random(f"{name} {number}"), list[Any](), dict[str, Any]()
     optional = []
     for parameter in inspect.signature(getattr(sd, name)).parameters.values():
@@ -47,7 +47,7 @@ def drawn(name: str, number: int) -> tuple[list[Any], dict[str, Any]]:
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("name", public_functions())
 def test_wrong_types_are_the_errors_of_the_package(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Limit: random values of wrong types are taken, or refused with one line of `ScissordynError`; no other error."""
+    """Contract: random values of wrong types are accepted or refused with `ScissordynError`, never with another error."""
     monkeypatch.chdir(tmp_path)
     for number in range(DRAWS):
         positional, named = drawn(name, number)
@@ -60,8 +60,8 @@ def test_wrong_types_are_the_errors_of_the_package(name: str, tmp_path: Path, mo
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, "30 deg", None, True, 1j])
-def test_units_of_no_finite_number(value: Any) -> None:
-    """Limit: angles and speeds are finite numbers."""
+def test_units_refuse_values_that_are_not_finite(value: Any) -> None:
+    """Contract: angles and speeds are finite numbers."""
     for function in (sd.degrees, sd.rpm):
         with pytest.raises(sd.InputError, match="expected a finite number"):
             function(value)

@@ -1,4 +1,4 @@
-"""Orders of unknowns in which coupled ones are near each other."""
+"""Orders of unknowns that keep coupled ones close to each other."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from scissordyn.plan.ordering import coupled, members, pairs_of, reach, reverse_
 
 @pytest.mark.parametrize("seed", range(8))
 def test_groups_couple_their_members(seed: int) -> None:
-    """Cross-check by a second formulation: products of incidence matrices, and the order and the band of scipy."""
+    """Second formulation: products of incidence matrices, and scipy's order and bandwidth."""
     random = np.random.default_rng(seed)
     size, count = (int(number) for number in random.integers(1, 60, 2))
     groups = [random.choice(size, int(random.integers(0, min(size, 5) + 1)), replace=False) for _ in range(count)]

@@ -1,4 +1,4 @@
-"""Cases that share the tables of a plan, and mechanisms that do not."""
+"""Mechanisms that share the tables of a plan, and mechanisms that do not."""
 
 import copy
 import dataclasses
@@ -20,7 +20,7 @@ OPTIONS = Options(0.02, samples=101)
 
 
 def array() -> sd.Mechanism:
-    """An array with clearance at joint A."""
+    """Return an array with clearance at joint A."""
     return sd.scissor(units=2).with_clearance("A", FREE).driven(speed=sd.rpm(150)).track("tip", "slider", "centre")
 
 
@@ -52,7 +52,7 @@ def run(made: Plan) -> Trajectory:
 
 
 def assert_same(one: Trajectory, other: Trajectory) -> None:
-    """Bit for bit, but for the time that was taken."""
+    """Compare two trajectories bit for bit."""
     for name in ("time", "state", "total", "mode", "memory", "mass", "reference"):
         assert getattr(one.samples, name).tobytes() == getattr(other.samples, name).tobytes(), name
     assert one.log.tobytes() == other.log.tobytes()
@@ -61,8 +61,8 @@ def assert_same(one: Trajectory, other: Trajectory) -> None:
 
 
 @pytest.mark.parametrize("variation", VARIATIONS)
-def test_a_case_that_fits_shares_the_tables(variation: str) -> None:
-    """Identity: bit for bit the run of the plan that is made for the same mechanism alone."""
+def test_case_that_fits_shares_the_tables(variation: str) -> None:
+    """Identity: the run is bit for bit that of a plan compiled for the mechanism alone."""
     known = plan(array())
     run(known)
     varied = VARIATIONS[variation](array())
@@ -73,8 +73,8 @@ def test_a_case_that_fits_shares_the_tables(variation: str) -> None:
 
 
 @pytest.mark.parametrize("variation", VARIATIONS)
-def test_a_change_of_a_planned_mechanism_shares_its_tables(variation: str) -> None:
-    """Identity: bit for bit the run of the same mechanism by itself, warnings included."""
+def test_change_of_a_planned_mechanism_shares_its_tables(variation: str) -> None:
+    """Identity: the run is bit for bit that of the mechanism alone, warnings included."""
     known = array()
     sd.simulate(known, until=0.02, samples=101)
     varied = VARIATIONS[variation](known)
@@ -87,8 +87,8 @@ def test_a_change_of_a_planned_mechanism_shares_its_tables(variation: str) -> No
 
 
 @pytest.mark.parametrize("other", OTHERS)
-def test_a_change_of_the_tables_is_planned_anew(other: str) -> None:
-    """Contract: a change that does not fit has the plan that it would have by itself."""
+def test_change_of_the_tables_needs_a_plan(other: str) -> None:
+    """Contract: a mechanism that does not fit gets the plan that it would have alone."""
     known = array()
     plan(known)
     changed = OTHERS[other](known)
@@ -102,8 +102,8 @@ def test_what_enters_the_tables_does_not_fit(other: str) -> None:
     assert not plan(array()).fits(OTHERS[other](array()))
 
 
-def test_a_force_over_time_has_its_own_tables() -> None:
-    """Contract: a force that follows a time function does not share the tables of a constant one."""
+def test_force_over_time_does_not_fit_a_constant_one() -> None:
+    """Contract: a force with a time function does not share the tables of a constant one."""
     constant = sd.Force("load", ("slider", "centre"), (10.0, 0.0))
     growing = dataclasses.replace(constant, time_function=sd.Cycloidal(0.0, 1.0, 0.5))
     one, other = (dataclasses.replace(array(), drives=(), components=(part,)) for part in (constant, growing))
@@ -111,12 +111,12 @@ def test_a_force_over_time_has_its_own_tables() -> None:
 
 
 def test_equal_mechanisms_fit() -> None:
-    """Contract: what is equal fits, whoever made it."""
+    """Contract: equal mechanisms share a plan."""
     assert plan(array()).fits(array())
 
 
-def test_the_plan_is_no_part_of_the_mechanism() -> None:
-    """Identity: a mechanism with a plan is equal to one without, and is copied and sent without it."""
+def test_plan_is_not_part_of_the_mechanism() -> None:
+    """Contract: a mechanism with a plan equals one without, and is copied and pickled without it."""
     known, fresh = array(), array()
     assert plan(known) is plan(known)
     assert known == fresh
@@ -127,7 +127,7 @@ def test_the_plan_is_no_part_of_the_mechanism() -> None:
 
 
 def test_numbers_are_not_shared() -> None:
-    """Contract: two systems of one plan have arrays of their own, where a driver may write."""
+    """Contract: two drivers of one plan have separate arrays."""
     made = plan(array())
     one, other = made.numbers(), made.numbers()
     for name, first, second in zip(one._fields, one, other, strict=True):

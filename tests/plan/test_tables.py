@@ -66,7 +66,7 @@ def variations(part: Any) -> Iterator[tuple[str, Any]]:
 @pytest.mark.parametrize("bent", [False, True], ids=["rigid", "bent"])
 @pytest.mark.parametrize("name", list(ATTACHED))
 def test_plans_that_fit_have_equal_tables(name: str, bent: bool) -> None:
-    """Invariant: whatever field of a component changes, a plan that fits has the tables that compilation would give."""
+    """Identity: for a change of any field of a component, a plan that fits has the tables of a compiled one."""
     made = ATTACHED[name](bars())
     made = sd.with_bending(made, "arm", modes=2, **STIFF) if bent else made
     known = compiled(made)
@@ -102,7 +102,7 @@ def clearances() -> Iterator[sd.Clearance]:
 
 
 def test_clearances_that_fit_have_equal_tables() -> None:
-    """Invariant: the same for every pair of laws in a joint."""
+    """Identity: plans that fit have equal tables for every pair of laws in a joint."""
     made = [compiled(bars().with_clearance("elbow", clearance)) for clearance in clearances()]
     assert len(made) > 20
     found = [entries(plan) for plan in made]

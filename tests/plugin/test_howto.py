@@ -1,4 +1,4 @@
-"""The three elements of the how-to page, written as a user, against those of the package, in a case file and in a run."""
+"""The three user-defined elements of the how-to page, compared with those of the package, in a case file and in a run."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PAGE = (Path(__file__).parents[2] / "docs" / "howto" / "own_elements.md").read_t
 
 @pytest.fixture
 def case(tmp_path: Path) -> Path:
-    """The page's files and its case."""
+    """Write the page's files and its case."""
     for name, code in re.findall(r"^```python\n# (\w+\.py)\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL):
         (tmp_path / name).write_text(code, encoding="utf-8")
     (only,) = re.findall(r"^```toml\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
@@ -24,8 +24,8 @@ def case(tmp_path: Path) -> Path:
     return tmp_path / "case.toml"
 
 
-def test_the_page_s_case(case: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Cross-check: the user's three give the motion of the package's three; the saved run is run again from the three files."""
+def test_case_of_the_page(case: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Cross-check: the user's elements give the motion of the package's; the saved run is run again from the files."""
     assert status_of(["check", str(case)]) == 0
     assert "my clutch brake." in capsys.readouterr().out.lower()
     read = sd.read_case(case)
@@ -47,8 +47,8 @@ def test_the_page_s_case(case: Path, capsys: pytest.CaptureFixture[str]) -> None
     np.testing.assert_array_equal(again["first"], run["first"])
 
 
-def test_the_figures_of_the_page() -> None:
-    """Contract: the lines of its files, and of the package's, are those that the page says."""
+def test_line_counts_of_the_page() -> None:
+    """Contract: the page gives the numbers of lines of its files and of the package's."""
     code = dict(re.findall(r"^```python\n# (\w+\.py)\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL))
     for name, lines in re.findall(r"^\| .* \| `(\w+\.py)` \| (\d+) \| \d+ \|$", PAGE, re.MULTILINE):
         assert len([line for line in code[name].splitlines() if line.strip()]) == int(lines), name
@@ -61,13 +61,13 @@ DRAG, ENGAGES, RELEASES = 0.5, 4.0, 3.0
 
 
 def engaged(angle, speed, mode, drag, engages, releases):
-    """As on the page."""
+    """Return the gap and its direction, as on the page."""
     threshold = engages if mode == 0.0 else releases
     return speed - threshold, 1.0 if mode == 0.0 else -1.0
 
 
 def dragging(angle, speed, mode, drag, engages, releases):
-    """A viscous torque while it is engaged."""
+    """Return a viscous torque while engaged."""
     torque = drag * speed if mode == 1.0 else 0.0
     return -torque, 0.0, torque * speed
 
@@ -84,13 +84,13 @@ class Centrifugal:
     base: str = "ground"
 
     def parameters(self, start):
-        """All three."""
+        """Return the drag and both thresholds."""
         return self.drag, self.engages, self.releases
 
 
 @pytest.mark.parametrize("method", ["dop853", "rodas5p"])
-def test_a_guard_on_a_speed(method: str) -> None:
-    """Closed form: under a torque of 4 sin t the brake engages and releases where the speed of two linear phases says so."""
+def test_guard_on_a_speed(method: str) -> None:
+    """Closed form: under a torque of 4 sin t the brake engages and releases at the speeds of two linear phases."""
     inertia, amplitude = 0.5, 4.0
     rotor = sd.Body("rotor", 1.0, inertia, {"hub": (0.0, 0.0)})
     pin = sd.Revolute("pin", ("rotor", "hub"), ("ground", "O"))

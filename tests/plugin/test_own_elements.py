@@ -1,4 +1,4 @@
-"""Laws and controllers of a user's own, declared with `sd.element` in his file: they have every right that ours have."""
+"""User-defined laws, controllers and components, declared with `sd.element` in a file: they work as the package's own."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ import scissordyn as sd
 from scissordyn.cli.main import status_of
 from scissordyn.errors import InputError
 from scissordyn.explore.case import open_case
-from scissordyn.laws.validity import contact_warnings
 from scissordyn.model.record import to_plain
 from scissordyn.run.advance.checkpoint import Checkpoint
 
@@ -134,20 +133,20 @@ start = "in-contact"
 
 @pytest.fixture
 def case(tmp_path: Path) -> Path:
-    """A case file with the user's file beside it."""
+    """Write a case file and the user's file next to it."""
     (tmp_path / "mine.py").write_text(MINE, encoding="utf-8")
     (tmp_path / "case.toml").write_text(CASE, encoding="utf-8")
     return tmp_path / "case.toml"
 
 
 def simulated(path: Path, **changed: object) -> object:
-    """The run of a case file."""
+    """Return the run of a case file."""
     read = sd.read_case(path)
     return sd.simulate(read.mechanism, **{**read.run.keywords, **changed})
 
 
-def test_a_case_file_and_its_run(case: Path) -> None:
-    """Second road: friction and torque from the recorded states; the states are those that scipy finds for the same motion."""
+def test_case_file_and_its_run(case: Path) -> None:
+    """Second formulation: friction and torque follow from the recorded states, which scipy integrates for the same motion."""
     run = simulated(case, samples=20_001)
     assert run.attrs["status"] == "complete"
     assert run["short"].attrs["units"] == run["long"].attrs["units"] == "m"
@@ -179,7 +178,7 @@ def test_a_case_file_and_its_run(case: Path) -> None:
 
 
 def test_replay_and_its_digest(case: Path, tmp_path: Path) -> None:
-    """Identity: a saved run is run again bit for bit from the allowed file, and refused from an edited one."""
+    """Contract: a saved run is run again bit for bit from the allowed file, and refused from an edited one."""
     run = simulated(case)
     loaded = sd.load(sd.save(run, tmp_path / "run.nc"))
     with pytest.raises(InputError, match=r"of 'mine\.py', which is not executed unless you allow it"):
@@ -192,8 +191,8 @@ def test_replay_and_its_digest(case: Path, tmp_path: Path) -> None:
         sd.replay(loaded, allow_code=tmp_path / "mine.py")
 
 
-def test_the_text_of_a_case(case: Path, tmp_path: Path) -> None:
-    """Contract: what a case file says is written again, and refused when the file has changed since."""
+def test_text_of_a_case(case: Path, tmp_path: Path) -> None:
+    """Contract: a case is written as it was read, and refused when the user's file has changed since."""
     read = sd.read_case(case)
     text = sd.write_case(read.mechanism, tmp_path / "again.toml", run=read.run).read_text(encoding="utf-8")
     assert 'friction = { law = "mine.py:TwoBristles", kinetic = 0.2 }' in text
@@ -210,8 +209,8 @@ def test_the_text_of_a_case(case: Path, tmp_path: Path) -> None:
         sd.case_text(read.mechanism)
 
 
-def test_a_file_named_from_the_working_folder(case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Contract: its name becomes absolute; all else is the same."""
+def test_relative_file_becomes_absolute(case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Contract: a file given relative to the working folder is written with its absolute path."""
     monkeypatch.chdir(tmp_path)
     arm = sd.scissor(units=1).with_clearance("A", sd.Clearance(1e-4, stiffness=sd.law("stiffness", "mine.py:Rubber")(1e7)))
     written = sd.read_case(sd.write_case(arm, "own.toml")).mechanism
@@ -219,8 +218,8 @@ def test_a_file_named_from_the_working_folder(case: Path, tmp_path: Path, monkey
     assert written.replace("A.stiffness", arm.joint("A").clearance.stiffness) == arm
 
 
-def test_a_class_imported_in_python(case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Contract: an imported class is known by its file, so that its runs are run again and its cases are written."""
+def test_class_imported_in_python(case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Contract: an imported class is known by its file, so that its runs can be repeated and its cases written."""
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.delitem(sys.modules, "mine", raising=False)
     import mine  # type: ignore[import-not-found]
@@ -233,8 +232,8 @@ def test_a_class_imported_in_python(case: Path, tmp_path: Path, monkeypatch: pyt
     np.testing.assert_array_equal(again["friction_force"], run["friction_force"])
 
 
-def test_a_class_of_no_file(tmp_path: Path) -> None:
-    """Contract: for a class of a program or notebook, saving its run and writing its case say in one line what to do."""
+def test_class_in_no_file(tmp_path: Path) -> None:
+    """Contract: for a class of a program or notebook, saving a run and writing a case say what to do."""
 
     def force(slip_speed, normal_force):
         return 0.1 * normal_force * slip_speed / (abs(slip_speed) + 1e-3)
@@ -247,7 +246,7 @@ def test_a_class_of_no_file(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"friction law: its class 'Smooth' is not in a file.*from mine import Smooth"):
         sd.case_text(arm)
     run = sd.simulate(arm, until=1e-3, samples=3)
-    with pytest.warns(UserWarning, match=r"cannot be run again .* class 'test_a_class.*Smooth' is in no file") as told:
+    with pytest.warns(UserWarning, match=r"cannot be run again .* class 'test_class_in_no_file.*Smooth' is in no file") as told:
         saved = sd.save(run, tmp_path / "run.nc")
     assert "\n" not in str(told[0].message)
     loaded = sd.load(saved)
@@ -256,8 +255,8 @@ def test_a_class_of_no_file(tmp_path: Path) -> None:
         sd.replay(loaded)
 
 
-def test_a_checkpoint_knows_the_code(case: Path, tmp_path: Path) -> None:
-    """Contract: a checkpoint of a case is refused after an edit of the user's file, and taken before."""
+def test_checkpoint_depends_on_the_code(case: Path, tmp_path: Path) -> None:
+    """Contract: a checkpoint is used until the user's file is edited, and refused afterwards."""
     checkpoint = Checkpoint(tmp_path / "run.checkpoint", keep=True)
     read = sd.read_case(case)
     options = {**read.run.keywords, "until": 2e-3}
@@ -270,12 +269,12 @@ def test_a_checkpoint_knows_the_code(case: Path, tmp_path: Path) -> None:
 
 
 def largest_friction(mechanism: sd.Mechanism) -> float:
-    """Of a short run."""
+    """Return the largest friction force of a short run."""
     return float(sd.simulate(mechanism, until=1e-3, samples=11, start="in-contact")["friction_force"].max())
 
 
 def test_batches_and_processes(case: Path) -> None:
-    """Identity: the cases of a batch are those of single runs, in threads and in other processes."""
+    """Identity: the cases of a batch equal single runs, in threads and in other processes."""
     read = sd.read_case(case)
     kinetic, options = [0.1, 0.3], {"until": 4e-3, "start": "in-contact"}
     singles = [sd.simulate(read.mechanism.replace("A.friction.kinetic", value), **options) for value in kinetic]
@@ -289,7 +288,7 @@ def test_batches_and_processes(case: Path) -> None:
 
 
 def test_fields_of_the_explorer(case: Path, tmp_path: Path) -> None:
-    """Contract: numbers of a component, laws and a controller in a file are fields with their units, and can be changed."""
+    """Contract: parameters of user-defined elements are fields of the explorer, with units, and can be changed."""
     opened = open_case(case, [tmp_path / "mine.py"])
     fields = opened.fields
     for key, unit in (
@@ -314,7 +313,7 @@ def test_fields_of_the_explorer(case: Path, tmp_path: Path) -> None:
 
 
 def test_commands(case: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    """Contract: check, the list of laws and the pictures take a class of a file as one of the package."""
+    """Contract: `check`, `laws` and `controllers` accept a class in a file as one of the package."""
     monkeypatch.chdir(tmp_path)
     assert status_of(["check", "case.toml"]) == 0
     assert status_of(["laws", "mine.py:TwoBristles", "--plot", "law.png"]) == 0
@@ -328,7 +327,7 @@ def test_commands(case: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 
 
 def test_steady_sliding_without_a_kernel_for_it(case: Path, tmp_path: Path) -> None:
-    """Closed form: the picture of a law with states and no kernel of steady sliding shows mu_k."""
+    """Closed form: a law with states and no kernel of steady sliding settles at mu_k."""
     from scissordyn.laws.experiment import steady_coefficient
     from scissordyn.plot.law import DEFAULT_JOINT
 
@@ -346,8 +345,8 @@ def test_steady_sliding_without_a_kernel_for_it(case: Path, tmp_path: Path) -> N
         ({"slot": "friction", "froce": 1}, r"froce of a friction law \(did you mean 'force'\?\)"),
     ],
 )
-def test_a_wrong_declaration(options: dict[str, object], message: str) -> None:
-    """Contract: what does not fit is refused where the class is defined, in one line."""
+def test_wrong_declaration(options: dict[str, object], message: str) -> None:
+    """Contract: a wrong declaration is refused where the class is defined, in one line."""
 
     def force():
         return 0.0
@@ -356,8 +355,8 @@ def test_a_wrong_declaration(options: dict[str, object], message: str) -> None:
         sd.element(force=force, **options)(type("Own", (), {}))  # type: ignore[arg-type]
 
 
-def test_a_kernel_that_names_something_else() -> None:
-    """Contract: an argument that is neither an input nor a state nor a number is refused with what it may be."""
+def test_kernel_with_an_unknown_argument() -> None:
+    """Contract: an argument that is neither an input, a state nor a parameter is refused with the nearest name."""
 
     def force(slip_sped):
         return 0.0
@@ -368,53 +367,15 @@ def test_a_kernel_that_names_something_else() -> None:
         sd.element(slot="friction", force=force)(type("Own", (), {}))
 
 
-def test_a_class_of_another_slot(case: Path) -> None:
-    """Contract: a controller as a friction law is refused in one line, with the place in the file."""
+def test_class_of_another_slot(case: Path) -> None:
+    """Contract: a controller given as a friction law is refused in one line."""
     case.write_text(CASE.replace("mine.py:TwoBristles", "mine.py:FilteredRate"), encoding="utf-8")
     with pytest.raises(InputError, match=r"FilteredRate' is not a friction law"):
         sd.read_case(case)
 
 
-def falling(indentation):
-    """A layer that gives way."""
-    return 1e7 * indentation * (1.0 - 4e3 * indentation)
-
-
-def feeding(elastic, rate):
-    """The wrong sign."""
-    return elastic * (1.0 - 0.1 * rate)
-
-
-def scraping(slip_speed, normal_force):
-    """Too much."""
-    return 20.0 * normal_force * slip_speed
-
-
-@pytest.mark.parametrize(
-    ("slot", "force", "says"),
-    [
-        ("stiffness", falling, "the force does not grow from"),
-        ("damping", feeding, "damping law: it raises the elastic force on rebound"),
-        ("friction", scraping, "its friction coefficient reaches 200"),
-    ],
-)
-def test_what_is_doubtful_is_told(slot: str, force: object, says: str) -> None:
-    """Limit: a class of a user's whose forces may not be what he meant is a warning in the result."""
-
-    @sd.element(slot=slot, force=force)
-    class Own:
-        """A law."""
-
-    laws = {"stiffness": sd.Liu(), "damping": sd.Flores(), "friction": sd.NoFriction()} | {slot: Own()}
-    joint = sd.Clearance(2e-4).surfaces
-    warnings = contact_warnings("A", joint, **laws, approach_speed=[], indentation=0.0)
-    assert any(says in str(warning) for warning in warnings), warnings
-    sound = {"stiffness": sd.Liu(), "damping": sd.Flores(), "friction": sd.NoFriction()}
-    assert contact_warnings("A", joint, **sound, approach_speed=[], indentation=0.0) == []
-
-
-def test_what_cannot_be_right_is_refused() -> None:
-    """Limit: a class of a user's that pulls is refused before the run, in one line."""
+def test_pulling_stiffness_is_refused_before_a_run() -> None:
+    """Contract: a user-defined stiffness that pulls is refused before the run, in one line."""
 
     @sd.element(slot="stiffness", force=lambda indentation: -1e7 * indentation)
     class Own:

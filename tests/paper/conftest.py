@@ -8,17 +8,18 @@ from scissordyn_paper.runs import fetch_runs
 
 @pytest.fixture(scope="session")
 def few_periods():
-    """Counts of periods that suffice to have something to show; what hundreds of them say is the test of the measures."""
+    """Return counts of periods that suffice to draw something, but not to judge a motion."""
     diagram = {"DIAGRAM_VALUES": 2, "DIAGRAM_CYCLES": 4, "DIAGRAM_KEPT": 2}
     return {"CYCLES": 10, "SKIP": 4, "MEMBERS": 2, "GROWTH_CYCLES": 2, "GROWTH_SKIP": 1, **diagram}
 
 
 @pytest.fixture(scope="session")
 def runs_folder(tmp_path_factory):
-    """Folder of the runs of the default choice."""
+    """Return the folder of the runs of the default choice."""
     return tmp_path_factory.mktemp("paper") / "runs"
 
 
 @pytest.fixture(scope="session")
 def runs(runs_folder):
+    """Return the paper's runs of the default choice."""
     return fetch_runs(every_case(DEFAULT), runs_folder, engine=1)

@@ -22,13 +22,13 @@ OTHER = dataclasses.replace(
 
 
 def modulus(choice: Choice) -> float:
-    """E* of journal and bearing [Pa]."""
+    """Return E* of journal and bearing [Pa]."""
     materials = MATERIALS[choice.material], MATERIALS[choice.bearing_material or choice.material]
     return 1.0 / sum((1.0 - one.poisson_ratio**2) / one.youngs_modulus for one in materials)
 
 
 def elastic(choice: Choice, c: float) -> Elastic:
-    """The elastic part of the normal force."""
+    """Return the elastic part of the normal force."""
     if choice.stiffness == "liu":
         return liu(c, choice.bearing_length, modulus(choice))
     if choice.stiffness == "hertz":
@@ -38,7 +38,7 @@ def elastic(choice: Choice, c: float) -> Elastic:
 
 
 def damping(choice: Choice) -> float:
-    """Damping factor xi; Gonthier's from its equation."""
+    """Return the damping factor xi; Gonthier's follows from its equation."""
     c = choice.restitution
     if choice.damping == "gonthier":
         rest = lambda d: math.log((1.0 + d / c) / (1.0 - d)) - d * (1.0 + 1.0 / c)  # noqa: E731
@@ -49,7 +49,7 @@ def damping(choice: Choice) -> float:
 
 
 def contacts(case: PaperCase, until: float) -> list[Contact]:
-    """Contacts of a run without friction up to a time."""
+    """Return the contacts of a run without friction up to a time."""
     choice, c = case.choice, case.clearance
     joint = ClearanceJoint(c, choice.journal_radius, elastic(choice, c), damping(choice))
     speed = case.speed if choice.travel == "rising" else -case.speed
@@ -65,8 +65,8 @@ CASES = [PaperCase(size, choice=BEST) for size in SIZES] + [
 
 
 @pytest.mark.parametrize("case", [*CASES, PaperCase(choice=OTHER)], ids=lambda case: case.name)
-def test_its_contacts_are_those_of_a_second_formulation(case: PaperCase) -> None:
-    """Cross-check: starts, speeds and rebounds of the first contacts, which magnify differences from one to the next."""
+def test_contacts_of_a_second_formulation(case: PaperCase) -> None:
+    """Second formulation: starts, speeds and rebounds of the first contacts; each contact magnifies differences."""
     run = compute(case, trust=False)
     most = 5
     until = float(run["contact_start"].values[most - 1]) + 1e-9 if run.sizes["contact"] >= most else case.until

@@ -22,8 +22,8 @@ from scissordyn_paper.readings import FACTORS, read
 from scissordyn_paper.runs import compute
 
 
-def test_the_case_file_says_what_python_says(tmp_path):
-    """Contract: the default choice is the array of the package's contract, built by hand."""
+def test_case_file_of_the_default_choice(tmp_path):
+    """Contract: the case file of the default choice describes the array that is built by hand."""
     path = tmp_path / "case.toml"
     path.write_text(PaperCase(friction=0.03).toml)
     case = read_case(path)
@@ -36,8 +36,8 @@ def test_the_case_file_says_what_python_says(tmp_path):
     assert (case.run.until, case.run.samples, case.run.start) == (0.05, 2001, "concentric")
 
 
-def test_a_choice_reaches_the_mechanism():
-    """Contract: the fields of a choice are in what it describes."""
+def test_fields_of_a_choice_in_the_mechanism():
+    """Contract: each field of a choice is in the mechanism."""
     choice = Choice("slider", degrees(60), "falling", 0.5, 30e-3, "bai-zhao-as-printed")
     described = PaperCase(0.2e-3, rpm(100), choice=choice).described()
     joint = described.mechanism.joint("A").clearance
@@ -50,8 +50,8 @@ def test_a_choice_reaches_the_mechanism():
 @pytest.mark.parametrize(
     "choice", [Choice(), Choice("slider", degrees(60), "falling", 0.5, 30e-3, "bai-zhao-as-printed"), PERIODIC]
 )
-def test_cases_made_of_the_parts_of_others_are_those_of_their_files(choice):
-    """Contract: mechanism and options are those of the case file; the ideal run is that of any contact law."""
+def test_cases_built_from_the_ideal_one(choice):
+    """Contract: a case built on the ideal mechanism equals that of its file, for any contact law."""
     for case in (*every_case(choice), *contact_starts(choice)):
         ideal = case.ideal.without_contact_laws.described()
         assert ideal == case.ideal.described()
@@ -60,7 +60,7 @@ def test_cases_made_of_the_parts_of_others_are_those_of_their_files(choice):
 
 
 def test_contact_laws_have_no_effect_on_a_constrained_contact():
-    """Contract: the survey computes such a run once for all of them, as it does the ideal one."""
+    """Contract: a constrained contact does not depend on contact laws, so that the survey computes it once."""
     case = PaperCase(0.3e-3, constrained=True, choice=Choice(angle=degrees(45), restitution=0.5, bearing_length=30e-3))
     other = case.without_contact_laws
     assert other.choice == Choice(angle=degrees(45))
@@ -68,8 +68,8 @@ def test_contact_laws_have_no_effect_on_a_constrained_contact():
     assert one.drop_attrs(deep=False).identical(two.drop_attrs(deep=False))
 
 
-def test_the_oscillation_is_as_fast_as_the_stroke():
-    """Closed form: amplitude times frequency is the largest speed, and the run lasts two periods."""
+def test_speed_of_the_oscillation():
+    """Closed form: amplitude times frequency is the speed of the stroke, and the run lasts two periods."""
     case = PaperCase(speed=rpm(250), choice=Choice(angle=degrees(45), travel="oscillating"))
     motion = case.described().mechanism.drives[0].motion
     assert isinstance(motion, Harmonic)
@@ -79,7 +79,7 @@ def test_the_oscillation_is_as_fast_as_the_stroke():
 
 
 def test_no_run_meets_the_change_point():
-    """Limit: the driven bar stays clear of the angle zero, where the array has two ways to go on."""
+    """Limit: the driven bar stays away from the angle zero, where the array can continue in two ways."""
     lowest = {"rising": [], "falling": [], "oscillating": []}
     for choice in (*ONE_AT_A_TIME, *(read(u) for u in np.random.default_rng(1).random((64, len(FACTORS))))):
         for case in every_case(choice):
@@ -91,22 +91,22 @@ def test_no_run_meets_the_change_point():
 
 
 def test_names_and_choices_are_distinct():
-    """Contract: no run overwrites another one's file, no choice is counted twice."""
+    """Contract: no two runs share a file name, and no choice is counted twice."""
     cases = every_case(Choice())
     assert len({case.name for case in cases}) == len(cases) == 20
     assert len({choice.words for choice in ONE_AT_A_TIME}) == len(ONE_AT_A_TIME)
 
 
 def test_every_figure_finds_its_runs():
-    """Contract: what the figures need is among the runs that are made."""
+    """Contract: the runs that figures need are among those computed."""
     cases = set(every_case(Choice()))
     for figure in FIGURES.values():
         assert cases.issuperset(figure.cases)
         assert cases.issuperset(case.ideal for case in figure.cases)
 
 
-def test_bad_input_is_refused_in_one_line():
-    """Contract: what came and what is allowed."""
+def test_refused_cases():
+    """Contract: a figure without results, friction in an ideal joint and a restitution above 1 are refused."""
     with pytest.raises(InputError, match=r"figure 5; expected a figure with results: 6, 7"):
         figure_of(5)
     with pytest.raises(InputError, match="ideal joint"):

@@ -1,4 +1,4 @@
-"""Runs with the paper's control, a constrained contact, and manoeuvres under other controllers."""
+"""Runs with the paper's control, a constrained contact, and manoeuvres with other controllers."""
 
 import numpy as np
 import pytest
@@ -14,14 +14,14 @@ HALF = 1.0  # of a bar of 2 m
 
 
 @pytest.mark.parametrize("size", CONTROLLED)
-def test_the_journal_stays_on_the_clearance_circle(runs, size):
-    """Contract: the eccentricity found from the bodies' motion is what the constraint prescribes."""
+def test_journal_stays_on_the_clearance_circle(runs, size):
+    """Contract: the eccentricity of the bodies' motion is the prescribed one."""
     place = runs[PaperCase(size, constrained=True)]["eccentricity"].sel(joint="A").values
     assert np.hypot(*place.T) == pytest.approx(size, rel=1e-7)
 
 
-def test_the_eccentricity_is_that_of_the_lagrange_coordinates(runs):
-    """Cross-check by a second formulation: e = ((L/2)(cos th_1 - cos th_2), (L/2)(sin th_1 - sin th_2) - y)."""
+def test_eccentricity_of_the_lagrange_coordinates(runs):
+    """Second formulation: e = ((L/2)(cos th_1 - cos th_2), (L/2)(sin th_1 - sin th_2) - y)."""
     run = runs[PaperCase(constrained=True)]
     one, two = (run["angle"].sel(body=f"unit 1/bar {number}").values for number in (1, 2))
     across = HALF * (np.cos(one) - np.cos(two))
@@ -29,7 +29,7 @@ def test_the_eccentricity_is_that_of_the_lagrange_coordinates(runs):
     assert run["eccentricity"].sel(joint="A").values == pytest.approx(np.stack([across, along], axis=1), abs=1e-12)
 
 
-def test_force_and_torque_are_the_reference(runs):
+def test_force_and_torque_of_the_reference(runs):
     """Published number: N from 3256.9 to 7542.2 N, torque from 4528.6 to 9021.4 N m (docs/reference.md)."""
     run = runs[PaperCase(constrained=True)]
     force, torque = run["normal_force"].sel(joint="A").values, run["drive_torque"].values
@@ -37,8 +37,8 @@ def test_force_and_torque_are_the_reference(runs):
     assert (torque.min(), torque.max()) == pytest.approx((4528.6, 9021.4), rel=2e-5)
 
 
-def test_a_constrained_run_is_one_contact(runs):
-    """Limit: without flight the fraction of time in contact is one, and nothing but one contact is counted."""
+def test_constrained_run_is_one_contact(runs):
+    """Limit: without free flight the fraction of time in contact is one, and one contact is counted."""
     case = PaperCase(0.3e-3, constrained=True)
     found = measure(runs[case], runs[case.ideal])
     assert (found.settled_fraction, found.final_fraction, found.impacts) == (pytest.approx(1.0), pytest.approx(1.0), 1)
@@ -46,8 +46,8 @@ def test_a_constrained_run_is_one_contact(runs):
     assert found.peak_force == pytest.approx(float(runs[case]["rod_force"].max()))
 
 
-def test_a_constrained_run_has_figures_of_merit(runs):
-    """Limit: contact from the start, no separation, and the peak force is that of the constraint."""
+def test_merits_of_a_constrained_run(runs):
+    """Limit: contact from the start, no separation, and the peak force of the constraint."""
     case = PaperCase(0.3e-3, constrained=True)
     found = merits(runs[case], runs[case.ideal])
     assert (found["contact_fraction"], found["separations"], found["in_contact_from"]) == (pytest.approx(1.0), 0.0, 0.0)
@@ -56,8 +56,8 @@ def test_a_constrained_run_has_figures_of_merit(runs):
 
 
 @pytest.mark.parametrize("size", CONTROLLED)
-def test_the_start_alone_keeps_contact(size):
-    """Limit: started in the same contact without control, the joint does not open either (docs/reference.md)."""
+def test_start_in_contact_keeps_contact(size):
+    """Limit: when started in contact, the joint stays closed without control, too (docs/reference.md)."""
     run = compute(PaperCase(size, start="in-contact"), trust=False)
     found = measure(run, compute(PaperCase(None), trust=False))
     assert (found.impacts, found.whole_fraction) == (1, pytest.approx(1.0))
@@ -65,7 +65,7 @@ def test_the_start_alone_keeps_contact(size):
 
 
 def test_names_and_mechanisms_are_distinct():
-    """Contract: no run overwrites another one's file, and their keys differ."""
+    """Contract: no two runs share a file name or a case."""
     assert len({job.name for job in CONTROLLED_RUNS}) == len(CONTROLLED_RUNS)
     assert len({(job.manoeuvre, job.toml) for job in CONTROLLED_RUNS}) == len(CONTROLLED_RUNS)
     for job in CONTROLLED_RUNS:
@@ -94,6 +94,6 @@ def made(change):
 
 
 def test_mismatch_is_the_change_over_a_period():
-    """Closed form: a periodic motion and a steady drift on top of it."""
+    """Closed form: a periodic motion has no mismatch; a steady drift adds its change over a period."""
     assert mismatch(made(0.0), PERIOD) == pytest.approx(0.0, abs=1e-12)
     assert mismatch(made(0.3), PERIOD) == pytest.approx(0.3, rel=1e-12)

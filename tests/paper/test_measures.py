@@ -1,4 +1,4 @@
-"""Measures on a run made up so that every number is known."""
+"""Measures of a made-up run whose numbers are all known."""
 
 import math
 
@@ -12,7 +12,7 @@ TIME = np.linspace(0.0, 0.05, 501)
 
 
 def made(force=0.0, wobble=None, contacts=(), touching=None, around=None):
-    """A run whose slider goes along y = 1 + t with a wobble added to every curve."""
+    """Return a run whose slider follows y = 1 + t, with a deviation added to every curve."""
     wobble = np.zeros_like(TIME) if wobble is None else wobble
     touching = np.zeros(TIME.size, bool) if touching is None else touching
     around = np.zeros_like(TIME) if around is None else around
@@ -42,7 +42,7 @@ def made(force=0.0, wobble=None, contacts=(), touching=None, around=None):
 
 
 def test_contacts_are_counted_and_assigned():
-    """Closed form: starts and fractions of the windows, for one contact over the first bound, one short, one that lasts."""
+    """Closed form: starts and fractions of the windows, for a contact across the first bound, a short one and a lasting one."""
     contacts = [(0.002, 0.004, 7.0, 0.001), (0.010, 0.001, 9.0, 0.0005), (0.031, math.nan, 5.0, 0.001)]
     found = measure(made(force=2.0, contacts=contacts, touching=TIME >= 0.031), made())
     assert (found.impacts, found.early_impacts, found.late_impacts, found.settled_impacts) == (3, 2, 1, 2)
@@ -55,14 +55,14 @@ def test_contacts_are_counted_and_assigned():
     assert (found.trusted_until, found.end) == (0.02, 0.05)
 
 
-def test_a_contact_with_an_earlier_peak_still_has_force():
+def test_force_of_a_contact_with_an_earlier_peak():
     """Closed form: the force after 30 ms is that of a contact with its peak at 10 ms."""
     found = measure(made(force=2.5, contacts=[(0.009, math.nan, 8.0, 0.001)], touching=TIME >= 0.009), made())
     assert found.late_peak_force == 2.5
 
 
 def test_deviations_are_split_at_five_milliseconds():
-    """Closed form: 0.1 until 5 ms and 0.01 after; the ideal displacement covers 0.05, both curves together 0.06."""
+    """Closed form: 0.1 until 5 ms and 0.01 after; the ideal displacement spans 0.05, both curves together 0.06."""
     wobble = np.where(TIME <= 5e-3 + 1e-12, 0.1, 0.01)
     found = measure(made(wobble=wobble), made())
     speed = found.deviations["slider_velocity"]
@@ -74,8 +74,8 @@ def test_deviations_are_split_at_five_milliseconds():
     assert found.irregularity == pytest.approx(0.01 / 4.0)
 
 
-def test_the_arc_leaves_a_twentieth_out_and_goes_round_the_back():
-    """Closed form: equal steps of the angle through pi, with 5 % of the samples far off."""
+def test_arc_of_contact_directions():
+    """Closed form: equal steps of the angle across pi; the arc leaves out 5 % of the samples."""
     touching = np.arange(TIME.size) < 400
     around = np.pi - 0.3 + 0.6 * np.arange(TIME.size) / 379.0
     around[380:] = 0.5

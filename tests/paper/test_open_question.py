@@ -1,4 +1,4 @@
-"""Bars that bend and oil in the paper's case: its case files, what is compared, and the page."""
+"""Bending bars and oil in the paper's case: case files, comparisons and the page."""
 
 from dataclasses import replace
 
@@ -14,7 +14,7 @@ from scissordyn_paper.runs import compute as compute_paper
 
 
 def test_every_case_has_its_own_file(tmp_path):
-    """Contract: names differ, each text is read by the package, and bars and oil are what it says."""
+    """Contract: names differ, the package reads each text, and bars and oil are in the mechanism."""
     assert len({case.name for case in OPEN_CASES}) == len(OPEN_CASES)
     for case in (OpenCase("deployment", "steel tube", 0.1), OpenCase(bars=next(iter(STIFFER))), OpenCase(bars="solid steel")):
         path = tmp_path / "case.toml"
@@ -26,16 +26,16 @@ def test_every_case_has_its_own_file(tmp_path):
         assert weight == pytest.approx(4 * 5.68 + 5.0, rel=0.01)
 
 
-def test_rigid_and_dry_is_the_run_of_the_paper():
-    """Contract: without bars that bend and without oil, the largest force is that of the paper's run."""
+def test_rigid_dry_case_is_the_paper_run():
+    """Contract: without bending bars and oil the largest force is that of the paper's run."""
     found, known = compute(OpenCase(clearance=0.4e-3)), compute_paper(PaperCase(0.4e-3), trust=False)
     assert float(found["peak_force"]) == float(known["peak_force"].max())
     assert float(found["contacts"]) == known.sizes["contact"]
     assert float(found["trusted_until"]) == pytest.approx(0.05)
 
 
-def test_a_tube_that_bends_hits_less_hard_and_a_stiffer_one_like_a_rigid_bar():
-    """Limit: bars a hundred times as stiff swing a tenth as far in speed; the drive's work differs by a tenth as much."""
+def test_stiffer_bars_approach_rigid_ones():
+    """Limit: with bars a hundred times as stiff the drive's work is ten times closer to that of rigid bars."""
     rigid, tube, stiff = (compute(OpenCase(bars=bars, member=1)) for bars in ("rigid", "steel tube", "100 times the tube"))
     work = [float(run["drive_work"]) for run in (rigid, tube, stiff)]
     assert abs(work[2] - work[0]) < 0.1 * abs(work[1] - work[0])
@@ -46,8 +46,8 @@ def measured(**values: float) -> xr.Dataset:
     return xr.Dataset({name: values.get(name, 1.0) for name in MEASURES})
 
 
-def test_changes_pair_what_differs_in_nothing_else():
-    """Closed form: ratios over the same clearance and neighbour; the answer counts those below one."""
+def test_changes_compare_equal_cases():
+    """Closed form: ratios of cases with the same clearance and member; the answer counts those below one."""
     found = {}
     for size, contacts in ((0.2e-3, 10.0), (0.4e-3, 20.0)):
         for member in range(2):
@@ -63,14 +63,14 @@ def test_changes_pair_what_differs_in_nothing_else():
     assert {one.measure for one in by_name.values()} == set(COMPARED)
 
 
-def test_a_drive_that_takes_back_more_counts_as_lower():
-    """Closed form: work of -3 J in place of -6 J is not lower, and has no ratio; 2 J in place of 4 J is lower."""
+def test_changes_of_negative_work():
+    """Closed form: work of -3 J instead of -6 J is not lower and has no ratio; 2 J instead of 4 J is lower."""
     change = Change("stroke", "steel tube", "drive_work", ((-3.0, -6.0), (2.0, 4.0)))
     assert (change.ratios, change.lower, change.words) == ((0.5,), 0.5, "0.5 (0.5 to 0.5), lower in 1 of 2")
 
 
-def test_the_page_holds_every_answer(tmp_path, monkeypatch):
-    """Contract: page, table and pictures of a few runs, once more from their files."""
+def test_page_of_the_open_question(tmp_path, monkeypatch):
+    """Contract: page, table and pictures of a few runs; a second call reads the runs from their files."""
     few = tuple(OpenCase(bars=bars, oil=oil) for bars in ("rigid", "steel tube") for oil in (None, 0.1))
     monkeypatch.setattr(open_answers, "OPEN_CASES", few)
     monkeypatch.setattr(open_answers, "LONGEST_FIRST", few)

@@ -13,15 +13,15 @@ from scissordyn_paper.periodic import CYCLES, PERIODIC, SKIP, examine, fetch_dia
 
 @pytest.fixture
 def sooner(monkeypatch):
-    """Both motions below have settled after 20 periods, which not all have."""
+    """Shorten the runs: both motions below have settled after 20 periods."""
     monkeypatch.setattr(periodic, "MEMBERS", 2)
     monkeypatch.setattr(periodic, "GROWTH_CYCLES", 60)
     monkeypatch.setattr(periodic, "GROWTH_SKIP", 20)
 
 
 @pytest.mark.usefixtures("sooner")
-def test_a_small_clearance_repeats_and_neighbours_meet():
-    """Cross-check by a second formulation: the samples repeat, and the exponent of two trajectories is negative."""
+def test_small_clearance_is_regular():
+    """Second formulation: the samples repeat, and the exponent of two trajectories is negative."""
     run = examine(PaperCase(0.2e-3, choice=PERIODIC))
     found = read(run)
     assert (found.kind, found.regular, found.members, found.trusted_cycles) == ("periodic", True, 1, SKIP)
@@ -31,8 +31,8 @@ def test_a_small_clearance_repeats_and_neighbours_meet():
 
 
 @pytest.mark.usefixtures("sooner")
-def test_a_large_clearance_does_not_and_neighbours_part():
-    """Cross-check by a second formulation: the 0-1 test finds no order, and the exponent of two trajectories is positive."""
+def test_large_clearance_is_irregular():
+    """Second formulation: the 0-1 test finds irregular motion, and the exponent of two trajectories is positive."""
     found = read(examine(PaperCase(0.7e-3, choice=PERIODIC)))
     assert (found.kind, found.regular, found.members, found.agreeing) == ("irregular", False, 2, 2)
     assert found.growth > 0.8
@@ -47,8 +47,8 @@ def short(monkeypatch, few_periods):
 
 
 @pytest.mark.usefixtures("short")
-def test_a_verdict_is_the_same_each_time():
-    """Contract: no clock and no random start in the stored results; few samples are undecided."""
+def test_verdicts_are_reproducible():
+    """Contract: stored results depend on neither clock nor random numbers; too few samples are undecided."""
     one, two = (examine(PaperCase(choice=PERIODIC)) for _ in range(2))
     assert one.attrs["regularity"] == two.attrs["regularity"]
     assert (read(one).kind, read(one).regular) == ("transient only", None)
@@ -56,8 +56,8 @@ def test_a_verdict_is_the_same_each_time():
 
 
 @pytest.mark.usefixtures("short")
-def test_a_diagram_of_another_version_is_made_anew(tmp_path):
-    """Contract: a file that is cut is replaced by the same diagram; a whole one is read."""
+def test_damaged_diagram_is_computed_again(tmp_path):
+    """Contract: a truncated file is replaced by the same diagram; a complete one is read."""
     path = tmp_path / "diagram.nc"
     first = fetch_diagram(path, engine=1)
     assert first["value"].values == pytest.approx([0.2e-3, 0.7e-3])
@@ -70,8 +70,8 @@ def test_a_diagram_of_another_version_is_made_anew(tmp_path):
     assert reported == []
 
 
-def test_a_full_disk_does_not_cost_the_diagram(tmp_path, monkeypatch):
-    """Contract: only a stored diagram that is cut or another one is thrown away, not one that could not be written."""
+def test_full_disk_keeps_the_diagram(tmp_path, monkeypatch):
+    """Contract: a diagram that cannot be written does not delete the stored one."""
     path = tmp_path / "bifurcation.nc"
     kept = b"what was done so far"
     path.write_bytes(kept)
@@ -85,8 +85,8 @@ def test_a_full_disk_does_not_cost_the_diagram(tmp_path, monkeypatch):
     assert path.read_bytes() == kept
 
 
-def test_a_file_of_somebody_else_is_no_diagram(tmp_path):
-    """Contract: what lies under the diagram's name and is no NetCDF file of ours is left alone."""
+def test_other_files_are_not_overwritten(tmp_path):
+    """Contract: another file with the diagram's name is not overwritten."""
     path = tmp_path / "bifurcation.nc"
     path.write_text("notes")
     with pytest.raises(InputError, match="not overwritten"):

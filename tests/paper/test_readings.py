@@ -1,4 +1,4 @@
-"""Readings of the paper: drawn, judged, kept, weighed."""
+"""Readings of the paper: drawn, judged, stored and weighted."""
 
 import dataclasses
 import re
@@ -28,7 +28,7 @@ OTHER = dataclasses.replace(
 
 
 def test_runs_without_histories_have_the_same_answers(runs):
-    """Cross-check: findings word by word, of the default choice and of one that differs in nearly everything."""
+    """Cross-check: findings word by word, of the default choice and of a very different one."""
     assert [finding.words for finding in findings(DEFAULT)] == [verdict.finding.words for verdict in verdicts(runs)]
     cases = [*every_case(OTHER), *{case.ideal for case in every_case(OTHER)}]
     made = {case: compute(case, trust=False) for case in dict.fromkeys(cases)}
@@ -37,15 +37,15 @@ def test_runs_without_histories_have_the_same_answers(runs):
     assert [finding.words for finding in findings(OTHER)] == [finding.words for finding in expected]
 
 
-def test_neighbours_are_other_runs():
-    """Contract: clearances apart by 1e-9 move the numbers, and no answer where nothing is near its bound."""
+def test_findings_of_neighbours():
+    """Contract: clearances that differ by 1e-9 change the numbers, and at most one answer."""
     first, second = findings(DEFAULT), findings(DEFAULT, 1)
     assert first != second
     assert sum(a.holds != b.holds for a, b in zip(first, second, strict=True)) <= 1
 
 
-def test_what_is_read_from_curves(monkeypatch):
-    """Limit: few points miss peaks; many give those of the motion."""
+def test_samples_of_a_curve_miss_peaks(monkeypatch):
+    """Limit: few samples miss peaks; many give those of the motion."""
     peaks = []
     for samples in (201, 20001):
         numbers = findings(dataclasses.replace(DEFAULT, samples=samples))[4].numbers
@@ -55,8 +55,8 @@ def test_what_is_read_from_curves(monkeypatch):
     assert peaks[1] == pytest.approx(exact, rel=1e-4)
 
 
-def test_a_run_that_fails_meets_no_statement_of_its_own(monkeypatch):
-    """Contract: those that need it are not met and have no numbers; the control, whose runs are complete, is answered."""
+def test_statements_of_a_failed_run(monkeypatch):
+    """Contract: statements about a failed run are not met and have no numbers; those about complete runs are answered."""
     monkeypatch.setattr(judge, "MOST_STEPS", 20)
     found = dict(zip((clause.key for clause in CLAUSES), findings(DEFAULT), strict=True))
     assert not found["1a"].holds
@@ -66,7 +66,7 @@ def test_a_run_that_fails_meets_no_statement_of_its_own(monkeypatch):
 
 @pytest.mark.parametrize("seed", range(12))
 def test_every_reading_is_a_case_file(seed, tmp_path):
-    """Contract: each factor sets options of a case, and the file reads as what runs."""
+    """Contract: each factor sets options of a case, and the case file gives the same mechanism."""
     choice = read(np.random.default_rng(seed).random(len(FACTORS)))
     case = next(case for case in every_case(choice) if case.friction)
     path = tmp_path / "case.toml"
@@ -79,8 +79,8 @@ def test_every_reading_is_a_case_file(seed, tmp_path):
         assert (choice.step, choice.method) == (0.0, "auto")
 
 
-def test_levels_are_those_of_the_choice():
-    """Contract: levels cover the unit interval, and say what is set."""
+def test_levels_of_factors():
+    """Contract: levels cover the unit interval, and each is a setting."""
     for factor in FACTORS:
         at = np.linspace(0.0, 1.0, 81)[:-1] + 1e-3
         for u in at:
@@ -93,7 +93,7 @@ def test_levels_are_those_of_the_choice():
 
 @pytest.fixture
 def small(monkeypatch):
-    """Rounds of three blocks of two readings, judged in no time: a statement holds where a number is below one half."""
+    """Reduce rounds to three blocks of two readings; statements hold for random numbers below one half."""
 
     def judged(choice: Any, member: int = 0) -> Any:
         finding = judge.Finding
@@ -105,8 +105,8 @@ def small(monkeypatch):
         monkeypatch.setattr(readings, name, value)
 
 
-def test_readings_go_on_where_they_ended(small, tmp_path, monkeypatch):
-    """Identity: more readings, after an interruption, are those of one go; what is there is not judged again."""
+def test_readings_continue_after_an_interruption(small, tmp_path, monkeypatch):
+    """Identity: readings in two parts equal those of one run, and stored readings are not judged again."""
     whole = fetch_readings(tmp_path / "whole", 12, engine=1)
     fetch_readings(tmp_path / "parts", 7, engine=1)
     parts = fetch_readings(tmp_path / "parts", 12, engine=2)
@@ -127,7 +127,7 @@ def test_readings_go_on_where_they_ended(small, tmp_path, monkeypatch):
 
 
 def test_later_readings_lie_near_the_best(small, tmp_path):
-    """Contract: each number is that of a parent, or drawn anew."""
+    """Contract: each factor is inherited from a parent or drawn."""
     found = fetch_readings(tmp_path / "near", 6, engine=1)
     best = found.points[np.argsort(-found.met[:4], kind="stable")[:2]]
     inherited = np.isclose(found.points[4:, None, :], best[None]).any(axis=1)
@@ -135,7 +135,7 @@ def test_later_readings_lie_near_the_best(small, tmp_path):
 
 
 def planted(count: int = 4096) -> Judged:
-    """Readings that meet the first statement where bar 1 is pinned, the second where it is not, others by chance."""
+    """Return readings that meet statement 1 where bar 1 is pinned, 2 where it is not, and the others by chance."""
     rng = np.random.default_rng(5)
     points = rng.random((count, len(FACTORS)))
     agreeing = (rng.random((count, len(CLAUSES))) < 0.5).astype(float)
@@ -144,8 +144,8 @@ def planted(count: int = 4096) -> Judged:
     return Judged(points, agreeing, np.ones(count), np.full(count, ""), np.ones(count, bool))
 
 
-def test_what_the_statements_tell():
-    """Closed form: two statements of one level weigh nine to one, 0.531 bits; two that cancel tell nothing."""
+def test_information_of_statements():
+    """Closed form: two statements of one level weigh nine to one, 0.531 bits; two that cancel give no information."""
     judged = planted()
     assert weights(judged).sum() == pytest.approx(1.0)
     gravity = [pair[1] for pair in levels(judged, 3).values()]
@@ -158,8 +158,8 @@ def test_what_the_statements_tell():
     assert not excluded(judged)["4a"]
 
 
-def test_the_page_and_the_command(small, tmp_path, monkeypatch, capsys):
-    """Contract: a row for each statement and each level, pictures, a table of every reading, and a line on the terminal."""
+def test_page_and_command(small, tmp_path, monkeypatch, capsys):
+    """Contract: a row for each statement and level, pictures, a table of every reading, and a line on the terminal."""
     monkeypatch.setattr(readings_page, "agreeing", lambda choice, members: np.ones(len(CLAUSES)))
     monkeypatch.setattr("scissordyn_paper.readings.LEADING", 4)
     assert command.paper(tmp_path, readings=True, number=12, threads=1) == 0

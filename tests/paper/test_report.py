@@ -1,4 +1,4 @@
-"""The report: one page that needs nothing from outside."""
+"""The report: one page without external resources."""
 
 import dataclasses
 import json
@@ -34,7 +34,7 @@ BADGES = 2 * len(CLAUSES) + PERIODIC_CHECKS  # of this report's set of parameter
 
 @pytest.fixture(scope="module")
 def report(runs, runs_folder, few_periods):
-    """The report on the default choice, with short periodic runs."""
+    """Return the report on the default choice, with short periodic runs."""
     with pytest.MonkeyPatch.context() as patch:
         for name, count in few_periods.items():
             patch.setattr(periodic, name, count)
@@ -44,26 +44,26 @@ def report(runs, runs_folder, few_periods):
 
 
 class Outline(HTMLParser):
-    """Tags that are open, addresses, and how many rows there are."""
+    """Open tags, addresses and the number of table rows of a page."""
 
     def __init__(self):
         super().__init__()
         self.open, self.addresses, self.rows = [], [], 0
 
     def handle_starttag(self, tag, attrs):
-        """Note what opens."""
+        """Record a tag that opens."""
         if tag not in VOID:
             self.open.append(tag)
         self.rows += tag == "tr"
         self.addresses += [value for name, value in attrs if name in ("src", "href")]
 
     def handle_endtag(self, tag):
-        """What closes must have been the last to open."""
+        """Check that the closing tag was the last to open."""
         assert self.open.pop() == tag
 
 
-def test_the_page_is_whole_and_needs_nothing_from_outside(report):
-    """Identity: tags are balanced, pictures are inside, the one address is the paper's."""
+def test_page_is_self_contained(report):
+    """Contract: tags are balanced, pictures are embedded, and the only address is the paper's."""
     text = report.report.read_text()
     outline = Outline()
     outline.feed(text)
@@ -76,7 +76,7 @@ def test_the_page_is_whole_and_needs_nothing_from_outside(report):
     assert len(re.findall(r'class="badge (?:yes|no)"', text)) == BADGES
 
 
-def test_the_tables_say_the_same_as_the_page(report):
+def test_tables_agree_with_the_page(report):
     """Contract: answers in JSON and CSV are those of the verdicts; case files can be read."""
     folder = report.report.parent
     rows = json.loads((folder / "verdicts.json").read_text())["verdicts"]
@@ -96,8 +96,8 @@ def test_the_tables_say_the_same_as_the_page(report):
     assert sum(answer is not None for answer in both) == PERIODIC_CHECKS
 
 
-def test_the_tables_beyond_the_paper_have_every_case(report):
-    """Contract: a row for each motion, each contact statistic and each control scheme, and counts that the top repeats."""
+def test_tables_beyond_the_paper(report):
+    """Contract: a row for each motion, contact statistic and control scheme, and the counts of the summary."""
     text = report.report.read_text()
 
     def rows(name):
@@ -112,8 +112,8 @@ def test_the_tables_beyond_the_paper_have_every_case(report):
     assert f"<strong>{agreeing} of {len(CLAUSES)}</strong>" in text
 
 
-def test_a_second_time_gives_the_same_bytes(report):
-    """Contract: no clock, no random name in the page and the tables."""
+def test_report_is_reproducible(report):
+    """Contract: page and tables depend on neither clock nor random names."""
     folder = report.report.parent
     kept = [*folder.glob("*.html"), *folder.glob("verdicts.*")]
     before = {path: path.read_bytes() for path in kept}
@@ -128,7 +128,7 @@ def test_a_second_time_gives_the_same_bytes(report):
 
 
 def test_one_figure_can_be_drawn_alone(report):
-    """Contract: the two files of that figure, and the same bytes as among the others."""
+    """Contract: one figure has the bytes that it has among the others."""
     folder = report.report.parent
     before = {path: path.read_bytes() for path in (folder / "figures").glob("figure-09.*")}
     written = draw_figure(9, folder, engine=1)
@@ -136,8 +136,8 @@ def test_one_figure_can_be_drawn_alone(report):
     assert {path: path.read_bytes() for path in written} == before
 
 
-def test_a_figure_without_results_is_refused(tmp_path):
-    """Contract: nothing is written."""
+def test_figure_without_results_is_refused(tmp_path):
+    """Contract: the error names the figure, and nothing is written."""
     with pytest.raises(InputError, match="figure 4"):
         draw_figure(4, tmp_path / "none", engine=1)
     assert not (tmp_path / "none").exists()
@@ -155,13 +155,13 @@ def test_a_figure_without_results_is_refused(tmp_path):
     ],
 )
 def test_processes_are_the_default(monkeypatch, processors, options, expected):
-    """Limit: one for each processor; threads where they are asked for, for one figure, on one processor."""
+    """Contract: one process per processor by default; threads on request, for one figure, or on one processor."""
     monkeypatch.setattr(engine, "processors", lambda: processors)
     assert command._where(*options) == expected
 
 
-def test_the_command_shows_the_answers(report, capsys, monkeypatch):
-    """Contract: every clause with its answer, and where the report is, in a hundred columns."""
+def test_command_shows_the_answers(report, capsys, monkeypatch):
+    """Contract: every clause with its answer, and the path of the report, in a hundred columns."""
     monkeypatch.setattr(module, "reproduce", lambda folder, **_: report)
     assert command.paper(report.report.parent, threads=1) == 0
     shown = capsys.readouterr().out
@@ -173,7 +173,7 @@ def test_the_command_shows_the_answers(report, capsys, monkeypatch):
 
 @pytest.fixture(scope="module")
 def chromium(tmp_path_factory):
-    """A browser that starts; some systems have a command of that name that only says what to install."""
+    """Return a browser that starts; some systems have a command of that name that only says what to install."""
     if CHROMIUM is None:
         pytest.skip("no chromium here: apt-get install chromium")
     blank = tmp_path_factory.mktemp("blank") / "blank.html"
@@ -188,20 +188,20 @@ def chromium(tmp_path_factory):
 
 
 def dumped(browser, address, profile):
-    """What a browser makes of a page."""
+    """Return a page as a browser renders it."""
     options = ("--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={profile}", "--dump-dom")
     return subprocess.run([browser, *options, address], capture_output=True, text=True, timeout=60, check=True).stdout
 
 
-def test_a_browser_shows_it(report, chromium, tmp_path):
-    """Cross-check by a second formulation: what a browser makes of the page has every answer and all pictures."""
+def test_browser_shows_the_report(report, chromium, tmp_path):
+    """Cross-check: the page rendered by a browser has every answer and all pictures."""
     shown = dumped(chromium, report.report.as_uri(), tmp_path)
     assert len(re.findall(r'class="badge (?:yes|no)"', shown)) == BADGES
     assert shown.count("data:image/svg+xml") == len(FIGURES) + len(FURTHER)
 
 
-def test_both_sets_of_parameters_stand_beside_each_other():
-    """Contract: counts of the set chosen before, and of the best one, which is said to be chosen afterwards."""
+def test_summary_of_both_readings():
+    """Contract: counts of the reading chosen in advance, and of the best one, with the note that it was chosen afterwards."""
     finding = Finding(True, "words", {})
     verdicts = [Verdict(clause, finding, True, finding if clause.periodically else None) for clause in CLAUSES]
     best = [finding] * 3 + [Finding(False, "words", {})] * (len(CLAUSES) - 3)

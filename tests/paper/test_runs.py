@@ -1,4 +1,4 @@
-"""Runs are computed once, stored completely, and computed again when they are out of date."""
+"""Runs are computed once, stored completely, and computed again when outdated."""
 
 import threading
 import time
@@ -20,13 +20,13 @@ CASE = PaperCase(None)
 
 @pytest.fixture
 def folder(tmp_path):
-    """A folder with the run of one case."""
+    """Return a folder with the run of one case."""
     fetch_runs([CASE], tmp_path, engine=1)
     return tmp_path
 
 
 def counting(monkeypatch):
-    """How often a run is computed, as a list that grows."""
+    """Return a growing list of the cases that are computed."""
     made = []
 
     def counted(case, **options):
@@ -37,8 +37,8 @@ def counting(monkeypatch):
     return made
 
 
-def test_a_second_call_computes_nothing(folder, monkeypatch):
-    """Identity: the same numbers, read from the file; and a case asked for twice is one run."""
+def test_second_call_computes_nothing(folder, monkeypatch):
+    """Contract: the stored run is read, and a case given twice is one run."""
     made = counting(monkeypatch)
     again = fetch_runs([CASE, CASE], folder, engine=1)
     assert made == []
@@ -47,8 +47,8 @@ def test_a_second_call_computes_nothing(folder, monkeypatch):
 
 
 @pytest.mark.parametrize("spoil", ["cut", "case", "provenance"])
-def test_what_is_broken_or_out_of_date_is_made_anew(folder, monkeypatch, spoil):
-    """Contract: half a file, a file of another choice, a file of another version."""
+def test_damaged_or_outdated_files_are_replaced(folder, monkeypatch, spoil):
+    """Contract: a truncated file, one of another choice and one of another version are computed again."""
     path = folder / f"{CASE.name}.nc"
     if spoil == "cut":
         path.write_bytes(path.read_bytes()[:1000])
@@ -60,8 +60,8 @@ def test_what_is_broken_or_out_of_date_is_made_anew(folder, monkeypatch, spoil):
     assert (load(path).attrs["case"], load(path).attrs["provenance"]) == (CASE.toml, provenance())
 
 
-def test_a_run_that_breaks_off_is_an_error(tmp_path, monkeypatch):
-    """Limit: with ten steps nothing is finished; the message names the run, and no file is left."""
+def test_failed_run_is_an_error(tmp_path, monkeypatch):
+    """Contract: the error about a run that ends early names it, and no file is left."""
     broken = module.simulate
 
     def short(mechanism, **options):
@@ -73,8 +73,8 @@ def test_a_run_that_breaks_off_is_an_error(tmp_path, monkeypatch):
     assert not list(tmp_path.iterdir())
 
 
-def test_the_number_of_threads_changes_nothing(runs, tmp_path):
-    """Identity: two threads give bit for bit what one gives, in the same order."""
+def test_threads_do_not_change_runs(runs, tmp_path):
+    """Identity: two threads give the same results as one, bit for bit and in the same order."""
     cases = [PaperCase(0.2e-3), PaperCase(None)]
     found = fetch_runs(cases, tmp_path, engine=2)
     assert list(found) == cases
@@ -82,16 +82,16 @@ def test_the_number_of_threads_changes_nothing(runs, tmp_path):
         xr.testing.assert_equal(found[case], runs[case])
 
 
-def test_every_run_is_trusted_and_whole(runs):
-    """Limit: a tenth of the tolerance gives the same results to the end, so that the answers are of trajectories."""
+def test_all_runs_are_predictable(runs):
+    """Limit: a tenth of the tolerance gives the same results to the end of each run."""
     assert list(runs) == list(every_case(Choice()))
     for case, run in runs.items():
         assert run.attrs["trusted_until"] == pytest.approx(case.until)
         assert run.sizes["time"] == 2001
 
 
-def test_the_first_contacts_are_those_of_a_second_program(runs):
-    """Cross-check by a second formulation: Lagrange's equations in minimal coordinates, and the table shows the difference.
+def test_first_contacts_of_a_second_formulation(runs):
+    """Second formulation: Lagrange's equations in minimal coordinates; the table shows the differences.
 
     A relative tolerance of 1e-8 per step leaves 1e-10 at the first contact, and each contact magnifies it. A peak is flat, so
     that its time is known to half as many digits.
@@ -105,8 +105,8 @@ def test_the_first_contacts_are_those_of_a_second_program(runs):
     assert float(rows[0][3]) < 1e-10
 
 
-def test_several_kinds_are_computed_in_one_go(runs, tmp_path):
-    """Contract: each kind has its own folder, its results in the order asked for, and its own progress."""
+def test_several_kinds_of_runs_together(runs, tmp_path):
+    """Contract: each kind has its own folder, its results in the order of its cases, and its own progress."""
     moved, steps = PaperCase(0.2e-3), []
     free, ideal = fetch_all(
         Jobs((moved,), compute, tmp_path / "free", "clearance"),
@@ -120,8 +120,8 @@ def test_several_kinds_are_computed_in_one_go(runs, tmp_path):
         assert [path.name for path in (tmp_path / folder).iterdir()] == [f"{case.name}.nc"]
 
 
-def test_what_is_in_work_stops_with_an_error():
-    """Contract: a consumer that fails, as where a picture cannot be drawn, leaves no task at work."""
+def test_error_stops_running_tasks():
+    """Contract: when the consumer of results fails, running tasks are interrupted."""
     begun, stopped = threading.Event(), threading.Event()
 
     def work(task):

@@ -1,4 +1,4 @@
-"""Each clause says yes to what the paper describes and no to its opposite."""
+"""Each clause agrees with measures as the paper describes them, and differs for the opposite."""
 
 import dataclasses
 import math
@@ -41,7 +41,7 @@ PLAIN = Measures(
 
 
 def as_the_paper_says():
-    """Made-up measures that fit every sentence of the paper."""
+    """Return made-up measures that agree with every sentence of the paper."""
     rank = {c: k for k, c in enumerate(CLEARANCES)}  # 0 at 0.7 mm
     scatter = {0.7e-3: 3.0, 0.6e-3: 2.9, 0.5e-3: 2.8, 0.4e-3: 0.1, 0.3e-3: 1.0, 0.2e-3: 0.5}
     found = {}
@@ -104,12 +104,12 @@ SPOILED = {
     "7a": (PaperCase(0.3e-3, constrained=True), {"smallest_force": -1.0}),
     "7b": (PaperCase(0.1e-3, constrained=True), {"peak_torque": 400.0}),
 }
-"""For each clause: one run and one number of it that contradict the paper."""
+"""One run and one of its values that contradict the paper, for each clause."""
 
 
 @pytest.mark.parametrize("clause", CLAUSES, ids=lambda clause: clause.key)
-def test_a_clause_is_yes_or_no(clause):
-    """Limit: yes to measures made up after the paper's words, no once a single run is spoiled."""
+def test_each_clause_can_agree_and_differ(clause):
+    """Contract: a clause agrees with measures as the paper describes them, and differs once a single run contradicts it."""
     measured = as_the_paper_says()
     yes = answer(clause, CHOICE, measured)
     assert (yes.answer, yes.trusted) == ("agrees", True)
@@ -120,8 +120,8 @@ def test_a_clause_is_yes_or_no(clause):
     assert no.finding.words != yes.finding.words
 
 
-def test_a_verdict_depends_on_its_own_runs():
-    """Contract: a run beyond its predictability horizon marks its own clauses only."""
+def test_verdict_depends_on_its_own_runs():
+    """Contract: a run beyond its predictability horizon affects only the clauses about it."""
     measured = as_the_paper_says()
     measured[PaperCase(friction=0.03)] = dataclasses.replace(measured[PaperCase(friction=0.03)], trusted_until=0.01)
     doubtful = {clause.key for clause in CLAUSES if not answer(clause, CHOICE, measured).trusted}
@@ -156,17 +156,17 @@ UNSETTLED = {
     "6c": (0.5e-3, 0.1, {"contact_fraction": 0.98}),
     "6e": (0.5e-3, 0.03, {"exponent_error": 3.0}),
 }
-"""For each clause that has a meaning under a periodic drive: clearance, friction, and what contradicts the paper."""
+"""Clearance, friction and values that contradict the paper, for each clause with a meaning under a periodic drive."""
 
 
-def test_every_clause_that_the_periodic_drive_answers_is_spoiled():
-    """Contract: the table above includes all."""
+def test_table_of_clauses_under_the_periodic_drive():
+    """Contract: `UNSETTLED` has every clause with a meaning under a periodic drive."""
     assert set(UNSETTLED) == {clause.key for clause in CLAUSES if clause.periodically is not None}
 
 
 @pytest.mark.parametrize("clause", [clause for clause in CLAUSES if clause.key in UNSETTLED], ids=lambda clause: clause.key)
-def test_a_clause_is_yes_or_no_under_the_periodic_drive(clause):
-    """Limit: yes to motions made up after the paper's words, no once a single one is spoiled; the stroke does not care."""
+def test_each_clause_under_the_periodic_drive(clause):
+    """Contract: a clause agrees with motions as the paper describes them, and differs once one contradicts it."""
     measured, settled = as_the_paper_says(), settled_as_the_paper_says()
     yes = answer(clause, CHOICE, measured, settled)
     clearance, friction, changes = UNSETTLED[clause.key]

@@ -1,4 +1,4 @@
-"""Made-up runs with the names, shapes and sizes of real ones, and a look at the texts of figures."""
+"""Made-up runs with the names, shapes and sizes of real ones, and helpers to read the texts of figures."""
 
 import itertools
 import math
@@ -120,7 +120,7 @@ def made_up(joints: tuple[str, ...] = ("A",), *, contacts: bool = True, **attrib
 
 
 def shown_texts(figure: Figure) -> list[Text]:
-    """Texts that a reader sees; of the tick labels those inside the view."""
+    """Return the visible texts of a figure; of the tick labels, those inside the view."""
     figure.draw_without_rendering()
     hidden = set()
     for axes in figure.axes:
@@ -135,7 +135,7 @@ def shown_texts(figure: Figure) -> list[Text]:
 
 
 def overlaps(figure: Figure) -> list[tuple[str, str]]:
-    """Pairs of texts whose boxes overlap, and texts that leave the figure."""
+    """Return pairs of texts whose boxes overlap, and texts that leave the figure."""
     boxes = [(text.get_text(), text.get_window_extent()) for text in shown_texts(figure)]
     boxes = [(text, box) for text, box in boxes if box.width > 0.0]
     found = [(a, b) for (a, one), (b, other) in itertools.combinations(boxes, 2) if one.overlaps(other)]

@@ -1,4 +1,4 @@
-"""Pictures of bars that bend: magnified deflections, diagrams, modes as motions and as curves."""
+"""Pictures of bending bars: magnified deflections, diagrams, modes as motions and as curves."""
 
 import numpy as np
 import pytest
@@ -52,8 +52,8 @@ def run(unit):
     return sd.simulate(unit, until=2e-3, samples=4, start="static")
 
 
-def test_magnified_deflections_grow_with_the_factor_and_keep_pins_together(run, unit):
-    """Identities: linear in the factor; both bars of the unit stay at their common pin; the rigid mechanism does not change."""
+def test_magnified_deflections(run, unit):
+    """Identity: deflections are linear in the factor, bars stay together at their pin, and rigid bars do not change."""
     two, four = (magnified_deflection(run, unit, factor)["position"] for factor in (2.0, 4.0))
     np.testing.assert_allclose(four - run["position"], 3.0 * (two - run["position"]), atol=1e-12)
     middle = {bar: four.sel(body=f"unit 1/bar {bar}/1").values for bar in (1, 2)}
@@ -65,8 +65,8 @@ def test_magnified_deflections_grow_with_the_factor_and_keep_pins_together(run, 
         magnified_deflection(run, sd.scissor(units=1), 2.0)
 
 
-def test_only_samples_that_are_drawn_are_moved(run, unit):
-    """Contract: the others are left as they are, and titles say the factor."""
+def test_only_drawn_samples_are_magnified(run, unit):
+    """Contract: other samples are left unchanged, and titles give the factor."""
     moved = magnified_deflection(run, unit, 5.0, samples=[2])
     apart = np.abs(moved["position"] - run["position"]).max(["body", "axis"]).values
     assert apart[2] > 0.0
@@ -75,8 +75,8 @@ def test_only_samples_that_are_drawn_are_moved(run, unit):
     assert all("deflections 5×" in axes.get_title(loc="left") for axes in drawn)
 
 
-def test_the_diagram_names_the_largest_moment(run, unit):
-    """Cross-check: its value and element against the run; stress against the yield strength."""
+def test_diagram_of_moment_and_stress(run, unit):
+    """Cross-check: the largest moment and stress are those of the run; the yield strength is drawn."""
     drawn = sd.plot.bending(run, unit, time=0.0)
     values = np.abs(run["beam_start_moment"].isel(time=0)), np.abs(run["beam_end_moment"].isel(time=0))
     largest = float(np.maximum(*values).max())
@@ -91,14 +91,14 @@ def test_the_diagram_names_the_largest_moment(run, unit):
 
 @pytest.fixture(scope="module")
 def whole():
-    """A unit whose bars bend by modes, and its run."""
+    """Return a unit whose bars bend by modes, and its run."""
     rigid = sd.scissor(units=1, bar_length=2.0, bar_mass=5.68)
     unit = sd.with_bending(rigid, section="tube 60x60x1.56 mm", material="steel", modes=2).driven(speed=1.0)
     return unit, sd.simulate(unit, until=2e-3, samples=4, start="static")
 
 
 def stations(mechanism: sd.Mechanism, placed: Placement) -> np.ndarray:
-    """Start, middle and end of each part, in the order of a `Diagram`, shape (samples, parts, 3, 2) [m]."""
+    """Return start, middle and end of each part, in the order of a `Diagram`, shape (samples, parts, 3, 2) [m]."""
     places = []
     for beam in beams_of(mechanism):
         angles = placed.angle(beam.start[0]), placed.angle(beam.end[0])
@@ -114,7 +114,7 @@ def stations(mechanism: sd.Mechanism, placed: Placement) -> np.ndarray:
 
 @pytest.mark.parametrize("quantity", ["bending moment", "stress"])
 def test_values_on_bars_are_those_of_the_run(run, unit, whole, quantity):
-    """Contract: by elements and by modes, at the places of the run's own axis, ordinates on the side in tension."""
+    """Contract: by elements and by modes, values are the run's, on its deformed axis, with ordinates on the tension side."""
     for mechanism, found in ((unit, run), whole):
         diagram = diagram_of(found, mechanism, quantity)
         scene = scene_of(found, mechanism, np.arange(4), [], on_bars=quantity)
@@ -132,8 +132,8 @@ def test_values_on_bars_are_those_of_the_run(run, unit, whole, quantity):
         np.testing.assert_allclose(np.linalg.norm(drawn, axis=-1), 0.5 * np.abs(diagram.values) / diagram.largest, atol=1e-12)
 
 
-def test_a_cantilever_is_in_tension_above():
-    """Closed form: under its weight w L^2 / 2 at the clamp, to the 0.2 % of six modes, drawn above it."""
+def test_cantilever_is_in_tension_above():
+    """Closed form: a cantilever under its weight has the moment w L^2 / 2 at the clamp, drawn above (six modes: 0.2 %)."""
     boom = sd.Mechanism(
         (sd.bar("boom", length=2.0, mass=5.68),),
         (sd.Revolute("pin", ("boom", "start"), ("ground", "O")),),
@@ -149,16 +149,16 @@ def test_a_cantilever_is_in_tension_above():
     assert abs(diagram.values[0, 0, 0]) == pytest.approx(5.68 * 9.81 * 1.0, rel=2e-3)
 
 
-def test_the_envelope_has_the_largest_and_the_least(run, unit):
-    """Contract: at every place of all samples; the picture names the largest."""
+def test_envelope(run, unit):
+    """Contract: the envelope has the extreme values over all samples at every place; the title gives the largest."""
     diagram = diagram_of(run, unit, "bending moment")
     np.testing.assert_array_equal(diagram.envelope().values, [diagram.values.max(axis=0), diagram.values.min(axis=0)])
     drawn = sd.plot.bending(run, unit, envelope=True)
     assert f"{abs(diagram.most()[0]):.3g} N·m" in drawn[0].get_title(loc="left").replace("-", "")
 
 
-def test_rings_of_diagrams_say_contact_or_flight(unit):
-    """Invariant: the ring of a joint beside a diagram has the colour that `in_contact` says, also after a contact."""
+def test_rings_of_diagrams_show_contact(unit):
+    """Contract: the ring of a joint next to a diagram has the colour of `in_contact`, also after a contact."""
     loose = sd.simulate(unit.with_clearance("A", sd.Clearance(1e-5)), until=8e-3, samples=201)
     touched = loose["in_contact"].sel(joint="A").values.astype(bool)
     first = int(np.argmax(touched))
@@ -171,7 +171,7 @@ def test_rings_of_diagrams_say_contact_or_flight(unit):
 
 
 def test_stress_without_a_section_is_refused(tmp_path):
-    """Contract: in stills and films in one line; the moment is drawn, and the picture of bending has no empty panel."""
+    """Contract: stress needs a section in stills and films; the moment is drawn without one, and no panel is empty."""
     rigid = sd.scissor(units=1, bar_length=2.0, bar_mass=5.68)
     numbers = sd.with_bending(rigid, bending_stiffness=42743.0, axial_stiffness=7.5e7, modes=2).driven(speed=1.0)
     found = sd.simulate(numbers, until=1e-3, samples=3)
@@ -188,8 +188,8 @@ def test_stress_without_a_section_is_refused(tmp_path):
     assert "on the side in tension" in legends[0].get_texts()[0].get_text()
 
 
-def test_a_film_has_the_colours_of_the_stress(run, unit, tmp_path):
-    """Cross-check: the colours of the last frame of a film against the run; a page has every quantity."""
+def test_film_with_stress(run, unit, tmp_path):
+    """Cross-check: the colours of a film's last frame are the run's stress; a page has every quantity."""
     scene = scene_of(run, unit, np.arange(4), [], on_bars="stress")
     film = Film(scene, 1.0)
     film.show(3)
@@ -201,7 +201,7 @@ def test_a_film_has_the_colours_of_the_stress(run, unit, tmp_path):
     assert '"onBars":"stress"' in page
 
 
-def test_a_mode_is_drawn_and_oscillates(unit, tmp_path):
+def test_pictures_of_modes(unit, tmp_path):
     """Contract: a quarter of a period from rest the displacement is the shape; films and curves are written."""
     found = sd.modes(unit, count=3, times=[0.0, 0.1])
     first, ideal = found.isel(time=0), unit.ideal()
@@ -216,8 +216,8 @@ def test_a_mode_is_drawn_and_oscillates(unit, tmp_path):
         oscillation(first, ideal, 9)
 
 
-def test_the_command_draws_modes_along_the_stroke(tmp_path, capsys):
-    """As a user: the table, the pictures, the file."""
+def test_modes_command(tmp_path, capsys):
+    """Contract: the command prints a table and writes pictures and a file."""
     case = tmp_path / "case.toml"
     case.write_text(CASE)
     arguments = ["modes", str(case), "--until", "0.2 s", "--points", "3", "--count", "2"]
@@ -229,8 +229,8 @@ def test_the_command_draws_modes_along_the_stroke(tmp_path, capsys):
     assert (tmp_path / "modes.nc").exists()
 
 
-def test_parts_of_a_bar_have_one_area_and_one_line() -> None:
-    """Contract: two parts that go on from each other, and one apart; a jump is in the line, and no area is lost."""
+def test_ordinates_of_connected_parts() -> None:
+    """Closed form: connected parts share an area and a line, with jumps in the line; a separate part has its own."""
     places = np.array(
         [[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]], [[2.0, 0.0], [3.0, 0.0], [4.0, 0.0]], [[0.0, 9.0], [1.0, 9.0], [2.0, 9.0]]]
     )

@@ -1,4 +1,4 @@
-"""Pictures show the data they were given, named and with units, and can be read."""
+"""Pictures show the data of the run with names and units, and are readable."""
 
 import dataclasses
 import io
@@ -33,11 +33,13 @@ ALL = ["response", "force", "torque", "orbit", "energy", "structure"]
 
 
 def curve(axes: Axes, label: str) -> Line2D:
+    """Return the line with a label."""
     (found,) = [line for line in axes.lines if line.get_label() == label]
     return found
 
 
 def figures(run: xr.Dataset, ideal: xr.Dataset | None, mechanism: Mechanism) -> dict[str, list[Axes]]:
+    """Return the pictures of a run by name."""
     return {
         "response": response(run, ideal),
         "force": force(run, ideal),
@@ -73,7 +75,7 @@ def figures(run: xr.Dataset, ideal: xr.Dataset | None, mechanism: Mechanism) -> 
     ],
 )
 def test_engineering_scale(unit: str, largest: float, factor: float, shown: str) -> None:
-    """Closed form: largest value between 1 and 1000, a length or time between 0.1 and 100; NaN and inf count for nothing."""
+    """Closed form: largest value between 1 and 1000 (length or time: 0.1 to 100); NaN and infinity are ignored."""
     scale = engineering(unit, [0.0, largest], [math.nan, math.inf])
     assert scale.factor == pytest.approx(factor, rel=1e-12)
     assert scale.unit == shown
@@ -99,7 +101,7 @@ CURVES = [
 
 
 def test_curves_show_the_data(run: xr.Dataset, ideal: xr.Dataset, arm: Mechanism) -> None:
-    """Contract: each panel has the run's and the ideal mechanism's numbers, in the unit of its label."""
+    """Contract: each panel has the values of the run and of the ideal mechanism, in the unit of its label."""
     drawn = figures(run, ideal, arm)
     for kind, panel, label, name, variable, factor in CURVES:
         axes, values = drawn[kind][panel], run[variable]
@@ -118,7 +120,7 @@ def test_curves_show_the_data(run: xr.Dataset, ideal: xr.Dataset, arm: Mechanism
 
 
 def test_response_of_another_body(run: xr.Dataset) -> None:
-    """Contract: `body` chooses whose angle; a wrong name gets the right one suggested; with no ideal run nothing is dashed."""
+    """Contract: `body` chooses the angle; a wrong name gets a suggestion; without an ideal run no line is dashed."""
     drawn = response(run, body="unit 2/bar 1")
     np.testing.assert_array_equal(drawn[3].lines[0].get_ydata(), run["angular_velocity"].sel(body="unit 2/bar 1"))
     assert [len(axes.lines) for axes in drawn] == [1] * 6
@@ -136,7 +138,7 @@ def test_response_without_a_slider(run: xr.Dataset) -> None:
 
 
 def test_constant_stays_flat(ideal: xr.Dataset) -> None:
-    """Limit: round-off in a constant speed is not blown up to the height of the panel."""
+    """Limit: the range of the axis does not shrink to the round-off of a constant speed."""
     spin = ideal["angular_velocity"].copy(data=np.full(ideal["angular_velocity"].shape, 5.0 * math.pi))
     spin.values[::2] += 2e-14
     low, high = response(ideal.assign(angular_velocity=spin))[3].get_ylim()
@@ -154,7 +156,7 @@ def test_each_drive_has_its_torque(run: xr.Dataset) -> None:
 
 
 def test_force_shows_the_data(run: xr.Dataset, ideal: xr.Dataset) -> None:
-    """Contract: the force and its friction, the peaks of the contact table, the contacts' intervals, the ideal reaction."""
+    """Contract: force, friction, peaks and intervals of the contact table, and the ideal reaction."""
     normal, friction = force(run, ideal)
     at_a = run.sel(joint="A")
     assert (normal.get_ylabel(), friction.get_ylabel()) == ("force [kN]", "friction force [kN]")
@@ -183,7 +185,7 @@ def test_contact_that_outlasts_the_run(run: xr.Dataset) -> None:
 
 
 def test_force_without_contacts(ideal: xr.Dataset) -> None:
-    """Limit: without contact there is a panel with a note, and without friction no panel for it."""
+    """Limit: without contact the panel has a note; without friction there is no friction panel."""
     (axes,) = force(made_up(contacts=False), ideal)
     assert "no contact in this run" in [text.get_text() for text in axes.texts]
     assert not axes.collections
@@ -192,7 +194,7 @@ def test_force_without_contacts(ideal: xr.Dataset) -> None:
 
 
 def test_force_of_several_joints(two_joints: xr.Dataset) -> None:
-    """Contract: each joint has its own panels with its own contacts; a wrong name gets the right one suggested."""
+    """Contract: each joint has its own panels with its own contacts; a wrong name gets a suggestion."""
     drawn = force(two_joints)
     assert [axes.get_title(loc="left") for axes in drawn] == ["joint A", "", "joint unit 1/pivot", ""]
     first, second = (curve(axes, "peak of a contact").get_xdata() for axes in (drawn[0], drawn[2]))
@@ -204,7 +206,7 @@ def test_force_of_several_joints(two_joints: xr.Dataset) -> None:
 
 
 def lines_of(axes: Axes, label: str) -> np.ndarray:
-    """Lines of an orbit between samples, shape (lines, 2, 2)."""
+    """Return the lines of an orbit between samples, shape (lines, 2, 2)."""
     found = [drawn for drawn in axes.collections if drawn.get_label() == f"_{label}"]
     return np.array([segment for drawn in found for segment in drawn.get_segments()])
 
@@ -225,7 +227,7 @@ def test_orbit_shows_the_data(run: xr.Dataset) -> None:
 
 
 def test_exaggerated_indentation_is_labelled(run: xr.Dataset) -> None:
-    """Closed form: c + delta is drawn as c + 5 delta in the same direction, and the title says so; free flight is untouched."""
+    """Closed form: c + delta is drawn as c + 5 delta in the same direction, with a note; free flight is unchanged."""
     axes = orbit(run, exaggeration=5.0)[0]
     assert "indentation magnified 5 times" in axes.get_title(loc="left")
     touching = run["in_contact"].sel(joint="A").values
@@ -240,7 +242,7 @@ def test_exaggerated_indentation_is_labelled(run: xr.Dataset) -> None:
 @pytest.mark.parametrize(
     ("depth", "said"), [(3e-5, ""), (1e-6, "indentation magnified 50 times"), (2e-5, "indentation magnified 2 times")]
 )
-def test_exaggeration_is_chosen(run: xr.Dataset, depth: float, said: str) -> None:
+def test_default_exaggeration(run: xr.Dataset, depth: float, said: str) -> None:
     """Closed form: the largest of 1, 2, 5, 10, ... that draws the deepest indentation no deeper than a tenth of c."""
     touching = run["in_contact"]
     place = run["eccentricity"] / np.hypot(run["eccentricity"].sel(axis="x"), run["eccentricity"].sel(axis="y"))
@@ -249,7 +251,7 @@ def test_exaggeration_is_chosen(run: xr.Dataset, depth: float, said: str) -> Non
 
 
 def test_trust_horizon_is_shaded_and_labelled_once(arm: Mechanism, ideal: xr.Dataset) -> None:
-    """Contract: every panel over time is shaded from the horizon to the end; each figure says once what that means."""
+    """Contract: every panel over time is shaded from the horizon to the end, and each figure explains it once."""
     doubtful = made_up(trusted_until=0.021)
     for name, drawn in figures(doubtful, ideal, arm).items():
         figure = drawn[0].get_figure(root=True)
@@ -264,7 +266,7 @@ def test_trust_horizon_is_shaded_and_labelled_once(arm: Mechanism, ideal: xr.Dat
 
 @pytest.mark.parametrize("until", [math.nan, END])
 def test_trusted_run_is_not_shaded(until: float, arm: Mechanism) -> None:
-    """Limit: nothing is shaded where nobody looked for the horizon, or where it is the end."""
+    """Limit: nothing is shaded when the horizon is unknown or at the end."""
     for name, drawn in figures(made_up(trusted_until=until), None, arm).items():
         labels = [label for axes in drawn for label in axes.get_legend_handles_labels()[1]]
         assert not any(BEYOND_HORIZON in label for label in labels), name
@@ -272,14 +274,14 @@ def test_trusted_run_is_not_shaded(until: float, arm: Mechanism) -> None:
 
 @pytest.mark.parametrize("joints", [("A",), tuple(CLEARANCE_JOINTS)])
 @pytest.mark.parametrize("until", [math.nan, 0.021])
-def test_no_text_lies_on_another(joints: tuple[str, ...], until: float, ideal: xr.Dataset) -> None:
+def test_texts_do_not_overlap(joints: tuple[str, ...], until: float, ideal: xr.Dataset) -> None:
     """Contract: the boxes of all shown texts are apart from each other and inside the figure."""
     for name, drawn in figures(made_up(joints, trusted_until=until), ideal, mechanism_with(joints)).items():
         assert overlaps(drawn[0].get_figure(root=True)) == [], name
 
 
-def test_overlap_is_seen() -> None:
-    """Contract: the check of the test above finds two texts on one place, and one outside."""
+def test_overlaps_are_found() -> None:
+    """Contract: `overlaps` finds two texts at one place, and one outside the figure."""
     figure = Figure()
     for text in ("one", "two"):
         figure.text(0.5, 0.5, text)
@@ -288,7 +290,7 @@ def test_overlap_is_seen() -> None:
 
 
 def test_given_axes_are_used(run: xr.Dataset, ideal: xr.Dataset) -> None:
-    """Contract: pictures go onto the Axes they are given and nowhere else; a wrong number of them is refused."""
+    """Contract: pictures are drawn into the given Axes only; a wrong number of Axes is refused."""
     figure = Figure()
     six = figure.subplots(3, 2)
     assert response(run, ideal, axes=six.flat) == list(six.flat)
@@ -316,7 +318,7 @@ def test_every_legend_entry_looks_different(run: xr.Dataset, ideal: xr.Dataset, 
 
 
 def test_one_sample() -> None:
-    """Limit: a run that failed at its start can be drawn too: each curve is the one value that the run has."""
+    """Limit: a run of one sample is drawn, with one point per curve."""
     short = made_up().isel(time=[0])
     drawn = figures(short, None, mechanism_with(("A",)))
     for name, axes in drawn.items():
@@ -330,7 +332,7 @@ def test_one_sample() -> None:
 
 @pytest.mark.parametrize("name", [r"$\frac{$", "a $ b", "[/red]pin", "\x1b[31m\x00m", r"$\alpha$", r"a\$b", "{x}^_%"])
 def test_names_are_text(name: str, run: xr.Dataset, arm: Mechanism) -> None:
-    """Contract: a joint's name is drawn as it is written, not as a formula; a control character as its code."""
+    """Contract: a joint's name is drawn as text, not as a formula; a control character as its code."""
     joints = tuple(dataclasses.replace(joint, name=name) if joint.name == "A" else joint for joint in arm.joints)
     named = run.assign_coords(joint=[name if old == "A" else old for old in run["joint"].values.tolist()])
     named["contact_joint"] = named["contact_joint"].astype(object).where(named["contact_joint"] != "A", name)
@@ -344,7 +346,7 @@ def test_names_are_text(name: str, run: xr.Dataset, arm: Mechanism) -> None:
 
 @pytest.mark.parametrize("format", ["png", "svg"])
 def test_draw_all(format: str, run: xr.Dataset, ideal: xr.Dataset, arm: Mechanism, tmp_path: Path) -> None:
-    """Contract: all pictures in a folder that is made, in the asked format, the same bytes each time and nothing else."""
+    """Contract: all pictures, in a created folder, in the given format, with the same bytes each time, and nothing else."""
     first = draw_all(run, ideal, tmp_path / "a" / "b", arm, format)
     second = draw_all(run, ideal, tmp_path / "c", arm, format=format)
     assert [path.name for path in first] == [f"{name}.{format}" for name in ALL]
@@ -361,8 +363,8 @@ def test_draw_all_of_an_ideal_run(ideal: xr.Dataset, tmp_path: Path) -> None:
     assert [path.stem for path in draw_all(free, None, tmp_path, mechanism_with(()))] == ["response", "energy", "structure"]
 
 
-def test_nothing_is_left_by_a_failed_write(run: xr.Dataset, arm: Mechanism, tmp_path: Path) -> None:
-    """Contract: an unknown format writes nothing; a file that cannot be replaced leaves no parts; both say what to type."""
+def test_failed_writes_leave_no_files(run: xr.Dataset, arm: Mechanism, tmp_path: Path) -> None:
+    """Contract: an unknown format writes nothing, and a file that cannot be replaced leaves no parts."""
     with pytest.raises(InputError, match=r"did you mean 'png'\?"):
         draw_all(run, None, tmp_path / "new", arm, "pgn")
     assert not (tmp_path / "new").exists()
@@ -384,8 +386,8 @@ def test_no_pyplot() -> None:
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
-def test_energy_has_every_account(run: xr.Dataset) -> None:
-    """Identity: work of motors, energy of springs and losses of dampers are drawn by their names, unless nothing was booked."""
+def test_terms_of_the_energy_picture(run: xr.Dataset) -> None:
+    """Contract: work of motors, energy of springs and losses of dampers are drawn by name, unless they are zero."""
     more = run.assign(
         motor_work=2.0 * run["drive_work"],
         load_work=0.0 * run["drive_work"],
@@ -400,7 +402,7 @@ def test_energy_has_every_account(run: xr.Dataset) -> None:
 
 
 def test_joints_are_chosen_by_the_peaks_of_their_contacts(run: xr.Dataset) -> None:
-    """Contract: a contact between two samples counts with its located peak; figures say how many joints they leave out."""
+    """Contract: joints are ranked by located peaks, also between samples; figures give the number of omitted joints."""
     names = [f"joint {k}" for k in range(8)]
     force_ = np.tile(np.linspace(1.0, 8.0, 8), (run.sizes["time"], 1))
     many = xr.Dataset(
@@ -424,7 +426,7 @@ def test_joints_are_chosen_by_the_peaks_of_their_contacts(run: xr.Dataset) -> No
 
 
 def test_largest_torque_is_the_located_one(run: xr.Dataset) -> None:
-    """Contract: the mark is at the maximum that the run has located between its samples, in the part that is drawn."""
+    """Contract: the mark is at the maximum that the run located between its samples, if it is in the window."""
     spike = xr.Dataset({"peak_drive_torque": ("drive", [2e5]), "peak_drive_torque_time": ("drive", [0.01234])})
     located = run.merge(spike.assign_coords(drive=["unit 1/bar 1"]))
     mark = next(line for line in torque(located)[0].lines if line.get_label() == "largest")
@@ -437,8 +439,8 @@ def test_largest_torque_is_the_located_one(run: xr.Dataset) -> None:
     assert not [line for line in late.lines if line.get_label() == "largest"]
 
 
-def test_round_off_of_a_constant_speed_is_no_curve() -> None:
-    """Limit: a crank of constant speed has no acceleration in the picture, not its round-off; the slider keeps its own."""
+def test_round_off_of_a_constant_speed_is_not_drawn() -> None:
+    """Limit: the acceleration of a crank at constant speed is drawn as zero; the slider's is not."""
     crank = sd.slider_crank(crank=0.05, rod=0.12, angle=0.4).driven(speed=20.0)
     run = sd.simulate(crank, until=0.1, samples=51)
     run["angular_acceleration"] = run["angular_acceleration"] + 1e-12
@@ -453,8 +455,8 @@ def tracked() -> xr.Dataset:
     return sd.simulate(crank.controlled(sd.PID(30.0, 0.5, limit=2.0), reference=sd.Cycloidal(0.0, 2.0, 0.05)), until=0.1)
 
 
-def test_deviation_meets_its_peak_and_tolerance(tracked: xr.Dataset) -> None:
-    """Contract: the curve has the located maximum, the dotted line the tolerance, in one scale; a window has its part."""
+def test_picture_of_a_deviation(tracked: xr.Dataset) -> None:
+    """Contract: the curve reaches the located maximum, and the dotted line is the tolerance; a window has its part."""
     (axes,) = sd.plot.track(tracked)
     lines = {line.get_label(): line for line in axes.lines}
     factor = 1e3 if "mm" in axes.get_ylabel() else 1e6
@@ -469,7 +471,7 @@ def test_deviation_meets_its_peak_and_tolerance(tracked: xr.Dataset) -> None:
 
 
 def test_torque_shades_its_limit(tracked: xr.Dataset) -> None:
-    """Contract: the shaded stretches last as long as the summary says, and the line stands at the limit."""
+    """Contract: the shaded intervals last as long as the summary says, and lines mark the limit."""
     (axes,) = sd.plot.torque(tracked)
     shaded = [patch for patch in axes.patches if patch.get_label() == "at the limit"]
     lasting = tracked.scissordyn.summary().actuators[0].time_at_limit
@@ -480,8 +482,8 @@ def test_torque_shades_its_limit(tracked: xr.Dataset) -> None:
     assert {abs(limit) for limit in limits} == {2.0}
 
 
-def test_payloads_and_panels_are_where_they_are_fixed() -> None:
-    """Contract: the middle of a payload is its point, that of a panel the middle of its two points, at every sample."""
+def test_position_of_payloads_and_panels() -> None:
+    """Contract: a payload is centred at its point and a panel between its two points, at every sample."""
     arm = sd.scissor(units=2).driven(speed=sd.rpm(150))
     arm = sd.with_panels(sd.with_payload(arm, "unit 2/bar 1.end", 12.0), "unit 1/bar 2", 1.0)
     moved = sd.simulate(arm, until=0.02, samples=5)

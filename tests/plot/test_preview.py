@@ -1,4 +1,4 @@
-"""Names in drawings, the preview of a mechanism and of its ideal kinematics; pictures stand as gravity does."""
+"""Names in drawings, previews of a mechanism and of its ideal kinematics, and the orientation of pictures."""
 
 import dataclasses
 import itertools
@@ -43,12 +43,12 @@ def names_in(axes: Axes) -> list[Text]:
 
 
 def written(texts: list[Text]) -> list[str]:
-    """The texts that are not empty, as matplotlib shows them: a dollar sign after a backslash begins no formula."""
+    """Return the texts that are not empty, with escaped dollar signs restored."""
     return [text.get_text().replace(r"\$", "$") for text in texts if text.get_text()]
 
 
 def on_rings(axes: Axes) -> list[str]:
-    """Names that touch the circle of a clearance joint."""
+    """Return names that touch the circle of a clearance joint."""
     figure = axes.get_figure(root=True)
     renderer, found = FigureCanvasAgg(figure).get_renderer(), []
     for ring in (line for line in axes.lines if line.get_zorder() == 5.0 and line.get_marker() == "o"):
@@ -61,7 +61,7 @@ def on_rings(axes: Axes) -> list[str]:
 
 
 def test_long_names_keep_off_clearance_joints() -> None:
-    """Contract: a flat array with a clearance beside each of twelve names has no name on a joint."""
+    """Contract: in a flat array with twelve long names no name touches a joint."""
     mechanism = read_case(next(path for path in EXAMPLES if path.stem == "solar_array"), []).mechanism
     axes = preview(mechanism.replace("A.clearance", 2e-4))
     assert sum("(clearance 0.1 mm)" in text for text in written(names_in(axes))) == 11
@@ -69,8 +69,8 @@ def test_long_names_keep_off_clearance_joints() -> None:
 
 
 @pytest.mark.parametrize("case", EXAMPLES, ids=lambda path: path.stem)
-def test_names_are_all_there_and_apart(case: Path) -> None:
-    """Contract: all bodies, joints, drives and components of every example have their names, apart and off clearance joints."""
+def test_names_of_all_parts(case: Path) -> None:
+    """Contract: all parts of every example have their names, without overlap, off clearance joints and inside the frame."""
     mechanism = read_case(case, []).mechanism
     axes = preview(mechanism)
     named = [
@@ -99,7 +99,7 @@ def test_names_are_all_there_and_apart(case: Path) -> None:
 
 
 def hostile() -> sd.Mechanism:
-    """A slider-crank with names that are markup, formulas and control characters elsewhere."""
+    """Return a slider-crank whose names are markup, formulas and control characters."""
     plain = sd.slider_crank(crank=0.05, rod=0.12, angle=0.4)
     names = {"crank pin": r"$\frac{$", "slider pin": "<script>alert(1)</script>"}
     joints = tuple(dataclasses.replace(joint, name=names.get(joint.name, joint.name)) for joint in plain.joints)
@@ -108,7 +108,7 @@ def hostile() -> sd.Mechanism:
 
 
 def test_names_are_text() -> None:
-    """Contract: names show letter by letter, and an SVG is well-formed without a script."""
+    """Contract: names are drawn letter by letter, and an SVG is well-formed without a script."""
     shown = written(names_in(preview(hostile())))
     assert r"$\frac{$" in shown
     assert "<script>alert(1)</script>" in shown
@@ -122,8 +122,8 @@ def test_names_are_text() -> None:
     figure.draw_without_rendering()
 
 
-def test_more_names_than_room_are_counted() -> None:
-    """Limit: a long array keeps the names that matter most, and says how many are left out."""
+def test_omitted_names_are_counted() -> None:
+    """Contract: a long array keeps the most important names, and gives the number of omitted ones."""
     long = sd.scissor(units=40).with_clearance("unit 33/pivot", sd.Clearance(1e-4)).driven(speed=1.0)
     axes = preview(long)
     shown = written(names_in(axes))
@@ -144,7 +144,7 @@ def test_transmission_angle_of_a_four_bar() -> None:
 
 
 def test_extremes_over_many_turns(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    """Closed form: the smallest transmission angle of a crank-rocker over 100 turns; reactions are those of one turn."""
+    """Closed form: the smallest transmission angle over 100 turns, reactions of one turn, and a warning of coarse instants."""
     crank = sd.four_bar(ground=0.2, crank=0.06, coupler=0.18, rocker=0.12).driven(speed=sd.rpm(6000))
     turn, turns = (ideal_kinematics(crank, until=until) for until in (0.01, 1.0))
     smallest = math.acos((0.18**2 + 0.12**2 - (0.2 - 0.06) ** 2) / (2.0 * 0.18 * 0.12))
@@ -157,14 +157,14 @@ def test_extremes_over_many_turns(capsys: pytest.CaptureFixture[str], tmp_path: 
 
 
 def test_transmission_angle_of_a_slider_crank() -> None:
-    """Closed form: the cosine of the angle between rod and normal of the guide is that inclination's sine, k sin(th)/l."""
+    """Closed form: the cosine of the transmission angle is the sine of the rod's inclination, k sin(th)/l."""
     ideal = ideal_kinematics(sd.slider_crank(crank=0.05, rod=0.12).driven(speed=1.0), until=6.0)
     th = ideal["angle"].sel(body="crank").values
     assert np.allclose(np.cos(ideal["transmission_angle"].values[:, 0]), np.abs(0.05 * np.sin(th)) / 0.12, atol=1e-8)
 
 
 def test_every_body_of_an_array_is_in_a_dyad() -> None:
-    """Contract: behind the driven bar an array of N units has N dyads, for a jack at the slider too; a ring has none."""
+    """Contract: an array of N units has N dyads behind its driven bar, also with a jack at the slider; a ring has none."""
     for units in (1, 2, 5):
         assert len(dyads(plan(sd.scissor(units=units).driven(speed=1.0)))) == units
     lift = read_case(LIFT, []).mechanism
@@ -173,7 +173,7 @@ def test_every_body_of_an_array_is_in_a_dyad() -> None:
 
 
 def test_range_of_motion() -> None:
-    """Closed form: a double rocker locks at the angles of the law of cosines, a lift when its bars are upright."""
+    """Closed form: a double rocker locks at the angles of the law of cosines, a lift with upright bars."""
     linkage = sd.four_bar(ground=0.2, crank=0.15, coupler=0.12, rocker=0.1).driven(speed=1.0)
     angle = math.acos((0.2**2 + 0.15**2 - 0.22**2) / (2.0 * 0.2 * 0.15))
     low, high, unit = motion_range(plan(linkage))
@@ -186,7 +186,7 @@ def test_range_of_motion() -> None:
 
 
 def test_ideal_kinematics_marks_singular_positions() -> None:
-    """Closed form: the paper's array at 250 rpm is flat after 40 ms; the transmission angle is zero there, and it is drawn."""
+    """Closed form: the paper's array at 250 rpm is flat after 40 ms, with transmission angle zero and a mark."""
     case = read_case(Path(PAPER), ["drive.speed='250 rpm'"])
     ideal = ideal_kinematics(case.mechanism, until=case.run.until)
     assert ideal["singular_time"].values == pytest.approx([0.04], abs=1e-8)
@@ -198,7 +198,7 @@ def test_ideal_kinematics_marks_singular_positions() -> None:
 
 
 def test_preview_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Contract: the command says what it found and writes what it is asked for."""
+    """Contract: the command prints its findings and writes the requested files."""
     picture, curves = tmp_path / "picture.svg", tmp_path / "curves.png"
     assert status_of(["preview", PAPER, "-o", str(picture), "--curves", str(curves), "--set", "drive.speed='250 rpm'"]) == 0
     answer = " ".join(capsys.readouterr().out.split())
@@ -212,10 +212,8 @@ def test_preview_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
 
 
 @pytest.mark.parametrize("command", ["preview", "check"])
-def test_the_torque_of_a_servo_and_whether_it_holds_are_known_before_a_run(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], command: str
-) -> None:
-    """Cross-check: the torque is that of a drive on the reference; below it the limit does not hold, and that is a warning."""
+def test_torque_of_a_servo_before_a_run(tmp_path: Path, capsys: pytest.CaptureFixture[str], command: str) -> None:
+    """Cross-check: the torque equals that of a drive on the reference; a limit below it gives a warning."""
     assert status_of(["new", "scissor", "--with", "servo"]) == 0
     case = tmp_path / "servo.toml"
     case.write_text(capsys.readouterr().out)
@@ -230,8 +228,8 @@ def test_the_torque_of_a_servo_and_whether_it_holds_are_known_before_a_run(
     assert "2 times its limit" in " ".join(capsys.readouterr().out.split())
 
 
-def test_preview_says_what_assembly_moved(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Closed form: a press whose ram is placed 2 mm too low is brought back onto the rod's end by its joint."""
+def test_preview_reports_assembly(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Contract: a press with its ram 2 mm too low is assembled, and the preview reports the moved bodies."""
     text = EXAMPLES[0].with_name("press.toml").read_text().replace("60, -150.788 mm", "60, -152.788 mm")
     case = tmp_path / "moved.toml"
     case.write_text(text)
@@ -243,7 +241,7 @@ def test_preview_says_what_assembly_moved(tmp_path: Path, capsys: pytest.Capture
 
 @pytest.fixture(scope="module")
 def lift() -> Mechanism:
-    """The lift, whose gravity points along -x, without clearance."""
+    """Return the lift, whose gravity points along -x, without clearance."""
     return read_case(LIFT, []).mechanism.ideal()
 
 
@@ -254,7 +252,7 @@ def start(lift: Mechanism) -> xr.Dataset:
 
 @pytest.mark.parametrize("turns", [1, 2, 3])
 def test_scene_is_turned_as_a_whole(lift: Mechanism, start: xr.Dataset, turns: int) -> None:
-    """Cross-check: every point of the scene is that of the scene with gravity downwards, turned about the origin."""
+    """Cross-check: every point is that of the scene with gravity downwards, rotated about the origin."""
     plain = scene_of(start, dataclasses.replace(lift, gravity_direction=-0.5 * math.pi), np.array([0, 1]), [])
     standing = scene_of(start, dataclasses.replace(lift, gravity_direction=-0.5 * math.pi * (1 + turns)), np.array([0, 1]), [])
     turn = np.array([[0.0, -1.0], [1.0, 0.0]])
@@ -269,7 +267,7 @@ def test_scene_is_turned_as_a_whole(lift: Mechanism, start: xr.Dataset, turns: i
 
 
 def test_lift_stands_upright(lift: Mechanism, start: xr.Dataset) -> None:
-    """Contract: the three units are above each other; the scale bar says where the axes of the case point."""
+    """Contract: the three units are above each other; the scale bar shows the directions of the axes of the case."""
     for axes in (preview(lift, start=start), structure(start, lift, times=1)[0]):
         [scale] = [text.get_text() for text in axes.texts if text.get_gid() == SCALE_BAR]
         [bar] = [line for line in axes.lines if line.get_gid() == SCALE_BAR]
@@ -281,14 +279,14 @@ def test_lift_stands_upright(lift: Mechanism, start: xr.Dataset) -> None:
 
 
 def test_oblique_gravity_turns_nothing(lift: Mechanism) -> None:
-    """Limit: a picture is turned by whole quarters only, and not at all without gravity."""
+    """Limit: a picture is rotated by multiples of 90 degrees only, and not without gravity."""
     assert upright(lift) == 1
     assert upright(dataclasses.replace(lift, gravity_direction=math.radians(200.0))) == 0
     assert upright(dataclasses.replace(lift, gravity=0.0)) == 0
 
 
 def test_drag_follows_the_pointer_in_the_turned_picture() -> None:
-    """Contract: a pointer that moves upwards in the picture moves the joint along the x axis of the case."""
+    """Contract: an upward pointer in the rotated picture moves the joint along the x axis of the case."""
     drag = Drag(open_case(LIFT), "pin", "unit 1/upper")
     reach = 0.03 * drag.size
     for part in (0.5, 1.0, 1.0):
@@ -297,12 +295,12 @@ def test_drag_follows_the_pointer_in_the_turned_picture() -> None:
 
 
 RADIUS, RING = 4.1, 5.5
-"""Of the circles about joints, with their lines: clearance joints of stills, joints of films [pt]."""
+"""Radii of the circles about joints, with their lines: clearance joints of stills, joints of films [pt]."""
 
 
 @pytest.fixture(scope="module")
 def anchored() -> list[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
-    """Of each name in a still of the ring: its box, its joint, and the other clearance joints [pt]."""
+    """Return box, joint and other clearance joints of each name in a still of the ring [pt]."""
     case = read_case(LIFT.with_name("ring.toml"))
     run = sd.simulate(case.mechanism, until=0.25, samples=4)
     axes = structure(run, case.mechanism)[0]  # of four instants
@@ -317,7 +315,7 @@ def anchored() -> list[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
 
 
 def test_names_are_with_their_joints(anchored: list[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]) -> None:
-    """Contract: a name is nearest to its own joint, or has a leader to it that passes no other clearance joint."""
+    """Contract: a name is nearest to its own joint, or has a leader that passes no other clearance joint."""
     assert len(anchored) == 3
     for low, high, place, others in anchored:
         near = np.clip(place, low, high)
@@ -330,8 +328,8 @@ def test_names_are_with_their_joints(anchored: list[tuple[np.ndarray, np.ndarray
             assert away < np.linalg.norm(np.clip(others, low, high) - others, axis=1).min()
 
 
-def test_names_of_a_preview_are_on_no_line() -> None:
-    """Contract: no name in the preview of the ring and of the slider that is driven periodically is upon a bar or a symbol."""
+def test_names_of_a_preview_keep_off_lines() -> None:
+    """Contract: no name in the previews of two examples covers a bar or a symbol."""
     for example in ("ring", "periodic"):
         axes = preview(read_case(LIFT.with_name(f"{example}.toml")).mechanism)
         names = names_in(axes)
@@ -344,8 +342,8 @@ def test_names_of_a_preview_are_on_no_line() -> None:
             assert not np.any(np.all((points > box.p0) & (points < box.p1), axis=1)), (example, text.get_text())
 
 
-def test_names_keep_off_lines_joints_and_each_other() -> None:
-    """Contract: in every frame of a crank that turns half a revolution, no name is on a joint, a bar, or another name."""
+def test_names_of_a_film_keep_off_lines() -> None:
+    """Contract: in every frame of half a revolution of a crank, no name covers a joint, a bar or another name."""
     angle = np.linspace(0.0, math.pi, 60)
     crank = 0.2 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
     end = np.stack([crank[:, 0] + np.sqrt(0.25 - crank[:, 1] ** 2), 0.0 * angle], axis=1)
@@ -372,8 +370,8 @@ def test_names_keep_off_lines_joints_and_each_other() -> None:
     assert np.all(jumps <= 3)
 
 
-def test_names_of_a_crowd_stay_apart() -> None:
-    """Contract: names of six joints on a line that a film draws two letters apart never cover each other."""
+def test_names_of_crowded_joints() -> None:
+    """Contract: names of six joints drawn two letters apart never overlap."""
     names = [f"unit {k}/pivot" for k in range(2, 8)]
     high = np.linspace(0.1, 0.4, 24)[:, None] * np.arange(1, 7)
     joints = np.stack([0.0 * high, high], axis=2)
@@ -386,8 +384,8 @@ def test_names_of_a_crowd_stay_apart() -> None:
             assert not np.any(np.all(apart < 2.0 * half, axis=2) & ~np.eye(6, dtype=bool))
 
 
-def test_few_instants_are_enough_for_what_stands_still() -> None:
-    """Limit: in a film that does not move no name does, however many instants are looked at; no more than there are frames."""
+def test_names_of_a_still_film() -> None:
+    """Limit: without motion names do not move, for any number of instants up to the number of frames."""
     joints = np.tile([[[0.0, 0.0], [0.3, 0.1]]], (40, 1, 1))
     region = np.array([-1.0, -1.0]), np.array([1.0, 1.0])
     for looks, count in ((5, 5), (40, 40), (90, 40)):
@@ -397,7 +395,7 @@ def test_few_instants_are_enough_for_what_stands_still() -> None:
 
 
 def test_rings_leave_room_between_joints() -> None:
-    """Closed form: half of the distance of neighbours, at least the smallest and at most the largest; one place counts once."""
+    """Closed form: rings are half the distance of neighbours, within bounds; coinciding joints count once."""
     line = np.stack([np.arange(5.0), np.zeros(5)], axis=1)
     assert ring_size(line[None], 10.0, 8.0) == 5.0
     assert abs(ring_size(np.concatenate([line, line + 1e-6])[None], 10.0, 8.0) - 5.0) < 1e-4
@@ -406,7 +404,7 @@ def test_rings_leave_room_between_joints() -> None:
 
 
 def test_names_stay_with_their_joints_and_in_the_picture() -> None:
-    """Contract: of three joints of an array that closes, each name is nearest to its own joint, and none is cut off."""
+    """Contract: in an array that closes, each name is nearest to its own joint and inside the picture."""
     gap = np.linspace(1.0, 0.25, 30)
     joints = np.stack([np.stack([k * gap, 0.0 * gap], axis=1) for k in range(3)], axis=1)
     region = np.array([-0.05, -0.5]), np.array([2.2, 0.5])
@@ -422,6 +420,6 @@ def test_names_stay_with_their_joints_and_in_the_picture() -> None:
             assert np.all(low >= scale * region[0])
 
 
-def test_no_names_need_no_place() -> None:
-    """Limit: without a joint to name there is nothing to place."""
+def test_placement_without_names() -> None:
+    """Limit: without names the result is empty."""
     assert name_offsets([], np.empty((3, 0, 2)), [], np.empty((3, 0, 2)), (np.zeros(2), np.ones(2))).shape == (3, 0, 2)

@@ -23,14 +23,14 @@ KINDS = ("response", "force", "torque", "orbit", "energy", "track")
 
 @pytest.fixture(scope="module")
 def run() -> xr.Dataset:
-    """Of an array with a tracked point."""
+    """Return a run of an array with a tracked point."""
     arm = sd.scissor(units=2, angle=sd.degrees(60.0)).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=sd.rpm(-150.0))
     return sd.simulate(arm.track("tip", "unit 2/bar 1", "end", 1e-3), until=0.02, samples=201)
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_pictures_have_the_width_and_the_letters_of_a_column(run: xr.Dataset, kind: str) -> None:
-    """Contract: 90 mm wide, labels of 8 pt, ticks of 7 pt, and no two labels of y axes on each other."""
+def test_size_of_pictures_for_a_column(run: xr.Dataset, kind: str) -> None:
+    """Contract: 90 mm wide, labels of 8 pt, ticks of 7 pt, and no overlapping labels of y axes."""
     with sd.style("single-column"):
         drawn = getattr(sd.plot, kind)(run)
     figure = figure_of(drawn[0])
@@ -48,7 +48,7 @@ def test_pictures_have_the_width_and_the_letters_of_a_column(run: xr.Dataset, ki
 
 @pytest.fixture(scope="module")
 def many() -> dict[str, xr.Dataset]:
-    """Runs for every kind of picture: many clearance joints and an actuator, bars that bend, a film of oil."""
+    """Return runs for every kind of picture: many clearance joints and an actuator, bending bars, an oil film."""
     arm = sd.scissor(units=2, angle=sd.degrees(60.0)).with_clearance("all", sd.Clearance(0.5e-3))
     servo = arm.controlled(sd.PID(proportional=5e4, derivative=3e3), speed=-0.1)
     loose = sd.simulate(servo.track("tip", "unit 2/bar 1", "end", 1e-3), until=0.01, samples=41, rtol=1e-5, atol=1e-5)
@@ -64,7 +64,7 @@ def many() -> dict[str, xr.Dataset]:
 
 @pytest.mark.parametrize("kind", sorted(sd.plot.__all__))
 def test_nothing_of_a_narrow_picture_is_cut(many: dict[str, xr.Dataset], kind: str) -> None:
-    """Contract: in the column of a page no text reaches beyond the figure, and no panel is below a fifth of its width."""
+    """Contract: in a page column no text leaves the figure, and no panel is narrower than a fifth of it."""
     run = many[kind]
     with sd.style("single-column"):
         drawn = getattr(sd.plot, kind)(run, *([run] if kind == "comparison" else []))
@@ -84,8 +84,8 @@ def test_nothing_of_a_narrow_picture_is_cut(many: dict[str, xr.Dataset], kind: s
         assert axes.get_window_extent(renderer).width > 0.2 * figure.bbox.width
 
 
-def test_a_style_ends_with_its_block(run: xr.Dataset) -> None:
-    """Contract: pictures before and after have the same size, and one row of panels that of the parameters."""
+def test_style_ends_with_its_block(run: xr.Dataset) -> None:
+    """Contract: a style changes no parameter after its block, and pictures use the parameters of matplotlib."""
     before, kept = figure_of(sd.plot.torque(run)[0]).get_size_inches(), {name: mpl.rcParams[name] for name in NAMES}
     for name in STYLES:
         with sd.style(name, font_family="serif"):
@@ -99,8 +99,8 @@ def test_a_style_ends_with_its_block(run: xr.Dataset) -> None:
         assert axes.xaxis.get_ticklabels()[0].get_fontsize() == pytest.approx(12.0)
 
 
-def test_a_legend_keeps_off_the_neighbours(run: xr.Dataset) -> None:
-    """Contract: in narrow Axes of a figure of the user's it is inside; in wide ones curves are named beside them."""
+def test_position_of_a_legend(run: xr.Dataset) -> None:
+    """Contract: the legend is inside narrow Axes of a user's figure; in wide ones the names are next to the curves."""
     figure = Figure(figsize=(9.0, 3.0))
     first, second, third = figure.subplots(1, 3)
     sd.plot.torque(run, axes=second)
@@ -129,15 +129,15 @@ def test_names_of_curves_keep_apart() -> None:
 
 
 def test_pictures_of_a_run_share_their_arguments() -> None:
-    """Contract: each picture of a run begins with the run and draws a window of it."""
+    """Contract: each picture of a run takes the run first, and the start and end of a window."""
     for kind in (*KINDS, "film", "structure", "bending"):
         arguments = list(inspect.signature(getattr(sd.plot, kind)).parameters)
         assert arguments[0] == "run"
         assert {"start", "end"} <= set(arguments)
 
 
-def test_latex_writes_names_as_they_are() -> None:
-    """Closed form: each sign that means something to LaTeX."""
+def test_latex_escapes() -> None:
+    """Closed form: each character with a meaning in LaTeX is escaped."""
     with mpl.rc_context({"text.usetex": True}):
         assert literal("peak_force < 5 % & $A^2{#}~") == (
             r"peak\_force \textless{} 5 \% \& \$A\textasciicircum{}2\{\#\}\textasciitilde{}"
@@ -147,7 +147,7 @@ def test_latex_writes_names_as_they_are() -> None:
 
 
 def test_texts_of_pictures_of_a_run_are_safe_for_latex(run: xr.Dataset) -> None:
-    """Contract: no text of any picture has a bare sign that LaTeX would take for its own."""
+    """Contract: no text of a picture has an unescaped special character."""
     with sd.style("single-column", text_usetex=True):
         for kind in KINDS:
             figure = figure_of(getattr(sd.plot, kind)(run)[0])
@@ -157,14 +157,14 @@ def test_texts_of_pictures_of_a_run_are_safe_for_latex(run: xr.Dataset) -> None:
 
 
 def test_long_labels_take_several_lines() -> None:
-    """Closed form: 5 pt letters of 0.58 of their size are 24 to the inch."""
+    """Closed form: letters of 5 pt, 0.58 as wide as high, are 24 to the inch."""
     assert wrap_text("angular velocity [rad/s]", 1.0, 5.0) == "angular velocity [rad/s]"
     assert wrap_text("angular velocity [rad/s]", 0.9, 5.0) == "angular velocity\n[rad/s]"
     assert wrap_text("acceleration", 0.1, 5.0) == "acceleration"
 
 
-def test_a_command_draws_for_a_journal(run: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Contract: a PDF of 90 mm; a second call writes the same file; an unknown style is refused with the nearest one."""
+def test_plot_command_with_a_style(run: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Contract: a PDF of 90 mm, the same file each time; an unknown style or parameter gets a suggestion."""
     monkeypatch.chdir(tmp_path)
     sd.save(run, "run.nc")
     command = ["plot", "run.nc", "-o", "out", "--only", "torque", "--format", "pdf", "--style", "single-column"]

@@ -1,4 +1,4 @@
-"""Pictures of regularity show the numbers of their measures, named and with units, and can be read."""
+"""Pictures of regularity show the values of their measures, with names and units, and are readable."""
 
 import numpy as np
 import pytest
@@ -31,7 +31,7 @@ SIGNAL = np.sin(0.9 * np.arange(600)) + 0.3 * np.sin(2.1 * np.arange(600))
 
 
 def diagram() -> xr.Dataset:
-    """Make up a diagram of the logistic map in the place of a clearance, with one failed value."""
+    """Return a diagram of the logistic map in the form of a clearance study, with one failed value."""
     r = np.linspace(2.8, 4.0, 120)
     x, rows = np.full(120, 0.3), []
     for _ in range(160):
@@ -50,6 +50,7 @@ def diagram() -> xr.Dataset:
 
 
 def pictures(run: xr.Dataset, ideal: xr.Dataset) -> dict[str, list[Axes]]:
+    """Return all pictures of regularity by name."""
     strobe = stroboscopic(run, period=1e-3)
     return {
         "map": stroboscopic_map(strobe),
@@ -64,7 +65,7 @@ def pictures(run: xr.Dataset, ideal: xr.Dataset) -> dict[str, list[Axes]]:
 
 
 def test_all_can_be_read(run: xr.Dataset, ideal: xr.Dataset) -> None:
-    """Contract: no texts overlap or leave the figure, and every axis has a label."""
+    """Contract: texts do not overlap or leave the figure, and every axis has a label."""
     for name, drawn in pictures(run, ideal).items():
         figure = drawn[0].get_figure(root=True)
         assert isinstance(figure, Figure)
@@ -72,8 +73,8 @@ def test_all_can_be_read(run: xr.Dataset, ideal: xr.Dataset) -> None:
         assert all(axes.get_xlabel() and axes.get_ylabel() for axes in drawn), name
 
 
-def test_map_shows_the_flashes(run: xr.Dataset) -> None:
-    """Contract: one dot a flash in the units of the labels; those beyond the predictability horizon are grey and said to be."""
+def test_stroboscopic_map(run: xr.Dataset) -> None:
+    """Contract: one dot per sample in the units of the labels; those beyond the predictability horizon are grey."""
     strobe = stroboscopic(run, period=1e-3)
     (axes,) = stroboscopic_map(strobe.assign_attrs(trusted_until=0.02), y="slider_acceleration")
     before, beyond = axes.lines
@@ -94,7 +95,7 @@ def test_map_shows_the_flashes(run: xr.Dataset) -> None:
 
 
 def test_scatter_shows_both_runs(run: xr.Dataset, ideal: xr.Dataset) -> None:
-    """Contract: the run's samples as dots, the ideal mechanism's as a line."""
+    """Contract: the run's samples are dots, the ideal mechanism's a line."""
     dots, line = velocity_acceleration(scatter(run), scatter(ideal))[0].lines
     assert (dots.get_linestyle(), line.get_linestyle()) == ("None", "-")
     np.testing.assert_allclose(dots.get_xdata(), run["slider_velocity"], rtol=1e-14)
@@ -102,7 +103,7 @@ def test_scatter_shows_both_runs(run: xr.Dataset, ideal: xr.Dataset) -> None:
 
 
 def test_spectrum_names_its_peaks() -> None:
-    """Contract: the density in decades, the dominant frequencies marked where they are and written out."""
+    """Contract: logarithmic density, with marks and values at the dominant frequencies."""
     found = spectrum(SIGNAL, spacing=0.01, unit="m/s")
     (axes,) = power_spectrum(found)
     assert axes.get_yscale() == "log"
@@ -112,7 +113,7 @@ def test_spectrum_names_its_peaks() -> None:
 
 
 def test_bifurcation_shows_every_cycle() -> None:
-    """Contract: every stored cycle is a dot over its value; other variables and joints can be chosen, wrong ones are named."""
+    """Contract: every stored cycle is a dot; variable and joint can be chosen, and wrong ones are refused by name."""
     data = diagram()
     (axes,) = bifurcation(data)
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("radial clearance [mm]", "velocity of the slider [m/s]")
@@ -127,7 +128,7 @@ def test_bifurcation_shows_every_cycle() -> None:
 
 
 def test_zero_one_and_recurrence_show_their_numbers() -> None:
-    """Contract: p against q, all angles in the histogram, the median; every pair of samples in the recurrence plot."""
+    """Contract: p against q, the histogram of all angles, the median, and every pair of samples."""
     test = zero_one_test(SIGNAL)
     plane, spread = zero_one(test)
     np.testing.assert_array_equal(plane.lines[0].get_ydata(), test["q"])
@@ -139,7 +140,7 @@ def test_zero_one_and_recurrence_show_their_numbers() -> None:
 
 
 def test_large_recurrence_plot_is_averaged() -> None:
-    """Limit: of 2400 samples a pixel holds 3 by 3, and is as dark as their mean."""
+    """Limit: of 2400 samples a pixel averages 3 by 3."""
     found = recurrence(np.tile([0.0, 1.0, 2.0, 3.0], 600), threshold=0.5)
     (axes,) = recurrence_plot(found)
     shown = axes.images[0].get_array()
@@ -149,7 +150,7 @@ def test_large_recurrence_plot_is_averaged() -> None:
 
 
 def test_distribution_counts_every_contact(run: xr.Dataset, two_joints: xr.Dataset) -> None:
-    """Contract: all contacts of the joint are in the bars, also the least and the largest; decades where they are needed."""
+    """Contract: the bars count all contacts of the joint; the axis is logarithmic for a wide range."""
     (axes,) = distribution(run)
     assert sum(bar.get_height() for bar in axes.patches) == run.sizes["contact"]
     assert axes.get_xlabel() == "peak_force [kN]"

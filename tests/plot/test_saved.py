@@ -1,4 +1,4 @@
-"""Curves of simulated runs with their located instants; pictures, films, comparisons and exports of saved ones."""
+"""Curves of simulated runs with located instants; pictures, films, comparisons and exports of saved runs."""
 
 import csv
 import dataclasses
@@ -33,7 +33,7 @@ PLAIN = [kind for kind in KINDS if kind not in ("film", "track", "bending")]
 
 @pytest.fixture(scope="module")
 def stored(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
-    """Two saved runs of the paper's array, with a clearance of 0.5 and of 0.2 mm."""
+    """Return two saved runs of the paper's array, with clearances of 0.5 and 0.2 mm."""
     folder = tmp_path_factory.mktemp("runs")
     for name, clearance in (("a", 0.5e-3), ("b", 0.2e-3)):
         arm = sd.scissor(units=2).with_clearance("A", sd.Clearance(clearance)).driven(speed=sd.rpm(150))
@@ -42,7 +42,7 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
 
 
 def columns(path: Path) -> pd.DataFrame:
-    """A CSV file, each number as Python reads it."""
+    """Return the columns of a CSV file as text."""
     with path.open(newline="") as file:
         rows = list(csv.DictReader(file))
     return pd.DataFrame({name: [row[name] for row in rows] for name in rows[0]})
@@ -54,7 +54,7 @@ def saved(stored: tuple[Path, Path]) -> xr.Dataset:
 
 
 def test_import_stays_light() -> None:
-    """Limit: neither xarray nor matplotlib is loaded by `import scissordyn`, nor matplotlib by reading a run."""
+    """Contract: `import scissordyn` loads neither xarray nor matplotlib, and reading a run does not load matplotlib."""
     script = (
         "import sys, scissordyn as sd; assert not {'xarray', 'matplotlib', 'pandas'} & set(sys.modules); sd.load; "
         "assert 'matplotlib' not in sys.modules"
@@ -69,8 +69,8 @@ def test_saved_run_has_all_pictures(saved: xr.Dataset) -> None:
     assert saved.scissordyn.mechanism.joint("A").clearance.clearance == 0.5e-3
 
 
-def test_window_keeps_what_lasts_in_it(saved: xr.Dataset) -> None:
-    """Contract: samples are those between both instants, contacts those that last at one of them."""
+def test_window_of_a_run(saved: xr.Dataset) -> None:
+    """Contract: the window has the samples in it and the contacts that overlap it."""
     part = select_window(saved, 2e-3, 6e-3)
     assert part["time"].values[0] >= 2e-3
     assert part["time"].values[-1] <= 6e-3
@@ -82,7 +82,9 @@ def test_window_keeps_what_lasts_in_it(saved: xr.Dataset) -> None:
         select_window(saved, 5.01e-3, 5.02e-3)
 
 
-def test_plot_never_computes(stored: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_commands_on_saved_runs_do_not_compute(
+    stored: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Contract: all commands on saved runs work where a simulation would raise."""
 
     def refuse(*given: object, **named: object) -> None:
@@ -98,8 +100,8 @@ def test_plot_never_computes(stored: tuple[Path, Path], tmp_path: Path, monkeypa
     assert (tmp_path / "comparison.svg").read_text().startswith("<?xml")
 
 
-def test_plot_draws_what_is_asked_for(stored: tuple[Path, Path], tmp_path: Path) -> None:
-    """Contract: only the pictures that are named, of the joint that is named."""
+def test_plot_of_chosen_pictures(stored: tuple[Path, Path], tmp_path: Path) -> None:
+    """Contract: only the given pictures of the given joint are drawn."""
     command = ["plot", str(stored[0]), "-o", str(tmp_path), "--only", "force,orbit", "--joint", "A", "--format", "svg"]
     assert status_of([*command, "--from", "2 ms", "--to", "8 ms"]) == 0
     assert sorted(path.name for path in tmp_path.iterdir()) == ["force.svg", "orbit.svg"]
@@ -115,10 +117,10 @@ def test_plot_draws_what_is_asked_for(stored: tuple[Path, Path], tmp_path: Path)
         (["--format", "gif"], "picture format 'gif'"),
     ],
 )
-def test_wrong_options_are_one_line(
+def test_wrong_plot_options(
     stored: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str], options: list[str], said: str
 ) -> None:
-    """Contract: status 2, one line that names the option's value, nothing written."""
+    """Contract: status 2, one line with the option's value, and nothing is written."""
     assert status_of(["plot", str(stored[0]), "-o", str(tmp_path), *options]) == 2
     error = capsys.readouterr().err
     assert said in error
@@ -126,16 +128,16 @@ def test_wrong_options_are_one_line(
     assert not list(tmp_path.iterdir())
 
 
-def test_case_file_is_no_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Contract: a case file in place of a run is refused with the command that makes a run of it."""
+def test_case_file_instead_of_a_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Contract: a case file is refused with the command that runs it."""
     case = tmp_path / "case.toml"
     case.write_text('[structure]\nkind = "scissor"\n')
     assert status_of(["plot", str(case), "-o", str(tmp_path)]) == 2
     assert f"scissordyn run {case} -o case.nc" in capsys.readouterr().err
 
 
-def test_exports_hold_the_run(saved: xr.Dataset, stored: tuple[Path, Path], tmp_path: Path) -> None:
-    """Identity: numbers in CSV, Parquet and MATLAB files are those of the run, bit for bit."""
+def test_exports_are_exact(saved: xr.Dataset, stored: tuple[Path, Path], tmp_path: Path) -> None:
+    """Identity: values in CSV, Parquet and MATLAB files are those of the run, bit for bit."""
     pytest.importorskip("pyarrow", reason="Parquet needs pyarrow")
     force = saved["normal_force"].sel(joint="A").values
     for name in ("table.csv", "table.parquet", "run.mat"):
@@ -155,8 +157,8 @@ def test_exports_hold_the_run(saved: xr.Dataset, stored: tuple[Path, Path], tmp_
     assert run["attributes"]["configuration"] == saved.attrs["configuration"]
 
 
-def test_contacts_are_a_table(saved: xr.Dataset, stored: tuple[Path, Path], tmp_path: Path) -> None:
-    """Contract: one row for each contact."""
+def test_exported_contacts(saved: xr.Dataset, stored: tuple[Path, Path], tmp_path: Path) -> None:
+    """Contract: the table has one row per contact."""
     assert status_of(["export", str(stored[0]), str(tmp_path / "contacts.csv"), "--contacts"]) == 0
     table = columns(tmp_path / "contacts.csv")
     assert table["peak_force [N]"].astype(float).tolist() == saved["peak_force"].values.tolist()
@@ -164,7 +166,7 @@ def test_contacts_are_a_table(saved: xr.Dataset, stored: tuple[Path, Path], tmp_
 
 
 def test_export_replaces_only_its_own(stored: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Contract: an earlier table is replaced, another file of that name is kept."""
+    """Contract: an earlier table is replaced; another file with its name is kept."""
     table = tmp_path / "table.csv"
     for _ in range(2):
         assert status_of(["export", str(stored[0]), str(table)]) == 0
@@ -174,10 +176,10 @@ def test_export_replaces_only_its_own(stored: tuple[Path, Path], tmp_path: Path,
     assert table.read_text() == "names, marks\n"
 
 
-def test_comparison_says_what_differs(
+def test_comparison_of_cases(
     stored: tuple[Path, Path], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Contract: the one number in which both cases differ, and figures of both runs."""
+    """Contract: the differing values of both cases, and results of both runs."""
     assert status_of(["compare", *map(str, stored)]) == 0
     said = capsys.readouterr().out
     assert "mechanism.joints.A.clearance.clearance 0.5 mm 0.2 mm" in " ".join(said.split())
@@ -216,25 +218,26 @@ SAMPLES = 41
 
 @pytest.fixture(scope="module")
 def coarse() -> xr.Dataset:
-    """A slider-crank whose contacts are shorter than the distance of its samples."""
+    """Return a run of a slider-crank whose contacts are shorter than the distance of its samples."""
     crank = sd.slider_crank(crank=0.05, rod=0.12, angle=0.4).with_clearance("slider pin", sd.Clearance(5e-4))
     return sd.simulate(crank.driven(speed=sd.rpm(600)), until=0.2, samples=SAMPLES)
 
 
 @pytest.fixture(scope="module")
 def servo() -> xr.Dataset:
-    """A crank that a controller turns, without a drive."""
+    """Return a run of a crank with a controller instead of a drive."""
     crank = sd.slider_crank(crank=0.05, rod=0.12, angle=0.4)
     held = crank.controlled(sd.PID(proportional=10.0, limit=5.0), reference=sd.Cycloidal(0.4, 2.0, 0.05))
     return sd.simulate(held, until=0.1, samples=101)
 
 
 def line(axes: Axes, label: str) -> np.ndarray:
+    """Return the points of the line with a label."""
     return np.asarray(next(each for each in axes.lines if each.get_label() == label).get_xydata())
 
 
 def test_line_of_a_force_reaches_its_peaks(coarse: xr.Dataset) -> None:
-    """Contract: each marked peak is a point of the line, which has every sample too, and the samples alone miss the peaks."""
+    """Contract: the line has every sample and each marked peak, which the samples alone miss."""
     (axes,) = force(coarse)
     drawn, peaks = line(axes, "force"), line(axes, "peak of a contact")
     assert len(peaks) == coarse.sizes["contact"] > 5
@@ -249,15 +252,15 @@ def test_line_of_a_force_reaches_its_peaks(coarse: xr.Dataset) -> None:
 
 
 def test_flights_between_contacts_have_no_force(coarse: xr.Dataset) -> None:
-    """Contract: between the end of a contact and the start of the next one the line is at zero."""
+    """Contract: from the end of a contact to the start of the next one the line is zero."""
     curve, found = force_curve(coarse, "slider pin"), contact_times(coarse, "slider pin")
     for end, start in zip(found.end[:-1], found.start[1:], strict=True):
         between = (curve["time"].values >= end) & (curve["time"].values <= start)
         np.testing.assert_array_equal(curve.values[between], 0.0)
 
 
-def test_point_at_a_sample_stays_one_point() -> None:
-    """Closed form: the larger magnitude stays at the instant of a sample; what is outside or not finite is left out."""
+def test_inserted_points() -> None:
+    """Closed form: at a sample the larger magnitude stays; points outside or not finite are left out."""
     time, values = insert_points(
         np.array([0.0, 1.0, 2.0]),
         np.array([0.0, -1.0, 0.0]),
@@ -269,7 +272,7 @@ def test_point_at_a_sample_stays_one_point() -> None:
 
 
 def test_largest_torque_is_on_its_line(coarse: xr.Dataset) -> None:
-    """Contract: the mark of the largest torque is a point of the line, and no point of it is farther from zero."""
+    """Contract: the mark of the largest torque is the point of the line that is farthest from zero."""
     (axes,) = torque(coarse)
     drawn, (mark,) = line(axes, "with clearance"), line(axes, "largest")
     assert tuple(mark) in {tuple(point) for point in drawn}
@@ -296,7 +299,7 @@ def test_compared_forces_reach_their_peaks(coarse: xr.Dataset) -> None:
 
 
 def test_torque_of_a_controller_is_drawn(servo: xr.Dataset, tmp_path: Path) -> None:
-    """Identity: a run without a drive has the picture of its controller's torque, and the work of it among the energies."""
+    """Contract: a run without a drive has the picture of its controller's torque, and its work among the energies."""
     (axes,) = torque(servo)
     assert axes.get_ylabel().replace("\n", " ").startswith("torque of actuator of crank")
     drawn = line(axes, "with clearance")[:, 1]

@@ -1,4 +1,4 @@
-"""Stills and films of the structure: bodies where they are, clearance joints and guides magnified; files for players."""
+"""Stills and films of the structure: bodies in place, clearance joints and guides magnified, and film files."""
 
 import base64
 import dataclasses
@@ -47,13 +47,13 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shuti
 
 @pytest.fixture(scope="module")
 def scene(run: xr.Dataset, arm: Mechanism) -> Scene:
-    """The scene of a made-up run with a spring from the ground to the slider."""
+    """Return the scene of a made-up run with a spring from the ground to the slider."""
     sprung = dataclasses.replace(arm, components=(Spring("rope", ("ground", "origin"), ("slider", "centre")),))
     return scene_of(run, sprung, FRAMES, ["A"])
 
 
-def test_bodies_and_pins_are_where_the_run_has_them(run: xr.Dataset, arm: Mechanism, scene: Scene) -> None:
-    """Cross-check: each frame against the placement of the static pictures."""
+def test_positions_of_bodies_and_pins(run: xr.Dataset, arm: Mechanism, scene: Scene) -> None:
+    """Cross-check: each frame equals the placement of the static pictures."""
     shapes = {shape.name: shape for shape in scene.shapes}
     for frame, sample in enumerate(FRAMES.tolist()):
         placed = Placement.at(arm, run, [sample])
@@ -71,7 +71,7 @@ def test_bodies_and_pins_are_where_the_run_has_them(run: xr.Dataset, arm: Mechan
 
 
 def test_bars_have_the_colours_of_stills(run: xr.Dataset, arm: Mechanism, scene: Scene) -> None:
-    """Cross-check: each bar of a film has the colour that it has in a still of the same run; its page gets its tone."""
+    """Cross-check: each bar of a film and of a page has its colour in a still of the same run."""
     still = structure(run, arm)[0]
     where = {tuple(line.get_xydata()[0].round(9)): line.get_color() for line in still.lines if line.get_color() in BAR_FILLS}
     film, tones = Film(scene, 1.0), {shape["name"]: shape["tone"] for shape in data_of(page(scene, run, 1.0))["shapes"]}
@@ -101,7 +101,7 @@ def test_journals_are_magnified_by_one_factor(run: xr.Dataset, scene: Scene) -> 
 
 
 def test_contacts_between_frames_are_shown(run: xr.Dataset, arm: Mechanism) -> None:
-    """Contract: with a frame every 8 ms, of 0.3 ms contacts, each frame has the largest force since the one before."""
+    """Contract: with a frame every 8 ms and contacts of 0.3 ms, each frame has the largest force since the previous one."""
     frames = np.arange(0, INSTANTS, 320)
     joint = scene_of(run, arm, frames, ["A"]).clearance_joints[0]
     force, touching = run["normal_force"].sel(joint="A").values, run["in_contact"].sel(joint="A").values
@@ -112,8 +112,8 @@ def test_contacts_between_frames_are_shown(run: xr.Dataset, arm: Mechanism) -> N
     assert not touching[frames].all()
 
 
-def test_a_film_moves_its_artists(scene: Scene) -> None:
-    """Contract: the lines of a frame are the scene's, and the title says when."""
+def test_film_moves_its_artists(scene: Scene) -> None:
+    """Contract: the lines of a frame are the scene's, and the title gives the time."""
     film = Film(scene, 120.0)
     film.show(3)
     for artist, shape in zip(film.drawing.shapes, scene.shapes, strict=True):
@@ -126,7 +126,7 @@ def test_a_film_moves_its_artists(scene: Scene) -> None:
 
 
 def test_gif_has_every_frame(run: xr.Dataset, arm: Mechanism, tmp_path: Path) -> None:
-    """Contract: frames and their duration, and different pictures in them."""
+    """Contract: number and duration of frames, and pictures that differ."""
     path = animate(run, arm, tmp_path / "film.gif", seconds=0.4, rate=10)
     with Image.open(path) as film:
         assert film.n_frames == 4
@@ -139,7 +139,7 @@ def test_gif_has_every_frame(run: xr.Dataset, arm: Mechanism, tmp_path: Path) ->
 
 @pytest.mark.skipif(not FFMpegWriter.isAvailable(), reason="no ffmpeg on this machine: apt-get install ffmpeg")
 def test_mp4_is_a_film(run: xr.Dataset, arm: Mechanism, tmp_path: Path) -> None:
-    """Identity: what ffmpeg reads back."""
+    """Contract: ffmpeg reads back codec, rate and duration."""
     path = animate(run, arm, tmp_path / "film.mp4", seconds=0.4, rate=10)
     report = subprocess.run(["ffmpeg", "-i", str(path)], capture_output=True, text=True, check=False, timeout=60).stderr
     assert "Video: h264" in report
@@ -151,15 +151,15 @@ def test_mp4_is_a_film(run: xr.Dataset, arm: Mechanism, tmp_path: Path) -> None:
 def test_mp4_without_ffmpeg_is_refused(
     run: xr.Dataset, arm: Mechanism, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Contract: one line that says what is missing and what to do."""
+    """Contract: the error says what is missing and what to do."""
     monkeypatch.setattr(FFMpegWriter, "isAvailable", classmethod(lambda cls: False))
     with pytest.raises(InputError, match=r"the program ffmpeg is not installed.*film\.html"):
         animate(run, arm, tmp_path / "film.mp4")
     assert not list(tmp_path.iterdir())
 
 
-def test_an_ffmpeg_that_fails_is_reported(run: xr.Dataset, arm: Mechanism, tmp_path: Path) -> None:
-    """Contract: an ffmpeg that ends with an error leaves one line and no file."""
+def test_failing_ffmpeg(run: xr.Dataset, arm: Mechanism, tmp_path: Path) -> None:
+    """Contract: an ffmpeg that ends with an error gives one line and leaves no file."""
     broken = tmp_path / "bin" / "ffmpeg"
     broken.parent.mkdir()
     broken.write_text("#!/bin/sh\ncat >/dev/null\nexit 3\n")
@@ -175,12 +175,12 @@ def data_of(text: str) -> dict:
 
 
 def floats(pack_scene: str) -> np.ndarray:
-    """Numbers as a page has them."""
+    """Return packed numbers of a page."""
     return np.frombuffer(base64.b64decode(pack_scene), np.float32)
 
 
-def test_pages_are_of_one_piece(run: xr.Dataset, scene: Scene) -> None:
-    """Contract: nothing is fetched, the same scene gives the same page, and every point is there in single precision."""
+def test_pages_are_self_contained(run: xr.Dataset, scene: Scene) -> None:
+    """Contract: nothing is fetched, the page is reproducible, and every point is there in single precision."""
     text = page(scene, run, 6.0)
     assert text == page(scene, run, 6.0)
     assert not re.search(r"https?:|src=|href=|@import|url\(|import ", text)
@@ -209,8 +209,8 @@ def test_names_cannot_break_a_page(run: xr.Dataset) -> None:
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no chromium on this machine: apt-get install chromium")
-def test_a_browser_shows_the_frame_that_is_asked_for(run: xr.Dataset, scene: Scene, tmp_path: Path) -> None:
-    """Cross-check: a page that is opened at a frame says its time, and has drawn it without an error."""
+def test_browser_shows_a_frame(run: xr.Dataset, scene: Scene, tmp_path: Path) -> None:
+    """Contract: a page opened at a frame shows its time and draws it without an error."""
     (tmp_path / "film.html").write_text(page(scene, run, 6.0), encoding="utf-8")
     flags = "--headless --no-sandbox --disable-gpu --no-first-run --disable-background-networking"
     flags += " --disable-component-update --disable-sync --virtual-time-budget=2000 --dump-dom"
@@ -231,10 +231,8 @@ def test_a_browser_shows_the_frame_that_is_asked_for(run: xr.Dataset, scene: Sce
         ("film.html", {"rate": 0}, "rate >= 1"),
     ],
 )
-def test_what_cannot_be_filmed_is_refused(
-    run: xr.Dataset, arm: Mechanism, tmp_path: Path, name: str, options: dict, says: str
-) -> None:
-    """Contract: one line, and no file."""
+def test_refused_films(run: xr.Dataset, arm: Mechanism, tmp_path: Path, name: str, options: dict, says: str) -> None:
+    """Contract: wrong arguments give an error of one line, and no file."""
     with pytest.raises(InputError) as caught:
         animate(run, arm, tmp_path / name, **options)
     assert says in str(caught.value)
@@ -244,7 +242,7 @@ def test_what_cannot_be_filmed_is_refused(
 def test_runs_without_clearance_joints_and_short_ones(
     ideal: xr.Dataset, run: xr.Dataset, arm: Mechanism, tmp_path: Path
 ) -> None:
-    """Limit: no magnified joint, two samples, and one sample, which is no film."""
+    """Limit: a film without clearance joints, of two samples, and of one sample, which is refused."""
     path = animate(ideal.isel(time=[0, -1]), mechanism_with(()), tmp_path / "film.html", seconds=2.0)
     film = data_of(path.read_text(encoding="utf-8"))
     assert (film["joints"], floats(film["time"]).size, film["seconds"]) == ([], 2, 2.0)
@@ -253,7 +251,7 @@ def test_runs_without_clearance_joints_and_short_ones(
 
 
 def test_page_shows_all_clearance_joints(tmp_path: Path) -> None:
-    """Contract: every clearance joint has its ring and its magnified view, those that were asked for first."""
+    """Contract: every clearance joint has a ring and a magnified view, the chosen ones first."""
     names = ("unit 1/pivot", "A")
     many, mechanism = made_up(names), mechanism_with(names)
     film = data_of(animate(many, mechanism, tmp_path / "film.html", seconds=1.0).read_text(encoding="utf-8"))
@@ -263,7 +261,7 @@ def test_page_shows_all_clearance_joints(tmp_path: Path) -> None:
 
 
 def test_film_names_its_joints_and_counts_the_others() -> None:
-    """Contract: a name is at the place of its joint in each frame; a film of fewer joints says how many more there are."""
+    """Contract: names follow their joints in each frame; a film of fewer joints gives the number of omitted ones."""
     names = ("unit 1/pivot", "A")
     many, mechanism = made_up(names), mechanism_with(names)
     film = Film(scene_of(many, mechanism, FRAMES, ["A", "unit 1/pivot"], shown=1), 1.0)
@@ -276,7 +274,7 @@ def test_film_names_its_joints_and_counts_the_others() -> None:
 
 
 def test_notebook_shows_the_scene_of_a_run() -> None:
-    """Identity: the frame has the page of a film with every joint, and the other run as its ghost; a name is no script."""
+    """Contract: the notebook frame has the page of a film with every joint, and the other run as a ghost."""
     linkage = sd.slider_crank(crank=0.05, rod=0.12, angle=0.4).driven(speed=sd.rpm(60))
     run = sd.simulate(linkage.with_clearance("slider pin", sd.Clearance(5e-4)), until=1e-2, samples=11)
     other = sd.simulate(linkage, until=1e-2, samples=5)
@@ -295,7 +293,7 @@ GUIDE_CLEARANCE, WIDTH = 1e-4, 0.02
 
 
 def magnified(run: xr.Dataset, mechanism: Mechanism, sample: int, joint: str) -> Axes:
-    """The panel of a joint in a film that begins at one sample."""
+    """Return the panel of a joint in a film that begins at one sample."""
     guides = [guide.name for guide in mechanism.guides if guide.name == joint]
     film = Film(
         scene_of(run, mechanism, np.array([sample, -1]), [joint] if not guides else [], guides=guides, between=False), 1.0
@@ -303,8 +301,8 @@ def magnified(run: xr.Dataset, mechanism: Mechanism, sample: int, joint: str) ->
     return film.panels[0]
 
 
-def test_bars_are_drawn_where_they_are(run: xr.Dataset, arm: Mechanism) -> None:
-    """Closed form: at angle th bar 1 goes from the origin to L (cos th, sin th), bar 2 from the slider to its mirror image."""
+def test_positions_of_bars(run: xr.Dataset, arm: Mechanism) -> None:
+    """Closed form: bar 1 goes from the origin to L (cos th, sin th), bar 2 from the slider to its mirror image."""
     axes = structure(run, arm, times=[0.025])[0]
     theta = math.pi / 6 + 5.0 * math.pi * 0.025
     tip = 2.0 * np.array([math.cos(theta), math.sin(theta)])
@@ -317,7 +315,7 @@ def test_bars_are_drawn_where_they_are(run: xr.Dataset, arm: Mechanism) -> None:
 
 
 def test_turned_frame(run: xr.Dataset, arm: Mechanism) -> None:
-    """Closed form: a body turned by a quarter rotates its points by a quarter revolution about its mass centre."""
+    """Closed form: a quarter turn of a body rotates its points about its mass centre."""
     placed = Placement.at(arm, run, [0])
     turned = placed.angles.copy()
     turned[:, placed.index["unit 1/bar 1"]] = math.pi / 2
@@ -330,7 +328,7 @@ def test_turned_frame(run: xr.Dataset, arm: Mechanism) -> None:
 
 
 def test_outlines() -> None:
-    """Identity: a bar is the line between its extreme points, a bent body the polygon of its points, a point mass a point."""
+    """Contract: a bar is the line between its extreme points, a bent body a polygon, a point mass a point."""
     np.testing.assert_array_equal(outline(bar("b", length=2.0, mass=1.0)), [[0.0, 0.0], [2.0, 0.0]])
     np.testing.assert_array_equal(outline(point_mass("p", mass=1.0)), [[0.0, 0.0]])
     bent = Body("k", 1.0, 1.0, {"a": (0.0, 0.0), "c": (2.0, 0.0), "b": (1.0, 0.5), "d": (1.0, -0.5)})
@@ -340,7 +338,7 @@ def test_outlines() -> None:
 
 
 def test_magnified_joint(run: xr.Dataset, arm: Mechanism) -> None:
-    """Closed form: in units of R_J the clearance is 0.35, so a journal in contact overlaps the bearing by delta only."""
+    """Closed form: in units of R_J the clearance is 0.35, so that a journal in contact overlaps the bearing by delta only."""
     sample = int(np.argmax(run["normal_force"].sel(joint="A").values))
     axes = magnified(run, arm, sample, "A")
     bearing, journal = axes.patches
@@ -375,8 +373,8 @@ def test_instants_are_numbered_on_the_orbit(run: xr.Dataset, arm: Mechanism) -> 
 
 
 @pytest.mark.parametrize("joint", ["A", None])
-def test_rings_say_contact_or_flight(run: xr.Dataset, arm: Mechanism, joint: str | None) -> None:
-    """Invariant: the ring of a joint in a still has the colour that `in_contact` of its sample says."""
+def test_rings_of_stills_show_contact(run: xr.Dataset, arm: Mechanism, joint: str | None) -> None:
+    """Contract: the ring of a joint in a still has the colour of `in_contact` at its sample."""
     touched = run["in_contact"].sel(joint="A").values.astype(bool)
     samples = [int(np.argmax(touched)), int(np.argmin(touched))]
     drawn = structure(run, arm, joint=joint, times=[float(run["time"][k]) for k in samples])
@@ -389,7 +387,7 @@ def test_rings_say_contact_or_flight(run: xr.Dataset, arm: Mechanism, joint: str
 
 
 def test_structure_at_chosen_instants(two_joints: xr.Dataset) -> None:
-    """Contract: a panel per instant and per clearance joint, all structures on the same axes."""
+    """Contract: one panel per instant and clearance joint, with the same axes for all structures."""
     drawn = structure(two_joints, mechanism_with(tuple(CLEARANCE_JOINTS)), times=[0.0, 0.0300004])
     assert [axes.get_title(loc="left") for axes in drawn[:2]] == ["1: t = 0 ms", "2: t = 30 ms"]
     assert len(drawn) == 4
@@ -399,7 +397,7 @@ def test_structure_at_chosen_instants(two_joints: xr.Dataset) -> None:
 
 
 def test_stills_name_the_joints_that_they_magnify() -> None:
-    """Contract: of many clearance joints those with the largest forces are magnified and named, the others only ringed."""
+    """Contract: the clearance joints with the largest forces are magnified and named, the others have a ring only."""
     arm = sd.scissor(units=4)
     names = [joint.name for joint in arm.joints]
     for name in names:
@@ -414,8 +412,8 @@ def test_stills_name_the_joints_that_they_magnify() -> None:
     assert figure.get_supxlabel() == f"{len(names) - MOST_JOINTS} more clearance joints with smaller forces"
 
 
-def test_wide_structure_has_room_beside_its_joints() -> None:
-    """Limit: of six and of twenty units the structure is drawn at least 0.7 in high, and each title within the figure."""
+def test_height_of_wide_structures() -> None:
+    """Contract: structures of six and twenty units are at least 0.7 in high, with titles inside the figure."""
     for units in (6, 20):
         arm = sd.scissor(units=units, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=math.radians(30.0))
         arm = arm.with_clearance("all", Clearance(5e-4))
@@ -428,7 +426,7 @@ def test_wide_structure_has_room_beside_its_joints() -> None:
 
 @pytest.fixture(scope="module")
 def linkage() -> Mechanism:
-    """A slider-crank at rest whose slider falls on the lower guide surface."""
+    """Return a slider-crank at rest whose slider falls on the lower guide surface."""
     linkage = sd.slider_crank(slider_inertia=2e-5, gravity=9.81, angle=0.5).driven(speed=0.1)
     return linkage.with_clearance("guide", GuideClearance(GUIDE_CLEARANCE, 0.04, WIDTH, stiffness=Linear(1e6)))
 
@@ -439,7 +437,7 @@ def fallen(linkage: Mechanism) -> xr.Dataset:
 
 
 def test_corners_reach_the_guide_surfaces_in_contact(fallen: xr.Dataset, linkage: Mechanism) -> None:
-    """Closed form: in units of W/2 the surfaces are at 1.35, and each drawn corner is beyond its surface by 0.35 delta/c."""
+    """Closed form: in units of W/2 the surfaces are at 1.35, and each drawn corner is 0.35 delta/c beyond its surface."""
     below = fallen["indentation"].sel(joint="guide/corner 1")
     sample = int(np.argmax(below.values))
     axes = magnified(fallen, linkage, sample, "guide")
@@ -456,8 +454,8 @@ def test_corners_reach_the_guide_surfaces_in_contact(fallen: xr.Dataset, linkage
     assert axes.get_xlabel().replace("\n", " ") == f"clearance magnified {gain:.2g} times"
 
 
-def test_a_guide_is_one_panel(fallen: xr.Dataset, linkage: Mechanism, tmp_path) -> None:
-    """Contract: four corners make one panel; there is no orbit without a journal; an ideal guide is refused."""
+def test_panel_of_a_guide(fallen: xr.Dataset, linkage: Mechanism, tmp_path) -> None:
+    """Contract: four corners share a panel; there is no orbit without a journal; an ideal guide is refused."""
     assert guides_for_contacts(linkage, ["guide/corner 2", "guide/corner 1", "slider pin"]) == ["guide", "slider pin"]
     assert len(structure(fallen, linkage, times=2)) == 3
     drawn = draw_all(fallen, None, tmp_path, linkage)
@@ -469,7 +467,7 @@ def test_a_guide_is_one_panel(fallen: xr.Dataset, linkage: Mechanism, tmp_path) 
 
 
 def test_film_shows_the_channel_of_a_guide(fallen: xr.Dataset, linkage: Mechanism, tmp_path: Path) -> None:
-    """Cross-check: block and contacts of each frame are those of the still, and a page has the same."""
+    """Cross-check: block and contacts of each frame are those of the still and of the page."""
     frames = np.array([0, 150, 500])
     film = Film(scene_of(fallen, linkage, frames, [], guides=["guide"]), 1.0)
     stills = structure(fallen, linkage, times=fallen["time"].values[frames])[-1]
@@ -494,8 +492,8 @@ def test_film_shows_the_channel_of_a_guide(fallen: xr.Dataset, linkage: Mechanis
     assert np.allclose(block[[0, -1]], film.scene.channels[0].block[[0, -1]], rtol=1e-6, atol=1e-9)
 
 
-def test_a_ring_on_a_pole_is_hollow(linkage: Mechanism) -> None:
-    """Contract: film and page leave the pole inside a ring to be seen; a block in a channel is filled."""
+def test_ring_on_a_pole_is_hollow(linkage: Mechanism) -> None:
+    """Contract: film and page do not fill a ring around a pole; a block in a channel is filled."""
     ring = GuideClearance(GUIDE_CLEARANCE, 0.04, WIDTH, stiffness=Linear(1e6), around=True)
     for mechanism, hollow in ((linkage, False), (linkage.ideal().with_clearance("guide", ring), True)):
         run = simulate(mechanism, until=1e-3, samples=3)
@@ -509,8 +507,8 @@ def test_a_ring_on_a_pole_is_hollow(linkage: Mechanism) -> None:
         assert not hollow or all(np.all(np.abs(wall[:, 1]) > pole - 1e-9) for wall in walls)
 
 
-def test_the_time_above_a_film_is_inside_it(fallen: xr.Dataset, linkage: Mechanism) -> None:
-    """Contract: equal scales move the panel after the first layout; the text above it stays in the figure."""
+def test_title_of_a_film_is_inside(fallen: xr.Dataset, linkage: Mechanism) -> None:
+    """Contract: the title stays in the figure when equal scales move the panel after the first layout."""
     scene = scene_of(fallen, linkage, np.arange(3), [], guides=["guide"])
     for height in (0.8, 0.9, 1.0, 1.2):
         film = Film(dataclasses.replace(scene, low=np.array([0.0, 0.0]), high=np.array([1.0, height])), 1.0)

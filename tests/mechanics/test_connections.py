@@ -211,12 +211,6 @@ def test_free_mass_rests_on_a_horizontal_guide():
     assert np.allclose(run["position"].values[:, 0], [0.5, 0.0], rtol=0.0, atol=1e-15)
 
 
-def test_no_equilibrium_without_support():
-    """Contract: a body without support has no equilibrium, and the error says so."""
-    with pytest.raises(sd.InputError, match="no equilibrium: nothing holds the mechanism"):
-        sd.simulate(sd.Mechanism((sd.point_mass("p", mass=1.0),)), until=0.1, start="static")
-
-
 def test_constrained_contact_published_figures():
     """Published numbers (docs/reference.md): force from 3256.9 to 7542.2 N and torque from 4528.6 to 9021.4 N m over 50 ms."""
     run = sd.simulate(sd.constrain_contact(paper()), until=0.05, samples=5001)

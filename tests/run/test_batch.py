@@ -1,4 +1,4 @@
-"""Many cases of one mechanism, and what `simulate` and `simulate_many` repeat of `Options`."""
+"""Many cases of one mechanism, and the shared keywords of `Options`, `simulate` and `simulate_many`."""
 
 import dataclasses
 import inspect
@@ -22,7 +22,7 @@ ACCUMULATED = tuple(name for name, measure in MEASURES.items() if not (measure.s
 
 
 def arm(**clearance: Any) -> sd.Mechanism:
-    """The paper's array with joint A."""
+    """Return the paper's array with a clearance at joint A and a tracked point."""
     loose = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3, **clearance)).driven(speed=sd.rpm(150))
     return loose.track("tip", "unit 2/bar 1", "end", 1e-3)
 
@@ -36,14 +36,14 @@ OVER = {
 
 @pytest.fixture(scope="module", params=["frictionless", "lugre", "hard"])
 def case(request: pytest.FixtureRequest) -> tuple[sd.Mechanism, xr.Dataset]:
-    """A mechanism and its batch on one thread."""
+    """Return a mechanism and its batch on one thread."""
     laws = {"lugre": {"friction": sd.LuGre(0.05)}, "hard": {"friction": sd.Ambrosio(0.05), "contact": "hard"}}
     mechanism = arm(**laws.get(request.param, {}))
     return mechanism, sd.simulate_many(mechanism, OVER, until=0.02, measures=ACCUMULATED, threads=1)
 
 
-def test_a_case_is_the_run_of_simulate(case: tuple[sd.Mechanism, xr.Dataset]) -> None:
-    """Cross-check: every measure is that of `simulate`, bit for bit, whatever was in the thread's arrays before."""
+def test_case_equals_a_single_run(case: tuple[sd.Mechanism, xr.Dataset]) -> None:
+    """Identity: every measure is that of `simulate`, bit for bit, independent of earlier cases on the thread."""
     mechanism, batch = case
     for k in range(CASES):
         changed = mechanism
@@ -68,7 +68,7 @@ def test_a_case_is_the_run_of_simulate(case: tuple[sd.Mechanism, xr.Dataset]) ->
 
 @pytest.mark.parametrize("contact", ["compliant", "hard"])
 def test_pressure_times_sliding_distance(contact: Any) -> None:
-    """Closed form: m g/(2 R L) times omega R t of a rotor that rests in its bearing; by its samples, where it bounces."""
+    """Closed form: m g/(2 R L) omega R t for a rotor that rests in its bearing; the integral over samples where it bounces."""
     gap = sd.Clearance(1e-4, contact=contact)
     rotor = sd.Body("rotor", mass=3.0, inertia=0.01, points={"c": (0.0, 0.0)}, position=(0.0, 0.0), angle=0.0)
     pin = sd.Revolute("A", ("rotor", "c"), ("ground", "O"), clearance=gap)
@@ -83,8 +83,8 @@ def test_pressure_times_sliding_distance(contact: Any) -> None:
     assert falling["pressure_distance"].item() == pytest.approx(expected, rel=1e-2)
 
 
-def test_threads_and_order_change_nothing(case: tuple[sd.Mechanism, xr.Dataset]) -> None:
-    """Identity: two threads, and the cases in another order, give the same numbers bit for bit."""
+def test_threads_and_order_of_cases(case: tuple[sd.Mechanism, xr.Dataset]) -> None:
+    """Identity: two threads, and the cases in another order, give the same values bit for bit."""
     mechanism, batch = case
     order = np.random.default_rng(1).permutation(CASES)
     again = sd.simulate_many(
@@ -94,8 +94,8 @@ def test_threads_and_order_change_nothing(case: tuple[sd.Mechanism, xr.Dataset])
         np.testing.assert_array_equal(again[name].values, batch[name].values[order], err_msg=name)
 
 
-def test_a_case_that_fails_is_data() -> None:
-    """Contract: it has its cause and NaN, and costs the others nothing."""
+def test_failed_case() -> None:
+    """Contract: a failed case has its cause and NaN, and does not affect the others."""
     batch = sd.simulate_many(arm(), {"A.clearance": [1e-4, 2e-4, -1.0, 3e-4]}, until=0.01, threads=2)
     assert batch["status"].values.tolist() == ["complete", "complete", "failed", "complete"]
     assert "clearance" in str(batch["cause"].values[2])
@@ -105,8 +105,8 @@ def test_a_case_that_fails_is_data() -> None:
     assert "20 steps are not enough" in str(short["cause"].values[0])
 
 
-def test_ctrl_c_keeps_what_is_done(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Contract: a batch that is stopped has its complete cases, and the others are pending."""
+def test_interrupted_batch(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Contract: an interrupted batch has its complete cases, and the others are pending."""
 
     def stop(done: int, total: int) -> None:
         if done >= 1:
@@ -134,14 +134,14 @@ def test_ctrl_c_keeps_what_is_done(monkeypatch: pytest.MonkeyPatch) -> None:
         ([{}], {}, r"over = \[\{\}\]; expected a mapping of parameter paths to values"),
     ],
 )
-def test_what_cannot_be(over: Any, options: Any, says: str) -> None:
-    """Contract: one-line errors before anything is computed."""
+def test_refused_batches(over: Any, options: Any, says: str) -> None:
+    """Contract: wrong arguments are refused before anything is computed."""
     with pytest.raises(sd.InputError, match=says):
         sd.simulate_many(arm(), over, until=0.01, **options)
 
 
-def test_fractions_are_between_none_and_all() -> None:
-    """Limit: the fraction in contact is the sampled one, and without contacts there is none."""
+def test_fraction_in_contact() -> None:
+    """Limit: the fraction in contact is that of many samples, and zero without contacts."""
     batch = sd.simulate_many(arm(), {"A.clearance": [2e-4]}, until=0.05)
     run = sd.simulate(arm().replace("A.clearance", 2e-4), until=0.05, samples=20_001)
     sampled = float(run["in_contact"].sel(joint="A").mean())
@@ -151,8 +151,8 @@ def test_fractions_are_between_none_and_all() -> None:
     assert math.isinf(float(early["first_contact"][0, 0]))
 
 
-def test_when_a_structure_is_deployed() -> None:
-    """Closed form: a bar that turns by 0.5 rad at constant speed; NaN while its latch is open."""
+def test_deployment_time() -> None:
+    """Closed form: a bar at constant speed turns by 0.5 rad until its latch locks; the time is infinite if it does not lock."""
     one = sd.Body("bar", 1.0, 0.1, points={"pin": (0.0, 0.0)}, angular_velocity=2.0)
     swinging = sd.Mechanism(
         bodies=(one,),
@@ -171,7 +171,7 @@ FIELDS = {field.name: field.default for field in dataclasses.fields(Options)}
 
 @pytest.mark.parametrize("function", [simulate, simulate_many])
 def test_keywords_have_names_order_and_defaults_of_the_options(function):
-    """Contract: a keyword by an option's name has its default; the options stand in their order."""
+    """Contract: keywords with an option's name have its default and the order of the options."""
     keywords = inspect.signature(function).parameters
     shared = [name for name in keywords if name in FIELDS]
     assert shared == [name for name in FIELDS if name in keywords]

@@ -1,4 +1,4 @@
-"""Checkpoints: a run that is killed goes on from its file, and its results are those of a run without interruption."""
+"""Checkpoints: a killed run continues from its file, and its results are those of an undisturbed run."""
 
 from __future__ import annotations
 
@@ -46,22 +46,22 @@ CASES = {
     "clearance_guide": "0.01 s",
     "press": "0.2 s",
 }
-"""Examples, and until when they are run."""
+"""Examples and the ends of their runs."""
 
 
 def case(name: str, *changes: str) -> tuple[Mechanism, Options]:
-    """An example with a shorter time, and changes."""
+    """Return an example with a shorter time, and changes."""
     found = read_case(EXAMPLES / f"{name}.toml", [f"run.until={CASES[name]}", "run.samples=101", "run.trust=false", *changes])
     return found.mechanism, found.run
 
 
 def opened(checkpoint: Checkpoint, mechanism: Mechanism, options: Options) -> Keeper:
-    """What keeps the checkpoints of a run."""
+    """Return the keeper of the checkpoints of a run."""
     return open_checkpoint(checkpoint, write_configuration(mechanism, options))
 
 
 def fresh(mechanism: Mechanism, options: Options) -> Driver:
-    """A driver at the start of a run with samples and recorded steps."""
+    """Return a driver at the start of a run with samples and recorded steps."""
     driver, _, _ = make_driver(plan(mechanism), options)
     driver.sample_at(np.linspace(0.0, options.until, options.samples))
     driver.record_steps()
@@ -69,7 +69,7 @@ def fresh(mechanism: Mechanism, options: Options) -> Driver:
 
 
 def numbers(run: xr.Dataset) -> dict[str, bytes]:
-    """All numbers of a run as bytes, and its attributes but for how long it took."""
+    """Return all values of a run as bytes, and its attributes without the computing time."""
     found = {
         str(name): repr(part.values.tolist()).encode() if part.dtype.kind in "OUb" else part.values.tobytes()
         for name, part in run.variables.items()
@@ -81,8 +81,8 @@ def numbers(run: xr.Dataset) -> dict[str, bytes]:
 
 @pytest.mark.parametrize("changes", [(), ("run.method=rodas5p",)])
 @pytest.mark.parametrize("name", CASES)
-def test_a_driver_goes_on_bit_for_bit(name: str, changes: tuple[str, ...], monkeypatch: pytest.MonkeyPatch) -> None:
-    """Identity: all arrays at the end are those of a run without interruption, from whatever step another driver takes up."""
+def test_driver_continues_bit_for_bit(name: str, changes: tuple[str, ...], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Identity: another driver that continues from any step ends with the arrays of an undisturbed run."""
     mechanism, options = case(name, *changes)
     monkeypatch.setattr(driver_module, "FIRST_STEPS", 3)
     monkeypatch.setattr(loop_module, "SLICE", 3)  # so that every few steps are a moment to be killed at
@@ -109,7 +109,7 @@ def test_a_driver_goes_on_bit_for_bit(name: str, changes: tuple[str, ...], monke
 
 
 def stopped(mechanism: Mechanism, checkpoint: Checkpoint, after: int, **options: object) -> xr.Dataset:
-    """A run that is interrupted when progress has been reported so many times."""
+    """Return a run that is interrupted at the given call of its progress function."""
     calls = [0]
 
     def told(_: float) -> None:
@@ -121,17 +121,18 @@ def stopped(mechanism: Mechanism, checkpoint: Checkpoint, after: int, **options:
 
 
 def rubbing() -> Mechanism:
-    """The array with friction in its clearance joint and a tracked point."""
+    """Return the array with friction in its clearance joint and a tracked point."""
     loose = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3, friction=sd.LuGre(0.1))).driven(speed=sd.rpm(150))
     return loose.track("tip", "slider", "centre")
 
 
 def delayed() -> Mechanism:
-    """A bar whose controller keeps the history of its signal, which grows when it is taken up."""
+    """Return a bar whose controller keeps a history of its signal, which grows when it is restored."""
     return on_pin(sd.bar("arm", length=0.5, mass=1.0), gravity=9.81).controlled(sd.Pyragas(0.05, 0.02, onset=0.0))
 
 
 def hard() -> Mechanism:
+    """Return the array with a hard contact."""
     return sd.scissor(units=2).with_clearance("A", sd.Clearance(4e-4, contact="hard")).driven(speed=sd.rpm(150))
 
 
@@ -144,10 +145,10 @@ def hard() -> Mechanism:
         (hard, 50, {"until": 0.02, "step": 1e-5}),
     ],
 )
-def test_an_interrupted_run_goes_on(
+def test_interrupted_run_continues(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, made: Callable[[], Mechanism], slices: int, options: dict[str, Any]
 ) -> None:
-    """Identity: interrupted several times, also while it is repeated, bit for bit; the file is removed at the end."""
+    """Identity: a run interrupted several times, also while it is repeated, is the same bit for bit; the file is removed."""
     monkeypatch.setattr(driver_module, "FIRST_STEPS", slices)
     monkeypatch.setattr(loop_module, "SLICE", slices)
     expected = simulate(made(), **options)
@@ -161,8 +162,8 @@ def test_an_interrupted_run_goes_on(
     assert numbers(part) == numbers(expected)
 
 
-def test_a_saved_run_is_replayed_with_checkpoints(tmp_path: Path, clearance_run: xr.Dataset) -> None:
-    """Contract: `replay` keeps checkpoints too; `keep` leaves the file, from which a further run ends at once."""
+def test_replay_with_checkpoints(tmp_path: Path, clearance_run: xr.Dataset) -> None:
+    """Contract: `replay` writes checkpoints, too; with `keep` the file stays, and another run ends at once."""
     checkpoint = Checkpoint(tmp_path / "run.checkpoint", every=0.0, keep=True)
     assert numbers(replay(clearance_run, checkpoint=checkpoint)) == numbers(clearance_run)
     assert load(checkpoint.path).attrs["reached"] == clearance_run.attrs["end"]
@@ -172,7 +173,7 @@ def test_a_saved_run_is_replayed_with_checkpoints(tmp_path: Path, clearance_run:
 
 
 def test_other_runs_are_refused(tmp_path: Path, clearance_array: Mechanism) -> None:
-    """Contract: another description, option or version, a damaged file and one of another kind are named in one line."""
+    """Contract: another description, option, version or kind of file, and a damaged file, are refused with the difference."""
     checkpoint = Checkpoint(tmp_path / "run.checkpoint", every=0.0)
     options = Options(0.01)
 
@@ -201,8 +202,8 @@ def test_other_runs_are_refused(tmp_path: Path, clearance_array: Mechanism) -> N
     assert "is not overwritten" in refused(clearance_array, options)
 
 
-def test_a_full_disk_does_not_end_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, clearance_array: Mechanism) -> None:
-    """Contract: the run goes on and warns; a folder that is missing is refused before it."""
+def test_full_disk_does_not_end_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, clearance_array: Mechanism) -> None:
+    """Contract: a run without room for checkpoints continues with a warning; a missing folder is refused."""
     expected = simulate(clearance_array, until=5e-3, samples=11)
 
     def full(*_: Any, **__: Any) -> None:
@@ -217,8 +218,8 @@ def test_a_full_disk_does_not_end_the_run(tmp_path: Path, monkeypatch: pytest.Mo
         simulate(clearance_array, until=5e-3, checkpoint=Checkpoint(tmp_path / "none" / "run.checkpoint"))
 
 
-def test_a_state_of_another_size_is_refused(tmp_path: Path, clearance_array: Mechanism, frictional_array: Mechanism) -> None:
-    """Contract: arrays of the wrong shape are an error of one line, should a file claim to be of this run."""
+def test_state_of_another_size_is_refused(tmp_path: Path, clearance_array: Mechanism, frictional_array: Mechanism) -> None:
+    """Contract: arrays of the wrong shape are refused, even if the file claims to belong to this run."""
     checkpoint = Checkpoint(tmp_path / "run.checkpoint")
     keeper = Keeper(checkpoint, {})
     compute(plan(frictional_array), Options(1e-3, samples=5), keeper=keeper)
@@ -227,17 +228,17 @@ def test_a_state_of_another_size_is_refused(tmp_path: Path, clearance_array: Mec
 
 
 def stiffening(length, rate, stiffness):
-    """Force, energy, dissipation."""
+    """Return force, energy and dissipation."""
     return -stiffness * length, 0.5 * stiffness * length**2, 0.0
 
 
 def softening(length, rate, stiffness):
-    """The same at half the stiffness."""
+    """Return force, energy and dissipation at half the stiffness."""
     return -0.5 * stiffness * length, 0.25 * stiffness * length**2, 0.0
 
 
 def test_edited_kernels_are_refused(tmp_path: Path) -> None:
-    """Contract: a component of a class in Python, whose kernel differs, is another run though its fields are the same."""
+    """Contract: a component whose Python kernel differs belongs to another run, though its fields are the same."""
     checkpoint, options = Checkpoint(tmp_path / "run.checkpoint"), Options(1e-3, samples=2)
     arms = []
     for kernel in (stiffening, softening):
@@ -266,7 +267,7 @@ CASE = ("run", str(EXAMPLES / "paper.toml"), "--set", "run.until=10 ms")
 def test_ctrl_c_keeps_run_and_checkpoint(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Contract: both files are there, the same command goes on, and its run is that of a command without interruption."""
+    """Contract: Ctrl-C leaves both files; the same command continues, and its run is the undisturbed one."""
     whole, target = tmp_path / "whole.nc", tmp_path / "run.nc"
     assert status_of([*CASE, "-o", str(whole)]) == 0
     monkeypatch.setattr(driver_module, "FIRST_STEPS", 20)
@@ -300,10 +301,10 @@ def test_ctrl_c_keeps_run_and_checkpoint(
         (("-o", "other", "--checkpoint", "1 s"), "'other.checkpoint' exists and is not a NetCDF file of scissordyn"),
     ],
 )
-def test_what_cannot_be_kept(
+def test_refused_checkpoint_options(
     arguments: tuple[str, ...], says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Contract: one line, status 2, before anything is computed."""
+    """Contract: wrong options give one line and status 2 before anything is computed."""
     monkeypatch.chdir(tmp_path)
     Path("other.checkpoint").write_text("notes\n")
     assert status_of([*CASE, *arguments]) == 2
@@ -316,14 +317,14 @@ COMMAND = (sys.executable, "-m", "scissordyn.cli.main", "run")
 
 
 def command(target: Path, until: str) -> list[str]:
-    """A run of about half a minute."""
+    """Return the command of a run of about half a minute."""
     changes = (f"until={until}", "most_steps=1000000000", "samples=500", "rtol=1e-11")
     words = [word for change in changes for word in ("--set", f"run.{change}")]
     return [*COMMAND, str(EXAMPLES / "mast.toml"), *words, "-o", str(target), "--checkpoint", "0.2 s"]
 
 
 def killed(target: Path, until: str, writes: int, delay: float) -> bool:
-    """Whether a command was killed, so many checkpoints and seconds after its start; otherwise it had ended before."""
+    """Kill a command after some checkpoints and a delay [s]; return False if it ended before."""
     state = target.with_name(f"{target.name}.checkpoint")
 
     def written() -> int:
@@ -347,7 +348,7 @@ def killed(target: Path, until: str, writes: int, delay: float) -> bool:
 
 @pytest.mark.slow
 def test_twenty_real_kills(tmp_path: Path) -> None:
-    """Contract: killed twenty times at random moments by the operating system, the run is that of a process left in peace."""
+    """Contract: after twenty kills at random moments the run is that of an undisturbed process."""
     until, draw, kills = "1 s", random.Random(4), 0
     undisturbed, target = tmp_path / "undisturbed.nc", tmp_path / "run.nc"
     subprocess.run(command(undisturbed, until), check=True, capture_output=True)
@@ -365,7 +366,7 @@ def test_twenty_real_kills(tmp_path: Path) -> None:
 
 
 def spoiled(path: Path, chance: random.Random) -> str:
-    """Do something to a checkpoint, below or above the library of its format, and say what."""
+    """Damage a checkpoint, below or above the library of its format, and return the kind of damage."""
     what = chance.choice(("cut", "flip", "flips", "attribute", "content", "overwrite"))
     content = bytearray(path.read_bytes())
     if what == "cut":
@@ -395,7 +396,7 @@ def spoiled(path: Path, chance: random.Random) -> str:
 
 
 def changed_values(text: str, chance: random.Random) -> list[Any]:
-    """What an attribute may hold instead."""
+    """Return other values for an attribute."""
     at = chance.randrange(len(text) + 1)
     numbers = re.sub(r"\d+", lambda found: str(int(found[0]) + chance.choice((0, 1))), text)
     others = ("", "[]", "{}", "null", "3", 3, np.array([1.0, 2.0]), np.array([1, 2, 3]))
@@ -403,7 +404,7 @@ def changed_values(text: str, chance: random.Random) -> list[Any]:
 
 
 def fuzzed(first: int, last: int, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> list[int]:
-    """Statuses of a run with spoiled checkpoints; one that it goes on from gives the results of the undisturbed run."""
+    """Return statuses of runs with damaged checkpoints; a run that continues must equal the undisturbed one."""
     (tmp_path / "case.toml").write_text(
         '[structure]\nkind = "scissor"\n[drive]\nspeed = "150 rpm"\n[[clearance]]\njoint = "A"\nclearance = "0.5 mm"\n'
         '[run]\nuntil = "6 ms"\nsamples = 21\ntrust = false\n'
@@ -430,8 +431,8 @@ SLOWLY = [pytest.param(first, 250, marks=pytest.mark.slow) for first in range(0,
 
 
 @pytest.mark.parametrize(("first", "count"), [(0, 25), *SLOWLY])
-def test_spoiled_checkpoints(first: int, count: int, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """Contract: whatever a checkpoint holds, statuses 0, 2 and 3 with one line, and no other numbers."""
+def test_damaged_checkpoints(first: int, count: int, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """Contract: any content of a checkpoint gives status 0 with the same results, or 2 or 3 with one line."""
     statuses = fuzzed(first, first + count, tmp_path, capfd)
     assert len(statuses) == count
     assert 2 in statuses

@@ -1,4 +1,4 @@
-"""Checksums of saved runs: what is changed is noticed, and other programs read the file."""
+"""Checksums of saved runs: changes are noticed, and other programs can read the file."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from scissordyn.file.netcdf import CHUNK_BYTES, chunk_options
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A small file with numbers, truth values, texts and an empty variable."""
+    """Return a small file with numbers, truth values, texts and an empty variable."""
     values = {
         "position": (("time", "axis"), np.linspace(0.1, 0.9, 6).reshape(3, 2), {"units": "m"}),
         "in_contact": ("time", [True, False, True]),
@@ -33,13 +33,13 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def flipped(content: bytes, bit: int) -> bytes:
-    """A content in which one bit is changed."""
+    """Return a content with one bit changed."""
     byte = content[bit // 8] ^ 1 << bit % 8
     return content[: bit // 8] + bytes([byte]) + content[bit // 8 + 1 :]
 
 
-def test_a_flipped_bit_of_any_byte_is_noticed(whole: Path, tmp_path: Path) -> None:
-    """Contract: the file is refused, or without a checksum if the bit is in the name of that; benchmarks flip every bit."""
+def test_flipped_bits_are_noticed(whole: Path, tmp_path: Path) -> None:
+    """Contract: the file is refused, or has no checksum if the bit is in the marker of the checksum line."""
     content, target, unmarked = whole.read_bytes(), tmp_path / "run.nc", set[int]()
     for byte in range(len(content)):
         target.write_bytes(flipped(content, 8 * byte + byte % 8))
@@ -50,8 +50,8 @@ def test_a_flipped_bit_of_any_byte_is_noticed(whole: Path, tmp_path: Path) -> No
     assert unmarked == set(range(len(content) - LINE_BYTES, len(content) - 65))
 
 
-def test_a_run_that_is_damaged_is_not_read(whole: Path, tmp_path: Path) -> None:
-    """Contract: `load` and the explorer refuse it in one line."""
+def test_damaged_run_is_refused(whole: Path, tmp_path: Path) -> None:
+    """Contract: `load` and the explorer refuse a damaged file in one line."""
     content, damaged = whole.read_bytes(), tmp_path / "damaged.nc"
     damaged.write_bytes(flipped(content, 8 * content.index(np.float64(0.1).tobytes())))
     for read in (sd.load, open_case):
@@ -59,8 +59,8 @@ def test_a_run_that_is_damaged_is_not_read(whole: Path, tmp_path: Path) -> None:
             read(damaged)
 
 
-def test_a_run_without_checksum_is_read_with_a_warning(whole: Path, tmp_path: Path) -> None:
-    """Contract: the files of other programs are read; saved again they have a checksum."""
+def test_run_without_checksum(whole: Path, tmp_path: Path) -> None:
+    """Contract: files of other programs are read with a warning; saved again they have a checksum."""
     other = tmp_path / "other.nc"
     sd.load(whole).to_netcdf(other, engine="h5netcdf")
     with pytest.warns(UserWarning, match=re.escape(f"'{other}' has no checksum: damage to it is not noticed")):
@@ -70,13 +70,13 @@ def test_a_run_without_checksum_is_read_with_a_warning(whole: Path, tmp_path: Pa
 
 
 def by_hdf5(path: Path) -> tuple[float, np.ndarray]:
-    """An attribute and a variable."""
+    """Return an attribute and a variable, read by HDF5."""
     with h5py.File(path) as file:
         return float(file.attrs["end"][0]), np.asarray(file["position"])
 
 
-def test_other_programs_read_the_file_and_notice_changed_numbers(whole: Path, tmp_path: Path) -> None:
-    """Contract: xarray and HDF5 read it; HDF5's own checksums refuse a flipped bit in a variable or in an attribute."""
+def test_other_programs_read_the_file(whole: Path, tmp_path: Path) -> None:
+    """Contract: xarray and HDF5 read it; HDF5's own checksums refuse a flipped bit in a variable or attribute."""
     with xr.open_dataset(whole, engine="h5netcdf") as other:
         xr.testing.assert_identical(other.load(), sd.load(whole))
     content, damaged = whole.read_bytes(), tmp_path / "damaged.nc"
@@ -86,15 +86,15 @@ def test_other_programs_read_the_file_and_notice_changed_numbers(whole: Path, tm
             by_hdf5(damaged)
 
 
-def test_what_other_programs_change_has_no_checksum(whole: Path, tmp_path: Path) -> None:
-    """Limit: HDF5 drops the line when a file is opened to be changed; the change is no damage."""
+def test_file_changed_by_another_program(whole: Path, tmp_path: Path) -> None:
+    """Contract: HDF5 removes the checksum line when it changes a file, so that the change is not taken for damage."""
     changed = Path(shutil.copy(whole, tmp_path / "changed.nc"))
     with h5py.File(changed, "r+") as file:
         file.attrs["note"] = "mine"
     assert not verify_checksum(changed)
 
 
-def test_the_checksum_is_that_of_common_tools(whole: Path) -> None:
+def test_checksum_of_common_tools(whole: Path) -> None:
     """Cross-check: `head -c -N run.nc | sha256sum` gives the digits of the last line."""
     content = whole.read_bytes()
     assert content[-65:-1].decode() == hashlib.sha256(content[:-LINE_BYTES]).hexdigest()
@@ -102,7 +102,7 @@ def test_the_checksum_is_that_of_common_tools(whole: Path) -> None:
 
 @pytest.mark.parametrize("rows", [1, CHUNK_BYTES // 16, CHUNK_BYTES // 16 + 1, 10 * CHUNK_BYTES // 16 + 7])
 def test_chunks_are_small_and_full(rows: int) -> None:
-    """Limit: none is larger than HDF5's cache, and the last one has fewer unused rows than there are chunks."""
+    """Limit: no chunk exceeds HDF5's cache, and unused rows are fewer than chunks."""
     first, *rest = chunk_options(np.broadcast_to(0.0, (rows, 2)))["chunks"]
     count = -(-rows // first)
     assert rest == [2]

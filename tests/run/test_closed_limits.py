@@ -1,4 +1,4 @@
-"""Times and kinds of singular positions of random mechanisms against closed forms, near-singular ones included."""
+"""Times and kinds of singular positions of random mechanisms, by closed forms, near-singular ones included."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from scissordyn.plan.plan import plan
 from scissordyn.plot.stroke import SINGULAR_LINE_STYLES, kinematics
 
 GAPS = (0.0, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, -1e-7, -1e-6, -1e-5, -1e-4, -1e-3)
-"""By how much lengths miss the change point; negative: the input is at a limit before it."""
+"""Distances of lengths from the change point [m]; with a negative one the input reaches a limit before it."""
 
 Event = tuple[str, float, float]
 """Kind, angle of the crank [rad], and by how much the branches miss each other in units of the mechanism's size."""
@@ -26,7 +26,7 @@ Event = tuple[str, float, float]
 
 @dataclass(frozen=True)
 class Case:
-    """A driven mechanism and what its drive meets, in that order, near change points included whatever they miss by."""
+    """Driven mechanism and the singular positions that its drive meets, in order, with near change points."""
 
     mechanism: sd.Mechanism
     until: float
@@ -36,7 +36,7 @@ class Case:
 
 
 def _case(mechanism: sd.Mechanism, first: float, rng: np.random.Generator, places: list[Event]) -> Case:
-    """A case with a random speed and stroke, and the places that the crank meets on it up to the first limit."""
+    """Return a case with random speed and stroke, and the positions that it meets up to the first limit."""
     speed, turn = float(rng.choice([-1.0, 1.0]) * rng.uniform(0.5, 8.0)), float(rng.uniform(1.0, 6.2))
     met = [
         (kind, angle + 2.0 * math.pi * k, miss / mechanism.size)
@@ -50,10 +50,10 @@ def _case(mechanism: sd.Mechanism, first: float, rng: np.random.Generator, place
 
 
 def four_bar(rng: np.random.Generator, gap: float | None) -> Case:
-    """A four-bar: it closes where the distance d of crank pin and rocker pivot is between |b - c| and b + c.
+    """Return a four-bar, which closes while the distance d of crank pin and rocker pivot is between |b - c| and b + c.
 
-    At 180 deg d = g + a, at 0 deg d = |g - a|; sin(th/2)^2 = (d^2 - (g - a)^2) / (4 g a). If a limit of d is missed by nothing,
-    coupler and rocker fall on one line with ground and crank there.
+    At 180 deg d = g + a, at 0 deg d = |g - a|; sin(th/2)^2 = (d^2 - (g - a)^2) / (4 g a). If d just reaches a limit there,
+    coupler and rocker fall on one line with ground and crank.
     """
     while True:
         ground, crank, coupler, rocker = rng.uniform(0.3, 1.5, 4).tolist()
@@ -90,7 +90,7 @@ def four_bar(rng: np.random.Generator, gap: float | None) -> Case:
 
 
 def slider_crank(rng: np.random.Generator, gap: float | None) -> Case:
-    """A slider-crank: it closes where crank |sin(th)| is at most the rod; at equal lengths slider and pin meet at 90 deg."""
+    """Return a slider-crank: it closes for crank |sin(th)| <= rod; at equal lengths slider and pin meet at 90 deg."""
     while True:
         crank = float(rng.uniform(0.05, 0.3))
         ratio = float(rng.uniform(0.4, 2.5)) if gap is None else 1.0 + gap
@@ -108,27 +108,27 @@ def slider_crank(rng: np.random.Generator, gap: float | None) -> Case:
 
 
 def scissor(rng: np.random.Generator, _gap: float | None) -> Case:
-    """An array: its rhombi are flat at each multiple of 90 deg; without a rhombus it can branch at those of 180 deg."""
+    """Return an array: its rhombi are flat at each multiple of 90 deg; a single unit can branch at those of 180 deg."""
     units, first = int(rng.integers(1, 7)), float(rng.uniform(0.1, 1.47))
     every = [0.0, math.pi] + ([0.5 * math.pi, -0.5 * math.pi] if units > 1 else [])
     return _case(sd.scissor(units=units, angle=first), first, rng, [(CHANGE, at, 0.0) for at in every])
 
 
-LOCATED = 1e-6  # Asked of a time, as a fraction of the stroke's duration
+LOCATED = 1e-6  # Allowed error of a time, as a fraction of the stroke's duration
 REPORTED = 3e-4  # Near change points with a smaller miss must be named; those with a larger one may be
 
 Generator = Callable[[np.random.Generator, float | None], Case]
 
 
 def found(mechanism: sd.Mechanism, until: float) -> list[tuple[str, float]]:
-    """Kinds and times of the singular positions."""
+    """Return kinds and times of the singular positions."""
     path = path_of(plan(mechanism), until)
     times = [(each.kind, time) for each in path.singular for time in instants(path, until, each.place)]
     return sorted(times, key=lambda each: each[1])
 
 
 def check(case: Case) -> None:
-    """What is found is what the closed form says, and when."""
+    """Compare kinds and times found with the closed form."""
     expected = [(kind, (angle - case.first) / case.speed, miss) for kind, angle, miss in case.expected]
     wide = [time for kind, time, miss in expected if kind == NEAR and miss > REPORTED]
     asked = [(kind, time) for kind, time, miss in expected if kind != NEAR or miss <= REPORTED]
@@ -153,7 +153,7 @@ def test_random_mechanisms(make: Generator, gap: float | None) -> None:
 
 
 def test_change_point_in_the_last_step() -> None:
-    """Closed form: an array that turns a little beyond its flat position, between the last two positions of the path."""
+    """Closed form: an array that passes its flat position between the last two positions of the path."""
     for beyond in np.linspace(0.002, 0.06, 12).tolist():
         array = sd.scissor(units=5, angle=0.5).driven(speed=1.0)
         until = 0.5 * math.pi - 0.5 + beyond
@@ -163,7 +163,7 @@ def test_change_point_in_the_last_step() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("make", [four_bar, slider_crank, scissor], ids=lambda make: make.__name__)
 def test_many_random_mechanisms(make: Generator) -> None:
-    """Closed form: 600 mechanisms of a kind, a third of them at random and the rest near a change point."""
+    """Closed form: 600 mechanisms of a kind, a third of them random and the rest near a change point."""
     gaps = (None,) * 6 + GAPS
     for seed in range(600):
         check(make(np.random.default_rng(1000 + seed), gaps[seed % len(gaps)]))
@@ -179,7 +179,7 @@ def test_every_kind_is_drawn() -> None:
 
 
 def test_drive_that_stands_still() -> None:
-    """Limit: without a stroke there is nothing to pass, whatever position the mechanism is held in."""
+    """Limit: without a stroke there is no singular position."""
     assert found(sd.scissor(units=3, angle=0.6).driven(speed=0.0), 1.0) == []
 
 
@@ -195,7 +195,7 @@ def test_limit_of_a_crossed_linkage() -> None:
 
 
 def test_either_side_of_a_change_point() -> None:
-    """Closed form: a rocker longer by 1e-4 passes and is named as near, one shorter by 1e-5 locks before."""
+    """Closed form: a rocker longer by 1e-4 passes and is reported as near; one shorter by 1e-5 locks before."""
     common = {"ground": 1.0, "crank": 0.4, "coupler": 0.9, "angle": 1.0}
     passing = sd.four_bar(**common, rocker=0.5001).driven(speed=3.0)
     assert found(passing, 1.5) == [(NEAR, pytest.approx((math.pi - 1.0) / 3.0, abs=1e-9))]
@@ -209,7 +209,7 @@ def test_either_side_of_a_change_point() -> None:
 
 
 def test_loose_linkage_forced_beyond_its_limit() -> None:
-    """Contract: a linkage with clearance that is driven beyond its limit names position, time, and what the forces are of."""
+    """Contract: a linkage with clearance driven beyond its limit gives a warning with position and time."""
     linkage = sd.four_bar(ground=1.0, crank=1.2, coupler=0.7, rocker=0.8).with_clearance("rocker pin", sd.Clearance(1e-3))
     limit = math.acos((1.0 + 1.44 - 2.25) / 2.4) - math.pi / 3
     run = sd.simulate(linkage.driven(speed=1.0), until=limit + 0.002, samples=101)
@@ -221,7 +221,7 @@ def test_loose_linkage_forced_beyond_its_limit() -> None:
 
 
 def test_drive_that_is_beyond_its_limit_between_two_samples() -> None:
-    """Contract: a linkage with clearance whose drive turns back just beyond its limit, seen by no sample, is named with it."""
+    """Contract: a drive that exceeds the limit between two samples only is warned of."""
     linkage = sd.four_bar(ground=1.0, crank=1.2, coupler=0.7, rocker=0.8).with_clearance("rocker pin", sd.Clearance(1e-3))
     limit = math.acos((1.0 + 1.44 - 2.25) / 2.4)
     middle, turn = math.pi / 3, limit - math.pi / 3
@@ -235,7 +235,7 @@ def test_drive_that_is_beyond_its_limit_between_two_samples() -> None:
 
 
 def test_journal_pressed_in_far_from_any_limit() -> None:
-    """Contract: runs whose journals are pressed far into a small clearance have the warnings of the drives."""
+    """Contract: journals pressed deep into a small clearance give no warning of a singular position."""
     for angle, until in ((0.5, 0.04), (1.2, 0.08)):
         linkage = sd.slider_crank(crank=0.3, rod=1.0, angle=angle).driven(speed=60.0)
         loose = linkage.with_clearance(linkage.joints[-1].name, sd.Clearance(1e-6))

@@ -1,4 +1,4 @@
-"""The reader of what a saved run says of itself: it makes descriptions, and executes nothing that a file names."""
+"""Reader of the configuration of a saved run: it makes descriptions and executes nothing that a file names."""
 
 from __future__ import annotations
 
@@ -52,12 +52,12 @@ def other(indentation, stiffness):
 
 
 def written(tree: Mapping[str, Any]) -> str:
-    """TOML of a document, each table on one line."""
+    """Return a document as TOML, each table on one line."""
     return "\n".join(f"{toml(str(key))} = {toml(value)}" for key, value in tree.items())
 
 
 def dataset(text: str | Mapping[str, Any], title: str = "scissordyn run") -> xr.Dataset:
-    """A saved run of which only the attributes matter."""
+    """Return a saved run with attributes only."""
     return xr.Dataset(attrs={"title": title, "configuration": text if isinstance(text, str) else written(text)})
 
 
@@ -69,7 +69,7 @@ WORDS = st.text(min_size=1, max_size=8).filter(lambda name: name != "ground" and
 
 @st.composite
 def mechanisms(draw: st.DrawFn) -> Mechanism:
-    """A chain of some bodies with any names, points and numbers, some joints with clearance, a spring and a motion."""
+    """Draw a chain of bodies with any names, points and values, joints with clearance, a spring and a motion."""
     names = draw(st.lists(WORDS, min_size=2, max_size=4, unique=True))
     bodies = []
     for name in names:
@@ -98,7 +98,7 @@ def mechanisms(draw: st.DrawFn) -> Mechanism:
 
 
 def exact(plain: Any) -> Any:
-    """Plain data with every number as its text, so that equal means equal to the last bit."""
+    """Return plain data with every number as text, so that equality is exact."""
     if isinstance(plain, dict | list):
         return {key: exact(value) for key, value in (plain.items() if isinstance(plain, dict) else enumerate(plain))}
     return repr(float(plain)) if isinstance(plain, int | float) else plain
@@ -107,7 +107,7 @@ def exact(plain: Any) -> Any:
 @settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(mechanisms())
 def test_random_mechanisms(mechanism: Mechanism) -> None:
-    """Identity: a mechanism, its case file, and the mechanism that is read from it are the same to the last bit."""
+    """Identity: a mechanism, its case file, and the mechanism read from it are the same to the last bit."""
     text = write_configuration(mechanism)
     again = read_configuration(dataset(text)).build_mechanism()
     assert again == mechanism
@@ -117,7 +117,7 @@ def test_random_mechanisms(mechanism: Mechanism) -> None:
 
 @pytest.mark.parametrize("which", [*EXAMPLES, *sd.zoo], ids=lambda which: getattr(which, "stem", which))
 def test_examples_and_the_zoo(which: Path | str, tmp_path: Path) -> None:
-    """Identity: every mechanism with its laws and controllers and what a run of it carries, to the last bit."""
+    """Identity: every mechanism with its laws, controllers and run options is read back to the last bit."""
     case = sd.zoo[which].case if isinstance(which, str) else read_case(which)
     text = write_configuration(case.mechanism, case.run)
     found = read_configuration(dataset(text))
@@ -130,7 +130,7 @@ def test_examples_and_the_zoo(which: Path | str, tmp_path: Path) -> None:
 
 @pytest.fixture
 def own_run(array: Mechanism, tmp_path: Path) -> xr.Dataset:
-    """A run with a law in a file of the user's own."""
+    """Return a saved run with a law in a user's file."""
     file = tmp_path / "laws.py"
     file.write_text(LAWS)
     law = sd.law("stiffness", f"{file}:soft")(1e8)
@@ -139,7 +139,7 @@ def own_run(array: Mechanism, tmp_path: Path) -> xr.Dataset:
 
 
 def test_functions_of_the_user_need_consent(own_run: xr.Dataset, tmp_path: Path) -> None:
-    """Contract: a run with a law in a file is run again only from a file that is allowed and is what it was."""
+    """Contract: a run with a law in a file is run again only from an allowed file with the same content."""
     file = tmp_path / "laws.py"
     with pytest.raises(sd.InputError, match=r"'soft' of 'laws.py'.*--allow-code laws.py"):
         replay(own_run)
@@ -156,8 +156,8 @@ def test_functions_of_the_user_need_consent(own_run: xr.Dataset, tmp_path: Path)
         replay(own_run, allow_code=[tmp_path / "none.py"])
 
 
-def test_a_function_without_a_digest_is_refused(own_run: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Contract: an empty digest would fit any file, such as one in the working folder; it is refused, allowed or not."""
+def test_function_without_a_digest_is_refused(own_run: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Contract: an empty digest would fit any file; it is refused, whether files are allowed or not."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "x.py").write_text(f"open('done', 'w').write('')\n{LAWS}")
     tree = tomllib.loads(own_run.attrs["configuration"])
@@ -173,8 +173,8 @@ def test_a_function_without_a_digest_is_refused(own_run: xr.Dataset, tmp_path: P
     assert not (tmp_path / "done").exists()
 
 
-def test_facts_are_read_without_code(own_run: xr.Dataset) -> None:
-    """Contract: analysis of a run reads what it needs from the description, without executing the user's functions."""
+def test_description_is_read_without_code(own_run: xr.Dataset) -> None:
+    """Contract: analysis of a run reads the description without executing the user's functions."""
     mechanism = read_configuration(own_run).mechanism
     assert [joint.name for joint in mechanism.joints if joint.clearance is not None] == ["A"]
     assert mechanism.joints[1].clearance.clearance == 0.5e-3
@@ -185,7 +185,7 @@ def test_facts_are_read_without_code(own_run: xr.Dataset) -> None:
 
 
 def test_only_runs_are_run_again(array: Mechanism) -> None:
-    """Contract: a map or a diagram has a configuration of its own, and is not taken for a run."""
+    """Contract: a map or diagram is not run again as a run."""
     text = write_configuration(array, Options(0.4))
     with pytest.raises(sd.InputError, match="scissordyn cycles"):
         replay(xr.Dataset(attrs={"title": "scissordyn cycles", "configuration": text}))
@@ -212,15 +212,15 @@ def test_only_runs_are_run_again(array: Mechanism) -> None:
         ('{"mechanism": {}}', "is not valid TOML"),
     ],
 )
-def test_what_is_no_configuration_is_named(text: str, says: str) -> None:
-    """Contract: the message names the place and what stands there."""
+def test_invalid_configurations(text: str, says: str) -> None:
+    """Contract: the error names the place and its content."""
     with pytest.raises(sd.InputError) as caught:
         read_configuration(dataset(text)).build_mechanism()
     assert says in str(caught.value)
 
 
 def test_points_may_have_any_name() -> None:
-    """Identity: a run keeps points whose names "BODY.POINT" cannot mean, and names with half a surrogate pair as their code."""
+    """Identity: a run keeps points whose names do not fit "BODY.POINT", and names with half a surrogate pair."""
     body = sd.Body("b", 1.0, 0.1, points={"kind": (1.0, 2.0), "a.b, c": (0.0, 0.0), "[x]\n[run]": (3.0, 0.0)})
     pins = sd.Revolute("pin", ("b", "a.b, c"), ("ground", "O.1"))
     tracks = (sd.Track("tip", "b", "a.b, c"), sd.Track("place", "b", (0.1, 0.2)))
@@ -230,8 +230,8 @@ def test_points_may_have_any_name() -> None:
     assert read_configuration(dataset(text)).mechanism_text == write_configuration(mechanism).rstrip()
 
 
-def test_a_changed_function_is_another_description() -> None:
-    """Contract: what a Python function refers to is part of its digest, not only its text."""
+def test_digest_of_a_function_has_its_closure() -> None:
+    """Contract: values that a Python function refers to are part of its digest."""
 
     def made(factor: float) -> Callable[..., Any]:
         @sd.element(slot="stiffness")
@@ -251,7 +251,7 @@ def test_a_changed_function_is_another_description() -> None:
 
 
 def compiles() -> bool:
-    """Whether the compiler works, on a function of a file that is allowed, or annotations of the package are evaluated."""
+    """Return whether the compiler or the evaluation of the package's annotations is running."""
     frame = sys._getframe()
     while frame is not None and frame.f_code.co_filename not in (c.__file__, typing.__file__):
         frame = frame.f_back
@@ -259,7 +259,7 @@ def compiles() -> bool:
 
 
 class Watch:
-    """What happens while a configuration is read: calls out of the reader, and events of the interpreter."""
+    """Record of forbidden audit events of the interpreter while a configuration is read."""
 
     FORBIDDEN = re.compile(
         r"exec|import|subprocess\..*|os\.(system|exec|posix_spawn|fork|remove|rename|mkdir|rmdir|truncate|link|symlink|chmod).*"
@@ -276,7 +276,7 @@ class Watch:
 
     @staticmethod
     def hear(event: str, arguments: tuple[Any, ...]) -> None:
-        """Note what a description has no business to do."""
+        """Record an event that a description must not cause."""
         watch = Watch.active
         if watch is None:
             return
@@ -287,7 +287,7 @@ class Watch:
 
     @contextmanager
     def watching(self) -> Iterator[None]:
-        """Note everything that happens meanwhile."""
+        """Record events inside the block."""
         Watch.active = self
         try:
             yield
@@ -306,11 +306,11 @@ NAMES = (
     "liu",
     "mechanism",
 )
-"""What a tampered file puts in the place of a name."""
+"""Values that a tampered file has instead of a name."""
 
 
 def nodes(tree: Any, parent: Any = None, key: Any = None) -> Iterator[tuple[Any, Any]]:
-    """Every place in a document as (container, key)."""
+    """Yield every place in a document as (container, key)."""
     if parent is not None:
         yield parent, key
     for inner in tree if isinstance(tree, dict) else range(len(tree)) if isinstance(tree, list) else ():
@@ -318,7 +318,7 @@ def nodes(tree: Any, parent: Any = None, key: Any = None) -> Iterator[tuple[Any,
 
 
 def tampered(text: str, dice: random.Random) -> str:
-    """A document with one to four changes."""
+    """Return a document with one to four changes."""
     tree = tomllib.loads(text)
     values: list[Callable[[], Any]] = [
         lambda: dice.choice([True, 0, -1, 1e308, 10**400, math.nan, math.inf, -0.0, 2**63]),
@@ -345,7 +345,7 @@ def tampered(text: str, dice: random.Random) -> str:
 
 @pytest.fixture(scope="module")
 def originals(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
-    """Configurations of all examples, and of one with laws of the user's own."""
+    """Return configurations of all examples, and of one with a user's law."""
     folder = tmp_path_factory.mktemp("laws")
     (folder / "laws.py").write_text(LAWS)
     own = sd.Clearance(0.5e-3, stiffness=sd.law("stiffness", f"{folder / 'laws.py'}:soft")(1e8))
@@ -354,7 +354,7 @@ def originals(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
 
 
 def read(run: xr.Dataset | Path, watch: Watch, offered: Path) -> bool:
-    """Read a configuration as `replay` does; whether it was accepted. Anything but an `InputError` of one line is raised."""
+    """Read a configuration as `replay` does, and return whether it was accepted; errors must be an `InputError` of one line."""
     try:
         found = load(run) if isinstance(run, Path) else run
         with watch.watching():
@@ -369,9 +369,9 @@ def read(run: xr.Dataset | Path, watch: Watch, offered: Path) -> bool:
 
 @pytest.mark.parametrize("count", [250, pytest.param(1000, marks=pytest.mark.slow)])
 def test_tampered_documents(originals: list[str], count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Contract: of so many tampered documents none makes the reader execute or write anything; errors are of one line.
+    """Contract: no tampered document makes the reader execute or write anything; errors have one line.
 
-    A Python file lies where names could find it, and another one is allowed.
+    One Python file lies where names could find it, and another one is allowed.
     """
     monkeypatch.chdir(tmp_path)
     Path("x.py").write_text(f"open('done', 'w').write('')\n{LAWS}")
@@ -388,8 +388,8 @@ def test_tampered_documents(originals: list[str], count: int, tmp_path: Path, mo
     assert 0.02 * count < accepted < 0.5 * count  # some changes are harmless, most are not
 
 
-def test_the_watch_sees_what_it_should() -> None:
-    """Contract: executing and writing are noticed."""
+def test_watch_notices_execution_and_writing() -> None:
+    """Contract: executing code and writing files are recorded."""
     watch = Watch()
     with watch.watching():
         exec("1")
@@ -399,7 +399,7 @@ def test_the_watch_sees_what_it_should() -> None:
 
 @pytest.mark.filterwarnings("ignore:.*has no checksum")
 def test_tampered_files(originals: list[str], array: Mechanism, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Contract: the same for 20 NetCDF files whose attributes, title or length were changed."""
+    """Contract: 20 NetCDF files with changed attributes, title or length make the reader execute and write nothing."""
     monkeypatch.chdir(tmp_path)
     whole = save(simulate(array, until=0.001, samples=3), "whole.nc").read_bytes()
     dice, watch, file = random.Random(7), Watch(), Path("run.nc")

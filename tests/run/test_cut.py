@@ -1,4 +1,4 @@
-"""Runs that end early: what one that is cut holds of contacts and peaks, and that Ctrl-C inside a part ends the whole."""
+"""Runs that end early: contacts and peaks of a cut run, and Ctrl-C in a part of a larger computation."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ ENDS = ("peak_force", "peak_time", "impulse", "contact_damping_loss", "contact_f
 
 @pytest.fixture(scope="module")
 def arm() -> sd.Mechanism:
-    """The array with friction in its clearance joint."""
+    """Return the array with friction in its clearance joint."""
     return sd.scissor().with_clearance("A", sd.Clearance(2e-4, friction=sd.LuGre(0.1))).driven(speed=sd.rpm(150))
 
 
-def test_contact_open_at_the_end_has_what_it_had_so_far(arm: sd.Mechanism) -> None:
-    """Cross-check: peak and impulse of an open contact are those of the samples of a longer run up to that instant."""
+def test_contact_open_at_the_end(arm: sd.Mechanism) -> None:
+    """Cross-check: peak and impulse of an open contact are those of a longer run's samples up to that instant."""
     whole = sd.simulate(arm, until=0.03, samples=30001, rtol=1e-9, atol=1e-9)
     k = int(np.argmax(whole["peak_force"].values))
     start, duration = float(whole["contact_start"][k]), float(whole["contact_duration"][k])
@@ -59,7 +59,7 @@ DEVIATIONS = ("peak_track_deviation", "peak_track_deviation_time", "rms_track_de
 
 
 def undefined_from(whole: xr.Dataset, last: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let accelerations be undefined after a sample."""
+    """Make accelerations undefined after a sample."""
     evaluate = motion.record
 
     def undefined_after(maps, system, samples):
@@ -71,7 +71,7 @@ def undefined_from(whole: xr.Dataset, last: int, monkeypatch: pytest.MonkeyPatch
 
 
 def test_cut_run_is_the_run_up_to_there(arm: sd.Mechanism, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Contract: a run that is cut at a sample within a contact has the events, peaks and integrals of one that ends there."""
+    """Contract: a run cut within a contact has the events, peaks and integrals of a run that ends there."""
     tracked = arm.track("tip", "unit 2/bar 1", "end", 1e-3)
     whole = sd.simulate(tracked, until=0.03, samples=3001)
     held = np.flatnonzero(whole["in_contact"].sel(joint="A").values)
@@ -97,7 +97,7 @@ def test_cut_run_is_the_run_up_to_there(arm: sd.Mechanism, monkeypatch: pytest.M
 
 
 def test_writers_do_not_simulate(arm: sd.Mechanism, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Contract: a Dataset is made of a trajectory and its record without any call that advances a mechanism."""
+    """Contract: a Dataset is made from a trajectory without advancing a mechanism."""
     options = Options(until=2e-3, samples=11)
     path = trajectory.compute(plan(arm), options)
     path, record = trajectory.record_trajectory(path.plan, options, path)
@@ -113,7 +113,7 @@ def test_writers_do_not_simulate(arm: sd.Mechanism, monkeypatch: pytest.MonkeyPa
 
 
 def interrupted(*_: object, **__: object) -> xr.Dataset:
-    """What a run returns that was stopped."""
+    """Return the result of an interrupted run."""
     values = {"status": "interrupted", "cause": "stopped at t = 0 s of 1 s: interrupted"}
     return xr.Dataset({"value": ("value", np.zeros(1)), "status": ("value", ["pending"])}, attrs=values)
 
@@ -136,18 +136,16 @@ PARTS: dict[str, tuple[str, str, Callable[[Path], object]]] = {
 
 
 @pytest.mark.parametrize("part", PARTS)
-def test_a_part_that_is_interrupted(part: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Contract: it is no failure of the part, after which the rest would go on."""
+def test_interrupted_part(part: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Contract: an interrupted part raises KeyboardInterrupt, so that the rest does not continue."""
     module, name, whole = PARTS[part]
     monkeypatch.setattr(import_module(module), name, interrupted)
     with pytest.raises(KeyboardInterrupt):
         whole(tmp_path)
 
 
-def test_the_paper_on_one_process_stops(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """Contract: the command says what is kept, and no other run is begun."""
+def test_interrupted_paper_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """Contract: the command says where finished runs are, and starts no other run."""
     began = []
 
     def stopped(*given: object, **options: object) -> xr.Dataset:
@@ -164,8 +162,8 @@ def test_the_paper_on_one_process_stops(
     ("steps", "seconds", "most", "expected"),
     [(20, 0.01, 2000, 40), (20, 60.0, 2000, 1), (1000, 0.2, 2000, 500), (2000, 1e-6, 2000, 2000), (0, 0.0, 2000, 1)],
 )
-def test_slices_last_a_tenth_of_a_second(steps: int, seconds: float, most: int, expected: int) -> None:
-    """Closed form: as many steps as fit into it, at most twice those of before, and at least one."""
+def test_length_of_slices(steps: int, seconds: float, most: int, expected: int) -> None:
+    """Closed form: as many steps as fit into a tenth of a second, at most twice as many as before, and at least one."""
     assert next_slice(steps, seconds, most) == expected
 
 
@@ -182,7 +180,7 @@ def test_slices_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_ctrl_c_while_the_ideal_mechanism_is_simulated(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Contract: the run for which it is simulated has not begun, and does not begin after that."""
+    """Contract: an interrupt during the run of the ideal mechanism ends the run for which it is computed."""
     from scissordyn.run import ideal_path
 
     arm = sd.scissor(units=1).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=1.0).track("tip", "slider", "centre")

@@ -1,4 +1,4 @@
-"""Steps and contacts: steps of one size notice contacts late; located or crossed, none is missed."""
+"""Steps and contacts: fixed steps notice contacts late; with located or crossed events no contact is missed."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ ARM = sd.scissor(units=2).driven(speed=sd.rpm(150))
 
 
 def run(step: float | None, until: float = 3e-3, joint: sd.Clearance = JOINT, **options: object) -> object:
-    """The paper's array."""
+    """Return a run of the paper's array."""
     return sd.simulate(ARM.with_clearance("A", joint), until=until, step=step, **options)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("step", [1e-5, 3e-5])
-def test_a_contact_begins_with_the_first_step_that_ends_in_it(step: float) -> None:
-    """Reference: free flight has no contact law, so that place and speed are those of a run with more clearance."""
+def test_onset_of_contact_with_fixed_steps(step: float) -> None:
+    """Cross-check: the contact begins at the end of a step with position and speed of a free flight with more clearance."""
     late = run(step, method="dopri5")
     start = step * np.ceil(EXACT / step)
     assert late["contact_start"].values[0] == pytest.approx(start, rel=1e-12)
@@ -48,8 +48,8 @@ def test_a_contact_begins_with_the_first_step_that_ends_in_it(step: float) -> No
 
 
 @pytest.mark.parametrize("driven_bar", ["pinned", "slider"])
-def test_a_loop_without_events_finds_the_same_contacts(driven_bar: str) -> None:
-    """Cross-check: Lagrange's equations, steps of order five, and a mode that changes between them, 12 ms."""
+def test_fixed_steps_by_lagrange(driven_bar: str) -> None:
+    """Second formulation: Lagrange's equations with steps of order five and contacts that switch between steps, 12 ms."""
     step, angle = 2e-5, math.radians(30.0)
     array = Array(
         ClearanceJoint(5e-4, 10e-3, liu(5e-4, 15e-3), flores(0.9)), constant_speed(angle, sd.rpm(150)), driven_bar=driven_bar
@@ -64,24 +64,24 @@ def test_a_loop_without_events_finds_the_same_contacts(driven_bar: str) -> None:
         assert found[name].values == pytest.approx([getattr(one, name) for one in expected], rel=1e-6, nan_ok=True)
 
 
-def test_it_tends_to_located_contacts() -> None:
-    """Order: the first peak force differs in proportion to how late the contact is noticed."""
+def test_fixed_steps_converge_to_located_contacts() -> None:
+    """Order of convergence: the error of the first peak force is proportional to the delay of the contact."""
     exact = run(None)["peak_normal_force"].values[0]
     for step in (1e-5, 1e-6):
         late = run(step, method="dopri5")
         assert late["peak_normal_force"].values[0] == pytest.approx(exact, rel=2e3 * step)
 
 
-def test_it_is_said() -> None:
-    """Contract: in a run and in a batch; not where nothing can touch."""
+def test_warning_of_fixed_steps() -> None:
+    """Contract: a run and a batch warn of contacts at the ends of steps, unless nothing can touch."""
     many = sd.simulate_many(ARM.with_clearance("A", JOINT), {"A.clearance": [4e-4]}, until=1e-3, step=1e-4)
     for text in (run(1e-4, 1e-3).attrs["warnings"], str(many["warnings"].values[0])):
         assert "contacts begin and end with steps of 0.0001 s, whatever their error, not where surfaces touch" in text
     assert "with steps of" not in sd.simulate(ARM, until=1e-3, step=1e-4).attrs["warnings"]
 
 
-def test_trust_halves_the_step() -> None:
-    """Contract: the horizon of such a run is that of its step, which misses the impacts."""
+def test_horizon_of_fixed_steps() -> None:
+    """Contract: the horizon of a run with fixed steps is that of its step, which misses the impacts."""
     assert run(5e-5, 0.01, method="dopri5", trust=True).attrs["trusted_until"] < 0.01
 
 
@@ -101,7 +101,7 @@ def test_slip_of_contact_points() -> None:
 
 
 def fall(angle: float, one: float, other: float) -> sd.Mechanism:
-    """An array of two units that is released, with two lossless clearance joints."""
+    """Return an array of two units that is released, with two lossless clearance joints."""
     array = sd.scissor(units=2, angle=sd.degrees(angle))
     for joint, clearance in (("A", one), ("unit 2/pivot", other)):
         array = array.with_clearance(joint, sd.Clearance(clearance, damping=NoDamping()))
@@ -114,8 +114,8 @@ def fall(angle: float, one: float, other: float) -> sd.Mechanism:
     [(fall(40.888, 0.1137e-3, 0.2754e-3), 0.1, 1e-8), (fall(50.0, 0.2e-3, 0.2e-3), 0.12, 1e-6)],
     ids=["leaves and returns between two probes", "leaves and stays"],
 )
-def test_flight_that_leaves_the_bearing(mechanism: sd.Mechanism, until: float, tolerance: float, events: str) -> None:
-    """Contract: an open joint is open. Both joints fly for more than 30 ms, and leave their bearings for 4 ms."""
+def test_flight_stays_in_the_bearing(mechanism: sd.Mechanism, until: float, tolerance: float, events: str) -> None:
+    """Contract: a journal in free flight is inside its bearing, where it would otherwise leave it for 4 ms."""
     options = Options(until, samples=20_001, rtol=tolerance, atol=tolerance, events=events)
     path = compute(plan(mechanism), options, record_steps=True)
     assert outside(path, path.samples.time, path.samples.state, path.samples.mode)[0] < SEEN
@@ -123,7 +123,7 @@ def test_flight_that_leaves_the_bearing(mechanism: sd.Mechanism, until: float, t
 
 
 def test_contact_agrees_with_another_method() -> None:
-    """Cross-check by another method: the stiff one takes short steps, which cannot pass a contact of 4 ms."""
+    """Cross-check: the stiff method takes short steps, which cannot skip a contact of 4 ms."""
     mechanism = fall(40.888, 0.1137e-3, 0.2754e-3)
     runs = [sd.simulate(mechanism, until=0.064, samples=101, method=method) for method in ("dop853", "rodas5p")]
     starts, again = (run["contact_start"].values for run in runs)
@@ -137,13 +137,13 @@ def test_contact_agrees_with_another_method() -> None:
 @pytest.mark.parametrize("numbers", [range(2), pytest.param(range(CASES), marks=pytest.mark.slow)], ids=len)
 @pytest.mark.parametrize("kind", [*KINDS, RELEASED])
 def test_random_runs(kind: str, numbers: range) -> None:
-    """Contract, on random mechanisms: `python -m benchmarks.missed_contacts` has all of them."""
+    """Contract: no random run misses a contact; `python -m benchmarks.missed_contacts` has all of them."""
     for number in numbers:
         found = judge(kind, number)
         assert max(found.sample, found.step) < SEEN, found
 
 
 def test_contact_that_shows_in_the_shorter_step_only() -> None:
-    """Contract: a touch of 0.1 ms, which the dense output of the step does not show before it is shortened to its event."""
+    """Contract: a touch of 0.1 ms is found, which the dense output shows only after the step is shortened to its event."""
     found = judge("slider-crank", 33)
     assert max(found.sample, found.step) < SEEN, found

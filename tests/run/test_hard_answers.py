@@ -1,4 +1,4 @@
-"""What is said of runs with hard contact: estimated forces, impulses, contacts that cannot move, failed models."""
+"""Results and reports of runs with hard contact: estimated forces, impulses, immobile contacts, failed models."""
 
 from __future__ import annotations
 
@@ -31,26 +31,26 @@ from scissordyn.run.trajectory import make_driver, model_failure
 
 
 def array(contact: str) -> sd.Mechanism:
-    """Two units whose slider pin has clearance."""
+    """Return two units whose slider pin has clearance."""
     joint = sd.Clearance(5e-4, damping=sd.Flores(0.7), contact=contact)  # type: ignore[arg-type]
     return sd.scissor(units=2).driven(speed=sd.rpm(150)).with_clearance("A", joint)
 
 
 @pytest.fixture(scope="module")
 def run() -> xr.Dataset:
-    """Some impacts at one hard joint."""
+    """Return a run with some impacts at one hard joint."""
     return sd.simulate(array("hard"), until=0.01, samples=101)
 
 
 def printed(run: xr.Dataset) -> str:
-    """What the command line prints of a run."""
+    """Return the text that the command line prints about a run."""
     out = io.StringIO()
     show_run(run, 5, to=TextConsole(file=out, width=200))
     return out.getvalue()
 
 
-def test_the_largest_force_is_an_estimate(run: xr.Dataset) -> None:
-    """Contract: the largest of the estimates of impacts and of the sampled forces that last, and it is called so everywhere."""
+def test_largest_force_is_an_estimate(run: xr.Dataset) -> None:
+    """Contract: the largest of estimated impact forces and sampled lasting forces, called an estimate everywhere."""
     largest = max(float(run["peak_force_estimate"].max()), float(run["normal_force"].sel(joint="A").max()))
     answer = summary_of(run).force
     assert answer.estimated
@@ -62,8 +62,8 @@ def test_the_largest_force_is_an_estimate(run: xr.Dataset) -> None:
     assert next(cards(summary_of(run)))["detail"].endswith(", an estimate")
 
 
-def test_a_run_without_impacts_has_no_largest_force(run: xr.Dataset) -> None:
-    """Limit: estimates and samples that are not known; ideal joints carry what lasts."""
+def test_unknown_forces_of_hard_contacts(run: xr.Dataset) -> None:
+    """Limit: without estimates and samples the answer is the lasting force of ideal joints."""
     nothing = run.assign(peak_force_estimate=run["peak_force_estimate"] * math.nan, normal_force=run["normal_force"] * math.nan)
     force = summary_of(nothing).force
     assert (force.kind, force.loose) == ("ideal joint", None)
@@ -72,8 +72,8 @@ def test_a_run_without_impacts_has_no_largest_force(run: xr.Dataset) -> None:
     assert "no largest force, as contact is hard" in printed(nothing)
 
 
-def test_impulses_stand_in_the_place_of_peaks(run: xr.Dataset) -> None:
-    """Contract: tables in the terminal and in the explorer have the impulses of the run, and no number is NaN."""
+def test_tables_show_impulses(run: xr.Dataset) -> None:
+    """Contract: tables in the terminal and in the explorer have the run's impulses, and no NaN."""
     text = printed(run)
     assert "impulse" in text
     assert "peak" not in text
@@ -82,8 +82,8 @@ def test_impulses_stand_in_the_place_of_peaks(run: xr.Dataset) -> None:
     assert np.array_equal(shown["impulse [N s]"], run["impulse"].values)
 
 
-def test_tables_of_both_kinds_of_contact_have_impulses_and_peaks(run: xr.Dataset) -> None:
-    """Contract: where one of the contacts has a force, as a compliant one beside hard ones, it is shown beside the impulses."""
+def test_tables_of_both_kinds_of_contact(run: xr.Dataset) -> None:
+    """Contract: with hard and compliant contacts the tables have impulses and peak forces."""
     one = run["contact"] == 0
     both = run.assign(peak_force=run["peak_force"].where(~one, 321.0), peak_time=run["peak_time"].where(~one, 1e-4))
     text = printed(both)
@@ -93,8 +93,8 @@ def test_tables_of_both_kinds_of_contact_have_impulses_and_peaks(run: xr.Dataset
     assert {"impulse [N s]", "peak force [N]"} <= {column["title"] for column in contact_table(both)["columns"]}
 
 
-def test_compliant_contact_keeps_its_peaks() -> None:
-    """Contract: no estimate where the contact has a force."""
+def test_compliant_contact_has_no_estimates() -> None:
+    """Contract: the force of a compliant contact is not an estimate."""
     run = sd.simulate(array("compliant"), until=0.01, samples=101)
     answer = summary_of(run).force
     assert not answer.estimated
@@ -105,8 +105,8 @@ def test_compliant_contact_keeps_its_peaks() -> None:
 
 
 @pytest.mark.parametrize("kinds", [("hard",), ("compliant",), ("compliant", "hard")])
-def test_a_batch_that_names_no_measures_has_forces_of_its_contacts(kinds: tuple[str, ...]) -> None:
-    """Identity: the largest forces of each kind of contact that there is, equal to those of the run, and no others."""
+def test_default_measures_of_a_batch(kinds: tuple[str, ...]) -> None:
+    """Identity: a batch has the largest forces of each kind of contact in the mechanism, equal to those of the run."""
     mechanism = array(kinds[0])
     if "hard" in kinds[1:]:
         mechanism = mechanism.with_clearance("unit 1/pivot", array("hard").joint("A").clearance)
@@ -127,8 +127,8 @@ def test_a_batch_that_names_no_measures_has_forces_of_its_contacts(kinds: tuple[
         assert np.any(np.isfinite(found))
 
 
-def test_what_hard_contact_does_not_have_is_refused_in_one_line() -> None:
-    """Bad input: an FMU, and a requirement on forces that impacts do not have."""
+def test_refused_uses_of_hard_contact() -> None:
+    """Contract: an FMU, and a requirement on peak forces, are refused."""
     with pytest.raises(InputError, match="joint 'A' has hard contact, which an FMU does not support"):
         fmu(array("hard"), Options(until=0.01), sources_only=True)
     with pytest.raises(InputError, match="'peak_force' of joint 'A', whose contact is hard: its impacts have no largest force"):
@@ -139,7 +139,7 @@ GAP, PUSH = 1e-3, 5.0
 
 
 def sliders(count: int, angle: float, **laws: object) -> Mechanism:
-    """Masses of 1 kg on one line, each hung in the one before by a hard loose pin, the first at the ground; pushed apart."""
+    """Return masses of 1 kg on a line, each in a hard loose pin of the previous one or the ground, pushed apart."""
     along = math.cos(angle), math.sin(angle)
     bodies = tuple(Body(f"m{i}", 1.0, None, {"c": (0.0, 0.0)}) for i in range(count))
     gaps = [sd.Clearance(GAP, damping=LankaraniNikravesh(0.5), contact="hard", **laws) for _ in bodies]
@@ -156,8 +156,8 @@ def sliders(count: int, angle: float, **laws: object) -> Mechanism:
 
 @pytest.mark.parametrize("angle", [0.0, 0.5])
 @pytest.mark.parametrize("friction", [{}, {"friction": sd.LuGre(kinetic=0.3)}])
-def test_a_slider_in_a_pin_comes_to_rest(angle: float, friction: dict[str, object]) -> None:
-    """Closed form: the impacts of a ball with e = 1/2 under F/m; friction across the line has no work to do."""
+def test_slider_in_a_pin_comes_to_rest(angle: float, friction: dict[str, object]) -> None:
+    """Closed form: the impacts of a ball with e = 1/2 under F/m; friction across the line does no work."""
     run = sd.simulate(sliders(1, angle, **friction), until=0.1, start="concentric", step=2e-5)
     first = math.sqrt(2.0 * GAP / PUSH)
     expected = first * np.concatenate([[1.0], 1.0 + 2.0 * np.cumsum(0.5 ** np.arange(1, 8))])
@@ -169,8 +169,8 @@ def test_a_slider_in_a_pin_comes_to_rest(angle: float, friction: dict[str, objec
 
 
 @pytest.mark.parametrize("count", [3, 5])
-def test_a_train_of_sliders_comes_to_rest(count: int) -> None:
-    """Closed form: at the end every pin is taut and carries the push, whose work restitution has taken."""
+def test_train_of_sliders_comes_to_rest(count: int) -> None:
+    """Closed form: in the end every pin carries the push, and restitution has dissipated its work."""
     run = sd.simulate(sliders(count, 0.5), until=0.5, start="concentric")
     assert run.attrs["status"] == "complete"
     assert counts_of(run)["steps_not_solved"] == 0
@@ -184,8 +184,8 @@ def test_a_train_of_sliders_comes_to_rest(count: int) -> None:
 
 @pytest.mark.parametrize("offset", [0.0, 0.05])
 @pytest.mark.parametrize("speed", [30.0, 300.0])
-def test_a_free_rotor_keeps_its_speed(speed: float, offset: float) -> None:
-    """Identity: at the default step a body that rotates freely, beside a hard contact, keeps speed, energy and phase."""
+def test_free_rotor_keeps_its_speed(speed: float, offset: float) -> None:
+    """Identity: a body that rotates freely next to a hard contact keeps speed, energy and phase at the default step."""
     bodies = (
         Body("rotor", 1.0, 0.01, {"o": (offset, 0.0), "a": (0.1, 0.0)}, angular_velocity=speed),
         Body("ball", 1.0, None, {"c": (0.0, 0.0)}, position=(1.0, 0.0)),
@@ -199,8 +199,8 @@ def test_a_free_rotor_keeps_its_speed(speed: float, offset: float) -> None:
     assert float(np.abs(run["energy_residual"]).max()) < 2e-6 * float(run["kinetic_energy"][0])
 
 
-def test_the_estimate_sees_impacts_through_closed_contacts() -> None:
-    """Cross-check: a latch that locks throws a closed contact; its force is that of compliant contact without damping."""
+def test_estimate_of_an_impact_in_a_closed_contact() -> None:
+    """Cross-check: a latch throws a closed contact; the estimate is near the force of compliant contact without damping."""
     case = sd.read_case(EXAMPLES / "self_deploying.toml")
     peaks, options = {}, {"until": 0.7105, "samples": 11}
     for kind in ("hard", "compliant"):
@@ -218,8 +218,8 @@ def test_the_estimate_sees_impacts_through_closed_contacts() -> None:
     assert 0.6 < np.max(peaks["hard"]) / np.max(peaks["compliant"]) < 1.5
 
 
-def test_losses_that_have_not_converged_are_said() -> None:
-    """Contract: the part of the losses in contacts that follow each other within three steps, from the table of contacts."""
+def test_warning_of_unresolved_losses() -> None:
+    """Contract: the warning gives the losses of contacts that follow each other within three steps."""
     run = sd.simulate(sliders(5, 0.0), until=0.2, start="concentric")
     (said,) = [text for text in warnings_of(run) if "have not converged" in text]
     near, ends, unresolved = 3.0 * float(counts_of(run)["step"]), dict[str, float](), 0.0
@@ -235,8 +235,8 @@ def test_losses_that_have_not_converged_are_said() -> None:
     assert "converged" not in located.attrs["warnings"]
 
 
-def test_a_run_with_many_unsolved_steps_has_failed() -> None:
-    """Contract: one step in a thousand that is not solved is a warning, one in ten is a failure."""
+def test_runs_with_unsolved_steps() -> None:
+    """Contract: one unsolved step in a thousand gives a warning, one in ten a failure."""
     driver, _, _ = make_driver(plan(sliders(1, 0.0)), Options(0.1))
     driver.stepping.content.state.counts[solver.IMPULSIVE] = 1000
     for unsolved, failed in ((1, False), (100, True)):
@@ -244,8 +244,8 @@ def test_a_run_with_many_unsolved_steps_has_failed() -> None:
         assert bool(model_failure(driver)) is failed
 
 
-def test_the_estimate_says_from_where_on_it_reaches() -> None:
-    """Cross-check: the force of compliant contact, which takes the impulse of a latch in 1.5 ms, is in the range."""
+def test_range_of_the_estimate() -> None:
+    """Cross-check: the force of compliant contact, which takes a latch's impulse in 1.5 ms, is in the estimated range."""
     case = sd.read_case(EXAMPLES / "self_deploying.toml")
     hard = case.mechanism
     for name in ("unit 1/pivot", "unit 3/pivot"):

@@ -19,14 +19,14 @@ GRAVITY = 9.81
 
 
 def ball(restitution: float = 0.5, friction: object = None, *, velocity: tuple[float, float] = (0.0, 0.0)) -> Mechanism:
-    """A point mass in a bearing of 1 m clearance, which it falls through."""
+    """Return a point mass in a bearing of 1 m clearance, through which it falls."""
     laws = {"friction": friction} if friction is not None else {}
     gap = sd.Clearance(1.0, journal_radius=1.1, damping=LankaraniNikravesh(restitution), contact="hard", **laws)
     return in_bearing(gap, velocity=velocity)
 
 
 def block(*, velocity: tuple[float, float] = (0.0, 0.0), tilt: float = 0.0, angle: float = 0.0, **laws: object) -> Mechanism:
-    """A block of 0.1 m by 0.2 m, 1 kg, in a wide channel that gravity tilts; it starts on the lower surface."""
+    """Return a block of 0.1 m by 0.2 m and 1 kg in a wide, tilted channel; it starts on the lower surface."""
     half, side, gap, radius = 0.05, 0.1, 0.02, 1e-7
     inertia = (half**2 + side**2) / 3.0
     low = -side * math.cos(angle) - half * math.sin(abs(angle))
@@ -41,9 +41,9 @@ def block(*, velocity: tuple[float, float] = (0.0, 0.0), tilt: float = 0.0, angl
 
 
 def test_ball_comes_to_rest():
-    """Closed form: with e = 1/2 a ball that falls 1 m meets the ground at sqrt(2/g) (1, 2, 2.5, ...), and rests at 3 sqrt(2/g).
+    """Closed form: with e = 1/2 a ball that falls 1 m hits the ground at sqrt(2/g) (1, 2, 2.5, ...) and rests at 3 sqrt(2/g).
 
-    1.35457092295719 s; the rule that ends infinitely many impacts ends them by e/(1-e) times a thousandth of a step earlier.
+    That is 1.35457092295719 s. The rule for infinitely many impacts ends them e/(1-e) times a thousandth of a step earlier.
     """
     run = sd.simulate(ball(), until=1.5, start="as-placed", step=1e-3)
     first = math.sqrt(2.0 / GRAVITY)
@@ -60,7 +60,7 @@ def test_ball_comes_to_rest():
 
 
 def test_time_stepping_has_order_one():
-    """Order of convergence: the end of a ball's impacts by steps that go across them, fitted over a decade of steps."""
+    """Order of convergence: the end of a ball's impacts with steps across them, fitted over a decade of step sizes."""
     steps = [2e-3, 1e-3, 5e-4, 2.5e-4]
     errors = []
     for step in steps:
@@ -72,9 +72,9 @@ def test_time_stepping_has_order_one():
 
 @pytest.mark.parametrize("events", ["located", "crossed"])
 def test_sliding_block_stops(events):
-    """Closed form: a block slides v^2/(2 mu g) in v/(mu g), sticks there, and friction takes its energy.
+    """Closed form: a block slides v^2/(2 mu g) in v/(mu g) and sticks, and friction dissipates its energy.
 
-    On corners as stiff as this one it does not lean by what could be seen.
+    Its corners are so stiff that it does not lean noticeably.
     """
     speed, mu = 0.5, 0.2
     laws = {"friction": Coulomb(mu), "damping": LankaraniNikravesh(0.0), "stiffness": sd.law("stiffness", "linear")(1e12)}
@@ -98,7 +98,7 @@ def test_sliding_block_stops(events):
 
 
 def test_block_on_an_incline():
-    """Closed form: below the angle of static friction it sticks, beyond it slides at g (sin - mu_k cos)."""
+    """Closed form: below the angle of static friction the block sticks, above it slides at g (sin - mu_k cos)."""
     laws = {"friction": sd.LuGre(kinetic=0.3, static=0.5), "damping": LankaraniNikravesh(0.0)}
     held = sd.simulate(block(tilt=math.atan(0.45), **laws), until=0.3, start="as-placed", step=2e-4)
     assert float(np.abs(held["velocity"].sel(axis="x")).max()) < 1e-9
@@ -121,7 +121,7 @@ def test_rocking_block():
 
 
 def test_energy_of_each_impact():
-    """Identity: restitution and friction lose what the kinetic energy loses, impact by impact, and the balance closes."""
+    """Identity: restitution and friction dissipate the loss of kinetic energy, impact by impact, and the balance closes."""
     run = sd.simulate(ball(0.8, Coulomb(0.1), velocity=(0.7, 0.4)), until=2.0, start="as-placed", step=1e-3, samples=40_001)
     lost = (run["contact_damping_loss"] + run["contact_friction_loss"]).values
     mechanical = (run["kinetic_energy"] + run["potential_energy"]).values
@@ -133,7 +133,7 @@ def test_energy_of_each_impact():
 
 
 def test_compliant_contact_becomes_hard():
-    """Limit: the first rebound of a compliant journal tends to that of a hard one as its stiffness grows."""
+    """Limit: the first rebound of a compliant journal approaches that of a hard one with increasing stiffness."""
     hard = sd.simulate(ball(0.5), until=0.6, start="as-placed", step=1e-3)
     errors = []
     for stiffness in (1e7, 1e9, 1e11):
@@ -148,7 +148,7 @@ def test_compliant_contact_becomes_hard():
 
 
 def test_estimated_peak_force():
-    """Closed form: with a linear stiffness and no loss the peak is v sqrt(k m); with loss, that of a compliant run."""
+    """Closed form: with linear stiffness and no loss the peak is v sqrt(k m); with loss it is that of a compliant run."""
     from scissordyn.record.events import peak_forces
 
     linear, mass, speed = sd.law("stiffness", "linear")(1e8), np.array([2.0]), np.array([0.3])
@@ -165,14 +165,14 @@ def test_estimated_peak_force():
 
 
 def loose_array(units: int = 2) -> Mechanism:
-    """A driven array with hard contact at every joint."""
+    """Return a driven array with hard contact at every joint."""
     arm = sd.scissor(units=units, bar_length=0.5, bar_mass=0.2, slider_mass=0.3, angle=sd.degrees(60), gravity=0.0)
     gap = sd.Clearance(1e-4, journal_radius=5e-3, damping=sd.Flores(0.7), friction=sd.LuGre(kinetic=0.1), contact="hard")
     return arm.with_clearance("all", gap).driven(speed=sd.rpm(20))
 
 
 def test_energy_balance_of_an_array():
-    """Identity: with impacts, friction and a drive at every step the balance misses as much as h^2."""
+    """Order of convergence: with impacts, friction and a drive the error of the energy balance falls with the step."""
     residual = []
     for step in (4e-5, 1e-5):
         run = sd.simulate(loose_array(), until=0.1, step=step)
@@ -182,8 +182,8 @@ def test_energy_balance_of_an_array():
     assert residual[1] < 0.5 * residual[0]
 
 
-def test_hard_beside_compliant():
-    """Cross-check: one hard and one compliant journal in a row carry the same static load."""
+def test_hard_and_compliant_journals_in_series():
+    """Closed form: a hard and a compliant journal in series carry the static load."""
     hard = sd.Clearance(1e-3, contact="hard", damping=LankaraniNikravesh(0.0))
     soft = sd.Clearance(1e-3, stiffness=sd.law("stiffness", "linear")(1e5), damping=sd.law("damping", "kelvin-voigt")(100.0))
     bodies = (
@@ -196,7 +196,7 @@ def test_hard_beside_compliant():
 
 
 def test_loads_act_at_the_middle_of_each_step():
-    """Closed form: the speed that a harmonic force gives a free mass is the sum of its impulses by the midpoint rule."""
+    """Closed form: the speed that a harmonic force gives a free mass is the midpoint sum of its impulses."""
     rate, step, count = 9.0, 0.01, 20
     push = sd.Force("push", ("ball", "centre"), (1.0, 0.0), time_function=sd.Harmonic(0.0, 1.0, rate))
     one = dataclasses.replace(ball(), components=(push,), gravity=0.0)
@@ -215,8 +215,8 @@ def test_loads_act_at_the_middle_of_each_step():
         ({"lubrication": sd.Lubrication(viscosity=0.05)}, "lubrication"),
     ],
 )
-def test_what_a_hard_contact_does_not_have(changes, words):
-    """Contract: a field that a hard contact has no use for is refused in one line that names it."""
+def test_refused_fields_of_a_hard_contact(changes, words):
+    """Contract: a field without meaning for a hard contact is refused by name."""
     with pytest.raises(sd.InputError, match=words) as raised:
         sd.Clearance(1e-4, contact="hard", **changes)
     assert "\n" not in str(raised.value)
@@ -230,8 +230,8 @@ def test_method_and_contact_have_to_fit():
         sd.simulate(ball(), until=0.1, method="rodas5p")
 
 
-def test_a_clock_that_is_short_of_its_end_by_round_off_makes_no_step_of_its_own() -> None:
-    """Identity: as many steps as the run has parts, where their sum is short of its end by more than 1e-9 of a step."""
+def test_number_of_steps_with_round_off_in_time() -> None:
+    """Contract: round-off in the sum of steps adds no extra step."""
     until, found = 0.02, 0
     joint = sd.Clearance(1e-4, damping=sd.Flores(0.5), contact="hard")
     arm = sd.scissor(units=1, angle=sd.degrees(60)).with_clearance("A", joint).driven(speed=sd.rpm(20))

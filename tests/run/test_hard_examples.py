@@ -1,4 +1,4 @@
-"""Every example with all its contacts hard, or every other one: a short run of each, and slowly until their ends."""
+"""Every example with all contacts hard, or every other one: a short run of each, and the whole run as a slow test."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from scissordyn.config.file import read_case
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
 
 SHORT = 0.1  # Part of the run of an example that is computed in every test run
-FARTHEST = 2.0  # Largest place of a journal in its bearing, in clearances: with more the run has failed
+FARTHEST = 2.0  # Largest allowed eccentricity, in clearances
 
 
-PIECE = 0.02  # The same for contacts of both kinds, whose vibrations are resolved
+PIECE = 0.02  # Part of the run with contacts of both kinds, whose vibrations are resolved
 
 
 def hard(path: Path) -> Case:
-    """The case of an example, each table of a clearance with ``contact = "hard"``."""
+    """Return the case of an example with ``contact = "hard"`` in each clearance table."""
     tables = tomllib.loads(path.read_text(encoding="utf-8"))
     joints = [f"clearance.{table['joint']}" for table in tables.get("clearance", [])]
     guides = [f"guide_clearance.{table['guide']}" for table in tables.get("guide_clearance", [])]
@@ -34,7 +34,7 @@ def hard(path: Path) -> Case:
 
 
 def alternate(path: Path) -> Case | None:
-    """The case of an example with every other clearance joint and guide hard, from the first on; None with fewer than two."""
+    """Return the case with every other clearance joint and guide hard, or None with fewer than two."""
     case = read_case(path, [])
     mechanism = case.mechanism
     loose = [part for part in (*mechanism.guides, *mechanism.joints) if part.clearance is not None]
@@ -46,9 +46,9 @@ def alternate(path: Path) -> Case | None:
 
 
 def check(case: Case, run: xr.Dataset) -> None:
-    """Complete, inside the bearings, in balance, and without impacts that give energy: within a hundredth of it.
+    """Check that a run is complete, inside the bearings and in balance to 1 %, and that impacts add no energy.
 
-    What all contacts together have lost is what the run has lost.
+    The losses of all contacts sum up to the losses of the run.
     """
     assert run.attrs["status"] == "complete", run.attrs["cause"]
     for joint in [joint for joint in case.mechanism.joints if joint.clearance is not None]:
@@ -64,7 +64,7 @@ def check(case: Case, run: xr.Dataset) -> None:
 
 
 def run_part(case: Case, part: float) -> xr.Dataset:
-    """The run of an example up to a part of its time."""
+    """Return the run of an example up to a part of its time."""
     options = case.run.keywords | ({} if part == 1.0 else {"until": part * case.run.until, "samples": 51})
     return sd.simulate(case.mechanism, **options)
 
@@ -74,16 +74,16 @@ CASES = [*((hard, path, SHORT) for path in EXAMPLES), *((alternate, path, PIECE)
 
 @pytest.mark.parametrize("whole", [False, pytest.param(True, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(("make", "path", "part"), CASES, ids=lambda value: getattr(value, "stem", None))
-def test_an_example_with_hard_contact(make: Callable[[Path], Case], path: Path, part: float, whole: bool) -> None:
-    """Limit: surfaces that do not press into each other, alone or beside compliant ones; slowly until the example's end."""
+def test_example_with_hard_contact(make: Callable[[Path], Case], path: Path, part: float, whole: bool) -> None:
+    """Limit: surfaces do not penetrate each other, alone or together with compliant ones."""
     case = make(path)
     kinds = {joint.clearance.contact for joint in case.mechanism.joints if joint.clearance is not None}
     assert make is alternate or kinds <= {"hard"}
     check(case, run_part(case, 1.0 if whole else part))
 
 
-def test_a_latch_strikes_contacts_of_both_kinds() -> None:
-    """Second road: where a latch throws journals across their bearings, energies at the end are those of compliant contacts."""
+def test_latch_with_contacts_of_both_kinds() -> None:
+    """Cross-check: where a latch throws journals across their bearings, final energies are those of compliant contacts."""
     path = EXAMPLES[0].with_name("self_deploying.toml")
     mixed = alternate(path)
     options = {**mixed.run.keywords, "samples": 51}
@@ -97,7 +97,7 @@ def test_a_latch_strikes_contacts_of_both_kinds() -> None:
 
 
 def test_batches_warn_of_steps_that_are_too_long() -> None:
-    """Contract: a case of a batch has the warnings of time stepping that its own run has, and one without them has none."""
+    """Contract: a case of a batch has exactly the warnings of time stepping of its own run."""
     case = hard(EXAMPLES[0].with_name("self_deploying.toml"))
     options = {key: value for key, value in case.run.keywords.items() if key in ("until", "start")}
     over = {"clearance.all.clearance": [joint.clearance.clearance for joint in case.mechanism.joints if joint.clearance][:2]}

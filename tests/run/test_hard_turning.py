@@ -1,4 +1,4 @@
-"""Hard contact of journals that slide around their bearings, under load, in chains, and beside bushings and oil films."""
+"""Hard contact of journals that slide around their bearings, under load, in chains, and together with bushings and oil."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ from scissordyn.run.trajectory import make_driver
 
 
 def pendulum(angle: float, speed: float, gravity: float, restitution: float = 0.5) -> Mechanism:
-    """A frictionless journal of 1 kg that touches its bearing of 1 m clearance at an angle from below."""
+    """Return a frictionless journal of 1 kg that touches its bearing of 1 m clearance at an angle from below."""
     gap = sd.Clearance(1.0, journal_radius=1.1, damping=LankaraniNikravesh(restitution), contact="hard")
     place, velocity = (math.sin(angle), -math.cos(angle)), (speed * math.cos(angle), speed * math.sin(angle))
     return dataclasses.replace(in_bearing(gap, position=place, velocity=velocity), gravity=gravity)
 
 
 def test_sliding_around_a_bearing_loses_nothing():
-    """Closed form: without gravity and friction a journal slides around at constant speed; a step turns it by 0.1 rad."""
+    """Closed form: without gravity and friction a journal slides around at constant speed, by 0.1 rad per step."""
     run = sd.simulate(pendulum(0.0, 2.0, 0.0, 0.0), until=10.0, start="as-placed", step=0.05, events="crossed")
     speed = np.hypot(*run["velocity"].sel(body="ball").transpose("axis", "time").values)[::100]
     assert abs(speed[-1] / speed[1] - 1.0) < 5e-3
@@ -44,7 +44,7 @@ def test_sliding_around_a_bearing_loses_nothing():
 
 
 def test_period_of_a_journal_under_load():
-    """Closed form: pressed down a journal is a pendulum of length c, period 2 pi (c/g)^0.5 (1 + a^2/16)."""
+    """Closed form: under gravity a journal is a pendulum of length c with the period 2 pi (c/g)^0.5 (1 + a^2/16)."""
     run = sd.simulate(pendulum(0.1, 0.0, 9.81), until=10.0, start="as-placed", step=0.01, samples=1001)
     x, time = run["position"].sel(body="ball", axis="x").values, run["time"].values
     rising = np.flatnonzero((x[:-1] < 0.0) & (x[1:] >= 0.0))
@@ -54,15 +54,15 @@ def test_period_of_a_journal_under_load():
     assert np.abs(x[-300:]).max() == pytest.approx(math.sin(0.1), rel=2e-2)
 
 
-def test_a_journal_faster_than_the_step_comes_to_rest():
-    """Limit: with a step of twice what an explicit one is stable for, the oscillation of a loaded journal decays."""
+def test_oscillation_faster_than_the_step_decays():
+    """Limit: with twice the stable step of an explicit method, the oscillation of a loaded journal decays."""
     run = sd.simulate(pendulum(0.01, 0.0, 9.81), until=100.0, start="as-placed", step=4.0 / math.sqrt(9.81), events="crossed")
     speed = np.hypot(*run["velocity"].sel(body="ball").transpose("axis", "time").values)
     assert speed[-1] < 1e-3 * speed.max()
 
 
 def chain() -> Mechanism:
-    """A mast of eight units under gravity with every joint loose."""
+    """Return a mast of eight units under gravity with every joint loose."""
     joint = sd.Clearance(
         30e-6, journal_radius=5e-3, damping=sd.Flores(0.7), friction=sd.LuGre(kinetic=0.1), contact="hard", bearing_length=1e-2
     )
@@ -73,14 +73,14 @@ def chain() -> Mechanism:
 
 @kernel
 def pivot_at(least: int, m: int, hard: int) -> int:
-    """See `pivoting.pivot`."""
+    """Call `pivoting.pivot` on the address of a hard system."""
     return pivot(least, m, open_hard(hard))
 
 
 def test_impulses_by_pivoting():
-    """Cross-check: pivoting, of each third contact and of all, finds what Newton's method does, within the law of contact.
+    """Cross-check: pivoting of every third contact and of all contacts agrees with Newton's method and the contact law.
 
-    Contacts of an eight-unit mast that stay closed are elastic, so that there is one solution.
+    Contacts of an eight-unit mast that stay closed are elastic, so that the solution is unique.
     """
     step, seen = 1e-4, 0
     driver, _, _ = make_driver(plan(chain()), Options(1.0, start="in-contact", step=step))
@@ -115,7 +115,7 @@ def test_impulses_by_pivoting():
 
 
 def test_every_step_of_a_long_array_is_solved():
-    """Invariant: where Newton's method cycles, the few contacts that keep changing their modes are pivoted, the others not."""
+    """Contract: where Newton's method cycles, only the few contacts that change their modes are pivoted."""
     joint = sd.Clearance(1e-4, damping=sd.Flores(0.7), friction=sd.LuGre(kinetic=0.1), contact="hard")
     arm = sd.scissor(units=64, bar_length=0.5, bar_mass=0.2, slider_mass=0.3, angle=sd.degrees(60), gravity=9.81)
     move = sd.Cycloidal(sd.degrees(60), sd.degrees(58), 2.0)
@@ -125,8 +125,8 @@ def test_every_step_of_a_long_array_is_solved():
     assert 0 < counts["pivots"] < 100 * counts["steps_solved_by_pivoting"]
 
 
-def test_the_automatic_step_of_the_solar_array():
-    """Cross-check: the shipped array runs without a warning, loses by impacts and friction what the compliant one loses.
+def test_automatic_step_of_the_solar_array():
+    """Cross-check: the example runs without a warning and dissipates as much as with compliant contact.
 
     Compliant runs at 1e-6 to 1e-9 lose 0.2305 to 0.2313 J by friction and 0.0059 to 0.0065 J in impacts (docs/decisions/0021).
     """
@@ -144,7 +144,7 @@ def test_the_automatic_step_of_the_solar_array():
 
 
 def test_hard_contact_between_bars_that_bend():
-    """Identity: with bars that bend the energy balance of impacts and friction closes."""
+    """Identity: with bending bars the energy balance of impacts and friction closes."""
     gap = sd.Clearance(1e-5, journal_radius=5e-3, damping=sd.Flores(0.7), friction=sd.LuGre(kinetic=0.1), contact="hard")
     arm = sd.scissor(units=2, bar_length=0.5, bar_mass=0.2983, slider_mass=0.3, angle=sd.degrees(60), gravity=0.0)
     bent = sd.with_bending(arm.with_clearance("O", gap), section="tube 20x20x1 mm", material="steel").driven(speed=sd.rpm(20))
@@ -162,7 +162,7 @@ OIL = sd.Clearance(1e-4, journal_radius=1e-2, bearing_length=2e-2, lubrication=s
 
 
 def shaft(mass: float = MASS, spin: float = 30.0, **parts: Any) -> Mechanism:
-    """A shaft beside the mass whose contact is hard, so that time stepping moves both."""
+    """Return a shaft next to a mass with hard contact, so that time stepping moves both."""
     joints = (WIDE, *parts.pop("joints", ()))
     bodies = (
         Body("free", 1.0, None, {"c": (0.0, 0.0)}),
@@ -172,14 +172,14 @@ def shaft(mass: float = MASS, spin: float = 30.0, **parts: Any) -> Mechanism:
 
 
 def run_of(one: Mechanism, until: float, **how: Any) -> xr.Dataset:
-    """A run of it that is complete."""
+    """Return a complete run."""
     run = sd.simulate(one, until=until, start="as-placed", samples=101, **how)
     assert run.attrs["status"] == "complete"
     return run
 
 
-def test_a_bushing_decays_by_the_exponential_of_its_damping() -> None:
-    """Closed form: v = exp(-D t/m) v_0 + (1 - exp(-D t/m)) D^-1 m g, its angle alike, of the second order in the step."""
+def test_bushing_decays_exponentially() -> None:
+    """Closed form: v = exp(-D t/m) v_0 + (1 - exp(-D t/m)) D^-1 m g, and the same for the angle, with second order."""
     damping, around, t = np.array([[800.0, 300.0], [300.0, 500.0]]), 0.6, 0.01
     bushing = Bushing(
         "bushing",
@@ -202,8 +202,8 @@ def test_a_bushing_decays_by_the_exponential_of_its_damping() -> None:
     assert far == pytest.approx(last * 1.2, rel=1e-2)  # steps of up to 60 times the time of decay
 
 
-def test_a_film_as_with_controlled_error() -> None:
-    """Cross-check: the path of a journal that sinks into its oil against Rosenbrock steps of controlled error, order two."""
+def test_film_with_time_stepping() -> None:
+    """Cross-check: a journal sinks into its oil as with controlled error, with second order in the step."""
     oiled = Revolute("oiled", ("shaft", "c"), ("ground", "o"), OIL)
     one = shaft(20.0, 0.0, joints=(oiled,))
     exact = run_of(one.with_clearance("wide", sd.Clearance(10.0, journal_radius=11.0)), 0.05, method="rodas5p", rtol=1e-10)
@@ -221,8 +221,8 @@ def test_a_film_as_with_controlled_error() -> None:
     assert 3.5 < deviation[0] / deviation[1] < 4.5
 
 
-def test_a_film_beside_hard_contact_at_the_default_step() -> None:
-    """Limit: least film and what oil loses in a scissor mast, as with a step of a tenth; explicit in oil, 9 um for 2.7."""
+def test_film_and_hard_contact_at_the_default_step() -> None:
+    """Limit: smallest film and loss in a scissor mast agree with those of a step of a tenth."""
     arm = sd.scissor(units=3, bar_length=0.5, bar_mass=0.5, slider_mass=0.3, angle=sd.degrees(50), gravity=9.81)
     dry = sd.Clearance(1e-4, journal_radius=5e-3, damping=sd.Flores(0.7), friction=sd.Ambrosio(kinetic=0.1), contact="hard")
     arm = arm.with_clearance("unit 1/pivot", dry).with_clearance("unit 2/pivot", OIL)

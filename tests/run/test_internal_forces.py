@@ -1,4 +1,4 @@
-"""Along bars that bend: internal forces by equilibrium, deflection and buckling by closed forms, and their measures."""
+"""Internal forces, deflection and buckling of bending bars, by equilibrium and closed forms, and their measures."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ RIGIDITY = 100.0
 
 
 def clamped(elements: int, *, gravity: float = 0.0, **options: object) -> sd.Mechanism:
-    """A bar of 1 m clamped at the origin."""
+    """Return a bar of 1 m clamped at the origin."""
     given = options or {"bending_stiffness": RIGIDITY, "axial_stiffness": 1e7}
     mass = 7850.0 * 4e-4 if options else 1.0
     return sd.with_bending(on_pin(sd.bar("bar", length=1.0, mass=mass), gravity=gravity), elements=elements, **given)
 
 
 def still(mechanism: sd.Mechanism) -> sd.simulate:
-    """In static equilibrium."""
+    """Return a run in static equilibrium."""
     return sd.simulate(mechanism, until=1e-6, samples=2, start="static")
 
 
 def by_modes(*loads: sd.Force, **options: float) -> sd.Mechanism:
-    """A bar of 1 m and 1 kg by modes, clamped at the origin by its drive."""
+    """Return a bar of 1 m and 1 kg with modes, clamped at the origin by its drive."""
     given = {"bending_stiffness": RIGIDITY, "axial_stiffness": 1e7, "modes": 8} | options
     return sd.with_bending(on_pin(sd.bar("bar", length=1.0, mass=1.0), *loads), **given)
 
@@ -58,16 +58,16 @@ def test_internal_forces_of_a_bar_by_modes_are_in_equilibrium(modes: int, axial:
 
 
 @pytest.mark.parametrize("force", [(1000.0, 0.0), (-1000.0, 0.0)])
-def test_a_force_along_a_bar_is_its_axial_force_up_to_where_it_acts(force: tuple[float, float]) -> None:
-    """Contract: in the half before the force all of it, none beyond."""
+def test_axial_force_up_to_a_load(force: tuple[float, float]) -> None:
+    """Closed form: the axial force is the load up to its point, and zero beyond."""
     made = by_modes(sd.Force("push", ("bar", "middle"), force)).driven(speed=0.0)
     found = sd.internal_forces(still(made), made, places=[0.0, 0.2, 0.499, 0.501, 1.0])["axial_force"].isel(time=0, bar=0)
     assert found.values == pytest.approx([force[0]] * 3 + [0.0] * 2, abs=1e-5)
 
 
 @pytest.mark.parametrize("units", [1, 2])
-def test_a_moving_array_of_bars_by_modes_has_free_ends(units: int) -> None:
-    """Identity: Newton's law of the whole bar: nothing at free ends, no moment at pins, the reaction at the driven end."""
+def test_free_ends_of_a_moving_array(units: int) -> None:
+    """Identity: free ends carry no force, pins no moment, and the driven end the reaction."""
     arm = sd.scissor(units=units).with_clearance("A", sd.Clearance(0.5e-3))
     made = sd.with_bending(arm, section="tube 60x60x1.56 mm", material="steel", modes=4).driven(speed=sd.rpm(150))
     run = sd.simulate(made, until=4e-3, samples=41)
@@ -82,8 +82,8 @@ def test_a_moving_array_of_bars_by_modes_has_free_ends(units: int) -> None:
 
 
 @pytest.mark.parametrize("load", [0.1, 10.0])
-def test_a_tip_force_is_in_equilibrium_with_every_section(load: float) -> None:
-    """Identity: M = P (x_tip - x), N = P sin(angle), Q = P cos(angle) along a bar that is bent far."""
+def test_internal_forces_of_a_chain_of_elements(load: float) -> None:
+    """Identity: M = P (x_tip - x), N = P sin(angle), Q = P cos(angle) along a bar that bends far."""
     made = clamped(4)
     push = sd.Force("push", ("bar/4", "end"), (0.0, RIGIDITY * load))
     made = made.with_parts({"components": (*made.components, push)}).driven(speed=0.0)
@@ -99,8 +99,8 @@ def test_a_tip_force_is_in_equilibrium_with_every_section(load: float) -> None:
     assert float(run["bar_largest_bending_moment_place"].item()) == 0.0
 
 
-def test_the_deflection_of_a_bar_on_two_pins() -> None:
-    """Closed form: 5 w L^4/(384 EI) in the middle, w L^2/8 there, w L/2 at the ends, with the depth to the stress."""
+def test_deflection_of_a_bar_on_two_pins() -> None:
+    """Closed form: deflection 5 w L^4/(384 EI), moment w L^2/8 and its stress at the middle, shear force w L/2 at the ends."""
     slot = sd.Guide("end", ("bar", "end"), (0.0, 0.0), 0.0)
     made = on_pin(sd.bar("bar", length=1.0, mass=7850.0 * 4e-4), guides=(slot,), gravity=9.81)
     made = sd.with_bending(made, section="solid 20x20 mm", material="steel", elements=16)
@@ -121,7 +121,7 @@ def test_the_deflection_of_a_bar_on_two_pins() -> None:
 
 
 def test_heated_bars_bend_without_forces() -> None:
-    """Closed form: an arc of curvature alpha dT/h, whose sagitta is the deflection; nothing is stressed."""
+    """Closed form: an arc of curvature alpha dT/h without stress; the deflection is its sagitta."""
     made = clamped(2, section="solid 20x20 mm", material="steel", temperature_difference=30.0).driven(speed=0.0)
     found = sd.internal_forces(still(made), made, places=[0.25, 0.5]).isel(time=0, bar=0)
     radius = 0.02 / (12e-6 * 30.0)
@@ -130,8 +130,8 @@ def test_heated_bars_bend_without_forces() -> None:
     assert np.all(np.abs(found["bending_moment"].values) < 1e-8)
 
 
-def test_the_array_has_moments_that_pins_end() -> None:
-    """Identity: free ends carry nothing, a pin at a bar's end no moment; the places are those asked for, the largest found."""
+def test_moments_of_an_array_end_at_pins() -> None:
+    """Identity: a pin at a bar's end carries no moment; the largest values of the run are found at 17 points."""
     arm = sd.scissor(units=1, bar_length=2.0, bar_mass=5.68)
     arm = sd.with_bending(arm, section="tube 60x60x1.56 mm", material="steel", elements=4).driven(speed=1.0)
     run = sd.simulate(arm, until=2e-3, samples=21)
@@ -147,8 +147,8 @@ def test_the_array_has_moments_that_pins_end() -> None:
         np.testing.assert_allclose(largest, np.abs(fine[name]).max(dim=("time", "place")), rtol=1e-9)
 
 
-def test_what_has_no_internal_forces_is_refused() -> None:
-    """Bad input: rigid bars, a place beyond the bar, a bar of another name."""
+def test_refused_internal_forces() -> None:
+    """Contract: rigid bars, a point beyond the bar and an unknown bar are refused."""
     rigid = sd.scissor(units=1).driven(speed=1.0)
     run = sd.simulate(rigid, until=1e-4, samples=3)
     assert "bar" not in run.dims
@@ -167,8 +167,8 @@ TUBE = {"bending_stiffness": 43620.7, "axial_stiffness": 76579776.0}
 
 @pytest.mark.parametrize("modes", [2, 6, 8, 24])
 @pytest.mark.parametrize(("load", "within"), [("end", 0.003), ("middle", 0.045), ("weight", 0.007)])
-def test_a_clamped_bar_extends_as_by_its_closed_form(load: str, within: float, modes: int) -> None:
-    """Closed form: F L/(EA), F L/(2 EA) at the middle, m g L/(2 EA); the direction of the drive itself has no strain."""
+def test_extension_of_a_clamped_bar(load: str, within: float, modes: int) -> None:
+    """Closed form: F L/(EA), F L/(2 EA) for a force at the middle, m g L/(2 EA) for the weight."""
     force, body = 1000.0, "bar/1" if load == "middle" else "bar/2"
     push = sd.Force("push", ("bar", load), (force, 0.0))
     made = by_modes(*([push] if load != "weight" else []), modes=modes, **TUBE)
@@ -189,17 +189,17 @@ OVER = {"A.clearance": [0.1e-3, 0.4e-3]}
 
 
 def rigid() -> sd.Mechanism:
-    """A scissor with a clearance joint."""
+    """Return a scissor with a clearance joint."""
     return sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=sd.rpm(60))
 
 
 def bent(**more: Any) -> sd.Mechanism:
-    """The same of steel tubes."""
+    """Return the scissor with bars of steel tubes."""
     return sd.with_bending(rigid(), **({"section": "tube 60x60x1.56 mm", "material": "steel", "modes": 1} | more))
 
 
-def test_they_are_those_of_a_run() -> None:
-    """Cross-check: run, summary and a second road to the stress, from axial force and moment along the bars."""
+def test_measures_of_bending_bars() -> None:
+    """Cross-check: measures of a batch, run and summary agree; the stress also follows from axial force and moment."""
     batch = sd.simulate_many(bent(), OVER, until=0.01, measures=tuple(NAMES))
     run = sd.simulate(bent().replace("A.clearance", 0.4e-3), until=0.01)
     last = batch.isel(case=1)
@@ -223,15 +223,15 @@ def test_they_are_those_of_a_run() -> None:
         (bent(section=None, material=None, bending_stiffness=4e4, axial_stiffness=7e7), "peak_bar_stress", "youngs_modulus"),
     ],
 )
-def test_what_has_none_is_refused(mechanism: sd.Mechanism, measure: str, said: str) -> None:
-    """Errors: no bars that bend; no material."""
+def test_refused_measures_of_bars(mechanism: sd.Mechanism, measure: str, said: str) -> None:
+    """Contract: measures of bars need bending bars, those of stress a material."""
     with pytest.raises(InputError, match=said):
         sd.simulate_many(mechanism, OVER, until=0.01, measures=(measure,))
 
 
 @pytest.mark.parametrize("kind", [{"modes": 1}, {"elements": 2}])
-def test_they_are_the_same_on_any_threads_and_of_members(kind: dict[str, int]) -> None:
-    """Cross-check: bits on one and two threads; members differ from the unperturbed start by what round-off makes."""
+def test_measures_on_threads_and_of_members(kind: dict[str, int]) -> None:
+    """Identity: two threads give the same bits; members differ from the unperturbed start by the growth of round-off."""
     mechanism = bent(**({"modes": "auto"} | kind))
     one, two = (sd.simulate_many(mechanism, OVER, until=2e-3, measures=tuple(NAMES), threads=count) for count in (1, 2))
     xr.testing.assert_equal(one[list(NAMES)], two[list(NAMES)])
@@ -246,8 +246,8 @@ def test_they_are_the_same_on_any_threads_and_of_members(kind: dict[str, int]) -
 @pytest.mark.parametrize("kind", [{"modes": 8}, {"elements": 8}])
 @pytest.mark.parametrize("points", [("start", "end"), ("start", "middle", "end")])
 @pytest.mark.parametrize("named", [("start", "end"), ("start", "middle", "end")])
-def test_a_pinned_bar_buckles_at_one(kind: dict[str, int], points: tuple[str, ...], named: tuple[str, ...]) -> None:
-    """Closed form: Euler's load pi^2 EI/l^2 between supports of a heated bar; points without a support are no ends of spans."""
+def test_buckling_ratio_of_a_pinned_bar(kind: dict[str, int], points: tuple[str, ...], named: tuple[str, ...]) -> None:
+    """Closed form: Euler's load pi^2 EI/l^2 between supports of a heated bar; points without a support do not divide it."""
     rigidity, axial, expansion, rise = 100.0, 1e7, 1e-5, 3.0
     load, critical = axial * expansion * rise, rigidity * (np.pi * (len(points) - 1)) ** 2
     whole = sd.bar("bar", length=1.0, mass=1.0)
@@ -277,8 +277,8 @@ def test_a_pinned_bar_buckles_at_one(kind: dict[str, int], points: tuple[str, ..
 
 @pytest.mark.parametrize("kind", [{"modes": 8}, {"elements": 8}])
 @pytest.mark.parametrize("part", [0.3, 0.9])
-def test_the_ratio_of_a_bar_counts_how_it_is_held(kind: dict[str, int], part: float) -> None:
-    """Closed form: a cantilever at a part of pi^2 EI/(4 L^2), a sixteenth of that of half a bar between pins."""
+def test_buckling_ratio_of_a_cantilever(kind: dict[str, int], part: float) -> None:
+    """Closed form: a cantilever under a part of its buckling load pi^2 EI/(4 L^2)."""
     critical = np.pi**2 * 100.0 / 4.0
     push = sd.Force("push", ("bar", "end"), (-part * critical, 0.0))
     column = on_pin(sd.bar("bar", length=1.0, mass=1.0), push)
@@ -287,8 +287,8 @@ def test_the_ratio_of_a_bar_counts_how_it_is_held(kind: dict[str, int], part: fl
     assert float(run["bar_largest_buckling_ratio"][0]) == pytest.approx(part, rel=1e-3)
 
 
-def test_the_ratio_of_an_array_is_that_of_the_frame() -> None:
-    """Second road: linear buckling of two units of tubes under their weight; a pin alone bears five times as much."""
+def test_buckling_ratio_of_an_array() -> None:
+    """Second formulation: linear buckling of two units of tubes under their weight."""
     tubes = sd.with_bending(sd.scissor(units=2), bending_stiffness=42743.0, axial_stiffness=7.5e7, modes=4).driven(speed=0.0)
     run = sd.simulate(tubes, until=1e-6, samples=2, start="static")
     factor = float(sd.buckling(tubes)["load_factor"][0])
@@ -296,8 +296,8 @@ def test_the_ratio_of_an_array_is_that_of_the_frame() -> None:
 
 
 @pytest.mark.parametrize("kind", [{"modes": 4}, {"elements": 4}])
-def test_the_ratio_of_a_servo_is_that_of_a_drive(kind: dict[str, int]) -> None:
-    """Cross-check: a stiff servo and a drive on the same motion; its stiffness is no stiffness of the bars."""
+def test_buckling_ratio_with_a_servo(kind: dict[str, int]) -> None:
+    """Cross-check: a stiff servo gives the ratio of a drive with the same motion."""
     tubes = sd.with_bending(sd.scissor(units=2), bending_stiffness=42743.0, axial_stiffness=7.5e7, **kind)
     motion = sd.Cycloidal(sd.degrees(45), sd.degrees(40), 0.05)
     held = tubes.controlled(sd.PID(4e6, derivative=4e3, limit=1e6), reference=motion)
@@ -308,8 +308,8 @@ def test_the_ratio_of_a_servo_is_that_of_a_drive(kind: dict[str, int]) -> None:
     assert ratios[1] == pytest.approx(ratios[0], rel=0.05)
 
 
-def test_a_strut_beyond_its_buckling_load_is_said() -> None:
-    """Closed form: a force of 1.1 pi^2 EI/L^2 that acts at once doubles in the bar, and is said to buckle it."""
+def test_warning_of_a_buckling_strut() -> None:
+    """Closed form: a sudden force of 1.1 pi^2 EI/L^2 at most doubles in the bar, and the run warns of buckling."""
     critical = np.pi**2 * 100.0
     push = sd.Force("push", ("bar", "end"), (-1.1 * critical, 0.0))
     strut = on_pin(sd.bar("bar", length=1.0, mass=1.0), push, guides=(sd.Guide("end", ("bar", "end")),))
@@ -318,8 +318,8 @@ def test_a_strut_beyond_its_buckling_load_is_said() -> None:
     assert "the force at which the mechanism buckles" in run.attrs["warnings"]
 
 
-def test_stiffness_is_a_number_of_the_mechanism(tmp_path: Path) -> None:
-    """Cross-check: bending stiffness by a distribution, in one plan, gives the bits of single runs."""
+def test_study_of_a_random_stiffness(tmp_path: Path) -> None:
+    """Identity: a study with random bending stiffness gives the bits of single runs."""
     case, address = tmp_path / "bent.toml", "unit 1/bar 1/beam.bending_stiffness"
     sd.write_case(bent(), case, run=Options(until=2e-3))
     given = {address: sd.Normal(42e3, 2e3)}
@@ -330,8 +330,8 @@ def test_stiffness_is_a_number_of_the_mechanism(tmp_path: Path) -> None:
         np.testing.assert_array_equal(found["peak_deflection"][each].values, expected)
 
 
-def test_a_study_asks_for_utilisation(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Cross-check: a requirement between the utilisations of two clearances is met by one of them, as runs say."""
+def test_study_with_a_requirement_on_utilisation(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Cross-check: the utilisations of a study with a requirement are those of a batch."""
     case, store = tmp_path / "bent.toml", tmp_path / "bent.db"
     sd.write_case(bent(), case, run=Options(until=0.01))
     used = sd.simulate_many(bent(), OVER, until=0.01, measures=("peak_utilisation",))["peak_utilisation"].max("bar").values

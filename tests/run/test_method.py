@@ -1,4 +1,4 @@
-"""Which integrator a run takes on its own, and runs of which only the motion is wanted."""
+"""Automatic choice of the integrator, and runs without energies."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ FRICTIONLESS = sd.NoFriction()
 
 
 def _array(*, modes: int = 0, friction: sd.Friction = FRICTIONLESS) -> sd.Mechanism:
-    """The paper's array, frictionless unless said, with bars that bend if they have modes."""
+    """Return the paper's array with a friction law, with bending bars if modes are given."""
     made = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3, friction=friction))
     return (sd.with_bending(made, **TUBE, modes=modes) if modes else made).driven(speed=sd.rpm(150))
 
 
 def assert_chosen(mechanism: sd.Mechanism, method: str, options: Options) -> None:
-    """The method is taken, and its run starts as one that is asked for it: what the choice looked at is left as it was."""
+    """Check the chosen method, and that the choice leaves the start of the run unchanged."""
     driver, _, choice = make_driver(plan(mechanism), options)
     asked, _, _ = make_driver(plan(mechanism), replace(options, method=method))
     assert choice.method == driver.method == method
@@ -51,7 +51,7 @@ def assert_chosen(mechanism: sd.Mechanism, method: str, options: Options) -> Non
     ],
 )
 def test_integrator_of_a_start(bent: bool, start: StartKind, method: str) -> None:
-    """Contract: explicit steps where contacts that are closed at the start open at once, as those of bars that bend may."""
+    """Contract: explicit steps if contacts that are closed at the start open at once, as those of bending bars may."""
     assert_chosen(_array(modes=2 if bent else 0), method, Options(1e-3, start=start))
 
 
@@ -99,8 +99,8 @@ def test_a_slow_motion_steps_across_vibrations_at_rest() -> None:
 
 
 @pytest.mark.parametrize(("modes", "method"), [(2, "rodas5p"), (24, "dop853")])
-def test_bristles_beside_many_modes(modes: int, method: str) -> None:
-    """Contract: explicit steps beside friction with internal states where implicit ones need large matrices."""
+def test_integrator_of_bristles_and_modes(modes: int, method: str) -> None:
+    """Contract: explicit steps for friction with states where implicit ones need large matrices."""
     bent = _array(modes=modes, friction=sd.LuGre(kinetic=0.1))
     assert make_driver(plan(bent), Options(1e-3))[2].method == method
 
@@ -109,8 +109,8 @@ def test_bristles_beside_many_modes(modes: int, method: str) -> None:
     ("friction", "reason"),
     [(sd.law("friction", "coulomb")(0.1), "is steep about zero slip speed"), (sd.LuGre(kinetic=0.1), "has internal states")],
 )
-def test_why_friction_asks_for_implicit_steps(friction: sd.Friction, reason: str) -> None:
-    """Contract: the reason is that of the law: of its states, or of its ramp where it has none."""
+def test_reason_for_implicit_steps_with_friction(friction: sd.Friction, reason: str) -> None:
+    """Contract: the reason names the states of the friction law, or its ramp if it has none."""
     chosen = make_driver(plan(_array(friction=friction)), Options(1e-3))[2]
     assert chosen.method == "rodas5p"
     assert f"the friction law of joint 'A' {reason}" in chosen.reason
@@ -118,7 +118,7 @@ def test_why_friction_asks_for_implicit_steps(friction: sd.Friction, reason: str
 
 @pytest.mark.parametrize(("start", "until"), [("in-contact", 2e-3), ("static", 2e-2)])
 def test_explicit_steps_are_cheaper_from_contact(start: StartKind, until: float) -> None:
-    """Identity: both integrators find the same motion of bars from contact; the chosen one is cheaper."""
+    """Cross-check: both integrators find the same motion of bars from contact; the chosen one needs no Jacobians."""
     runs = {method: sd.simulate(_array(modes=2), until=until, start=start, method=method) for method in ("auto", "rodas5p")}
     chosen, stiff = (counts_of(run) for run in runs.values())
     assert chosen["jacobians"] == 0
@@ -140,14 +140,14 @@ def test_explicit_steps_are_cheaper_from_contact(start: StartKind, until: float)
     ],
 )
 def test_integrator_of_a_film(clearance: float, viscosity: float, bearing: Any, method: str) -> None:
-    """Contract: by how stiff the film gets before metal touches; nothing of the mechanism is left changed."""
+    """Contract: the method depends on the stiffness of the film before metal touches; the choice changes nothing."""
     oil = sd.Lubrication(viscosity=viscosity, bearing=bearing)
     gap = sd.Clearance(clearance, friction=FRICTIONLESS, lubrication=oil)
     assert_chosen(sd.scissor(units=2).with_clearance("A", gap).driven(speed=sd.rpm(150)), method, Options(1e-3))
 
 
 def test_steps_through_a_film() -> None:
-    """Second road: a mass that is pressed through a long bearing's film, its stable steps as an integral over time."""
+    """Second formulation: a mass pressed through a long bearing's film; the number of stable steps as an integral over time."""
     mass, clearance, roughness = 140.0, 4e-5, 4e-7
     oil = sd.Lubrication(viscosity=5e-4, bearing="long", roughness=roughness, asperities=0.0)
     gap = sd.Clearance(clearance, journal_radius=0.02, bearing_length=0.04, friction=FRICTIONLESS, lubrication=oil)
@@ -171,8 +171,8 @@ def test_steps_through_a_film() -> None:
 
 
 @pytest.mark.parametrize("modes", [4, 16])
-def test_the_fastest_modes_of_many_states(modes: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Cross-check: by products with the Jacobian as by all of its eigenvalues; a servo on a bar that bends is stiff."""
+def test_fastest_modes_of_many_states(modes: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Cross-check: products with the Jacobian give the fastest modes of all its eigenvalues."""
     bent = sd.with_bending(
         sd.scissor(units=2).with_clearance("all", sd.Clearance(1e-4, friction=FRICTIONLESS)), **TUBE, modes=modes
     )
@@ -188,8 +188,8 @@ def test_the_fastest_modes_of_many_states(modes: int, monkeypatch: pytest.Monkey
     assert found[0][1] == pytest.approx(found[10**6][1], rel=0.05)
 
 
-def test_stiff_steps_beside_contacts_do_not_follow_axial_waves(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Limit: a servo on bars that bend, with contacts, against the same at 1e-11; half of the steps of equal weights."""
+def test_stiff_steps_do_not_resolve_axial_waves(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Limit: contacts agree with a run at 1e-11, with 60 % of the steps of equal error weights."""
     bent = sd.with_bending(sd.scissor(units=2).with_clearance("A", sd.Clearance(1e-4, friction=FRICTIONLESS)), **TUBE, modes=4)
     servo = bent.controlled(sd.PID(2e4, derivative=3500.0), speed=sd.rpm(50))
     steps, starts, peaks = [], [], []
@@ -208,7 +208,7 @@ def test_stiff_steps_beside_contacts_do_not_follow_axial_waves(monkeypatch: pyte
 
 
 def arrays() -> dict[str, sd.Mechanism]:
-    """The paper's array with friction at one joint, falling under delayed feedback, and with clearance everywhere."""
+    """Return the paper's array with friction, falling under delayed feedback, and with clearance everywhere."""
     arm = sd.scissor(units=2)
     friction = sd.Clearance(0.5e-3, friction=sd.LuGre(kinetic=0.1))
     driven = arm.driven(speed=sd.rpm(150))
@@ -223,8 +223,8 @@ def arrays() -> dict[str, sd.Mechanism]:
 
 @pytest.mark.parametrize("method", ["dop853", "dopri5", "rodas5p", "rodas4p"])
 @pytest.mark.parametrize("name", ["friction", "delay", "everywhere"])
-def test_the_motion_does_not_depend_on_it(name, method):
-    """Identity: bit for bit the same samples, steps and instants of contact, with fewer evaluations and no energies."""
+def test_motion_without_energies(name, method):
+    """Identity: without energies samples, steps and contact instants are the same bit for bit, with fewer evaluations."""
     options = Options(0.02, samples=101, method=method, rtol=1e-6, atol=1e-6)
     whole, motion = (compute(plan(arrays()[name]), options, monitor=on, record_steps=True) for on in (True, False))
     assert whole.status == "complete"

@@ -1,4 +1,4 @@
-"""Files of results: whole or not at all, never in the place of something else, and what cannot be read as one."""
+"""Files of results: written completely or not at all, never over other files; and files that cannot be read as results."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from scissordyn.run.simulate import compute_results
 
 @pytest.fixture
 def run() -> xr.Dataset:
-    """A dataset of half a megabyte with the attributes of a run."""
+    """Return a dataset of half a megabyte with the attributes of a run."""
     values = {"position": ("time", np.linspace(0.0, 1.0, 60_000)), "joint": ("joint", ["A", "B"])}
     return xr.Dataset(values, attrs={"title": "scissordyn run", "configuration": "{}"})
 
@@ -46,8 +46,8 @@ except sd.InputError as error:
 
 
 @pytest.mark.parametrize("room", [0, 1000, 100_000, 400_000])
-def test_a_full_disk_is_an_error_of_one_line(run: xr.Dataset, tmp_path: Path, room: int) -> None:
-    """Contract: where there is no room an error says so, the process goes on, and what was there before is still there."""
+def test_full_disk(run: xr.Dataset, tmp_path: Path, room: int) -> None:
+    """Contract: the error names the reason, the process continues, and the previous file stays."""
     whole, target = save(run, tmp_path / "whole.nc"), tmp_path / "folder" / "run.nc"
     target.parent.mkdir()
     small = save(run.isel(time=slice(0, 2)), target).read_bytes()
@@ -60,8 +60,8 @@ def test_a_full_disk_is_an_error_of_one_line(run: xr.Dataset, tmp_path: Path, ro
     assert target.read_bytes() == small
 
 
-def test_what_is_written_is_what_is_read(run: xr.Dataset, tmp_path: Path) -> None:
-    """Contract: a result is replaced by the next one, links are followed, and the user's mask of permissions holds."""
+def test_written_file_is_read_back(run: xr.Dataset, tmp_path: Path) -> None:
+    """Contract: a result is replaced by the next one, links are followed, and the user's permission mask is applied."""
     target, link = tmp_path / "run.nc", tmp_path / "link.nc"
     link.symlink_to(target)
     before = os.umask(0o027)
@@ -75,8 +75,8 @@ def test_what_is_written_is_what_is_read(run: xr.Dataset, tmp_path: Path) -> Non
     xr.testing.assert_identical(load(save(run.isel(time=slice(0, 5)), target)), run.isel(time=slice(0, 5)))
 
 
-def test_the_mask_of_the_process_is_left_alone(run: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Contract: it belongs to all threads, which would make files that anybody may write meanwhile."""
+def test_permission_mask_is_not_changed(run: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Contract: the permission mask is never changed, as it belongs to all threads."""
 
     def changed(_: int) -> int:
         raise AssertionError
@@ -86,7 +86,7 @@ def test_the_mask_of_the_process_is_left_alone(run: xr.Dataset, tmp_path: Path, 
 
 
 def test_texts_that_netcdf_cannot_hold(run: xr.Dataset, tmp_path: Path) -> None:
-    """Contract: a NUL in a name does not lose the run; it stands there as its code."""
+    """Contract: a NUL in a name is stored as its code."""
     names = ["A\0B", "B", "é\x1b[31m"]
     named = run.drop_vars("joint").assign_coords(joint=("joint", np.array(names, dtype=object)))
     named["cause"] = ("joint", np.array([f"joint '{name}'" for name in names], dtype=object))
@@ -98,7 +98,7 @@ def test_texts_that_netcdf_cannot_hold(run: xr.Dataset, tmp_path: Path) -> None:
 
 
 def test_control_c_while_writing_loses_nothing(run: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Contract: it counts once the file is whole."""
+    """Contract: Ctrl-C takes effect once the file is complete."""
     flush, calls = os.fsync, []
 
     def interrupted(handle: int) -> None:
@@ -126,8 +126,8 @@ output_file.write_file(sys.argv[1], b"half")
 """
 
 
-def test_what_killed_writers_left_is_removed(tmp_path: Path) -> None:
-    """Contract: the next writer of a file removes what a killed one left beside it, but not what another one is writing."""
+def test_remains_of_killed_writers_are_removed(tmp_path: Path) -> None:
+    """Contract: a writer removes the remains of a killed writer of the same file, but not the file of an active one."""
     target = tmp_path / "run.nc"
     writers = [
         subprocess.Popen([sys.executable, "-c", KILLED, str(target)], stdout=subprocess.PIPE, text=True) for _ in range(2)
@@ -148,8 +148,8 @@ def test_what_killed_writers_left_is_removed(tmp_path: Path) -> None:
     assert target.read_bytes() == b"whole"
 
 
-def test_what_is_not_ours_is_not_overwritten(run: xr.Dataset, tmp_path: Path) -> None:
-    """Contract: texts, other programs' HDF5 files, half a file, devices, pipes and folders stay; an empty file does not."""
+def test_other_files_are_not_overwritten(run: xr.Dataset, tmp_path: Path) -> None:
+    """Contract: texts, other HDF5 files, half a file, devices, pipes and folders are kept; an empty file is replaced."""
     with h5py.File(tmp_path / "foreign.nc", "w") as foreign:
         foreign["x"] = 1.0
     (tmp_path / "case.TOML").write_text("[structure]\n")
@@ -177,8 +177,8 @@ def test_what_is_not_ours_is_not_overwritten(run: xr.Dataset, tmp_path: Path) ->
     assert all(load(tmp_path / name).equals(run) for name in ("empty.nc", "whole.nc", "half.nc"))
 
 
-def test_a_dataset_without_a_title_is_ours_as_well(tmp_path: Path) -> None:
-    """Contract: what was saved can be saved again."""
+def test_dataset_without_a_title(tmp_path: Path) -> None:
+    """Contract: a saved dataset without a title can be saved again."""
     table = xr.Dataset({"x": ("n", [1.0, 2.0])})
     save(table, tmp_path / "table.nc")
     save(2.0 * table, tmp_path / "table.nc")
@@ -186,7 +186,7 @@ def test_a_dataset_without_a_title_is_ours_as_well(tmp_path: Path) -> None:
 
 
 def test_pictures_replace_pictures_only(tmp_path: Path) -> None:
-    """Contract: by what a file begins with."""
+    """Contract: a picture is replaced if the file begins as a picture of its format."""
     beginnings = {"png": b"\x89PNG\r\n\x1a\n", "gif": b"GIF89a", "svg": b"<?xml ", "mp4": b"\0\0\0 ftyp"}
     beginnings["html"] = b"<!DOCTYPE html>"
     for ending, begins in beginnings.items():
@@ -198,7 +198,7 @@ def test_pictures_replace_pictures_only(tmp_path: Path) -> None:
             check_target(target)
 
 
-def test_what_has_no_end_is_not_read(tmp_path: Path) -> None:
+def test_devices_and_pipes_are_not_read(tmp_path: Path) -> None:
     """Contract: a device and a pipe without a writer are refused at once."""
     os.mkfifo(tmp_path / "pipe")
     for path in ("/dev/zero", tmp_path / "pipe"):
@@ -206,8 +206,8 @@ def test_what_has_no_end_is_not_read(tmp_path: Path) -> None:
             load(path)
 
 
-def test_files_that_are_not_whole_leave_no_trace(run: xr.Dataset, tmp_path: Path) -> None:
-    """Contract: HDF5 reads or refuses 60 damaged files whose checksum is right, and nothing is printed or crashes."""
+def test_damaged_files_with_valid_checksums(run: xr.Dataset, tmp_path: Path) -> None:
+    """Contract: HDF5 reads or refuses 60 damaged files with valid checksums without printing or crashing."""
     code = """
 import random, sys
 from pathlib import Path
@@ -230,15 +230,13 @@ for _ in range(60):
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 
 
-def test_a_file_that_was_not_opened_is_closed() -> None:
-    """Contract: nothing is wrong with it if a signal came between its creation and its opening."""
+def test_closing_a_file_that_was_not_opened() -> None:
+    """Contract: closing is allowed if a signal came between creation and opening."""
     NetcdfFile.__new__(NetcdfFile).close()
 
 
-def test_an_interrupt_inside_the_library_is_no_broken_file(
-    run: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Contract: the library is asked once more, as an interrupt comes out of it once, as whatever exception."""
+def test_interrupt_inside_the_library(run: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Contract: a file is read again after an error, as an interrupt leaves the library once as any exception."""
     target = save(run, tmp_path / "run.nc")
     causes = iter([RuntimeError("interrupted")])
 
@@ -258,8 +256,8 @@ BESIDE = {"REFERENCE_LIST", "DIMENSION_LIST"}  # where in the file dimensions ar
 
 
 @pytest.mark.parametrize(("name", "reads"), [("case.toml", "sd.read_case"), ("study.db", "sd.open_study")])
-def test_another_file_names_what_reads_it(tmp_path: Path, name: str, reads: str) -> None:
-    """Limit: a case file or a study in place of a run leads to the function for it."""
+def test_case_or_study_instead_of_a_run(tmp_path: Path, name: str, reads: str) -> None:
+    """Contract: the error about a case file or a study names the function that reads it."""
     path = tmp_path / name
     path.write_text("", encoding="utf-8")
     with pytest.raises(sd.InputError, match=rf"as a run: .*for example {reads}\('.*{name}'\)"):
@@ -267,7 +265,7 @@ def test_another_file_names_what_reads_it(tmp_path: Path, name: str, reads: str)
 
 
 def stored(path: Path) -> list[Any]:
-    """What a file has by name: types, shapes, values that count as missing, attributes."""
+    """Return types, shapes, fill values and attributes of a file, by name."""
     with h5py.File(path) as file:
         parts = [
             (
@@ -283,13 +281,13 @@ def stored(path: Path) -> list[Any]:
 
 
 def case(name: str) -> Results:
-    """A short run of an example."""
+    """Return a short run of an example."""
     made = read_case(EXAMPLES / f"{name}.toml", ["run.until=3 ms", "run.samples=7"])
     return compute_results(made.mechanism, made.run)
 
 
 def no_case() -> Results:
-    """Kinds that few runs have: a NUL and half a surrogate, single precision, nothing along a dimension."""
+    """Return rare kinds of data: a NUL and half a surrogate, single precision, an empty dimension."""
     return Results(
         {
             "name": Variable(("name",), np.array(["a\0b", "\ud800"]), {}),
@@ -302,8 +300,8 @@ def no_case() -> Results:
 
 
 @pytest.mark.parametrize("name", ["paper", "four_bar", "self_deploying", ""])
-def test_the_file_is_that_of_the_dataset(tmp_path: Path, name: str) -> None:
-    """Cross-check by a second formulation: xarray writes the Dataset of the same results, and reads both."""
+def test_file_equals_that_of_xarray(tmp_path: Path, name: str) -> None:
+    """Second formulation: xarray writes the Dataset of the same results, and reads both."""
     results, files = case(name) if name else no_case(), [tmp_path / "direct.nc", tmp_path / "dataset.nc"]
     write_results(results, files[0])
     sd.save(results.dataset(), files[1])

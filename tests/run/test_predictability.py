@@ -14,7 +14,7 @@ import scissordyn as sd
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_horizon_against_a_much_tighter_run(kind):
-    """Cross-check by references at 1e-12 and 1e-13: at most 5 % late, at most 10 % early."""
+    """Cross-check: references at 1e-12 and 1e-13; the horizon is at most 5 % late and 10 % early."""
     found = judge(kind, 1)
     assert math.isfinite(found.said)
     assert math.isfinite(found.true), found.reason
@@ -23,21 +23,21 @@ def test_horizon_against_a_much_tighter_run(kind):
     assert found.cost <= (3.0 if found.said < 0.8 * found.end else 1.0 + 1000.0**0.2)
 
 
-def test_touch_that_both_runs_could_pass_in_the_same_way():
-    """Cross-check by the same references: with a hundredth of the tolerance the horizon is 58 % late."""
+def test_touch_that_both_runs_could_miss():
+    """Cross-check: both runs must not miss the same touch, which would make the horizon 58 % late."""
     found = judge("guide and pin, LuGre", 35)
     assert -EARLY <= found.late <= 0.01
 
 
 @pytest.fixture(scope="module")
 def crank():
-    """A free slider-crank with a bouncing pin, which is not predictable for long."""
+    """Return a free slider-crank with a bouncing pin, which is predictable for a short time only."""
     pin = sd.Clearance(2e-4, damping=sd.Flores(restitution=0.999))
     return sd.slider_crank(gravity=9.81, gravity_direction=0.3, angle=1.0).with_clearance("crank pin", pin)
 
 
 def test_samples_do_not_matter(crank):
-    """Identity: two samples and two thousand give the same horizon, and the samples are those asked for."""
+    """Identity: two samples and two thousand give the same horizon, and the samples are the requested ones."""
     few, many = (sd.simulate(crank, until=1.0, samples=samples, rtol=1e-6, atol=1e-6, trust=True) for samples in (2, 2001))
     assert many.attrs["predictability"] == "diverged"
     assert few.attrs["trusted_until"] == many.attrs["trusted_until"] < 0.9
@@ -46,26 +46,26 @@ def test_samples_do_not_matter(crank):
 
 
 def test_cost_of_few_steps():
-    """Limit: a ring that keeps its velocities takes two steps, and is not repeated in more pieces than it has steps."""
+    """Limit: a ring that keeps its velocities takes two steps, and is not repeated in more pieces than steps."""
     ring = sd.hoberman_ring().driven(speed=3.0)
     assert sd.simulate(ring, until=0.05, trust=True).attrs["predictability_cost"] <= 1.0 + 1000.0**0.2
 
 
 def test_trust_changes_nothing_else(crank):
-    """Identity: a run whose horizon is computed has the same numbers as without."""
+    """Identity: computing the horizon does not change the results."""
     plain, judged = (sd.simulate(crank, until=0.3, samples=31, trust=trust) for trust in (False, True))
     assert plain.equals(judged)
 
 
-def test_no_tighter_run_is_unknown(crank):
-    """Limit: at the smallest tolerance nothing tighter can be computed, so that the horizon is unknown, without numbers."""
+def test_horizon_at_the_smallest_tolerance(crank):
+    """Contract: at the smallest tolerance the horizon is unknown."""
     run = sd.simulate(crank, until=0.01, rtol=1e-14, atol=1e-14, samples=2, trust=True)
     assert run.attrs["predictability"].startswith("unknown: no tighter tolerance")
     assert not {"trusted_until", "trusted_contacts"} & run.attrs.keys()
 
 
 def test_second_run_that_breaks_off(crank):
-    """Contract: where the second run breaks off is said, and agreement is claimed until there only."""
+    """Contract: if the second run ends early, agreement is claimed up to its end only."""
     steps = 500
     while (run := sd.simulate(crank, until=0.2, most_steps=steps, samples=2, trust=True)).attrs["status"] != "complete":
         assert run.attrs["predictability"] == "unknown: the run is not complete"
@@ -76,8 +76,8 @@ def test_second_run_that_breaks_off(crank):
     assert run.attrs["trusted_until"] < 0.2
 
 
-def test_ideal_joints_have_a_horizon_too():
-    """Cross-check: a chaotic pendulum without any clearance is predictable for a while only."""
+def test_horizon_of_ideal_joints():
+    """Contract: a chaotic pendulum without clearance is predictable for a limited time."""
     case = horizon_case("ideal joints", 1)
     run = sd.simulate(case.mechanism, until=case.until, rtol=1e-6, atol=1e-6, samples=2, trust=True)
     assert run.attrs["predictability"] == "diverged"

@@ -1,4 +1,4 @@
-"""What kept results go by: every source that can enter the numbers, and the libraries below."""
+"""Provenance of stored results: every source that can affect them, and the libraries."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ ASK = "from scissordyn.file.provenance import provenance as p; print(p(), p({ski
 
 
 def asked(packages: Path, skip: tuple[str, ...]) -> tuple[str, str]:
-    """The digests of a copy of the package: for diagrams, and with other sources left out."""
+    """Return the digests of a copy of the package: for diagrams, and with other sources left out."""
     environment = {**os.environ, "PYTHONPATH": str(packages), "PYTHONDONTWRITEBYTECODE": "1"}
     command = [sys.executable, "-c", ASK.replace("{skip}", repr(skip))]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
@@ -33,7 +33,7 @@ def asked(packages: Path, skip: tuple[str, ...]) -> tuple[str, str]:
 
 
 def test_every_source_counts(tmp_path: Path) -> None:
-    """Contract: an edit in any room that can enter the numbers, old or new, changes the digest; one in a face does not."""
+    """Contract: an edit of any module that can affect results changes the digest; one of a display module does not."""
     copy = tmp_path / PACKAGE.name
     shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
     before = asked(tmp_path, SHOWN)
@@ -52,8 +52,8 @@ def test_every_source_counts(tmp_path: Path) -> None:
     assert asked(tmp_path, SHOWN) == before
 
 
-def test_what_is_left_out_is_not_imported() -> None:
-    """Contract: nothing that computes a kept number imports, itself or through others, a source that the digest leaves out."""
+def test_excluded_sources_are_not_imported() -> None:
+    """Contract: modules that compute stored results import no source that the digest excludes."""
     graph = grimp.build_graph("scissordyn", "scissordyn_paper")
     entries = {
         ("periodic.bifurcation", "periodic.ensemble", "periodic.lyapunov"): DISPLAY_ROOMS,
@@ -71,7 +71,7 @@ def test_what_is_left_out_is_not_imported() -> None:
 
 
 def upstream(graph: grimp.ImportGraph, module: str) -> set[str]:
-    """What a module imports, itself or through others; the package's own file, which names every public member, aside."""
+    """Return the direct and indirect imports of a module, without the package's own init file."""
     found, waiting = {module}, [module]
     while waiting:
         for name in graph.find_modules_directly_imported_by(waiting.pop()):
@@ -82,12 +82,12 @@ def upstream(graph: grimp.ImportGraph, module: str) -> set[str]:
 
 
 def test_libraries_are_named() -> None:
-    """Contract: the versions of what computes."""
+    """Contract: the provenance has the versions of the computing libraries."""
     assert {"scissordyn", "numpy", "scipy", "xarray", "sources"} == set(json.loads(provenance()))
 
 
-def test_a_diagram_of_other_sources_is_not_taken_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Contract: a stored diagram is gone on with by the sources and libraries that it was begun with, and by no others."""
+def test_diagram_of_other_sources_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Contract: a stored diagram is continued only with the sources and libraries of its start."""
     arm, other = (sd.four_bar(rocker=rocker).driven(sd.Harmonic(1.0, 0.2, 20.0)) for rocker in (0.15, 0.151))
     options = {
         "over": "drive.angular_frequency",

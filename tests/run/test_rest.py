@@ -1,4 +1,4 @@
-"""Starts of runs: positions and speeds as given, and static equilibrium, a minimum of the potential energy."""
+"""Starts of runs: given positions and speeds, and static equilibrium as a minimum of the potential energy."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from scissordyn.model.mechanism import Mechanism
 
 LENGTH, SLIDER, GRAVITY = 2.0, 5.0, 9.81
 WEIGHTS = Array(joint=None, motion=None).weights()  # type: ignore[arg-type]
-"""Of the two families of bars in the potential energy [J]."""
+"""Coefficients of the two families of bars in the potential energy [J]."""
 
 PRESSURE = 1.5e-2 * 0.5 * math.pi * sd.STEEL.youngs_modulus / (2.0 * (1.0 - sd.STEEL.poisson_ratio**2))
 """p_0 of Liu's law F = p_0 d sqrt(d/(2 (c + d))) [N/m]."""
@@ -29,7 +29,7 @@ BARS = ("unit 1/bar 1", "unit 1/bar 2")
 
 
 def sprung(angle: float, clearance: float, stiffness: float, free: float, *, mirrored: bool = False) -> Mechanism:
-    """The paper's array with a loose joint A and a spring between the bars of its first unit; angles in degrees."""
+    """Return the paper's array with a loose joint A and a spring between the bars of its first unit; angles in degrees."""
     array = sd.scissor(units=2, angle=math.radians(angle)).with_clearance("A", sd.Clearance(clearance, stiffness=sd.Liu()))
     body, base = BARS[::-1] if mirrored else BARS
     spring = sd.TorsionSpring("spring", body, base, stiffness=stiffness, free_angle=math.radians(free))
@@ -37,12 +37,12 @@ def sprung(angle: float, clearance: float, stiffness: float, free: float, *, mir
 
 
 def resting(mechanism: Mechanism, until: float = 1e-4) -> xr.Dataset:
-    """A short run from equilibrium."""
+    """Return a short run from equilibrium."""
     return sd.simulate(mechanism, until=until, samples=3, start="static")
 
 
 def slopes(run: xr.Dataset, clearance: float, stiffness: float, turned: float) -> tuple[np.ndarray, np.ndarray]:
-    """Gradient and Hessian of the potential energy in the minimal coordinates p, k, y at the start of a run.
+    """Return gradient and Hessian of the potential energy in the minimal coordinates p, k, y at the start of a run.
 
     V = w_p sin p + w_k sin k + m_s g y + W(|e| - c) + K (p - k - turned)^2/2, with the eccentricity
     e = ((L/2)(cos p - cos k), (L/2)(sin p - sin k) - y).
@@ -68,7 +68,7 @@ def slopes(run: xr.Dataset, clearance: float, stiffness: float, turned: float) -
 
 
 def assert_minimum(run: xr.Dataset, clearance: float, stiffness: float, turned: float) -> None:
-    """The potential energy is stationary there, to 1e-7 of the weight, and has a minimum."""
+    """Check that the potential energy is stationary, to 1e-7 of the weight, and has a minimum."""
     gradient, hessian = slopes(run, clearance, stiffness, turned)
     assert np.abs(gradient).max() < 1e-7 * WEIGHTS[0]
     assert np.linalg.eigvalsh(hessian)[0] > 0.0
@@ -85,9 +85,9 @@ def test_equilibrium_of_the_ideal_array() -> None:
 
 @pytest.mark.parametrize("mirrored", [False, True])
 def test_random_springs_and_clearances(mirrored: bool) -> None:
-    """Cross-check: sixty of them all find rest, a minimum of the energy in minimal coordinates, full turns counted rightly.
+    """Second formulation: sixty arrays rest at a minimum of the energy in minimal coordinates.
 
-    Mirrored, the springs pull the array through its flat position, most of them into the bars' other order.
+    Mirrored springs pull the array through its flat position, most of them until the bars have changed sides.
     """
     random = np.random.default_rng(0)
     for _ in range(60):
@@ -98,7 +98,7 @@ def test_random_springs_and_clearances(mirrored: bool) -> None:
 
 
 def test_rest_is_kept() -> None:
-    """Contract: the run stays where it starts, also where the bars have turned by more than half a turn against each other."""
+    """Contract: the run stays at its start, also with bars that have turned by more than half a turn relative to each other."""
     mechanism = sprung(50.77, 0.2227e-3, 1994.6, 220.0, mirrored=True)
     run = resting(mechanism, until=0.05)
     angle = run["angle"].sel(body=list(BARS)).values
@@ -108,7 +108,7 @@ def test_rest_is_kept() -> None:
 
 
 def test_unloaded_rest_is_exact() -> None:
-    """Identity: without gravity the unbalanced force is compared with the spring's, not with what contacts bore on the way."""
+    """Contract: without gravity the unbalanced force is small compared with the spring's."""
     crank = sd.slider_crank(crank=0.3, rod=0.7, angle=1.7, gravity=0.0)
     for joint, clearance in (("ground pin", 0.234e-3), ("crank pin", 0.07e-3)):
         crank = crank.with_clearance(joint, sd.Clearance(clearance))
@@ -118,15 +118,15 @@ def test_unloaded_rest_is_exact() -> None:
     assert float(abs(run["angular_acceleration"].sel(body="rod")).max()) * inertia < 1e-8 * 38.57
 
 
-def test_nothing_holds_it() -> None:
-    """Identity: a mass that only its weight acts on is refused, with that as the reason."""
+def test_equilibrium_of_a_free_mass_is_refused() -> None:
+    """Contract: a mass under its weight alone has no equilibrium, and the error says so."""
     free = Mechanism((sd.point_mass("ball", mass=2.0, position=(0.5, 0.0)),), ground=(("O", (0.0, 0.0)),))
     with pytest.raises(InputError, match="no equilibrium: nothing holds the mechanism"):
         resting(free)
 
 
 def test_gain_of_a_rate_does_not_count_at_rest() -> None:
-    """Identity: tubes that are loose at all joints rest where a servo without a derivative gain lets them rest."""
+    """Identity: the derivative gain of a servo does not change the static equilibrium of loose tubes."""
     tubes = sd.scissor(units=2, bar_length=0.9, bar_mass=0.733).with_clearance("all", sd.Clearance(1e-5))
     tubes = sd.with_bending(tubes, section="tube 50x2 mm", material="aluminium")
     servos = [sd.FeedForward(2e4, derivative, limit=2e3) for derivative in (0.0, 3500.0)]
@@ -137,7 +137,7 @@ def test_gain_of_a_rate_does_not_count_at_rest() -> None:
 
 
 def test_servo_that_cannot_hold_is_named() -> None:
-    """Contract: the rod of a crank is turned by more than the servo's limit, which nothing else bears."""
+    """Contract: the error about a missing equilibrium names the servo at its limit."""
     crank = sd.slider_crank(crank=0.3, rod=0.7, angle=1.0, gravity=0.0).with_clearance("crank pin", sd.Clearance(1e-4))
     crank = crank.controlled(sd.FeedForward(2e4, 300.0, limit=20.0), reference=sd.ConstantSpeed(0.0), name="servo")
     load = sd.Torque("load", crank.input_body, torque=50.0)
@@ -146,8 +146,8 @@ def test_servo_that_cannot_hold_is_named() -> None:
 
 
 @pytest.mark.parametrize("elements", [8, 16])
-def test_a_load_without_weight_is_balanced(elements: int) -> None:
-    """Closed form: the elastica of a cantilever with P L^2 = EI, by elliptic integrals; nothing but the force loads it."""
+def test_elastica_of_a_cantilever(elements: int) -> None:
+    """Closed form: the elastica of a cantilever with P L^2 = EI, by elliptic integrals."""
     bar = sd.bar("bar", length=1.0, mass=1.0, position=(0.0, 0.0), angle=0.0)
     clamped = sd.with_bending(on_pin(bar), bending_stiffness=1e3, axial_stiffness=1e9, elements=elements)
     push = sd.Force("push", (clamped.bodies[-1].name, "end"), (0.0, 1e3))
@@ -157,8 +157,8 @@ def test_a_load_without_weight_is_balanced(elements: int) -> None:
 
 
 @pytest.mark.parametrize("kind", [{"modes": 4}, {"elements": 4}])
-def test_a_bar_that_bends_moves_as_a_whole(kind: dict[str, int]) -> None:
-    """Identity: the velocity that is given of a bar is that of all its cross-sections, as placed too."""
+def test_velocity_of_a_bending_bar(kind: dict[str, int]) -> None:
+    """Contract: the given velocity of a bar is that of all its cross-sections."""
     bar = dataclasses.replace(sd.bar("bar", length=1.0, mass=1.0, position=(0.0, 0.0), angle=0.3), velocity=(1.0, -2.0))
     bent = sd.with_bending(sd.Mechanism((bar,), (), gravity=0.0), bending_stiffness=1e3, axial_stiffness=1e6, **kind)
     run = sd.simulate(bent, until=1e-3, samples=3, start="as-placed")
@@ -169,7 +169,7 @@ LENGTHS = {"crank": 1.0, "coupler": 3.0, "rocker": 2.0}
 
 
 def four_bar(**changes: dict[str, Any]) -> sd.Mechanism:
-    """Crank, coupler and rocker of 1, 3 and 2 m on a ground of 4 m, placed roughly; `changes` are what is given of each."""
+    """Return crank, coupler and rocker of 1, 3 and 2 m on a ground of 4 m, roughly placed, with `changes` per bar."""
     places = {"crank": {"angle": math.radians(60.0)}, "coupler": {}, "rocker": {"position": (4.0, 0.0)}}
     bodies = [sd.bar(name, length=length, mass=2.0) for name, length in LENGTHS.items()]
     bodies = [replace(body, **(places[body.name] | changes.get(body.name, {}))) for body in bodies]
@@ -187,7 +187,7 @@ def four_bar(**changes: dict[str, Any]) -> sd.Mechanism:
 
 
 def angles_at(crank: float) -> tuple[float, float]:
-    """Angles of coupler and rocker, the branch with the coupler's end above the ground [rad]."""
+    """Return the angles of coupler and rocker, on the branch with the coupler's end above the ground [rad]."""
     end = 4.0 - np.exp(1j * crank)  # from the crank's end to C
     distance = abs(end)
     opening = math.acos((distance**2 + 9.0 - 4.0) / (6.0 * distance))
@@ -196,7 +196,7 @@ def angles_at(crank: float) -> tuple[float, float]:
 
 
 def speeds_at(crank: float, speed: float) -> dict[str, float]:
-    """The loop's angular velocities for that of the crank: a e^(ia) wa + b e^(ib) wb = c e^(ic) wc."""
+    """Return the loop's angular velocities for that of the crank: a e^(ia) wa + b e^(ib) wb = c e^(ic) wc."""
     coupler, rocker = angles_at(crank)
     rows = np.array([[3.0 * np.exp(1j * coupler)], [-2.0 * np.exp(1j * rocker)]])[:, 0]
     b, c = np.linalg.solve(np.array([rows.real, rows.imag]), -speed * np.array([math.cos(crank), math.sin(crank)]))
@@ -204,7 +204,7 @@ def speeds_at(crank: float, speed: float) -> dict[str, float]:
 
 
 def started(mechanism: sd.Mechanism, **options: Any) -> Any:
-    """The first sample and the warnings of a run."""
+    """Return the first sample and the warnings of a run."""
     run = sd.simulate(mechanism, until=1e-4, samples=2, **options)
     return run.isel(time=0), run.attrs["warnings"]
 
@@ -218,7 +218,7 @@ TRUE = speeds_at(CRANK, 5.0)
 @pytest.mark.parametrize("name", LENGTHS)
 @pytest.mark.parametrize("placed", [EXACT, {"coupler": {"angle": 0.3}}], ids=["closed", "nearly"])
 def test_speed_of_any_bar_is_kept(name: str, placed: dict[str, Any]) -> None:
-    """Closed form: the other angular velocities follow from the loop, whatever place the other bars were drawn at."""
+    """Closed form: the other angular velocities follow from the loop, for exact and rough positions."""
     changes = {body: dict(placed.get(body, {})) for body in LENGTHS}
     changes[name]["angular_velocity"] = TRUE[name]
     first, warnings = started(four_bar(**changes))
@@ -232,8 +232,8 @@ def test_speed_of_any_bar_is_kept(name: str, placed: dict[str, Any]) -> None:
 
 
 @pytest.mark.parametrize("angle", [20.0, 60.0, 100.0, -40.0])
-def test_angle_is_kept_where_nothing_is_given_of_the_others(angle: float) -> None:
-    """Closed form: the crank stays at its angle to round-off, coupler and rocker close the loop by the law of cosines."""
+def test_given_angle_is_kept(angle: float) -> None:
+    """Closed form: the crank keeps its angle to round-off; coupler and rocker close the loop by the law of cosines."""
     crank = math.radians(angle)
     first, warnings = started(four_bar(crank={"angle": crank}))
     assert float(first["angle"].sel(body="crank")) == pytest.approx(crank, abs=1e-11)
@@ -244,8 +244,8 @@ def test_angle_is_kept_where_nothing_is_given_of_the_others(angle: float) -> Non
 
 
 @pytest.mark.parametrize("digits", [17, 12, 4, 1])
-def test_speeds_that_are_all_given(digits: int) -> None:
-    """Limit: what agrees is kept, what differs in its last digits is met to them; what differs by more is named."""
+def test_all_speeds_given(digits: int) -> None:
+    """Limit: consistent speeds are kept, rounded ones are matched to their digits, larger differences give a warning."""
     rounded = {name: float(f"{speed:.{digits}g}") for name, speed in TRUE.items()}
     changes = {name: EXACT.get(name, {}) | {"angular_velocity": speed} for name, speed in rounded.items()}
     first, warnings = started(four_bar(**changes))
@@ -254,8 +254,8 @@ def test_speeds_that_are_all_given(digits: int) -> None:
     assert ("speeds" in warnings) == (digits < 6)
 
 
-def test_contradictions_are_named_with_both_numbers() -> None:
-    """Identity: a turning crank and a rocker at rest, and a drive with another speed than the one that is given."""
+def test_warnings_of_contradicting_speeds() -> None:
+    """Contract: contradicting speeds of bodies and drives give warnings with both values."""
     changes = {"crank": {"angular_velocity": 5.0}, "rocker": EXACT["rocker"] | {"angular_velocity": 0.0}}
     first, warnings = started(four_bar(coupler=EXACT["coupler"], **changes))
     speeds = first["angular_velocity"]
@@ -269,8 +269,8 @@ def test_contradictions_are_named_with_both_numbers() -> None:
         sd.Body("stone", 1.0, None, angular_velocity=1.0)
 
 
-def test_slider_crank_and_scissor_unit_from_the_speed_of_the_slider() -> None:
-    """Closed form: x = r cos a + l cos b with r sin a + l sin b = 0; a unit of bars L is L sin(a) high."""
+def test_start_from_the_speed_of_the_slider() -> None:
+    """Closed form: x = r cos a + l cos b with r sin a + l sin b = 0; a unit of bars L has the height L sin(a)."""
     crank = sd.slider_crank(angle=0.7, gravity=0.0)
     slider = crank.body("slider")
     r, rod = (math.dist(*(crank.body(name).points[end] for end in ("start", "end"))) for name in ("crank", "rod"))
@@ -289,7 +289,7 @@ def test_slider_crank_and_scissor_unit_from_the_speed_of_the_slider() -> None:
 
 
 def rows_of(mechanism: sd.Mechanism, first: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Joints as rows of velocities (x, y, angle) of mass centres, and the masses, from a sample."""
+    """Return joints as rows of velocities (x, y, angle) of mass centres, and the masses, from a sample."""
     names = [body.name for body in mechanism.bodies]
     rows = np.zeros((2 * len(mechanism.joints), 3 * len(names)))
     for k, joint in enumerate(mechanism.joints):
@@ -306,10 +306,10 @@ def rows_of(mechanism: sd.Mechanism, first: Any) -> tuple[np.ndarray, np.ndarray
 
 @pytest.mark.parametrize("seed", range(12))
 def test_random_loops_with_one_speed(seed: int) -> None:
-    """Cross-check by a second formulation: joints as rows in coordinates of mass centres, the rest of smallest energy.
+    """Second formulation: joints as rows in coordinates of mass centres.
 
-    Loops of 3 to 6 bars between two pins at ground have 1 to 4 degrees of freedom. Of all motions with the given speed the
-    start has that nearest to a given bar that turns about its origin, the others at rest.
+    Loops of 3 to 6 bars between two ground pins have 1 to 4 degrees of freedom. Of all motions with the given speed, the start
+    is nearest (in kinetic energy) to one in which the given bar rotates about its origin and the others rest.
     """
     random = np.random.default_rng(seed)
     count = 3 + seed % 4
@@ -347,8 +347,8 @@ def test_random_loops_with_one_speed(seed: int) -> None:
     assert warnings == "[]"
 
 
-def test_zero_is_given_and_stays_so_in_files() -> None:
-    """Identity: a number that is 0 differs from one that is not given, in the text of a case too."""
+def test_given_zero_is_written() -> None:
+    """Contract: a given 0 differs from a missing value, also in the text of a case."""
     given = four_bar(rocker={"angular_velocity": 0.0}, coupler={"velocity": (0.0, 0.0)})
     text = case_text(given)
     assert text.count("angular_velocity") == 1
@@ -356,8 +356,8 @@ def test_zero_is_given_and_stays_so_in_files() -> None:
     assert "velocity" not in case_text(four_bar())
 
 
-def test_restart_from_a_sample_keeps_all_numbers() -> None:
-    """Identity: the state of a run, given in full, is the start of the next one to round-off."""
+def test_restart_from_a_sample() -> None:
+    """Identity: the complete state of a run is the start of the next one, to round-off."""
     run = sd.simulate(four_bar(crank={"angular_velocity": 5.0}), until=0.1, samples=3, rtol=1e-10, atol=1e-10)
     last, bodies = run.isel(time=-1), []
     mechanism = four_bar()

@@ -1,4 +1,4 @@
-"""What a run answers first, its warnings in short, and the instants of `samples = "auto"`."""
+"""Summary of a run, grouped warnings, and the instants of `samples = "auto"`."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ TOLERANCE = 0.05e-3
 
 
 def controlled(limit: float) -> sd.Mechanism:
-    """A slider-crank with a tracked slider pin and a controller with a limit."""
+    """Return a slider-crank with a tracked slider pin and a controller with a limit."""
     crank = sd.slider_crank().with_clearance("slider pin", sd.Clearance(2e-4)).track("pin", "rod", "end", TOLERANCE)
     return crank.controlled(sd.PID(30.0, 0.5, 5.0, limit=limit), reference=sd.Cycloidal(0.0, 2.0, 0.05))
 
@@ -40,7 +40,7 @@ def weak() -> xr.Dataset:
 
 
 def test_tracked_point_against_its_tolerance(weak: xr.Dataset) -> None:
-    """Contract: the located deviation, its instant and the tolerance of the mechanism; met or not, in words and as data."""
+    """Contract: the summary has the located deviation and the tolerance, and says in words and data whether it is met."""
     (point,) = weak.scissordyn.summary().points
     assert point.deviation == float(weak["peak_track_deviation"][0]) >= float(weak["track_deviation"].max())
     assert point.tolerance == TOLERANCE
@@ -53,7 +53,7 @@ def test_tracked_point_against_its_tolerance(weak: xr.Dataset) -> None:
 
 
 def test_actuator_against_its_limit(weak: xr.Dataset) -> None:
-    """Contract: the time at the limit is the number of samples there times their distance; a strong actuator is never there."""
+    """Contract: the time at the limit is that of the samples there; a strong actuator never reaches its limit."""
     (actuator,) = weak.scissordyn.summary().actuators
     there = int(np.sum(np.abs(weak["control_torque"].values[:, 0]) >= 2.0 * (1.0 - 1e-9)))
     assert there > 0
@@ -65,8 +65,8 @@ def test_actuator_against_its_limit(weak: xr.Dataset) -> None:
     assert "of its limit of 80 N m" in str(strong)
 
 
-def test_stretches_at_the_limit() -> None:
-    """Closed form: samples 2 to 4 of six at distance 1 are at the limit from 1.5 to 4.5; nothing without a limit."""
+def test_intervals_at_the_limit() -> None:
+    """Closed form: samples 2 to 4 of six are at the limit from 1.5 to 4.5; there are none without a limit."""
     time, torque = np.arange(6.0), np.array([0.0, 1.0, 5.0, -5.0, 5.0, 0.0])
     assert at_limit(time, torque, 5.0) == [(1.5, 4.5)]
     assert at_limit(time, torque, 6.0) == []
@@ -97,7 +97,7 @@ def test_span_of_a_scissor() -> None:
 
 
 def test_largest_force_work_and_text(weak: xr.Dataset) -> None:
-    """Contract: the force of the table of contacts, the accounts at the end, and one line for each answer."""
+    """Contract: the largest force is in the contact table, the work at the end, and each answer has one line."""
     summary = weak.scissordyn.summary()
     worst = int(np.argmax(weak["peak_force"].values))
     assert summary.force.force == float(weak["peak_force"][worst])
@@ -107,7 +107,7 @@ def test_largest_force_work_and_text(weak: xr.Dataset) -> None:
 
 
 def fast(name: str, count: int, contacts: int, speed: float) -> RunWarning:
-    """A warning about contacts that start fast."""
+    """Return a warning about contacts that start fast."""
     return warning("fast", name, fast=count, contacts=contacts, limit=0.051, speed=speed)
 
 
@@ -119,8 +119,8 @@ WARNINGS = [
 ]
 
 
-def test_like_warnings_are_one_line() -> None:
-    """Closed form: ranges of the numbers, the name of the worst, and every other warning as it was."""
+def test_similar_warnings_are_grouped() -> None:
+    """Contract: one line with ranges of values and the worst name; other warnings are unchanged."""
     short = [line(alike) for alike in group(WARNINGS)]
     assert len(short) == 2
     assert short[0].startswith("3 joints ('A', 'B 2', 'C'): 7 to 23 of 66 to 103 contacts start faster than 0.051 m/s")
@@ -131,23 +131,23 @@ def test_like_warnings_are_one_line() -> None:
     assert len(group([warning("doubt", name, slot="friction", doubt=name) for name in "AB"])) == 2
 
 
-def test_a_warning_survives_as_data() -> None:
-    """Contract: the attribute of a run makes the same warnings; a kind without a number that its words name is an error."""
+def test_warnings_as_data() -> None:
+    """Contract: the attribute of a run gives the same warnings; a warning without a needed value is an error."""
     data = json.loads(json.dumps([item.data for item in WARNINGS]))
     assert [RunWarning(**item) for item in data] == WARNINGS
     with pytest.raises(KeyError):
         str(warning("fast", "A"))
 
 
-def test_what_fast_contacts_mean() -> None:
-    """Closed form: forces of line contacts grow as v, those at constant pressure as v^(2/3): 8 times is a factor 2."""
+def test_meaning_of_fast_contacts() -> None:
+    """Closed form: forces grow as v for line contacts, as v^(2/3) at constant pressure; eight times the speed is a factor 2."""
     _, meant, *_ = warning_lines(WARNINGS)
     assert meant.startswith(MEANS)
     assert "a factor of 2 in the fastest contact, at 'B 2'" in meant
 
 
 def test_laws_at_equal_energy() -> None:
-    """Closed form: forces K delta and 4 K delta of equal energy differ by 2; a law is equal to itself."""
+    """Closed form: forces of K delta and 4 K delta at equal energy differ by 2; equal laws agree."""
     contact = sd.Clearance(1e-4).surfaces
     soft, hard = (sd.law("stiffness", "linear")(stiffness) for stiffness in (1e8, 4e8))
     assert force_at_equal_energy(soft, hard, contact, 1e-5) == pytest.approx(2.0, rel=1e-4)
@@ -177,7 +177,7 @@ def test_auto_samples_meet_every_peak() -> None:
 @pytest.mark.parametrize("events", ["located", "crossed"])
 @pytest.mark.parametrize("contact", ["compliant", "hard"])
 def test_auto_samples_have_events_and_located_maxima(events: str, contact: str) -> None:
-    """Identity: the samples are those of a run that is asked for these instants, and the same where steps are left out."""
+    """Identity: the samples are those of a run with these instants, and include all events."""
     joint = sd.Clearance(5e-4, contact=contact, friction=sd.Ambrosio(0.1))
     array = sd.scissor(units=2).driven(speed=sd.rpm(150)).with_clearance("A", joint)
     options = Options(0.05, samples="auto", events=events)
@@ -197,7 +197,7 @@ def test_auto_samples_have_events_and_located_maxima(events: str, contact: str) 
 
 
 def test_recorded_steps_are_thinned_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Limit: a record that is full keeps events and largest values, and every other of the other steps."""
+    """Limit: a full record keeps events and largest values, and every other one of the other steps."""
     array = sd.scissor(units=2).driven(speed=sd.rpm(150)).with_clearance("A", sd.Clearance(5e-4))
     whole = compute(plan(array), Options(0.3), curves=True)
     monkeypatch.setattr("scissordyn.run.trajectory.RECORDED_STEPS_MAX", 1024)
@@ -212,8 +212,8 @@ def test_recorded_steps_are_thinned_out(monkeypatch: pytest.MonkeyPatch) -> None
     assert rows <= every_row
 
 
-def test_auto_samples_have_a_largest_number() -> None:
-    """Limit: more contacts than samples; every third of their instants stays."""
+def test_number_of_auto_samples_is_limited() -> None:
+    """Limit: with more contacts than samples every third of their instants is kept."""
     time = np.linspace(0.0, 1.0, 100_000)
     equal = np.linspace(0.0, 1.0, 2001)
     rows = choose_rows(equal, time, time[::2])
@@ -225,7 +225,7 @@ def test_auto_samples_have_a_largest_number() -> None:
 
 
 def test_auto_in_a_case_file(tmp_path: Path) -> None:
-    """Contract: the word is read, written and repeated; any other word is refused."""
+    """Contract: the word "auto" is read; any other word is refused."""
     case = tmp_path / "case.toml"
     text = '[structure]\nkind = "scissor"\n[drive]\nspeed = "150 rpm"\n[run]\nuntil = "2 ms"\nsamples = "auto"\n'
     case.write_text(text)
@@ -239,7 +239,7 @@ def test_auto_in_a_case_file(tmp_path: Path) -> None:
 
 
 def test_means_and_frames_of_unequal_samples() -> None:
-    """Closed form: the mean over time of t on unequal samples is that of its line; frames are equally spread over the time."""
+    """Closed form: the time mean of t on unequal samples is that of its line; frames are equally spaced in time."""
     time = np.array([0.0, 0.1, 0.2, 0.25, 0.3, 1.0])
     assert not equally_spaced(time)
     assert time_mean(time, time) == pytest.approx(0.5)

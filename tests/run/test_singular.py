@@ -1,4 +1,4 @@
-"""Singular positions of the ideal mechanism: where they are, and that runs, maps, diagrams and the command line name them."""
+"""Singular positions of the ideal mechanism: their location, and warnings in runs, maps, diagrams and the command line."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from scissordyn.plan.plan import plan
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
 
-LOCATED = 1e-6  # Asked of the place of a singular position, as a fraction of the stroke
+LOCATED = 1e-6  # Allowed error of a singular position, as a fraction of the stroke
 
 
 def stroke(mechanism: sd.Mechanism, until: float) -> Stroke:
-    """The path of a driven mechanism."""
+    """Return the path of a driven mechanism."""
     return path_of(plan(mechanism), until)
 
 
 def assert_places(path: Stroke, expected: list[tuple[str, float]]) -> None:
-    """The singular positions are these, as exactly as asked."""
+    """Compare singular positions with the expected ones."""
     assert [each.kind for each in path.singular] == [kind for kind, _ in expected]
     length = path.place[-1] - path.place[0]
     for each, (_, place) in zip(path.singular, expected, strict=True):
@@ -81,7 +81,7 @@ STROKES = {
 
 @pytest.mark.parametrize("case", STROKES)
 def test_places_on_a_stroke(case: str) -> None:
-    """Closed form: kinds and places of the singular positions, and that coupler and rocker are named where they are free."""
+    """Closed form: kinds and positions, and the bodies that become free."""
     mechanism, until, expected = STROKES[case]
     path = stroke(mechanism, until)
     assert_places(path, expected)
@@ -96,7 +96,7 @@ def test_places_on_a_stroke(case: str) -> None:
 
 
 def test_positions_are_those_of_a_run() -> None:
-    """Cross-check by a second formulation: positions along the stroke against the integrated motion of the reduced model."""
+    """Second formulation: positions along the stroke are those of the integrated motion of the reduced model."""
     linkage = sd.four_bar(ground=0.2, crank=0.06, coupler=0.18, rocker=0.12, gravity=0.0).driven(speed=1.0)
     path = stroke(linkage, 2.0)
     run = sd.simulate(linkage, until=2.0, samples=2001)
@@ -112,7 +112,7 @@ def test_examples_have_none(case: Path) -> None:
     """Closed form: no example passes a singular position.
 
     The arrays stay between 15 and 75 deg: paper 30 to 75, long 60 to 54, periodic 45 to 51, mast 15 to 60, ring 15 to 35, and
-    the jack takes the lift from 70 to 45 deg (sin th is the distance from slider to foot in m: 0.9397 and 0.71). The rods of
+    the jack moves the lift from 70 to 45 deg (sin th is the distance from slider to foot in m: 0.9397 and 0.71). The rods of
     the slider-cranks are 2.4 times as long as the cranks, and the crank of the four-bar is its shortest side with 60 + 200 <
     180 + 120 mm (Grashof): both turn without limit. Controlled array, press and self-deploying array have no drive that
     prescribes motion.
@@ -122,16 +122,16 @@ def test_examples_have_none(case: Path) -> None:
 
 
 def paper(speed: str) -> sd.Mechanism:
-    """The array of the paper at another speed."""
+    """Return the array of the paper at another speed."""
     return read_case(EXAMPLES[0].with_name("paper.toml"), [f"drive.speed={speed!r}"]).mechanism
 
 
 def singular_warnings(run) -> list[str]:
-    """Those about singular positions among the warnings of a result."""
+    """Return warnings about singular positions."""
     return [each for each in warnings_of(run) if each.startswith((CHANGE, LOCKING))]
 
 
-def test_run_with_clearance_is_warned() -> None:
+def test_warning_of_a_run_with_clearance() -> None:
     """Closed form: 250 rpm turn the paper's array from 30 through 90 deg at t = 60/(6 * 250) s; 150 rpm do not."""
     warned = singular_warnings(sd.simulate(paper("250 rpm"), until=0.05, samples=501))
     assert len(warned) == 1
@@ -140,7 +140,7 @@ def test_run_with_clearance_is_warned() -> None:
     assert not singular_warnings(sd.simulate(paper("150 rpm"), until=0.05, samples=501))
 
 
-def test_run_with_few_samples_is_warned() -> None:
+def test_warning_does_not_depend_on_samples() -> None:
     """Identity: the warning does not depend on the samples."""
     array = sd.scissor(units=2, angle=0.5).driven(speed=1.0)
     for samples in (2, 3, 5, 50, 500):
@@ -151,8 +151,8 @@ def test_run_with_few_samples_is_warned() -> None:
     assert singular_warnings(swinging)
 
 
-def test_what_its_clearance_alone_closes_has_no_singular_positions() -> None:
-    """Contract: a bar of 1 m between pins 1.001 m apart, one of them loose by 2 mm, has no ideal assembly to look at."""
+def test_mechanism_that_closes_by_clearance_only() -> None:
+    """Contract: a mechanism without an ideal assembly has no singular positions."""
     joints = (
         sd.Revolute("A", ("bar", "start"), ("ground", "A")),
         sd.Revolute("C", ("bar", "end"), ("ground", "C"), clearance=sd.Clearance(2e-3)),
@@ -162,8 +162,8 @@ def test_what_its_clearance_alone_closes_has_no_singular_positions() -> None:
     assert not singular_warnings(run)
 
 
-def test_failed_run_says_where_it_locks() -> None:
-    """Closed form: the run of a crank longer than its rod names the angle at which it locks."""
+def test_failed_run_gives_the_locking_position() -> None:
+    """Closed form: the run of a crank longer than its rod gives the angle at which it locks."""
     run = sd.simulate(sd.slider_crank(crank=0.12, rod=0.1, angle=0.5).driven(speed=1.0), until=1.0)
     assert run.attrs["status"] == "failed"
     (text,) = singular_warnings(run)
@@ -171,8 +171,8 @@ def test_failed_run_says_where_it_locks() -> None:
     assert f"at {math.degrees(math.asin(1 / 1.2)):.6g} deg" in text
 
 
-def test_two_samples_that_are_equally_near_are_both_looked_at() -> None:
-    """Closed form: a zero midway between two samples leaves both at the same distance; gradients dependent everywhere."""
+def test_equally_near_samples_are_both_examined() -> None:
+    """Closed form: a zero midway between two samples makes both suspects, as do dependent gradients everywhere."""
     volume = np.abs(np.arange(8.0) - 3.5)
     assert suspects(volume) == [3, 4]
     assert suspects(volume[::-1]) == [3, 4]
@@ -181,7 +181,7 @@ def test_two_samples_that_are_equally_near_are_both_looked_at() -> None:
 
 
 def test_free_motion_is_judged_by_its_samples() -> None:
-    """Closed form: an array turned by a controller passes 90 deg, seen from the samples; short of it nothing is said."""
+    """Closed form: an array turned by a controller passes 90 deg; the warning interpolates the samples."""
     free = sd.scissor(units=2, angle=sd.degrees(60), gravity=0.0)
     turning = free.controlled(sd.PID(200.0, derivative=100.0), speed=2.0)
     for until in (0.6, 0.75, 0.775):  # the position is before or after the sample that is nearest to it
@@ -194,7 +194,7 @@ def test_free_motion_is_judged_by_its_samples() -> None:
 
 
 def test_redundant_joints_are_no_change_point() -> None:
-    """Closed form: three free parallel cranks with a platform, as many equations as unknowns, pass one only when flat."""
+    """Closed form: three free parallel cranks with a platform pass a change point only when flat."""
     cranks = [
         sd.Body(
             f"crank {k}",
@@ -219,8 +219,8 @@ def test_redundant_joints_are_no_change_point() -> None:
 
 @pytest.mark.parametrize("ratio", [-1.0, 1.0, -2.5])
 @pytest.mark.parametrize("gravity", [9.81, 9.8, 4.0])
-def test_a_coupling_alone_makes_no_change_point(ratio: float, gravity: float) -> None:
-    """Closed form: two arms on grounded pins with coupled angles have gradients of constant length, however few the samples."""
+def test_coupling_is_no_change_point(ratio: float, gravity: float) -> None:
+    """Closed form: two arms with coupled angles have gradients of constant length, for any number of samples."""
     arms = [
         sd.Body(name, 1.0, 0.02, {"pin": (0.0, 0.0)}, centre=(0.25, 0.0), position=(0.0, y))
         for name, y in (("l", 0.0), ("r", 1.0))
@@ -233,14 +233,14 @@ def test_a_coupling_alone_makes_no_change_point(ratio: float, gravity: float) ->
         assert not singular_warnings(sd.simulate(coupled, until=1.0, samples=samples)), samples
 
 
-def test_a_position_without_bodies_is_of_the_mechanism() -> None:
-    """Contract: a singular position in which no body and no joint stands out is named as one of the mechanism."""
+def test_subject_of_a_singular_position() -> None:
+    """Contract: a singular position without distinctive body and joint is one of the mechanism."""
     assert SingularPosition("change point", 0.0, (), ()).subject == "the mechanism"
     assert SingularPosition("change point", 0.0, ("a",), ()).subject == "body 'a'"
 
 
-def test_map_and_diagram_are_warned() -> None:
-    """Identity: a map and a diagram of an array in constant rotation say that it passes its flat positions."""
+def test_warnings_of_maps_and_diagrams() -> None:
+    """Contract: a map and a diagram of a rotating array warn of its flat positions."""
     array = (
         sd.scissor(units=2, angle=0.5).with_clearance("A", sd.Clearance(0.5e-3, friction=sd.NoFriction())).driven(speed=100.0)
     )
@@ -249,7 +249,7 @@ def test_map_and_diagram_are_warned() -> None:
     assert len(singular_warnings(diagram)) == 4
 
 
-def test_check_says_it_before_the_run(capsys: pytest.CaptureFixture[str]) -> None:
+def test_check_warns_of_a_change_point(capsys: pytest.CaptureFixture[str]) -> None:
     """Contract: `scissordyn check` prints the warning of the README's faster run."""
     case = str(EXAMPLES[0].with_name("paper.toml"))
     assert status_of(["check", case, "--set", "drive.speed='250 rpm'"]) == 0

@@ -1,4 +1,4 @@
-"""Forces along the stroke without inertia, of gears, racks and driven coordinates too, against closed forms and slow runs."""
+"""Forces along the stroke without inertia, also of gears, racks and driven coordinates, by closed forms and slow runs."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.build import EXAMPLES, chain, gears, planetary, wheel
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of
@@ -20,11 +21,9 @@ from scissordyn.model.commanded import rigid
 
 G = 9.81
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
-
 
 def slider_crank(**more: object) -> sd.Mechanism:
-    """Crank 0.1 m, rod 0.3 m, driven through a turn."""
+    """Return a slider-crank with crank 0.1 m and rod 0.3 m, driven at 1 rad/s."""
     crank = sd.slider_crank(crank=0.1, rod=0.3, gravity=0.0)
     return dataclasses.replace(crank.driven(speed=1.0), **more)  # type: ignore[arg-type]
 
@@ -69,13 +68,7 @@ def test_torque_of_a_crank_that_presses() -> None:
 
 def test_every_drive_is_in_the_table() -> None:
     """Closed form: the torques of two drives of a double pendulum, each the moment of what hangs on it."""
-    upper, lower = (sd.bar(name, length=0.4, mass=2.0, angle=0.0) for name in ("upper", "lower"))
-    arms = sd.Mechanism(
-        (upper, dataclasses.replace(lower, position=(0.4, 0.0))),
-        (sd.Revolute("A", ("upper", "start"), ("ground", "O")), sd.Revolute("B", ("lower", "start"), ("upper", "end"))),
-        ground=(("O", (0.0, 0.0)),),
-        gravity=G,
-    )
+    arms = chain(*(sd.bar(name, length=0.4, mass=2.0, angle=0.0) for name in ("upper", "lower")), gravity=G)
     found = sd.statics(arms.driven(speed=1.0, body="upper").driven(speed=-0.5, body="lower"), until=1.0, points=5)
     assert found["quantity"].values.tolist() == ["reaction A", "reaction B", "drive torque upper", "drive torque lower"]
     first, second = found["input"].values.T
@@ -115,19 +108,24 @@ def test_envelope_locates_between_positions() -> None:
 
 
 def test_servo_is_taken_on_its_reference() -> None:
-    """Identity: a servo holds what a drive on its reference holds."""
+    """Identity: a servo has the torques of a drive on its reference."""
     case = sd.read_case(EXAMPLES / "controlled.toml")
-    found = sd.statics(case.mechanism, until=case.run.until, points=3)
-    assert np.isfinite(found["drive_torque"]).all()
+    (servo,) = case.mechanism.components
+    driven = case.mechanism.ideal().replace("components", ()).driven(servo.reference)
+    torques = [sd.statics(one, until=case.run.until, points=5)["drive_torque"] for one in (case.mechanism, driven)]
+    np.testing.assert_allclose(*torques, rtol=1e-12)
+    assert float(np.ptp(torques[1])) > 1.0
 
 
 def test_position_without_equilibrium_is_named() -> None:
+    """Contract: the error gives the instant."""
     beyond = sd.four_bar(ground=0.4, crank=0.1, coupler=0.25, rocker=0.15, gravity=G)
     with pytest.raises(sd.InputError, match=r"statics at t = [\d.]+ s: "):
         sd.statics(beyond.driven(speed=1.0), until=6.0, points=25)
 
 
 def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Contract: the command prints the largest forces and writes table and picture; bad input is refused."""
     table, picture = tmp_path / "forces.csv", tmp_path / "forces.png"
     words = ["statics", str(EXAMPLES / "lift_table.toml"), "--points", "9", "-o", str(table), "--plot", str(picture)]
     assert status_of([*words, "--over", "table.x"]) == 0
@@ -272,59 +270,30 @@ ANGLE = sd.RelativeAngle
 GROUND = (("O", (0.0, 0.0)), ("P", (0.5, 0.0)))
 
 
-def wheel(name: str, position: tuple[float, float] = (0.0, 0.0), mass: float = 1.0) -> sd.Body:
-    """A wheel about its centre."""
-    return sd.Body(name, mass=mass, inertia=0.01, points={"c": (0.0, 0.0)}, position=position, angle=0.3)
-
-
-def pinned(name: str, wheel: str, place: str = "O") -> sd.Revolute:
-    """A wheel's pin on the ground."""
-    return sd.Revolute(name, (wheel, "c"), ("ground", place))
-
-
 @pytest.mark.parametrize("ratio", [-1.7, 40.0])
 def test_gear_pair(ratio: float) -> None:
-    """Closed form: torque of the drive is minus the ratio times the load, over several turns; the mesh carries the load."""
+    """Closed form: the drive torque is minus the ratio times the load, over several turns; the mesh carries the load."""
     load = 3.0
-    gears = sd.Mechanism(
-        bodies=(wheel("first"), wheel("second", (0.5, 0.0))),
-        joints=(pinned("A", "first"), pinned("B", "second", "P")),
-        ground=GROUND,
-        drives=(sd.Drive("first", sd.Cycloidal(0.3, 20.0, 1.0)),),
-        components=(sd.Torque("load", "second", torque=load),),
-        couplings=(sd.Coupling("mesh", ANGLE("second"), ANGLE("first"), ratio),),
-    )
-    forces = sd.statics(gears, until=1.0, points=7)
+    pair = gears(ratio, sd.Torque("load", "wheel", torque=load)).driven(sd.Cycloidal(0.0, 20.0, 1.0), body="pinion")
+    forces = sd.statics(pair, until=1.0, points=7)
     np.testing.assert_allclose(forces["drive_torque"], -ratio * load, rtol=1e-13)
     np.testing.assert_allclose(forces["coupling_force"], -load, rtol=1e-13)
     np.testing.assert_allclose(forces["coupling_input_force"], ratio * load, rtol=1e-13)
-    np.testing.assert_allclose(forces["angle"].sel(body="second"), 0.3 + ratio * (forces["input"].values[:, 0] - 0.3))
+    np.testing.assert_allclose(forces["angle"].sel(body="wheel"), ratio * forces["input"].values[:, 0])
     row = forces.sel(quantity="coupling input torque mesh")
     assert (str(row["quantity_unit"].values), float(row["largest"])) == ("N m", pytest.approx(ratio * load))
 
 
 def test_planetary_gear() -> None:
     """Closed form: Willis' ratio from arm to sun, and the torques of both meshes on the planet."""
-    sun, planet, ring, radius, load = 20, 17, 54, 0.037, -0.1
-    arm = sd.Body("arm", mass=0.2, inertia=2e-4, points={"c": (0.0, 0.0), "p": (radius, 0.0)}, angle=0.0)
-    gear = sd.Mechanism(
-        bodies=(wheel("sun"), arm, wheel("planet", (radius, 0.0))),
-        joints=(pinned("S", "sun"), pinned("A", "arm"), sd.Revolute("P", ("planet", "c"), ("arm", "p"))),
-        ground=GROUND,
-        gravity=0.0,
-        drives=(sd.Drive("sun", sd.ConstantSpeed(1.0)),),
-        components=(sd.Torque("load", "arm", torque=load),),
-        couplings=(
-            sd.Coupling("sun and planet", ANGLE("planet", "arm"), ANGLE("sun", "arm"), -sun / planet),
-            sd.Coupling("planet and ring", ANGLE("planet", "arm"), ANGLE("ground", "arm"), ring / planet),
-        ),
-    )
+    sun, planet, ring, load = 20, 17, 54, -0.1
+    gear = planetary(sd.Torque("load", "arm", torque=load)).driven(speed=1.0, body="sun")
     forces = sd.statics(gear, until=9.0, points=10)
     torque = -load / (1.0 + ring / sun)
     np.testing.assert_allclose(forces["drive_torque"], torque, rtol=1e-13)
     np.testing.assert_allclose(forces["coupling_force"], np.tile([-planet / sun * torque, planet / sun * torque], (10, 1)))
     np.testing.assert_allclose(forces["angle"].sel(body="arm"), forces["time"] / (1.0 + ring / sun), atol=1e-12)
-    # pins carry round-off only, and have no panel
+    # the panels leave out pins, which carry round-off only
     labels = [axes.get_ylabel() for axes in sd.plot.statics(forces)]
     assert [label.split()[0] for label in labels] == ["drive", "component", "coupling"]
 
@@ -333,8 +302,8 @@ def test_rack_on_an_incline() -> None:
     """Closed form: the teeth carry m g sin(slope), the pinion m g r sin(slope), the bed m g cos(slope)."""
     slope, radius, weight = math.radians(35.0), 0.04, 2.0 * G
     rack = sd.Mechanism(
-        bodies=(wheel("pinion"), sd.point_mass("rack", mass=2.0, position=(0.1, -0.05))),
-        joints=(pinned("A", "pinion"),),
+        bodies=(wheel("pinion", angle=0.3), sd.point_mass("rack", mass=2.0, position=(0.1, -0.05))),
+        joints=(sd.Revolute("A", ("pinion", "c"), ("ground", "O")),),
         guides=(sd.Guide("bed", ("rack", "centre"), through=(0.1, -0.05), direction=slope),),
         ground=GROUND,
         gravity=G,
@@ -360,8 +329,8 @@ def lifted(screw: bool) -> sd.Mechanism:
         return dataclasses.replace(lift, drives=(cylinder,))  # type: ignore[arg-type]
     return dataclasses.replace(
         lift,
-        bodies=(arm, wheel("motor", (0.5, 0.0))),
-        joints=(*lift.joints, pinned("M", "motor", "P")),
+        bodies=(arm, wheel("motor", place=(0.5, 0.0), angle=0.3)),
+        joints=(*lift.joints, sd.Revolute("M", ("motor", "c"), ("ground", "P"))),
         drives=(sd.Drive("motor", sd.Polynomial((0.3, 50.0))),),
         couplings=(sd.Coupling("screw", distance, ANGLE("motor"), 0.002),),
     )
@@ -380,17 +349,10 @@ def test_screw_and_cylinder() -> None:
 
 
 def belted(speed: float) -> sd.Mechanism:
-    """Two arms whose belt turns the second by the first, driven at a speed."""
-    upper = sd.bar("upper", length=0.3, mass=1.0, position=(0.0, 0.0), angle=0.4)
-    lower = sd.bar("lower", length=0.2, mass=0.7, position=upper.place("end"), angle=0.4)
-    arms = sd.Mechanism(
-        bodies=(upper, lower),
-        joints=(sd.Revolute("A", ("upper", "start"), ("ground", "O")), sd.Revolute("B", ("lower", "start"), ("upper", "end"))),
-        ground=GROUND,
-        gravity=G,
-        couplings=(sd.Coupling("belt", ANGLE("lower", "upper"), ANGLE("upper"), -0.6),),
-    )
-    return arms.driven(speed=speed, body="upper")
+    """Return two arms whose belt turns the second by the first, driven at a speed."""
+    bars = sd.bar("upper", length=0.3, mass=1.0, angle=0.4), sd.bar("lower", length=0.2, mass=0.7, angle=0.4)
+    belt = sd.Coupling("belt", ANGLE("lower", "upper"), ANGLE("upper"), -0.6)
+    return chain(*bars, gravity=G, couplings=(belt,)).driven(speed=speed, body="upper")
 
 
 def four_bar(speed: float) -> sd.Mechanism:
@@ -411,15 +373,15 @@ def test_slow_motion_tends_to_statics(driven: Any, until: float, names: list[str
 
 
 def test_modes_along_the_motion() -> None:
-    """Closed form: a wheel on a spring behind a gear that is driven over several turns oscillates as at the start."""
-    gears = sd.Mechanism(
-        bodies=(wheel("first"), wheel("second", (0.5, 0.0)), wheel("third", (0.5, 0.0))),
-        joints=(pinned("A", "first"), pinned("B", "second", "P"), pinned("C", "third", "P")),
-        ground=GROUND,
-        drives=(sd.Drive("first", sd.ConstantSpeed(1.0)),),
-        components=(sd.TorsionSpring("shaft", "third", base="second", stiffness=4.0),),
-        couplings=(sd.Coupling("mesh", ANGLE("second"), ANGLE("first"), -3.0),),
-    )
-    modes = sd.modes(gears, times=[2.0, 5.0])
+    """Closed form: a wheel on a spring behind a gear that turns several times oscillates as at the start."""
+    pair, third = gears(-3.0), wheel("third", place=(0.15, 0.0))
+    shaft = sd.TorsionSpring("shaft", "third", base="wheel", stiffness=4.0)
+    driven = dataclasses.replace(
+        pair,
+        bodies=(*pair.bodies, third),
+        joints=(*pair.joints, sd.Revolute("C", ("third", "c"), ("ground", "P"))),
+        components=(shaft,),
+    ).driven(speed=1.0, body="pinion")
+    modes = sd.modes(driven, times=[2.0, 5.0])
     np.testing.assert_allclose(modes["angular_frequency"].values[:, 0], math.sqrt(4.0 / 0.01), rtol=1e-12)
-    np.testing.assert_allclose(modes["angle"].sel(body="third"), [0.3 - 6.0, 0.3 - 15.0], atol=1e-9)
+    np.testing.assert_allclose(modes["angle"].sel(body="third"), [-6.0, -15.0], atol=1e-9)

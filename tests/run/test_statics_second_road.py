@@ -1,4 +1,4 @@
-"""Every mechanism of the zoo without inertia: virtual work along its stroke, and equilibrium of each of its bodies."""
+"""Statics of every mechanism of the zoo: virtual work along its stroke, and equilibrium of each of its bodies."""
 
 from __future__ import annotations
 
@@ -31,18 +31,18 @@ WITHOUT_STROKE = (
     "woodpecker",
 )
 
-POINTS = {"jansen": 161, "klann": 161}  # Where a leg's step takes a small part of a turn
+POINTS = {"jansen": 161, "klann": 161}  # Numbers of instants for legs that step in a small part of a turn
 
 
 LOADED = {
-    "hoberman-ring": ("unit 12/bar 2", (0.0, 31.0)),  # whose bars move along the radius
+    "hoberman-ring": ("unit 12/bar 2", (0.0, 31.0)),  # bars move along the radius
     "rack-with-backlash": ("rack", (31.0, 0.0)),
 }
-"""Bodies and forces on them that do work where one along x on the last body does none."""
+"""Bodies and forces that do work, for mechanisms in which a force along x on the last body does none."""
 
 
 def along_stroke(mechanism: sd.Mechanism, until: float) -> sd.Mechanism:
-    """The ideal mechanism whose inputs go evenly to where they are farthest from the start, one turn at most, in a second."""
+    """Return the ideal mechanism whose inputs move evenly, in a second, to their farthest value, one turn at most."""
     mechanism = commanded(mechanism).ideal()
     inputs = Inputs(plan(mechanism))
     values, motions = inputs.over(np.linspace(0.0, until, 401)), []
@@ -59,7 +59,7 @@ def along_stroke(mechanism: sd.Mechanism, until: float) -> sd.Mechanism:
 
 
 def loaded(mechanism: sd.Mechanism, name: str, force: tuple[float, float]) -> sd.Mechanism:
-    """The mechanism with a force at a body and, if it has none, gravity."""
+    """Return the mechanism with a force at a body and, if it has none, gravity."""
     body = mechanism.body(name)
     point = max(body.points, key=lambda name: math.hypot(*body.points[name]))
     load = sd.Force("extra load", (body.name, point), force=force)
@@ -67,8 +67,8 @@ def loaded(mechanism: sd.Mechanism, name: str, force: tuple[float, float]) -> sd
     return changed if mechanism.gravity else dataclasses.replace(changed, gravity=G, gravity_direction=0.0)
 
 
-def test_mechanisms_that_are_checked() -> None:
-    """Contract: statics refuses the mechanisms of the zoo of which nothing is prescribed, and no others."""
+def test_mechanisms_without_a_stroke() -> None:
+    """Contract: statics refuses the mechanisms of the zoo without prescribed motion, and no others."""
     for name in WITHOUT_STROKE:
         with pytest.raises(sd.InputError, match="without stroke: it has no drive, servo, driven rod or driven coordinate"):
             sd.statics(sd.zoo[name].mechanism, until=1.0)
@@ -77,7 +77,7 @@ def test_mechanisms_that_are_checked() -> None:
 
 @pytest.mark.parametrize("name", [name for name in sd.zoo if name not in WITHOUT_STROKE])
 def test_mechanisms_of_the_zoo(name: str) -> None:
-    """Identity: drives do the work of the loads (1e-7 of it), and each body is in equilibrium (1e-11 of the largest force)."""
+    """Identity: drives do the work of the loads (to 1e-7), and each body is in equilibrium (1e-11 of the largest force)."""
     mechanism = along_stroke(sd.zoo[name].mechanism, sd.zoo[name].case.run.until)
     mechanism = loaded(mechanism, *LOADED.get(name, (mechanism.bodies[-1].name, (31.0, 0.0))))
     forces = sd.statics(mechanism, until=1.0, points=POINTS.get(name, 81))
@@ -90,7 +90,7 @@ def test_mechanisms_of_the_zoo(name: str) -> None:
 
 
 def check_envelope(forces: xr.Dataset) -> None:
-    """The least and the largest value enclose the table, and lie on its curves."""
+    """Check that the smallest and largest values enclose the table and lie near it."""
     values = forces["quantity_value"].values
     scale = np.nanmax(np.abs(values))
     lost = np.isnan(values).any(axis=0)
@@ -102,7 +102,7 @@ def check_envelope(forces: xr.Dataset) -> None:
 
 
 def sprung() -> sd.Mechanism:
-    """A slider-crank with springs of all kinds."""
+    """Return a slider-crank with springs of all kinds."""
     crank = dataclasses.replace(
         sd.slider_crank(crank=0.1, rod=0.3, gravity=G), ground=(("origin", (0.0, 0.0)), ("A", (0.0, 0.4)))
     )
@@ -120,7 +120,7 @@ def sprung() -> sd.Mechanism:
 
 
 def rubbed(sense: str) -> sd.Mechanism:
-    """A slider-crank with friction in its pins, its guide and the seal of a gas spring, which a load presses on."""
+    """Return a loaded slider-crank with friction in its pins, its guide and the seal of a gas spring."""
     crank = sd.slider_crank(crank=0.1, rod=0.3, gravity=G)
     parts = (
         sd.PinFriction("crank bearing", "crank", 0.02, 0.2),
@@ -133,7 +133,7 @@ def rubbed(sense: str) -> sd.Mechanism:
 
 
 def test_springs_and_curves() -> None:
-    """Identity: virtual work and equilibrium with springs of all kinds; energies that are reported are those of the work."""
+    """Identity: virtual work and equilibrium with springs of all kinds; reported energies are those of the work."""
     mechanism = sprung()
     forces = sd.statics(mechanism, until=1.0, points=161)
     assert max(Balance(forces, mechanism).residual()) < 1e-12

@@ -1,4 +1,4 @@
-"""Tracked points, and how synchronous the units of arrays are."""
+"""Tracked points, and the synchronisation of the units of arrays."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from scissordyn.units import short
 ARM = sd.scissor(units=2).driven(speed=sd.rpm(150))
 
 
-def test_a_point_of_a_rotating_bar() -> None:
-    """Closed form: a point at (x, y) of a bar at constant speed moves on a circle, with its own distance and speed."""
+def test_point_of_a_rotating_bar() -> None:
+    """Closed form: a point (x, y) of a bar at constant speed moves on a circle."""
     x, y, speed = 0.7, -0.3, sd.rpm(150)
     run = sd.simulate(ARM.track("P", "unit 1/bar 1", (x, y)).track("end", "unit 1/bar 1", "end"), until=0.05, samples=51)
     angle = ARM.body("unit 1/bar 1").angle + speed * run["time"].values
@@ -36,7 +36,7 @@ def test_a_point_of_a_rotating_bar() -> None:
 
 
 def test_deviation_from_the_ideal_mechanism() -> None:
-    """Cross-check: the deviation is the distance between two runs, with and without clearance; at the pin itself it is e."""
+    """Cross-check: the deviation is the distance of two runs, with and without clearance."""
     loose = ARM.with_clearance("A", sd.Clearance(0.5e-3)).track("tip", "unit 2/bar 1", "end").track("pin", "slider", (0.0, 0.0))
     run, ideal = sd.simulate(loose, until=0.02, samples=201), sd.simulate(loose.ideal(), until=0.02, samples=201)
     expected = np.linalg.norm(run["track_position"].values - ideal["track_position"].values, axis=2)
@@ -45,7 +45,7 @@ def test_deviation_from_the_ideal_mechanism() -> None:
     assert sd.replay(run).equals(run)
 
 
-def test_the_largest_deviation_is_located() -> None:
+def test_largest_deviation_is_located() -> None:
     """Cross-check: with two samples, peak, r.m.s. and settling time are those of a hundred thousand samples."""
     loose = ARM.with_clearance("A", sd.Clearance(0.5e-3)).track("tip", "unit 2/bar 1", "end", 0.9e-3)
     coarse, fine = (sd.simulate(loose, until=0.02, samples=samples) for samples in (2, 100_001))
@@ -62,8 +62,8 @@ def test_the_largest_deviation_is_located() -> None:
 
 
 @pytest.mark.parametrize("loose", [False, True])
-def test_bars_that_bend_and_servos_leave_the_commanded_path(loose: bool) -> None:
-    """Cross-check: the deviation is from a run of the rigid ideal mechanism with a drive; parts add up to it."""
+def test_deviation_parts_of_bars_and_servos(loose: bool) -> None:
+    """Cross-check: the deviation is relative to the rigid ideal mechanism with a drive, and its parts sum up to it."""
     motion = sd.Cycloidal(0.8, 0.5, 0.2)
     made = sd.scissor(units=2).track("tip", "unit 2/bar 1", "end", 1e-6)
     servo = made.controlled(sd.PID(3e4, 0.0, 3e3), reference=motion)
@@ -91,8 +91,8 @@ def test_bars_that_bend_and_servos_leave_the_commanded_path(loose: bool) -> None
 
 
 @pytest.mark.parametrize("samples", [2, 31, 2001, "auto"])
-def test_the_parts_of_the_largest_deviation_are_those_of_its_instant(samples: int | str) -> None:
-    """Identity: at the located peak the parts add up to the deviation, whatever the samples; their sizes bound it."""
+def test_parts_of_the_largest_deviation(samples: int | str) -> None:
+    """Identity: at the located peak the parts sum up to the deviation, for any samples; their sizes bound it."""
     motion = sd.Cycloidal(0.8, 0.5, 0.05)
     made = sd.scissor(units=2).track("tip", "unit 2/bar 1", "end").track("pin", "slider", "centre")
     servo = made.controlled(sd.PID(3e4, 0.0, 3e3), reference=motion).with_clearance("A", sd.Clearance(0.5e-3))
@@ -106,7 +106,7 @@ def test_the_parts_of_the_largest_deviation_are_those_of_its_instant(samples: in
 
 
 def test_errors_of_the_path_are_no_deviation() -> None:
-    """Limit: a servo that follows exactly, with ideal joints, adds nothing; a part that is below the table's error is zero."""
+    """Limit: a servo that follows exactly adds no deviation; parts below the error of the ideal path are zero."""
     held = sd.scissor(units=2, angle=0.6, gravity=0.0).track("tip", "unit 2/bar 1", "end", 1e-3)
     run = sd.simulate(held.controlled(sd.PID(3e4, 0.0, 3e3), reference=sd.Cycloidal(0.6, 0.6, 1.0)), until=0.02)
     (point,) = run.scissordyn.summary().points
@@ -116,16 +116,16 @@ def test_errors_of_the_path_are_no_deviation() -> None:
 
 
 @pytest.mark.parametrize("how", [{"modes": 2}, {"elements": 3}])
-def test_rigid_bars_in_place_of_those_that_bend(how: dict[str, int]) -> None:
-    """Identity: bars made to bend and rigid again have the mass and inertia of the uniform bars: the torque is the same."""
+def test_bars_made_rigid_again(how: dict[str, int]) -> None:
+    """Identity: bars made bending and rigid again have mass and inertia of the uniform bars."""
     again = rigid(sd.with_bending(ARM, bending_stiffness=4e5, axial_stiffness=7e8, **how))
     torques = [sd.simulate(made, until=0.05, samples=11)["drive_torque"].values for made in (ARM, again)]
     np.testing.assert_allclose(torques[1], torques[0], rtol=1e-6)
     assert rigid(ARM) is ARM
 
 
-def test_settling_of_points_without_end() -> None:
-    """Limit: 0 for a point that never leaves its tolerance, inf for one that is outside at the end, NaN without a tolerance."""
+def test_limits_of_the_settling_time() -> None:
+    """Limit: 0 for a point that never leaves its tolerance, inf for one outside at the end, NaN without a tolerance."""
     loose = ARM.with_clearance("A", sd.Clearance(0.5e-3))
     for number, tolerance in enumerate((1.0, 1e-9, None)):
         loose = loose.track(f"P{number}", "unit 2/bar 1", "end", tolerance)
@@ -135,8 +135,8 @@ def test_settling_of_points_without_end() -> None:
 
 
 @pytest.mark.parametrize("motion", [sd.Harmonic(0.6, 0.3, 60.0), sd.Cycloidal(0.5, 0.9, 0.031)])
-def test_the_table_of_the_ideal_mechanism(motion) -> None:
-    """Limit: between its rows the table errs by no more than it promises, whatever the drive does."""
+def test_table_of_the_ideal_mechanism(motion) -> None:
+    """Limit: between its rows the table of the ideal path keeps its error bound for any drive."""
     arm = sd.scissor(units=3, angle=0.5).driven(motion).track("tip", "unit 3/bar 1", "end")
     path = ideal_path(plan(arm), Options(until=0.06))
     times = np.linspace(0.0, 0.06, 1237)
@@ -146,7 +146,7 @@ def test_the_table_of_the_ideal_mechanism(motion) -> None:
 
 
 def test_in_a_case_file(tmp_path: Path) -> None:
-    """Contract: [[track]] is mechanism.track."""
+    """Contract: a [[track]] table gives a tracked point."""
     case = '[structure]\nkind = "scissor"\n[drive]\nspeed = "150 rpm"\n[run]\nuntil = "1 ms"\n'
     tracks = '[[track]]\nname = "P"\nbody = "slider"\npoint = "10, -20 mm"\ntolerance = "2 mm"\n'
     tracks += '[[track]]\nname = "E"\nbody = "unit 1/bar 1"\npoint = "end"\n'
@@ -165,8 +165,8 @@ def test_in_a_case_file(tmp_path: Path) -> None:
         (("P", "slider", (math.nan, 0.0)), "tracked point 'P'"),
     ],
 )
-def test_what_cannot_be_tracked(track: tuple[str, str, str], says: str) -> None:
-    """Contract: one-line errors."""
+def test_refused_tracks(track: tuple[str, str, str], says: str) -> None:
+    """Contract: wrong bodies, points and names are refused."""
     with pytest.raises(sd.InputError, match=says):
         ARM.track(*track)
     with pytest.raises(sd.InputError, match="tracked point 'P' is given 2 times"):
@@ -174,8 +174,8 @@ def test_what_cannot_be_tracked(track: tuple[str, str, str], says: str) -> None:
 
 
 @pytest.mark.filterwarnings("error")
-def test_a_point_that_deviates_by_round_off_has_a_root_mean_square() -> None:
-    """Limit: a point of the driven bar is where it would be with ideal joints; the mean is no number below zero."""
+def test_root_mean_square_of_round_off() -> None:
+    """Limit: a point of the driven bar deviates by round-off; its mean square is not negative."""
     made = (
         sd.scissor(units=1)
         .driven(speed=sd.rpm(100))
@@ -210,7 +210,7 @@ def test_ideal_arrays_are_synchronous(kind: str) -> None:
 
 
 def test_one_clearance_joint() -> None:
-    """Closed form: the starts of the bars of unit 2 are apart by those of its neighbour's ends plus the eccentricity."""
+    """Closed form: the bars of unit 2 start at the ends of unit 1, displaced by the eccentricity."""
     length, c = 2.0, 1e-3
     arm = sd.scissor(units=2, bar_length=length).with_clearance("unit 1/upper", sd.Clearance(c)).driven(speed=sd.rpm(150))
     run = sd.simulate(arm, until=0.05, samples=201)
@@ -228,7 +228,7 @@ def test_one_clearance_joint() -> None:
 
 
 def test_angles_that_differ_by_turns() -> None:
-    """Contract: a full turn in the angle that a bar is given changes nothing."""
+    """Contract: a full turn in a bar's given angle changes nothing."""
     arm = sd.scissor(units=2).driven(speed=sd.rpm(60))
     turned = arm.replace("unit 2/bar 2.angle", arm.body("unit 2/bar 2").angle + 2.0 * math.pi)
     error = sd.simulate(turned, until=0.02, samples=5)["synchronisation_error"].values
@@ -237,7 +237,7 @@ def test_angles_that_differ_by_turns() -> None:
 
 @pytest.mark.parametrize("mechanism", [lambda: sd.scissor(units=1), lambda: sd.slider_crank()])
 def test_mechanisms_without_several_units(mechanism: Any) -> None:
-    """Contract: fewer than two units have nothing to be synchronous with."""
+    """Contract: fewer than two units have no synchronisation error."""
     run = sd.simulate(mechanism().driven(speed=1.0), until=1e-3, samples=2)
     assert "synchronisation_error" not in run
     assert "unit" not in run.dims

@@ -1,4 +1,4 @@
-"""Joints transmit what bodies need, by the numbers of the Dataset alone, and speeds go with accelerations; largest forces."""
+"""Joint forces balance the motion of bodies, speeds agree with accelerations, and largest forces are consistent."""
 
 from __future__ import annotations
 
@@ -24,6 +24,7 @@ DRY = sd.Clearance(4e-4, friction=sd.LuGre(0.1))
 
 
 def array(units: int = 2, **clearances: sd.Clearance) -> sd.Mechanism:
+    """Return an array with clearances at named joints."""
     made = sd.scissor(units=units)
     for name, clearance in clearances.items():
         made = made.with_clearance(name, clearance)
@@ -31,7 +32,7 @@ def array(units: int = 2, **clearances: sd.Clearance) -> sd.Mechanism:
 
 
 def sprung(clearance: sd.Clearance) -> sd.Mechanism:
-    """A crank and slider with a spring and a bushing beside its loose pin."""
+    """Return a slider-crank with a spring and a bushing next to its loose pin."""
     made = sd.slider_crank(gravity=9.81).with_clearance("slider pin", clearance)
     parts = (
         sd.Spring("spring", ("ground", "origin"), ("rod", "end"), stiffness=400.0, free_length=0.1, damping=2.0),
@@ -49,7 +50,7 @@ def sprung(clearance: sd.Clearance) -> sd.Mechanism:
 
 
 def bent(where: str, clearance: sd.Clearance) -> sd.Mechanism:
-    """An array of tubes."""
+    """Return an array of tubes."""
     arm = sd.scissor(units=2).with_clearance(where, clearance)
     return sd.with_bending(arm, section="tube 60x60x1.56 mm", material="steel", modes=6).driven(speed=sd.rpm(150))
 
@@ -68,7 +69,7 @@ CASES = {
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_what_joints_transmit_is_what_bodies_need(name: str) -> None:
+def test_forces_balance_the_motion(name: str) -> None:
     """Identity: m a and J alpha of each body are the sum of the reported forces and moments, to rounding."""
     make, until = CASES[name]
     mechanism = make()
@@ -79,8 +80,8 @@ def test_what_joints_transmit_is_what_bodies_need(name: str) -> None:
     assert moment < (1e-7 if "bend" in name else 1e-8)
 
 
-def test_what_joints_of_random_mechanisms_transmit_is_what_bodies_need() -> None:
-    """Identity: the same with any laws, components, drives, controllers, rods and latches, of any size."""
+def test_forces_of_random_mechanisms() -> None:
+    """Identity: forces balance the motion with any laws, components, drives, controllers, rods and latches."""
     for seed in range(40):
         case = random_case(seed)
         run = sd.simulate(case.mechanism, until=case.until, start=case.start, samples=21, most_steps=20_000)
@@ -88,7 +89,7 @@ def test_what_joints_of_random_mechanisms_transmit_is_what_bodies_need() -> None
 
 
 def test_rods_and_latches_among_the_components_act() -> None:
-    """Contract: they are the rods and latches of the mechanism; as components they would do nothing."""
+    """Contract: rods and latches given as components become those of the mechanism."""
     beam = sd.bar("beam", length=1.0, mass=2.0, angle=-0.5, position=(0.1, 0.0))
     rods = sd.Rod("rod", ("ground", "O"), ("beam", "start")), sd.Latch("latch", "beam", -1.0)
     mechanism = sd.Mechanism((beam,), ground=(("O", (0.0, 0.0)),), components=rods)
@@ -105,8 +106,8 @@ def stroke() -> tuple[sd.Mechanism, xr.Dataset]:
     return mechanism, sd.simulate(mechanism, until=0.05, samples="auto")
 
 
-def test_the_largest_force_of_an_oiled_joint_has_its_film(stroke: Any) -> None:
-    """Cross-check: the peak within the steps is the size of metal and film together at its own instant, a recorded sample."""
+def test_largest_force_of_an_oiled_joint(stroke: Any) -> None:
+    """Cross-check: the located peak is the size of metal and film force together at its instant."""
     mechanism, run = stroke
     film = rotated(run["film_force"].sel(film="A").values, run["angle"].sel(body=mechanism.joint("A").bearing[0]).values)
     normal, (ex, ey) = run["normal_force"].sel(joint="A").values, run["eccentricity"].sel(joint="A").values.T
@@ -121,8 +122,8 @@ def test_the_largest_force_of_an_oiled_joint_has_its_film(stroke: Any) -> None:
     assert "its film alone" in str(answer)
 
 
-def test_every_answer_about_an_oiled_joint_has_the_same_force(stroke: Any) -> None:
-    """Contract: measures of batches, the table of joints, envelopes and the order of joints agree with the run."""
+def test_forces_of_an_oiled_joint_agree(stroke: Any) -> None:
+    """Contract: measures of batches, the table of joints and envelopes agree with the run."""
     mechanism, run = stroke
     peak = float(run["joint_peak_force"].sel(joint="A"))
     batch = sd.simulate_many(mechanism, {"A.clearance": [4e-4]}, until=0.05, measures=("peak_force",))
@@ -138,8 +139,8 @@ def test_every_answer_about_an_oiled_joint_has_the_same_force(stroke: Any) -> No
     assert np.abs(forces["other_force"].values).max() < 1e-8 * peak
 
 
-def test_a_film_that_keeps_the_metal_apart_has_a_largest_force() -> None:
-    """Limit: a joint that never touches is in the answers, with the force of its film and none of metal."""
+def test_largest_force_of_a_film() -> None:
+    """Limit: a joint whose metal never touches has the force of its film."""
     run = sd.simulate(array(A=OIL), until=2e-4, samples=21)
     assert run.sizes["contact"] == 0
     answer = summary_of(run).force.loose
@@ -149,8 +150,8 @@ def test_a_film_that_keeps_the_metal_apart_has_a_largest_force() -> None:
 
 
 @pytest.mark.parametrize("method", ["dop853", "rodas5p"])
-def test_the_largest_force_of_a_dry_joint_has_its_friction(method: str) -> None:
-    """Cross-check: the peak within the steps is the size of the reaction at its own instant, in all answers."""
+def test_largest_force_of_a_dry_joint(method: str) -> None:
+    """Cross-check: the located peak is the size of the reaction, with friction, at its instant, in all answers."""
     mechanism = array(A=DRY)
     run = sd.simulate(mechanism, until=0.01, samples="auto", method=method)
     size = np.hypot(*run["reaction"].sel(joint="A").values.T)
@@ -168,7 +169,7 @@ def test_the_largest_force_of_a_dry_joint_has_its_friction(method: str) -> None:
 
 
 def loose_four_bar() -> sd.Mechanism:
-    """Two oiled pins of four, beside which an ideal pin carries most."""
+    """Return a four-bar with two oiled pins, of which an ideal pin carries most."""
     oiled = sd.Clearance(2e-4, friction=sd.LuGre(0.1), lubrication=sd.Lubrication(viscosity=0.05))
     sizes = {"ground": 0.5, "crank": 0.15, "coupler": 0.5, "rocker": 0.35}
     bars = sd.four_bar(**sizes, crank_mass=0.7, coupler_mass=1.3, rocker_mass=0.9, angle=1.0)
@@ -176,7 +177,7 @@ def loose_four_bar() -> sd.Mechanism:
 
 
 def welded() -> sd.Mechanism:
-    """A foot in an aligned guide with a bar welded to it, loaded at its end."""
+    """Return a foot in an aligned guide with a bar welded to it, loaded at its end."""
     arm = sd.bar("arm", length=1.0, mass=1.0, position=(0.0, 0.0), angle=0.0)
     foot = sd.Body("foot", mass=1.0, inertia=0.1, points={"c": (0.0, 0.0)}, position=(0.0, 0.0), angle=0.0)
     return sd.Mechanism(
@@ -189,8 +190,8 @@ def welded() -> sd.Mechanism:
     )
 
 
-def test_a_weld_to_a_point_mass_is_refused() -> None:
-    """Contract: a point mass bears no moment; a bar welded to one stood still in the air."""
+def test_weld_to_a_point_mass_is_refused() -> None:
+    """Contract: a point mass cannot carry a moment."""
     parts = (
         sd.bar("bar", length=1.0, mass=1.0, position=(0.0, 0.0), angle=0.0),
         sd.point_mass("tip", mass=1.0, position=(1.0, 0.0)),
@@ -211,7 +212,7 @@ LARGEST = {
 
 @pytest.mark.parametrize("name", LARGEST)
 def test_no_joint_transmits_more_than_the_largest_force(name: str) -> None:
-    """Identity: the largest force of a run is that of all joints, guides and welds, and no sample of any is above it."""
+    """Identity: the largest force of a run is that of all joints, guides and welds, and no sample exceeds it."""
     make, until, kind = LARGEST[name]
     run = sd.simulate(make(), until=until, samples="auto")
     sizes = {}
@@ -227,7 +228,7 @@ def test_no_joint_transmits_more_than_the_largest_force(name: str) -> None:
 
 
 def test_impacts_of_a_loose_joint_pass_through_ideal_ones() -> None:
-    """Contract: few samples miss impacts, the largest force of an ideal joint does not; the same in batches and in exports."""
+    """Contract: the largest force of an ideal joint includes impacts between samples, also in batches."""
     mechanism = sd.slider_crank().with_clearance("slider pin", sd.Clearance(5e-4)).driven(speed=50.0)
     few, dense = (sd.simulate(mechanism, until=0.02, samples=samples) for samples in (21, "auto"))
     sampled, located, exact = (
@@ -247,8 +248,8 @@ GRAVITY, CLEARANCE = 9.81, 1e-4
 
 
 @pytest.mark.parametrize("contact", ["compliant", "hard"])
-def test_a_journal_that_falls_through_its_clearance(contact: str) -> None:
-    """Closed form: the fall takes sqrt(2 c/g); twenty times later the force is the weight, unless the run begins at rest."""
+def test_journal_that_falls_through_its_clearance(contact: str) -> None:
+    """Closed form: the fall takes sqrt(2 c/g); twenty times later the force is the weight."""
     gap = sd.Clearance(CLEARANCE, damping=sd.Flores(0.5), contact=contact)
     hung = in_bearing(gap, mass=2.0)
     run = sd.simulate(hung, until=0.5, samples=2001)
@@ -263,8 +264,8 @@ def test_a_journal_that_falls_through_its_clearance(contact: str) -> None:
     assert short.after is None
 
 
-def test_a_load_that_is_largest_in_the_start_explains_the_force() -> None:
-    """Limit: where the load that journals fall under fades within the start, the force is no matter of the start alone."""
+def test_load_that_fades_after_the_start() -> None:
+    """Limit: where the load fades within the start, the largest force is not attributed to the start."""
     hung = in_bearing(sd.Clearance(CLEARANCE, damping=sd.Flores(0.5)), mass=2.0)
     pull = sd.Force("pull", ("ball", "centre"), (0.0, -20.0), time_function=sd.Cycloidal(1.0, 0.1, 0.08))
     pulled = dataclasses.replace(hung, gravity=0.0, components=(pull,))
@@ -277,13 +278,13 @@ EXAMPLES = {path.stem: path for path in sorted((Path(__file__).parents[2] / "exa
 
 NAMES = [*(f"example {name}" for name in EXAMPLES), *(f"zoo {name}" for name in sd.zoo)]
 
-ALLOWED = 1e-3  # Part of the largest speed by which the change over a sample may miss the accelerations at both of its ends
+ALLOWED = 1e-3  # Allowed unexplained change of speed over a sample, as a part of the largest speed
 
 
 def largest_jump(run, instants: np.ndarray) -> float:
-    """By how much velocities change beyond what accelerations explain, as a part of the largest, but around `instants`.
+    """Return the change of velocities that accelerations do not explain, relative to the largest, except near `instants`.
 
-    Of an acceleration that is monotone between two samples, the change of speed is between those of both ends.
+    If an acceleration is monotone between two samples, the change of speed is between those of both ends.
     """
     time = run["time"].values
     quiet = np.histogram(instants, time)[0] == 0
@@ -298,9 +299,9 @@ def largest_jump(run, instants: np.ndarray) -> float:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_speeds_are_continuous(name: str) -> None:
-    """Identity: over each sample of an ideal run speeds change as their accelerations say, but where an event is listed.
+    """Identity: speeds change as their accelerations say, except at listed events.
 
-    Where bars vibrate between two samples, there are more of them: a jump of speed stays.
+    Where bars vibrate between two samples the run is repeated with more: a jump of speed would stay.
     """
     kind, _, which = name.partition(" ")
     case = sd.read_case(EXAMPLES[which]) if kind == "example" else sd.zoo[which].case

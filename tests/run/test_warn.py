@@ -1,4 +1,4 @@
-"""Warnings of a run about what its laws, controllers and steps cannot do, and Painlevé's paradox."""
+"""Warnings of a run about the limits of its laws, controllers and steps, and Painlevé's paradox."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from scissordyn.plan.plan import plan
 from scissordyn.record.warn import energy_turned_over, run_warnings
 
 
-def test_a_journal_pressed_in_by_its_radius_is_a_failed_model() -> None:
-    """Limit: a material a million times softer than its load: the run says from when on its contact has failed."""
+def test_journal_pressed_in_by_its_radius() -> None:
+    """Contract: a material far too soft for its load fails the run, with the time from which results are invalid."""
     rubber = sd.Material("rubber", 1e3, 0.49, 1000.0)
     soft = sd.Clearance(1e-4, journal_radius=1e-3, material=rubber)
     arm = sd.scissor(units=1, slider_mass=500.0).with_clearance("A", soft).driven(speed=0.0)
@@ -39,7 +39,7 @@ def test_a_journal_pressed_in_by_its_radius_is_a_failed_model() -> None:
 
 @pytest.mark.parametrize("friction", [sd.LuGre(kinetic=0.1), sd.NoFriction()])
 def test_damping_of_contacts_closed_from_rest(friction: sd.Friction) -> None:
-    """Contract: from equilibrium no force is above 1 + xi times that of the deepest indentation; what damping means is said."""
+    """Limit: from equilibrium no force exceeds 1 + xi times that of the deepest indentation; warnings explain the damping."""
     damping = sd.Flores(restitution=0.8)
     joint = sd.Clearance(5e-5, journal_radius=5e-3, damping=damping, friction=friction)
     mast = sd.mast(units=5, bar_length=0.8, bar_mass=0.7, slider_mass=0.5, platform_mass=2.0, angle=sd.degrees(15))
@@ -53,8 +53,8 @@ def test_damping_of_contacts_closed_from_rest(friction: sd.Friction) -> None:
     assert all("a contact that began at 0 m/s was loaded to" in text for text in warnings_of(run) if "damping" in text)
 
 
-def test_a_contact_that_began_slowly_and_is_thrown_later() -> None:
-    """Contract: a latch throws a contact that began at 0.7 mm/s: its force is that of an impact at the speed of the throw."""
+def test_slow_contact_that_is_thrown_later() -> None:
+    """Contract: a latch throws a contact that began at 0.7 mm/s; its force is that of an impact at the later speed."""
     mechanism = sd.read_case(EXAMPLES / "self_deploying.toml").mechanism
     gaps = {joint.name: joint.clearance for joint in mechanism.clearance_joints}
     runs = {}
@@ -76,8 +76,8 @@ def test_a_contact_that_began_slowly_and_is_thrown_later() -> None:
     assert said.endswith("can be far too large; compare reference = 'loaded'")
 
 
-def test_a_controller_at_its_limit() -> None:
-    """Contract: for how much of the run its torque is the limit, and the largest error meanwhile; nothing below the limit."""
+def test_controller_at_its_limit() -> None:
+    """Contract: the warning gives the share of the run at the limit and the largest error there."""
     arm = sd.scissor(units=1)
     run = sd.simulate(arm.controlled(sd.PID(2e4, derivative=1500.0, limit=100.0), speed=sd.rpm(20)), until=0.05, samples=101)
     torque, error = run["control_torque"].values[:, 0], run["control_error"].values[:, 0]
@@ -96,7 +96,7 @@ def test_a_controller_at_its_limit() -> None:
 
 
 def test_warnings_of_a_batch() -> None:
-    """Contract: each case has those of its own run, of contacts, bristles and controllers, and no others."""
+    """Contract: each case has the warnings of its own run about contacts, bristles and controllers, and no others."""
     constant = sd.LuGre(0.1, bristle_damping=316.0, damping_speed=1e6)
     arm = sd.scissor(units=2).driven(speed=sd.rpm(150)).with_clearance("A", sd.Clearance(5e-4, friction=constant))
     speeds = [sd.rpm(20), sd.rpm(250)]
@@ -117,7 +117,7 @@ def test_warnings_of_a_batch() -> None:
 
 
 def test_bristles_beyond_the_static_limit() -> None:
-    """Limit: with a constant micro-damping the run says how far and for how long; with the default, never."""
+    """Contract: with constant micro-damping the run warns by how much and how long; with the default there is no warning."""
     arm = sd.scissor(units=2).driven(speed=sd.rpm(150))
     constant = sd.LuGre(0.1, bristle_damping=316.0, damping_speed=1e6)
     run = sd.simulate(arm.with_clearance("A", sd.Clearance(5e-4, friction=constant)), until=0.05, samples=50_001)
@@ -136,8 +136,8 @@ def test_bristles_beyond_the_static_limit() -> None:
     assert not [text for text in warnings_of(fading) if "static limit" in text or "Painlevé" in text]
 
 
-def test_a_peak_of_indentation_between_two_samples(clearance_run, clearance_array) -> None:
-    """Cross-check: what the warnings judge is located, and does not depend on the samples."""
+def test_located_peak_of_indentation(clearance_run, clearance_array) -> None:
+    """Cross-check: the peak of indentation is located, and does not depend on the samples."""
     coarse = sd.simulate(clearance_array, until=0.05, samples=2)
     fine = sd.simulate(clearance_array, until=0.05, samples=200_001).sel(joint="A")
     found, when = (float(coarse[name].sel(joint="A")) for name in ("peak_indentation", "peak_indentation_time"))
@@ -146,8 +146,8 @@ def test_a_peak_of_indentation_between_two_samples(clearance_run, clearance_arra
     assert found == float(clearance_run["peak_indentation"].sel(joint="A"))
 
 
-def test_a_balance_that_does_not_close(clearance_run, clearance_array) -> None:
-    """Limit: a thousandth of the energy turned over is the limit; at the default tolerance runs are far below it."""
+def test_warning_of_the_energy_balance(clearance_run, clearance_array) -> None:
+    """Contract: an energy error above a thousandth of the energy turned over gives a warning."""
     whole = energy_turned_over(clearance_run)
     assert not any("energy balance" in text for text in warnings_of(clearance_run))
     hard = clearance_array.replace("A.contact", "hard")
@@ -160,8 +160,8 @@ def test_a_balance_that_does_not_close(clearance_run, clearance_array) -> None:
             assert all(finer in text for text in found)
 
 
-def test_a_loss_that_is_a_gain_is_said_with_its_size() -> None:
-    """Identity: an event that gives energy, and damping that does, by how much; a loss says nothing."""
+def test_warning_of_a_gain_of_energy() -> None:
+    """Contract: an event that adds energy gives a warning with its size; a loss does not."""
     cord = sd.Cable("cord", ("ground", "O"), ("stone", "centre"), free_length=1.0, stiffness=1e4)
     stone = replace(sd.point_mass("stone", mass=2.0, position=(0.9, 0.0)), velocity=(3.0, 0.0))
     swung = sd.Mechanism((stone,), components=(cord,), ground=(("O", (0.0, 0.0)),))
@@ -174,8 +174,8 @@ def test_a_loss_that_is_a_gain_is_said_with_its_size() -> None:
     assert said.startswith(f"the event of 'cord' at t = {run['event_time'].values[0]:.6g} s gives 0.25 J")
 
 
-def test_what_acts_from_the_start_on_has_its_speed() -> None:
-    """Closed form: a cable that is taut as placed, whose end flies outwards."""
+def test_event_at_the_start() -> None:
+    """Closed form: a cable that is taut as placed has an event at t = 0 with the speed of its end."""
     cord = sd.Cable("cord", ("ground", "O"), ("stone", "centre"), free_length=1.0, stiffness=1e4)
     stone = replace(sd.point_mass("stone", mass=2.0, position=(0.6, 0.8001)), velocity=(3.0, 4.0))
     run = sd.simulate(sd.Mechanism((stone,), components=(cord,), ground=(("O", (0.0, 0.0)),)), until=0.01, samples=11)
@@ -183,15 +183,15 @@ def test_what_acts_from_the_start_on_has_its_speed() -> None:
     assert run["event_speed"].values[0] == pytest.approx(5.0, rel=1e-6)
 
 
-def test_a_mechanism_at_rest_has_no_energy_to_balance() -> None:
-    """Limit: nothing moves and nothing is turned over; rounding is no loss."""
+def test_no_warning_at_rest() -> None:
+    """Limit: without motion rounding gives no warning."""
     run = sd.simulate(sd.scissor(units=1).driven(speed=0.0), until=0.01, samples=11)
     assert warnings_of(run) == []
 
 
 @pytest.mark.parametrize("make", [sd.Force, sd.Torque])
 def test_time_functions_of_loads_that_end_before_the_run(make) -> None:
-    """Contract: a table is not continued beyond its end, for a load as for a drive."""
+    """Contract: a table of a load must cover the run."""
     table = sd.Tabulated((0.0, 1e-3, 2e-3, 3e-3, 4e-3, 5e-3), (0.0, 1.0, 1.0, 1.0, 1.0, 1.0))
     where = ("unit 1/bar 1", "end") if make is sd.Force else "unit 1/bar 1"
     amount = (0.0, 1.0) if make is sd.Force else 1.0
@@ -205,11 +205,11 @@ def test_time_functions_of_loads_that_end_before_the_run(make) -> None:
 HALF, MASS, RADIUS = 0.5, 1.0, 0.02
 """Half the length of a uniform rod [m], its mass [kg], and the radius of the journal at its tip [m]."""
 
-CLEARANCE, DEPTH = 0.01, 1e-7  # Of the bearing, at whose bottom the journal slides, and the indentation at the start [m]
+CLEARANCE, DEPTH = 0.01, 1e-7  # Clearance of the bearing and initial indentation [m]
 
 
 def sliding(angle: float, friction: float, speed: float) -> Mechanism:
-    """A rod that slides with its lower tip, a journal, on the bottom of its bearing."""
+    """Return a rod that slides with its lower tip, a journal, on the bottom of its bearing."""
     rod = sd.Body(
         name="rod",
         mass=MASS,
@@ -227,9 +227,9 @@ def sliding(angle: float, friction: float, speed: float) -> Mechanism:
 
 
 def bracket(angle: float, friction: float, speed: float) -> float:
-    """The bracket n M n - mu n M t times the mass: 1 + 3 cos th (cos th + mu s (sin th + r/a)).
+    """Return n M n - mu n M t times the mass: 1 + 3 cos th (cos th + mu s (sin th + r/a)).
 
-    s is the sense of the sliding, a half the rod's length, r the radius of the journal.
+    s is the direction of sliding, a half the rod's length, r the radius of the journal.
     """
     lean = math.sin(angle) + RADIUS / HALF
     return 1.0 + 3.0 * math.cos(angle) * (math.cos(angle) + friction * math.copysign(1.0, speed) * lean)
@@ -237,8 +237,8 @@ def bracket(angle: float, friction: float, speed: float) -> float:
 
 @pytest.mark.parametrize("speed", [-1.0, 1.0])
 @pytest.mark.parametrize("friction", [0.5, 1.2, 1.5, 2.0, 3.0])
-def test_a_rod_that_slides_on_its_tip(friction: float, speed: float) -> None:
-    """Closed form: the warning stands where the bracket is negative; a rod on a point needs a friction above 4/3."""
+def test_painleve_paradox_of_a_sliding_rod(friction: float, speed: float) -> None:
+    """Closed form: the warning appears where the bracket is negative; a rod on a point needs a friction above 4/3."""
     for degrees in (25.0, 40.0, 55.0, 63.4, 75.0, 85.0, 120.0, 150.0):
         angle = math.radians(degrees)
         if abs(bracket(angle, friction, speed)) < 0.02:
